@@ -1,0 +1,100 @@
+"""The command line: a table of sub-commands, each imported when it is asked for and not before."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NoReturn
+
+import click
+
+from slider_drilling import __version__
+from slider_drilling.errors import InputError
+
+EXAMPLES = """\
+Examples:
+
+\b
+  slider-drilling --version
+  slider-drilling COMMAND --help
+"""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One sub-command: the module that holds its `command`, and the line that `--help` shows for it."""
+
+    module: str
+    help: str
+
+
+COMMANDS: dict[str, Row] = {}
+
+
+class LazyGroup(click.Group):
+    """A click group whose `--help` needs none of its sub-commands' modules."""
+
+    def __init__(self, *args: object, table: Mapping[str, Row], **kwargs: object) -> None:
+        super().__init__(*args, **kwargs)  # type: ignore[arg-type]
+        self.table = table
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(self.table)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        row = self.table.get(cmd_name)
+        if row is None:
+            return None
+        command: click.Command = importlib.import_module(row.module).command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        if self.table:
+            with formatter.section("Commands"):
+                formatter.write_dl([(name, row.help) for name, row in self.table.items()])
+
+
+@click.group(cls=LazyGroup, table=COMMANDS, epilog=EXAMPLES)
+@click.version_option(__version__, prog_name="slider-drilling")
+def group() -> None:
+    """Simulate, control and diagnose slide drilling.
+
+    SI units and radians, unless an option's name says otherwise.
+    """
+
+
+def fail(message: str, code: int) -> NoReturn:
+    """One line on stderr, whatever the message held, and the exit code."""
+    print(" ".join(message.split()), file=sys.stderr)
+    raise SystemExit(code)
+
+
+def run_group(command: click.Group, arguments: list[str] | None = None) -> None:
+    """Run a command group and end the process: 0, 2 for the user's mistake, 130 for an interrupt."""
+    try:
+        outcome = command.main(args=arguments, prog_name="slider-drilling", standalone_mode=False)
+    except InputError as error:
+        fail(str(error), 2)
+    except click.UsageError as error:
+        where = error.ctx.command_path if error.ctx is not None else "slider-drilling"
+        fail(f"{where}: {error.format_message()} See `{where} --help`.", 2)
+    except click.ClickException as error:
+        fail(error.format_message(), 2)
+    except (KeyboardInterrupt, click.Abort):
+        fail("interrupted", 130)
+    except BrokenPipeError:
+        # Whoever read our output has left; the interpreter's own flush at exit must not complain of it.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise SystemExit(1) from None
+    except OSError as error:
+        where = error.filename if error.filename is not None else "slider-drilling"
+        fail(f"{where}: {error.strerror or error}", 2)
+    raise SystemExit(outcome if isinstance(outcome, int) else 0)
+
+
+def main() -> None:
+    """Entry point of `slider-drilling` and of `python -m slider_drilling`."""
+    run_group(group)

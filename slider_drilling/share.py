@@ -1,0 +1,25 @@
+"""Where the files installed beside the package are: rig files, node parameters, launch files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from slider_drilling.errors import InputError
+
+PACKAGE = "slider_drilling"
+
+
+def share_file(name: str) -> Path:
+    """The path of a shared file such as `config/rig.example.yaml`.
+
+    Looks above the package for `share/slider_drilling` (pip and colcon installs) and for the checkout that
+    the package is in (editable installs). Raises InputError where the installation lacks the file.
+    """
+    package = Path(__file__).resolve().parent
+    for above in package.parents:
+        if (above / "package.xml").is_file() and (above / name).is_file():
+            return above / name
+        installed = above / "share" / PACKAGE / name
+        if installed.is_file():
+            return installed
+    raise InputError(f"{name}: not installed beside {package}; install the package again")

@@ -1,0 +1,25 @@
+"""What every test may ask for: the checkout, the shared recordings, one hypothesis profile."""
+
+import os
+from pathlib import Path
+
+import hypothesis
+import pytest
+
+hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None, print_blob=True)
+hypothesis.settings.load_profile("repeatable")
+
+
+@pytest.fixture(scope="session")
+def repository() -> Path:
+    """The checkout that the tests run from."""
+    return Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="session")
+def shared_data(repository: Path) -> Path:
+    """Recordings kept outside the repository: SLIDER_DRILLING_SHARED/data, else ../shared/data."""
+    shared = Path(os.environ.get("SLIDER_DRILLING_SHARED", repository.parent / "shared"))
+    if not (shared / "data").is_dir():
+        pytest.skip(f"no recordings at {shared / 'data'}; set SLIDER_DRILLING_SHARED")
+    return shared / "data"

@@ -1,0 +1,140 @@
+"""The command line: help without imports, one line for a user's mistake, exit codes."""
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import click
+import pytest
+
+from slider_drilling import __version__, cli
+from slider_drilling.cli import COMMANDS, LazyGroup, Row, run_group
+from slider_drilling.errors import InputError
+
+
+def run(repository: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "slider_drilling", *arguments]
+    return subprocess.run(command, cwd=repository, capture_output=True, text=True, timeout=120)
+
+
+def group_of(body: Callable[[], object]) -> click.Group:
+    group = click.Group("slider-drilling")
+    group.add_command(click.Command("act", callback=body))
+    return group
+
+
+def outcome(capsys: pytest.CaptureFixture[str], body: Callable[[], object]) -> tuple[int, str]:
+    with pytest.raises(SystemExit) as stop:
+        run_group(group_of(body), ["act"])
+    assert isinstance(stop.value.code, int)
+    return stop.value.code, capsys.readouterr().err
+
+
+def test_version(repository: Path) -> None:
+    answer = run(repository, "--version")
+    assert (answer.returncode, answer.stderr) == (0, "")
+    assert answer.stdout.strip().endswith(__version__)
+
+
+def test_help_lists_every_command_with_examples(repository: Path) -> None:
+    answer = run(repository, "--help")
+    assert answer.returncode == 0
+    assert "Examples:" in answer.stdout
+    indented = [line.split() for line in answer.stdout.splitlines() if line.startswith("  ")]
+    listed = {words[0] for words in indented if words}
+    assert set(COMMANDS) <= listed
+
+
+def test_help_imports_neither_arrays_nor_ros(repository: Path) -> None:
+    probe = (
+        "import sys\nfrom slider_drilling.cli import group\n"
+        "group.main(['--help'], standalone_mode=False)\n"
+        "heavy = {'numpy', 'scipy', 'numba', 'rclpy', 'mcap', 'rich'}\n"
+        "print(sorted(heavy & set(sys.modules)), file=sys.stderr)"
+    )
+    answer = subprocess.run(
+        [sys.executable, "-c", probe], cwd=repository, capture_output=True, text=True, timeout=120
+    )
+    assert answer.returncode == 0
+    assert answer.stderr.strip() == "[]"
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_of_the_table_answers_help(repository: Path, name: str) -> None:
+    answer = run(repository, name, "--help")
+    assert answer.returncode == 0, answer.stderr
+    assert answer.stdout.startswith(f"Usage: slider-drilling {name}")
+
+
+def test_unknown_command_is_one_line(repository: Path) -> None:
+    answer = run(repository, "no-such-command")
+    assert answer.returncode == 2
+    assert answer.stderr.count("\n") == 1
+    assert "no-such-command" in answer.stderr
+
+
+def test_lazy_group_imports_a_command_when_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = type(sys)("lazy_example")
+    module.command = click.Command("example")  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "lazy_example", module)
+    group = LazyGroup("slider-drilling", table={"example": Row("lazy_example", "an example")})
+    context = click.Context(group)
+    assert group.list_commands(context) == ["example"]
+    assert group.get_command(context, "example") is module.command
+    assert group.get_command(context, "other") is None
+
+
+def test_input_error_is_one_line_and_code_2(capsys: pytest.CaptureFixture[str]) -> None:
+    def body() -> None:
+        raise InputError("rig.yaml: well.survey = []:\n   empty; give at least two stations")
+
+    assert outcome(capsys, body) == (2, "rig.yaml: well.survey = []: empty; give at least two stations\n")
+
+
+def test_full_disk_names_the_file(capsys: pytest.CaptureFixture[str]) -> None:
+    def body() -> None:
+        with open("/dev/full", "w") as full:
+            full.write("x")
+
+    code, said = outcome(capsys, body)
+    assert code == 2
+    assert said.count("\n") == 1
+    assert "No space left on device" in said
+
+
+def test_interrupt_is_code_130(capsys: pytest.CaptureFixture[str]) -> None:
+    def body() -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+        signal.pause()
+
+    code, said = outcome(capsys, body)
+    assert (code, said.strip()) == (130, "interrupted")
+
+
+def test_a_programming_error_keeps_its_traceback() -> None:
+    def body() -> None:
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        run_group(group_of(body), ["act"])
+
+
+def test_reader_that_leaves_early_gets_no_complaint(repository: Path) -> None:
+    command = [sys.executable, "-c", "from slider_drilling.cli import *\n"
+               "import sys\n"
+               "run_group(click.Group('g', commands={'act': click.Command('act', callback=lambda: "
+               "[print('x' * 1000) for _ in range(1000)])}), ['act'])"]
+    with subprocess.Popen(command, cwd=repository, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None and process.stderr is not None
+        process.stdout.read(10)
+        process.stdout.close()
+        said = process.stderr.read()
+        assert process.wait(timeout=60) == 1
+    assert said == b""
+
+
+def test_table_rows_have_help() -> None:
+    assert all(row.help and len(row.help) < 90 for row in cli.COMMANDS.values())
