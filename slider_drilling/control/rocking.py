@@ -1,0 +1,77 @@
+"""The rocking trajectory of the paper's Fig. 22: a triangle wave with rounded peaks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from slider_drilling.errors import InputError
+
+
+@dataclass(frozen=True)
+class Rocking:
+    """Triangle wave of the top-drive angle about its centre, peaks rounded.
+
+    amplitude: rad, of the triangle (paper: D_y); period: s (T); rounding: s (delta), half the width of a
+    rounded peak. The straight lines have the slopes +-4 D/T.
+
+    The paper rounds with a circular arc. Drawn over s and rad, in its own case (10 rad, 10 s, 0.2 s), that
+    arc asks for 340 rad/s2 at the joints. A parabola has the same tangents at the same two points and the least peak
+    acceleration of all curves that have them, 4 D/(T delta) = 20 rad/s2, and acceleration is what a drive
+    limits. It turns at D (1 - 2 delta/T).
+
+    Raises InputError where a value is not finite, amplitude < 0, period <= 0 or not 0 < rounding <= period/6
+    (the start from rest and the first peak would overlap).
+    """
+
+    amplitude: float
+    period: float
+    rounding: float
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.amplitude) and self.amplitude >= 0.0):
+            raise InputError(f"rocking: amplitude = {self.amplitude} rad: must be finite and not negative")
+        if not (math.isfinite(self.period) and self.period > 0.0):
+            raise InputError(f"rocking: period = {self.period} s: must be finite and positive")
+        if not 0.0 < self.rounding <= self.period / 6.0:
+            raise InputError(f"rocking: rounding = {self.rounding} s: must be positive and at most a sixth of "
+                             f"the period ({self.period / 6.0:g} s)")
+
+    @property
+    def speed(self) -> float:
+        """Speed along the straight lines, rad/s."""
+        return 4.0 * self.amplitude / self.period
+
+    @property
+    def acceleration(self) -> float:
+        """Magnitude of the acceleration in the rounded peaks, rad/s2."""
+        return self.speed / self.rounding
+
+    @property
+    def turning_angle(self) -> float:
+        """Where the rounded motion turns, rad from the centre: a little inside the amplitude."""
+        return self.amplitude - self.speed * self.rounding / 2.0
+
+    def point(self, phase: float) -> tuple[float, float]:
+        """Angle from the centre (rad) and speed (rad/s) `phase` s after passing it clockwise."""
+        quarter = self.period / 4.0
+        folded = phase % self.period
+        half, side = (folded, 1.0) if folded < 2.0 * quarter else (folded - 2.0 * quarter, -1.0)
+        from_peak = half - quarter
+        if abs(from_peak) >= self.rounding:
+            rising = 1.0 if from_peak < 0.0 else -1.0
+            return side * (self.amplitude - self.speed * abs(from_peak)), side * rising * self.speed
+        angle = self.turning_angle - 0.5 * self.acceleration * from_peak * from_peak
+        return side * angle, -side * self.acceleration * from_peak
+
+    def start(self, elapsed: float) -> tuple[float, float]:
+        """The wave entered from rest: angle and speed `elapsed` s after the start.
+
+        The first `rounding` seconds speed up at the peaks' acceleration; from there it is
+        `point(elapsed - rounding/2)`.
+        """
+        if elapsed <= 0.0:
+            return 0.0, 0.0
+        if elapsed < self.rounding:
+            return 0.5 * self.acceleration * elapsed * elapsed, self.acceleration * elapsed
+        return self.point(elapsed - self.rounding / 2.0)
