@@ -13,9 +13,7 @@ def files_below(folder: str) -> list[tuple[str, list[str]]]:
     """Every file below the folder, grouped as data_files wants them: by folder of destination."""
     found = sorted(path for path in glob(f"{folder}/**", recursive=True) if Path(path).is_file())
     folders = sorted({str(Path(path).parent) for path in found})
-    return [
-        (f"{SHARE}/{here}", [path for path in found if str(Path(path).parent) == here]) for here in folders
-    ]
+    return [(f"{SHARE}/{here}", [path for path in found if str(Path(path).parent) == here]) for here in folders]
 
 
 setup(

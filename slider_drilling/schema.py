@@ -106,7 +106,7 @@ def _convert_list(raw: Any, hint: Any, limits: Range | None, source: str, where:
         kinds = (kinds[0],) * len(raw)
     if len(kinds) != len(raw):
         raise InputError(f"{source}: {where} = {raw!r}: expected {len(kinds)} numbers, found {len(raw)}")
-    pairs = enumerate(zip(raw, kinds))
+    pairs = enumerate(zip(raw, kinds, strict=True))
     return tuple(_convert(item, kind, limits, source, f"{where}[{index}]") for index, (item, kind) in pairs)
 
 

@@ -55,9 +55,7 @@ def test_help_imports_neither_arrays_nor_ros(repository: Path) -> None:
         "heavy = {'numpy', 'scipy', 'numba', 'rclpy', 'mcap', 'rich'}\n"
         "print(sorted(heavy & set(sys.modules)), file=sys.stderr)"
     )
-    answer = subprocess.run(
-        [sys.executable, "-c", probe], cwd=repository, capture_output=True, text=True, timeout=120
-    )
+    answer = subprocess.run([sys.executable, "-c", probe], cwd=repository, capture_output=True, text=True, timeout=120)
     assert answer.returncode == 0
     assert answer.stderr.strip() == "[]"
 
@@ -123,10 +121,14 @@ def test_a_programming_error_keeps_its_traceback() -> None:
 
 
 def test_reader_that_leaves_early_gets_no_complaint(repository: Path) -> None:
-    command = [sys.executable, "-c", "from slider_drilling.cli import *\n"
-               "import sys\n"
-               "run_group(click.Group('g', commands={'act': click.Command('act', callback=lambda: "
-               "[print('x' * 1000) for _ in range(1000)])}), ['act'])"]
+    command = [
+        sys.executable,
+        "-c",
+        "from slider_drilling.cli import *\n"
+        "import sys\n"
+        "run_group(click.Group('g', commands={'act': click.Command('act', callback=lambda: "
+        "[print('x' * 1000) for _ in range(1000)])}), ['act'])",
+    ]
     with subprocess.Popen(command, cwd=repository, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdout is not None and process.stderr is not None
         process.stdout.read(10)

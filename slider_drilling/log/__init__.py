@@ -1,0 +1,18 @@
+"""Logs: MCAP in and out, other formats in. No ROS needed."""
+
+from slider_drilling.log.read import read_log
+from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
+from slider_drilling.log.topics import DIAGNOSTICS, TOPICS, Topic
+from slider_drilling.log.write import LogWriter, Status
+
+__all__ = [
+    "DIAGNOSTICS",
+    "TOPICS",
+    "JointSeries",
+    "LogWriter",
+    "RigLog",
+    "ScalarSeries",
+    "Status",
+    "Topic",
+    "read_log",
+]

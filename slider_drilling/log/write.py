@@ -1,0 +1,217 @@
+"""From a running rig or simulation to an MCAP file; no ROS needed."""
+
+from __future__ import annotations
+
+import datetime
+import math
+import os
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any, cast
+
+from mcap.records import Schema
+from mcap_ros2.writer import Writer
+
+from slider_drilling import __version__
+from slider_drilling.errors import InputError
+from slider_drilling.log.schemas import SCHEMAS
+from slider_drilling.log.topics import DIAGNOSTIC_ARRAY, FLUID_PRESSURE, JOINT_STATE, WRENCH_STAMPED
+
+# A killed run loses the open chunk: this much is about five seconds of a rig's channels at 10 Hz.
+CHUNK_BYTES = 64 * 1024
+
+
+@dataclass(frozen=True)
+class Status:
+    """One diagnostic_msgs/DiagnosticStatus: level 0 ok, 1 warning, 2 error, 3 stale."""
+
+    level: int
+    name: str
+    message: str
+    hardware_id: str = ""
+    values: tuple[tuple[str, str], ...] = ()
+
+
+class DirectFile:
+    """A file that holds nothing back: a killed run loses the open chunk, a full disk is heard of once."""
+
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor = descriptor
+        self._written = 0
+        self._open = True
+
+    def write(self, data: bytes) -> int:
+        rest = memoryview(data)
+        while rest:
+            rest = rest[os.write(self._descriptor, rest) :]
+        self._written += len(data)
+        return len(data)
+
+    def tell(self) -> int:
+        return self._written
+
+    def close(self) -> None:
+        if self._open:
+            self._open = False
+            os.close(self._descriptor)
+
+
+def nanoseconds(seconds: float) -> int:
+    """Whole ns of a time in s."""
+    return round(seconds * 1e9)
+
+
+class LogWriter:
+    """Writes one log. Messages go to a file beside the log, which takes the log's name when closed.
+
+    Use it as a context manager: leaving it closes the log, leaving it through an error (but not through an
+    interrupt) removes what was written. A run that is killed leaves the file `.NAME.*.part` beside the log, which
+    read_log and `mcap recover` read up to the last complete chunk.
+
+    Stamps are s of the rig's (or the simulation's) clock; log_time_s is when the message arrived, the stamp if not
+    given. Topics get a leading slash if they have none. Raises InputError where the file cannot be written.
+    """
+
+    def __init__(
+        self, path: str | os.PathLike[str], rig_text: str | None = None, recorded_by: str = "", notes: str = ""
+    ) -> None:
+        self.path = Path(path)
+        try:
+            descriptor, part = tempfile.mkstemp(".part", f".{self.path.name}.", self.path.parent)
+        except OSError as error:
+            raise self._unwritable(error) from None
+        self._part = Path(part)
+        self._file = DirectFile(descriptor)
+        self._open = True
+        self._schemas: dict[str, Schema] = {}
+        self._sequence: dict[str, int] = {}
+        try:
+            self._writer = Writer(cast(IO[bytes], self._file), chunk_size=CHUNK_BYTES)
+            self._describe(rig_text, recorded_by, notes)
+        except OSError as error:
+            raise self._failed(error) from None
+
+    def _describe(self, rig_text: str | None, recorded_by: str, notes: str) -> None:
+        """The rig file and the metadata record, at the front so that a broken-off file has them too."""
+        if rig_text is not None:
+            self._writer.add_attachment(0, 0, "rig.yaml", "application/yaml", rig_text.encode("utf-8"))
+        now = datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
+        record = {"version": __version__, "recorded_by": recorded_by, "start_time": now, "notes": notes}
+        self._writer.add_metadata("slider_drilling", record)
+
+    def joint_state(
+        self,
+        topic: str,
+        stamp_s: float,
+        name: str,
+        position: float | None = None,
+        velocity: float | None = None,
+        effort: float | None = None,
+        log_time_s: float | None = None,
+    ) -> None:
+        """One joint: rad or m, rad/s or m/s, N m or N; None leaves a quantity out."""
+        message = {
+            "name": [name],
+            "position": [] if position is None else [float(position)],
+            "velocity": [] if velocity is None else [float(velocity)],
+            "effort": [] if effort is None else [float(effort)],
+        }
+        self._write(topic, JOINT_STATE, stamp_s, message, log_time_s)
+
+    def fluid_pressure(
+        self, topic: str, stamp_s: float, pressure: float, variance: float = 0.0, log_time_s: float | None = None
+    ) -> None:
+        """A pressure, Pa, and its variance, Pa2; 0 says that the variance is not known."""
+        known = 0.0 if math.isnan(variance) else float(variance)
+        self._write(topic, FLUID_PRESSURE, stamp_s, {"fluid_pressure": float(pressure), "variance": known}, log_time_s)
+
+    def wrench(
+        self,
+        topic: str,
+        stamp_s: float,
+        force: Sequence[float],
+        torque: Sequence[float] = (0.0, 0.0, 0.0),
+        log_time_s: float | None = None,
+    ) -> None:
+        """A force (x, y, z), N, and a torque, N m."""
+        vectors = [dict(zip("xyz", map(float, vector), strict=True)) for vector in (force, torque)]
+        message = {"wrench": {"force": vectors[0], "torque": vectors[1]}}
+        self._write(topic, WRENCH_STAMPED, stamp_s, message, log_time_s)
+
+    def diagnostics(
+        self, topic: str, stamp_s: float, status: Sequence[Status], log_time_s: float | None = None
+    ) -> None:
+        """The health of one node's parts."""
+        message = {
+            "status": [
+                {
+                    "level": one.level,
+                    "name": one.name,
+                    "message": one.message,
+                    "hardware_id": one.hardware_id,
+                    "values": [{"key": key, "value": value} for key, value in one.values],
+                }
+                for one in status
+            ]
+        }
+        self._write(topic, DIAGNOSTIC_ARRAY, stamp_s, message, log_time_s)
+
+    def close(self) -> None:
+        """Finish the log and give it its name. Raises InputError where that fails; nothing is left then."""
+        if not self._open:
+            return
+        try:
+            self._writer.finish()
+            self._file.close()
+            # mkstemp makes files for their owner alone; a log is readable as any other file is.
+            mask = os.umask(0)
+            os.umask(mask)
+            self._part.chmod(0o666 & ~mask)
+            self._part.replace(self.path)
+        except OSError as error:
+            raise self._failed(error) from None
+        self._open = False
+
+    def discard(self) -> None:
+        """Remove what was written; the log gets no file."""
+        if self._open:
+            self._open = False
+            self._file.close()
+            self._part.unlink(missing_ok=True)
+
+    def __enter__(self) -> LogWriter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if isinstance(error, Exception):
+            self.discard()
+        else:
+            self.close()
+
+    def _write(self, topic: str, kind: str, stamp_s: float, message: dict[str, Any], log_time_s: float | None) -> None:
+        stamp = nanoseconds(stamp_s)
+        sec, nanosec = divmod(stamp, 1_000_000_000)
+        message["header"] = {"stamp": {"sec": sec, "nanosec": nanosec}, "frame_id": ""}
+        logged = stamp if log_time_s is None else nanoseconds(log_time_s)
+        name = topic if topic.startswith("/") else f"/{topic}"
+        sequence = self._sequence.get(name, 0)
+        self._sequence[name] = sequence + 1
+        try:
+            if kind not in self._schemas:
+                self._schemas[kind] = self._writer.register_msgdef(kind, SCHEMAS[kind])
+            self._writer.write_message(name, self._schemas[kind], message, logged, logged, sequence)
+        except OSError as error:
+            raise self._failed(error) from None
+
+    def _unwritable(self, error: OSError) -> InputError:
+        return InputError(f"{self.path}: cannot write this log: {error.strerror}")
+
+    def _failed(self, error: OSError) -> InputError:
+        """Remove the unfinished file, then say why the log cannot be written."""
+        self.discard()
+        return self._unwritable(error)

@@ -1,0 +1,124 @@
+"""Damaged logs: read as far as they go or refused in one line, never a traceback, never a wrong number."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from slider_drilling.errors import InputError
+from slider_drilling.log import LogWriter, read_log
+
+STEPS = 2000
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """A log of several chunks in which the value of every sample tells its place."""
+    path = tmp_path_factory.mktemp("whole") / "run.mcap"
+    with LogWriter(path, rig_text="schema: x") as writer:
+        for step in range(STEPS):
+            writer.joint_state("top_drive/joint_states", step * 0.1, "top_drive", step, 2.0 * step, 3.0 * step)
+    return path.read_bytes()
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("damaged") / "run.mcap"
+
+
+def read_or_refuse(path: Path, data: bytes) -> int:
+    """How many samples were read, all of them right; -1 where the log was refused in one line."""
+    path.write_bytes(data)
+    try:
+        log = read_log(path)
+    except InputError as error:
+        assert str(path) in str(error) and "\n" not in str(error)
+        return -1
+    assert log.top_drive is not None
+    step = np.round(log.top_drive.time * 10.0 + log.start * 10.0)
+    np.testing.assert_array_equal(log.top_drive.position, step)
+    np.testing.assert_array_equal(log.top_drive.velocity, 2.0 * step)
+    np.testing.assert_array_equal(log.top_drive.effort, 3.0 * step)
+    return len(step)
+
+
+def test_the_whole_file(whole: bytes, place: Path) -> None:
+    assert read_or_refuse(place, whole) == STEPS
+    assert read_log(place).notes == ()
+
+
+@settings(max_examples=20)
+@given(share=st.floats(0.0, 1.0))
+def test_truncated_anywhere(whole: bytes, place: Path, share: float) -> None:
+    kept = int(share * len(whole))
+    count = read_or_refuse(place, whole[:kept])
+    if kept < len(whole) and count != -1:
+        assert read_log(place).notes != ()
+
+
+def test_the_further_it_goes_the_more_is_read(whole: bytes, place: Path) -> None:
+    counts = [read_or_refuse(place, whole[: len(whole) * tenth // 10]) for tenth in range(1, 11)]
+    assert counts == sorted(counts)
+    assert counts[-1] == STEPS and 0 < counts[5] < STEPS
+
+
+@settings(max_examples=30)
+@given(where=st.floats(0.0, 1.0, exclude_max=True), bit=st.integers(0, 7))
+def test_one_flipped_bit(whole: bytes, place: Path, where: float, bit: int) -> None:
+    damaged = bytearray(whole)
+    damaged[int(where * len(whole))] ^= 1 << bit
+    read_or_refuse(place, bytes(damaged))
+
+
+@settings(max_examples=15)
+@given(where=st.floats(0.0, 1.0, exclude_max=True), junk=st.binary(min_size=1, max_size=200))
+def test_overwritten_stretch(whole: bytes, place: Path, where: float, junk: bytes) -> None:
+    at = int(where * len(whole))
+    read_or_refuse(place, (whole[:at] + junk + whole[at + len(junk) :])[: len(whole)])
+
+
+def test_damaged_chunk_is_a_gap(whole: bytes, place: Path) -> None:
+    from mcap.reader import make_reader
+
+    place.write_bytes(whole)
+    with place.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None and len(summary.chunk_indexes) >= 3
+    middle = summary.chunk_indexes[1]
+    damaged = bytearray(whole)
+    damaged[middle.chunk_start_offset + middle.chunk_length // 2] ^= 0xFF
+    count = read_or_refuse(place, bytes(damaged))
+    assert STEPS / 2 < count < STEPS
+    assert any("damaged chunk was left out" in note for note in read_log(place).notes)
+
+
+@settings(max_examples=40)
+@given(junk=st.binary(max_size=300))
+def test_not_a_log_at_all(place: Path, junk: bytes) -> None:
+    assert read_or_refuse(place, junk) == -1
+
+
+@settings(max_examples=20)
+@given(junk=st.binary(max_size=300))
+def test_only_the_first_bytes_are_right(place: Path, whole: bytes, junk: bytes) -> None:
+    assert read_or_refuse(place, whole[:8] + junk) == -1
+
+
+def test_missing_unreadable_and_folder(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"missing\.mcap: no such log"):
+        read_log(tmp_path / "missing.mcap")
+    with pytest.raises(InputError, match="a folder without"):
+        read_log(tmp_path)
+    with pytest.raises(InputError, match=r"cannot read this log: Not a directory"):
+        (tmp_path / "file").write_text("x")
+        read_log(tmp_path / "file" / "run.mcap")
+
+
+def test_log_of_other_topics_names_them(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    with LogWriter(path) as writer:
+        writer.joint_state("arm/joint_states", 0.0, "elbow", 0.0)
+    with pytest.raises(InputError, match=r"no message of a rig's topics .* topics there: /arm/joint_states"):
+        read_log(path)
