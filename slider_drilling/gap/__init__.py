@@ -1,0 +1,9 @@
+"""The gap between a model and a log of the real thing: where it lies, which effect causes it, how far it shrinks.
+
+The engine takes any model object (`slider_drilling.gap.model.Model`); the drill string is one.
+"""
+
+from slider_drilling.gap.explain import Answer, Ranked, explain
+from slider_drilling.gap.model import Channel, Effect, Manoeuvre, Model, Parameter, Run
+
+__all__ = ["Answer", "Channel", "Effect", "Manoeuvre", "Model", "Parameter", "Ranked", "Run", "explain"]

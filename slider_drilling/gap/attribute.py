@@ -1,0 +1,244 @@
+"""Which effect: re-tune, screen, fit, accept one at a time, try to remove each, and say what that proves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from slider_drilling.gap.contender import (
+    Base, Contender, closed_share, fit_candidate, indistinguishable, judge, make_base,
+)  # fmt: skip
+from slider_drilling.gap.held_out import Bootstrap, Folds, make_folds, noise_sample, null_quantiles
+from slider_drilling.gap.model import Anchored, Array, Effect, Parameter, Values
+from slider_drilling.gap.residuals import Problem
+from slider_drilling.gap.screen import Candidate, screen
+from slider_drilling.gap.tune import Fit, fit
+
+MAX_EFFECTS = 3
+SURVIVORS = 6
+# A candidate whose best scan point promises less than this share of the gap is not worth a fit.
+_PROMISE = 0.03
+Progress = Callable[[str, float], None]
+
+
+@dataclass
+class Findings:
+    """Everything the attribution has learnt so far; readable at any time, so an interrupt loses nothing.
+
+    ceilings: c0 per channel, ceiling: c0 of the whole (both in E^2); rounds: contenders by round;
+    screened: the score test by round; groups: effects that cannot be told from each accepted one, with the reason.
+    """
+
+    problem: Problem
+    folds: Folds
+    bootstrap: Bootstrap
+    nominal_residual: Array
+    nominal: float
+    tuned: Base | None = None
+    current: Base | None = None
+    ceiling: float = float("nan")
+    ceilings: dict[str, float] = field(default_factory=dict)
+    screened: list[list[Candidate]] = field(default_factory=list)
+    rounds: list[list[Contender]] = field(default_factory=list)
+    accepted: list[Contender] = field(default_factory=list)
+    groups: dict[str, dict[str, str]] = field(default_factory=dict)
+    tuned_ceiling: float = float("nan")
+    tuned_at_floor: bool = False
+    partial: bool = False
+    remarks: list[str] = field(default_factory=list)
+
+    def at_floor(self, base: Base) -> bool:
+        """Whether a fit's held-out gap is what noise alone would leave, as a whole and in every channel."""
+        gaps = self.problem.channel_gaps(base.held)
+        return base.gap_squared <= self.ceiling and all(gap <= self.ceilings[name] for name, gap in gaps.items())
+
+
+def start_findings(problem: Problem, seed: int) -> Findings:
+    """The nominal model's residual and the resamples that every later score shares."""
+    folds = make_folds(problem)
+    _anchor(problem, {})
+    residual = problem.residuals([{}])[0]
+    return Findings(problem, folds, Bootstrap(problem, folds, seed), residual, problem.gap_squared(residual))
+
+
+def attribute(
+    findings: Findings,
+    *,
+    seed: int = 0,
+    starts: Sequence[Values] = ({},),
+    effects: Sequence[Effect] | None = None,
+    progress: Progress = lambda stage, share: None,
+) -> Findings:
+    """Run the attribution; findings are filled in place and returned.
+
+    starts: nuisance values to tune from besides the nominal ones. KeyboardInterrupt ends it early with
+    ``partial`` set.
+    """
+    try:
+        tune_nuisance(findings, starts, progress)
+        _set_ceiling(findings, seed)
+        assert findings.tuned is not None
+        findings.tuned_ceiling = findings.ceiling
+        findings.tuned_at_floor = findings.at_floor(findings.tuned)
+        catalogue = list(findings.problem.model.effects if effects is None else effects)
+        for turn in range(MAX_EFFECTS):
+            assert findings.current is not None
+            if findings.at_floor(findings.current) or not catalogue:
+                break
+            if not _add_one(findings, catalogue, turn, progress):
+                break
+            _set_ceiling(findings, seed)
+            if len(findings.accepted) > 1:
+                _try_removing(findings, seed)
+    except KeyboardInterrupt:
+        findings.partial = True
+        findings.remarks.append("interrupted: the best answer so far")
+    progress("done", 1.0)
+    return findings
+
+
+def tune_nuisance(findings: Findings, starts: Sequence[Values], progress: Progress) -> None:
+    """Re-fit the nuisance from every start, robustly first, and anchor the model there."""
+    problem = findings.problem
+    parameters = problem.free(problem.model.nuisance)
+    fits: list[Fit] = []
+    for index, start in enumerate(starts):
+        progress("re-tuning", 0.02 + 0.1 * index / len(starts))
+        rough = fit(problem, parameters, start, iterations=6, loss="soft_l1")
+        fits.append(fit(problem, parameters, rough.values, iterations=6))
+    best = min(fits, key=lambda result: result.cost)
+    for _ in range(2):
+        progress("re-tuning", 0.14)
+        _anchor(problem, best.values)
+        best = fit(problem, parameters, best.values, iterations=6)
+        if not isinstance(problem.model, Anchored):
+            break
+    if problem.gap_squared(best.residual) > findings.nominal:
+        findings.remarks.append("re-tuning did not lower the gap: the nominal parameters are as good")
+    findings.tuned = make_base(problem, findings.folds, findings.bootstrap, best)
+    findings.current = findings.tuned
+
+
+def _add_one(findings: Findings, catalogue: Sequence[Effect], turn: int, progress: Progress) -> bool:
+    """Screen everything not yet accepted, fit the survivors, accept the best that passes. False when none does."""
+    problem, base = findings.problem, findings.current
+    assert base is not None
+    names = {contender.effect.name for contender in findings.accepted}
+    begin = 0.18 + 0.27 * turn
+    progress("screening", begin)
+    candidates = screen(problem, base.fit, [effect for effect in catalogue if effect.name not in names])
+    findings.screened.append(candidates)
+    contenders: list[Contender] = []
+    findings.rounds.append(contenders)
+    survivors = _survivors(problem, base, candidates)
+    for index, candidate in enumerate(survivors):
+        progress(f"fitting {candidate.effect.name}", begin + 0.03 + 0.24 * index / len(survivors))
+        best, agree = fit_candidate(problem, base, candidate)
+        contenders.append(
+            judge(problem, findings.folds, findings.bootstrap, base, candidate.effect, best, agree, len(catalogue))
+        )
+    contenders.sort(key=lambda contender: contender.gap_squared)
+    winner = next((contender for contender in contenders if contender.accepted), None)
+    if winner is None:
+        return False
+    findings.groups[winner.effect.name] = _group(findings, base, winner, contenders)
+    _anchor(problem, winner.fit.values)
+    refitted = fit(problem, winner.fit.parameters, winner.fit.values, iterations=5)
+    findings.accepted.append(winner)
+    findings.current = make_base(problem, findings.folds, findings.bootstrap, refitted)
+    return True
+
+
+def _survivors(problem: Problem, base: Base, candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The candidates that promise enough, at least two and at most SURVIVORS."""
+    now = problem.gap_squared(base.fit.residual)
+    enough = [c for c in candidates if now - c.predicted >= _PROMISE * max(now - 1.0, 0.0)]
+    return enough[:SURVIVORS] if len(enough) >= 2 else list(candidates[:2])
+
+
+def _group(findings: Findings, base: Base, winner: Contender, contenders: Sequence[Contender]) -> dict[str, str]:
+    group = {}
+    for other in contenders:
+        if other is winner or not other.physical or other.gain_bound <= 0.0:
+            continue
+        why = indistinguishable(findings.problem, findings.bootstrap, base, winner, other)
+        if why is not None:
+            group[other.effect.name] = why
+    return group
+
+
+def _try_removing(findings: Findings, seed: int) -> None:
+    """Refit without each earlier effect; one that held-out data does not miss goes."""
+    problem, current = findings.problem, findings.current
+    assert current is not None
+    for contender in list(findings.accepted[:-1]):
+        own = {parameter.name for parameter in contender.effect.parameters}
+        parameters: list[Parameter] = [p for p in current.fit.parameters if p.name not in own]
+        start = {name: value for name, value in current.fit.values.items() if name not in own}
+        without = make_base(problem, findings.folds, findings.bootstrap, fit(problem, parameters, start, iterations=6))
+        missed = without.resampled - current.resampled
+        if float(np.quantile(missed, 0.05)) > 0.0 and without.gap_squared > current.gap_squared:
+            continue
+        findings.accepted.remove(contender)
+        findings.remarks.append(f"{contender.effect.name} was accepted first and is not needed any more")
+        findings.current = current = without
+        _set_ceiling(findings, seed)
+
+
+def _set_ceiling(findings: Findings, seed: int) -> None:
+    """c0 at the current fit."""
+    base = findings.current
+    assert base is not None
+    problem = findings.problem
+    error = 0.0 * base.held
+    if isinstance(problem.model, Anchored):
+        runs = range(len(problem.model.runs))
+        differences = problem.model.discretisation([problem.set_of(base.fit.values, run) for run in runs])
+        for (run, name), part in problem.slices.items():
+            error[part] = differences[run][name] / problem.floors[run][name].sigma
+    noise = noise_sample(problem, base.fit.residual)
+    findings.ceiling, findings.ceilings = null_quantiles(problem, base.fit, findings.folds, noise, error, seed=seed)
+
+
+def _anchor(problem: Problem, values: Values) -> None:
+    if isinstance(problem.model, Anchored):
+        problem.model.anchor([problem.set_of(values, run) for run in range(len(problem.model.runs))])
+
+
+def total_closed(findings: Findings) -> tuple[float, tuple[float, float]]:
+    """Share of the tuned model's gap that the accepted effects close together, with its 95 % interval.
+
+    NaN when the tuned model is at the noise floor already: there is nothing to close a share of.
+    """
+    tuned, current = findings.tuned, findings.current
+    nothing = float("nan"), (float("nan"), float("nan"))
+    if tuned is None or current is None or not findings.accepted or findings.tuned_at_floor:
+        return nothing
+    if tuned.gap_squared <= findings.tuned_ceiling and tuned.gap_squared <= 1.0:
+        return nothing
+    held = tuned.resampled > 1.0
+    if not held.any():
+        return nothing
+    shares = 1.0 - (current.resampled[held] - 1.0) / (tuned.resampled[held] - 1.0)
+    interval = (float(np.quantile(shares, 0.025)), float(np.quantile(shares, 0.975)))
+    return closed_share(tuned.gap_squared, current.gap_squared), interval
+
+
+def verdict(findings: Findings) -> str:
+    """One of the six verdicts of spec gap.md."""
+    tuned, current = findings.tuned, findings.current
+    if tuned is None or current is None:
+        return "inconclusive"
+    if findings.accepted:
+        return "effect" if findings.at_floor(current) else "effect_and_unknown"
+    nominal = findings.nominal
+    nominal_gaps = findings.problem.channel_gaps(findings.nominal_residual)
+    if nominal <= findings.tuned_ceiling and all(g <= findings.ceilings[n] for n, g in nominal_gaps.items()):
+        return "none"
+    if tuned.gap_squared <= findings.tuned_ceiling:
+        return "parameters"
+    if findings.partial or not tuned.fit.converged and not findings.rounds:
+        return "inconclusive"
+    return "unknown"

@@ -1,0 +1,181 @@
+"""What the gap engine asks of a model: runs with channels, parameters, effects, and a batched simulation.
+
+The engine knows nothing else. The drill string (`slider_drilling.gap.drill_string`) is one such model, the
+motor-driven slide of ``docs/examples/motor_slide.py`` another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Values = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number that a fit may free.
+
+    nominal: its value in the model as given (an effect's amplitude is neutral there); lower, upper: the range
+    a fit may use; scale: a typical change, the unit of the optimiser's steps; spread: how far a rig's value
+    commonly lies from nominal (one standard deviation, a weak prior), infinite when nothing is known;
+    per_run: belongs to the run rather than to the rig.
+    """
+
+    name: str
+    nominal: float
+    lower: float
+    upper: float
+    scale: float
+    unit: str = "-"
+    spread: float = float("inf")
+    per_run: bool = False
+
+    def __post_init__(self) -> None:
+        if not (self.lower < self.upper and self.lower <= self.nominal <= self.upper and self.scale > 0.0):
+            raise ValueError(f"parameter {self.name}: needs lower <= nominal <= upper and scale > 0")
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A candidate cause: the parameters it frees, and how it can be looked for.
+
+    parameters: first the amplitude (neutral at its nominal), then shape parameters. scan: full parameter values
+    at which the score test probes, all away from neutral and from the bounds; the fits start from the best of
+    them, so at least three. physical: the range of the amplitude that the effect's name stands for; a fit that
+    leaves it is reported as ``nonphysical``, the shape it has.
+    """
+
+    name: str
+    site: str
+    parameters: tuple[Parameter, ...]
+    scan: tuple[tuple[float, ...], ...]
+    physical: tuple[float, float] = (-float("inf"), float("inf"))
+    nonphysical: str = "its opposite"
+    law: str = ""
+
+    def __post_init__(self) -> None:
+        if len(self.scan) < 3:
+            raise ValueError(f"effect {self.name}: give at least three scan points")
+        for point in self.scan:
+            if len(point) != len(self.parameters):
+                raise ValueError(f"effect {self.name}: scan point {point} does not fit its parameters")
+            for value, parameter in zip(point, self.parameters, strict=True):
+                if not parameter.lower < value < parameter.upper:
+                    raise ValueError(f"effect {self.name}: scan value {parameter.name} = {value} on or past a bound")
+            if point[0] == self.parameters[0].nominal:
+                raise ValueError(f"effect {self.name}: scan point {point} is neutral")
+
+    def values(self, point: Sequence[float]) -> dict[str, float]:
+        """Parameter values by name."""
+        return {parameter.name: float(value) for parameter, value in zip(self.parameters, point, strict=True)}
+
+
+@dataclass(frozen=True)
+class Channel:
+    """What one sensor measured: time (n,) s ascending, measured (n,) in unit.
+
+    period: of a wrapped angle, else None; declared_noise: the standard deviation somebody states for the
+    sensor, used only where the log cannot tell; resolution: its smallest step, 0 if none.
+    """
+
+    name: str
+    time: Array
+    measured: Array
+    unit: str = "-"
+    period: float | None = None
+    declared_noise: float | None = None
+    resolution: float = 0.0
+
+    def residual(self, simulated: Array) -> Array:
+        """measured - simulated, (..., n), wrapped to half a period either way where the channel wraps."""
+        difference = self.measured - simulated
+        if self.period is None:
+            return difference
+        return (difference + 0.5 * self.period) % self.period - 0.5 * self.period
+
+
+@dataclass(frozen=True)
+class Run:
+    """One log: the main command ``excitation`` (m,) over ``time`` (m,) s, and the channels measured.
+
+    bands: named frequency ranges (name, from Hz, to Hz) to split the gap by, besides the excitation's own.
+    """
+
+    name: str
+    time: Array
+    excitation: Array
+    channels: tuple[Channel, ...]
+    bands: tuple[tuple[str, float, float], ...] = ()
+
+    @property
+    def duration(self) -> float:
+        """Length of the run, s."""
+        return float(self.time[-1] - self.time[0])
+
+
+class Model(Protocol):
+    """Anything that can be simulated for many parameter sets at once."""
+
+    @property
+    def runs(self) -> tuple[Run, ...]:
+        """The logs to explain."""
+
+    @property
+    def nuisance(self) -> tuple[Parameter, ...]:
+        """What is re-tuned in any rig and is no effect."""
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """The catalogue."""
+
+    def simulate(self, run: int, sets: Sequence[Values]) -> Mapping[str, Array]:
+        """Channels of one run for K parameter sets, each (K, n) at the channel's times.
+
+        A name missing from a set stands at its nominal value.
+        """
+
+
+@runtime_checkable
+class Anchored(Protocol):
+    """A model whose `simulate` is a cheap one plus a correction that an exact run at these values gives."""
+
+    def anchor(self, values: Sequence[Values]) -> None:
+        """Make `simulate` exact at values[run] of each run."""
+
+    def discretisation(self, values: Sequence[Values]) -> Sequence[Mapping[str, Array]]:
+        """Per run and channel (n,): how far the exact run still is from a finer one at these values."""
+
+
+@runtime_checkable
+class Probed(Protocol):
+    """A model that can say where along it something is missing."""
+
+    @property
+    def probes(self) -> tuple[tuple[Parameter, float, float], ...]:
+        """(parameter, from, to): a parameter that acts between two positions only."""
+
+
+@dataclass(frozen=True)
+class Manoeuvre:
+    """A run that could be made next: what to do in words and numbers, and the model that simulates it.
+
+    The model's runs carry the channels' times and declared noise; their measured values are not used.
+    """
+
+    description: str
+    settings: Mapping[str, float]
+    model: Model = field(repr=False)
+
+
+@runtime_checkable
+class Manoeuvring(Protocol):
+    """A model that can say which runs could be made next."""
+
+    def manoeuvres(self) -> Sequence[Manoeuvre]:
+        """Candidates to compare."""

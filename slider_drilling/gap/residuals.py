@@ -1,0 +1,124 @@
+"""Residuals of a model's runs in noise units, stacked so that their squares add up to the gap E^2.
+
+``E^2 = mean over runs and channels of mean((measured - simulated)^2) / sigma^2`` (spec gap.md); every channel
+counts alike, however often it is sampled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slider_drilling.gap.model import Array, Model, Parameter, Values
+from slider_drilling.gap.noise import NoiseFloor
+
+# A fit weighs channels between E^2 (0: every channel alike) and likelihood (1: every sample alike). Pure E^2 lets
+# the few tool-faces of a log steer the fit by their noise; pure likelihood ignores them.
+FIT_TEMPER = 0.5
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A model with its noise floors; everything stacked has length N, over runs, then channels, then samples.
+
+    run, channel: (N,) indices into model.runs and ``channel_names``; time: (N,) s; score: (N,) with
+    ``sum(score * r^2) = E^2``; weight: (N,) the fit's weight of r, near sqrt(score) but tempered.
+    """
+
+    model: Model
+    floors: tuple[dict[str, NoiseFloor], ...]
+    channel_names: tuple[str, ...]
+    run: Array
+    channel: Array
+    time: Array
+    score: Array
+    weight: Array
+    slices: dict[tuple[int, str], slice]
+
+    def set_of(self, values: Values, run: int) -> dict[str, float]:
+        """The parameter set of one run: per-run parameters are named ``name@run`` outside the model."""
+        suffix = f"@{run}"
+        chosen = {name: value for name, value in values.items() if "@" not in name}
+        chosen |= {name[: -len(suffix)]: value for name, value in values.items() if name.endswith(suffix)}
+        return chosen
+
+    def simulate(self, sets: Sequence[Values]) -> Array:
+        """(K, N) simulated channels of K parameter sets in noise units, wrapped angles as the model unwinds them."""
+        stacked = np.empty((len(sets), self.time.size))
+        for index, run in enumerate(self.model.runs):
+            simulated = self.model.simulate(index, [self.set_of(values, index) for values in sets])
+            for channel in run.channels:
+                sigma = self.floors[index][channel.name].sigma
+                stacked[:, self.slices[index, channel.name]] = simulated[channel.name] / sigma
+        return stacked
+
+    def against_log(self, simulated: Array) -> Array:
+        """(K, N) residuals, measured - simulated in noise units, of what `simulate` gave; angles wrapped."""
+        residual = np.empty_like(simulated)
+        for index, run in enumerate(self.model.runs):
+            for channel in run.channels:
+                part, sigma = self.slices[index, channel.name], self.floors[index][channel.name].sigma
+                residual[..., part] = channel.residual(simulated[..., part] * sigma) / sigma
+        return residual
+
+    def residuals(self, sets: Sequence[Values]) -> Array:
+        """(K, N) residuals in noise units of K parameter sets."""
+        return self.against_log(self.simulate(sets))
+
+    def gap_squared(self, residual: Array) -> float:
+        """E^2 of one residual (N,)."""
+        return float(self.score @ residual**2)
+
+    def channel_gaps(self, residual: Array) -> dict[str, float]:
+        """E_c^2 by channel (mean over runs) of one residual (N,)."""
+        gaps = {}
+        for index, name in enumerate(self.channel_names):
+            here = self.channel == index
+            gaps[name] = float(self.score[here] @ residual[here] ** 2 / self.score[here].sum())
+        return gaps
+
+    def free(self, parameters: Sequence[Parameter]) -> list[Parameter]:
+        """The parameters as the fit sees them: one copy per run of those that belong to the run."""
+        expanded = []
+        for parameter in parameters:
+            if parameter.per_run:
+                expanded += [_renamed(parameter, f"{parameter.name}@{run}") for run in range(len(self.model.runs))]
+            else:
+                expanded.append(parameter)
+        return expanded
+
+
+def build_problem(model: Model, floors: Sequence[dict[str, NoiseFloor]]) -> Problem:
+    """Stack a model's runs. Raises ValueError when no channel is left."""
+    names: list[str] = []
+    pieces: list[tuple[int, int, Array]] = []
+    slices: dict[tuple[int, str], slice] = {}
+    start = 0
+    for index, run in enumerate(model.runs):
+        for channel in run.channels:
+            if channel.name not in names:
+                names.append(channel.name)
+            pieces.append((index, names.index(channel.name), channel.time))
+            slices[index, channel.name] = slice(start, start + channel.time.size)
+            start += channel.time.size
+    if not pieces:
+        raise ValueError("no run holds a channel that can be used")
+    run_of = np.concatenate([np.full(time.size, run) for run, _, time in pieces])
+    channel_of = np.concatenate([np.full(time.size, channel) for _, channel, time in pieces])
+    size = np.concatenate([np.full(time.size, time.size) for _, _, time in pieces])
+    score = 1.0 / (len(pieces) * size)
+    tempered = size ** (FIT_TEMPER - 1.0)
+    weight = np.sqrt(tempered / tempered.sum())
+    return Problem(
+        model, tuple(floors), tuple(names), run_of, channel_of,
+        np.concatenate([time for _, _, time in pieces]), score, weight, slices,
+    )  # fmt: skip
+
+
+def _renamed(parameter: Parameter, name: str) -> Parameter:
+    return Parameter(
+        name, parameter.nominal, parameter.lower, parameter.upper, parameter.scale, parameter.unit,
+        parameter.spread, True,
+    )  # fmt: skip

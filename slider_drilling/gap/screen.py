@@ -1,0 +1,101 @@
+"""The score test: how much of the tuned model's residual each effect could explain, before any of them is fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slider_drilling.gap.model import Array, Effect
+from slider_drilling.gap.residuals import Problem
+from slider_drilling.gap.tune import Fit
+
+# How far beyond a scan point its secant is trusted when it predicts a start.
+_LONGEST = 3.0
+_BATCH = 32
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect as the score test sees it.
+
+    predicted: E^2 that the best scan point promises once the nuisance follows; starts: parameter values (nuisance
+    included) to begin fits from, most promising first.
+    """
+
+    effect: Effect
+    predicted: float
+    starts: tuple[dict[str, float], ...]
+
+
+def screen(problem: Problem, fit: Fit, effects: Sequence[Effect]) -> list[Candidate]:
+    """Score every effect at the fit, best first.
+
+    Each scan point is simulated once; its change of the residual, with what the nuisance Jacobian spans projected
+    out, is laid against the residual. The secant replaces the derivative at neutral, which for a dead zone or a
+    friction that depends on direction says nothing about the size that matters.
+    """
+    points = [(effect, point) for effect in effects for point in effect.scan]
+    changes = _changes(problem, fit, points)
+    scored: dict[str, list[tuple[float, dict[str, float]]]] = {effect.name: [] for effect in effects}
+    rows = problem.weight[:, None] * fit.jacobian
+    prior = np.array([(p.scale / p.spread) if np.isfinite(p.spread) else 0.0 for p in fit.parameters])
+    prior = np.diag(prior / np.sqrt(problem.time.size))
+    for (effect, point), change in zip(points, changes, strict=True):
+        amplitude = effect.parameters[0]
+        shortest = -_LONGEST if amplitude.lower < amplitude.nominal < amplitude.upper else 0.0
+        step, length = _project(problem, rows, prior, fit.residual, change, shortest)
+        predicted = fit.residual + fit.jacobian @ step + length * change
+        scored[effect.name].append((problem.gap_squared(predicted), _start(fit, effect, point, step, length)))
+    found = []
+    for effect in effects:
+        ordered = sorted(scored[effect.name], key=lambda pair: pair[0])
+        found.append(Candidate(effect, ordered[0][0], tuple(start for _, start in ordered)))
+    return sorted(found, key=lambda candidate: candidate.predicted)
+
+
+def _changes(problem: Problem, fit: Fit, points: Sequence[tuple[Effect, tuple[float, ...]]]) -> Array:
+    """(K, N) change of the residual when each effect is switched on at each point."""
+    changes = np.empty((len(points), problem.time.size))
+    for begin in range(0, len(points), _BATCH):
+        part = points[begin : begin + _BATCH]
+        simulated = problem.simulate([fit.values, *(fit.values | effect.values(point) for effect, point in part)])
+        changes[begin : begin + len(part)] = simulated[0] - simulated[1:]
+    return changes
+
+
+def _project(
+    problem: Problem, rows: Array, prior: Array, residual: Array, change: Array, shortest: float
+) -> tuple[Array, float]:
+    """Nuisance step (scaled) and multiple of the change that together leave least, the multiple kept in [shortest, 3].
+
+    A negative multiple is the effect with the other sign: allowed where the amplitude's range has one, so that a
+    shape that no physical size of the effect has is still seen.
+    """
+    weighted = problem.weight * change
+    left = np.vstack([np.column_stack([rows, weighted]), np.column_stack([prior, np.zeros(len(prior))])])
+    right = np.concatenate([-problem.weight * residual, np.zeros(len(prior))])
+    solution = np.linalg.lstsq(left, right, rcond=1e-10)[0]
+    length = float(np.clip(solution[-1], shortest, _LONGEST))
+    if length != solution[-1]:
+        bottom = np.zeros(len(prior))
+        target = np.concatenate([-problem.weight * (residual + length * change), bottom])
+        solution = np.append(np.linalg.lstsq(np.vstack([rows, prior]), target, rcond=1e-10)[0], length)
+    return solution[:-1], length
+
+
+def _start(fit: Fit, effect: Effect, point: tuple[float, ...], step: Array, length: float) -> dict[str, float]:
+    """Where the projection says the fit should begin; the amplitude keeps at least a quarter of the scan's."""
+    start = dict(fit.values)
+    for parameter, move in zip(fit.parameters, step, strict=True):
+        moved = start[parameter.name] + parameter.scale * float(np.clip(move, -4.0, 4.0))
+        start[parameter.name] = float(np.clip(moved, parameter.lower, parameter.upper))
+    amplitude = effect.parameters[0]
+    multiple = length if abs(length) >= 0.25 else 0.25
+    size = amplitude.nominal + multiple * (point[0] - amplitude.nominal)
+    margin = 0.02 * (amplitude.upper - amplitude.lower)
+    size = float(np.clip(size, amplitude.lower + margin, amplitude.upper - margin))
+    if size == amplitude.nominal:
+        size = point[0]
+    return start | effect.values((size, *point[1:]))
