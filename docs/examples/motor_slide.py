@@ -44,10 +44,22 @@ EFFECTS = (
         scan=((0.5, 0.01), (0.5, 0.03), (0.5, 0.1)), physical=(0.0, np.inf),
         nonphysical="friction that rises with speed",
     ),
-    Effect("backlash", "drive", (Parameter("backlash", 0.0, 0.0, 0.02, 0.001, "m"),), scan=((0.001,), (0.003,), (0.008,))),
-    Effect("viscous", "contact", (Parameter("viscous", 0.0, 0.0, 9000.0, 300.0, "N s2/m2"),), scan=((500.0,), (1500.0,), (5000.0,))),
-    Effect("force_bias", "sensor", (Parameter("force_bias", 0.0, -30.0, 30.0, 1.0, "N"),), scan=((-3.0,), (3.0,), (10.0,))),
-    Effect("force_lag", "sensor", (Parameter("force_lag", 0.0, 0.0, 2.0, 0.05, "s"),), scan=((0.05,), (0.15,), (0.5,))),
+    Effect(
+        "backlash", "drive", (Parameter("backlash", 0.0, 0.0, 0.02, 0.001, "m"),),
+        scan=((0.001,), (0.003,), (0.008,)),
+    ),
+    Effect(
+        "viscous", "contact", (Parameter("viscous", 0.0, 0.0, 9000.0, 300.0, "N s2/m2"),),
+        scan=((500.0,), (1500.0,), (5000.0,)),
+    ),
+    Effect(
+        "force_bias", "sensor", (Parameter("force_bias", 0.0, -30.0, 30.0, 1.0, "N"),),
+        scan=((-3.0,), (3.0,), (10.0,)),
+    ),
+    Effect(
+        "force_lag", "sensor", (Parameter("force_lag", 0.0, 0.0, 2.0, 0.05, "s"),),
+        scan=((0.05,), (0.15,), (0.5,)),
+    ),
 )  # fmt: skip
 
 

@@ -8,7 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slider_drilling.gap.contender import (
-    Base, Contender, closed_share, fit_candidate, indistinguishable, judge, make_base,
+    Base,
+    Contender,
+    closed_share,
+    fit_candidate,
+    indistinguishable,
+    judge,
+    make_base,
 )  # fmt: skip
 from slider_drilling.gap.held_out import Bootstrap, Folds, make_folds, noise_sample, null_quantiles
 from slider_drilling.gap.model import Anchored, Array, Effect, Parameter, Values
@@ -239,6 +245,6 @@ def verdict(findings: Findings) -> str:
         return "none"
     if tuned.gap_squared <= findings.tuned_ceiling:
         return "parameters"
-    if findings.partial or not tuned.fit.converged and not findings.rounds:
+    if findings.partial or (not tuned.fit.converged and not findings.rounds):
         return "inconclusive"
     return "unknown"

@@ -9,7 +9,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slider_drilling.gap.attribute import (
-    Findings, Progress, attribute, start_findings, total_closed, verdict,
+    Findings,
+    Progress,
+    attribute,
+    start_findings,
+    total_closed,
+    verdict,
 )  # fmt: skip
 from slider_drilling.gap.contender import Contender
 from slider_drilling.gap.locate import Where, likely_site, locate
@@ -143,7 +148,9 @@ def rank(findings: Findings) -> tuple[Ranked, ...]:
                 nothing = (float("nan"), float("nan"))
                 share = (now - candidate.predicted) / (now - 1.0)
                 entries.append(
-                    Ranked(candidate.effect.name, candidate.effect.site, share, nothing, {}, False, False, True, False, 1)
+                    Ranked(
+                        candidate.effect.name, candidate.effect.site, share, nothing, {}, False, False, True, False, 1
+                    )
                 )
     return tuple(entries)
 

@@ -33,7 +33,8 @@ def block_length(run: Run) -> float:
 @dataclass(frozen=True)
 class Folds:
     """of: (N,) the fold of each sample (contiguous stretches of time, the same for every channel);
-    bins: (N,) index of the sample's bootstrap bin; bin_run: (B,) the run of each bin; per_block: bins a block holds, by run.
+    bins: (N,) index of the sample's bootstrap bin; bin_run: (B,) the run of each bin; per_block: bins a block holds,
+    by run.
     """
 
     of: Array
@@ -52,7 +53,7 @@ def make_folds(problem: Problem) -> Folds:
         here = problem.run == index
         elapsed = (problem.time[here] - run.time[0]) / run.duration
         fold_of[here] = np.clip((elapsed * FOLDS).astype(int), 0, FOLDS - 1)
-        count = max(int(round(run.duration / block_length(run) * _BINS_PER_BLOCK)), FOLDS)
+        count = max(round(run.duration / block_length(run) * _BINS_PER_BLOCK), FOLDS)
         bin_of[here] = len(bin_run) + np.clip((elapsed * count).astype(int), 0, count - 1)
         bin_run += [index] * count
         per_block.append(max(int(np.ceil(block_length(run) / run.duration * count - 1e-9)), 1))

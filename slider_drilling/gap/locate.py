@@ -101,7 +101,10 @@ def band_edges(run: Run) -> list[tuple[str, float, float]]:
     edges: list[tuple[str, float, float]] = []
     at = 0.0
     if period is not None:
-        edges += [("below the rocking frequency", 0.0, 0.5 / period), ("rocking and its harmonics", 0.5 / period, 3.5 / period)]
+        edges += [
+            ("below the rocking frequency", 0.0, 0.5 / period),
+            ("rocking and its harmonics", 0.5 / period, 3.5 / period),
+        ]
         at = 3.5 / period
     for name, low, high in run.bands:
         if high <= at:

@@ -6,6 +6,7 @@ cycles that the mean and the drift were taken from); elsewhere robust high-order
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,7 +62,7 @@ def cycle_starts(time: Array, excitation: Array) -> list[Array]:
     crossings = _upward_crossings(time, excitation, peaks)
     groups: list[Array] = []
     current = [crossings[0]] if crossings.size else []
-    for start, end in zip(crossings[:-1], crossings[1:], strict=True):
+    for start, end in itertools.pairwise(crossings):
         if len(current) >= 2 and not _alike(time, excitation, current[-2], current[-1], start, end):
             groups.append(np.array(current))
             current = [start]
@@ -152,7 +153,7 @@ def _turning_points(excitation: Array) -> Array:
 def _upward_crossings(time: Array, excitation: Array, turns: Array) -> Array:
     """Times when the excitation passes half-way up from a low turning point to the next high one."""
     crossings = []
-    for low, high in zip(turns[:-1], turns[1:], strict=True):
+    for low, high in itertools.pairwise(turns):
         if excitation[high] <= excitation[low]:
             continue
         middle = 0.5 * (excitation[low] + excitation[high])
@@ -173,11 +174,14 @@ def _alike(time: Array, excitation: Array, start: float, end: float, other: floa
 
 
 def _cycle_spectrum(channel: Channel, group: Array) -> tuple[Array, Array, int] | None:
-    """(cycles per sample, power, degrees of freedom) of the cycle-to-cycle differences; whole-sample shifts keep white noise white."""
+    """(cycles per sample, power, degrees of freedom) of the cycle-to-cycle differences.
+
+    Cycles are shifted by whole samples: interpolation would take power from white noise.
+    """
     interval = float(np.median(np.diff(channel.time)))
     samples = int(np.floor(np.min(np.diff(group)) / interval))
     starts = np.searchsorted(channel.time, group[:-1])
-    if samples < 16 or starts[0] == 0 and channel.time[0] > group[0] or starts[-1] + samples > channel.time.size:
+    if samples < 16 or (starts[0] == 0 and channel.time[0] > group[0]) or starts[-1] + samples > channel.time.size:
         return None
     cycles = np.stack([channel.measured[start : start + samples] for start in starts])
     count = cycles.shape[0]
@@ -188,5 +192,5 @@ def _cycle_spectrum(channel: Channel, group: Array) -> tuple[Array, Array, int] 
         rest = rest - np.outer(order, order @ rest) / (order @ order)
         lost = 2
     transformed = np.fft.rfft(rest, axis=1) / np.sqrt(samples)
-    power = np.mean(np.abs(transformed) ** 2, axis=0) * count / (count - lost)
-    return np.fft.rfftfreq(samples), power, samples * (count - lost)
+    power: Array = np.mean(np.abs(transformed) ** 2, axis=0) * count / (count - lost)
+    return np.asarray(np.fft.rfftfreq(samples)), power, samples * (count - lost)
