@@ -1,0 +1,246 @@
+"""From rig files to the flat arrays of the compiled step, and the static equilibrium that a run starts from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slider_drilling.contact import friction_table
+from slider_drilling.drillstring.layout import Array, Curve, Elements, Lanes, State
+from slider_drilling.drillstring.mesh import (
+    GRAVITY,
+    Mesh,
+    average_over_elements,
+    build_mesh,
+    friction_factors,
+    open_hole_share,
+)
+from slider_drilling.errors import InputError
+from slider_drilling.rig import Contact, Rig
+
+_POLYNOMIAL_DEGREE = 6
+_POLYNOMIAL_ERROR = 1e-6  # of mu; beyond it (a kink between two wear modes) the kernel reads the table
+_STEP_SHARE = 0.95  # of the longest stable step
+
+
+@dataclass(frozen=True)
+class Modifiers:
+    """What a user's own effect adds to the elements, each (n,) or a number.
+
+    friction_factor: multiplies friction; extra_curvature: rad/m, side force ``|T| curvature``; axial_force: N.
+    """
+
+    friction_factor: Array | float = 1.0
+    extra_curvature: Array | float = 0.0
+    axial_force: Array | float = 0.0
+
+
+@dataclass(frozen=True)
+class Start:
+    """How a run begins: at rest, hanging, with a rotation of the bit relative to the top drive.
+
+    twist: rad, spread over the string as one constant torque would; offset: rad, the same turn of the whole string
+    (a tool-face that is not referred to the top drive's zero).
+    """
+
+    twist: float = 0.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Springs:
+    """Stiffness (n + 1,) between elements, top spring first and a zero below the bit; mass and inertia (n,)."""
+
+    axial: Array
+    torsional: Array
+    mass: Array
+    inertia: Array
+
+
+def springs(rig: Rig, mesh: Mesh) -> Springs:
+    """Half-element springs in series: masses sit at element middles, the top spring is half an element."""
+    axial_half = 2.0 * rig.string.youngs_modulus * mesh.area / mesh.length
+    compliance = 1.0 + rig.effects.torsional_compliance.extra
+    torsional_half = 2.0 * rig.string.shear_modulus * mesh.polar_moment / mesh.length / compliance
+    return Springs(
+        axial=_in_series(axial_half),
+        torsional=_in_series(torsional_half),
+        mass=rig.string.density * mesh.area * mesh.length,
+        inertia=rig.string.density * mesh.polar_moment * mesh.length,
+    )
+
+
+def longest_step(rig: Rig, mesh: Mesh) -> float:
+    """Time step (s) that keeps the fastest mode stable: 2 / omega, omega bounded by Gershgorin's circles.
+
+    The contact's own stiffness is left out: it is 1e-3 of an element's for any load that a string carries.
+    """
+    s = springs(rig, mesh)
+    fastest = max(
+        float(np.max(2.0 * (s.axial[:-1] + s.axial[1:]) / s.mass)),
+        float(np.max(2.0 * (s.torsional[:-1] + s.torsional[1:]) / s.inertia)),
+    )
+    return _STEP_SHARE * 2.0 / math.sqrt(fastest)
+
+
+def friction_curve(contact: Contact) -> Curve:
+    """The contact's friction as a polynomial where it is smooth enough, else as a table."""
+    table = friction_table(contact.shear_factor, contact.asperity)
+    q = np.linspace(0.0, 1.0, len(table))
+    fit = np.polynomial.Polynomial.fit(q, table, _POLYNOMIAL_DEGREE).convert()
+    coefficients = np.zeros(_POLYNOMIAL_DEGREE + 1)
+    coefficients[: len(fit.coef)] = fit.coef
+    smooth = bool(np.max(np.abs(fit(q) - table)) < _POLYNOMIAL_ERROR)
+    orientation = contact.asperity.orientation
+    return Curve(
+        polynomial=coefficients if smooth else np.empty(0),
+        table=np.ascontiguousarray(table),
+        axial=math.cos(orientation),
+        tangential=math.sin(orientation),
+        exponent=contact.dahl_exponent,
+    )
+
+
+def elements(rigs: Sequence[Rig], mesh: Mesh, dt: float, modifiers: Sequence[Modifiers]) -> Elements:
+    """Constants of every element of every lane."""
+    columns = [_elements_of_one(rig, mesh, dt, extra) for rig, extra in zip(rigs, modifiers, strict=True)]
+    return Elements(*(_interleave([getattr(column, name) for column in columns]) for name in Elements._fields))
+
+
+def lanes(rigs: Sequence[Rig], mesh: Mesh, dt: float) -> Lanes:
+    """Constants of every lane."""
+    rows = [_lane_of_one(rig, mesh, dt) for rig in rigs]
+    return Lanes(*(np.array([row[name] for row in rows], dtype=float) for name in Lanes._fields))
+
+
+def initial_state(
+    rigs: Sequence[Rig], mesh: Mesh, e: Elements, c: Lanes, dt: float, drive: Array, starts: Sequence[Start]
+) -> State:
+    """Static equilibrium: weight hanging from the block without friction, the bit just on bottom, no torque.
+
+    drive: (5,) top-drive angle rad and speed, block position m and speed, pump speed rad/s at the start.
+    """
+    count, width = mesh.count, len(rigs)
+    size = (count + 2) * width
+    force = e.axial_force.reshape(count + 2, width)
+    spring = e.axial_spring.reshape(count + 2, width)[1:-1]
+    carried = np.cumsum(force[:0:-1], axis=0)[::-1][:count]
+    position = np.zeros((count + 2, width))
+    position[0] = drive[2]
+    position[1:-1] = drive[2] + np.cumsum(carried / spring, axis=0)
+    compliance = np.cumsum(1.0 / e.torsional_spring.reshape(count + 2, width)[1:-1], axis=0)
+    rotation = np.full((count + 2, width), drive[0])
+    rotation[1:-1] += compliance / compliance[-1] * np.array([s.twist for s in starts])
+    rotation[1:-1] += np.array([s.offset for s in starts])
+    torque = e.torsional_spring[width : 2 * width] * (rotation[0] - rotation[1])
+    flow = np.maximum(drive[4] * c.pump_displacement, 0.0) / c.reference_flow
+    delay = round(rigs[0].string.length / rigs[0].mud.sound_speed / dt)
+    zero, lane = (lambda: np.zeros(size)), (lambda: np.zeros(width))
+    return State(
+        position=position.ravel(), speed=zero(), rotation=rotation.ravel(), rotation_speed=zero(),
+        strain_axial=zero(), strain_tangential=zero(), friction=zero(), factor=e.friction_factor.copy(), rest=zero(),
+        bottom=position[-2].copy(), depth_offset=rigs[0].string.length - position[-2], weight_on_bit=lane(),
+        bit_torque=lane(), motor_pressure=lane(), stalled=lane(),
+        standpipe=c.circulating_pressure * flow**1.8, sensed_torque=torque, pulses=np.zeros(delay * width),
+        clock=np.zeros(2),
+    )  # fmt: skip
+
+
+def common_mesh(rigs: Sequence[Rig], count: int) -> Mesh:
+    """The one mesh of a batch. Raises InputError where the rigs differ in what lanes share."""
+    first = rigs[0]
+    for rig in rigs[1:]:
+        for what in ("well.survey", "string.sections", "contact", "mud.sound_speed"):
+            block, name = what.split(".") if "." in what else (what, "")
+            mine, theirs = getattr(first, block), getattr(rig, block)
+            if name:
+                mine, theirs = getattr(mine, name), getattr(theirs, name)
+            if mine != theirs:
+                raise InputError(f"batch: {what} differs between its rigs; simulate them one by one")
+    return build_mesh(first, count)
+
+
+def _in_series(half: Array) -> Array:
+    between = 1.0 / (1.0 / half[:-1] + 1.0 / half[1:])
+    return np.concatenate([half[:1], between, [0.0]])
+
+
+def _interleave(columns: Sequence[Array]) -> Array:
+    return np.ascontiguousarray(np.stack(columns, axis=1)).ravel()
+
+
+def _elements_of_one(rig: Rig, mesh: Mesh, dt: float, extra: Modifiers) -> Elements:
+    """The arrays of one rig, (n + 2,) each, boundary and ghost rows included."""
+    s = springs(rig, mesh)
+    effects = rig.effects
+    weight = GRAVITY * (rig.string.density - rig.mud.density) * mesh.area * mesh.length
+    drag = effects.viscous_drag.coefficient * mesh.length
+    axial_decay = 1.0 / (1.0 + dt * (rig.string.axial_damping + drag / s.mass))
+    turning = drag * mesh.outer_radius**2 / s.inertia
+    torsional_decay = 1.0 / (1.0 + dt * (rig.string.torsional_damping + turning))
+    bed = effects.cuttings_bed
+    covered = average_over_elements(mesh, bed.top, bed.bottom)
+    tortuous = effects.tortuosity.curvature * open_hole_share(rig, mesh) + extra.extra_curvature
+    bending = 4.0 * rig.string.youngs_modulus * mesh.second_moment
+    of_element = Elements(
+        axial_spring=s.axial[:-1],
+        torsional_spring=s.torsional[:-1],
+        axial_push=dt / s.mass * axial_decay,
+        torsional_push=dt / s.inertia * torsional_decay,
+        axial_decay=axial_decay,
+        torsional_decay=torsional_decay,
+        axial_force=weight * mesh.cosine + extra.axial_force,
+        side_weight=weight * mesh.sine,
+        vertical_bend=mesh.vertical_curvature * mesh.length,
+        lateral_bend=mesh.lateral_curvature * mesh.length,
+        extra_bend=tortuous * mesh.length,
+        buckling=effects.buckling_contact.factor * mesh.clearance / bending * mesh.length,
+        radius=mesh.outer_radius,
+        friction_factor=friction_factors(rig, mesh) * (1.0 + (bed.factor - 1.0) * covered) * extra.friction_factor,
+        grip=np.full(mesh.count, rig.contact.stiffness / rig.contact.reference_load),
+    )
+    return Elements(*(np.concatenate([[0.0], np.broadcast_to(a, mesh.count), [0.0]]) for a in of_element))
+
+
+def _lane_of_one(rig: Rig, mesh: Mesh, dt: float) -> dict[str, float]:
+    effects, bit, motor, hydraulics = rig.effects, rig.bit, rig.motor, rig.hydraulics
+    heavier = rig.mud.density / hydraulics.reference_density
+    tool_element = int(np.argmin(np.abs(mesh.middle - effects.axial_oscillation_tool.depth)))
+    return {
+        "cutting_stiffness": bit.depth_of_cut_stiffness,
+        "formation_factor": effects.formation_change.factor,
+        "formation_time": effects.formation_change.time,
+        "bit_lever": bit.aggressiveness * bit.diameter / 3.0,
+        "torque_per_pressure": motor.torque_per_pressure * (1.0 - effects.motor_wear.torque_loss),
+        "motor_displacement": motor.displacement,
+        "leak": motor.leak + effects.motor_wear.extra_leak,
+        "stall_pressure": motor.max_pressure,
+        "pump_displacement": rig.mud_pump.displacement,
+        "circulating_pressure": hydraulics.reference_pressure * heavier,
+        "reference_flow": hydraulics.reference_flow,
+        "pressure_gain": _gain(dt, hydraulics.lag),
+        "torque_gain": _gain(dt, effects.torque_sensor_lag.lag),
+        "torque_bias": effects.torque_sensor_bias.bias,
+        "backlash": 0.5 * effects.top_drive_backlash.angle,
+        "heave_amplitude": effects.heave.amplitude,
+        "heave_frequency": 2.0 * math.pi / effects.heave.period,
+        "heave_phase": effects.heave.phase,
+        "tool_force": effects.axial_oscillation_tool.force,
+        "tool_frequency": 2.0 * math.pi * effects.axial_oscillation_tool.frequency,
+        "tool_row": tool_element + 1,
+        "stribeck_drop": effects.stribeck.drop,
+        "stribeck_speed": effects.stribeck.speed,
+        "aging_growth": effects.static_aging.growth,
+        "aging_time": effects.static_aging.time,
+        "rest_speed": effects.static_aging.rest_speed,
+        "slip_distance": effects.static_aging.slip_distance,
+        "drift_rate": effects.friction_drift.rate,
+    }
+
+
+def _gain(dt: float, lag: float) -> float:
+    """Share of the way to its target that a first-order lag goes in one step."""
+    return 1.0 - math.exp(-dt / lag) if lag > 0.0 else 1.0

@@ -1,0 +1,124 @@
+"""The string as lumped elements: masses at element middles, springs between them, the wall beside them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from slider_drilling.drillstring.well import Array, Course
+from slider_drilling.rig import Rig
+
+GRAVITY = 9.81  # m/s2; the reference logs' hanging weight tells 9.81 from 9.80665
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Per-element geometry and section properties, each (n,), surface first.
+
+    top, bottom, middle: measured depth m. area: m2. second_moment: m4 (bending). polar_moment: m4.
+    outer_radius, clearance: m. cosine, sine: of the inclination (cosine averaged over the element, so that the
+    hanging weight is exact). vertical_curvature: d inclination / ds, lateral_curvature: sin(inclination)
+    d azimuth / ds, rad/m.
+    """
+
+    top: Array
+    bottom: Array
+    area: Array
+    second_moment: Array
+    polar_moment: Array
+    outer_radius: Array
+    clearance: Array
+    cosine: Array
+    sine: Array
+    vertical_curvature: Array
+    lateral_curvature: Array
+
+    @property
+    def length(self) -> Array:
+        return self.bottom - self.top
+
+    @property
+    def middle(self) -> Array:
+        return 0.5 * (self.top + self.bottom)
+
+    @property
+    def count(self) -> int:
+        return len(self.top)
+
+
+def build_mesh(rig: Rig, elements: int) -> Mesh:
+    """About ``elements`` elements of near-equal length, none of which straddles two sections."""
+    counts = _elements_per_section([s.length for s in rig.string.sections], elements)
+    edges = [0.0]
+    for section, count in zip(rig.string.sections, counts, strict=True):
+        edges.extend(edges[-1] + section.length * (np.arange(count) + 1) / count)
+    boundaries = np.asarray(edges)
+    outer = np.repeat([s.outer_diameter for s in rig.string.sections], counts)
+    inner = np.repeat([s.inner_diameter for s in rig.string.sections], counts)
+    quartic = math.pi / 64.0 * (outer**4 - inner**4)
+    top, bottom = boundaries[:-1], boundaries[1:]
+    return Mesh(
+        top=top,
+        bottom=bottom,
+        area=math.pi / 4.0 * (outer**2 - inner**2),
+        second_moment=quartic,
+        polar_moment=2.0 * quartic,
+        outer_radius=0.5 * outer,
+        clearance=0.5 * (rig.well.hole_diameter - outer),
+        **_course_of_elements(Course.from_survey(rig.well.survey), boundaries),
+    )
+
+
+def average_over_elements(mesh: Mesh, top: float, bottom: float) -> Array:
+    """Share (n,) of each element's length that lies between two measured depths."""
+    overlap = np.minimum(mesh.bottom, bottom) - np.maximum(mesh.top, top)
+    return np.clip(overlap, 0.0, None) / mesh.length
+
+
+def friction_factors(rig: Rig, mesh: Mesh) -> Array:
+    """The well's friction factor (n,) of each element, averaged where an interval ends inside it."""
+    if not rig.well.friction_intervals:
+        return np.ones(mesh.count)
+    factors = np.zeros(mesh.count)
+    above = 0.0
+    for interval in rig.well.friction_intervals:
+        factors += interval.factor * average_over_elements(mesh, above, interval.to)
+        above = interval.to
+    return factors
+
+
+def open_hole_share(rig: Rig, mesh: Mesh) -> Array:
+    """Share (n,) of each element that lies in the last friction interval, the open hole."""
+    intervals = rig.well.friction_intervals
+    cased_to = intervals[-2].to if len(intervals) > 1 else 0.0
+    return average_over_elements(mesh, cased_to, math.inf)
+
+
+def _elements_per_section(lengths: list[float], elements: int) -> list[int]:
+    """Split ``elements`` by length, at least one a section; the longest takes the rounding."""
+    total = math.fsum(lengths)
+    counts = [max(1, round(elements * length / total)) for length in lengths]
+    longest = lengths.index(max(lengths))
+    counts[longest] = max(1, counts[longest] + elements - sum(counts))
+    return counts
+
+
+def _course_of_elements(course: Course, boundaries: Array) -> dict[str, Array]:
+    direction, position = course.at(boundaries)
+    middle, _ = course.at(0.5 * (boundaries[:-1] + boundaries[1:]))
+    length = np.diff(boundaries)
+    curvature = np.diff(direction, axis=0) / length[:, None]
+    cosine, sine = middle[:, 2], np.hypot(middle[:, 0], middle[:, 1])
+    flat = sine < 1e-9
+    north = np.where(flat, 1.0, middle[:, 0] / np.where(flat, 1.0, sine))
+    east = np.where(flat, 0.0, middle[:, 1] / np.where(flat, 1.0, sine))
+    high_side = np.stack([cosine * north, cosine * east, -sine], axis=1)
+    lateral = np.stack([-east, north, np.zeros_like(east)], axis=1)
+    return {
+        "cosine": np.diff(position[:, 2]) / length,
+        "sine": sine,
+        "vertical_curvature": np.sum(curvature * high_side, axis=1),
+        "lateral_curvature": np.sum(curvature * lateral, axis=1),
+    }

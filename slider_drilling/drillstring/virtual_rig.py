@@ -1,0 +1,142 @@
+"""A whole rig to test controllers on: drives with limits, the plant, and sensors that err."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from slider_drilling.drillstring.assemble import Modifiers, Start
+from slider_drilling.drillstring.drives import DriveState, follow
+from slider_drilling.drillstring.profile import Profile
+from slider_drilling.drillstring.record import Commands, Response
+from slider_drilling.drillstring.sensors import MwdSensor, SurfaceSensor
+from slider_drilling.drillstring.simulate import ELEMENTS, Plant, PlantState
+from slider_drilling.rig import Rig
+from slider_drilling.signals import Measurements, MwdSample, RigCommand
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What only a simulation knows: rad unwrapped, rad/s, N m, N, Pa, m, m/s; surface channels without noise."""
+
+    time: float
+    surface_torque: float
+    hook_load: float
+    standpipe_pressure: float
+    tool_face: float
+    tool_face_rate: float
+    bit_torque: float
+    weight_on_bit: float
+    differential_pressure: float
+    bit_depth: float
+    rate_of_penetration: float
+
+
+@dataclass(frozen=True)
+class VirtualRigState:
+    """Everything that `VirtualRig.restore` needs."""
+
+    plant: PlantState
+    samples: int
+    drives: DriveState
+    truth: Truth
+    measurements: Measurements
+    sensors: dict[str, SurfaceSensor]
+    mwd: MwdSensor
+    random: dict[str, Any]
+
+
+class VirtualRig:
+    """Steps one sensor period at a time; the same seed and commands give the same run bit for bit.
+
+    ``pump_speed`` (rad/s) is that of the pump at the start; by default the one that gives the reference flow.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        seed: int = 0,
+        elements: int = ELEMENTS,
+        start: Start = Start(),
+        modifiers: Modifiers = Modifiers(),
+        pump_speed: float | None = None,
+        substeps: int | None = None,
+    ) -> None:
+        self.rig = rig
+        self.interval = 1.0 / rig.sensors.rate
+        if pump_speed is None:
+            pump_speed = rig.hydraulics.reference_flow / rig.mud_pump.displacement
+        self._plant = Plant(rig, elements, self.interval, start, modifiers, substeps)
+        self._drives = DriveState(pump_speed=pump_speed)
+        self._random = np.random.default_rng(seed)
+        names = ("surface_torque", "hook_load", "standpipe_pressure")
+        self._sensors = {name: SurfaceSensor(getattr(rig.sensors, name), self.interval) for name in names}
+        self._mwd = MwdSensor(rig.sensors.mwd)
+        self._samples = 0
+        self.truth = self._advance()
+        self.measurements = self._measure(())
+
+    def step(self, command: RigCommand) -> Measurements:
+        """Follow a command for one sensor period and measure at its end."""
+        before = self.truth
+        self._samples += 1
+        self._drives = follow(self._drives, command, before.surface_torque, self.rig.top_drive, self.interval)
+        self.truth = self._advance()
+        now = (self.truth.time, self.truth.tool_face)
+        self.measurements = self._measure(self._mwd.read((before.time, before.tool_face), now, self._random))
+        return self.measurements
+
+    def profile(self) -> Profile:
+        """The string along its length, now."""
+        return self._plant.profile()
+
+    def save(self) -> VirtualRigState:
+        """A copy of the whole rig, random numbers included."""
+        sensors = {name: copy.copy(sensor) for name, sensor in self._sensors.items()}
+        random = copy.deepcopy(dict(self._random.bit_generator.state))
+        return VirtualRigState(
+            self._plant.save(),
+            self._samples,
+            self._drives,
+            self.truth,
+            self.measurements,
+            sensors,
+            self._mwd.copy(),
+            random,
+        )
+
+    def restore(self, saved: VirtualRigState) -> None:
+        """Go back; the same commands then give the same run again."""
+        self._plant.restore(saved.plant)
+        self._samples = saved.samples
+        self._drives, self.truth, self.measurements = saved.drives, saved.truth, saved.measurements
+        self._sensors = {name: copy.copy(sensor) for name, sensor in saved.sensors.items()}
+        self._mwd = saved.mwd.copy()
+        self._random.bit_generator.state = copy.deepcopy(saved.random)
+
+    def _advance(self) -> Truth:
+        d = self._drives
+        time = self._samples * self.interval
+        row = (time, d.top_drive_angle, d.top_drive_speed, d.block_position, d.block_speed, d.pump_speed)
+        return _truth(self._plant.advance(Commands(*(np.array([value]) for value in row))))
+
+    def _measure(self, mwd: tuple[MwdSample, ...]) -> Measurements:
+        read = {name: sensor.read(getattr(self.truth, name), self._random) for name, sensor in self._sensors.items()}
+        d = self._drives
+        return Measurements(
+            time=self.truth.time,
+            top_drive_angle=d.top_drive_angle,
+            top_drive_speed=d.top_drive_speed,
+            block_position=d.block_position,
+            block_speed=d.block_speed,
+            pump_speed=d.pump_speed,
+            mwd=mwd,
+            **read,
+        )
+
+
+def _truth(response: Response) -> Truth:
+    return Truth(**{name: float(getattr(response, name)[0]) for name in Truth.__dataclass_fields__})

@@ -1,0 +1,171 @@
+"""The plant as a whole: equilibrium, wave mechanics, convergence, and the one door to it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slider_drilling.drillstring import Commands, Plant, Start, assemble, simulate, simulate_batch
+from slider_drilling.rig import FrictionInterval, Rig, load_rig
+
+RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
+PUMP = RIG.hydraulics.reference_flow / RIG.mud_pump.displacement
+
+
+def motion(duration: float, interval: float = 0.1, angle=lambda t: 0.0 * t, speed=lambda t: 0.0 * t, block_speed=0.0):
+    time = np.arange(0.0, duration + 0.5 * interval, interval)
+    return Commands(time, angle(time), speed(time), block_speed * time, 0 * time + block_speed, 0 * time + PUMP)
+
+
+def rocking(duration: float, amplitude: float = 20.0, period: float = 24.0, block_speed: float = 0.0025):
+    """Starts at rest, so that no shock of the start rings on; needs nothing that is tested elsewhere."""
+    rate = 2.0 * math.pi / period
+    return motion(
+        duration,
+        angle=lambda t: amplitude * (1.0 - np.cos(rate * t)),
+        speed=lambda t: amplitude * rate * np.sin(rate * t),
+        block_speed=block_speed,
+    )
+
+
+def without_friction(rig: Rig, damping: float = 0.0) -> Rig:
+    well = dataclasses.replace(rig.well, friction_intervals=(FrictionInterval(rig.string.length, 0.0),))
+    string = dataclasses.replace(rig.string, axial_damping=damping, torsional_damping=damping)
+    return dataclasses.replace(rig, well=well, string=string)
+
+
+def one_pipe(rig: Rig) -> Rig:
+    pipe = dataclasses.replace(rig.string.sections[0], length=rig.string.length)
+    return dataclasses.replace(rig, string=dataclasses.replace(rig.string, sections=(pipe,)))
+
+
+def test_hanging_string_stays_in_equilibrium():
+    response = simulate(RIG, motion(20.0))
+    weight = 9.81 * 6650.0 * math.pi / 4 * (0.127**2 - 0.1086**2) * (1500.0 + 900.0 * 2.0 / math.pi)
+    assert response.hook_load == pytest.approx(weight, rel=1e-4)
+    assert np.max(np.abs(response.surface_torque)) < 1e-6
+    assert np.ptp(response.bit_depth) < 1e-6
+    assert response.standpipe_pressure == pytest.approx(180e5)
+
+
+def test_torque_front_travels_at_the_shear_wave_speed_and_meets_the_pipe_impedance():
+    """A drive that turns at constant speed feels impedance x speed until the front comes back from the bit."""
+    rig = one_pipe(without_friction(RIG))
+    speed = 2.0
+    # the top drive starts at rest; after half a second it turns steadily
+    turning = motion(4.0, 0.05, angle=lambda t: speed * (t - 0.25 * (1 - np.exp(-4 * t))),
+                     speed=lambda t: speed * (1 - np.exp(-4 * t)))  # fmt: skip
+    response = simulate(rig, turning, elements=800)
+    polar = math.pi / 32 * (0.127**4 - 0.1086**4)
+    impedance = polar * math.sqrt(rig.string.density * rig.string.shear_modulus)
+    wave_speed = math.sqrt(rig.string.shear_modulus / rig.string.density)
+    before_echo = (response.time > 1.5) & (response.time < 2.0 * 4000.0 / wave_speed - 0.1)
+    expected = impedance * speed * (1 - np.exp(-4 * response.time))
+    assert response.surface_torque[before_echo] == pytest.approx(expected[before_echo], rel=2e-3)
+    arrival = response.time[np.argmax(np.abs(response.tool_face) > 1e-2)]
+    assert arrival == pytest.approx(4000.0 / wave_speed, abs=0.12)
+
+
+def test_undamped_string_without_friction_keeps_its_energy():
+    """Free torsion of a fixed-free pipe: the first mode swings at c / 4 L and does not die."""
+    rig = one_pipe(without_friction(RIG))
+    response = simulate(rig, motion(60.0), elements=100, start=Start(twist=1.0))
+    period = 4.0 * 4000.0 / math.sqrt(rig.string.shear_modulus / rig.string.density)
+    falling = np.flatnonzero((response.tool_face[:-1] > 0) & (response.tool_face[1:] <= 0))
+    measured = np.diff(response.time[falling]).mean()
+    assert measured == pytest.approx(period, rel=0.01)
+    early, late = response.time <= 2 * period, response.time > 60.0 - 2 * period
+    swing = np.sqrt(np.mean(response.tool_face[late] ** 2)) / np.sqrt(np.mean(response.tool_face[early] ** 2))
+    assert swing == pytest.approx(1.0, rel=0.02)
+
+
+def test_surface_torque_converges_with_the_mesh():
+    """Doubling 200 elements changes surface torque by less than 1 % RMS, and less than doubling 100 did."""
+    commands = rocking(120.0)
+    torque = {n: simulate(RIG, commands, elements=n).surface_torque for n in (50, 100, 200, 400)}
+    change = {n: np.sqrt(np.mean((torque[2 * n] - torque[n]) ** 2)) / np.std(torque[400]) for n in (50, 100, 200)}
+    assert change[200] < 0.01
+    assert change[200] < change[100] < change[50]
+
+
+def test_step_error_falls_with_the_step():
+    """Semi-implicit Euler is of first order in a driven, damped string with friction."""
+    commands = rocking(30.0)
+    torque = {n: simulate(RIG, commands, elements=50, substeps=n).surface_torque for n in (10, 20, 40, 320)}
+    error = [np.sqrt(np.mean((torque[n] - torque[320]) ** 2)) for n in (10, 20, 40)]
+    assert error[0] > 1.5 * error[1] > 1.5 * 1.5 * error[2]
+
+
+def test_batch_is_the_single_run_bit_for_bit():
+    commands = rocking(10.0)
+    rigs = [
+        dataclasses.replace(RIG, bit=dataclasses.replace(RIG.bit, aggressiveness=a)) for a in np.linspace(0.4, 0.6, 20)
+    ]
+    batch = simulate_batch(rigs, commands, elements=60, workers=2)
+    for rig, lane in zip(rigs, batch, strict=True):
+        alone = simulate(rig, commands, elements=60)
+        assert np.array_equal(alone.surface_torque, lane.surface_torque)
+        assert np.array_equal(alone.tool_face, lane.tool_face)
+        assert np.array_equal(alone.standpipe_pressure, lane.standpipe_pressure)
+
+
+def test_restored_plant_goes_on_bit_for_bit():
+    commands = rocking(12.0)
+    whole = simulate(RIG, commands, elements=60)
+
+    def part(a: int, b: int) -> Commands:
+        return Commands(*(getattr(commands, f.name)[a:b] for f in dataclasses.fields(commands)))
+
+    plant = Plant(RIG, elements=60)
+    plant.advance(part(0, 50))
+    saved = plant.save()
+    plant.advance(part(50, 90))
+    plant.restore(saved)
+    again = plant.advance(part(50, 121))
+    assert np.array_equal(again.surface_torque, whole.surface_torque[50:])
+    assert np.array_equal(again.tool_face, whole.tool_face[50:])
+
+
+def test_uneven_samples_give_the_run_of_even_ones():
+    even = rocking(20.0)
+    time = np.sort(np.concatenate([even.time[::3], even.time[1::3] + 0.013]))
+    time = time[time <= 20.0]
+    response = simulate(RIG, even.at(time), elements=60)
+    reference = simulate(RIG, even, elements=60)
+    error = response.surface_torque - np.interp(time, even.time, reference.surface_torque)
+    assert np.sqrt(np.mean(error**2)) < 0.02 * np.std(reference.surface_torque)
+
+
+def test_isotropic_contact_reads_the_same_from_table_and_polynomial(monkeypatch):
+    """The two forms of the friction curve are one physics."""
+    commands = rocking(20.0)
+    polynomial = simulate(RIG, commands, elements=60)
+    monkeypatch.setattr(assemble, "_POLYNOMIAL_ERROR", 0.0)
+    table = simulate(RIG, commands, elements=60)
+    assert np.sqrt(np.mean((table.surface_torque - polynomial.surface_torque) ** 2)) < 1.0
+
+
+def test_dahl_exponent_one_is_the_limit_of_the_general_law():
+    commands = rocking(20.0)
+    near = dataclasses.replace(RIG, contact=dataclasses.replace(RIG.contact, dahl_exponent=1.0 + 1e-9))
+    torque = [simulate(rig, commands, elements=60).surface_torque for rig in (near, RIG)]
+    assert np.max(np.abs(torque[0] - torque[1])) < 0.1
+
+
+def test_motor_stalls_and_restarts_when_picked_up():
+    rig = dataclasses.replace(RIG, motor=dataclasses.replace(RIG.motor, max_pressure=6e5))
+    rig = without_friction(rig, damping=0.15)
+    lower, raise_ = motion(60.0, block_speed=0.01), motion(60.0, block_speed=-0.01)
+    plant = Plant(rig, elements=60)
+    stalled = plant.advance(lower)
+    assert stalled.differential_pressure[-1] == pytest.approx(6e5)
+    assert stalled.rate_of_penetration[-1] == pytest.approx(0.0, abs=1e-9)
+    up = Commands(raise_.time + 60.1, raise_.top_drive_angle, raise_.top_drive_speed,
+                  lower.block_position[-1] + raise_.block_position, raise_.block_speed, raise_.pump_speed)  # fmt: skip
+    picked_up = plant.advance(up)
+    assert picked_up.differential_pressure[-1] == 0.0
+    assert picked_up.weight_on_bit[-1] == 0.0
