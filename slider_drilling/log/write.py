@@ -10,13 +10,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Any, cast
+from typing import IO, cast
 
-from mcap.records import Schema
-from mcap_ros2.writer import Writer
+from mcap.writer import Writer
 
 from slider_drilling import __version__
 from slider_drilling.errors import InputError
+from slider_drilling.log import cdr
 from slider_drilling.log.schemas import SCHEMAS
 from slider_drilling.log.topics import DIAGNOSTIC_ARRAY, FLUID_PRESSURE, JOINT_STATE, WRENCH_STAMPED
 
@@ -86,18 +86,27 @@ class LogWriter:
         self._part = Path(part)
         self._file = DirectFile(descriptor)
         self._open = True
-        self._schemas: dict[str, Schema] = {}
+        self._schemas: dict[str, int] = {}
+        self._channels: dict[str, int] = {}
         self._sequence: dict[str, int] = {}
         try:
             self._writer = Writer(cast(IO[bytes], self._file), chunk_size=CHUNK_BYTES)
+            self._writer.start(profile="ros2", library=f"slider_drilling {__version__}")
             self._describe(rig_text, recorded_by, notes)
+        except OSError as error:
+            raise self._failed(error) from None
+
+    def attach_rig(self, rig_text: str) -> None:
+        """Add the rig file, where it was not known when the log was begun."""
+        try:
+            self._writer.add_attachment(0, 0, "rig.yaml", "application/yaml", rig_text.encode("utf-8"))
         except OSError as error:
             raise self._failed(error) from None
 
     def _describe(self, rig_text: str | None, recorded_by: str, notes: str) -> None:
         """The rig file and the metadata record, at the front so that a broken-off file has them too."""
         if rig_text is not None:
-            self._writer.add_attachment(0, 0, "rig.yaml", "application/yaml", rig_text.encode("utf-8"))
+            self.attach_rig(rig_text)
         now = datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
         record = {"version": __version__, "recorded_by": recorded_by, "start_time": now, "notes": notes}
         self._writer.add_metadata("slider_drilling", record)
@@ -113,20 +122,16 @@ class LogWriter:
         log_time_s: float | None = None,
     ) -> None:
         """One joint: rad or m, rad/s or m/s, N m or N; None leaves a quantity out."""
-        message = {
-            "name": [name],
-            "position": [] if position is None else [float(position)],
-            "velocity": [] if velocity is None else [float(velocity)],
-            "effort": [] if effort is None else [float(effort)],
-        }
-        self._write(topic, JOINT_STATE, stamp_s, message, log_time_s)
+        stamp = nanoseconds(stamp_s)
+        self._write(topic, JOINT_STATE, cdr.joint_state(stamp, name, position, velocity, effort), stamp, log_time_s)
 
     def fluid_pressure(
         self, topic: str, stamp_s: float, pressure: float, variance: float = 0.0, log_time_s: float | None = None
     ) -> None:
         """A pressure, Pa, and its variance, Pa2; 0 says that the variance is not known."""
         known = 0.0 if math.isnan(variance) else float(variance)
-        self._write(topic, FLUID_PRESSURE, stamp_s, {"fluid_pressure": float(pressure), "variance": known}, log_time_s)
+        stamp = nanoseconds(stamp_s)
+        self._write(topic, FLUID_PRESSURE, cdr.fluid_pressure(stamp, pressure, known), stamp, log_time_s)
 
     def wrench(
         self,
@@ -137,27 +142,33 @@ class LogWriter:
         log_time_s: float | None = None,
     ) -> None:
         """A force (x, y, z), N, and a torque, N m."""
-        vectors = [dict(zip("xyz", map(float, vector), strict=True)) for vector in (force, torque)]
-        message = {"wrench": {"force": vectors[0], "torque": vectors[1]}}
-        self._write(topic, WRENCH_STAMPED, stamp_s, message, log_time_s)
+        stamp = nanoseconds(stamp_s)
+        self._write(topic, WRENCH_STAMPED, cdr.wrench_stamped(stamp, force, torque), stamp, log_time_s)
 
     def diagnostics(
         self, topic: str, stamp_s: float, status: Sequence[Status], log_time_s: float | None = None
     ) -> None:
         """The health of one node's parts."""
-        message = {
-            "status": [
-                {
-                    "level": one.level,
-                    "name": one.name,
-                    "message": one.message,
-                    "hardware_id": one.hardware_id,
-                    "values": [{"key": key, "value": value} for key, value in one.values],
-                }
-                for one in status
-            ]
-        }
-        self._write(topic, DIAGNOSTIC_ARRAY, stamp_s, message, log_time_s)
+        stamp = nanoseconds(stamp_s)
+        rows = [(one.level, one.name, one.message, one.hardware_id, one.values) for one in status]
+        self._write(topic, DIAGNOSTIC_ARRAY, cdr.diagnostic_array(stamp, rows), stamp, log_time_s)
+
+    def message(self, topic: str, kind: str, data: bytes, log_time_ns: int, publish_time_ns: int) -> None:
+        """A message as it came, CDR bytes of a type in SCHEMAS; times are ns, of its arrival and of its sending."""
+        name = topic if topic.startswith("/") else f"/{topic}"
+        sequence = self._sequence.get(name, 0)
+        self._sequence[name] = sequence + 1
+        try:
+            if name not in self._channels:
+                self._channels[name] = self._register(name, kind)
+            self._writer.add_message(self._channels[name], log_time_ns, data, publish_time_ns, sequence)
+        except OSError as error:
+            raise self._failed(error) from None
+
+    def _register(self, topic: str, kind: str) -> int:
+        if kind not in self._schemas:
+            self._schemas[kind] = self._writer.register_schema(kind, "ros2msg", SCHEMAS[kind].encode())
+        return self._writer.register_channel(topic, "cdr", self._schemas[kind])
 
     def close(self) -> None:
         """Finish the log and give it its name. Raises InputError where that fails; nothing is left then."""
@@ -193,20 +204,9 @@ class LogWriter:
         else:
             self.close()
 
-    def _write(self, topic: str, kind: str, stamp_s: float, message: dict[str, Any], log_time_s: float | None) -> None:
-        stamp = nanoseconds(stamp_s)
-        sec, nanosec = divmod(stamp, 1_000_000_000)
-        message["header"] = {"stamp": {"sec": sec, "nanosec": nanosec}, "frame_id": ""}
+    def _write(self, topic: str, kind: str, data: bytes, stamp: int, log_time_s: float | None) -> None:
         logged = stamp if log_time_s is None else nanoseconds(log_time_s)
-        name = topic if topic.startswith("/") else f"/{topic}"
-        sequence = self._sequence.get(name, 0)
-        self._sequence[name] = sequence + 1
-        try:
-            if kind not in self._schemas:
-                self._schemas[kind] = self._writer.register_msgdef(kind, SCHEMAS[kind])
-            self._writer.write_message(name, self._schemas[kind], message, logged, logged, sequence)
-        except OSError as error:
-            raise self._failed(error) from None
+        self.message(topic, kind, data, logged, logged)
 
     def _unwritable(self, error: OSError) -> InputError:
         return InputError(f"{self.path}: cannot write this log: {error.strerror}")
