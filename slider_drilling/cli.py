@@ -31,7 +31,9 @@ class Row:
     help: str
 
 
-COMMANDS: dict[str, Row] = {}
+COMMANDS: dict[str, Row] = {
+    "replay": Row("slider_drilling.commands.replay", "Drive the plant with a log; compare channel by channel."),
+}
 
 
 class LazyGroup(click.Group):

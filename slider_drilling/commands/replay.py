@@ -1,0 +1,62 @@
+"""`slider-drilling replay`: the plant driven by a log's commands, beside what the log measured."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from slider_drilling.gap.replay import Replay
+
+
+@click.command(epilog="Example:\n\n  slider-drilling replay run.mcap --rig rig.yaml -o simulated.mcap")
+@click.argument("log", type=click.Path(path_type=Path))
+@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file instead of the log's own.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write the simulated channels to this MCAP file.")
+@click.option("--elements", default=200, show_default=True, help="Elements of the string, 10 to 5000.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON: SI units, rad.")
+def command(log: Path, rig_path: Path | None, output: Path | None, elements: int, as_json: bool) -> None:
+    """Drive the plant with LOG's commands from its first sample; print how far it lands from LOG's channels."""
+    from slider_drilling.drillstring.to_log import write_simulated
+    from slider_drilling.errors import InputError
+    from slider_drilling.gap.replay import replay
+    from slider_drilling.log import read_log
+
+    if not 10 <= elements <= 5000:
+        raise InputError(f"--elements = {elements}: must be within 10 to 5000")
+    record = read_log(log, rig_path)
+    rig = record.rig()
+    run = replay(record, rig, elements)
+    if output is not None:
+        write_simulated(output, rig, run.commands, run.response, record.start, f"replay of {log}")
+    channels = {
+        name: {"rms": comparison.rms, "rms_over_noise": comparison.rms_over_noise}
+        for name, comparison in run.channels.items()
+    }
+    if as_json:
+        print(json.dumps({"channels": channels, "assumed": run.assumed, "notes": record.notes}, indent=1))
+        return
+    _print(run)
+    for sentence in (*record.notes, *run.assumed):
+        click.echo(f"note: {sentence}", err=True)
+
+
+def _print(run: Replay) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("channel", "samples", "RMS difference", "over noise")
+    shown = {"N m": (1.0, "N m"), "Pa": (1e-3, "kPa"), "N": (1e-3, "kN"), "rad": (57.29577951308232, "deg")}
+    for name, comparison in run.channels.items():
+        factor, unit = shown[comparison.channel.unit]
+        ratio = comparison.rms_over_noise
+        table.add_row(
+            name.replace("_", " "),
+            str(len(comparison.residual)),
+            f"{comparison.rms * factor:.4g} {unit}",
+            "-" if ratio is None else f"{ratio:.3g}",
+        )
+    Console().print(table)

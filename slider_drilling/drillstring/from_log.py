@@ -1,0 +1,81 @@
+"""What a log's own measurements command the plant to do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.record import Commands
+from slider_drilling.errors import InputError
+from slider_drilling.log.series import JointSeries, RigLog
+from slider_drilling.rig import Rig
+
+
+@dataclass(frozen=True)
+class LogCommands:
+    """The commands, and one sentence for each thing that the log does not hold and that was assumed instead."""
+
+    commands: Commands
+    assumed: tuple[str, ...]
+
+
+def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
+    """Measured top-drive angle, block position and pump speed at the top drive's sample times.
+
+    Angle and speed are used together (model.md: joining a 10 Hz angle by straight lines costs 100 to 360 N m of
+    surface torque). A speed that the log lacks is the position's slope, a position the speed's integral. Without
+    draw-works the block stands still; without a pump the flow is the rig file's reference flow where the log holds a
+    standpipe pressure, and zero otherwise. Raises InputError for a log without a top drive, or whose top drive has
+    fewer than two usable samples.
+    """
+    if log.top_drive is None:
+        raise InputError(f"{log.source}: holds no top_drive/joint_states; without it nothing drives the plant")
+    drive = _usable(log.top_drive)
+    time = drive.time
+    if len(time) < 2:
+        raise InputError(f"{log.source}: top_drive/joint_states has {len(time)} usable sample(s); at least two needed")
+    angle, speed = _motion(drive)
+    assumed = []
+    block, block_speed = np.zeros_like(time), np.zeros_like(time)
+    works = None if log.draw_works is None else _usable(log.draw_works)
+    if works is not None and len(works.time) >= 2:
+        lowered = Commands(works.time, *_motion(works), *_motion(works), np.zeros_like(works.time)).at(time)
+        block, block_speed = lowered.block_position, lowered.block_speed
+    else:
+        assumed.append("the log holds no draw-works: the block is taken to stand still")
+    pump = _pump_speed(log, rig, time, assumed)
+    return LogCommands(Commands(time, angle, speed, block, block_speed, pump), tuple(assumed))
+
+
+def _usable(series: JointSeries) -> JointSeries:
+    """Samples with a position or a velocity."""
+    keep = np.isfinite(series.position) | np.isfinite(series.velocity)
+    arrays = (series.time, series.arrival, series.position, series.velocity, series.effort)
+    return JointSeries(*(array[keep] for array in arrays))
+
+
+def _motion(series: JointSeries) -> tuple[Array, Array]:
+    """Position and velocity (n,), each made from the other where the log lacks it."""
+    time, position, velocity = series.time, series.position, series.velocity
+    known = np.isfinite(position)
+    if not known.any():
+        velocity = np.interp(time, time[np.isfinite(velocity)], velocity[np.isfinite(velocity)])
+        steps = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time)
+        return np.concatenate([[0.0], np.cumsum(steps)]), velocity
+    position = np.interp(time, time[known], position[known])
+    slope = np.gradient(position, time)
+    return position, np.where(np.isfinite(velocity), velocity, slope)
+
+
+def _pump_speed(log: RigLog, rig: Rig, time: Array, assumed: list[str]) -> Array:
+    if log.mud_pump is not None:
+        known = np.isfinite(log.mud_pump.velocity)
+        if known.any():
+            return np.interp(time, log.mud_pump.time[known], log.mud_pump.velocity[known])
+    if log.standpipe_pressure is None:
+        assumed.append("the log holds neither pump nor standpipe pressure: the pump is taken to be off")
+        return np.zeros_like(time)
+    assumed.append("the log holds no pump: the flow is taken to be the rig file's reference flow")
+    return np.full_like(time, rig.hydraulics.reference_flow / rig.mud_pump.displacement)
