@@ -94,6 +94,29 @@ def test_damaged_chunk_is_a_gap(whole: bytes, place: Path) -> None:
     assert any("damaged chunk was left out" in note for note in read_log(place).notes)
 
 
+def test_lost_messages_are_said(whole: bytes, place: Path) -> None:
+    from mcap.reader import make_reader
+
+    place.write_bytes(whole)
+    with place.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    damaged = bytearray(whole)
+    # An opcode that no reader knows: the record is skipped, and nothing but the summary's count tells.
+    damaged[summary.chunk_indexes[-1].chunk_start_offset] = 0x7F
+    count = read_or_refuse(place, bytes(damaged))
+    assert 0 < count < STEPS
+    assert any(f"holds {count} messages of the {STEPS}" in note for note in read_log(place).notes)
+
+
+def test_damaged_rig_file_is_no_rig_file(whole: bytes, place: Path) -> None:
+    assert whole.count(b"schema: x") == 1
+    place.write_bytes(whole.replace(b"schema: x", b"schema: y"))
+    log = read_log(place)
+    assert log.rig_text is None
+    assert any("attachment rig.yaml is damaged" in note for note in log.notes)
+
+
 @settings(max_examples=40)
 @given(junk=st.binary(max_size=300))
 def test_not_a_log_at_all(place: Path, junk: bytes) -> None:

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO
 
+from mcap.data_stream import RecordBuilder
 from mcap.exceptions import EndOfFile, InvalidMagic, McapError
-from mcap.records import Attachment, Channel, Chunk, Footer, McapRecord, Message, Metadata, Schema
+from mcap.records import Attachment, Channel, Chunk, Footer, McapRecord, Message, Metadata, Schema, Statistics
 from mcap.stream_reader import StreamReader, breakup_chunk
 from zstandard import ZstdError
 
@@ -35,17 +36,25 @@ class Container:
         """Every message in the order of the file. Raises InputError where the file is no MCAP file at all."""
         try:
             with self.path.open("rb") as file:
+                count = 0
                 for record in self._records(file):
                     if isinstance(record, Message):
+                        count += 1
                         channel = self.channels.get(record.channel_id)
                         if channel is not None:
                             yield channel, record
+                    elif isinstance(record, Statistics):
+                        self._compare(count, record.message_count)
                     else:
                         self._keep(record)
         except FileNotFoundError:
             raise InputError(f"{self.path}: no such log; check the path") from None
         except OSError as error:
             raise InputError(f"{self.path}: cannot read this log: {error.strerror}") from None
+
+    def _compare(self, found: int, counted: int) -> None:
+        if found < counted:
+            self.notes.append(f"holds {found} messages of the {counted} that its own summary counts")
 
     def _keep(self, record: McapRecord) -> None:
         if isinstance(record, Schema):
@@ -66,6 +75,8 @@ class Container:
             for record in reader.records:
                 if isinstance(record, Chunk):
                     yield from self._opened(record)
+                elif isinstance(record, Attachment) and _damaged(record, file):
+                    self.notes.append(f"attachment {record.name} is damaged and was left out")
                 else:
                     yield record
                 closed = closed or isinstance(record, Footer)
@@ -99,3 +110,12 @@ class Container:
             span = (chunk.message_end_time - chunk.message_start_time) * 1e-9
             self.notes.append(f"a damaged chunk was left out ({type(error).__name__}): a gap of {span:.1f} s")
             return []
+
+
+def _damaged(attachment: Attachment, file: IO[bytes]) -> bool:
+    """Whether the checksum at the end of the attachment, which the file has just been read to, does not fit it."""
+    file.seek(-4, 1)
+    written = file.read(4)
+    right = RecordBuilder()
+    attachment.write(right)
+    return written not in (b"\0\0\0\0", right.end()[-4:])
