@@ -18,7 +18,7 @@ EXAMPLES = """\
 Examples:
 
 \b
-  slider-drilling --version
+  slider-drilling import export.csv --mapping mapping.yaml -o log.mcap
   slider-drilling COMMAND --help
 """
 
@@ -33,6 +33,7 @@ class Row:
 
 COMMANDS: dict[str, Row] = {
     "replay": Row("slider_drilling.commands.replay", "Drive the plant with a log; compare channel by channel."),
+    "import": Row("slider_drilling.commands.import_table", "Turn a CSV table of a rig's recorder into an MCAP log."),
 }
 
 
@@ -54,9 +55,8 @@ class LazyGroup(click.Group):
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        if self.table:
-            with formatter.section("Commands"):
-                formatter.write_dl([(name, row.help) for name, row in self.table.items()])
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, row.help) for name, row in self.table.items()])
 
 
 @click.group(cls=LazyGroup, table=COMMANDS, epilog=EXAMPLES)

@@ -92,6 +92,8 @@ def _convert(raw: Any, hint: Any, limits: Range | None, source: str, where: str)
         return _convert_number(raw, limits or Range(), source, where)
     if hint is bool and isinstance(raw, bool):
         return raw
+    if hint is int and isinstance(raw, int) and not isinstance(raw, bool):
+        return raw
     if hint is str and isinstance(raw, str):
         return raw
     name = hint.__name__ if isinstance(hint, (type, types.GenericAlias)) else str(hint)

@@ -1,7 +1,9 @@
 """Logs: MCAP in and out, other formats in. No ROS needed."""
 
 from slider_drilling.log.read import read_log
+from slider_drilling.log.save import save_log
 from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
+from slider_drilling.log.table import read_table
 from slider_drilling.log.topics import DIAGNOSTICS, TOPICS, Topic
 from slider_drilling.log.write import LogWriter, Status
 
@@ -15,4 +17,6 @@ __all__ = [
     "Status",
     "Topic",
     "read_log",
+    "read_table",
+    "save_log",
 ]

@@ -15,14 +15,12 @@ from slider_drilling.errors import InputError
 from slider_drilling.log.container import Container
 from slider_drilling.log.decode import UNREADABLE, Row, row_decoder
 from slider_drilling.log.series import Array, JointSeries, RigLog, ScalarSeries
-from slider_drilling.log.topics import JOINT_STATE, TOPICS, canonical_type, namespace_of
+from slider_drilling.log.topics import CLOCKS, JOINT_STATE, SURFACE, TOPICS, canonical_type, namespace_of
 
 # A log whose clock differs from its stamps' by more was recorded on another clock (wall against simulated time).
 OTHER_CLOCK = 10.0
 # A surface channel whose stamps step back by more holds two runs.
 STEP_BACK = 1.0
-# Their stamps are in the order of measurement, and they set the log's clock; the first there is sets its start.
-SURFACE = ("top_drive", "draw_works", "standpipe_pressure", "mud_pump", "top_drive_command", "truth_bit")
 
 Integers = NDArray[np.int64]
 
@@ -185,7 +183,7 @@ def _assemble(
     metadata: dict[str, str],
 ) -> RigLog:
     """Series in seconds since the first sample of the top drive, or of the first channel there is."""
-    clock = tracks[next(key for key in (*SURFACE, *TOPICS) if key in tracks)]
+    clock = tracks[next(key for key in CLOCKS if key in tracks)]
     start = clock.stamp[0]
     offset = float(np.median(clock.logged - clock.stamp)) * 1e-9
     other_clock = abs(offset) > OTHER_CLOCK

@@ -32,6 +32,10 @@ TOPICS = {
     "truth_bit": Topic("truth/bit", JOINT_STATE, "bit"),
     "truth_weight_on_bit": Topic("truth/weight_on_bit", WRENCH_STAMPED),
 }
+# Channels stamped in the order in which they arrive.
+SURFACE = ("top_drive", "draw_works", "standpipe_pressure", "mud_pump", "top_drive_command", "truth_bit")
+# Whose first sample is t = 0 of a log: the first of these that it has.
+CLOCKS = (*SURFACE, *(key for key in TOPICS if key not in SURFACE))
 DIAGNOSTICS = Topic("diagnostics", DIAGNOSTIC_ARRAY)
 
 

@@ -1,0 +1,72 @@
+"""`slider-drilling import`: a CSV table into an MCAP log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from slider_drilling.errors import InputError
+
+EXAMPLES = """\
+The mapping file names columns and units; config/import.example.yaml explains every key of it.
+
+Examples:
+
+\b
+  slider-drilling import export.csv --mapping mapping.yaml -o log.mcap
+  slider-drilling import export.csv --mapping mapping.yaml --rig rig.yaml --rows 14245:15583 -o slide.mcap
+"""
+
+
+class RowRange(click.ParamType):
+    """FIRST:LAST as a pair of whole numbers."""
+
+    name = "first:last"
+
+    def convert(
+        self, value: object, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[int, int] | object:
+        first, separator, last = str(value).partition(":")
+        if not separator or not first.isdigit() or not last.isdigit():
+            self.fail(f"{value!r} is not FIRST:LAST, two row numbers", param, ctx)
+        return int(first), int(last)
+
+
+@click.command("import", epilog=EXAMPLES)
+@click.argument("data", type=click.Path(path_type=Path))
+@click.option("--mapping", required=True, type=click.Path(path_type=Path), help="Which column is which channel.")
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The MCAP log to write.")
+@click.option("--rig", type=click.Path(path_type=Path), help="A rig file to put into the log.")
+@click.option("--rows", type=RowRange(), help="Data rows to keep, counted from 0, both ends included.")
+@click.option("--notes", default="", help="A note for the log's metadata.")
+def command(
+    data: Path, mapping: Path, output: Path, rig: Path | None, rows: tuple[int, int] | None, notes: str
+) -> None:
+    """Turn the CSV table DATA into an MCAP log, in SI units, and list what it holds."""
+    from rich.progress import Progress
+
+    from slider_drilling.console import stderr, stdout
+    from slider_drilling.log import read_table, save_log
+    from slider_drilling.log.summary import summary_table
+    from slider_drilling.rig import load_rig
+
+    if output.resolve() == data.resolve():
+        raise InputError(f"{output}: is the table itself; choose another name for the log")
+    if rig is not None:
+        load_rig(rig)
+    with Progress(console=stderr(), transient=True) as progress:
+        task = progress.add_task(f"reading {data.name}", total=None)
+        log = read_table(data, mapping, rig, rows)
+        progress.update(task, description=f"writing {output.name}")
+        save_log(
+            log,
+            output,
+            recorded_by=f"slider-drilling import {data.name}",
+            notes=notes,
+            progress=lambda done, total: progress.update(task, completed=done, total=total),
+        )
+    for note in log.notes:
+        stderr().print(f"{data.name}: {note}", highlight=False)
+    stdout().print(summary_table(log))
+    stdout().print(f"wrote {output}", highlight=False)

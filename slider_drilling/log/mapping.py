@@ -1,0 +1,148 @@
+"""The mapping file: which column of a table is which channel of a rig, in which unit."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from slider_drilling.errors import InputError
+from slider_drilling.log.units import si_value
+from slider_drilling.schema import build, quantity
+
+SCHEMA = "slider_drilling/csv/1"
+ISO_TIME = "iso8601"
+
+# Channel -> the series of RigLog that it goes to, the array there, and the kind of quantity.
+CHANNELS = {
+    "top_drive_angle": ("top_drive", "position", "angle"),
+    "top_drive_speed": ("top_drive", "velocity", "angular speed"),
+    "surface_torque": ("top_drive", "effort", "torque"),
+    "top_drive_angle_command": ("top_drive_command", "position", "angle"),
+    "top_drive_speed_command": ("top_drive_command", "velocity", "angular speed"),
+    "block_position": ("draw_works", "position", "length"),
+    "block_speed": ("draw_works", "velocity", "speed"),
+    "hook_load": ("draw_works", "effort", "force"),
+    "block_speed_command": ("draw_works_command", "velocity", "speed"),
+    "standpipe_pressure": ("standpipe_pressure", "value", "pressure"),
+    "pump_speed": ("mud_pump", "velocity", "angular speed"),
+    "pump_flow": ("mud_pump", "velocity", "flow"),
+    "tool_face": ("mwd_tool_face", "position", "angle"),
+    "tool_face_target": ("tool_face_target", "position", "angle"),
+}
+# What an integral over time of a channel in one kind of unit is.
+INTEGRAL = {"angle": "angular speed", "length": "speed"}
+
+
+@dataclass(frozen=True)
+class Column:
+    """How one channel is made of columns.
+
+    plus: further columns added to the first (a second pump); sign: -1 where the table counts the other way (a block
+    position that grows upwards); from_first: the first value is taken off; integral: the column is the rate of the
+    channel and is integrated from zero; on_change: only the samples where the value changes (a tool-face that the
+    table repeats until the next arrives); delay: s between measuring a value and its line in the table.
+    """
+
+    column: str
+    unit: str
+    plus: tuple[str, ...] = ()
+    sign: float = quantity("-", 1.0, at_least=-1.0, at_most=1.0)
+    from_first: bool = False
+    integral: bool = False
+    on_change: bool = False
+    delay: float = quantity("s", 0.0, at_least=0.0)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How the table is written; names: of the columns, for a table without a header line; null_values: numbers that stand
+    for no value; skip_lines: before the header; unit_line: a line of units follows the header."""
+
+    schema: str
+    time: Column
+    names: tuple[str, ...] = ()
+    delimiter: str = ","
+    null_values: tuple[float, ...] = (-999.25,)
+    skip_lines: int = 0
+    unit_line: bool = False
+    start: str = ""
+
+
+@dataclass(frozen=True)
+class Mapping:
+    """A mapping file, see `load_mapping`; scale: SI value of one unit of each channel."""
+
+    source: str
+    layout: Layout
+    channels: dict[str, Column]
+    scale: dict[str, float]
+
+
+def load_mapping(path: str | os.PathLike[str]) -> Mapping:
+    """Read a mapping file; `config/import.example.yaml` says what one holds. Raises InputError."""
+    source = str(path)
+    try:
+        raw = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        why = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
+        raise InputError(f"{source}: cannot read this mapping file: {why}; check the path") from None
+    except yaml.YAMLError as error:
+        raise InputError(f"{source}: not YAML: {' '.join(str(error).split())}") from None
+    return parse_mapping(raw, source)
+
+
+def parse_mapping(raw: Any, source: str) -> Mapping:
+    """A mapping from what YAML gives. Raises InputError naming source, key and value."""
+    if not isinstance(raw, dict):
+        raise InputError(f"{source}: holds no keys; see config/import.example.yaml")
+    layout = build(Layout, {key: value for key, value in raw.items() if key != "channels"}, source)
+    if layout.schema != SCHEMA:
+        raise InputError(f"{source}: schema = {layout.schema!r}: this version reads {SCHEMA!r}")
+    if len(layout.delimiter) != 1:
+        raise InputError(f"{source}: delimiter = {layout.delimiter!r}: must be one character")
+    if layout.skip_lines < 0:
+        raise InputError(f"{source}: skip_lines = {layout.skip_lines}: must be at least 0")
+    channels, scale = {}, {}
+    for name, entry in _channel_entries(raw, source):
+        column = build(Column, entry, source, f"channels.{name}")
+        if column.sign not in (-1.0, 1.0):
+            raise InputError(f"{source}: channels.{name}.sign = {column.sign:g}: must be 1 or -1")
+        channels[name] = column
+        scale[name] = column.sign * si_value(column.unit, _kind(name, column, source), f"{source}: channels.{name}")
+    if layout.time.unit != ISO_TIME:
+        scale["time"] = si_value(layout.time.unit, "time", f"{source}: time")
+    _check_targets(channels, source)
+    return Mapping(source, layout, channels, scale)
+
+
+def _channel_entries(raw: dict[str, Any], source: str) -> list[tuple[str, Any]]:
+    entries = raw.get("channels")
+    if not isinstance(entries, dict) or not entries:
+        raise InputError(f"{source}: channels: missing; map at least one of {', '.join(CHANNELS)}")
+    for name in entries:
+        if name not in CHANNELS:
+            raise InputError(f"{source}: channels.{name}: unknown channel; known are {', '.join(CHANNELS)}")
+    return list(entries.items())
+
+
+def _kind(name: str, column: Column, source: str) -> str:
+    kind = CHANNELS[name][2]
+    if not column.integral:
+        return kind
+    if kind not in INTEGRAL:
+        raise InputError(f"{source}: channels.{name}.integral: only angles and positions can be integrals")
+    return INTEGRAL[kind]
+
+
+def _check_targets(channels: dict[str, Column], source: str) -> None:
+    """Two channels must not fill the same array."""
+    seen: dict[tuple[str, str], str] = {}
+    for name in channels:
+        target = CHANNELS[name][:2]
+        if target in seen:
+            raise InputError(f"{source}: channels.{name}: says the same as {seen[target]}; keep one")
+        seen[target] = name

@@ -1,0 +1,248 @@
+"""Tables of numbers (CSV exports of a rig's recorder) into a RigLog, by a mapping file."""
+
+from __future__ import annotations
+
+import csv
+import datetime
+import math
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slider_drilling.errors import InputError
+from slider_drilling.log.mapping import CHANNELS, ISO_TIME, Layout, Mapping, load_mapping
+from slider_drilling.log.series import Array, JointSeries, RigLog, ScalarSeries
+from slider_drilling.log.topics import CLOCKS, JOINT_STATE, TOPICS
+from slider_drilling.rig import parse_rig
+
+Words = dict[str, list[str]]
+
+
+@dataclass(frozen=True)
+class Table:
+    """The wanted columns as written, and the line in the file that each row came from."""
+
+    source: str
+    columns: Words
+    lines: list[int]
+
+
+def read_table(
+    path: str | os.PathLike[str],
+    mapping_path: str | os.PathLike[str],
+    rig_path: str | os.PathLike[str] | None = None,
+    rows: tuple[int, int] | None = None,
+) -> RigLog:
+    """Read a CSV table into a RigLog as its mapping file says.
+
+    rig_path: the rig file to go with the log; pump_flow needs it. rows: first and last data row, 0-based, both kept.
+    Raises InputError naming file, line and column for anything that is no number, and for times that go back.
+    """
+    mapping = load_mapping(mapping_path)
+    rig_text = _read_text(rig_path) if rig_path is not None else None
+    table = _read_words(Path(path), mapping, rows)
+    notes: list[str] = []
+    seconds, epoch_ns = _times(table, mapping)
+    values = {name: _channel(table, mapping, name, seconds) for name in mapping.channels}
+    if "pump_flow" in values:
+        if rig_text is None:
+            raise InputError(f"{mapping.source}: channels.pump_flow: needs the rig file's mud_pump.displacement")
+        values["pump_flow"] = values["pump_flow"] / parse_rig(rig_text, str(rig_path)).mud_pump.displacement
+    kept = _increasing(seconds, table, notes)
+    built = {key: _series(key, mapping, values, seconds, kept, notes) for key in TOPICS}
+    there = {key: series for key, series in built.items() if series is not None}
+    if not there:
+        raise InputError(f"{table.source}: every mapped column is empty or null")
+    origin = float(there[next(key for key in CLOCKS if key in there)].time[0])
+    series = {key: replace(one, time=one.time - origin, arrival=one.arrival - origin) for key, one in there.items()}
+    start_ns = epoch_ns + round(origin * 1e9)
+    if start_ns < 0:
+        raise InputError(f"{mapping.source}: start: times begin at {start_ns * 1e-9:g} s; give the table's start time")
+    return RigLog(
+        source=table.source,
+        start_ns=start_ns,
+        rig_text=rig_text,
+        rig_source=None if rig_path is None else str(rig_path),
+        metadata={},
+        notes=tuple(notes),
+        **series,  # type: ignore[arg-type]
+    )
+
+
+def _read_text(path: str | os.PathLike[str]) -> str:
+    try:
+        return Path(path).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        why = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
+        raise InputError(f"{path}: cannot read this file: {why}; check the path") from None
+
+
+def _read_words(path: Path, mapping: Mapping, rows: tuple[int, int] | None) -> Table:
+    """The columns that the mapping names, as text."""
+    layout = mapping.layout
+    reader = csv.reader(_read_text(path).lstrip("\ufeff").splitlines()[layout.skip_lines :], delimiter=layout.delimiter)
+    body = [(layout.skip_lines + reader.line_num, row) for row in reader if any(word.strip() for word in row)]
+    header = list(layout.names)
+    if not header:
+        if not body:
+            raise InputError(f"{path}: is empty; expected a header line and rows of numbers")
+        header = [word.strip() for word in body.pop(0)[1]]
+    if layout.unit_line and body:
+        body.pop(0)
+    if rows is not None:
+        first, last = rows
+        if not 0 <= first <= last < len(body):
+            raise InputError(f"{path}: rows {first}:{last}: the table has rows 0 to {len(body) - 1}")
+        body = body[first : last + 1]
+    if not body:
+        raise InputError(f"{path}: has no rows of numbers")
+    places = _places(mapping, header, path)
+    for line, row in body:
+        if len(row) != len(header):
+            raise InputError(f"{path}: line {line}: {len(row)} cells where {len(header)} columns are named")
+    columns = {name: [row[place].strip() for _, row in body] for name, place in places.items()}
+    return Table(str(path), columns, [line for line, _ in body])
+
+
+def _places(mapping: Mapping, header: list[str], path: Path) -> dict[str, int]:
+    """Where each column that the mapping names stands in a row."""
+    places = {}
+    entries = {"time": mapping.layout.time, **{f"channels.{name}": one for name, one in mapping.channels.items()}}
+    for where, entry in entries.items():
+        for name in (entry.column, *entry.plus):
+            if header.count(name) != 1:
+                often = "no" if name not in header else f"{header.count(name)}"
+                raise InputError(
+                    f"{mapping.source}: {where}: column {name!r}: {often} such column in {path}, "
+                    f"which has {', '.join(header)}"
+                )
+            places[name] = header.index(name)
+    return places
+
+
+def _numbers(table: Table, name: str, layout: Layout) -> Array:
+    """One column as numbers, NaN where it is empty or null."""
+    numbers = np.empty(len(table.lines))
+    for index, word in enumerate(table.columns[name]):
+        try:
+            numbers[index] = float(word) if word else math.nan
+        except ValueError:
+            raise InputError(
+                f"{table.source}: line {table.lines[index]}: column {name!r} = {word!r}: not a number"
+            ) from None
+    numbers[np.isin(numbers, layout.null_values) | np.isinf(numbers)] = math.nan
+    return numbers
+
+
+def _times(table: Table, mapping: Mapping) -> tuple[Array, int]:
+    """Seconds of every row, NaN where it has none, and the epoch ns that they count from."""
+    layout = mapping.layout
+    start_ns = 0 if not layout.start else _epoch_ns(layout.start, f"{mapping.source}: start")
+    if layout.time.unit != ISO_TIME:
+        return _numbers(table, layout.time.column, layout) * mapping.scale["time"], start_ns
+    stamps = []
+    for line, word in zip(table.lines, table.columns[layout.time.column], strict=True):
+        stamps.append(_epoch_ns(word, f"{table.source}: line {line}: column {layout.time.column!r}"))
+    return np.subtract(stamps, stamps[0]) * 1e-9, stamps[0]
+
+
+def _epoch_ns(text: str, where: str) -> int:
+    """ns since the epoch; a time without a zone is UTC."""
+    try:
+        moment = datetime.datetime.fromisoformat(text.strip().replace("Z", "+00:00"))
+    except ValueError:
+        raise InputError(f"{where} = {text!r}: not a time; write 2024-05-01T12:00:00Z") from None
+    if moment.tzinfo is None:
+        moment = moment.replace(tzinfo=datetime.timezone.utc)
+    since = moment - datetime.datetime(1970, 1, 1, tzinfo=datetime.timezone.utc)
+    return (since.days * 86400 + since.seconds) * 1_000_000_000 + since.microseconds * 1000
+
+
+def _channel(table: Table, mapping: Mapping, name: str, seconds: Array) -> Array:
+    """One channel in SI units."""
+    entry = mapping.channels[name]
+    total = _numbers(table, entry.column, mapping.layout)
+    for more in entry.plus:
+        total = total + _numbers(table, more, mapping.layout)
+    total = total * mapping.scale[name]
+    if entry.integral:
+        total = _integral(total, seconds)
+    if entry.from_first:
+        there = total[~np.isnan(total)]
+        total = total - (there[0] if there.size else 0.0)
+    if name in ("tool_face", "tool_face_target"):
+        total = math.pi - np.mod(math.pi - total, 2.0 * math.pi)
+    return total
+
+
+def _integral(rate: Array, seconds: Array) -> Array:
+    """Trapezoids from zero over the rows that have both; NaN where a row has not."""
+    there = ~np.isnan(rate) & ~np.isnan(seconds)
+    total = np.full(rate.shape, math.nan)
+    known, at = rate[there], seconds[there]
+    steps = 0.5 * (known[1:] + known[:-1]) * np.diff(at)
+    total[there] = np.concatenate([[0.0], np.cumsum(steps)])[: known.size]
+    return total
+
+
+def _increasing(seconds: Array, table: Table, notes: list[str]) -> NDArray[np.bool_]:
+    """Rows with a time of their own: the last of those that share one. Raises InputError for a time that goes back."""
+    timed = np.flatnonzero(~np.isnan(seconds))
+    if not timed.size:
+        raise InputError(f"{table.source}: no row with a time")
+    steps = np.diff(seconds[timed])
+    back = np.flatnonzero(steps < 0.0)
+    if back.size:
+        before, after = timed[back[0]], timed[back[0] + 1]
+        raise InputError(
+            f"{table.source}: line {table.lines[after]}: time goes back from {seconds[before]:g} s to "
+            f"{seconds[after]:g} s; if these are two runs, import them apart by their rows"
+        )
+    kept = np.zeros(seconds.shape, dtype=np.bool_)
+    kept[timed[np.append(steps > 0.0, True)]] = True
+    if not kept.all():
+        notes.append(f"{np.count_nonzero(~kept)} rows without a time of their own were left out")
+    return kept
+
+
+def _series(
+    key: str,
+    mapping: Mapping,
+    values: dict[str, Array],
+    time: Array,
+    kept: NDArray[np.bool_],
+    notes: list[str],
+) -> JointSeries | ScalarSeries | None:
+    """One series of the RigLog from its channels, without the rows in which all of them are null."""
+    nothing = np.full(time.shape, math.nan)
+    own = {CHANNELS[name][1]: (name, values[name]) for name in values if CHANNELS[name][0] == key}
+    if not own:
+        return None
+    some = kept & ~np.all([np.isnan(column) for _, column in own.values()], axis=0)
+    for name, column in own.values():
+        if mapping.channels[name].on_change:
+            some &= _changes(column)
+        missing = np.count_nonzero(kept & np.isnan(column))
+        if missing:
+            notes.append(f"{name}: {missing} of {np.count_nonzero(kept)} rows are null")
+    if not some.any():
+        return None
+    arrival = time[some]
+    measured = arrival - max(mapping.channels[name].delay for name, _ in own.values())
+    arrays = {array: column[some] for array, (_, column) in own.items()}
+    none = nothing[some]
+    if TOPICS[key].type == JOINT_STATE:
+        parts = [arrays.get(array, none) for array in ("position", "velocity", "effort")]
+        return JointSeries(measured, arrival, *parts)
+    return ScalarSeries(measured, arrival, arrays["value"], none)
+
+
+def _changes(column: Array) -> NDArray[np.bool_]:
+    """Where a value is there and differs from the last one that was."""
+    there = np.flatnonzero(~np.isnan(column))
+    changed = np.zeros(column.shape, dtype=np.bool_)
+    changed[there] = np.append(True, np.diff(column[there]) != 0.0)[: there.size]
+    return changed
