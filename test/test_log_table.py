@@ -179,7 +179,7 @@ def test_flow_needs_the_rig(tmp_path: Path) -> None:
                     "pump_flow": {"column": "torque", "unit": "gpm"},
                 }
             },
-            "pump_flow: says the same as pump",
+            "pump_(flow|speed): says the same as pump_(speed|flow)",
         ),
     ],
 )

@@ -76,9 +76,7 @@ def clock(stamp_ns: int) -> bytes:
     return _CLOCK.pack(_LITTLE, *divmod(stamp_ns, _NANO))
 
 
-def diagnostic_array(
-    stamp_ns: int, status: Sequence[tuple[int, str, str, str, Sequence[tuple[str, str]]]]
-) -> bytes:
+def diagnostic_array(stamp_ns: int, status: Sequence[tuple[int, str, str, str, Sequence[tuple[str, str]]]]) -> bytes:
     """diagnostic_msgs/DiagnosticArray of (level, name, message, hardware_id, values) each."""
     out = bytearray(struct.pack(_STAMPED, _LITTLE, *divmod(stamp_ns, _NANO), 1, 0))
     _put_count(out, len(status))
@@ -130,6 +128,9 @@ class _Reader:
         data = self._data[self._at : self._at + length]
         self._at += length
         return data.rstrip(b"\x00").decode("utf-8", "replace")
+
+    def number(self) -> float:
+        return float(self.take("d", 8))
 
     def stamp(self) -> int:
         sec = int(self.take("i", 4))
@@ -192,6 +193,18 @@ def read_fluid_pressure(data: bytes) -> tuple[int, float, float]:
         reader = _Reader(data)
         stamp = reader.stamp()
         reader.text()
-        return stamp, reader.take("d", 8), reader.take("d", 8)
+        return stamp, reader.number(), reader.number()
     except struct.error as error:
         raise InputError(f"{len(data)} bytes that are no FluidPressure: {error}") from None
+
+
+def read_wrench_stamped(data: bytes) -> tuple[int, tuple[float, ...], tuple[float, ...]]:
+    """Stamp ns, force N and torque N m, each (x, y, z). Raises InputError where the bytes are no WrenchStamped."""
+    try:
+        reader = _Reader(data)
+        stamp = reader.stamp()
+        reader.text()
+        force, torque = (tuple(reader.number() for _ in range(3)) for _ in range(2))
+        return stamp, force, torque
+    except struct.error as error:
+        raise InputError(f"{len(data)} bytes that are no WrenchStamped: {error}") from None

@@ -59,8 +59,11 @@ class Column:
 
 @dataclass(frozen=True)
 class Layout:
-    """How the table is written; names: of the columns, for a table without a header line; null_values: numbers that stand
-    for no value; skip_lines: before the header; unit_line: a line of units follows the header."""
+    """How the table is written.
+
+    names: of the columns, for a table without a header line; null_values: numbers that stand for no value;
+    skip_lines: before the header; unit_line: a line of units follows the header; start: when time 0 was.
+    """
 
     schema: str
     time: Column

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from slider_drilling.errors import InputError
 from slider_drilling.log.container import Container
-from slider_drilling.log.decode import UNREADABLE, Row, row_decoder
+from slider_drilling.log.decode import Row, row_decoder
 from slider_drilling.log.series import Array, JointSeries, RigLog, ScalarSeries
 from slider_drilling.log.topics import CLOCKS, JOINT_STATE, SURFACE, TOPICS, canonical_type, namespace_of
 
@@ -39,8 +39,8 @@ class Samples:
     def add(self, data: bytes, log_time: int) -> None:
         try:
             row = self.decode(data)
-        except UNREADABLE as error:
-            self.unreadable[str(error) or type(error).__name__] += 1
+        except InputError as error:
+            self.unreadable[str(error)] += 1
             return
         self.rows.append(row)
         self.logged.append(log_time)
