@@ -62,13 +62,17 @@ def zones_in_closed_form(
 
 
 def zones_from_motion(
-    measured_depth: Array, rotation: Array, torque: Array, reactive_torque: float, least_swing: float = PRE_SLIDING_SWING
+    measured_depth: Array,
+    rotation: Array,
+    torque: Array,
+    reactive_torque: float,
+    least_swing: float = PRE_SLIDING_SWING,
 ) -> Zones:
     """The zones that a simulated cycle shows.
 
     measured_depth: (n,) m; rotation: (m, n) rad and torque: (m, n) N m over one full rocking cycle. Rocking reaches
-    where rotation swings by more than least_swing (rad, peak to peak), less than which the contacts only bend. The reactive torque (N m) reaches where the
-    cycle's mean torque, which it turns left, still holds a twentieth of it.
+    where rotation swings by more than least_swing (rad, peak to peak), less than which the contacts only bend. The
+    reactive torque (N m) reaches where the cycle's mean torque still holds a twentieth of it.
     """
     swing = np.ptp(rotation, axis=0)
     rocked = np.flatnonzero(swing < least_swing)
