@@ -1,4 +1,4 @@
-"""Installs the package for pip and for colcon alike; the metadata is in setup.cfg."""
+"""Installs the package for pip and for colcon alike; what is not here is in setup.cfg."""
 
 from glob import glob
 from pathlib import Path
@@ -17,6 +17,8 @@ def files_below(folder: str) -> list[tuple[str, list[str]]]:
 
 
 setup(
+    # Not in setup.cfg, whose reader makes an object of it that colcon cannot parse.
+    python_requires=">=3.10",
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (SHARE, ["package.xml"]),

@@ -27,6 +27,7 @@ def test_colcon_finds_what_it_needs_in_setup_cfg(repository: Path) -> None:
     assert parser["install"]["install_scripts"] == "$base/lib/slider_drilling"
     pyproject = (repository / "pyproject.toml").read_text()
     assert not re.search(r"^\[project\]|^requires-python", pyproject, re.MULTILINE)
+    assert "python_requires" not in parser["options"]
     assert (repository / "resource" / "slider_drilling").is_file()
 
 
