@@ -13,6 +13,9 @@ RUN = $(VENV)/bin/
 # A sourced ROS 2 is used where there is one; elsewhere rclpy comes as wheels from PyPI.
 EXTRAS = $(shell $(PYTHON) -c 'import rclpy' 2>/dev/null || echo ros,)analysis,identify,test,lint
 
+# What `ros2 run` and `ros2 launch` look for: an editable install has these beside the environment, not in it.
+PROGRAMS = slider-drilling friction_simulator rocking_controller recorder log_player
+
 # Left behind by the ROS wheels of another environment, these would load that environment's libraries.
 ifdef _ROS_WHEELS_BOOTSTRAP_COMPLETE
 unexport LD_LIBRARY_PATH
@@ -28,6 +31,10 @@ install: $(STAMP)
 $(STAMP): setup.cfg setup.py
 	test -x $(RUN)python || $(PYTHON) -m venv $(VENV)
 	$(RUN)python -m pip install --disable-pip-version-check --quiet --editable '.[$(EXTRAS)]'
+	mkdir -p $(VENV)/lib/slider_drilling $(VENV)/share/ament_index/resource_index/packages
+	ln -sfn $(CURDIR) $(VENV)/share/slider_drilling
+	ln -sf $(CURDIR)/resource/slider_drilling $(VENV)/share/ament_index/resource_index/packages/
+	for program in $(PROGRAMS); do ln -sf ../../bin/$$program $(VENV)/lib/slider_drilling/; done
 	touch $@
 
 demo: $(STAMP)

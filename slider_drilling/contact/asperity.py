@@ -100,7 +100,7 @@ def friction_table(shear_factor: float, asperity: Asperity, size: int = TABLE_SI
     """
     if size < 2:
         raise InputError(f"contact: friction table size = {size}: needs at least 2 entries")
-    q = np.linspace(0.0, 1.0, size)
+    q = np.linspace(0.0, 1.0, size, dtype=np.float64)
     return friction_coefficient(shear_factor, _attack_angle_of_cosine_squared(asperity, q))
 
 

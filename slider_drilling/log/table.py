@@ -6,6 +6,7 @@ import csv
 import datetime
 import math
 import os
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -151,8 +152,10 @@ def _times(table: Table, mapping: Mapping) -> tuple[Array, int]:
 
 def _epoch_ns(text: str, where: str) -> int:
     """ns since the epoch; a time without a zone is UTC."""
+    # Python 3.10 reads neither Z nor fractions of other than three or six digits.
+    written = re.sub(r"[.,](\d+)", lambda fraction: f".{fraction[1]:0<6.6}", text.strip()).replace("Z", "+00:00")
     try:
-        moment = datetime.datetime.fromisoformat(text.strip().replace("Z", "+00:00"))
+        moment = datetime.datetime.fromisoformat(written)
     except ValueError:
         raise InputError(f"{where} = {text!r}: not a time; write 2024-05-01T12:00:00Z") from None
     if moment.tzinfo is None:
