@@ -1,0 +1,35 @@
+"""`slider-drilling plot`: the page and the picture of a log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+
+@click.command(epilog="Example:\n\n  slider-drilling plot run.mcap -o pages")
+@click.argument("log", type=click.Path(path_type=Path))
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for both; the log's own if not given.")
+def command(log: Path, output: Path | None) -> None:
+    """Print what happened in LOG; plot it as an HTML page that stands alone, and as PNG."""
+    from slider_drilling.console import stderr, stdout
+    from slider_drilling.errors import InputError
+    from slider_drilling.log import read_log
+    from slider_drilling.log.run_page import write_page, write_picture
+    from slider_drilling.log.run_summary import summarise, summary_table
+
+    record = read_log(log)
+    summary = summarise(record)
+    folder = log.resolve().parent if output is None else output
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot make this folder: {error.strerror}") from None
+    stdout().print(summary_table(summary))
+    for note in record.notes:
+        stderr().print(f"{log.name}: {note}", highlight=False)
+    page, picture = (folder / f"{log.stem}{suffix}" for suffix in (".html", ".png"))
+    write_page(page, record, summary)
+    write_picture(picture, record)
+    for path in (page, picture):
+        stdout().print(f"wrote {path}", highlight=False)
