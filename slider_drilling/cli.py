@@ -18,6 +18,7 @@ EXAMPLES = """\
 Examples:
 
 \b
+  slider-drilling run --duration 300 --record out
   slider-drilling import export.csv --mapping mapping.yaml -o log.mcap
   slider-drilling COMMAND --help
 """
@@ -32,6 +33,8 @@ class Row:
 
 
 COMMANDS: dict[str, Row] = {
+    "run": Row("slider_drilling.commands.run", "Slide a well: simulator, controller and recorder over ROS 2 topics."),
+    "plot": Row("slider_drilling.commands.plot", "Plot a log and print what happened in it."),
     "replay": Row("slider_drilling.commands.replay", "Drive the plant with a log; compare channel by channel."),
     "import": Row("slider_drilling.commands.import_table", "Turn a CSV table of a rig's recorder into an MCAP log."),
 }

@@ -1,0 +1,131 @@
+"""`slider-drilling run`: simulator, controller and recorder on real topics, in one process."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from slider_drilling.errors import InputError
+
+if TYPE_CHECKING:
+    from slider_drilling.nodes.session import Outcome, Plan
+
+EXAMPLES = """\
+Examples:
+
+\b
+  slider-drilling run --duration 300 --record out
+  slider-drilling run --rig rig.yaml --target 45 --speed 1
+  slider-drilling run --controller my_control:Mine --record out
+"""
+
+
+class Speed(click.ParamType):
+    """`max`, or how many simulated seconds a second."""
+
+    name = "1|max"
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        if value == "max":
+            return 0.0
+        try:
+            speed = float(str(value))
+        except ValueError:
+            self.fail(f"{value!r} is neither a number nor max", param, ctx)
+        if not 0.001 <= speed <= 1000.0:
+            self.fail(f"{value}: must be within 0.001 to 1000, or max", param, ctx)
+        return speed
+
+
+@click.command(epilog=EXAMPLES)
+@click.option("--rig", type=click.Path(path_type=Path), help="Rig file; the 4 km example well if not given.")
+@click.option("--duration", default=300.0, show_default=True, help="Simulated time, s.")
+@click.option("--speed", type=Speed(), default="max", show_default=True, help="Times real time, or lockstep.")
+@click.option("--record", type=click.Path(path_type=Path), help="Folder for the log, its page and its picture.")
+@click.option("--target", type=float, help="Tool-face to hold, deg. [default: 0]")
+@click.option("--controller", help="module:Class of another controller, built as Class(rig).")
+@click.option("--seed", default=0, show_default=True, help="Seed of the sensor noise.")
+@click.option("--elements", default=200, show_default=True, help="Elements of the string, 10 to 5000.")
+def command(
+    rig: Path | None, duration: float, speed: float, record: Path | None, target: float | None,
+    controller: str | None, seed: int, elements: int,
+) -> int:
+    """Slide the well: friction simulator, rocking controller and recorder over ROS 2 topics, then what happened.
+
+    Every topic can be watched meanwhile from another terminal of this machine.
+    """
+    _check(duration, target, seed, elements)
+    from slider_drilling.nodes import environment
+
+    environment.prepare()
+    from slider_drilling.nodes.session import Plan
+
+    if rig is not None:
+        from slider_drilling.rig import load_rig
+
+        load_rig(rig)
+    with tempfile.TemporaryDirectory(prefix="slider_drilling_") as scratch:
+        plan = Plan(
+            rig="" if rig is None else str(rig), duration=duration, speed=speed,
+            record=Path(scratch) if record is None else record,
+            target=None if target is None else math.remainder(math.radians(target), 2.0 * math.pi),
+            controller=controller, seed=seed, elements=elements,
+        )
+        outcome = _run(plan)
+        _tell(outcome, keep=record is not None)
+    return 130 if outcome.interrupted else 0
+
+
+def _check(duration: float, target: float | None, seed: int, elements: int) -> None:
+    if not 0.0 < duration <= 1e7:
+        raise InputError(f"--duration = {duration}: must be above 0 and at most 1e7 s")
+    if target is not None and not math.isfinite(target):
+        raise InputError(f"--target = {target}: must be a finite number of degrees")
+    if not 0 <= seed < 2**31:
+        raise InputError(f"--seed = {seed}: must be within 0 to {2**31 - 1}")
+    if not 10 <= elements <= 5000:
+        raise InputError(f"--elements = {elements}: must be within 10 to 5000")
+
+
+def _run(plan: Plan) -> Outcome:
+    """Run with a progress bar in simulated seconds."""
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from slider_drilling.console import stderr
+    from slider_drilling.nodes.session import run
+
+    columns = (TextColumn("sliding"), BarColumn(), TextColumn("{task.completed:.0f} of {task.total:.0f} s"),
+               TimeRemainingColumn())
+    with Progress(*columns, console=stderr(), transient=True) as progress:
+        task = progress.add_task("", total=plan.duration)
+        return run(plan, lambda simulated: progress.update(task, completed=simulated))
+
+
+def _tell(outcome: Outcome, keep: bool) -> None:
+    """The summary; page and picture beside a log that is kept."""
+    from slider_drilling.console import stderr, stdout
+    from slider_drilling.log import read_log
+    from slider_drilling.log.run_page import write_page, write_picture
+    from slider_drilling.log.run_summary import summarise, summary_table
+
+    if outcome.log is None or outcome.messages == 0:
+        stderr().print("interrupted before the first sample: nothing was recorded")
+        return
+    log = read_log(outcome.log)
+    summary = summarise(log)
+    more: tuple[tuple[str, str], ...] = ()
+    if outcome.wall > 0.0:
+        more = (("took", f"{outcome.wall:.1f} s, {outcome.simulated / outcome.wall:.1f} times real time"),)
+    stdout().print(summary_table(summary, more))
+    for note in log.notes:
+        stderr().print(f"{outcome.log.name}: {note}", highlight=False)
+    if keep:
+        page, picture = (outcome.log.with_suffix(suffix) for suffix in (".html", ".png"))
+        write_page(page, log, summary, more)
+        write_picture(picture, log)
+        for path in (outcome.log, page, picture):
+            stdout().print(f"wrote {path}", highlight=False)

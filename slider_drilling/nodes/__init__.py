@@ -1,0 +1,1 @@
+"""Thin rclpy shells around plant, controllers and logs: the only place where ROS is imported."""

@@ -1,0 +1,70 @@
+"""Makes ready what rclpy needs of the environment: libraries, share folders, discovery within this machine."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import sys
+from pathlib import Path
+
+from slider_drilling.errors import InputError
+
+INSTALL = "install it with `pip install 'slider_drilling[ros]'`, or source a ROS 2 Jazzy (setup.bash)"
+# The wheels' own mark that LD_LIBRARY_PATH is theirs; children inherit it, whichever environment they belong to.
+BOOTSTRAPPED = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"
+
+
+def prepare() -> None:
+    """Make `import rclpy` and what follows work in this process, or raise InputError saying what is missing.
+
+    A sourced ROS 2 is taken before the wheels of this Python environment. The dynamic linker reads
+    LD_LIBRARY_PATH when a process starts, so where it belongs to another environment the process starts itself
+    again with the right one. Discovery stays on this machine unless ROS_AUTOMATIC_DISCOVERY_RANGE says otherwise.
+    """
+    spec = importlib.util.find_spec("rclpy")
+    if spec is None or spec.origin is None:
+        raise InputError(f"ROS 2 is not there: Python at {sys.prefix} has no rclpy; {INSTALL}")
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    wanted = library_path(os.environ.get("LD_LIBRARY_PATH", ""), from_wheels=_within(Path(spec.origin), sys.prefix))
+    if wanted is not None:
+        _start_again({"LD_LIBRARY_PATH": wanted})
+    if _within(Path(spec.origin), sys.prefix):
+        prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+        if sys.prefix not in prefixes:
+            os.environ["AMENT_PREFIX_PATH"] = os.pathsep.join([sys.prefix, *filter(None, prefixes)])
+
+
+def library_path(present: str, from_wheels: bool) -> str | None:
+    """The LD_LIBRARY_PATH that rclpy needs, None where the present one will do.
+
+    With the wheels, this environment's libraries must come before any other's; with a sourced ROS 2 they must
+    not come at all.
+    """
+    parts = [part for part in present.split(os.pathsep) if part]
+    own = _wheel_libraries()
+    others = [part for part in parts if part not in own]
+    if not from_wheels:
+        return os.pathsep.join(others) if len(others) < len(parts) else None
+    first = parts[: len(own)]
+    return None if set(first) == set(own) else os.pathsep.join([*own, *others])
+
+
+def _wheel_libraries() -> list[str]:
+    """Where the ROS wheels of this environment keep their shared libraries."""
+    version = f"python{sys.version_info.major}.{sys.version_info.minor}"
+    site = Path(sys.prefix) / "lib" / version / "site-packages"
+    return [str(Path(sys.prefix) / "lib"), *sorted(str(found.resolve()) for found in site.glob("ros_*.libs"))]
+
+
+def _within(path: Path, folder: str) -> bool:
+    return Path(folder).resolve() in path.resolve().parents
+
+
+def _start_again(changes: dict[str, str]) -> None:
+    tried = "SLIDER_DRILLING_RESTARTED"
+    if os.environ.get(tried) == changes["LD_LIBRARY_PATH"]:
+        raise InputError(f"LD_LIBRARY_PATH: could not be set for {sys.executable}; unset it and try again")
+    environment = {**os.environ, **changes, BOOTSTRAPPED: "1", tried: changes["LD_LIBRARY_PATH"]}
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], environment)

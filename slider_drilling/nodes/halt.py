@@ -1,0 +1,59 @@
+"""How a program of nodes ends: by itself, by a signal, or by an error that one line explains."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable
+from types import FrameType
+from typing import Any
+
+from slider_drilling.errors import InputError
+
+
+class Halt:
+    """Asked by nodes and signals to end the program; the spinning loop looks at it.
+
+    A callback does not raise: the executor would print the trace of what is a user's mistake. It calls `fail`.
+    A signal only sets `requested`: what `on_stop` does need not be safe to do in the middle of anything.
+    """
+
+    def __init__(self) -> None:
+        self.requested = False
+        self.interrupted = False
+        self.error: InputError | None = None
+        self.on_stop: Callable[[], None] = lambda: None
+        self._before: dict[signal.Signals, Any] = {}
+
+    def stop(self) -> None:
+        """End the program, its work being done."""
+        self.requested = True
+        self.on_stop()
+
+    def fail(self, error: InputError) -> None:
+        """End the program with this error; the first one counts."""
+        self.error = self.error or error
+        self.stop()
+
+    def take_signals(self) -> None:
+        """End on SIGINT and SIGTERM from now on, however often they come.
+
+        rclpy's own handlers would shut its context down at once, and a second SIGINT would then end the
+        shut-down code itself, a recorder's file unfinished.
+        """
+        for number in (signal.SIGINT, signal.SIGTERM):
+            self._before[number] = signal.signal(number, self._on_signal)
+
+    def give_signals_back(self) -> None:
+        """Let signals do again what they did before."""
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+        self._before.clear()
+
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        self.interrupted = True
+        self.requested = True
+
+    def raise_error(self) -> None:
+        """Raise what `fail` was told."""
+        if self.error is not None:
+            raise self.error

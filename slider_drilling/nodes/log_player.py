@@ -1,0 +1,145 @@
+"""The node `log_player`: a log's messages on their topics again, in the log's own time."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from std_msgs.msg import String
+
+from slider_drilling.control.protocol import Level, Status
+from slider_drilling.errors import InputError
+from slider_drilling.log import cdr
+from slider_drilling.log.container import Container
+from slider_drilling.log.topics import Topic, canonical_type
+from slider_drilling.nodes import link
+from slider_drilling.nodes.halt import Halt
+from slider_drilling.nodes.health import Health
+from slider_drilling.nodes.pace import Pace
+from slider_drilling.nodes.parameters import Declared, declare, on_change
+
+PARAMETERS = (
+    Declared("log", "", "path of the MCAP log to play"),
+    Declared("rate", 1.0, "seconds of the log a second", "s/s", 0.001, 1000.0, live=True),
+    Declared("loop", False, "begin again at the end; the clock then steps back", live=True),
+    Declared("delay", 1.0, "wall time before the first message, for subscribers to connect", "s", 0.0, 3600.0),
+)
+
+
+@dataclass(frozen=True)
+class Played:
+    """One message: ns of its log time, its publisher, its bytes."""
+
+    time_ns: int
+    publisher: Publisher
+    data: bytes
+
+
+class LogPlayer(Node):
+    """Publishes a log's messages and /clock, in the order and at the pace of their log times.
+
+    Topics keep the names they have in the log, relative to this node's namespace. Raises InputError for a log or a
+    parameter that cannot be used.
+    """
+
+    def __init__(self, halt: Halt, **node_options: Any) -> None:
+        super().__init__("log_player", **node_options)
+        self._halt = halt
+        values = declare(self, PARAMETERS)
+        if not values["log"]:
+            raise InputError("log_player: parameter log is empty; give the path of an MCAP log")
+        self._rate, self._loop, self._delay = values["rate"], values["loop"], values["delay"]
+        self._clock_publisher = link.publisher(self, link.CLOCK)
+        self._health = Health(self)
+        self._played = self._load(Path(values["log"]))
+        self._next = 0
+        self._turns = 0
+        self._begin_ns = self._played[0].time_ns
+        self._pace = Pace(self._rate, 0.0, time.monotonic() + self._delay)
+        self._timer = self.create_timer(0.002, self._on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        on_change(self, self._change)
+
+    def _load(self, path: Path) -> list[Played]:
+        container = Container(path)
+        publishers: dict[int, Publisher | None] = {}
+        played = []
+        for channel, message in container.messages():
+            if channel.id not in publishers:
+                schema = container.schemas.get(channel.schema_id)
+                publishers[channel.id] = self._publisher(channel.topic, channel.message_encoding,
+                                                         "" if schema is None else schema.name)
+            publisher = publishers[channel.id]
+            if publisher is not None:
+                played.append(Played(message.log_time, publisher, message.data))
+        for note in container.notes:
+            self.get_logger().warning(f"{path}: {note}")
+        if not played:
+            raise InputError(f"{path}: no message that can be played")
+        rig = next((one.data for one in container.attachments if one.name == "rig.yaml"), None)
+        if rig is not None:
+            self._rig_publisher = self.create_publisher(String, link.RIG_DESCRIPTION.name, link.LATCHED)
+            self._rig_publisher.publish(String(data=rig.decode("utf-8", "replace")))
+        return sorted(played, key=lambda one: one.time_ns)
+
+    def _publisher(self, topic: str, encoding: str, kind: str) -> Publisher | None:
+        """A publisher for a channel of the log; None, with a warning, where it cannot be played."""
+        name = topic.lstrip("/")
+        if name == "clock":
+            return None
+        if encoding != "cdr" or not kind:
+            self.get_logger().warning(f"{topic}: not played: encoded as {encoding!r}, type {kind!r}")
+            return None
+        try:
+            return link.publisher(self, Topic(name, canonical_type(kind)))
+        except (ImportError, AttributeError) as error:
+            self.get_logger().warning(f"{topic}: not played: {kind}: {error}")
+            return None
+
+    def _change(self, changes: dict[str, Any]) -> None:
+        self._loop = changes.get("loop", self._loop)
+        if "rate" in changes:
+            self._rate = changes["rate"]
+            self._pace = Pace(self._rate, self._elapsed(), time.monotonic())
+
+    def _elapsed(self) -> float:
+        """Seconds of the log up to the next message."""
+        return (self._played[min(self._next, len(self._played) - 1)].time_ns - self._begin_ns) / 1e9
+
+    def _on_timer(self) -> None:
+        """Publish what is due; at the end begin again or end."""
+        while self._next < len(self._played) and not self._halt.requested:
+            now = time.monotonic()
+            if self._pace.due(self._elapsed()) > now:
+                return
+            self._publish_next()
+            self._pace.passed(self._elapsed(), now)
+        if self._halt.requested:
+            return
+        if not self._loop:
+            self._halt.stop()
+            return
+        self._next = 0
+        self._turns += 1
+        self._pace = Pace(self._rate, 0.0, time.monotonic())
+
+    def _publish_next(self) -> None:
+        one = self._played[self._next]
+        if self._next == 0 or self._played[self._next - 1].time_ns != one.time_ns:
+            self._clock_publisher.publish(cdr.clock(one.time_ns))
+            if self._health.is_due(one.time_ns):
+                self._health.publish(one.time_ns, [self._status()])
+        one.publisher.publish(one.data)
+        self._next += 1
+
+    def _status(self) -> Status:
+        behind = self._pace.take_worst_behind()
+        values = (("rate", f"{self._rate:g}"), ("turns", str(self._turns)), ("behind_s", f"{behind:.3f}"))
+        if behind > 0.5:
+            return Status(Level.WARN, "clock", f"the rate cannot be kept: {behind:.2f} s behind", values)
+        return Status(Level.OK, "clock", "playing", values)

@@ -1,0 +1,84 @@
+"""Node parameters with type, unit, range and meaning; a value that cannot be used is rejected with a reason."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from slider_drilling.control.settings import Limits, limits_of
+from slider_drilling.errors import InputError
+
+
+@dataclass(frozen=True)
+class Declared:
+    """One parameter: its default gives the type (str, bool, int, float); low and high for numbers; unit.
+
+    live: it may change while the node runs.
+    """
+
+    name: str
+    default: str | bool | int | float
+    description: str
+    unit: str = "-"
+    low: float = 0.0
+    high: float = 0.0
+    live: bool = False
+
+    def descriptor(self) -> ParameterDescriptor:
+        """As `ros2 param describe` shows it."""
+        unit = "" if self.unit == "-" else f" [{self.unit}]"
+        described = ParameterDescriptor(description=self.description + unit, read_only=not self.live)
+        if isinstance(self.default, float):
+            described.floating_point_range = [FloatingPointRange(from_value=self.low, to_value=self.high)]
+        elif isinstance(self.default, int) and not isinstance(self.default, bool):
+            described.integer_range = [IntegerRange(from_value=int(self.low), to_value=int(self.high), step=1)]
+        return described
+
+
+def of_settings(settings: Any) -> list[Declared]:
+    """A controller's settings as parameters that can change while it runs; their values are the defaults."""
+
+    def declared(name: str, limits: Limits) -> Declared:
+        value = getattr(settings, name)
+        return Declared(name, value, limits.description, limits.unit, limits.low, limits.high, live=True)
+
+    return [declared(name, limits) for name, limits in limits_of(settings).items()]
+
+
+def declare(node: Node, parameters: Sequence[Declared]) -> dict[str, Any]:
+    """Declare them and return name -> value. Raises InputError where a value given at the start cannot be used."""
+    values = {}
+    for parameter in parameters:
+        try:
+            values[parameter.name] = node.declare_parameter(
+                parameter.name, parameter.default, parameter.descriptor()
+            ).value
+        except (InvalidParameterTypeException, InvalidParameterValueException) as error:
+            raise InputError(f"{node.get_name()}: parameter {parameter.name}: {_reason(parameter, error)}") from None
+    return values
+
+
+def _reason(parameter: Declared, error: Exception) -> str:
+    if isinstance(error, InvalidParameterTypeException):
+        wanted = {str: "text", bool: "true or false", int: "a whole number", float: "a number with a decimal point"}
+        return f"must be {wanted[type(parameter.default)]}, such as {parameter.default!r}"
+    return str(error)
+
+
+def on_change(node: Node, change: Callable[[dict[str, Any]], None]) -> None:
+    """Call `change` with name -> new value of the parameters set together; an InputError from it rejects them all."""
+
+    def accept(parameters: list[Parameter]) -> SetParametersResult:
+        try:
+            change({parameter.name: parameter.value for parameter in parameters})
+        except InputError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    node.add_on_set_parameters_callback(accept)

@@ -1,0 +1,48 @@
+"""Which libraries a process with ROS wheels needs, whatever it inherits. No ROS needed."""
+
+import os
+import sys
+
+import pytest
+
+from slider_drilling.errors import InputError
+from slider_drilling.nodes import environment
+
+
+@pytest.fixture
+def own(tmp_path, monkeypatch):
+    """The library folders of an environment with ROS wheels."""
+    site = tmp_path / "lib" / f"python{sys.version_info.major}.{sys.version_info.minor}" / "site-packages"
+    for name in ("ros_rcl.libs", "ros_rclpy.libs", "numpy.libs"):
+        (site / name).mkdir(parents=True)
+    monkeypatch.setattr(sys, "prefix", str(tmp_path))
+    return [str(tmp_path / "lib"), str(site / "ros_rcl.libs"), str(site / "ros_rclpy.libs")]
+
+
+def test_own_libraries_in_any_order_will_do(own):
+    assert environment.library_path(os.pathsep.join(reversed(own)), from_wheels=True) is None
+    assert environment.library_path(os.pathsep.join([*own, "/opt/cuda/lib"]), from_wheels=True) is None
+
+
+@pytest.mark.parametrize("inherited", ["", "/other/venv/lib", "/other/venv/lib:/other/venv/lib/ros_rcl.libs"])
+def test_another_environments_libraries_come_last(own, inherited):
+    expected = [*own, *filter(None, inherited.split(os.pathsep))]
+    assert environment.library_path(inherited, from_wheels=True) == os.pathsep.join(expected)
+
+
+def test_a_sourced_ros_is_kept_free_of_the_wheels(own):
+    assert environment.library_path("/opt/ros/jazzy/lib", from_wheels=False) is None
+    mixed = os.pathsep.join([own[0], "/opt/ros/jazzy/lib", own[2]])
+    assert environment.library_path(mixed, from_wheels=False) == "/opt/ros/jazzy/lib"
+
+
+def test_without_rclpy_one_line_says_how_to_get_it(monkeypatch):
+    monkeypatch.setattr(environment.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r"pip install 'slider_drilling\[ros\]'.*source a ROS 2 Jazzy"):
+        environment.prepare()
+
+
+def test_a_path_that_cannot_be_set_is_not_tried_for_ever(own, monkeypatch):
+    monkeypatch.setenv("SLIDER_DRILLING_RESTARTED", "/wanted")
+    with pytest.raises(InputError, match="LD_LIBRARY_PATH"):
+        environment._start_again({"LD_LIBRARY_PATH": "/wanted"})
