@@ -36,6 +36,7 @@ COMMANDS: dict[str, Row] = {
     "run": Row("slider_drilling.commands.run", "Slide a well: simulator, controller and recorder over ROS 2 topics."),
     "plot": Row("slider_drilling.commands.plot", "Plot a log and print what happened in it."),
     "replay": Row("slider_drilling.commands.replay", "Drive the plant with a log; compare channel by channel."),
+    "study": Row("slider_drilling.commands.study", "The paper's tools: figures, numbers and a verdict on each claim."),
     "import": Row("slider_drilling.commands.import_table", "Turn a CSV table of a rig's recorder into an MCAP log."),
 }
 

@@ -79,17 +79,13 @@ def test_friction_is_one_where_cutting_begins(shear_factor):
 
 def test_the_paper_s_contact_lies_in_the_field_range():
     beta_v = np.array([0.0, 0.5 * math.pi])
-    assert np.degrees(effective_attack_angle(PAPER.asperity, beta_v)) == pytest.approx(
-        [17.228, 11.698], abs=1e-3
-    )
+    assert np.degrees(effective_attack_angle(PAPER.asperity, beta_v)) == pytest.approx([17.228, 11.698], abs=1e-3)
     assert friction_coefficient_of_direction(PAPER, beta_v) == pytest.approx([0.3392, 0.2320], abs=1e-4)
 
 
 def test_a_shape_factor_of_one_gives_the_angles_that_rule_it_out():
     steep = replace(PAPER.asperity, shape_factor=1.0)
-    assert np.degrees(effective_attack_angle(steep, [0.5 * math.pi, 0.0])) == pytest.approx(
-        [33.0, 44.2], abs=0.1
-    )
+    assert np.degrees(effective_attack_angle(steep, [0.5 * math.pi, 0.0])) == pytest.approx([33.0, 44.2], abs=0.1)
 
 
 def test_the_slip_direction_has_no_sign():

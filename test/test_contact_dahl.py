@@ -84,9 +84,7 @@ def stepped(law, duration, together, exponent, steps, table):
 
 def order(scheme, law, duration=1.1, together=False, exponent=1.0, coarse=500):
     exact = limit(law, duration, together, exponent, TABLE)
-    errors = [
-        math.dist(stepped(scheme, duration, together, exponent, coarse * k, TABLE), exact) for k in (1, 4)
-    ]
+    errors = [math.dist(stepped(scheme, duration, together, exponent, coarse * k, TABLE), exact) for k in (1, 4)]
     return math.log(errors[0] / errors[1], 4.0), errors[1]
 
 

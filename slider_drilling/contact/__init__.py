@@ -1,8 +1,12 @@
 """The paper's multiscale friction model: rigid asperities that wear, on elastic ones that deform.
 
-from slider_drilling.contact import PAPER, friction_history
-history = friction_history(time, axial, tangential, normal_force=1887.0, contact=PAPER, radius=0.0635)
-print(history.means(since=10.0))
+A friction history of any motion, in three lines::
+
+    from slider_drilling.contact import PAPER, friction_history
+    history = friction_history(time, axial, tangential, normal_force=1887.0, contact=PAPER, radius=0.0635)
+    print(history.means(since=10.0))
+
+Arrays are in s and m; see `friction_history`.
 """
 
 from slider_drilling.contact.asperity import (
@@ -15,14 +19,18 @@ from slider_drilling.contact.asperity import (
     friction_table,
     wear_mode,
 )
+from slider_drilling.contact.multiscale import FrictionHistory, Means, friction_history
 
 __all__ = [
     "PAPER",
     "TABLE_SIZE",
+    "FrictionHistory",
+    "Means",
     "WearMode",
     "effective_attack_angle",
     "friction_coefficient",
     "friction_coefficient_of_direction",
+    "friction_history",
     "friction_table",
     "wear_mode",
 ]

@@ -55,9 +55,7 @@ def signed_power(base: float, exponent: float) -> float:
 
 
 @compiled
-def friction_of_direction(
-    x: float, y: float, axis_x: float, axis_y: float, table: NDArray, fallback: float
-) -> float:
+def friction_of_direction(x: float, y: float, axis_x: float, axis_y: float, table: NDArray, fallback: float) -> float:
     """Friction coefficient for a slip along (x, y), any length, from a table over q = cos^2(beta_v).
 
     (axis_x, axis_y): unit vector of the asperity's axis e3; table: (k,), as `friction_table` makes it;
@@ -73,9 +71,7 @@ def friction_of_direction(
 
 
 @compiled
-def advance(
-    x: float, y: float, dx: float, dy: float, sliding_length: float, exponent: float
-) -> tuple[float, float]:
+def advance(x: float, y: float, dx: float, dy: float, sliding_length: float, exponent: float) -> tuple[float, float]:
     """Deformation M after the pipe moved by (dx, dy): one step of the polar ODE, second order.
 
     x, y, dx, dy, sliding_length (z_ss > 0): m; exponent: Dahl's i.
@@ -187,9 +183,7 @@ def along_radius(z: float, dr: float, sliding_length: float, exponent: float) ->
 
 
 @compiled
-def two_step(
-    x: float, y: float, dx: float, dy: float, sliding_length: float, exponent: float
-) -> tuple[float, float]:
+def two_step(x: float, y: float, dx: float, dy: float, sliding_length: float, exponent: float) -> tuple[float, float]:
     """The paper's operator, eq. 11-18: M after a tangential step dy, then an axial step dx. All in m.
 
     Eq. 12 and 16 are integrated exactly instead of by one Euler step. A z' that comes out negative (M crosses
@@ -197,6 +191,31 @@ def two_step(
     """
     x, y = _moved_along(x, y, 0.0, dy, sliding_length, exponent)
     return _moved_along(x, y, dx, 0.0, sliding_length, exponent)
+
+
+@compiled
+def two_step_on_table(
+    x: float,
+    y: float,
+    dx: float,
+    dy: float,
+    length_per_friction: float,
+    exponent: float,
+    axis_x: float,
+    axis_y: float,
+    table: NDArray,
+    friction: float,
+) -> tuple[float, float, float]:
+    """`two_step` with eq. 20 and 21: (x, y, friction) after the step, friction being that of the step's slip.
+
+    friction: what the step before returned, which this step slides at. Where the slip is negligible (1e-12 of
+    z_ss) it stays.
+    """
+    x1, y1 = two_step(x, y, dx, dy, friction * length_per_friction, exponent)
+    slip_x, slip_y = dx - (x1 - x), dy - (y1 - y)
+    if slip_x * slip_x + slip_y * slip_y > (1e-12 * friction * length_per_friction) ** 2:
+        friction = friction_of_direction(slip_x, slip_y, axis_x, axis_y, table, friction)
+    return x1, y1, friction
 
 
 @compiled

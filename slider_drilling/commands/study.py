@@ -1,0 +1,84 @@
+"""`slider-drilling study`: the paper's systems, each with figures, numbers and a verdict on what the paper says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from slider_drilling.tools.study import Study
+
+EXAMPLES = """\
+Examples:
+
+\b
+  slider-drilling study --list
+  slider-drilling study rocking -o out
+  slider-drilling study all -o out
+"""
+
+
+@click.command(epilog=EXAMPLES)
+@click.argument("name", required=False)
+@click.option("--list", "listing", is_flag=True, help="List the studies and leave.")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    default=Path("studies"),
+    show_default=True,
+    help="Directory that the files are written to.",
+)
+@click.option(
+    "--jobs", default=2, show_default=True, type=click.IntRange(1, 64), help="Studies run at a time by `all`."
+)
+def command(name: str | None, listing: bool, output: Path, jobs: int) -> None:
+    """Run study NAME, or `all`: writes NAME.html, NAME.png, NAME.csv and NAME.json."""
+    from slider_drilling.errors import InputError
+    from slider_drilling.tools.catalogue import STUDIES
+
+    if listing:
+        for entry_name, entry in STUDIES.items():
+            click.echo(f"{entry_name:16} {entry.about}")
+        return
+    if name is None:
+        raise InputError("study: NAME is missing: name a study (see --list), or all")
+    if name != "all" and name not in STUDIES:
+        raise InputError(f"study: NAME = {name}: no such study; one of {', '.join(STUDIES)}, or all")
+    _run(list(STUDIES) if name == "all" else [name], output, jobs)
+
+
+def _run(names: list[str], output: Path, jobs: int) -> None:
+    from joblib import Parallel, delayed
+    from rich.progress import Progress, SpinnerColumn, TimeElapsedColumn
+
+    from slider_drilling.console import stderr
+
+    output.mkdir(parents=True, exist_ok=True)
+    columns = (SpinnerColumn(), *Progress.get_default_columns(), TimeElapsedColumn())
+    finished: dict[str, Study] = {}
+    with Progress(*columns, console=stderr(), transient=True) as progress:
+        task = progress.add_task("studies" if len(names) > 1 else names[0], total=len(names))
+        work = Parallel(n_jobs=min(jobs, len(names)), return_as="generator_unordered")
+        for study in work(delayed(_run_one)(name, output) for name in names):
+            finished[study.name] = study
+            progress.advance(task)
+    for name in names:
+        _print(finished[name], output)
+
+
+def _run_one(name: str, output: Path) -> Study:
+    from slider_drilling.tools.catalogue import run_study
+    from slider_drilling.tools.render import write_study
+
+    study = run_study(name)
+    write_study(study, output)
+    return study
+
+
+def _print(study: Study, output: Path) -> None:
+    click.echo(f"{study.name}: {output / study.name}.html, .png, .csv, .json")
+    for claim in study.claims:
+        click.echo(f"  {'holds        ' if claim.holds else 'does not hold'}  {claim.claim}")

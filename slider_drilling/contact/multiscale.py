@@ -1,0 +1,199 @@
+"""Friction history of one contact under any motion: paper section 3.3 put together, eq. 7-26.
+
+The asperity's deformation follows the pipe by Dahl's law (`dahl.advance`), its direction sets the friction
+coefficient through the asperity's attack angle (`asperity.friction_table`), and the force on the pipe is -kt M.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from slider_drilling.contact.asperity import friction_table
+from slider_drilling.contact.dahl import advance_on_table, compiled, friction_of_direction, two_step_on_table
+from slider_drilling.errors import InputError
+from slider_drilling.rig import Contact
+
+LONGEST_STEP = 0.1
+"""Of z_ss: a longer move within one sample is cut into equal parts, each then within 2e-8 z_ss of exact."""
+
+Series = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Means:
+    """Time means over a stretch of a history, of the force and torque on the pipe.
+
+    absolute_axial_force F_x (eq. 25) and absolute_torque M_y (eq. 26) are means of magnitudes; axial_force and
+    torque keep the sign and are what a driller feels. N and N m. friction_coefficient: -.
+    """
+
+    absolute_axial_force: float
+    axial_force: float
+    absolute_torque: float
+    torque: float
+    friction_coefficient: float
+
+
+@dataclass(frozen=True)
+class FrictionHistory:
+    """One contact through time; every array is (n,), at the times given.
+
+    axial_force f_x: N and torque m_y: N m act on the pipe, so both oppose its motion (eq. 23, 24 with the sign
+    of a reaction); deformation_axial, deformation_tangential: m; friction_coefficient: -; beta_v: rad in
+    [0, pi/2], the angle between slip and the asperity's axis, without regard to the sense of either.
+    """
+
+    time: Series
+    axial_force: Series
+    torque: Series
+    deformation_axial: Series
+    deformation_tangential: Series
+    friction_coefficient: Series
+    beta_v: Series
+
+    def means(self, since: float = -math.inf, until: float = math.inf) -> Means:
+        """Means (trapezoidal in time) over the samples with since <= time <= until, s.
+
+        Raises InputError where fewer than two samples lie there.
+        """
+        inside = (self.time >= since) & (self.time <= until)
+        if np.count_nonzero(inside) < 2:
+            raise InputError(f"contact: means from {since:g} s to {until:g} s: fewer than two samples lie there")
+        time = self.time[inside]
+
+        def mean(series: Series) -> float:
+            return float(0.5 * np.sum((series[inside][1:] + series[inside][:-1]) * np.diff(time)) / (time[-1] - time[0]))
+
+        return Means(
+            absolute_axial_force=mean(np.abs(self.axial_force)),
+            axial_force=mean(self.axial_force),
+            absolute_torque=mean(np.abs(self.torque)),
+            torque=mean(self.torque),
+            friction_coefficient=mean(self.friction_coefficient),
+        )
+
+
+def friction_history(
+    time: ArrayLike,
+    axial: ArrayLike,
+    tangential: ArrayLike,
+    normal_force: ArrayLike,
+    contact: Contact,
+    radius: float,
+    *,
+    stiffness_follows_load: bool = False,
+    deformation: tuple[float, float] = (0.0, 0.0),
+    paper_operator: bool = False,
+) -> FrictionHistory:
+    """Friction of one contact that is moved.
+
+    time: (n,) s, increasing. axial, tangential: (n,) m, displacement of the pipe's surface down the hole and
+    around it (angle times radius). normal_force: N, one number or (n,), positive. radius: m, outer radius of the
+    pipe. deformation: m, of the asperity at the first sample. The motion is straight between samples.
+
+    The paper has one contact of constant kt, so that z_ss = mu F_N/kt follows the load; with
+    stiffness_follows_load, kt = (kt_ref/F_ref) F_N as in the drill string, and z_ss depends on mu alone.
+
+    paper_operator steps the two-step operator (eq. 11-21) instead of the polar ODE, for comparison: it is of first
+    order in the time step, and where the two axes oppose each other another law (see `dahl`).
+
+    Raises InputError for arrays that do not match, are not finite, or a contact outside the model.
+    """
+    t, x, y, load = _checked(time, axial, tangential, normal_force)
+    if not (math.isfinite(radius) and radius > 0.0):
+        raise InputError(f"contact: radius = {radius}: must be a positive finite number of m")
+    table = friction_table(contact.shear_factor, contact.asperity)
+    orientation = contact.asperity.orientation
+    axis_x, axis_y = math.cos(orientation), math.sin(orientation)
+    compliance = load / contact.stiffness
+    if stiffness_follows_load:
+        compliance = np.full_like(load, contact.reference_load / contact.stiffness)
+    m_x, m_y, friction, cosine = trace(
+        x,
+        y,
+        compliance,
+        table,
+        contact.dahl_exponent,
+        axis_x,
+        axis_y,
+        deformation[0],
+        deformation[1],
+        paper_operator,
+    )
+    stiffness = load / compliance
+    return FrictionHistory(
+        time=t,
+        axial_force=-stiffness * m_x,
+        torque=-stiffness * m_y * radius,
+        deformation_axial=m_x,
+        deformation_tangential=m_y,
+        friction_coefficient=friction,
+        beta_v=np.arccos(np.minimum(cosine, 1.0)),
+    )
+
+
+@compiled
+def trace(
+    axial: Series,
+    tangential: Series,
+    compliance: Series,
+    table: Series,
+    exponent: float,
+    axis_x: float,
+    axis_y: float,
+    start_x: float,
+    start_y: float,
+    paper_operator: bool,
+) -> tuple[Series, Series, Series, Series]:
+    """Deformation (two axes, m), friction coefficient and |cos beta_v| at every sample of a motion.
+
+    axial, tangential: (n,) m; compliance: (n,) F_N/kt, m; table, exponent and axes as in `dahl.advance_on_table`.
+    """
+    n = axial.size
+    lowest = table.min()
+    m_x, m_y, friction, cosine = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    x, y, mu, along = start_x, start_y, table[-1], 1.0
+    for k in range(n):
+        if k > 0:
+            dx, dy = axial[k] - axial[k - 1], tangential[k] - tangential[k - 1]
+            c0, c1 = compliance[k - 1], compliance[k]
+            parts = int(math.sqrt(dx * dx + dy * dy) / (LONGEST_STEP * lowest * min(c0, c1))) + 1
+            for part in range(parts):
+                length = c0 + (c1 - c0) * (part + 0.5) / parts
+                if paper_operator:
+                    x, y, mu = two_step_on_table(
+                        x, y, dx / parts, dy / parts, length, exponent, axis_x, axis_y, table, mu
+                    )
+                else:
+                    x, y, mu = advance_on_table(x, y, dx / parts, dy / parts, length, exponent, axis_x, axis_y, table)
+        distance = math.sqrt(x * x + y * y)
+        if not paper_operator:
+            mu = friction_of_direction(x, y, axis_x, axis_y, table, mu)
+        if distance > 0.0:
+            along = abs(x * axis_x + y * axis_y) / distance
+        m_x[k], m_y[k], friction[k], cosine[k] = x, y, mu, along
+    return m_x, m_y, friction, cosine
+
+
+def _checked(*given: ArrayLike) -> tuple[Series, Series, Series, Series]:
+    names = ("time", "axial", "tangential", "normal_force")
+    time, axial, tangential, load = (np.asarray(value, dtype=float) for value in given)
+    if time.ndim != 1 or time.size < 2 or not np.all(np.diff(time) > 0.0):
+        raise InputError("contact: time: must be a row of at least two increasing times in s")
+    if load.ndim == 0:
+        load = np.full(time.size, float(load))
+    series = (time, np.atleast_1d(axial), np.atleast_1d(tangential), load)
+    for name, values in zip(names, series, strict=True):
+        if values.shape != time.shape:
+            raise InputError(f"contact: {name} has shape {values.shape}, time {time.shape}: must be equal")
+        if not np.all(np.isfinite(values)):
+            k = int(np.flatnonzero(~np.isfinite(values))[0])
+            raise InputError(f"contact: {name}[{k}] = {values[k]}: must be finite")
+    if not np.all(load > 0.0):
+        k = int(np.flatnonzero(~(load > 0.0))[0])
+        raise InputError(f"contact: normal_force[{k}] = {load[k]} N: must be positive (the pipe has lifted off)")
+    return series
