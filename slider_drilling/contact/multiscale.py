@@ -66,7 +66,9 @@ class FrictionHistory:
         time = self.time[inside]
 
         def mean(series: Series) -> float:
-            return float(0.5 * np.sum((series[inside][1:] + series[inside][:-1]) * np.diff(time)) / (time[-1] - time[0]))
+            return float(
+                0.5 * np.sum((series[inside][1:] + series[inside][:-1]) * np.diff(time)) / (time[-1] - time[0])
+            )
 
         return Means(
             absolute_axial_force=mean(np.abs(self.axial_force)),

@@ -141,6 +141,8 @@ def _colour(one: Line, place: int) -> str:
 
 
 def _draw_map(axes: Axes, figure: Map) -> None:
+    from matplotlib.colors import LogNorm, Normalize
+
     if figure.categories:
         from matplotlib.colors import ListedColormap
         from matplotlib.patches import Patch
@@ -149,7 +151,8 @@ def _draw_map(axes: Axes, figure: Map) -> None:
         patches = [Patch(color=MODE_COLOURS[k], label=name) for k, name in enumerate(figure.categories)]
         axes.legend(handles=patches, fontsize=8, loc="lower left")
         return
-    shown = axes.pcolormesh(figure.x, figure.y, figure.value, cmap="viridis", shading="nearest")
+    norm = LogNorm() if figure.log else Normalize()
+    shown = axes.pcolormesh(figure.x, figure.y, figure.value, cmap="viridis", shading="nearest", norm=norm)
     assert axes.figure is not None
     axes.figure.colorbar(shown, ax=axes, label=figure.value_label)
 
@@ -204,7 +207,9 @@ def _plotly_map(figure: Map) -> Any:
         steps = [(edge / n, MODE_COLOURS[k]) for k in range(n) for edge in (k, k + 1)]
         bar.update(tickvals=list(range(n)), ticktext=list(figure.categories))
         style.update(colorscale=steps, zmin=-0.5, zmax=n - 0.5)
-    return go.Heatmap(x=figure.x, y=figure.y, z=figure.value, **style)
+    if figure.log:
+        bar["title"] = {"text": f"log10 of {figure.value_label}"}
+    return go.Heatmap(x=figure.x, y=figure.y, z=np.log10(figure.value) if figure.log else figure.value, **style)
 
 
 PAGE = """<!doctype html>

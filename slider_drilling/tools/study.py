@@ -49,6 +49,7 @@ class Map:
     y: Series
     value: Series
     categories: tuple[str, ...] = ()
+    log: bool = False
 
 
 @dataclass(frozen=True)

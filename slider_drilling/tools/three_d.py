@@ -32,6 +32,7 @@ def study() -> Study:
             AXIAL_MM,
             SPEED_RPM,
             np.array([[getattr(s, attribute) for s in row] for row in rows]),
+            log=True,
         )
         for title, attribute in (("Mean magnitude", "ratio"), ("Signed mean", "signed_ratio"))
         for rate, rows in runs.items()

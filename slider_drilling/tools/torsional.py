@@ -19,7 +19,7 @@ FREQUENCY = 15.0
 """Hz. The paper gives none for the torsional tool; this is that of its other tools."""
 SPEEDS_RPM = (10, 20, 30)
 RATES = (3, 5, 7, 9)
-SWEEP_RPM = np.linspace(2.0, 40.0, 20)
+SWEEP_RPM = np.linspace(2.0, 40.0, 39)
 PIPE = Pipe()
 
 
