@@ -1,0 +1,46 @@
+"""The documents hold: their code runs, their commands and files exist."""
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from slider_drilling.cli import COMMANDS
+from slider_drilling.log import DIAGNOSTICS, TOPICS
+from slider_drilling.share import share_file
+
+
+def test_code_of_the_log_page_runs(repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    blocks = re.findall(r"```python\n(.*?)```", (repository / "docs" / "logs.md").read_text(), re.DOTALL)
+    assert len(blocks) == 2
+    reading, writing = blocks
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(share_file("config/rig.example.yaml"), "rig.yaml")
+    namespace: dict[str, object] = {}
+    exec(writing, namespace)
+    assert [file.name for file in tmp_path.iterdir() if file.suffix == ".mcap"] == ["run.mcap"]
+    exec(reading, namespace)
+
+
+def test_readme_lists_commands_that_exist(repository: Path) -> None:
+    text = (repository / "README.md").read_text()
+    table = text[text.index("| command |") :].split("\n\n")[0]
+    assert set(re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE)) <= set(COMMANDS)
+
+
+def test_readme_lists_every_topic(repository: Path) -> None:
+    text = (repository / "README.md").read_text()
+    for topic in (*TOPICS.values(), DIAGNOSTICS):
+        assert f"`{topic.name}`" in text
+        assert topic.type.replace("/msg/", "/") in text
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/logs.md"])
+def test_files_that_pages_name_exist(repository: Path, page: str) -> None:
+    text = (repository / page).read_text()
+    named = re.findall(r"`((?:config|slider_drilling|launch)/[\w./]+\.\w+)`", text)
+    linked = [Path(page).parent / link for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", text)]
+    assert named or linked
+    for path in [*named, *linked]:
+        assert (repository / path).exists(), path
