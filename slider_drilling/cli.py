@@ -37,6 +37,7 @@ COMMANDS: dict[str, Row] = {
     "plot": Row("slider_drilling.commands.plot", "Plot a log and print what happened in it."),
     "replay": Row("slider_drilling.commands.replay", "Drive the plant with a log; compare channel by channel."),
     "study": Row("slider_drilling.commands.study", "The paper's tools: figures, numbers and a verdict on each claim."),
+    "identify": Row("slider_drilling.commands.identify", "Contact parameters from measured friction."),
     "import": Row("slider_drilling.commands.import_table", "Turn a CSV table of a rig's recorder into an MCAP log."),
 }
 

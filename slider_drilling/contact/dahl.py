@@ -43,7 +43,7 @@ import math
 from numba import njit
 from numpy.typing import NDArray
 
-compiled = njit(cache=True, error_model="numpy")
+compiled = njit(cache=True, error_model="numpy", nogil=True)
 
 
 @compiled

@@ -24,14 +24,17 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#0
 MODE_COLOURS = ("#56b4e9", "#e69f00", "#009e73", "#dddddd")
 
 
-def write_study(study: Study, directory: Path) -> list[Path]:
+def write_study(study: Study, directory: Path, findings: dict[str, Any] | None = None) -> list[Path]:
     """Write NAME.json, NAME.csv, NAME.png and NAME.html into a directory, which is made; the four paths.
 
-    Each is written under a temporary name and renamed. Raises OSError where the directory cannot be written.
+    findings: what NAME.json holds instead of the claims. Each file is written under a temporary name and renamed.
+    Raises OSError where the directory cannot be written.
     """
     directory.mkdir(parents=True, exist_ok=True)
     contents = {
-        "json": (json.dumps(as_json(study), indent=1, allow_nan=False) + "\n").encode(),
+        "json": (
+            json.dumps(as_json(study) if findings is None else findings, indent=1, allow_nan=False) + "\n"
+        ).encode(),
         "csv": _csv(study).encode(),
         "png": _png(study),
         "html": _html(study).encode(),
@@ -230,6 +233,9 @@ text-align: left; vertical-align: top; } code { font-size: 12px; word-break: bre
 <td>{% for name, value in claim.measured.items() %}<code>{{ name }}: {{ value }}</code><br>{% endfor %}</td>
 <td><span class="{{ 'yes' if claim.holds else 'no' }}">{{ "holds" if claim.holds else "does not hold" }}</span>
 {% if claim.reason %}<br>{{ claim.reason }}{% endif %}</td></tr>{% endfor %}</table>{% endif %}
+{% for table in study.tables %}<h2>{{ table.title }}</h2><table><tr>{% for cell in table.header %}<th>{{ cell }}</th>
+{% endfor %}</tr>{% for row in table.rows %}<tr>{% for cell in row %}<td>{{ cell }}</td>{% endfor %}</tr>{% endfor %}
+</table>{% endfor %}
 {% for note in study.notes %}<p>{{ note }}</p>{% endfor %}
 <div class="figures">{% for figure in figures %}<div>{{ figure | safe }}</div>{% endfor %}</div>
 </body></html>

@@ -64,8 +64,20 @@ class Claim:
 
 
 @dataclass(frozen=True)
+class Table:
+    """Rows of text under a header, for a page."""
+
+    title: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
 class Study:
-    """A study that has run: what was moved (`settings`), its figures and its claims."""
+    """A study that has run: what was moved (`settings`), its figures and its claims.
+
+    The pages of other commands are made of the same: figures, tables and notes, without claims.
+    """
 
     name: str
     title: str
@@ -73,6 +85,7 @@ class Study:
     figures: tuple[Chart | Map, ...]
     claims: tuple[Claim, ...]
     notes: tuple[str, ...] = field(default=())
+    tables: tuple[Table, ...] = field(default=())
 
 
 def line(name: str, x: ArrayLike, y: ArrayLike, dashed: bool = False, colour: int | None = None) -> Line:

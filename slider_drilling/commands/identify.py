@@ -1,0 +1,153 @@
+"""`slider-drilling identify`: the contact's parameters from measured friction."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from slider_drilling.contact.identify import Data, Identification
+    from slider_drilling.rig import Contact
+    from slider_drilling.tools.study import Study
+
+EPILOG = """\
+DATA.csv is a table with a header line, in one of two forms.
+
+\b
+Against time, one row a sample; the contact starts undeformed:
+  time_s, axial_m, normal_force_n, friction_n
+  optional: tangential_m, tangential_friction_n
+Against velocity, one row a settled experiment (mean friction):
+  feed_m_per_s, vibration_m_per_s, frequency_hz, normal_force_n, friction_n
+  optional: direction_deg (of the vibration, from the axis; 0 is longitudinal)
+friction_n is positive where it resists motion down the axis.
+
+\b
+Example:
+  slider-drilling identify DATA.csv --free dahl_exponent -o out
+"""
+
+UNITS = {"stiffness": "N/m", "minor_axis": "m", "major_axis": "m"}
+
+
+@click.command(epilog=EPILOG)
+@click.argument("data", type=click.Path(path_type=Path))
+@click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("identified"), show_default=True,
+              help="Directory that identify.json, .html, .png and .csv are written to.")  # fmt: skip
+@click.option("--free", multiple=True, help="Also find shear_factor, dahl_exponent or shape_factor; repeatable.")
+@click.option("--height-um", type=click.FloatRange(0.0, min_open=True), default=5.09, show_default=True,
+              help="Asperity height h that a and b are given for.")  # fmt: skip
+@click.option("--shear-factor", type=float, default=0.1, show_default=True, help="f, unless it is free.")
+@click.option("--shape-factor", type=float, default=3.141592653589793, show_default=True, help="chi, held.")
+@click.option("--particles", type=click.IntRange(4, 1000), default=24, show_default=True)
+@click.option("--generations", type=click.IntRange(1, 10000), default=40, show_default=True)
+@click.option("--seed", type=int, default=0, show_default=True)
+@click.option("--jobs", type=click.IntRange(1, 64), default=2, show_default=True, help="Threads.")
+def command(
+    data: Path, output: Path, free: tuple[str, ...], height_um: float, shear_factor: float, shape_factor: float,
+    particles: int, generations: int, seed: int, jobs: int,
+) -> None:  # fmt: skip
+    """Find kt and the asperity's axes a and b (and, if asked, f and i) from the friction measured in DATA.csv."""
+    from rich.progress import Progress, TextColumn
+
+    from slider_drilling.console import stderr
+    from slider_drilling.contact import PAPER, friction_table
+    from slider_drilling.contact.identify import identify
+    from slider_drilling.contact.measured import read_measured
+    from slider_drilling.tools.render import write_study
+
+    held = replace(PAPER.asperity, height=1e-6 * height_um, shape_factor=shape_factor)
+    base = replace(PAPER, asperity=held, shear_factor=shear_factor)
+    friction_table(shear_factor, held)
+    measured = read_measured(data)
+    columns = (*Progress.get_default_columns(), TextColumn("misfit {task.fields[misfit]}"))
+    with Progress(*columns, console=stderr(), transient=True) as progress:
+        task = progress.add_task("particle swarm", total=generations, misfit="-")
+
+        def report(generation: int, misfit: float) -> None:
+            progress.update(task, completed=generation, misfit=f"{misfit:.4g} N")
+
+        found = identify(
+            measured, free=free, base=base, particles=particles, generations=generations, seed=seed, workers=jobs,
+            progress=report,
+        )  # fmt: skip
+    write_study(_page(data, measured, found), output, _findings(data, found, seed))
+    _print(found, output)
+
+
+def _findings(path: Path, found: Identification, seed: int) -> dict[str, Any]:
+    estimates = {
+        name: {"value": float(e.value), "interval": None if e.interval is None else [float(v) for v in e.interval],
+               "determined": e.determined, "unit": UNITS.get(name, "-")}
+        for name, e in found.estimates.items()
+    }  # fmt: skip
+    return {
+        "schema": "slider_drilling/identification/1",
+        "data": path.name,
+        "seed": seed,
+        "estimates": estimates,
+        "contact": _plain(found.contact),
+        "residual_rms_n": found.residual_rms,
+        "largest_error_over_peak": found.largest_error,
+        "degeneracies": list(found.degeneracies),
+        "evaluations": found.evaluations,
+    }
+
+
+def _plain(contact: Contact) -> dict[str, Any]:
+    tree = asdict(contact)
+    tree["asperity"] = {name: float(value) for name, value in tree["asperity"].items()}
+    return {name: value if isinstance(value, dict) else float(value) for name, value in tree.items()}
+
+
+def _page(path: Path, data: Data, found: Identification) -> Study:
+    import numpy as np
+
+    from slider_drilling.contact.measured import AgainstTime
+    from slider_drilling.tools.study import Chart, Study, Table, line
+
+    if isinstance(data, AgainstTime):
+        axis, label = data.time, "time, s"
+        measured, predicted = found.measured[: axis.size], found.predicted[: axis.size]
+    else:
+        axis, label = np.arange(1.0, data.feed.size + 1.0), "experiment (row)"
+        measured, predicted = found.measured, found.predicted
+    peak = np.abs(measured).max()
+    return Study(
+        name="identify",
+        title=f"Contact parameters from {path.name}",
+        settings={
+            "residual RMS, N": f"{found.residual_rms:.4g}",
+            "largest error over peak": f"{found.largest_error:.3f}",
+        },
+        figures=(
+            Chart("Axial friction (Fig. 13)", label, "friction, N",
+                  (line("measured", axis, measured), line("model", axis, predicted))),
+            Chart("Error (Fig. 14)", label, "error, % of the largest friction",
+                  (line("model - measured", axis, 100.0 * (predicted - measured) / peak),)),
+        ),
+        claims=(),
+        notes=found.degeneracies,
+        tables=(Table("Parameters, with 95 % intervals", ("parameter", "value", "interval", "unit"), _rows(found)),),
+    )  # fmt: skip
+
+
+def _rows(found: Identification) -> tuple[tuple[str, ...], ...]:
+    return tuple(
+        (name.replace("_", " "), f"{e.value:.5g}",
+         "not determined" if e.interval is None else f"{e.interval[0]:.5g} to {e.interval[1]:.5g}",
+         UNITS.get(name, "-"))
+        for name, e in found.estimates.items()
+    )  # fmt: skip
+
+
+def _print(found: Identification, output: Path) -> None:
+    for row in _rows(found):
+        click.echo(f"{row[0]:18} {row[1]:>12} {row[3]:>6}   {row[2]}")
+    click.echo(f"residual {found.residual_rms:.4g} N RMS; largest error {100 * found.largest_error:.1f} % of the peak")
+    for sentence in found.degeneracies:
+        click.echo(f"note: {sentence}", err=True)
+    click.echo(f"{output / 'identify.html'}, .png, .csv, .json")

@@ -1,0 +1,138 @@
+"""Measured friction as `identify` reads it: a CSV table against time or against velocity.
+
+Against time, one row per sample of one experiment, which starts with the contact undeformed:
+
+    time_s            s, increasing
+    axial_m           m, displacement along the hole's axis
+    tangential_m      m, displacement across it (left out: none)
+    normal_force_n    N
+    friction_n        N along the axis, positive where it resists motion towards positive axial_m
+    tangential_friction_n   N across it, likewise (left out: not measured)
+
+Against velocity, one row per settled experiment, mean friction while a harmonic vibration comes on top of a feed:
+
+    feed_m_per_s        m/s, along the axis
+    vibration_m_per_s   m/s, amplitude of the vibration's velocity
+    frequency_hz        Hz
+    direction_deg       degrees from the axis to the vibration (left out: 0, longitudinal)
+    normal_force_n      N
+    friction_n          N, mean along the axis, positive where it resists the feed
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slider_drilling.errors import InputError
+
+AGAINST_TIME = ("time_s", "axial_m", "normal_force_n", "friction_n")
+OPTIONAL_AGAINST_TIME = ("tangential_m", "tangential_friction_n")
+AGAINST_VELOCITY = ("feed_m_per_s", "vibration_m_per_s", "frequency_hz", "normal_force_n", "friction_n")
+OPTIONAL_AGAINST_VELOCITY = ("direction_deg",)
+
+Series = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class AgainstTime:
+    """One experiment through time, every array (n,) in s, m and N; tangential_friction is empty where not measured."""
+
+    time: Series
+    axial: Series
+    tangential: Series
+    normal_force: Series
+    friction: Series
+    tangential_friction: Series
+
+
+@dataclass(frozen=True)
+class AgainstVelocity:
+    """Settled experiments, every array (n,): m/s, m/s, Hz, rad, N, N."""
+
+    feed: Series
+    vibration: Series
+    frequency: Series
+    direction: Series
+    normal_force: Series
+    friction: Series
+
+
+def read_measured(path: Path) -> AgainstTime | AgainstVelocity:
+    """Read a table of measured friction; the header says which of the two kinds it is.
+
+    Raises InputError naming the file, and the rows (as lines of the file) with a missing, NaN or impossible value.
+    """
+    header, columns = _columns(path)
+    if "time_s" in header:
+        found = _named(path, header, columns, AGAINST_TIME, OPTIONAL_AGAINST_TIME)
+        _check(path, "time_s", np.concatenate([[True], np.diff(found["time_s"]) > 0.0]), "must increase")
+        _check(path, "normal_force_n", found["normal_force_n"] > 0.0, "must be positive")
+        nothing = np.zeros(0)
+        return AgainstTime(
+            found["time_s"], found["axial_m"], found.get("tangential_m", np.zeros_like(found["time_s"])),
+            found["normal_force_n"], found["friction_n"], found.get("tangential_friction_n", nothing),
+        )  # fmt: skip
+    found = _named(path, header, columns, AGAINST_VELOCITY, OPTIONAL_AGAINST_VELOCITY)
+    for name in ("feed_m_per_s", "frequency_hz", "normal_force_n"):
+        _check(path, name, found[name] > 0.0, "must be positive")
+    _check(path, "vibration_m_per_s", found["vibration_m_per_s"] >= 0.0, "must not be negative")
+    direction = np.radians(found.get("direction_deg", np.zeros_like(found["feed_m_per_s"])))
+    return AgainstVelocity(
+        found["feed_m_per_s"], found["vibration_m_per_s"], found["frequency_hz"], direction, found["normal_force_n"],
+        found["friction_n"],
+    )  # fmt: skip
+
+
+def _columns(path: Path) -> tuple[list[str], list[list[str]]]:
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            rows = list(csv.reader(file))
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; check the path") from None
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"{path}: not a CSV table: {error}") from None
+    if len(rows) < 2:
+        raise InputError(f"{path}: needs a header line and rows below it")
+    header = [name.strip() for name in rows[0]]
+    return header, rows[1:]
+
+
+def _named(
+    path: Path, header: list[str], rows: list[list[str]], needed: tuple[str, ...], optional: tuple[str, ...]
+) -> dict[str, Series]:
+    missing = [name for name in needed if name not in header]
+    if missing:
+        raise InputError(
+            f"{path}: header: {', '.join(missing)} missing; needs {', '.join(AGAINST_TIME)} (against time) or "
+            f"{', '.join(AGAINST_VELOCITY)} (against velocity)"
+        )
+    unknown = [name for name in header if name not in (*needed, *optional)]
+    if unknown:
+        raise InputError(f"{path}: header: {', '.join(unknown)}: not a column of this table; remove or rename")
+    return {name: _numbers(path, name, header.index(name), rows) for name in header}
+
+
+def _numbers(path: Path, name: str, column: int, rows: list[list[str]]) -> Series:
+    values = np.array([_number(row[column]) if column < len(row) else math.nan for row in rows])
+    _check(path, name, np.isfinite(values), "is missing or not a finite number")
+    return values
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def _check(path: Path, name: str, good: NDArray[np.bool_], rule: str) -> None:
+    bad = np.flatnonzero(~good) + 2
+    if bad.size:
+        lines = ", ".join(str(line) for line in bad[:5]) + (f" and {bad.size - 5} more" if bad.size > 5 else "")
+        raise InputError(f"{path}: line {lines}: {name} {rule}; remove or repair these rows")
