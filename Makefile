@@ -10,8 +10,13 @@ RECORD ?= out/demo
 STAMP = $(VENV)/.slider_drilling_installed
 RUN = $(VENV)/bin/
 
-# A sourced ROS 2 is used where there is one; elsewhere rclpy comes as wheels from PyPI.
-EXTRAS = $(shell $(PYTHON) -c 'import rclpy' 2>/dev/null || echo ros,)analysis,identify,test,lint
+# A sourced ROS 2 is used where there is one: rclpy is there, and not within the environment itself. Elsewhere it comes
+# as wheels from PyPI.
+SOURCED = import importlib.util, sys; rclpy = importlib.util.find_spec("rclpy"); \
+	sys.exit(rclpy is None or rclpy.origin.startswith(sys.prefix))
+EXTRAS = analysis,identify,test,lint
+
+HINT = "make: not installed: ROS wheels are for x86-64 Linux and Python 3.10 to 3.13; elsewhere source a ROS 2 Jazzy first"
 
 # What `ros2 run` and `ros2 launch` look for: an editable install has these beside the environment, not in it.
 PROGRAMS = slider-drilling friction_simulator rocking_controller recorder log_player
@@ -29,11 +34,13 @@ unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 install: $(STAMP)
 
 $(STAMP): setup.cfg setup.py
-	test -x $(RUN)python || $(PYTHON) -m venv $(VENV)
-	$(RUN)python -m pip install --disable-pip-version-check --quiet --editable '.[$(EXTRAS)]'
+	$(RUN)python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv $(VENV)
+	if $(RUN)python -c '$(SOURCED)'; then extras=$(EXTRAS); else extras=$(EXTRAS),ros; fi; \
+	$(RUN)python -m pip install --disable-pip-version-check --quiet --editable ".[$$extras]" \
+	|| { echo $(HINT) >&2; exit 1; }
 	mkdir -p $(VENV)/lib/slider_drilling $(VENV)/share/ament_index/resource_index/packages
-	ln -sfn $(CURDIR) $(VENV)/share/slider_drilling
-	ln -sf $(CURDIR)/resource/slider_drilling $(VENV)/share/ament_index/resource_index/packages/
+	ln -sfn "$(CURDIR)" $(VENV)/share/slider_drilling
+	ln -sf "$(CURDIR)/resource/slider_drilling" $(VENV)/share/ament_index/resource_index/packages/
 	for program in $(PROGRAMS); do ln -sf ../../bin/$$program $(VENV)/lib/slider_drilling/; done
 	touch $@
 

@@ -357,6 +357,28 @@ class TestOtherMakers:
         np.testing.assert_allclose(log.top_drive.time, [0.0, 1.0, 2.0, 3.0])
         assert any("no stamps" in note for note in log.notes)
 
+    def test_bag_of_another_library(self, tmp_path: Path) -> None:
+        from rosbags.rosbag2 import StoragePlugin
+        from rosbags.rosbag2 import Writer as BagWriter
+        from rosbags.typesys import Stores, get_typestore
+
+        store = get_typestore(Stores.ROS2_JAZZY)
+        types = store.types
+        with BagWriter(tmp_path / "bag", version=9, storage_plugin=StoragePlugin.MCAP) as bag:
+            topic = bag.add_connection("/rig/standpipe_pressure", "sensor_msgs/msg/FluidPressure", typestore=store)
+            for k in range(5):
+                stamp = types["builtin_interfaces/msg/Time"](sec=k, nanosec=500_000_000)
+                header = types["std_msgs/msg/Header"](stamp=stamp, frame_id="standpipe")
+                message = types["sensor_msgs/msg/FluidPressure"](header, 1e7 + k, 0.0)
+                bag.write(topic, k * 10**9 + 600_000_000, store.serialize_cdr(message, "sensor_msgs/msg/FluidPressure"))
+        log = read_log(tmp_path / "bag")
+        assert log.standpipe_pressure is not None and log.top_drive is None and log.notes == ()
+        assert log.start == 0.5
+        np.testing.assert_allclose(log.standpipe_pressure.time, np.arange(5.0))
+        np.testing.assert_allclose(log.standpipe_pressure.arrival, np.arange(5.0) + 0.1)
+        np.testing.assert_array_equal(log.standpipe_pressure.value, 1e7 + np.arange(5.0))
+        assert np.isnan(log.standpipe_pressure.variance).all()
+
     def test_folder_of_a_bag(self, tmp_path: Path) -> None:
         for k in (0, 1):
             rows = [("/top_drive/joint_states", joint(10.0 * k + s), round((10.0 * k + s) * 1e9)) for s in range(1, 10)]
