@@ -1,6 +1,7 @@
 # make demo    install into .venv, slide the example well for 300 simulated seconds, leave a log and a plot page in out/
 # make test    install into .venv, then lint and the whole test suite
 # make lint    ruff, mypy and the import contract alone
+# make docs    the pages of docs/ as a site in build/site
 #
 # VENV=DIR uses another environment, PYTHON=PROGRAM makes it with another interpreter.
 
@@ -28,7 +29,7 @@ unexport AMENT_PREFIX_PATH
 endif
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
-.PHONY: install demo test lint clean
+.PHONY: install demo test lint docs clean
 .DEFAULT_GOAL := demo
 
 install: $(STAMP)
@@ -54,6 +55,10 @@ lint: $(STAMP)
 
 test: lint
 	$(RUN)python -m pytest -n 2
+
+docs: $(STAMP)
+	$(RUN)python -m pip install --quiet --editable '.[docs]'
+	$(RUN)mkdocs build --strict
 
 clean:
 	rm -rf $(VENV) out build dist *.egg-info
