@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slider_drilling.contact import friction_table
-from slider_drilling.drillstring.layout import Array, Curve, Elements, Lanes, State
+from slider_drilling.drillstring.layout import Array, Curve, Elements, Lanes, State, padded
 from slider_drilling.drillstring.mesh import (
     GRAVITY,
     Mesh,
@@ -21,8 +21,9 @@ from slider_drilling.drillstring.mesh import (
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Contact, Rig
 
-_POLYNOMIAL_DEGREE = 6
-_POLYNOMIAL_ERROR = 1e-6  # of mu; beyond it (a kink between two wear modes) the kernel reads the table
+_POLYNOMIAL_DEGREE = 7
+_POLYNOMIAL_ERROR = 1e-5  # of 1 / mu, relative; beyond it (a kink between two wear modes) the kernel reads the table
+_LEAST_FACTOR = 1e-9  # of friction: one of zero leaves no length over which the strain of a contact decays
 _STEP_SHARE = 0.95  # of the longest stable step
 
 
@@ -87,13 +88,13 @@ def longest_step(rig: Rig, mesh: Mesh) -> float:
 
 
 def friction_curve(contact: Contact) -> Curve:
-    """The contact's friction as a polynomial where it is smooth enough, else as a table."""
-    table = friction_table(contact.shear_factor, contact.asperity)
+    """The inverse of the contact's friction as a polynomial where it is smooth enough, and as a table."""
+    table = 1.0 / friction_table(contact.shear_factor, contact.asperity)
     q = np.linspace(0.0, 1.0, len(table))
     fit = np.polynomial.Polynomial.fit(q, table, _POLYNOMIAL_DEGREE).convert()
     coefficients = np.zeros(_POLYNOMIAL_DEGREE + 1)
     coefficients[: len(fit.coef)] = fit.coef
-    smooth = bool(np.max(np.abs(fit(q) - table)) < _POLYNOMIAL_ERROR)
+    smooth = bool(np.max(np.abs(fit(q) / table - 1.0)) < _POLYNOMIAL_ERROR)
     orientation = contact.asperity.orientation
     return Curve(
         polynomial=coefficients if smooth else np.empty(0),
@@ -101,13 +102,19 @@ def friction_curve(contact: Contact) -> Curve:
         axial=math.cos(orientation),
         tangential=math.sin(orientation),
         exponent=contact.dahl_exponent,
+        grip=_grip(contact),
     )
 
 
 def elements(rigs: Sequence[Rig], mesh: Mesh, dt: float, modifiers: Sequence[Modifiers]) -> Elements:
     """Constants of every element of every lane."""
     columns = [_elements_of_one(rig, mesh, dt, extra) for rig, extra in zip(rigs, modifiers, strict=True)]
-    return Elements(*(_interleave([getattr(column, name) for column in columns]) for name in Elements._fields))
+    return Elements(
+        *(
+            padded(np.stack([getattr(column, name) for column in columns], axis=1), mesh.count)
+            for name in Elements._fields
+        )
+    )
 
 
 def lanes(rigs: Sequence[Rig], mesh: Mesh, dt: float) -> Lanes:
@@ -124,28 +131,28 @@ def initial_state(
     drive: (5,) top-drive angle rad and speed, block position m and speed, pump speed rad/s at the start.
     """
     count, width = mesh.count, len(rigs)
-    size = (count + 2) * width
-    force = e.axial_force.reshape(count + 2, width)
-    spring = e.axial_spring.reshape(count + 2, width)[1:-1]
-    carried = np.cumsum(force[:0:-1], axis=0)[::-1][:count]
+    weight, spring, torsional_spring = (
+        array[: count * width].reshape(count, width) for array in (e.axial_force, e.axial_spring, e.torsional_spring)
+    )
+    carried = np.cumsum(weight[::-1], axis=0)[::-1]
     position = np.zeros((count + 2, width))
     position[0] = drive[2]
     position[1:-1] = drive[2] + np.cumsum(carried / spring, axis=0)
-    compliance = np.cumsum(1.0 / e.torsional_spring.reshape(count + 2, width)[1:-1], axis=0)
+    compliance = np.cumsum(1.0 / torsional_spring, axis=0)
     rotation = np.full((count + 2, width), drive[0])
     rotation[1:-1] += compliance / compliance[-1] * np.array([s.twist for s in starts])
     rotation[1:-1] += np.array([s.offset for s in starts])
-    torque = e.torsional_spring[width : 2 * width] * (rotation[0] - rotation[1])
+    torque = torsional_spring[0] * (rotation[0] - rotation[1])
     flow = np.maximum(drive[4] * c.pump_displacement, 0.0) / c.reference_flow
+    circulation = c.circulating_pressure * flow**1.8
     delay = round(rigs[0].string.length / rigs[0].mud.sound_speed / dt)
-    zero, lane = (lambda: np.zeros(size)), (lambda: np.zeros(width))
+    zero, lane = (lambda: np.zeros_like(e.radius)), (lambda: np.zeros(width))
     return State(
-        position=position.ravel(), speed=zero(), rotation=rotation.ravel(), rotation_speed=zero(),
-        strain_axial=zero(), strain_tangential=zero(), friction=zero(), factor=e.friction_factor.copy(), rest=zero(),
+        position=padded(position, count), speed=zero(), rotation=padded(rotation, count), rotation_speed=zero(),
+        strain_axial=zero(), strain_tangential=zero(), yielding=e.yielding.copy(), rest=zero(),
         bottom=position[-2].copy(), depth_offset=rigs[0].string.length - position[-2], weight_on_bit=lane(),
-        bit_torque=lane(), motor_pressure=lane(), stalled=lane(),
-        standpipe=c.circulating_pressure * flow**1.8, sensed_torque=torque, pulses=np.zeros(delay * width),
-        clock=np.zeros(2),
+        bit_torque=lane(), motor_pressure=lane(), stalled=lane(), circulation=circulation,
+        standpipe=circulation.copy(), sensed_torque=torque, pulses=np.zeros(delay * width), clock=np.zeros(2),
     )  # fmt: skip
 
 
@@ -168,12 +175,13 @@ def _in_series(half: Array) -> Array:
     return np.concatenate([half[:1], between, [0.0]])
 
 
-def _interleave(columns: Sequence[Array]) -> Array:
-    return np.ascontiguousarray(np.stack(columns, axis=1)).ravel()
+def _grip(contact: Contact) -> float:
+    """Contact stiffness per normal force, 1/m: asperities touch in proportion to their load (`model.md` section 2)."""
+    return contact.stiffness / contact.reference_load
 
 
 def _elements_of_one(rig: Rig, mesh: Mesh, dt: float, extra: Modifiers) -> Elements:
-    """The arrays of one rig, (n + 2,) each, boundary and ghost rows included."""
+    """The arrays of one rig, (n,) each, springs with the ghost's below the bit."""
     s = springs(rig, mesh)
     effects = rig.effects
     weight = GRAVITY * (rig.string.density - rig.mud.density) * mesh.area * mesh.length
@@ -185,24 +193,31 @@ def _elements_of_one(rig: Rig, mesh: Mesh, dt: float, extra: Modifiers) -> Eleme
     covered = average_over_elements(mesh, bed.top, bed.bottom)
     tortuous = effects.tortuosity.curvature * open_hole_share(rig, mesh) + extra.extra_curvature
     bending = 4.0 * rig.string.youngs_modulus * mesh.second_moment
-    of_element = Elements(
-        axial_spring=s.axial[:-1],
-        torsional_spring=s.torsional[:-1],
+    factor = friction_factors(rig, mesh) * (1.0 + (bed.factor - 1.0) * covered) * extra.friction_factor
+    grip = _grip(rig.contact)
+    return Elements(
+        axial_spring=s.axial,
+        torsional_spring=s.torsional,
         axial_push=dt / s.mass * axial_decay,
         torsional_push=dt / s.inertia * torsional_decay,
         axial_decay=axial_decay,
         torsional_decay=torsional_decay,
         axial_force=weight * mesh.cosine + extra.axial_force,
-        side_weight=weight * mesh.sine,
-        vertical_bend=mesh.vertical_curvature * mesh.length,
-        lateral_bend=mesh.lateral_curvature * mesh.length,
-        extra_bend=tortuous * mesh.length,
-        buckling=effects.buckling_contact.factor * mesh.clearance / bending * mesh.length,
+        side_weight=grip * weight * mesh.sine,
+        vertical_bend=grip * mesh.vertical_curvature * mesh.length,
+        lateral_bend=grip * mesh.lateral_curvature * mesh.length,
+        extra_bend=grip * tortuous * mesh.length,
+        buckling=grip * effects.buckling_contact.factor * mesh.clearance / bending * mesh.length,
         radius=mesh.outer_radius,
-        friction_factor=friction_factors(rig, mesh) * (1.0 + (bed.factor - 1.0) * covered) * extra.friction_factor,
-        grip=np.full(mesh.count, rig.contact.stiffness / rig.contact.reference_load),
+        yielding=grip / np.maximum(factor, _LEAST_FACTOR),
+        stribeck_drop=np.full(mesh.count, effects.stribeck.drop),
+        per_stribeck_speed=np.full(mesh.count, 1.0 / effects.stribeck.speed),
+        aging_growth=np.full(mesh.count, effects.static_aging.growth),
+        per_aging_time=np.full(mesh.count, 1.0 / effects.static_aging.time),
+        rest_speed=np.full(mesh.count, effects.static_aging.rest_speed),
+        per_slip_distance=np.full(mesh.count, 1.0 / effects.static_aging.slip_distance),
+        drift_rate=np.full(mesh.count, effects.friction_drift.rate),
     )
-    return Elements(*(np.concatenate([[0.0], np.broadcast_to(a, mesh.count), [0.0]]) for a in of_element))
 
 
 def _lane_of_one(rig: Rig, mesh: Mesh, dt: float) -> dict[str, float]:
@@ -230,14 +245,7 @@ def _lane_of_one(rig: Rig, mesh: Mesh, dt: float) -> dict[str, float]:
         "heave_phase": effects.heave.phase,
         "tool_force": effects.axial_oscillation_tool.force,
         "tool_frequency": 2.0 * math.pi * effects.axial_oscillation_tool.frequency,
-        "tool_row": tool_element + 1,
-        "stribeck_drop": effects.stribeck.drop,
-        "stribeck_speed": effects.stribeck.speed,
-        "aging_growth": effects.static_aging.growth,
-        "aging_time": effects.static_aging.time,
-        "rest_speed": effects.static_aging.rest_speed,
-        "slip_distance": effects.static_aging.slip_distance,
-        "drift_rate": effects.friction_drift.rate,
+        "tool_row": tool_element,
     }
 
 

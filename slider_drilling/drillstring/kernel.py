@@ -10,30 +10,46 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import llvmlite.binding
+import numpy as np
 from numba import njit
 
+from slider_drilling.compiler import COMPILE, INNER
 from slider_drilling.drillstring.layout import Array, Curve, Elements, Lanes, State
 
-# LLVM vectorises a loop over many arrays only if it may check that they do not overlap; its default of 8 checks
-# is too few for a step of the string.
-llvmlite.binding.set_option("slider_drilling", "-runtime-memory-check-threshold=1000")
-# Not "nnan" and "ninf": a run that blows up must show it.
-COMPILE: dict[str, Any] = {
-    "cache": True,
-    "error_model": "numpy",
-    "fastmath": {"contract", "arcp", "nsz", "reassoc"},
-    "nogil": True,
-}
-_TINY = 1e-30  # m2; a strain this small has no direction
-_SLIPPERY = 1e-9  # the least friction factor: one of zero leaves no length over which the strain decays
+_TINY = 1e-30  # m2 or N2; a strain this small has no direction
+_LEAST = 1e-9  # of a friction factor: one of zero leaves no length over which the strain decays
+# No "arcp" here: with it the compiler takes a coarser estimate in packed code than in scalar code.
+_ROOTS: dict[str, Any] = {**INNER, "fastmath": {"contract", "nsz"}}
 
 
-@njit(**COMPILE)
+@njit(**_ROOTS)
+def root(x):
+    """Square root to single precision (off by 1.2e-7 at most), for friction; x within float32's range.
+
+    Double-precision roots and divisions, one after the other in the processor's only divider, would take most of a
+    step. Friction is not known to a part in ten million.
+    """
+    return np.float64(math.sqrt(np.float32(x)))
+
+
+@njit(**_ROOTS)
+def per_root(x):
+    """``1 / sqrt(x)`` to single precision (1.8e-7)."""
+    return np.float64(np.float32(1.0) / math.sqrt(np.float32(x)))
+
+
+@njit(**_ROOTS)
+def reciprocal(x):
+    """``1 / x`` by a Newton step from single precision (off by 2e-14); zero where x is beyond float32's range."""
+    seed = np.float64(np.float32(1.0) / np.float32(x))
+    return seed * (2.0 - x * seed)
+
+
+@njit(**INNER)
 def push(
     count, axial_spring, axial_spring_below, torsional_spring, torsional_spring_below, axial_push, torsional_push,
     axial_decay, torsional_decay, axial_force, side_weight, vertical_bend, lateral_bend, extra_bend, buckling, radius,
-    grip, position, position_above, position_below, rotation, rotation_above, rotation_below, strain_axial,
+    position, position_above, position_below, rotation, rotation_above, rotation_below, strain_axial,
     strain_tangential, speed, rotation_speed,
 ):  # fmt: skip
     """Speeds one step on under springs, weight and friction; the bit's share is added by `cut`."""
@@ -44,53 +60,21 @@ def push(
         compression = min(tension, 0.0)
         vertical = side_weight[j] - tension * vertical_bend[j]
         lateral = tension * lateral_bend[j]
-        side_force = math.sqrt(vertical * vertical + lateral * lateral)
-        side_force += abs(tension) * extra_bend[j] + buckling[j] * compression * compression
-        stiffness = grip[j] * side_force
+        stiffness = root(vertical * vertical + lateral * lateral)
+        stiffness += abs(tension) * extra_bend[j] + buckling[j] * compression * compression
         force = below - above + axial_force[j] - stiffness * strain_axial[j]
         speed[j] = axial_decay[j] * speed[j] + axial_push[j] * force
         torque = torsional_spring[j] * (rotation_above[j] - rotation[j])
         torque -= torsional_spring_below[j] * (rotation[j] - rotation_below[j])
-        torque -= radius[j] * stiffness * strain_tangential[j]
+        torque -= radius[j] * (stiffness * strain_tangential[j])
         rotation_speed[j] = torsional_decay[j] * rotation_speed[j] + torsional_push[j] * torque
 
 
-@njit(**COMPILE)
-def friction_polynomial(
-    count, dt, c0, c1, c2, c3, c4, c5, c6, axial, tangential, radius, factor, speed, rotation_speed,
-    strain_axial, strain_tangential, friction,
-):  # fmt: skip
-    """Friction factor of each contact from the direction that its strain has at the middle of the step."""
-    for j in range(count):
-        along = strain_axial[j] + 0.5 * dt * speed[j]
-        across = strain_tangential[j] + 0.5 * dt * radius[j] * rotation_speed[j]
-        onto_axis = axial * along + tangential * across
-        q = onto_axis * onto_axis / (along * along + across * across + _TINY)
-        mu = c0 + q * (c1 + q * (c2 + q * (c3 + q * (c4 + q * (c5 + q * c6)))))
-        friction[j] = max(factor[j] * mu, _SLIPPERY)
-
-
-@njit(**COMPILE)
-def friction_table(
-    count, dt, table, axial, tangential, radius, factor, speed, rotation_speed, strain_axial, strain_tangential,
-    friction,
-):  # fmt: skip
-    """As `friction_polynomial`, for asperities whose friction has a kink between two wear modes."""
-    last = len(table) - 1
-    for j in range(count):
-        along = strain_axial[j] + 0.5 * dt * speed[j]
-        across = strain_tangential[j] + 0.5 * dt * radius[j] * rotation_speed[j]
-        onto_axis = axial * along + tangential * across
-        place = last * (onto_axis * onto_axis / (along * along + across * across + _TINY))
-        cell = min(max(int(place), 0), last - 1)
-        mu = table[cell] + (place - cell) * (table[cell + 1] - table[cell])
-        friction[j] = max(factor[j] * mu, _SLIPPERY)
-
-
-@njit(**COMPILE)
+@njit(**INNER)
 def slide(
-    count, dt, radius, grip, friction, speed, rotation_speed, position, rotation, strain_axial, strain_tangential
-):
+    count, dt, p, axis, axis_across, radius, yielding, speed, rotation_speed, position, rotation, strain_axial,
+    strain_tangential,
+):  # fmt: skip
     """Positions one step on, and the contacts with them: the paper's operator for i = 1 (eq. 11-18).
 
     The operator applies Dahl's law to the tangential and the axial motion in turn, each with the sign of its own
@@ -101,8 +85,9 @@ def slide(
     not ``v - |v_r| M / z_ss``: the two differ where one motion stretches the asperity and the other slackens it, by
     10 degrees of tool-face on the reference logs. Over a step M decays by exp(-u), which is replaced by the inverse
     of its Taylor sum: off by u^5 / 120, 3e-6 at the u < 0.2 met in practice, never overshooting and right for
-    u -> inf. The direction psi is taken at mid-step.
+    u -> inf. The direction psi, and with it mu, is taken at mid-step. p: (8,), polynomial of 1 / mu.
     """
+    c0, c1, c2, c3, c4, c5, c6, c7 = p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7]
     for j in range(count):
         along = dt * speed[j]
         turn = dt * rotation_speed[j]
@@ -111,20 +96,26 @@ def slide(
         rotation[j] += turn
         middle_axial = strain_axial[j] + 0.5 * along
         middle_tangential = strain_tangential[j] + 0.5 * across
-        size = math.sqrt(middle_axial * middle_axial + middle_tangential * middle_tangential + _TINY)
-        u = (abs(middle_axial * along) + abs(middle_tangential * across)) * grip[j] / (size * friction[j])
-        growth = 1.0 + u * (1.0 / 2.0 + u * (1.0 / 6.0 + u * (1.0 / 24.0)))
-        left = 1.0 / (1.0 + u * growth)
+        per_size = per_root(middle_axial * middle_axial + middle_tangential * middle_tangential + _TINY)
+        onto_axis = (axis * middle_axial + axis_across * middle_tangential) * per_size
+        q = onto_axis * onto_axis
+        # summed in pairs: a chain of eight would leave the processor waiting
+        qq = q * q
+        per_mu = ((c0 + c1 * q) + (c2 + c3 * q) * qq) + ((c4 + c5 * q) + (c6 + c7 * q) * qq) * (qq * qq)
+        u = (abs(middle_axial * along) + abs(middle_tangential * across)) * (yielding[j] * per_size) * per_mu
+        growth = (1.0 + u * (1.0 / 2.0)) + (u * u) * (1.0 / 6.0 + u * (1.0 / 24.0))
+        left = reciprocal(1.0 + u * growth)
         strain_axial[j] = (strain_axial[j] + along * growth) * left
         strain_tangential[j] = (strain_tangential[j] + across * growth) * left
 
 
-@njit(**COMPILE)
-def slide_any_exponent(
-    count, dt, exponent, radius, grip, friction, speed, rotation_speed, position, rotation, strain_axial,
-    strain_tangential,
+@njit(**INNER)
+def slide_any(
+    count, dt, per_mu_table, exponent, axis, axis_across, radius, yielding, speed, rotation_speed, position,
+    rotation, strain_axial, strain_tangential,
 ):  # fmt: skip
-    """As `slide` for any Dahl exponent i."""
+    """As `slide`, for any Dahl exponent and for asperities whose friction has a kink between two wear modes."""
+    last = len(per_mu_table) - 1
     for j in range(count):
         along = dt * speed[j]
         turn = dt * rotation_speed[j]
@@ -133,94 +124,108 @@ def slide_any_exponent(
         rotation[j] += turn
         middle_axial = strain_axial[j] + 0.5 * along
         middle_tangential = strain_tangential[j] + 0.5 * across
-        size = math.sqrt(middle_axial * middle_axial + middle_tangential * middle_tangential + _TINY)
-        share = size * grip[j] / friction[j]
-        u = yielded(middle_axial * along / size, share, exponent) / size
-        u += yielded(middle_tangential * across / size, share, exponent) / size
+        squared = middle_axial * middle_axial + middle_tangential * middle_tangential + _TINY
+        per_size = per_root(squared)
+        onto_axis = (axis * middle_axial + axis_across * middle_tangential) * per_size
+        place = last * (onto_axis * onto_axis)
+        cell = min(int(place), last - 1)
+        per_mu = per_mu_table[cell] + (place - cell) * (per_mu_table[cell + 1] - per_mu_table[cell])
+        per_sliding = yielding[j] * per_mu
+        if exponent == 1.0:
+            u = (abs(middle_axial * along) + abs(middle_tangential * across)) * per_size * per_sliding
+        else:
+            share = squared * per_size * per_sliding
+            u = yielded(middle_axial * along * per_size, share, exponent) * per_size
+            u += yielded(middle_tangential * across * per_size, share, exponent) * per_size
         growth = 1.0 + u * (1.0 / 2.0 + u * (1.0 / 6.0 + u * (1.0 / 24.0)))
-        left = 1.0 / (1.0 + u * growth)
+        left = reciprocal(1.0 + u * growth)
         strain_axial[j] = (strain_axial[j] + along * growth) * left
         strain_tangential[j] = (strain_tangential[j] + across * growth) * left
 
 
-@njit(**COMPILE)
+@njit(**INNER)
 def yielded(stretch, share, exponent):
     """Part of a stretch (m) that slips: ``1 - (1 - sgn(stretch) share)^i`` of it, the base keeping its sign."""
     base = 1.0 - math.copysign(share, stretch)
     return stretch * (1.0 - math.copysign(abs(base) ** exponent, base))
 
 
-@njit(**COMPILE)
-def vary_friction(lanes, rows, dt, time, e: Elements, c: Lanes, s: State):
-    """Friction factors with the effects that change them in time: Stribeck, static aging, drift."""
-    for i in range(rows):
-        for k in range(lanes):
-            j = (i + 1) * lanes + k
-            across = e.radius[j] * s.rotation_speed[j]
-            slip = math.sqrt(s.speed[j] * s.speed[j] + across * across)
-            rested = s.rest[j] + dt if slip < c.rest_speed[k] else s.rest[j] / (1.0 + dt * slip / c.slip_distance[k])
-            s.rest[j] = rested
-            factor = e.friction_factor[j] * (1.0 + c.stribeck_drop[k] * decay(slip / c.stribeck_speed[k]))
-            factor *= 1.0 + c.aging_growth[k] * (1.0 - decay(rested / c.aging_time[k]))
-            s.factor[j] = factor * max(1.0 + c.drift_rate[k] * time, 0.0)
+@njit(**INNER)
+def vary_friction(
+    count, dt, time, stribeck_drop, per_stribeck_speed, aging_growth, per_aging_time, rest_speed, per_slip_distance,
+    drift_rate, radius, base_yielding, speed, rotation_speed, rest, yielding,
+):  # fmt: skip
+    """Friction with the effects that change it in time: Stribeck, static aging, drift."""
+    for j in range(count):
+        across = radius[j] * rotation_speed[j]
+        slip = root(speed[j] * speed[j] + across * across)
+        forgotten = rest[j] * reciprocal(1.0 + dt * slip * per_slip_distance[j])
+        rested = rest[j] + dt if slip < rest_speed[j] else forgotten
+        rest[j] = rested
+        factor = 1.0 + stribeck_drop[j] * decay(slip * per_stribeck_speed[j])
+        factor *= 1.0 + aging_growth[j] * (1.0 - decay(rested * per_aging_time[j]))
+        factor *= 1.0 + drift_rate[j] * time
+        yielding[j] = base_yielding[j] * reciprocal(max(factor, _LEAST))
 
 
 @njit(**COMPILE)
 def decay(x):
     """``exp(-x)`` for x >= 0 as the inverse eighth power of a Taylor sum; off by at most 5e-6."""
-    y = 0.125 * x
-    root = 1.0 + y * (1.0 + y * (1.0 / 2.0) * (1.0 + y * (1.0 / 3.0) * (1.0 + y * 0.25 * (1.0 + y * 0.2))))
-    square = root * root
+    y = min(0.125 * x, 100.0)
+    term = 1.0 + y * (1.0 + y * (1.0 / 2.0) * (1.0 + y * (1.0 / 3.0) * (1.0 + y * 0.25 * (1.0 + y * 0.2))))
+    square = term * term
     fourth = square * square
-    return 1.0 / (fourth * fourth)
+    return reciprocal(fourth * fourth)
 
 
-@njit(**COMPILE)
+@njit(**INNER)
 def drive_top(lanes, time, angle, block, c: Lanes, s: State):
     """Row 0: the block with its heave, the top drive through its backlash."""
     for k in range(lanes):
-        heave = c.heave_amplitude[k] * math.sin(c.heave_frequency[k] * time + c.heave_phase[k])
-        s.position[k] = block + heave
+        s.position[k] = block
+        if c.heave_amplitude[k] > 0.0:
+            s.position[k] += c.heave_amplitude[k] * math.sin(c.heave_frequency[k] * time + c.heave_phase[k])
         ahead = angle - s.rotation[k]
         if abs(ahead) > c.backlash[k]:
             s.rotation[k] = angle - math.copysign(c.backlash[k], ahead) if c.backlash[k] > 0.0 else angle
 
 
-@njit(**COMPILE)
+@njit(**INNER)
 def shake(lanes, time, e: Elements, c: Lanes, s: State):
     """The push of the axial oscillation tools."""
     for k in range(lanes):
-        j = int(c.tool_row[k]) * lanes + k
-        s.speed[j] += e.axial_push[j] * c.tool_force[k] * math.sin(c.tool_frequency[k] * time)
+        if c.tool_force[k] > 0.0:
+            j = int(c.tool_row[k]) * lanes + k
+            s.speed[j] += e.axial_push[j] * c.tool_force[k] * math.sin(c.tool_frequency[k] * time)
 
 
-@njit(**COMPILE)
-def cut(lanes, bit_row, dt, time, pump, e: Elements, c: Lanes, s: State):
+@njit(**INNER)
+def cut(lanes, elements, dt, time, pump, e: Elements, c: Lanes, s: State):
     """Bit, rock and motor: what the bit takes from the speeds of the lowest element (`model.md` section 4).
 
     Weight on bit is proportional to the bit's speed, with a constant large against mass / dt, so it is solved for
     the speed at the end of the step.
     """
     for k in range(lanes):
-        j = bit_row * lanes + k
+        j, place = (elements - 1) * lanes + k, elements * lanes + k
         flow = pump * c.pump_displacement[k]
         share = s.motor_pressure[k] / c.stall_pressure[k]
         motor_speed = 2.0 * math.pi * flow / c.motor_displacement[k] * (1.0 - c.leak[k] * share * share)
         free = s.speed[j]
         weight = 0.0
-        if free > 0.0 and s.position[j] + dt * free >= s.bottom[k]:
+        if free > 0.0 and s.position[place] + dt * free >= s.bottom[k]:
             if s.stalled[k] > 0.0 or motor_speed <= 0.0:
                 s.speed[j] = 0.0
             else:
                 rock = c.cutting_stiffness[k] * (c.formation_factor[k] if time >= c.formation_time[k] else 1.0)
                 s.speed[j] = free / (1.0 + e.axial_push[j] * rock * 2.0 * math.pi / motor_speed)
             weight = (free - s.speed[j]) / e.axial_push[j]
-            s.bottom[k] = max(s.bottom[k], s.position[j] + dt * s.speed[j])
+            s.bottom[k] = max(s.bottom[k], s.position[place] + dt * s.speed[j])
         turn_motor(k, weight, motor_speed, c, s)
         s.rotation_speed[j] -= e.torsional_push[j] * s.bit_torque[k]
 
 
-@njit(**COMPILE)
+@njit(**INNER)
 def turn_motor(k, weight, motor_speed, c: Lanes, s: State):
     """Bit torque and motor pressure from the weight on bit; above its limit the motor stalls until picked up."""
     s.weight_on_bit[k] = weight
@@ -237,9 +242,17 @@ def turn_motor(k, weight, motor_speed, c: Lanes, s: State):
     s.motor_pressure[k] = s.bit_torque[k] / c.torque_per_pressure[k]
 
 
-@njit(**COMPILE)
-def circulate(lanes, steps, pump, c: Lanes, s: State):
-    """Standpipe pressure: circulation at this flow, the motor's pressure a sound travel time late, one lag."""
+@njit(**INNER)
+def pump_mud(lanes, pump, c: Lanes, s: State):
+    """Standpipe pressure that this flow needs without the motor (`model.md` section 4)."""
+    for k in range(lanes):
+        flow = max(pump * c.pump_displacement[k], 0.0) / c.reference_flow[k]
+        s.circulation[k] = c.circulating_pressure[k] * flow**1.8
+
+
+@njit(**INNER)
+def circulate(lanes, steps, c: Lanes, s: State):
+    """Standpipe pressure: that of circulation, and the motor's a sound travel time late, behind one lag."""
     delay = len(s.pulses) // lanes
     for k in range(lanes):
         arriving = s.motor_pressure[k]
@@ -247,37 +260,35 @@ def circulate(lanes, steps, pump, c: Lanes, s: State):
             slot = (steps % delay) * lanes + k
             arriving = s.pulses[slot]
             s.pulses[slot] = s.motor_pressure[k]
-        flow = max(pump * c.pump_displacement[k], 0.0) / c.reference_flow[k]
-        target = c.circulating_pressure[k] * flow**1.8 + arriving
-        s.standpipe[k] += c.pressure_gain[k] * (target - s.standpipe[k])
+        s.standpipe[k] += c.pressure_gain[k] * (s.circulation[k] + arriving - s.standpipe[k])
 
 
-@njit(**COMPILE)
-def sense(lanes, bit_row, e: Elements, c: Lanes, s: State, out: Array):
+@njit(**INNER)
+def sense(lanes, elements, e: Elements, c: Lanes, s: State, out: Array):
     """One row of `layout.CHANNELS`, (channels, lanes)."""
     for k in range(lanes):
-        top, bit = lanes + k, bit_row * lanes + k
+        bit, place = (elements - 1) * lanes + k, elements * lanes + k
         out[0, k] = s.sensed_torque[k] + c.torque_bias[k]
-        out[1, k] = e.axial_spring[top] * (s.position[top] - s.position[k])
+        out[1, k] = e.axial_spring[k] * (s.position[lanes + k] - s.position[k])
         out[2, k] = s.standpipe[k]
-        out[3, k] = s.rotation[bit]
+        out[3, k] = s.rotation[place]
         out[4, k] = s.rotation_speed[bit]
         out[5, k] = s.bit_torque[k]
         out[6, k] = s.weight_on_bit[k]
         out[7, k] = s.motor_pressure[k]
-        out[8, k] = s.position[bit] + s.depth_offset[k]
+        out[8, k] = s.position[place] + s.depth_offset[k]
         out[9, k] = s.speed[bit]
 
 
-@njit(**COMPILE)
+@njit(**INNER)
 def sense_torque(lanes, e: Elements, c: Lanes, s: State):
     """What the top drive feels, through the torque sensor's lag."""
     for k in range(lanes):
-        torque = e.torsional_spring[lanes + k] * (s.rotation[k] - s.rotation[lanes + k])
+        torque = e.torsional_spring[k] * (s.rotation[k] - s.rotation[lanes + k])
         s.sensed_torque[k] += c.torque_gain[k] * (torque - s.sensed_torque[k])
 
 
-@njit(**COMPILE)
+@njit(**INNER)
 def hermite(start, start_rate, end, end_rate, length, u):
     """Cubic through two values and slopes at 0 <= u <= 1 of an interval."""
     d = end - start
@@ -286,63 +297,62 @@ def hermite(start, start_rate, end, end_rate, length, u):
 
 
 @njit(**COMPILE)
-def advance(lanes, substeps, dt, varying, drive: Array, e: Elements, curve: Curve, c: Lanes, s: State, out: Array):
-    """Step every lane through the intervals of ``drive`` and fill ``out`` at the end of each.
+def advance(
+    lanes, elements, substeps, dt, varying, drive: Array, e: Elements, curve: Curve, c: Lanes, s: State, out: Array
+):  # fmt: skip
+    """Step every lane through the intervals of ``drive`` and fill ``out`` at the end of each, and before the first one
+    where ``out`` has a row more.
 
     drive: (m + 1, 5), rows of top-drive angle rad and speed rad/s, block position m and speed m/s, pump speed
-    rad/s, ``substeps * dt`` apart, the first one at the present time. out: (m, channels, lanes).
+    rad/s, ``substeps * dt`` apart, the first one at the present time. out: (m or m + 1, channels, lanes).
     """
-    count = len(s.position) - 2 * lanes
-    bit_row = count // lanes
-    here, up, down = slice(lanes, lanes + count), slice(0, count), slice(2 * lanes, 2 * lanes + count)
-    use_table = len(curve.polynomial) == 0
+    count = len(s.speed)
+    above, here, below = slice(0, count), slice(lanes, lanes + count), slice(2 * lanes, 2 * lanes + count)
+    position, position_above, position_below = s.position[here], s.position[above], s.position[below]
+    rotation, rotation_above, rotation_below = s.rotation[here], s.rotation[above], s.rotation[below]
+    axial_spring_below, torsional_spring_below = e.axial_spring[here], e.torsional_spring[here]
+    packed = curve.exponent == 1.0 and len(curve.polynomial) > 0
+    first = len(out) - (len(drive) - 1)
+    if first > 0:
+        sense(lanes, elements, e, c, s, out[0])
     for m in range(len(drive) - 1):
         a, b = drive[m], drive[m + 1]
         for n in range(substeps):
             u = (n + 1.0) / substeps
             time = s.clock[0] + (n + 1.0) * dt
-            angle = hermite(a[0], a[1], b[0], b[1], substeps * dt, u)
-            block = hermite(a[2], a[3], b[2], b[3], substeps * dt, u)
             pump = a[4] + u * (b[4] - a[4])
+            if n == 0 or a[4] != b[4]:
+                pump_mud(lanes, pump, c, s)
             push(
-                count, e.axial_spring[here], e.axial_spring[down], e.torsional_spring[here], e.torsional_spring[down],
-                e.axial_push[here], e.torsional_push[here], e.axial_decay[here], e.torsional_decay[here],
-                e.axial_force[here], e.side_weight[here], e.vertical_bend[here], e.lateral_bend[here],
-                e.extra_bend[here], e.buckling[here], e.radius[here], e.grip[here], s.position[here], s.position[up],
-                s.position[down], s.rotation[here], s.rotation[up], s.rotation[down], s.strain_axial[here],
-                s.strain_tangential[here], s.speed[here], s.rotation_speed[here],
+                count, e.axial_spring, axial_spring_below, e.torsional_spring, torsional_spring_below, e.axial_push,
+                e.torsional_push, e.axial_decay, e.torsional_decay, e.axial_force, e.side_weight, e.vertical_bend,
+                e.lateral_bend, e.extra_bend, e.buckling, e.radius, position, position_above, position_below,
+                rotation, rotation_above, rotation_below, s.strain_axial, s.strain_tangential, s.speed,
+                s.rotation_speed,
             )  # fmt: skip
             shake(lanes, time, e, c, s)
-            cut(lanes, bit_row, dt, time, pump, e, c, s)
+            cut(lanes, elements, dt, time, pump, e, c, s)
             if varying:
-                vary_friction(lanes, bit_row, dt, time, e, c, s)
-            if use_table:
-                friction_table(
-                    count, dt, curve.table, curve.axial, curve.tangential, e.radius[here], s.factor[here],
-                    s.speed[here], s.rotation_speed[here], s.strain_axial[here], s.strain_tangential[here],
-                    s.friction[here],
+                vary_friction(
+                    count, dt, time, e.stribeck_drop, e.per_stribeck_speed, e.aging_growth, e.per_aging_time,
+                    e.rest_speed, e.per_slip_distance, e.drift_rate, e.radius, e.yielding, s.speed,
+                    s.rotation_speed, s.rest, s.yielding,
                 )  # fmt: skip
-            else:
-                p = curve.polynomial
-                friction_polynomial(
-                    count, dt, p[0], p[1], p[2], p[3], p[4], p[5], p[6], curve.axial, curve.tangential,
-                    e.radius[here], s.factor[here], s.speed[here], s.rotation_speed[here], s.strain_axial[here],
-                    s.strain_tangential[here], s.friction[here],
-                )  # fmt: skip
-            if curve.exponent == 1.0:
+            if packed:
                 slide(
-                    count, dt, e.radius[here], e.grip[here], s.friction[here], s.speed[here], s.rotation_speed[here],
-                    s.position[here], s.rotation[here], s.strain_axial[here], s.strain_tangential[here],
+                    count, dt, curve.polynomial, curve.axial, curve.tangential, e.radius, s.yielding, s.speed,
+                    s.rotation_speed, position, rotation, s.strain_axial, s.strain_tangential,
                 )  # fmt: skip
             else:
-                slide_any_exponent(
-                    count, dt, curve.exponent, e.radius[here], e.grip[here], s.friction[here], s.speed[here],
-                    s.rotation_speed[here], s.position[here], s.rotation[here], s.strain_axial[here],
-                    s.strain_tangential[here],
+                slide_any(
+                    count, dt, curve.table, curve.exponent, curve.axial, curve.tangential, e.radius, s.yielding,
+                    s.speed, s.rotation_speed, position, rotation, s.strain_axial, s.strain_tangential,
                 )  # fmt: skip
+            angle = hermite(a[0], a[1], b[0], b[1], substeps * dt, u)
+            block = hermite(a[2], a[3], b[2], b[3], substeps * dt, u)
             drive_top(lanes, time, angle, block, c, s)
-            circulate(lanes, int(s.clock[1]) + n, pump, c, s)
+            circulate(lanes, int(s.clock[1]) + n, c, s)
             sense_torque(lanes, e, c, s)
         s.clock[0] += substeps * dt
         s.clock[1] += substeps
-        sense(lanes, bit_row, e, c, s, out[m])
+        sense(lanes, elements, e, c, s, out[first + m])

@@ -1,8 +1,10 @@
 """What the compiled step reads and writes: flat arrays, many runs ("lanes") side by side.
 
-Per-element arrays have (n + 2) rows of ``lanes`` values, runs innermost: element i of lane k is at
-``(i + 1) * lanes + k``. Row 0 is the top drive and the block, row n + 1 a ghost below the bit. Neighbours along the
-string are ``lanes`` apart, so one loop is vectorised across elements for one run and across runs for many.
+Per-element arrays have n rows of ``lanes`` values, runs innermost: element i of lane k is at ``i * lanes + k``.
+Neighbours along the string are ``lanes`` apart, so one loop is vectorised across elements for one run and across runs
+for many. Positions and rotations have a row before them, the block and the top drive, and a ghost row behind; springs
+have the ghost's, which is zero. Zeros behind the rows fill the loops up to whole vectors: no element is left to scalar
+code, whose last bit may differ.
 """
 
 from __future__ import annotations
@@ -13,10 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+_VECTOR = 32  # values that the widest packed loop takes at a time (4 vectors of 8)
+
+
+def padded(rows: Array, elements: int) -> Array:
+    """Rows (n or more, lanes) as the kernel reads them: flat, with the filling behind them."""
+    filling = -elements * rows.shape[1] % _VECTOR
+    return np.concatenate([rows.ravel(), np.zeros(filling)])
 
 
 class Elements(NamedTuple):
-    """Constants of the elements, each ((n + 2) * lanes,)."""
+    """Constants of the elements, each (n * lanes + filling,), springs a row longer."""
 
     axial_spring: Array  # N/m, to the element above; zero in the ghost row
     torsional_spring: Array  # N m/rad, likewise
@@ -25,24 +34,31 @@ class Elements(NamedTuple):
     axial_decay: Array  # -, speed left after a step's damping
     torsional_decay: Array
     axial_force: Array  # N, buoyed weight along the hole and what a user adds
-    side_weight: Array  # N, buoyed weight across the hole
-    vertical_bend: Array  # rad, change of inclination over the element
-    lateral_bend: Array  # rad, sin(inclination) times change of azimuth
-    extra_bend: Array  # rad, of tortuosity
-    buckling: Array  # 1/N, side force per squared compression
+    side_weight: Array  # N/m, buoyed weight across the hole times the contact's stiffness per normal force (1/m),
+    vertical_bend: Array  # 1/m, change of inclination over the element, times the same
+    lateral_bend: Array  # 1/m, sin(inclination) times change of azimuth, times the same
+    extra_bend: Array  # 1/m, of tortuosity, times the same
+    buckling: Array  # 1/(N m), side force per squared compression, times the same
     radius: Array  # m
-    friction_factor: Array  # -, multiplies the contact model's friction
-    grip: Array  # 1/m, contact stiffness per normal force
+    yielding: Array  # 1/m, that stiffness per friction factor: 1 / z_ss where the contact model's friction is 1
+    stribeck_drop: Array  # -
+    per_stribeck_speed: Array  # s/m
+    aging_growth: Array  # -
+    per_aging_time: Array  # 1/s
+    rest_speed: Array  # m/s
+    per_slip_distance: Array  # 1/m
+    drift_rate: Array  # 1/s
 
 
 class Curve(NamedTuple):
-    """The contact's friction over q = cos^2(beta_v), the same for all lanes."""
+    """The contact's friction over q = cos^2(beta_v), as 1 / mu, the same for all lanes."""
 
-    polynomial: Array  # (7,), mu = sum polynomial[k] q^k; empty where the table is needed
-    table: Array  # (size,), mu at q = k / (size - 1)
+    polynomial: Array  # (8,), 1 / mu = sum polynomial[k] q^k; empty where the table is needed
+    table: Array  # (size,), 1 / mu at q = k / (size - 1)
     axial: float  # component of the asperity axis e3 along the hole
     tangential: float
     exponent: float  # Dahl's i
+    grip: float  # 1/m, contact stiffness per normal force
 
 
 class Lanes(NamedTuple):
@@ -68,18 +84,11 @@ class Lanes(NamedTuple):
     heave_phase: Array  # rad
     tool_force: Array  # N
     tool_frequency: Array  # rad/s
-    tool_row: Array  # row of the element that carries the tool
-    stribeck_drop: Array  # -
-    stribeck_speed: Array  # m/s
-    aging_growth: Array  # -
-    aging_time: Array  # s
-    rest_speed: Array  # m/s
-    slip_distance: Array  # m
-    drift_rate: Array  # 1/s
+    tool_row: Array  # index of the element that carries the tool
 
 
 class State(NamedTuple):
-    """All that changes: per element ((n + 2) * lanes,), per run (lanes,)."""
+    """All that changes: per element (n * lanes + filling,), positions two rows longer, per run (lanes,)."""
 
     position: Array  # m, along the hole, from the unstretched string
     speed: Array  # m/s
@@ -87,8 +96,7 @@ class State(NamedTuple):
     rotation_speed: Array  # rad/s
     strain_axial: Array  # m, deformation of the contact's asperity
     strain_tangential: Array  # m
-    friction: Array  # -, mu times all factors, at the last step
-    factor: Array  # -, friction factor with the effects that vary in time
+    yielding: Array  # 1/m, as Elements.yielding, with the effects that vary in time
     rest: Array  # s, for which the contact has rested
     bottom: Array  # m, the hole's bottom on the scale of position
     depth_offset: Array  # m, measured depth minus position of the bit
@@ -96,6 +104,7 @@ class State(NamedTuple):
     bit_torque: Array  # N m
     motor_pressure: Array  # Pa
     stalled: Array  # 1 while the motor is stalled, else 0
+    circulation: Array  # Pa at the standpipe that the flow needs without the motor
     standpipe: Array  # Pa
     sensed_torque: Array  # N m
     pulses: Array  # (delay steps * lanes,) Pa, motor pressures on their way up

@@ -35,28 +35,28 @@ class Profile:
 
 def profile_of(mesh: Mesh, e: Elements, curve: Curve, s: State) -> Profile:
     """The profile of a single run (one lane), by the formulas of the kernel's `push`."""
-    middle = slice(1, -1)
-    spring_pull = e.axial_spring[1:] * np.diff(s.position)
-    spring_twist = -e.torsional_spring[1:] * np.diff(s.rotation)
+    n = mesh.count
+    spring_pull = e.axial_spring[: n + 1] * np.diff(s.position[: n + 2])
+    spring_twist = -e.torsional_spring[: n + 1] * np.diff(s.rotation[: n + 2])
     tension = 0.5 * (spring_pull[:-1] + spring_pull[1:])
-    vertical = e.side_weight[middle] - tension * e.vertical_bend[middle]
-    lateral = tension * e.lateral_bend[middle]
-    load = np.hypot(vertical, lateral) + np.abs(tension) * e.extra_bend[middle]
-    load += e.buckling[middle] * np.minimum(tension, 0.0) ** 2
-    along, across = s.strain_axial[middle], s.strain_tangential[middle]
+    stiffness = np.hypot(e.side_weight[:n] - tension * e.vertical_bend[:n], tension * e.lateral_bend[:n])
+    stiffness += np.abs(tension) * e.extra_bend[:n] + e.buckling[:n] * np.minimum(tension, 0.0) ** 2
+    along, across = s.strain_axial[:n], s.strain_tangential[:n]
     onto_axis = curve.axial * along + curve.tangential * across
-    size = np.hypot(along, across)
+    direction = np.clip(np.abs(onto_axis) / np.maximum(np.hypot(along, across), 1e-15), 0.0, 1.0)
+    places = np.linspace(0.0, 1.0, len(curve.table))
+    friction = curve.grip / (s.yielding[:n] * np.interp(direction**2, places, curve.table))
     return Profile(
         measured_depth=mesh.middle,
         length=mesh.length,
         tension=tension,
         torque=spring_twist[:-1],
-        rotation=s.rotation[middle].copy(),
-        rotation_speed=s.rotation_speed[middle].copy(),
-        axial_speed=s.speed[middle].copy(),
-        normal_force=load / mesh.length,
-        friction_coefficient=s.friction[middle].copy(),
-        beta_v=np.arccos(np.clip(np.abs(onto_axis) / np.maximum(size, 1e-15), 0.0, 1.0)),
-        axial_friction=-e.grip[middle] * load * along,
-        tangential_friction=-e.grip[middle] * load * across,
+        rotation=s.rotation[1 : n + 1].copy(),
+        rotation_speed=s.rotation_speed[:n].copy(),
+        axial_speed=s.speed[:n].copy(),
+        normal_force=stiffness / curve.grip / mesh.length,
+        friction_coefficient=friction,
+        beta_v=np.arccos(direction),
+        axial_friction=-stiffness * along,
+        tangential_friction=-stiffness * across,
     )

@@ -160,7 +160,7 @@ class _Bundle:
         self.elements = assemble.elements(rigs, self.mesh, self.dt, modifiers)
         self.lanes = assemble.lanes(rigs, self.mesh, self.dt)
         self.curve = assemble.friction_curve(rigs[0].contact)
-        varies = (self.lanes.stribeck_drop, self.lanes.aging_growth, self.lanes.drift_rate)
+        varies = (self.elements.stribeck_drop, self.elements.aging_growth, self.elements.drift_rate)
         self.varying = any(bool(np.any(values)) for values in varies)
         self.state: State | None = None
         self.last: Array | None = None
@@ -173,18 +173,15 @@ class _Bundle:
             raise ValueError(f"commands: samples must be {self.interval:g} s apart; `simulate` takes uneven ones")
         width = len(self.rigs)
         out = np.empty((len(rows), len(CHANNELS), width))
-        filled = 0
         if self.state is None:
             self.state = assemble.initial_state(
                 self.rigs, self.mesh, self.elements, self.lanes, self.dt, rows[0], self.starts
             )
-            kernel.sense(width, self.mesh.count, self.elements, self.lanes, self.state, out[0])
-            filled = 1
         else:
             rows = np.vstack([self._started()[1], rows])
         kernel.advance(
-            width, self.substeps, self.dt, self.varying, rows, self.elements, self.curve, self.lanes, self.state,
-            out[filled:],
+            width, self.mesh.count, self.substeps, self.dt, self.varying, rows, self.elements, self.curve, self.lanes,
+            self.state, out,
         )  # fmt: skip
         self.last = rows[-1].copy()
         return out

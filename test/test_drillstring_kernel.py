@@ -1,0 +1,134 @@
+"""The compiled step against the same step in plain double precision, with exponentials and no shortcut."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numba import njit
+
+from slider_drilling.contact import friction_coefficient_of_direction
+from slider_drilling.drillstring import Commands, Modifiers, Start, assemble, kernel, simulate, simulate_batch
+from slider_drilling.drillstring.mesh import GRAVITY, build_mesh
+from slider_drilling.effects import Effects, StaticAging, Stribeck
+from slider_drilling.rig import load_rig
+
+RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
+PUMP = RIG.hydraulics.reference_flow / RIG.mud_pump.displacement
+
+
+def turning(duration: float) -> Commands:
+    time = np.arange(0.0, duration + 0.05, 0.1)
+    return Commands(time, 3.0 * (1.0 - np.cos(time)), 3.0 * np.sin(time), 0.05 * time, 0.05 + 0.0 * time,
+                    PUMP + 0.0 * time)  # fmt: skip
+
+
+def plain_torque(rig, commands: Commands, count: int, substeps: int) -> np.ndarray:
+    """Surface torque by `model.md`, with no weight on bit: no seeds, polynomial, table or vectors."""
+    mesh = build_mesh(rig, count)
+    springs = assemble.springs(rig, mesh)
+    dt = 0.1 / substeps
+    e = assemble.elements([rig], mesh, dt, [Modifiers()])
+    c = assemble.lanes([rig], mesh, dt)
+    rows = commands.rows()
+    s = assemble.initial_state([rig], mesh, e, c, dt, rows[0], [Start()])
+    x, phi = s.position[: count + 2].copy(), s.rotation[: count + 2].copy()
+    v, w, za, zt = (np.zeros(count) for _ in range(4))
+    ka, kt = springs.axial, springs.torsional
+    grip = rig.contact.stiffness / rig.contact.reference_load
+    weight = e.axial_force[:count]
+    across_weight = GRAVITY * (rig.string.density - rig.mud.density) * mesh.area * mesh.length * mesh.sine
+    out = [kt[0] * (phi[0] - phi[1])]
+    for a, b in pairwise(rows):
+        for n in range(substeps):
+            pull, twist = ka * np.diff(x), -kt * np.diff(phi)
+            tension = 0.5 * (pull[:-1] + pull[1:])
+            side = np.hypot(across_weight - tension * mesh.vertical_curvature * mesh.length,
+                            tension * mesh.lateral_curvature * mesh.length)  # fmt: skip
+            force = np.diff(pull) + weight - grip * side * za
+            torque = -np.diff(twist) - mesh.outer_radius * grip * side * zt
+            v = (v + dt * force / springs.mass) / (1.0 + dt * rig.string.axial_damping)
+            w = (w + dt * torque / springs.inertia) / (1.0 + dt * rig.string.torsional_damping)
+            da, db = dt * v, dt * w * mesh.outer_radius
+            ma, mt = za + 0.5 * da, zt + 0.5 * db
+            size = np.hypot(ma, mt) + 1e-15
+            mu = friction_coefficient_of_direction(rig.contact, np.arccos(np.minimum(np.abs(ma) / size, 1.0)))
+            u = (np.abs(ma * da) + np.abs(mt * db)) / size * grip / mu
+            grown = np.where(u > 1e-9, -np.expm1(-u) / np.maximum(u, 1e-9), 1.0)
+            za, zt = za * np.exp(-u) + da * grown, zt * np.exp(-u) + db * grown
+            x[1:-1] += dt * v
+            phi[1:-1] += dt * w
+            f = (n + 1.0) / substeps
+            phi[0] = hermite(a[0], a[1], b[0], b[1], f)
+            x[0] = hermite(a[2], a[3], b[2], b[3], f)
+        out.append(kt[0] * (phi[0] - phi[1]))
+    return np.array(out)
+
+
+def hermite(start: float, rate: float, end: float, end_rate: float, f: float) -> float:
+    """The cubic through two values and slopes 0.1 s apart, by its basis functions."""
+    basis = (2 * f**3 - 3 * f**2 + 1, 0.1 * (f**3 - 2 * f**2 + f), 3 * f**2 - 2 * f**3, 0.1 * (f**3 - f**2))
+    return basis[0] * start + basis[1] * rate + basis[2] * end + basis[3] * end_rate
+
+
+def test_step_is_the_model_in_plain_double_precision():
+    """Seeded roots, the polynomial of 1 / mu and the Taylor sum together: below 1e-6 of the torque's range."""
+    soft = dataclasses.replace(RIG, bit=dataclasses.replace(RIG.bit, depth_of_cut_stiffness=1e-9))
+    rig = dataclasses.replace(soft, well=dataclasses.replace(RIG.well, friction_intervals=()))
+    compiled = simulate(rig, turning(20.0), 30, substeps=8).surface_torque
+    plain = plain_torque(rig, turning(20.0), 30, 8)
+    assert np.ptp(plain) > 1000.0
+    assert np.max(np.abs(compiled - plain)) < 1e-6 * np.ptp(plain)
+
+
+@pytest.mark.parametrize(("function", "exact", "bound"), [
+    ("root", np.sqrt, 1.2e-7),
+    ("per_root", lambda x: 1.0 / np.sqrt(x), 1.8e-7),
+    ("reciprocal", lambda x: 1.0 / x, 2e-14),
+])  # fmt: skip
+def test_quick_arithmetic_errs_by_what_it_says(function, exact, bound):
+    call = getattr(kernel, function)
+
+    @njit(error_model="numpy")
+    def all_of(values):
+        out = np.empty_like(values)
+        for i in range(len(values)):
+            out[i] = call(values[i])
+        return out
+
+    x = np.logspace(-20, 20, 200_001)
+    assert np.max(np.abs(all_of(x) / exact(x) - 1.0)) < bound
+
+
+@pytest.mark.parametrize("lanes", [2, 3, 8, 17, 33])
+@pytest.mark.parametrize("effects", [Effects(), Effects(stribeck=Stribeck(0.4), static_aging=StaticAging(0.3))])
+def test_every_lane_of_any_batch_is_its_single_run(lanes, effects):
+    """Bit for bit, whatever part of a vector the lane falls in."""
+    shares = np.linspace(0.4, 0.6, lanes)
+    bits = [dataclasses.replace(RIG.bit, aggressiveness=share) for share in shares]
+    rigs = [dataclasses.replace(RIG, effects=effects, bit=bit) for bit in bits]
+    batch = simulate_batch(rigs, turning(3.0), elements=13)
+    for k in (0, lanes // 2, lanes - 1):
+        alone = simulate(rigs[k], turning(3.0), elements=13)
+        assert np.array_equal(alone.surface_torque, batch[k].surface_torque)
+        assert np.array_equal(alone.tool_face, batch[k].tool_face)
+
+
+def test_a_lane_that_needs_an_effect_leaves_the_others_as_they_are():
+    """One lane with Stribeck friction takes all through `vary_friction`, which is neutral for the others."""
+    with_stribeck = dataclasses.replace(RIG, effects=Effects(stribeck=Stribeck(0.4)))
+    both = simulate_batch([RIG, with_stribeck], turning(3.0), elements=13)
+    alone = simulate(RIG, turning(3.0), elements=13)
+    assert both[0].surface_torque == pytest.approx(alone.surface_torque, abs=1e-6)
+    assert np.max(np.abs(both[1].surface_torque - alone.surface_torque)) > 1.0
+
+
+def test_frictionless_contact_stays_finite_at_any_speed():
+    free = dataclasses.replace(RIG, well=dataclasses.replace(RIG.well, friction_intervals=()))
+    response = simulate_batch([free], turning(5.0), elements=20, modifiers=[Modifiers(friction_factor=0.0)])[0]
+    assert np.all(np.isfinite(response.surface_torque))
+    assert math.isfinite(response.tool_face[-1])
