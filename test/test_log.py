@@ -385,6 +385,10 @@ class TestOtherMakers:
             self.ros2(tmp_path / f"bag_{k}.mcap", rows)
         log = read_log(tmp_path)
         assert log.top_drive is not None and len(log.top_drive.time) == 18
+        write_example(tmp_path / "other_run.mcap", seconds=1)
+        write_example(tmp_path / "third_run.mcap", seconds=1)
+        with pytest.raises(InputError, match=r"other_run\.mcap and third_run\.mcap overlap in time"):
+            read_log(tmp_path)
         (tmp_path / "empty").mkdir()
         with pytest.raises(InputError, match=r"a folder without \.mcap files"):
             read_log(tmp_path / "empty")

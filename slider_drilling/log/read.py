@@ -27,13 +27,14 @@ Integers = NDArray[np.int64]
 
 @dataclass
 class Samples:
-    """Rows of one topic as they were read, and the decoder that reads them."""
+    """Rows of one topic as they were read, and the decoder that reads them; ends: how many after each file."""
 
     key: str
     topic: str
     decode: Callable[[bytes], Row]
     rows: list[Row] = field(default_factory=list)
     logged: list[int] = field(default_factory=list)
+    ends: dict[Path, int] = field(default_factory=dict)
     unreadable: Counter[str] = field(default_factory=Counter)
 
     def add(self, data: bytes, log_time: int) -> None:
@@ -77,6 +78,9 @@ def read_log(
         notes += [f"{samples.topic}: {n} unreadable messages: {why}" for why, n in samples.unreadable.items()]
     if not chosen:
         raise InputError(_nothing(source, containers, notes, namespace))
+    for key in SURFACE:
+        if key in chosen:
+            _check_one_run(chosen[key], source)
     tracks = {key: _track(samples, source, notes) for key, samples in chosen.items()}
     rig_text, rig_source = _rig(source, rig_path, containers, notes)
     return _assemble(source, tracks, notes, rig_text, rig_source, _metadata(containers))
@@ -107,6 +111,7 @@ def _collect(container: Container, sampled: dict[str, Samples], ignored: dict[st
         samples = by_channel[channel.id]
         if samples is not None:
             samples.add(message.data, message.log_time)
+            samples.ends[container.path] = len(samples.rows)
 
 
 def _match(topic: str, type_name: str | None) -> Samples | str | None:
@@ -135,6 +140,18 @@ def _choose(found: Iterable[Samples], namespace: str | None, source: str) -> dic
             )
         chosen[samples.key] = samples
     return chosen
+
+
+def _check_one_run(samples: Samples, source: str) -> None:
+    """Raises InputError where the files of a folder overlap in time: they are several runs, not one in parts."""
+    before, last, first_row = "", 0, 0
+    for path, end in samples.ends.items():
+        stamps = [row[0] for row in samples.rows[first_row:end]]
+        if before and stamps and min(stamps) < last:
+            raise InputError(
+                f"{source}: {before} and {path.name} overlap in time, so they are two runs; give one of them"
+            )
+        before, last, first_row = path.name, max(stamps, default=last), end
 
 
 def _nothing(source: str, containers: list[Container], notes: list[str], namespace: str | None) -> str:
