@@ -53,7 +53,7 @@ def command(
     """Find kt and the asperity's axes a and b (and, if asked, f and i) from the friction measured in DATA.csv."""
     from rich.progress import Progress, TextColumn
 
-    from slider_drilling.console import stderr
+    from slider_drilling.console import progress_bar
     from slider_drilling.contact import PAPER, friction_table
     from slider_drilling.contact.identify import identify
     from slider_drilling.contact.measured import read_measured
@@ -64,7 +64,7 @@ def command(
     friction_table(shear_factor, held)
     measured = read_measured(data)
     columns = (*Progress.get_default_columns(), TextColumn("misfit {task.fields[misfit]}"))
-    with Progress(*columns, console=stderr(), transient=True) as progress:
+    with progress_bar(*columns) as progress:
         task = progress.add_task("particle swarm", total=generations, misfit="-")
 
         def report(generation: int, misfit: float) -> None:

@@ -44,9 +44,7 @@ def command(
     data: Path, mapping: Path, output: Path, rig: Path | None, rows: tuple[int, int] | None, notes: str
 ) -> None:
     """Turn the CSV table DATA into an MCAP log, in SI units, and list what it holds."""
-    from rich.progress import Progress
-
-    from slider_drilling.console import stderr, stdout
+    from slider_drilling.console import progress_bar, stderr, stdout
     from slider_drilling.log import read_table, save_log
     from slider_drilling.log.summary import summary_table
     from slider_drilling.rig import load_rig
@@ -55,7 +53,7 @@ def command(
         raise InputError(f"{output}: is the table itself; choose another name for the log")
     if rig is not None:
         load_rig(rig)
-    with Progress(console=stderr(), transient=True) as progress:
+    with progress_bar() as progress:
         task = progress.add_task(f"reading {data.name}", total=None)
         log = read_table(data, mapping, rig, rows)
         progress.update(task, description=f"writing {output.name}")

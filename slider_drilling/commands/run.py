@@ -93,14 +93,14 @@ def _check(duration: float, target: float | None, seed: int, elements: int) -> N
 
 def _run(plan: Plan) -> Outcome:
     """Run with a progress bar in simulated seconds."""
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
 
-    from slider_drilling.console import stderr
+    from slider_drilling.console import progress_bar
     from slider_drilling.nodes.session import run
 
     columns = (TextColumn("sliding"), BarColumn(), TextColumn("{task.completed:.0f} of {task.total:.0f} s"),
                TimeRemainingColumn())
-    with Progress(*columns, console=stderr(), transient=True) as progress:
+    with progress_bar(*columns) as progress:
         task = progress.add_task("", total=plan.duration)
         return run(plan, lambda simulated: progress.update(task, completed=simulated))
 

@@ -54,12 +54,12 @@ def _run(names: list[str], output: Path, jobs: int) -> None:
     from joblib import Parallel, delayed
     from rich.progress import Progress, SpinnerColumn, TimeElapsedColumn
 
-    from slider_drilling.console import stderr
+    from slider_drilling.console import progress_bar
 
     output.mkdir(parents=True, exist_ok=True)
     columns = (SpinnerColumn(), *Progress.get_default_columns(), TimeElapsedColumn())
     finished: dict[str, Study] = {}
-    with Progress(*columns, console=stderr(), transient=True) as progress:
+    with progress_bar(*columns) as progress:
         task = progress.add_task("studies" if len(names) > 1 else names[0], total=len(names))
         work = Parallel(n_jobs=min(jobs, len(names)), return_as="generator_unordered")
         for study in work(delayed(_run_one)(name, output) for name in names):
