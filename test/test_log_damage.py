@@ -132,6 +132,9 @@ def test_only_the_first_bytes_are_right(place: Path, whole: bytes, junk: bytes) 
 def test_missing_unreadable_and_folder(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"missing\.mcap: no such log"):
         read_log(tmp_path / "missing.mcap")
+    (tmp_path / "empty").touch()
+    with pytest.raises(InputError, match="empty: is empty; expected an MCAP file"):
+        read_log(tmp_path / "empty")
     with pytest.raises(InputError, match="a folder without"):
         read_log(tmp_path)
     with pytest.raises(InputError, match=r"cannot read this log: Not a directory"):

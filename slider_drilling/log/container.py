@@ -69,6 +69,8 @@ class Container:
     def _records(self, file: IO[bytes]) -> Iterator[McapRecord]:
         """Records with chunks opened, up to the footer or to where the file breaks off."""
         size = self.path.stat().st_size
+        if size == 0:
+            raise InputError(f"{self.path}: is empty; expected an MCAP file")
         reader = StreamReader(file, emit_chunks=True, record_size_limit=size)
         closed = False
         try:
@@ -88,14 +90,14 @@ class Container:
             self.notes.append("does not end as an MCAP file does; everything before its end was read")
         except EndOfFile:
             self._broken_off(file.tell(), size)
-        except DAMAGE as error:
+        except DAMAGE:
             if file.tell() <= 8:
                 raise InputError(f"{self.path}: not an MCAP file: {size} bytes; check the path") from None
-            self._broken_off(file.tell(), size, f" ({type(error).__name__})")
+            self._broken_off(file.tell(), size)
 
-    def _broken_off(self, position: int, size: int, why: str = "") -> None:
+    def _broken_off(self, position: int, size: int) -> None:
         self.notes.append(
-            f"breaks off or is damaged at byte {position} of {size}{why}; recovered up to the last complete chunk"
+            f"breaks off or is damaged at byte {position} of {size}; recovered up to the last complete chunk"
         )
 
     def _opened(self, chunk: Chunk) -> list[McapRecord]:
@@ -106,9 +108,9 @@ class Container:
             )
         try:
             return breakup_chunk(chunk, validate_crc=True)
-        except DAMAGE as error:
+        except DAMAGE:
             span = (chunk.message_end_time - chunk.message_start_time) * 1e-9
-            self.notes.append(f"a damaged chunk was left out ({type(error).__name__}): a gap of {span:.1f} s")
+            self.notes.append(f"a damaged chunk was left out: a gap of {span:.1f} s")
             return []
 
 
