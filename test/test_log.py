@@ -162,6 +162,14 @@ def test_unreachable_folder_is_one_line(tmp_path: Path) -> None:
         LogWriter(tmp_path / "no-such" / "run.mcap")
 
 
+def test_folder_as_a_log_and_times_before_zero_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="it is a folder"):
+        LogWriter(tmp_path)
+    with pytest.raises(InputError, match="/tool_face/target: logged at -1 s"), LogWriter(tmp_path / "a.mcap") as writer:
+        writer.joint_state("tool_face/target", -1.0, "tool_face", 0.0)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_full_disk_leaves_nothing(tmp_path: Path) -> None:
     # A limit on the size of files stands in for the disk: writing past it fails just as it does there.
     program = (

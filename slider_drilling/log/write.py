@@ -79,6 +79,8 @@ class LogWriter:
         self, path: str | os.PathLike[str], rig_text: str | None = None, recorded_by: str = "", notes: str = ""
     ) -> None:
         self.path = Path(path)
+        if self.path.is_dir():
+            raise InputError(f"{self.path}: cannot write this log: it is a folder; name a file in it")
         try:
             descriptor, part = tempfile.mkstemp(".part", f".{self.path.name}.", self.path.parent)
         except OSError as error:
@@ -156,6 +158,8 @@ class LogWriter:
     def message(self, topic: str, kind: str, data: bytes, log_time_ns: int, publish_time_ns: int) -> None:
         """A message as it came, CDR bytes of a type in SCHEMAS; times are ns, of its arrival and of its sending."""
         name = topic if topic.startswith("/") else f"/{topic}"
+        if log_time_ns < 0:
+            raise InputError(f"{self.path}: {name}: logged at {log_time_ns * 1e-9:g} s, before the clock's zero")
         sequence = self._sequence.get(name, 0)
         self._sequence[name] = sequence + 1
         try:
