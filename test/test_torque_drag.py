@@ -1,0 +1,131 @@
+"""Static torque and drag against closed forms, and against the moving plant."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slider_drilling.contact import friction_coefficient_of_direction
+from slider_drilling.drillstring import Commands, simulate
+from slider_drilling.drillstring.torque_drag import static_loads
+from slider_drilling.errors import InputError
+from slider_drilling.rig import Rig, load_rig
+
+RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
+RADIUS = 0.127 / 2
+WEIGHT = 9.81 * (RIG.string.density - RIG.mud.density) * math.pi / 4 * (0.127**2 - 0.1086**2)  # N/m
+
+
+def in_well(*survey: tuple[float, float, float], mud_density: float = RIG.mud.density) -> Rig:
+    """One pipe of 4 km in this well, without friction intervals."""
+    pipe = dataclasses.replace(RIG.string.sections[0], length=4000.0, outer_diameter=0.127, inner_diameter=0.1086)
+    return dataclasses.replace(
+        RIG,
+        well=dataclasses.replace(RIG.well, survey=survey, friction_intervals=()),
+        string=dataclasses.replace(RIG.string, sections=(pipe,)),
+        mud=dataclasses.replace(RIG.mud, density=mud_density),
+    )
+
+
+def test_vertical_string_weighs_what_it_weighs_whatever_it_does():
+    rig = in_well((0.0, 0.0, 0.0), (4000.0, 0.0, 0.0))
+    for motion in ({}, {"axial_speed": 0.1}, {"axial_speed": -0.1}, {"rotation_speed": 2.0}):
+        loads = static_loads(rig, **motion)
+        assert loads.hook_load == pytest.approx(WEIGHT * 4000.0, rel=1e-9)
+        assert loads.surface_torque == pytest.approx(0.0, abs=1e-6)
+    assert static_loads(rig, weight_on_bit=50e3).hook_load == pytest.approx(WEIGHT * 4000.0 - 50e3)
+
+
+def test_horizontal_string_drags_its_weight():
+    """Lowering is held back by mu w L, raising needs it, turning takes mu w L R and no tension."""
+    rig = in_well((0.0, 90.0, 30.0), (4000.0, 90.0, 30.0))
+    drag = 0.3 * WEIGHT * 4000.0
+    assert static_loads(rig, axial_speed=0.1, friction_coefficient=0.3).hook_load == pytest.approx(-drag)
+    assert static_loads(rig, axial_speed=-0.1, friction_coefficient=0.3).hook_load == pytest.approx(drag)
+    turned = static_loads(rig, rotation_speed=2.0, bit_torque=500.0, friction_coefficient=0.3)
+    assert turned.hook_load == pytest.approx(0.0, abs=1e-6)
+    assert turned.surface_torque == pytest.approx(500.0 + drag * RADIUS)
+    backwards = static_loads(rig, rotation_speed=-2.0, friction_coefficient=0.3)
+    assert backwards.surface_torque == pytest.approx(-drag * RADIUS)
+    # a helix shares the friction by the two speeds
+    both = static_loads(rig, axial_speed=-0.3, rotation_speed=0.4 / RADIUS, friction_coefficient=0.3)
+    assert both.hook_load == pytest.approx(0.6 * drag)
+    assert both.surface_torque == pytest.approx(0.8 * drag * RADIUS)
+
+
+@pytest.mark.parametrize("end", [(90.0, 0.0), (90.0, 90.0)])
+@pytest.mark.parametrize(("speed", "sign"), [(-1.0, 1.0), (1.0, -1.0)])
+def test_weightless_string_around_a_bend_grips_like_a_rope_on_a_capstan(end, speed, sign):
+    """T = T0 exp(mu angle), in a plane of any orientation."""
+    start = (0.0, 0.0) if end[1] == 0.0 else (90.0, 0.0)
+    rig = in_well((0.0, *start), (4000.0, *end), mud_density=RIG.string.density)
+    loads = static_loads(rig, axial_speed=speed, weight_on_bit=-1e5, friction_coefficient=0.3)
+    assert loads.hook_load == pytest.approx(1e5 * math.exp(sign * 0.3 * math.pi / 2), rel=1e-5)
+    # pulling or pushing, a bend presses with T per radius
+    assert loads.side_force == pytest.approx(
+        0.5 * (loads.tension[:-1] + loads.tension[1:]) * math.pi / 2 / 4000.0, rel=1e-4)  # fmt: skip
+
+
+def test_raising_through_a_build_is_the_closed_form_of_a_heavy_string():
+    """Through a dropping-tension build (T / R > w sin t throughout) the string lies on the high side, and
+
+    dT/dt = mu (T - w R sin t) - w R cos t going down; here integrated up with an integrating factor.
+    """
+    mu, angle, bend_radius = 0.3, math.pi / 2, 4000.0 / (math.pi / 2)
+    rig = in_well((0.0, 0.0, 0.0), (4000.0, 90.0, 0.0))
+    pull = 3e6  # enough to lie on the high side all the way
+    loads = static_loads(rig, axial_speed=-0.1, weight_on_bit=-pull, friction_coefficient=mu, elements=400)
+    w_r = WEIGHT * bend_radius
+    # with s from the bit up, b = angle - t: dT/db = mu T + w R (cos t - mu sin t)
+    b = np.linspace(0.0, angle, 200_001)
+    source = w_r * (np.cos(angle - b) - mu * np.sin(angle - b)) * np.exp(-mu * b)
+    integral = np.sum(0.5 * (source[:-1] + source[1:]) * np.diff(b))
+    assert loads.hook_load == pytest.approx(math.exp(mu * angle) * (pull + integral), rel=1e-5)
+
+
+def test_error_falls_with_the_square_of_the_element():
+    rig = in_well((0.0, 0.0, 0.0), (4000.0, 90.0, 0.0), mud_density=RIG.string.density)
+    exact = 1e5 * math.exp(0.5 * math.pi / 2)
+    error = [
+        abs(static_loads(rig, -1.0, weight_on_bit=-1e5, friction_coefficient=0.5, elements=n).hook_load - exact)
+        for n in (10, 20, 40)
+    ]
+    assert error[0] / error[1] == pytest.approx(4.0, rel=0.05)
+    assert error[1] / error[2] == pytest.approx(4.0, rel=0.05)
+
+
+def test_friction_is_that_of_the_contact_for_the_direction_of_slip():
+    rig = in_well((0.0, 90.0, 0.0), (4000.0, 90.0, 0.0))
+    along, across = friction_coefficient_of_direction(RIG.contact, np.array([0.0, math.pi / 2]))
+    assert along > across
+    assert static_loads(rig, axial_speed=-1.0).hook_load == pytest.approx(along * WEIGHT * 4000.0)
+    assert static_loads(rig, rotation_speed=1.0).surface_torque == pytest.approx(across * WEIGHT * 4000.0 * RADIUS)
+
+
+def lowered(rig: Rig, speed: float) -> float:
+    """Hook load of the moving plant after it has been lowered for two minutes."""
+    pump = RIG.hydraulics.reference_flow / RIG.mud_pump.displacement
+    time = np.arange(0.0, 120.05, 0.1)
+    block_speed = speed * (1.0 - np.exp(-time / 2.0))
+    commands = Commands(time, 0 * time, 0 * time, speed * time - 2.0 * block_speed, block_speed, 0 * time + pump)
+    return float(simulate(rig, commands, elements=100).hook_load[-100:].mean())
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_moving_plant_settles_to_the_static_loads(direction):
+    """The string's own damping, proportional to speed, is what tells them apart: none is left at zero speed."""
+    rig = dataclasses.replace(RIG, bit=dataclasses.replace(RIG.bit, depth_of_cut_stiffness=1e-9))
+    at_rest = 2.0 * lowered(rig, 0.05 * direction) - lowered(rig, 0.1 * direction)
+    assert at_rest == pytest.approx(static_loads(rig, axial_speed=direction, elements=100).hook_load, rel=2e-4)
+
+
+@pytest.mark.parametrize(("name", "value"), [
+    ("axial_speed", math.nan), ("weight_on_bit", math.inf), ("friction_coefficient", -0.1),
+])  # fmt: skip
+def test_says_what_it_cannot_use(name, value):
+    with pytest.raises(InputError, match=name):
+        static_loads(RIG, **{name: value})
