@@ -115,14 +115,14 @@ def test_a_load_that_varies_faster_than_the_asperity_slides_counts_by_its_harmon
     assert -string.means(since=90.0).axial_force == pytest.approx(0.33916875 * LOAD, rel=1e-3)
 
 
-def test_the_operator_agrees_with_the_ode_in_plain_sliding():
+def test_the_operator_agrees_with_the_scheme_in_plain_sliding():
     t = np.linspace(0.0, 10.0, 20_001)
     x, y = 0.01 * t, 0.02 * t
-    ode = friction_history(t, x, y, LOAD, PAPER, RADIUS)
+    scheme = friction_history(t, x, y, LOAD, PAPER, RADIUS)
     operator = friction_history(t, x, y, LOAD, PAPER, RADIUS, paper_operator=True)
-    assert operator.axial_force == pytest.approx(ode.axial_force, abs=0.002 * LOAD)
+    assert operator.axial_force == pytest.approx(scheme.axial_force, abs=0.002 * LOAD)
     # Its first steps go around the hole before they go along it.
-    assert operator.friction_coefficient[100:] == pytest.approx(ode.friction_coefficient[100:], abs=0.002)
+    assert operator.friction_coefficient[100:] == pytest.approx(scheme.friction_coefficient[100:], abs=0.002)
 
 
 def test_means_keep_the_sign_and_the_magnitude_apart():

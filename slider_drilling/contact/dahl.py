@@ -7,33 +7,28 @@ Paper eq. 7 and 8 together are Dahl's law along the current radius,
 
     dz/dr = g(sgn(dr), z / z_ss),    g(sigma, s) = (1 - sigma s)^i  with the sign of the base kept.
 
-The model is the polar ODE r' = v_r g, r psi' = v_transverse (`rate`), in Cartesian terms
+The paper applies it twice a step (`two_step`, eq. 11-18): to the tangential motion, then to the axial one, each with
+the sign of its own share of the radial speed. For dt -> 0 that is, at first order, the model that everything here and
+in the drill string follows (`rate`):
 
-    M' = v - lambda M,    lambda = v_r (1 - g(sgn(v_r), r / z_ss)) / r  >= 0,    v_r = v . M / r
+    M' = v - lambda M,    lambda = sum over k = x, y of  (v_k k / r) (1 - g(sgn(v_k k), r / z_ss)) / r  >= 0,
 
-because M' = v - v_r rhat + r' rhat. For i = 1, lambda = |v_r| / z_ss. The slip v - M' = lambda M is
-therefore parallel to M: beta_v (eq. 21) is M's own direction, with no differencing, and is known even while
-nothing slips.
+for i = 1 simply lambda = (|v_x x| + |v_y y|) / (r z_ss). The slip v - M' = lambda M is parallel to M: beta_v (eq. 21)
+is M's own direction, with no differencing, and is known even while nothing slips.
 
-`two_step` is the paper's operator (eq. 11-18): the tangential step, then the axial one, each changing the
-radius by Dahl's law in closed form. Its limit for dt -> 0, reached at first order, is `two_step_rate`,
-where each axis relaxes by its own share of v_r:
+A contact that knew no axes would take the radial speed as a whole: the polar ODE r' = v_r g, r psi' = v_transverse
+(`polar_rate`), lambda = |v_r| / z_ss. The two agree wherever v_x x and v_y y have the same sign, as in all steady
+sliding, and so in every rigid limit. Where they oppose (after a reversal, or in a vibration across a creep) the
+paper's relaxes faster. Simulations of another program that follow the paper are met by its operator and missed by
+the polar ODE, by 10 degrees of tool-face after five minutes.
 
-    lambda = sum over k = x, y of  (v_k k / r) (1 - g(sgn(v_k k), r / z_ss)) / r.
+`advance` steps it at second order. With u = lambda dt frozen at mid-step the solution is M e^-u + d (1 - e^-u)/u;
+with the inverse of its Taylor sum for e^-u,
 
-That is the polar ODE wherever v_x x and v_y y have the same sign, as in all steady sliding. Where they oppose
-(just after a reversal) the operator relaxes too fast, for i = 1 by (|v_x x| + |v_y y|) / |v_x x + v_y y|, and
-depends on how the axes are turned, which a contact cannot.
+    M_new = (M + d G) / (1 + u G),    G = 1 + u/2 + u^2/6 + u^3/24,
 
-`advance` is the scheme that everything else steps. With u = lambda dt frozen at the midpoint the ODE is
-solved by M e^-u + d (1 - e^-u)/u; both factors are replaced by the (2, 2) Pade approximant of e^-u,
-
-    M_new = (M (1 - u/2 + u^2/12) + d) / (1 + u/2 + u^2/12),
-
-which has the same fixed point M = d/u, errs by u^5/720 (to leading order) where the pipe moves u z_ss in a
-step, needs no transcendental, and cannot overshoot since 0 < numerator/denominator <= 1 for every u >= 0.
-Second order in dt. Steps should stay well below u = 3, beyond which the approximant decays slower than the
-exponential (it is never unstable).
+which has the same fixed point M = d/u, errs by u^5/120 (to leading order) where the pipe moves u z_ss in a step,
+needs no transcendental, and neither overshoots nor keeps anything of M as u -> inf.
 """
 
 from __future__ import annotations
@@ -72,7 +67,7 @@ def friction_of_direction(x: float, y: float, axis_x: float, axis_y: float, tabl
 
 @compiled
 def advance(x: float, y: float, dx: float, dy: float, sliding_length: float, exponent: float) -> tuple[float, float]:
-    """Deformation M after the pipe moved by (dx, dy): one step of the polar ODE, second order.
+    """Deformation M after the pipe moved by (dx, dy): one step of the model, second order.
 
     x, y, dx, dy, sliding_length (z_ss > 0): m; exponent: Dahl's i.
     """
@@ -80,26 +75,22 @@ def advance(x: float, y: float, dx: float, dy: float, sliding_length: float, exp
     squared = middle_x * middle_x + middle_y * middle_y
     if squared == 0.0:
         return x + dx, y + dy
-    if exponent == 1.0:
-        u = abs(dx * middle_x + dy * middle_y) / (math.sqrt(squared) * sliding_length)
-    else:
-        projection = dx * middle_x + dy * middle_y
-        u = _decay_of_any_exponent(projection, math.sqrt(squared), sliding_length, exponent)
-    twelfth = u * u / 12.0
-    shrink = 1.0 - 0.5 * u + twelfth
-    grow = 1.0 / (1.0 + 0.5 * u + twelfth)
-    return (x * shrink + dx) * grow, (y * shrink + dy) * grow
+    radius = math.sqrt(squared)
+    along_x, along_y = dx * middle_x / radius, dy * middle_y / radius
+    u = _decay(along_x, along_y, radius, sliding_length, exponent)
+    if exponent != 1.0:
+        # lambda depends on r too: M + d/2 leaves out the half step's own decay, a first-order error in r
+        u = _decay(along_x, along_y, radius / (1.0 + 0.5 * u), sliding_length, exponent)
+    growth = 1.0 + u * (1.0 / 2.0 + u * (1.0 / 6.0 + u * (1.0 / 24.0)))
+    left = 1.0 / (1.0 + u * growth)
+    return (x + dx * growth) * left, (y + dy * growth) * left
 
 
 @compiled
-def _decay_of_any_exponent(projection: float, radius: float, sliding_length: float, exponent: float) -> float:
-    """u = lambda dt for i != 1, where lambda depends on r too.
-
-    M + d/2 leaves out the half step's own decay, a first-order error in r; the second pass takes it off.
-    """
-    radial = projection / radius
-    u = _decay_rate(radial, radius, sliding_length, exponent)
-    return _decay_rate(radial, radius / (1.0 + 0.5 * u), sliding_length, exponent)
+def _decay(along_x: float, along_y: float, radius: float, sliding_length: float, exponent: float) -> float:
+    """lambda from the axes' shares of the radial speed; u = lambda dt from their shares of a displacement."""
+    decay = _decay_rate(along_x, radius, sliding_length, exponent)
+    return decay + _decay_rate(along_y, radius, sliding_length, exponent)
 
 
 @compiled
@@ -129,27 +120,23 @@ def advance_on_table(
 def rate(
     x: float, y: float, speed_x: float, speed_y: float, sliding_length: float, exponent: float
 ) -> tuple[float, float]:
-    """dM/dt (m/s) of the polar ODE; speeds of the pipe in m/s, the rest as in `advance`."""
+    """dM/dt (m/s) of the model; speeds of the pipe in m/s, the rest as in `advance`."""
     radius = math.sqrt(x * x + y * y)
     if radius == 0.0:
         return speed_x, speed_y
-    decay = _decay_rate((speed_x * x + speed_y * y) / radius, radius, sliding_length, exponent)
+    decay = _decay(speed_x * x / radius, speed_y * y / radius, radius, sliding_length, exponent)
     return speed_x - decay * x, speed_y - decay * y
 
 
 @compiled
-def two_step_rate(
+def polar_rate(
     x: float, y: float, speed_x: float, speed_y: float, sliding_length: float, exponent: float
 ) -> tuple[float, float]:
-    """dM/dt (m/s) that `two_step` tends to for dt -> 0; speeds of the pipe in m/s, the rest as in `advance`.
-
-    The paper's splitting, not a contact: see the module's docstring.
-    """
+    """dM/dt (m/s) of the polar ODE, to compare the model with: see the module's docstring."""
     radius = math.sqrt(x * x + y * y)
     if radius == 0.0:
         return speed_x, speed_y
-    decay = _decay_rate(speed_x * x / radius, radius, sliding_length, exponent)
-    decay += _decay_rate(speed_y * y / radius, radius, sliding_length, exponent)
+    decay = _decay_rate((speed_x * x + speed_y * y) / radius, radius, sliding_length, exponent)
     return speed_x - decay * x, speed_y - decay * y
 
 

@@ -100,8 +100,8 @@ def friction_history(
     The paper has one contact of constant kt, so that z_ss = mu F_N/kt follows the load; with
     stiffness_follows_load, kt = (kt_ref/F_ref) F_N as in the drill string, and z_ss depends on mu alone.
 
-    paper_operator steps the two-step operator (eq. 11-21) instead of the polar ODE, for comparison: it is of first
-    order in the time step, and where the two axes oppose each other another law (see `dahl`).
+    paper_operator steps the two-step operator as printed (eq. 11-21), for comparison: the same law, at first order in
+    the time step instead of second (see `dahl`).
 
     Raises InputError for arrays that do not match, are not finite, or a contact outside the model.
     """

@@ -128,7 +128,7 @@ def slide_any(
         per_size = per_root(squared)
         onto_axis = (axis * middle_axial + axis_across * middle_tangential) * per_size
         place = last * (onto_axis * onto_axis)
-        cell = min(int(place), last - 1)
+        cell = min(max(int(place), 0), last - 1)  # what is not a number must not index
         per_mu = per_mu_table[cell] + (place - cell) * (per_mu_table[cell + 1] - per_mu_table[cell])
         per_sliding = yielding[j] * per_mu
         if exponent == 1.0:
