@@ -93,16 +93,16 @@ def _check(duration: float, target: float | None, seed: int, elements: int) -> N
 
 def _run(plan: Plan) -> Outcome:
     """Run with a progress bar in simulated seconds."""
-    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeRemainingColumn
 
     from slider_drilling.console import progress_bar
     from slider_drilling.nodes.session import run
 
-    columns = (TextColumn("sliding"), BarColumn(), TextColumn("{task.completed:.0f} of {task.total:.0f} s"),
-               TimeRemainingColumn())
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(),
+               TextColumn("{task.completed:.0f} of {task.total:.0f} s"), TimeRemainingColumn())
     with progress_bar(*columns) as progress:
-        task = progress.add_task("", total=plan.duration)
-        return run(plan, lambda simulated: progress.update(task, completed=simulated))
+        task = progress.add_task("compiling the plant, the first time only", total=plan.duration)
+        return run(plan, lambda simulated: progress.update(task, completed=simulated, description="sliding"))
 
 
 def _tell(outcome: Outcome, keep: bool) -> None:

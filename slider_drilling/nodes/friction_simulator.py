@@ -55,6 +55,7 @@ class FrictionSimulator(Node):
         self._halt = halt
         values = declare(self, PARAMETERS)
         self._rig, rig_text = rig_of(values["rig"])
+        self.get_logger().info("preparing the plant; the first time on a machine it is compiled")
         self._virtual = VirtualRig(self._rig, values["seed"], values["elements"])
         self._start_ns = round(values["start_time"] * 1e9)
         self._settings = {name: values[name] for name in ("speed", "duration", "patience")}
@@ -154,6 +155,8 @@ class FrictionSimulator(Node):
         self._started = True
         self._last_progress = time.monotonic()
         self._set_pace()
+        how = "in lockstep" if self._in_lockstep() else f"at {self._settings['speed']:g} times real time"
+        self.get_logger().info(f"sliding {self._rig.string.length:g} m of string {how}")
         self._publish(self._virtual.measurements)
 
     def _watch(self) -> None:

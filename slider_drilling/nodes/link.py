@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import importlib
+import time
 from collections.abc import Callable
 from typing import Any
 
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -24,6 +26,13 @@ RELIABLE = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE)
 LATCHED = QoSProfile(
     depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
 )
+
+
+def flush(node: Node, timeout: float = 2.0) -> None:
+    """Wait, `timeout` s at most, until every subscriber has what the node sent: its end takes the rest away."""
+    deadline = time.monotonic() + timeout
+    for one in node.publishers:
+        one.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
 
 
 def message_class(kind: str) -> Any:

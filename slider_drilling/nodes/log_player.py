@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from slider_drilling.control.protocol import Level, Status
 from slider_drilling.errors import InputError
 from slider_drilling.log import cdr
 from slider_drilling.log.container import Container
-from slider_drilling.log.topics import Topic, canonical_type
+from slider_drilling.log.topics import TOPICS, Topic, canonical_type, namespace_of
 from slider_drilling.nodes import link
 from slider_drilling.nodes.halt import Halt
 from slider_drilling.nodes.health import Health
@@ -29,7 +30,16 @@ PARAMETERS = (
     Declared("rate", 1.0, "seconds of the log a second", "s/s", 0.001, 1000.0, live=True),
     Declared("loop", False, "begin again at the end; the clock then steps back", live=True),
     Declared("delay", 1.0, "wall time before the first message, for subscribers to connect", "s", 0.0, 3600.0),
+    Declared("minimum_subscribers", 0, "subscriptions that every played topic must have before the first message", "-",
+             0, 100),
 )
+
+
+def _namespace(topics: Iterable[str]) -> str:
+    """The namespace that the rig's topics of a log share; "" where there is none, or several rigs'."""
+    found = {namespace for topic in topics for known in (*TOPICS.values(), link.PUMP_COMMAND)
+             if (namespace := namespace_of(topic, known.name)) is not None}
+    return found.pop() if len(found) == 1 else ""
 
 
 @dataclass(frozen=True)
@@ -44,8 +54,8 @@ class Played:
 class LogPlayer(Node):
     """Publishes a log's messages and /clock, in the order and at the pace of their log times.
 
-    Topics keep the names they have in the log, relative to this node's namespace. Raises InputError for a log or a
-    parameter that cannot be used.
+    Topics come into this node's namespace; one that all the rig's topics have in the log is left off. Raises
+    InputError for a log or a parameter that cannot be used.
     """
 
     def __init__(self, halt: Halt, **node_options: Any) -> None:
@@ -55,9 +65,11 @@ class LogPlayer(Node):
         if not values["log"]:
             raise InputError("log_player: parameter log is empty; give the path of an MCAP log")
         self._rate, self._loop, self._delay = values["rate"], values["loop"], values["delay"]
+        self._minimum_subscribers = values["minimum_subscribers"]
         self._clock_publisher = link.publisher(self, link.CLOCK)
         self._health = Health(self)
         self._played = self._load(Path(values["log"]))
+        self._played_on = {played.publisher for played in self._played}
         self._next = 0
         self._turns = 0
         self._begin_ns = self._played[0].time_ns
@@ -67,16 +79,18 @@ class LogPlayer(Node):
 
     def _load(self, path: Path) -> list[Played]:
         container = Container(path)
-        publishers: dict[int, Publisher | None] = {}
+        messages = [(channel.id, message.log_time, message.data) for channel, message in container.messages()]
+        own = _namespace(channel.topic for channel in container.channels.values())
+        publishers = {}
+        for channel in container.channels.values():
+            schema = container.schemas.get(channel.schema_id)
+            kind = "" if schema is None else schema.name
+            publishers[channel.id] = self._publisher(channel.topic, own, channel.message_encoding, kind)
         played = []
-        for channel, message in container.messages():
-            if channel.id not in publishers:
-                schema = container.schemas.get(channel.schema_id)
-                publishers[channel.id] = self._publisher(channel.topic, channel.message_encoding,
-                                                         "" if schema is None else schema.name)
-            publisher = publishers[channel.id]
+        for channel_id, log_time, data in messages:
+            publisher = publishers[channel_id]
             if publisher is not None:
-                played.append(Played(message.log_time, publisher, message.data))
+                played.append(Played(log_time, publisher, data))
         for note in container.notes:
             self.get_logger().warning(f"{path}: {note}")
         if not played:
@@ -87,9 +101,9 @@ class LogPlayer(Node):
             self._rig_publisher.publish(String(data=rig.decode("utf-8", "replace")))
         return sorted(played, key=lambda one: one.time_ns)
 
-    def _publisher(self, topic: str, encoding: str, kind: str) -> Publisher | None:
+    def _publisher(self, topic: str, namespace: str, encoding: str, kind: str) -> Publisher | None:
         """A publisher for a channel of the log; None, with a warning, where it cannot be played."""
-        name = topic.lstrip("/")
+        name = topic.removeprefix(namespace + "/").lstrip("/")
         if name == "clock":
             return None
         if encoding != "cdr" or not kind:
@@ -113,6 +127,8 @@ class LogPlayer(Node):
 
     def _on_timer(self) -> None:
         """Publish what is due; at the end begin again or end."""
+        if self._waits_for_subscribers():
+            return
         while self._next < len(self._played) and not self._halt.requested:
             now = time.monotonic()
             if self._pace.due(self._elapsed()) > now:
@@ -127,6 +143,19 @@ class LogPlayer(Node):
         self._next = 0
         self._turns += 1
         self._pace = Pace(self._rate, 0.0, time.monotonic())
+
+    def _waits_for_subscribers(self) -> bool:
+        """Whether somebody is missing still; the delay counts from when nobody is."""
+        if self._minimum_subscribers == 0:
+            return False
+        missing = [one.topic_name for one in self._played_on
+                   if one.get_subscription_count() < self._minimum_subscribers]
+        if missing:
+            self.get_logger().info(f"waiting for subscriptions to {', '.join(missing)}", throttle_duration_sec=5.0)
+            return True
+        self._minimum_subscribers = 0
+        self._pace = Pace(self._rate, 0.0, time.monotonic() + self._delay)
+        return False
 
     def _publish_next(self) -> None:
         one = self._played[self._next]

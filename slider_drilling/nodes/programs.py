@@ -66,6 +66,7 @@ def _main(name: str) -> None:
 def _run(name: str, halt: Halt) -> None:
     import rclpy
 
+    from slider_drilling.nodes.link import flush
     from slider_drilling.nodes.spin import drain, spin
 
     module, kind = NODES[name]
@@ -80,6 +81,7 @@ def _run(name: str, halt: Halt) -> None:
             executor = spin([node], halt)
             if isinstance(node, Recording):
                 drain(executor, lambda: node.messages)
+            flush(node)
             halt.raise_error()
         finally:
             if isinstance(node, Recording):

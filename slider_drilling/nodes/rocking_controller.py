@@ -63,6 +63,7 @@ class RockingController(Node):
         self._command_publishers: dict[str, Publisher] = {}
         self._timer = self.create_timer(0.02, self._on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
         on_change(self, self._change)
+        self.get_logger().info(f"rocking with {values['controller']}")
 
     def _declare_settings(self) -> None:
         if isinstance(self._controller, AdjustableController):
@@ -128,12 +129,13 @@ class RockingController(Node):
 
     def _take(self, channel: str, reading: Joint) -> None:
         for measurements in self._inbox.put(channel, reading):
-            if not self._halt.requested:
-                self._heard_ns = self.get_clock().now().nanoseconds
-                self._silent = False
-                self._step(measurements)
+            self._heard_ns = self.get_clock().now().nanoseconds
+            self._silent = False
+            self._step(measurements)
 
     def _step(self, measurements: Measurements) -> None:
+        if self._halt.error is not None:
+            return
         self._stamp_ns = stamp_ns = round(measurements.time * 1e9)
         try:
             command = step_checked(self._controller, measurements)

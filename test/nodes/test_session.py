@@ -58,8 +58,7 @@ def test_every_sample_is_recorded(runs):
     assert log.notes == ()
     for series in (log.top_drive, log.draw_works, log.mud_pump, log.standpipe_pressure, log.truth_bit):
         np.testing.assert_allclose(series.time, 0.1 * np.arange(251), atol=1e-9)
-    # Nothing is left to answer once the last sample is there.
-    np.testing.assert_array_equal(log.top_drive_command.time, log.top_drive.time[:-1])
+    np.testing.assert_array_equal(log.top_drive_command.time, log.top_drive.time)
     np.testing.assert_allclose(log.mwd_tool_face.arrival - log.mwd_tool_face.time, 6.0, atol=1e-9)
     assert set(log.tool_face_target.position) == {0.3}
     assert log.rig().string.length == pytest.approx(4000.0)

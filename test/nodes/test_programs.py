@@ -1,0 +1,183 @@
+"""Nodes as processes of their own: started as `ros2 run` starts them, ended by signals, found out by exit codes."""
+
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from slider_drilling.log import read_log
+
+DEADLINE = 60.0  # s, for anything that a process has to do; a process that needs it all has failed
+
+
+class Program:
+    """One node's process and what it has said."""
+
+    def __init__(self, name: str, namespace: str, folder: Path, **parameters: object) -> None:
+        code = f"from slider_drilling.nodes.programs import {name}; {name}()"
+        arguments = ["--ros-args", "-r", f"__ns:={namespace}", "-r", f"/clock:={namespace}/clock"]
+        for key, value in parameters.items():
+            arguments += ["-p", f"{key}:={value}"]
+        self.process = subprocess.Popen([sys.executable, "-c", code, *arguments], cwd=folder, stderr=subprocess.PIPE,
+                                        stdout=subprocess.DEVNULL, env=os.environ | {"PYTHONPATH": _packages()})
+        self.said = ""
+
+    def wait_for(self, text: str) -> None:
+        """Read what it says until the text comes."""
+        end = time.monotonic() + DEADLINE
+        stream = self.process.stderr
+        assert stream is not None
+        while text not in self.said:
+            ready, _, _ = select.select([stream], [], [], max(0.0, end - time.monotonic()))
+            chunk = os.read(stream.fileno(), 65536).decode() if ready else ""
+            assert chunk, f"{text!r} never came; said: {self.said}"
+            self.said += chunk
+
+    def end(self) -> int:
+        """Its exit code, once it has ended by itself."""
+        _, rest = self.process.communicate(timeout=DEADLINE)
+        self.said += rest.decode()
+        return self.process.returncode
+
+
+def _packages() -> str:
+    return os.pathsep.join([str(Path(__file__).resolve().parents[2]), os.environ.get("PYTHONPATH", "")])
+
+
+@pytest.fixture
+def start(namespace: str, tmp_path: Path) -> Iterator[object]:
+    """Starts programs in one namespace; what is still there at the end is killed."""
+    started: list[Program] = []
+
+    def start_one(name: str, **parameters: object) -> Program:
+        started.append(Program(name, namespace, tmp_path, **parameters))
+        return started[-1]
+
+    yield start_one
+    for program in started:
+        if program.process.poll() is None:
+            program.process.kill()
+            program.process.communicate()
+
+
+def wait_for_bytes(folder: Path, size: int) -> Path:
+    """The file that a recorder is writing, once it holds this much."""
+    end = time.monotonic() + DEADLINE
+    while time.monotonic() < end:
+        for path in folder.glob(".*.part"):
+            if path.stat().st_size >= size:
+                return path
+        time.sleep(0.02)
+    raise AssertionError(f"no log of {size} bytes in {folder}: {[p.name for p in folder.iterdir()]}")
+
+
+def test_three_processes_in_lockstep(start, tmp_path):
+    """The simulator ends after its duration, the others when told; nothing is lost between them."""
+    recorder = start("recorder", directory=tmp_path, file="run.mcap", use_sim_time=True)
+    controller = start("rocking_controller", use_sim_time=True)
+    simulator = start("friction_simulator", duration=20.0, elements=20, minimum_subscribers=2)
+    assert simulator.end() == 0, simulator.said
+    for program in (controller, recorder):
+        program.process.send_signal(signal.SIGINT)
+        assert program.end() == 0, program.said
+    log = read_log(tmp_path / "run.mcap")
+    assert log.notes == ()
+    assert log.top_drive is not None and len(log.top_drive.time) == 201
+    assert log.top_drive_command is not None and len(log.top_drive_command.time) == 201
+    assert log.rig().string.length == pytest.approx(4000.0)
+
+
+@pytest.mark.parametrize("signals", [[signal.SIGINT], [signal.SIGINT, signal.SIGINT], [signal.SIGTERM]],
+                         ids=["interrupt", "interrupt twice", "terminate"])
+def test_a_recorder_that_is_told_to_end_finishes_its_log(signals, start, tmp_path):
+    start("rocking_controller", use_sim_time=True)
+    recorder = start("recorder", directory=tmp_path, file="run.mcap", use_sim_time=True)
+    start("friction_simulator", elements=20, minimum_subscribers=2)
+    wait_for_bytes(tmp_path, 100_000)
+    for number in signals:
+        recorder.process.send_signal(number)
+    assert recorder.end() == 0, recorder.said
+    assert "Traceback" not in recorder.said
+    assert [path.name for path in tmp_path.iterdir()] == ["run.mcap"]
+    log = read_log(tmp_path / "run.mcap")
+    assert log.notes == ()
+    assert log.top_drive is not None and log.top_drive.time[-1] > 5.0
+
+
+def test_a_recorder_that_is_killed_leaves_a_log_that_can_be_read(start, tmp_path):
+    start("rocking_controller", use_sim_time=True)
+    recorder = start("recorder", directory=tmp_path, file="run.mcap", use_sim_time=True)
+    start("friction_simulator", elements=20, minimum_subscribers=2)
+    path = wait_for_bytes(tmp_path, 100_000)
+    recorder.process.kill()
+    assert recorder.end() == -signal.SIGKILL
+    log = read_log(path)
+    assert log.top_drive is not None and log.top_drive.time[-1] > 5.0
+    assert log.rig_text is not None
+    assert "recovered up to the last complete chunk" in " ".join(log.notes)
+
+
+@pytest.mark.parametrize("name", ["friction_simulator", "rocking_controller"])
+def test_a_node_that_waits_ends_at_once_when_interrupted(name, start):
+    program = start(name, **({"patience": 0.1} if name == "friction_simulator" else {}))
+    if name == "friction_simulator":
+        program.wait_for("waiting for a controller: nobody publishes top_drive/command")
+    else:
+        program.wait_for("rocking with")
+    program.process.send_signal(signal.SIGINT)
+    assert program.end() == 0, program.said
+
+
+def test_a_lost_controller_is_named(start):
+    controller = start("rocking_controller", use_sim_time=True)
+    simulator = start("friction_simulator", elements=20, patience=0.3)
+    simulator.wait_for("in lockstep")
+    controller.process.kill()
+    simulator.wait_for("waiting for")
+    simulator.wait_for("to answer the sample of")
+    assert "top_drive/command" in simulator.said
+
+
+@pytest.mark.parametrize(("name", "parameters", "expected"), [
+    ("friction_simulator", {"rig": "no_such.yaml"}, "no_such.yaml: no such rig file"),
+    ("friction_simulator", {"speed": -1.0}, "parameter speed: "),
+    ("friction_simulator", {"duration": 300}, "parameter duration: must be a number with a decimal point, such as 0.0"),
+    ("rocking_controller", {"amplitude": 1e6}, "parameter amplitude: "),
+    ("rocking_controller", {"controller": "nowhere"}, "controller = 'nowhere': must be module:Class"),
+    ("recorder", {"directory": "/dev/null/logs"}, "/dev/null/logs: cannot make this folder for logs"),
+    ("recorder", {"file": "log.txt"}, "must be a name ending in .mcap"),
+    ("log_player", {"log": "no_such.mcap"}, "no_such.mcap: no such log"),
+])
+def test_a_mistake_is_one_line_and_exit_code_2(name, parameters, expected, start):
+    program = start(name, **parameters)
+    assert program.end() == 2
+    lines = [line for line in program.said.splitlines() if not line.startswith("[")]
+    assert len(lines) == 1 and expected in lines[0], program.said
+
+
+def test_a_played_log_is_recorded_as_it_was(start, tmp_path):
+    """Simulator, controller and recorder make a log; the player and another recorder make it again."""
+    recorder = start("recorder", directory=tmp_path, file="first.mcap", use_sim_time=True)
+    controller = start("rocking_controller", use_sim_time=True)
+    start("friction_simulator", duration=20.0, elements=20, minimum_subscribers=2).end()
+    for program in (controller, recorder):
+        program.process.send_signal(signal.SIGINT)
+        program.end()
+    again = start("recorder", directory=tmp_path, file="again.mcap", use_sim_time=True)
+    again.wait_for("recording to")
+    player = start("log_player", log=tmp_path / "first.mcap", rate=20.0, delay=0.5, minimum_subscribers=1)
+    assert player.end() == 0, player.said
+    again.process.send_signal(signal.SIGINT)
+    assert again.end() == 0, again.said
+    first, second = read_log(tmp_path / "first.mcap"), read_log(tmp_path / "again.mcap")
+    for key in ("top_drive", "top_drive_command", "draw_works", "mud_pump", "mwd_tool_face", "truth_bit"):
+        one, two = getattr(first, key), getattr(second, key)
+        assert one.time.tolist() == two.time.tolist(), key
+        assert one.position.tolist() == pytest.approx(two.position.tolist(), nan_ok=True), key
+    assert first.rig_text == second.rig_text

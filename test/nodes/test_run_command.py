@@ -1,0 +1,131 @@
+"""`slider-drilling run` from end to end, as a user types it, and what others make of its log."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slider_drilling.log import read_log
+
+
+def command(*arguments: object) -> list[str]:
+    return [sys.executable, "-m", "slider_drilling", *map(str, arguments)]
+
+
+@pytest.fixture
+def environment(repository: Path, alone: None) -> dict[str, str]:
+    return os.environ | {"PYTHONPATH": str(repository)}
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """The log of a run and what the run said."""
+    folder = tmp_path_factory.mktemp("run")
+    environment = os.environ | {
+        "PYTHONPATH": str(Path(__file__).resolve().parents[2]), "ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF",
+    }
+    arguments = command("run", "--duration", 20, "--speed", "max", "--record", folder, "--target", 45)
+    done = subprocess.run(arguments, env=environment, capture_output=True, text=True, timeout=200, check=False)
+    assert done.returncode == 0, done.stderr
+    (log,) = folder.glob("*.mcap")
+    assert sorted(path.suffix for path in folder.iterdir()) == [".html", ".mcap", ".png"]
+    return log, done.stdout
+
+
+def test_summary_says_what_happened(recorded):
+    log, said = recorded
+    assert "20.0 s" in said and "times real time" in said and f"wrote {log}" in said
+    peak = float(re.search(r"peak ([\d.]+) kN m", said).group(1))
+    assert peak == pytest.approx(np.abs(read_log(log).top_drive.effort).max() / 1e3, abs=0.006)
+
+
+def test_log_opens_in_other_programs(recorded):
+    from mcap.reader import make_reader
+    from mcap_ros2.decoder import DecoderFactory
+    from rosbags.highlevel import AnyReader
+
+    log, _ = recorded
+    with AnyReader([log]) as reader:
+        torque = [reader.deserialize(raw, connection.msgtype).effort[0] for connection, _, raw in reader.messages()
+                  if connection.topic == "/top_drive/joint_states"]
+    with log.open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        assert reader.get_header().profile == "ros2"
+        (attachment,) = reader.iter_attachments()
+        assert (attachment.name, attachment.media_type) == ("rig.yaml", "application/yaml")
+        again = [message.effort[0] for _, _, _, message
+                 in reader.iter_decoded_messages(topics=["/top_drive/joint_states"])]
+        summary = reader.get_summary()
+    assert torque == again == read_log(log).top_drive.effort.tolist()
+    assert {schema.encoding for schema in summary.schemas.values()} == {"ros2msg"}
+    assert len(torque) == 201
+
+
+def test_replay_of_a_run_lands_on_it(recorded, environment):
+    """The same plant, driven by the log's commands, differs by the sensors' noise."""
+    log, _ = recorded
+    done = subprocess.run(command("replay", log, "--json"), env=environment, capture_output=True, text=True,
+                          timeout=200, check=False)
+    assert done.returncode == 0, done.stderr
+    rms = {name: channel["rms"] for name, channel in json.loads(done.stdout)["channels"].items()}
+    sensors = read_log(log).rig().sensors
+    for name in ("surface_torque", "hook_load", "standpipe_pressure"):
+        assert rms[name] == pytest.approx(getattr(sensors, name).noise, rel=0.2), name
+
+
+def test_target_is_what_was_asked_for(recorded):
+    assert np.degrees(read_log(recorded[0]).tool_face_target.position[0]) == pytest.approx(45.0)
+
+
+def test_an_interrupted_run_keeps_its_log(environment, tmp_path):
+    arguments = command("run", "--speed", 20, "--duration", 1e6, "--elements", 20, "--record", tmp_path)
+    process = subprocess.Popen(arguments, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    end = time.monotonic() + 100.0
+    while not any(path.stat().st_size > 50_000 for path in tmp_path.glob(".*.part")):
+        assert time.monotonic() < end and process.poll() is None
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    process.send_signal(signal.SIGINT)
+    out, said = process.communicate(timeout=100.0)
+    assert process.returncode == 130, said
+    assert "Traceback" not in said
+    (log,) = tmp_path.glob("*.mcap")
+    assert read_log(log).notes == ()
+    assert f"wrote {log}" in out
+
+
+@pytest.mark.parametrize(("arguments", "expected"), [
+    (["--rig", "no_such.yaml"], "no_such.yaml: no such rig file"),
+    (["--speed", "fast"], "'fast' is neither a number nor max"),
+    (["--duration", "-1"], "--duration = -1.0: must be above 0"),
+    (["--target", "nan"], "--target = nan: must be a finite number"),
+    (["--record", "/dev/null/x"], "/dev/null/x: cannot make this folder for logs"),
+    (["--controller", "nowhere:Mine", "--elements", "20"], "controller = 'nowhere:Mine': cannot be imported"),
+])
+def test_a_mistake_is_one_line_and_exit_code_2(arguments, expected, environment, tmp_path):
+    done = subprocess.run(command("run", *arguments), env=environment, cwd=tmp_path, capture_output=True, text=True,
+                          timeout=100, check=False)
+    assert done.returncode == 2
+    lines = [line for line in done.stderr.splitlines() if line.strip() and not line.startswith("[INFO]")]
+    assert len(lines) == 1 and expected in lines[0], done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_full_disk_is_one_line(recorded, environment, tmp_path):
+    """A limit on the size of files stands for a full disk; the runs before have left the compiled plant on it."""
+    code = ("import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
+            "resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000));"
+            "from slider_drilling.cli import main; main()")
+    arguments = [sys.executable, "-c", code, "run", "--duration", "60", "--elements", "20", "--record", str(tmp_path)]
+    done = subprocess.run(arguments, env=environment, capture_output=True, text=True, timeout=200, check=False)
+    assert done.returncode == 2, done.stderr
+    lines = [line for line in done.stderr.splitlines() if line.strip() and not line.startswith("[INFO]")]
+    assert len(lines) == 1 and "cannot write this log: File too large" in lines[0], done.stderr
+    assert list(tmp_path.iterdir()) == []
