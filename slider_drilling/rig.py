@@ -8,12 +8,12 @@ from __future__ import annotations
 import math
 import os
 from dataclasses import dataclass
-from pathlib import Path
 
 import yaml
 
 from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
+from slider_drilling.files import read_text
 from slider_drilling.schema import build, plain, quantity
 
 SCHEMA = "slider_drilling/rig/1"
@@ -172,13 +172,7 @@ class Rig:
 
 def load_rig(path: str | os.PathLike[str]) -> Rig:
     """Read a rig file. Raises InputError naming file, key and value for anything that cannot be used."""
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such rig file; check the path") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot read this rig file: {error}") from None
-    return parse_rig(text, str(path))
+    return parse_rig(read_text(path, "rig file"), str(path))
 
 
 def parse_rig(text: str, source: str = "rig") -> Rig:

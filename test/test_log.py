@@ -129,7 +129,7 @@ def test_rig_file_beside_the_log_comes_first(tmp_path: Path) -> None:
     beside.write_text("schema: other\n")
     log = read_log(path, beside)
     assert (log.rig_text, log.rig_source) == ("schema: other\n", str(beside))
-    with pytest.raises(InputError, match=r"missing\.yaml: cannot read this rig file: No such file"):
+    with pytest.raises(InputError, match=r"missing\.yaml: no such rig file"):
         read_log(path, tmp_path / "missing.yaml")
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import yaml
 
 from slider_drilling.errors import InputError
+from slider_drilling.files import read_text
 from slider_drilling.log.units import si_value
 from slider_drilling.schema import build, quantity
 
@@ -88,11 +88,9 @@ class Mapping:
 def load_mapping(path: str | os.PathLike[str]) -> Mapping:
     """Read a mapping file; `config/import.example.yaml` says what one holds. Raises InputError."""
     source = str(path)
+    text = read_text(path, "mapping file")
     try:
-        raw = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        why = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-        raise InputError(f"{source}: cannot read this mapping file: {why}; check the path") from None
+        raw = yaml.safe_load(text)
     except yaml.YAMLError as error:
         raise InputError(f"{source}: not YAML: {' '.join(str(error).split())}") from None
     return parse_mapping(raw, source)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slider_drilling.errors import InputError
+from slider_drilling.files import read_text
 from slider_drilling.log.container import Container
 from slider_drilling.log.decode import Row, row_decoder
 from slider_drilling.log.series import Array, JointSeries, RigLog, ScalarSeries
@@ -250,11 +251,7 @@ def _rig(
 ) -> tuple[str | None, str | None]:
     """Text and origin of the rig file: the one given, or the first attachment that is one."""
     if rig_path is not None:
-        try:
-            return Path(rig_path).read_text(encoding="utf-8"), str(rig_path)
-        except (OSError, UnicodeDecodeError) as error:
-            why = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-            raise InputError(f"{rig_path}: cannot read this rig file: {why}; check the path") from None
+        return read_text(rig_path, "rig file"), str(rig_path)
     for container in containers:
         for attachment in container.attachments:
             if Path(attachment.name).name == "rig.yaml":

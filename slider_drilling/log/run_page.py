@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from slider_drilling.errors import InputError
+from slider_drilling.files import write_whole
 from slider_drilling.log.run_summary import RunSummary, rows, target_at
 from slider_drilling.log.series import Array, RigLog
 
@@ -159,7 +160,7 @@ def write_page(path: Path, log: RigLog, summary: RunSummary, more: tuple[tuple[s
     template = jinja2.Environment(autoescape=True).from_string(PAGE)
     page = template.render(title=_title(log), rows=[*rows(summary), *more], plot=plot, origin=_origin(log),
                            notes=log.notes)
-    _replace(path, page.encode("utf-8"))
+    write_whole(path, page.encode("utf-8"))
 
 
 def write_picture(path: Path, log: RigLog) -> None:
@@ -186,7 +187,7 @@ def write_picture(path: Path, log: RigLog) -> None:
     axes[0].set_title(_title(log), loc="left", fontsize=11)
     held = io.BytesIO()
     figure.savefig(held, format="png", dpi=120)
-    _replace(path, held.getvalue())
+    write_whole(path, held.getvalue())
 
 
 def _title(log: RigLog) -> str:
@@ -196,14 +197,3 @@ def _title(log: RigLog) -> str:
 def _origin(log: RigLog) -> str:
     made = [f"{key.replace('_', ' ')}: {value}" for key, value in log.metadata.items() if value]
     return "; ".join(made)
-
-
-def _replace(path: Path, data: bytes) -> None:
-    """Write a file as a whole or not at all. Raises InputError."""
-    part = path.with_name(f".{path.name}.part")
-    try:
-        part.write_bytes(data)
-        part.replace(path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise InputError(f"{path}: cannot write this file: {error.strerror}") from None

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slider_drilling.errors import InputError
+from slider_drilling.files import read_text
 from slider_drilling.log.mapping import CHANNELS, ISO_TIME, Layout, Mapping, load_mapping
 from slider_drilling.log.series import Array, JointSeries, RigLog, ScalarSeries
 from slider_drilling.log.topics import CLOCKS, JOINT_STATE, TOPICS
@@ -43,7 +44,7 @@ def read_table(
     Raises InputError naming file, line and column for anything that is no number, and for times that go back.
     """
     mapping = load_mapping(mapping_path)
-    rig_text = _read_text(rig_path) if rig_path is not None else None
+    rig_text = read_text(rig_path, "rig file") if rig_path is not None else None
     table = _read_words(Path(path), mapping, rows)
     notes: list[str] = []
     seconds, epoch_ns = _times(table, mapping)
@@ -73,18 +74,10 @@ def read_table(
     )
 
 
-def _read_text(path: str | os.PathLike[str]) -> str:
-    try:
-        return Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        why = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-        raise InputError(f"{path}: cannot read this file: {why}; check the path") from None
-
-
 def _read_words(path: Path, mapping: Mapping, rows: tuple[int, int] | None) -> Table:
     """The columns that the mapping names, as text."""
     layout = mapping.layout
-    reader = csv.reader(_read_text(path).lstrip("\ufeff").splitlines()[layout.skip_lines :], delimiter=layout.delimiter)
+    reader = csv.reader(read_text(path, "table").splitlines()[layout.skip_lines :], delimiter=layout.delimiter)
     body = [(layout.skip_lines + reader.line_num, row) for row in reader if any(word.strip() for word in row)]
     header = list(layout.names)
     if not header:

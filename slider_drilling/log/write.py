@@ -5,7 +5,6 @@ from __future__ import annotations
 import datetime
 import math
 import os
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from mcap.writer import Writer
 
 from slider_drilling import __version__
 from slider_drilling.errors import InputError
+from slider_drilling.files import begin_file, end_file
 from slider_drilling.log import cdr
 from slider_drilling.log.schemas import SCHEMAS
 from slider_drilling.log.topics import DIAGNOSTIC_ARRAY, FLUID_PRESSURE, JOINT_STATE, WRENCH_STAMPED
@@ -82,10 +82,9 @@ class LogWriter:
         if self.path.is_dir():
             raise InputError(f"{self.path}: cannot write this log: it is a folder; name a file in it")
         try:
-            descriptor, part = tempfile.mkstemp(".part", f".{self.path.name}.", self.path.parent)
+            descriptor, self._part = begin_file(self.path)
         except OSError as error:
             raise self._unwritable(error) from None
-        self._part = Path(part)
         self._file = DirectFile(descriptor)
         self._open = True
         self._schemas: dict[str, int] = {}
@@ -181,11 +180,7 @@ class LogWriter:
         try:
             self._writer.finish()
             self._file.close()
-            # mkstemp makes files for their owner alone; a log is readable as any other file is.
-            mask = os.umask(0)
-            os.umask(mask)
-            self._part.chmod(0o666 & ~mask)
-            self._part.replace(self.path)
+            end_file(self._part, self.path)
         except OSError as error:
             raise self._failed(error) from None
         self._open = False

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from slider_drilling.errors import InputError
+from slider_drilling.files import read_text
 from slider_drilling.nodes.parameters import Declared
 from slider_drilling.rig import Rig, parse_rig
 from slider_drilling.share import share_file
@@ -15,11 +15,5 @@ RIG = Declared("rig", "", "path of the rig file; empty: the 4 km example well")
 def rig_of(path: str) -> tuple[Rig, str]:
     """A rig and its file's text, from a path or, where that is empty, from the example. Raises InputError."""
     source = Path(path) if path else share_file("config/rig.example.yaml")
-    try:
-        text = source.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError(f"{source}: no such rig file; check the path") from None
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-        raise InputError(f"{source}: cannot read this rig file: {reason}") from None
+    text = read_text(source, "rig file")
     return parse_rig(text, str(source)), text

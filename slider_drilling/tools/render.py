@@ -5,14 +5,13 @@ from __future__ import annotations
 import csv
 import io
 import json
-import os
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slider_drilling import __version__
+from slider_drilling.files import write_whole
 from slider_drilling.tools.study import Chart, Line, Map, Study
 
 if TYPE_CHECKING:
@@ -28,7 +27,7 @@ def write_study(study: Study, directory: Path, findings: dict[str, Any] | None =
     """Write NAME.json, NAME.csv, NAME.png and NAME.html into a directory, which is made; the four paths.
 
     findings: what NAME.json holds instead of the claims. Each file is written under a temporary name and renamed.
-    Raises OSError where the directory cannot be written.
+    Raises OSError where the directory cannot be made, InputError where a file cannot be written.
     """
     directory.mkdir(parents=True, exist_ok=True)
     contents = {
@@ -39,7 +38,10 @@ def write_study(study: Study, directory: Path, findings: dict[str, Any] | None =
         "png": _png(study),
         "html": _html(study).encode(),
     }
-    return [_replace(directory / f"{study.name}.{suffix}", content) for suffix, content in contents.items()]
+    paths = {suffix: directory / f"{study.name}.{suffix}" for suffix in contents}
+    for suffix, content in contents.items():
+        write_whole(paths[suffix], content)
+    return list(paths.values())
 
 
 def as_json(study: Study) -> dict[str, Any]:
@@ -57,19 +59,6 @@ def as_json(study: Study) -> dict[str, Any]:
         "claims": claims,
         "notes": list(study.notes),
     }
-
-
-def _replace(path: Path, content: bytes) -> Path:
-    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
-        raise
-    return path
 
 
 def _csv(study: Study) -> str:

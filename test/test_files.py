@@ -1,0 +1,45 @@
+"""Files read and written: whole, or one line about why not."""
+
+import os
+import stat
+from pathlib import Path
+
+import pytest
+
+from slider_drilling.errors import InputError
+from slider_drilling.files import read_text, write_whole
+
+
+def test_written_whole_and_readable_as_other_files_are(tmp_path: Path) -> None:
+    path = tmp_path / "page.html"
+    path.write_text("before")
+    write_whole(path, "µ".encode())
+    plain = tmp_path / "plain"
+    plain.touch()
+    assert read_text(path, "page") == "µ"
+    assert stat.S_IMODE(path.stat().st_mode) == stat.S_IMODE(plain.stat().st_mode)
+    assert sorted(os.listdir(tmp_path)) == ["page.html", "plain"]
+
+
+def test_what_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"no-such/page\.html: cannot write this file: No such file or directory"):
+        write_whole(tmp_path / "no-such" / "page.html", b"")
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(InputError, match="cannot write this file: Is a directory"):
+        write_whole(tmp_path / "folder", b"")
+    assert os.listdir(tmp_path) == ["folder"]
+
+
+def test_what_cannot_be_read(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"a\.yaml: no such rig file; check the path"):
+        read_text(tmp_path / "a.yaml", "rig file")
+    with pytest.raises(InputError, match="cannot read this rig file: Is a directory"):
+        read_text(tmp_path, "rig file")
+    (tmp_path / "b.yaml").write_bytes(b"\xff\xfe")
+    with pytest.raises(InputError, match="cannot read this rig file: not UTF-8 text"):
+        read_text(tmp_path / "b.yaml", "rig file")
+
+
+def test_byte_order_mark_is_no_text(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_bytes(b"\xef\xbb\xbft,x\n")
+    assert read_text(tmp_path / "a.csv", "table") == "t,x\n"
