@@ -26,6 +26,14 @@ COMPILE: dict[str, Any] = {
 INNER: dict[str, Any] = {**COMPILE, "cache": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
+def vector_bits() -> int:
+    """Width of the vectors that loops are compiled for."""
+    features = config.CPU_FEATURES or get_host_cpu_features()  # type: ignore[attr-defined]
+    if "+avx512vl" in features and "-prefer-256-bit" in features:
+        return 512
+    return 256 if "+avx2" in features else 128
+
+
 def _set_up() -> None:
     # LLVM vectorises a loop over many arrays only if it may check that they do not overlap; its default of 8 checks
     # is too few for a step of the string.
