@@ -113,7 +113,7 @@ def _page(path: Path, data: Data, found: Identification) -> Study:
         axis, label = data.time, "time, s"
         measured, predicted = found.measured[: axis.size], found.predicted[: axis.size]
     else:
-        axis, label = np.arange(1.0, data.feed.size + 1.0), "experiment (row)"
+        axis, label = np.arange(1.0, data.feed.size + 1.0, dtype=np.float64), "experiment (row)"
         measured, predicted = found.measured, found.predicted
     peak = np.abs(measured).max()
     return Study(

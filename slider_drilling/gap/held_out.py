@@ -9,12 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slider_drilling.gap.model import Array, Run
 from slider_drilling.gap.noise import cycle_period
 from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.tune import Fit
 
+Indices = NDArray[np.int_]
 FOLDS = 6
 BOOTSTRAPS = 2000
 _BINS_PER_BLOCK = 8
@@ -37,9 +39,9 @@ class Folds:
     by run.
     """
 
-    of: Array
-    bins: Array
-    bin_run: Array
+    of: Indices
+    bins: Indices
+    bin_run: Indices
     per_block: tuple[int, ...]
 
 

@@ -102,7 +102,7 @@ def rocking(rate_of_penetration: float, rocking: Rocking, radius: float) -> Moti
     rate_of_penetration: m/s; radius: m. A thirtieth of the rounding, or a 360th of the period, per sample.
     """
     samples = max(SAMPLES, math.ceil(30.0 * rocking.period / rocking.rounding))
-    time = np.linspace(0.0, rocking.period, samples + 1)
+    time = np.linspace(0.0, rocking.period, samples + 1, dtype=np.float64)
     angle = np.array([rocking.point(t)[0] for t in time])
     return Motion(time, rate_of_penetration, 0.0 * time, radius * angle, 1.0 + 0.0 * time)
 
@@ -110,7 +110,7 @@ def rocking(rate_of_penetration: float, rocking: Rocking, radius: float) -> Moti
 def _harmonic(frequency: float) -> tuple[Series, Series]:
     if not (math.isfinite(frequency) and frequency > 0.0):
         raise InputError(f"harmonic motion: frequency = {frequency} Hz: must be positive and finite")
-    phase = np.linspace(0.0, 2.0 * math.pi, SAMPLES + 1)
+    phase = np.linspace(0.0, 2.0 * math.pi, SAMPLES + 1, dtype=np.float64)
     return phase / (2.0 * math.pi * frequency), np.sin(phase)
 
 

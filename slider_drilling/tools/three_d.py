@@ -16,8 +16,8 @@ HOUR = 3600.0
 RPM = math.pi / 30.0
 FREQUENCY = 15.0
 PIPE = Pipe()
-AXIAL_MM = np.linspace(0.0, 7.0, 15)
-SPEED_RPM = np.linspace(0.0, 30.0, 16)
+AXIAL_MM = np.linspace(0.0, 7.0, 15, dtype=np.float64)
+SPEED_RPM = np.linspace(0.0, 30.0, 16, dtype=np.float64)
 
 
 def study() -> Study:

@@ -22,13 +22,13 @@ MODES = ("ploughing", "wedge formation", "cutting", "no steady solution")
 
 def study() -> Study:
     """Regimes and friction over shear factor and attack angle; friction of the paper's asperity by direction."""
-    shear = np.linspace(0.0, 0.99, 199)
-    angle = np.radians(np.linspace(0.5, 89.5, 179))
+    shear = np.linspace(0.0, 0.99, 199, dtype=np.float64)
+    angle = np.radians(np.linspace(0.5, 89.5, 179, dtype=np.float64))
     mode = wear_mode(shear[None, :], angle[:, None])
     solved = np.where(mode == WearMode.NO_STEADY_SOLUTION, 0.0, shear[None, :])
     friction = friction_coefficient(solved, angle[:, None])
     friction = np.where((mode == WearMode.NO_STEADY_SOLUTION) | (friction > 2.0), math.nan, friction)
-    beta_v = np.radians(np.linspace(0.0, 90.0, 181))
+    beta_v = np.radians(np.linspace(0.0, 90.0, 181, dtype=np.float64))
     return Study(
         name="wear_modes",
         title="Wear modes of an asperity",
