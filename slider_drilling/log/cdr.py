@@ -54,6 +54,9 @@ def joint_state(
     return layout.pack(_LITTLE, sec, nanosec, 1, 0, 1, len(text), text, *values)
 
 
+# What a rig's messages hold of position, velocity and effort; anything else is read the long way.
+_PRESENT = ((True, True, True), (True, True, False), (False, True, False), (True, False, False))
+
 _PRESSURE = struct.Struct(_STAMPED + "dd")
 _WRENCH = struct.Struct(_STAMPED + "6d")
 _CLOCK = struct.Struct("<4siI")
@@ -160,12 +163,14 @@ def read_joint_state(data: bytes, joint: str) -> tuple[int, float, float, float]
     Raises InputError where the bytes are no JointState or hold several joints of other names.
     """
     try:
-        layout, text, _ = _joint_layout(joint, (True, True, True))
-        if len(data) == layout.size:
+        for present in _PRESENT:
+            layout, text, counts = _joint_layout(joint, present)
+            if len(data) != layout.size:
+                continue
             head, sec, nanosec, frame, zero, names, length, name, *rest = layout.unpack(data)
-            expected = (_LITTLE, 1, 0, 1, len(text), text)
-            if (head, frame, zero, names, length, name) == expected and rest[::2] == [1, 1, 1]:
-                return sec * _NANO + nanosec, rest[1], rest[3], rest[5]
+            values = [rest.pop(1 + k) if there else NAN for k, there in enumerate(present)]
+            if (head, frame, zero, names, length, name, *rest) == (_LITTLE, 1, 0, 1, len(text), text, *counts):
+                return sec * _NANO + nanosec, values[0], values[1], values[2]
         return _read_any_joint_state(data, joint)
     except struct.error as error:
         raise InputError(f"{joint}: {len(data)} bytes that are no JointState: {error}") from None
@@ -190,6 +195,10 @@ def _read_any_joint_state(data: bytes, joint: str) -> tuple[int, float, float, f
 def read_fluid_pressure(data: bytes) -> tuple[int, float, float]:
     """Stamp ns, pressure Pa and variance Pa2. Raises InputError where the bytes are no FluidPressure."""
     try:
+        if len(data) == _PRESSURE.size:
+            head, sec, nanosec, frame, zero, pressure, variance = _PRESSURE.unpack(data)
+            if (head, frame, zero) == (_LITTLE, 1, 0):
+                return sec * _NANO + nanosec, pressure, variance
         reader = _Reader(data)
         stamp = reader.stamp()
         reader.text()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import functools
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from slider_drilling.errors import InputError
@@ -52,43 +53,46 @@ def run(plan: Plan, progress: Callable[[float], None] = lambda simulated: None) 
     init(["slider-drilling"])
     halt = Halt()
     halt.take_signals()
-    recorder = None
     try:
-        recorder = _recorder(plan, halt)
-        simulator = _make(FrictionSimulator, halt, rig=plan.rig, speed=plan.speed, duration=plan.duration,
-                          seed=plan.seed, elements=plan.elements, wait_for_controller=True,
-                          minimum_subscribers=1 if recorder is None else 2)
-        own = {"tool_face_target": plan.target, "controller": plan.controller}
-        controller = _make(RockingController, halt, rig=plan.rig, use_sim_time=True,
-                           **{name: value for name, value in own.items() if value is not None})
-        nodes: list[Node] = [node for node in (simulator, recorder, controller) if node is not None]
-        begun = time.perf_counter()
-        executor = spin(nodes, halt, lambda: progress(simulator.simulated))
-        wall = time.perf_counter() - begun
-        progress(simulator.simulated)
-        if recorder is not None:
-            drain(executor, lambda: recorder.messages)
-        halt.raise_error()
-    except InputError:
-        # A log up to where a controller failed is what explains the failure; an empty one explains nothing.
-        if recorder is not None and recorder.messages == 0:
-            recorder.discard()
-        raise
+        with contextlib.ExitStack() as ending:
+            return _run(plan, progress, halt, ending)
     finally:
-        if recorder is not None:
-            recorder.close()
         rclpy.try_shutdown()
         halt.give_signals_back()
-    messages = 0 if recorder is None else recorder.messages
-    return Outcome(None if recorder is None else recorder.path, simulator.simulated, wall, messages, halt.interrupted)
 
 
-def _recorder(plan: Plan, halt: Halt) -> Recorder | None:
-    if plan.record is None:
-        return None
-    return _make(Recorder, halt, directory=str(plan.record), rig=plan.rig, use_sim_time=True)
+def _run(plan: Plan, progress: Callable[[float], None], halt: Halt, ending: contextlib.ExitStack) -> Outcome:
+    def make(kind: Callable[..., Any], **parameters: Any) -> Any:
+        overrides = [Parameter(name, value=value) for name, value in parameters.items() if value is not None]
+        node = kind(halt, parameter_overrides=overrides)
+        ending.callback(node.destroy_node)
+        return node
+
+    recorder: Recorder | None = None
+    if plan.record is not None:
+        recorder = make(Recorder, directory=str(plan.record), rig=plan.rig, use_sim_time=True)
+        ending.push(functools.partial(_finish, recorder))
+    simulator = make(FrictionSimulator, rig=plan.rig, speed=plan.speed, duration=plan.duration, seed=plan.seed,
+                     elements=plan.elements, wait_for_controller=True, minimum_subscribers=1 if recorder is None else 2)
+    controller = make(RockingController, rig=plan.rig, use_sim_time=True, tool_face_target=plan.target,
+                      controller=plan.controller)
+    nodes = [node for node in (simulator, recorder, controller) if node is not None]
+    begun = time.perf_counter()
+    executor = spin(nodes, halt, lambda: progress(simulator.simulated))
+    ending.callback(executor.shutdown)
+    wall = time.perf_counter() - begun
+    progress(simulator.simulated)
+    if recorder is None:
+        halt.raise_error()
+        return Outcome(None, simulator.simulated, wall, 0, halt.interrupted)
+    drain(executor, lambda: recorder.messages)
+    halt.raise_error()
+    return Outcome(recorder.path, simulator.simulated, wall, recorder.messages, halt.interrupted)
 
 
-def _make(kind: Callable[..., Any], halt: Halt, **parameters: Any) -> Any:
-    overrides = [Parameter(name, value=value) for name, value in parameters.items()]
-    return kind(halt, parameter_overrides=overrides)
+def _finish(recorder: Recorder, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
+    """Close the log: one up to where a controller failed explains the failure. An empty one explains nothing."""
+    if isinstance(error, InputError) and recorder.messages == 0:
+        recorder.discard()
+    else:
+        recorder.close()
