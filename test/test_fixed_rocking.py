@@ -100,6 +100,16 @@ def test_lost_torque_leaves_the_amplitude_as_limit():
     assert max(angles) <= 20.0 and min(angles) >= -20.0
 
 
+def test_a_silent_rig_is_held_and_taken_up_where_it_was():
+    controller = FixedRocking(RIG)
+    before = run(controller, 5.0)[-1]
+    lost = [controller.step(measurements(4.9 + 0.1 * k, math.nan)) for k in range(1, 10)]
+    assert {(c.top_drive_angle, c.top_drive_speed, c.block_speed) for c in lost} == {(before.top_drive_angle, 0.0, 0.0)}
+    assert all(c.pump_speed == before.pump_speed for c in lost)
+    after = controller.step(measurements(5.9))
+    assert abs(after.top_drive_angle - before.top_drive_angle) < 0.5 and after.block_speed == 0.0025
+
+
 def test_clock_that_runs_backwards_holds_the_angle():
     controller = FixedRocking(RIG)
     for k in range(50):

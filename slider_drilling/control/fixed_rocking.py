@@ -108,11 +108,17 @@ class FixedRocking:
         self._pending -= jump
 
     def step(self, measurements: Measurements) -> RigCommand:
-        """The next point of the trajectory. A clock that stands still or runs backwards holds the angle."""
+        """The next point of the trajectory.
+
+        A clock that stands still or runs backwards holds the angle. Without the top drive's own angle the drive is
+        held and the block stopped until it comes back.
+        """
         step = 0.0 if self._time is None else measurements.time - self._time
         if not step >= 0.0:
             step = 0.0
         self._time = measurements.time
+        if not math.isfinite(measurements.top_drive_angle):
+            return RigCommand(self._centre + self._rocking.start(self._elapsed)[0], 0.0, 0.0, self._settings.pump_speed)
         for sample in measurements.mwd:
             self._correct(sample)
         self._elapsed += step

@@ -79,14 +79,16 @@ def test_dds_changes_nothing(runs, repository):
 
 
 def test_real_time_gives_the_same_run(runs, alone, tmp_path):
-    """The command for a sample drives the rig to the next one, whoever moves time."""
-    outcome = run(Plan(duration=8.0, speed=4.0, record=tmp_path, target=0.3, elements=ELEMENTS))
-    assert outcome.wall > 1.9
+    """The command for a sample drives the rig to the next one, whoever moves time: up to the first late command."""
+    outcome = run(Plan(duration=8.0, speed=2.0, record=tmp_path, target=0.3, elements=ELEMENTS))
+    assert outcome.wall > 3.9
     paced, lockstep = read_log(outcome.log), read_log(runs[0])
-    unanswered = set(paced.top_drive.time) - set(paced.top_drive_command.time)
-    if not unanswered:
-        np.testing.assert_array_equal(paced.top_drive.effort, lockstep.top_drive.effort[:81])
     np.testing.assert_allclose(paced.top_drive.time, 0.1 * np.arange(81), atol=1e-9)
+    command = paced.top_drive_command
+    answered = set(np.round(command.time[command.arrival < command.time + 0.05], 1))
+    same = next((k for k in range(81) if round(0.1 * k, 1) not in answered), 80)
+    np.testing.assert_array_equal(paced.top_drive.effort[: same + 1], lockstep.top_drive.effort[: same + 1])
+    assert same > 1, "this machine answered not even the first samples in time"
 
 
 BROKEN = {
@@ -133,3 +135,16 @@ def test_unreachable_folder(alone, tmp_path):
 def test_target_is_held_as_given(runs):
     log = read_log(runs[0])
     assert math.isclose(log.tool_face_target.position[0], 0.3)
+
+
+def test_the_default_executor_gives_the_same_run(runs, alone, tmp_path, monkeypatch):
+    """An older rclpy has no events executor: slower, but not another run."""
+    from rclpy.executors import SingleThreadedExecutor
+
+    from slider_drilling.nodes import spin
+
+    monkeypatch.setattr(spin, "make_executor", SingleThreadedExecutor)
+    outcome = run(Plan(duration=5.0, record=tmp_path, target=0.3, elements=ELEMENTS))
+    first, second = payloads(outcome.log), payloads(runs[0])
+    for topic in ("/top_drive/joint_states", "/top_drive/command", "/standpipe_pressure", "/truth/bit"):
+        assert [data for _, data in first[topic]] == [data for _, data in second[topic]][:51], topic

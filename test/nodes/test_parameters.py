@@ -1,0 +1,170 @@
+"""Parameters of live nodes: described, changed while running, refused with a reason."""
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+import rclpy
+import yaml
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+
+from slider_drilling.log import LogWriter
+from slider_drilling.nodes.friction_simulator import FrictionSimulator
+from slider_drilling.nodes.halt import Halt
+from slider_drilling.nodes.log_player import LogPlayer
+from slider_drilling.nodes.recorder import Recorder
+from slider_drilling.nodes.rocking_controller import RockingController
+from slider_drilling.nodes.spin import make_executor
+
+Make = Callable[..., Node]
+
+
+@pytest.fixture
+def make(alone: None) -> Iterator[Make]:
+    """Makes nodes that are gone after the test."""
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    made = []
+
+    def make_one(kind: Callable[..., Node], **parameters: object) -> Node:
+        overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+        made.append(kind(Halt(), parameter_overrides=overrides))
+        return made[-1]
+
+    yield make_one
+    for node in made:
+        if isinstance(node, Recorder):
+            node.discard()
+        node.destroy_node()
+    rclpy.try_shutdown()
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    path = tmp_path / "played.mcap"
+    with LogWriter(path) as writer:
+        for k in range(20):
+            writer.joint_state("top_drive/joint_states", 0.1 * k, "top_drive", float(k), 0.0, 0.0)
+    return path
+
+
+def turn(nodes: list[Node], *until: Callable[[], bool]) -> None:
+    """Turn the nodes until things have happened, one after the other."""
+    executor = make_executor()
+    for node in nodes:
+        executor.add_node(node)
+    end = time.monotonic() + 60.0
+    for has_happened in until:
+        while not has_happened():
+            assert time.monotonic() < end
+            executor.spin_once(timeout_sec=0.02)
+    executor.shutdown()
+
+
+def given(kind: type, log: Path, tmp_path: Path) -> dict[str, object]:
+    """What a node of the kind cannot do without."""
+    own: dict[type, dict[str, object]] = {
+        FrictionSimulator: {"elements": 20}, Recorder: {"directory": str(tmp_path)}, LogPlayer: {"log": str(log)},
+    }
+    return own.get(kind, {})
+
+
+@pytest.mark.parametrize("kind", [FrictionSimulator, RockingController, Recorder, LogPlayer])
+def test_every_parameter_is_described_and_in_the_example(kind, make, log, tmp_path, repository):
+    node = make(kind, **given(kind, log, tmp_path))
+    example = yaml.safe_load((repository / "config" / "nodes.yaml").read_text())
+    listed = example[f"/**/{node.get_name()}"]["ros__parameters"]
+    own = [name for name in node._parameters if name not in ("use_sim_time", "start_type_description_service")]
+    assert sorted(own) == sorted(set(listed) - {"use_sim_time"})
+    for name in own:
+        described = node.describe_parameter(name)
+        assert described.description, name
+        value = node.get_parameter(name).value
+        assert type(value) is type(listed[name]), name
+        if isinstance(value, float):
+            (limits,) = described.floating_point_range
+            assert limits.from_value <= listed[name] <= limits.to_value, name
+
+
+def test_live_settings_reach_the_controller(make):
+    node = make(RockingController)
+    (result,) = node.set_parameters([Parameter("amplitude", value=12.5)])
+    assert result.successful
+    assert node._controller.settings.amplitude == 12.5
+    (result,) = node.set_parameters([Parameter("tool_face_target", value=0.5)])
+    assert result.successful and node._controller.tool_face_target == 0.5
+
+
+@pytest.mark.parametrize(("kind", "name", "value", "reason"), [
+    (RockingController, "amplitude", 1e6, "out of range"),
+    (RockingController, "amplitude", float("nan"), "out of range"),
+    (RockingController, "rounding", 0.06, "the top drive has 20 rad/s2; make rounding at least"),
+    (RockingController, "amplitude", "wide", "Wrong parameter type"),
+    (RockingController, "controller", "other:One", "read-only"),
+    (FrictionSimulator, "speed", -1.0, "out of range"),
+    (FrictionSimulator, "seed", 5, "read-only"),
+    (LogPlayer, "rate", 0.0, "out of range"),
+])
+def test_a_value_that_cannot_be_used_is_refused_with_a_reason(kind, name, value, reason, make, log, tmp_path):
+    node = make(kind, **given(kind, log, tmp_path))
+    before = node.get_parameter(name).value
+    (result,) = node.set_parameters([Parameter(name, value=value)])
+    assert not result.successful
+    assert reason in result.reason
+    assert node.get_parameter(name).value == before
+
+
+def test_speed_changes_from_lockstep_to_real_time_and_back(make):
+    simulator = make(FrictionSimulator, elements=20, speed=0.0)
+    controller = make(RockingController, use_sim_time=True)
+    moments = [simulator.simulated]
+
+    def set_speed(speed: float) -> bool:
+        (result,) = simulator.set_parameters([Parameter("speed", value=speed)])
+        moments.append(simulator.simulated)
+        return result.successful and (simulator._pace is None) == (speed == 0.0)
+
+    turn([simulator, controller], lambda: simulator.simulated > 1.0, lambda: set_speed(20.0),
+         lambda: simulator.simulated > moments[-1] + 1.0, lambda: set_speed(0.0),
+         lambda: simulator.simulated > moments[-1] + 5.0)
+    assert len(moments) == 3
+
+
+def test_a_player_in_a_loop_begins_again(make, log):
+    player = make(LogPlayer, log=str(log), rate=100.0, loop=True, delay=0.0)
+    turn([player], lambda: player._turns >= 2)
+    assert not player._halt.requested
+    player.set_parameters([Parameter("loop", value=False)])
+    turn([player], lambda: player._halt.requested)
+
+
+def test_a_target_on_its_topic_becomes_the_controllers(make):
+    from slider_drilling.log import TOPICS, cdr
+    from slider_drilling.nodes import link
+
+    controller = make(RockingController)
+    sender = link.publisher(controller, TOPICS["tool_face_target"])
+    sender.publish(cdr.joint_state(7, "tool_face", 0.5 + 2.0 * 3.141592653589793))
+    turn([controller], lambda: controller._controller.tool_face_target != 0.0)
+    assert controller.get_parameter("tool_face_target").value == pytest.approx(0.5)
+
+
+def test_a_rig_that_goes_silent_stops_the_block(make):
+    """The controller is stepped on, without measurements, as soon as they are stale; its commands then say stop."""
+    from slider_drilling.log import TOPICS, cdr
+    from slider_drilling.nodes import link
+
+    controller = make(RockingController, stale_after=0.2)
+    rig = {name: link.publisher(controller, TOPICS[name])
+           for name in ("mud_pump", "draw_works", "standpipe_pressure", "top_drive")}
+    speeds: list[float] = []
+    link.subscription(controller, TOPICS["draw_works_command"],
+                      lambda data: speeds.append(cdr.read_joint_state(data, "block")[2]))
+    rig["mud_pump"].publish(cdr.joint_state(0, "mud_pump", None, 12.0))
+    rig["draw_works"].publish(cdr.joint_state(0, "block", 0.0, 0.0, 4e5))
+    rig["standpipe_pressure"].publish(cdr.fluid_pressure(0, 1.8e7, 0.0))
+    rig["top_drive"].publish(cdr.joint_state(0, "top_drive", 0.0, 0.0, 0.0))
+    turn([controller], lambda: len(speeds) >= 3)
+    assert speeds[0] == 0.0025 and set(speeds[1:]) == {0.0}
