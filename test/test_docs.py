@@ -23,6 +23,22 @@ def test_code_of_the_log_page_runs(repository: Path, tmp_path: Path, monkeypatch
     exec(reading, namespace)
 
 
+def test_controller_of_the_nodes_page_slides(repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from slider_drilling.control.load import load_controller, step_checked
+    from slider_drilling.drillstring import VirtualRig
+    from slider_drilling.rig import load_rig
+
+    (code,) = re.findall(r"```python\n(.*?)```", (repository / "docs" / "nodes.md").read_text(), re.DOTALL)
+    (tmp_path / "hold_of_the_page.py").write_text(code)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    rig = load_rig(share_file("config/rig.example.yaml"))
+    controller, virtual = load_controller("hold_of_the_page:Hold", rig), VirtualRig(rig, elements=20)
+    for _ in range(20):
+        virtual.step(step_checked(controller, virtual.measurements))
+    assert virtual.measurements.block_position > 0.004
+
+
 def test_readme_lists_commands_that_exist(repository: Path) -> None:
     text = (repository / "README.md").read_text()
     table = text[text.index("| command |") :].split("\n\n")[0]
@@ -36,7 +52,7 @@ def test_readme_lists_every_topic(repository: Path) -> None:
         assert topic.type.replace("/msg/", "/") in text
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/index.md", "docs/logs.md"])
+@pytest.mark.parametrize("page", ["README.md", "docs/index.md", "docs/logs.md", "docs/nodes.md"])
 def test_files_that_pages_name_exist(repository: Path, page: str) -> None:
     text = (repository / page).read_text()
     named = re.findall(r"`((?:config|slider_drilling|launch)/[\w./]+\.\w+)`", text)
