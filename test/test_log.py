@@ -317,7 +317,7 @@ class TestOtherMakers:
             (f"/{rig}/top_drive/joint_states", joint(1.0, "top_drive", k, 0, 0), 10**9) for k, rig in enumerate("ab")
         ]
         path = self.ros2(tmp_path / "run.mcap", rows)
-        with pytest.raises(InputError, match="say which namespace"):
+        with pytest.raises(InputError, match="say with --namespace which"):
             read_log(path)
         chosen = read_log(path, namespace="b").top_drive
         assert chosen is not None and chosen.position[0] == 1.0

@@ -6,11 +6,14 @@ from pathlib import Path
 
 import click
 
+from slider_drilling.commands.options import namespace_option
+
 
 @click.command(epilog="Example:\n\n  slider-drilling plot run.mcap -o pages")
 @click.argument("log", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for both; the log's own if not given.")
-def command(log: Path, output: Path | None) -> None:
+@namespace_option
+def command(log: Path, output: Path | None, namespace: str | None) -> None:
     """Print what happened in LOG; plot it as an HTML page that stands alone, and as PNG."""
     from slider_drilling.console import stderr, stdout
     from slider_drilling.errors import InputError
@@ -18,7 +21,7 @@ def command(log: Path, output: Path | None) -> None:
     from slider_drilling.log.run_page import write_page, write_picture
     from slider_drilling.log.run_summary import summarise, summary_table
 
-    record = read_log(log)
+    record = read_log(log, namespace=namespace)
     summary = summarise(record)
     folder = log.resolve().parent if output is None else output
     try:

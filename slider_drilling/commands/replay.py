@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from slider_drilling.commands.options import namespace_option
+
 if TYPE_CHECKING:
     from slider_drilling.gap.replay import Replay
 
@@ -17,8 +19,11 @@ if TYPE_CHECKING:
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file instead of the log's own.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Write the simulated channels to this MCAP file.")
 @click.option("--elements", default=200, show_default=True, help="Elements of the string, 10 to 5000.")
+@namespace_option
 @click.option("--json", "as_json", is_flag=True, help="Print JSON: SI units, rad.")
-def command(log: Path, rig_path: Path | None, output: Path | None, elements: int, as_json: bool) -> None:
+def command(
+    log: Path, rig_path: Path | None, output: Path | None, elements: int, namespace: str | None, as_json: bool
+) -> None:
     """Drive the plant with LOG's commands from its first sample; print how far it lands from LOG's channels."""
     from slider_drilling.drillstring.to_log import write_simulated
     from slider_drilling.errors import InputError
@@ -27,7 +32,7 @@ def command(log: Path, rig_path: Path | None, output: Path | None, elements: int
 
     if not 10 <= elements <= 5000:
         raise InputError(f"--elements = {elements}: must be within 10 to 5000")
-    record = read_log(log, rig_path)
+    record = read_log(log, rig_path, namespace)
     rig = record.rig()
     run = replay(record, rig, elements)
     if output is not None:

@@ -129,7 +129,7 @@ def _match(topic: str, type_name: str | None) -> Samples | str | None:
 def _choose(found: Iterable[Samples], namespace: str | None, source: str) -> dict[str, Samples]:
     """One topic a series. Raises InputError where two rigs' topics could be meant."""
     chosen: dict[str, Samples] = {}
-    wanted = None if namespace is None else "/" + namespace.strip("/") if namespace.strip("/") else ""
+    wanted = None if namespace is None else f"/{namespace.strip('/')}".rstrip("/")
     for samples in found:
         own = namespace_of(samples.topic, TOPICS[samples.key].name)
         if wanted is not None and own != wanted:
@@ -137,7 +137,7 @@ def _choose(found: Iterable[Samples], namespace: str | None, source: str) -> dic
         if samples.key in chosen:
             raise InputError(
                 f"{source}: topics {chosen[samples.key].topic} and {samples.topic} are both there; "
-                "say which namespace to read"
+                "say with --namespace which to read"
             )
         chosen[samples.key] = samples
     return chosen
