@@ -39,10 +39,11 @@ $(STAMP): setup.cfg setup.py
 	if $(RUN)python -c '$(SOURCED)'; then extras=$(EXTRAS); else extras=$(EXTRAS),ros; fi; \
 	$(RUN)python -m pip install --disable-pip-version-check --quiet --editable ".[$$extras]" \
 	|| { echo $(HINT) >&2; exit 1; }
-	mkdir -p $(VENV)/lib/slider_drilling $(VENV)/share/ament_index/resource_index/packages
-	ln -sfn "$(CURDIR)" $(VENV)/share/slider_drilling
+	rm -rf $(VENV)/lib/slider_drilling $(VENV)/share/slider_drilling
+	mkdir -p $(VENV)/lib/slider_drilling $(VENV)/share/slider_drilling $(VENV)/share/ament_index/resource_index/packages
+	for part in package.xml config launch; do ln -s "$(CURDIR)/$$part" $(VENV)/share/slider_drilling/; done
 	ln -sf "$(CURDIR)/resource/slider_drilling" $(VENV)/share/ament_index/resource_index/packages/
-	for program in $(PROGRAMS); do ln -sf ../../bin/$$program $(VENV)/lib/slider_drilling/; done
+	for program in $(PROGRAMS); do ln -s ../../bin/$$program $(VENV)/lib/slider_drilling/; done
 	touch $@
 
 demo: $(STAMP)
