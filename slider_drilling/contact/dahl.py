@@ -35,8 +35,9 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
 from numpy.typing import NDArray
+
+from slider_drilling.compiler import njit
 
 compiled = njit(cache=True, error_model="numpy", nogil=True)
 

@@ -11,9 +11,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
-from slider_drilling.compiler import COMPILE, INNER
+from slider_drilling.compiler import COMPILE, INNER, njit
 from slider_drilling.drillstring.layout import Array, Curve, Elements, Lanes, State
 
 _TINY = 1e-30  # m2 or N2; a strain this small has no direction

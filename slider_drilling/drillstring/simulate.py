@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slider_drilling.compiler import announced
 from slider_drilling.drillstring import assemble, kernel
 from slider_drilling.drillstring.assemble import Modifiers, Start
 from slider_drilling.drillstring.layout import CHANNELS, Array, State
@@ -179,10 +180,11 @@ class _Bundle:
             )
         else:
             rows = np.vstack([self._started()[1], rows])
-        kernel.advance(
-            width, self.mesh.count, self.substeps, self.dt, self.varying, rows, self.elements, self.curve, self.lanes,
-            self.state, out,
-        )  # fmt: skip
+        with announced(kernel.advance, "the step of the drill string"):
+            kernel.advance(
+                width, self.mesh.count, self.substeps, self.dt, self.varying, rows, self.elements, self.curve,
+                self.lanes, self.state, out,
+            )  # fmt: skip
         self.last = rows[-1].copy()
         return out
 

@@ -17,9 +17,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
-from slider_drilling.compiler import COMPILE
+from slider_drilling.compiler import COMPILE, njit
 from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.drillstring.layout import Array
 from slider_drilling.drillstring.mesh import GRAVITY, Mesh, build_mesh, friction_factors

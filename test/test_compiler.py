@@ -1,0 +1,48 @@
+"""How loops are compiled: one door to numba, widest vectors, and word to the user while it takes time."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+from slider_drilling.compiler import announced, njit, vector_bits
+
+PACKAGE = Path(__file__).parents[1] / "slider_drilling"
+
+
+def test_every_module_takes_njit_from_the_compiler():
+    """Decorated before the settings are made, one function would fix numba's defaults for the whole process."""
+    takes = re.compile(r"^\s*(from numba import|import numba)", re.MULTILINE)
+    assert [path.name for path in PACKAGE.rglob("*.py") if takes.search(path.read_text())] == ["compiler.py"]
+
+
+def test_loops_are_compiled_for_the_widest_vectors():
+    """What numba compiles with, once the plant has been imported, is what `vector_bits` says."""
+    asks = "import slider_drilling.drillstring; from numba.core.registry import cpu_target as t;"
+    asks += "print('-prefer-256-bit' in t.target_context.codegen().magic_tuple()[2])"
+    command = [sys.executable, "-c", asks]
+    answer = subprocess.run(command, capture_output=True, text=True, check=True, cwd=PACKAGE.parent)
+    assert answer.stdout.strip() == str(vector_bits() == 512)
+
+
+def test_says_when_it_compiles_and_not_when_it_does_not(capsys, monkeypatch):
+    from slider_drilling import console
+
+    console.stderr.cache_clear()
+
+    @njit
+    def twice(x):
+        return 2 * x
+
+    with announced(twice, "a doubling"):
+        assert twice(2) == 4
+    first = capsys.readouterr()
+    with announced(twice, "a doubling"):
+        assert twice(3) == 6
+    second = capsys.readouterr()
+    console.stderr.cache_clear()
+    assert "compiling a doubling for this processor" in first.err
+    assert re.search(r"compiled in \d+ s", first.err)
+    assert (first.out, second.out, second.err) == ("", "", "")
