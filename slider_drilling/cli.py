@@ -39,6 +39,7 @@ COMMANDS: dict[str, Row] = {
     "study": Row("slider_drilling.commands.study", "The paper's tools: figures, numbers and a verdict on each claim."),
     "identify": Row("slider_drilling.commands.identify", "Contact parameters from measured friction."),
     "import": Row("slider_drilling.commands.import_table", "Turn a CSV table of a rig's recorder into an MCAP log."),
+    "bench": Row("slider_drilling.commands.bench", "Measure speed, each figure beside a reference."),
 }
 
 

@@ -1,0 +1,1 @@
+"""What `slider-drilling bench` measures, each figure beside a reference from the same run."""

@@ -1,0 +1,88 @@
+"""What needs DDS of `slider-drilling bench`, as a process of its own: `python -m slider_drilling.nodes.benchmark WHAT`.
+
+Prints one JSON object. WHAT is `closed_loop`, `recorder` or `start`.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from slider_drilling.bench.machine import peak_megabytes
+from slider_drilling.nodes import environment
+
+DURATION = 120.0  # simulated s of the closed loop
+MESSAGES, BURST = 20_000, 50
+
+
+def closed_loop() -> dict[str, float | None]:
+    """Simulator, controller and recorder over DDS in lockstep: times real time, messages in the log a second."""
+    from slider_drilling.nodes.session import Plan, run
+
+    with tempfile.TemporaryDirectory() as folder:
+        outcome = run(Plan(duration=DURATION, record=Path(folder)))
+    rate = outcome.messages / outcome.wall
+    return {"factor": outcome.simulated / outcome.wall, "messages_per_s": rate, "peak_megabytes": peak_megabytes()}
+
+
+def recorder() -> dict[str, float]:
+    """Messages a second from a publisher over DDS into a log, as fast as they go without losing one."""
+    import rclpy
+    from rclpy.node import Node
+    from rclpy.parameter import Parameter
+
+    from slider_drilling.log import cdr
+    from slider_drilling.log.topics import TOPICS
+    from slider_drilling.nodes import link
+    from slider_drilling.nodes.halt import Halt
+    from slider_drilling.nodes.recorder import Recorder
+    from slider_drilling.nodes.spin import make_executor
+
+    with tempfile.TemporaryDirectory() as folder:
+        rclpy.init()
+        node = Node("benchmark")
+        recording = Recorder(Halt(), parameter_overrides=[Parameter("directory", value=folder)])
+        publisher = link.publisher(node, TOPICS["top_drive"])
+        executor = make_executor()
+        executor.add_node(recording)
+        while publisher.get_subscription_count() == 0:
+            executor.spin_once(timeout_sec=0.01)
+        begun = time.perf_counter()
+        for sent in range(BURST, MESSAGES + 1, BURST):
+            for k in range(sent - BURST, sent):
+                publisher.publish(cdr.joint_state(k * 1_000_000, "top_drive", 1.0, 2.0, 3.0))
+            while recording.messages < sent:
+                executor.spin_once(timeout_sec=1.0)
+        wall = time.perf_counter() - begun
+        recording.close()
+        rclpy.try_shutdown()
+    return {"messages_per_s": MESSAGES / wall, "lost": float(recording.lost)}
+
+
+def start() -> dict[str, float | None]:
+    """A friction simulator that stands ready; the caller times the process."""
+    from slider_drilling.nodes.friction_simulator import FrictionSimulator
+    from slider_drilling.nodes.halt import Halt
+    from slider_drilling.nodes.programs import init
+
+    init(["slider-drilling"])
+    FrictionSimulator(Halt())
+    return {"peak_megabytes": peak_megabytes()}
+
+
+def main(what: str) -> None:
+    """Measure and print."""
+    environment.prepare()
+    # One domain of its own, so that nodes elsewhere on this machine take no part.
+    os.environ["ROS_DOMAIN_ID"] = str(100 + os.getpid() % 100)
+    measures: dict[str, Any] = {"closed_loop": closed_loop, "recorder": recorder, "start": start}
+    print(json.dumps(measures[what]()))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

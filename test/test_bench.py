@@ -1,0 +1,101 @@
+"""The bench measures what it says: names, equalities, no time."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from slider_drilling.bench import everything, sessions, string_rates
+from slider_drilling.bench.clock import wall_seconds
+from slider_drilling.bench.diagnosis import write_log
+from slider_drilling.bench.result import Result
+from slider_drilling.bench.work import Rocked, example_rig, rocking, variants
+from slider_drilling.commands.bench import command
+from slider_drilling.control import FixedRocking
+from slider_drilling.drillstring import VirtualRig, simulate
+from slider_drilling.log import read_log
+
+ASKED = ("single_ns_per_element_step", "batch_ns_per_element_step", "real_time_factor", "closed_loop_real_time_factor",
+         "recorder_messages_per_s", "diagnose_s", "help_s")  # fmt: skip
+
+
+def test_json_has_every_figure_with_its_reference_and_ratio(monkeypatch):
+    """The command's own output, with the minutes of measuring left out."""
+    quick = tuple((name, lambda name=name: [Result(name, 3.0, "ns", 2.0, "another")]) for name in ASKED)
+    monkeypatch.setattr(everything, "STAGES", quick)
+    done = CliRunner().invoke(command, ["--json"], catch_exceptions=False)
+    printed = json.loads(done.stdout)
+    assert [row["name"] for row in printed["results"]] == list(ASKED)
+    for row in printed["results"]:
+        assert {"name", "value", "unit", "reference", "ratio"} <= set(row)
+        assert row["ratio"] == pytest.approx(row["value"] / row["reference"])
+    assert "processor" in printed["machine"]
+
+
+def test_stages_give_the_figures_asked_for(monkeypatch):
+    """Without ROS every name is still there, and says why it has no value."""
+    monkeypatch.setattr(sessions, "ros_is_there", lambda: False)
+    monkeypatch.setattr(string_rates, "BATCH", 2)
+    rows = [*string_rates.string_rates(), *sessions.session_rates(), sessions.node_start()]
+    assert {*ASKED[:5], "node_start_s"} <= {row.name for row in rows}
+    for row in rows:
+        if row.name in ASKED[:3]:
+            assert row.value > 0.0 and row.ratio > 0.0
+        else:
+            assert row.value is None and row.ratio is None and row.note.startswith("not available: ROS 2")
+
+
+def test_table_shows_what_is_missing(monkeypatch):
+    rows = [Result("help_s", 0.25, "s", 0.125, "python"), Result("diagnose_s", None, "s", note="not available: why")]
+    monkeypatch.setattr(everything, "STAGES", (("all", lambda: rows),))
+    done = CliRunner().invoke(command, [], catch_exceptions=False)
+    assert "0.25 s" in done.stdout
+    assert "not available: why" in done.stdout
+
+
+def test_timed_plant_goes_on_like_one_run():
+    """What is timed is the whole simulation with all channels: in parts it ends where one run ends."""
+    rig = example_rig()
+    plant = Rocked(rig, elements=20)
+    plant.go_on(1.0)
+    whole = simulate(rig, rocking(rig, 1.9), elements=20)
+    assert plant.last.surface_torque[-1] == whole.surface_torque[-1]
+    assert plant.last.time[-1] == pytest.approx(1.9)
+    assert plant.element_steps(2.0) == pytest.approx(20 * 2.0 / plant.step)
+
+
+def test_variants_differ():
+    shares = [rig.bit.aggressiveness for rig in variants(example_rig(), 5)]
+    assert len(set(shares)) == 5
+
+
+def test_reference_arithmetic_stays_ordinary():
+    """Numbers that overflow or fade to nothing would take another time than those of a step."""
+    moving = np.full((6, 96), 0.1)
+    string_rates.repeat_arithmetic(5000, 96, np.full((16, 96), 0.1), moving, np.linspace(4.0, 0.1, 8))
+    assert np.all(np.isfinite(moving))
+    assert np.all(np.abs(moving) > 1e-6)
+    assert np.all(np.abs(moving) < 1e3)
+
+
+def test_median_is_of_the_runs():
+    calls = []
+    assert math.isfinite(wall_seconds(lambda: calls.append(1), repeats=3))
+    assert len(calls) == 3
+
+
+def test_log_to_diagnose_is_a_rig_that_its_file_does_not_describe(tmp_path):
+    path = tmp_path / "log.mcap"
+    write_log(path, duration=30.0)
+    log = read_log(path)
+    assert log.rig().effects.stribeck.drop == 0.0
+    assert len(log.top_drive.time) == 300
+    assert len(log.mwd_tool_face.time) > 0
+    virtual, controller = VirtualRig(example_rig(), seed=1), FixedRocking(example_rig())
+    nominal = [virtual.measurements.surface_torque]
+    nominal += [virtual.step(controller.step(virtual.measurements)).surface_torque for _ in range(299)]
+    assert np.max(np.abs(log.top_drive.effort - nominal)) > 500.0
