@@ -249,6 +249,9 @@ class FrictionSimulator(Node):
         if rivals:
             what = f"several nodes publish {' and '.join(rivals)}; stop all but one, or set another ROS_DOMAIN_ID"
             self.get_logger().warning(what, throttle_duration_sec=5.0)
+            if self._in_lockstep():
+                # Whose command comes first is chance: the run would be neither this controller's nor the other's.
+                self._halt.fail(InputError(f"friction_simulator: {what}"))
             return Status(Level.ERROR, "commands", what, values)
         if self._unanswered:
             return Status(Level.WARN, "commands", "some samples had no command in time; the top drive held", values)

@@ -40,8 +40,23 @@ class Halt:
         rclpy's own handlers would shut its context down at once, and a second SIGINT would then end the
         shut-down code itself, a recorder's file unfinished.
         """
+        self._handle_with(self._on_signal)
+
+    def leave_on_signals(self, leaving: type[BaseException]) -> None:
+        """Raise this on SIGINT and SIGTERM from now on: while there is nothing to end in order yet.
+
+        The first time on a machine a plant compiles for a quarter of a minute; nobody should have to wait for that.
+        """
+
+        def leave(number: int, frame: FrameType | None) -> None:
+            raise leaving
+
+        self._handle_with(leave)
+
+    def _handle_with(self, handler: Callable[[int, FrameType | None], None]) -> None:
         for number in (signal.SIGINT, signal.SIGTERM):
-            self._before[number] = signal.signal(number, self._on_signal)
+            before = signal.signal(number, handler)
+            self._before.setdefault(number, before)
 
     def give_signals_back(self) -> None:
         """Let signals do again what they did before."""

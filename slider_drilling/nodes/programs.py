@@ -53,7 +53,7 @@ def log_player() -> None:
 def _main(name: str) -> None:
     """Run the node and end the process: 0 after its work or a signal, 2 for the user's mistake."""
     halt = Halt()
-    halt.take_signals()
+    halt.leave_on_signals(SystemExit)
     try:
         environment.prepare()
         _run(name, halt)
@@ -77,6 +77,7 @@ def _run(name: str, halt: Halt) -> None:
     init(sys.argv)
     try:
         node = node_class(halt)
+        halt.take_signals()
         try:
             executor = spin([node], halt)
             if isinstance(node, Recording):

@@ -13,7 +13,6 @@ from typing import Any
 import rclpy
 from rclpy.parameter import Parameter
 
-from slider_drilling.errors import InputError
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
 from slider_drilling.nodes.halt import Halt
 from slider_drilling.nodes.programs import init
@@ -52,7 +51,7 @@ def run(plan: Plan, progress: Callable[[float], None] = lambda simulated: None) 
     # Nodes of this process are configured by the plan; `--ros-args` are for nodes that run alone.
     init(["slider-drilling"])
     halt = Halt()
-    halt.take_signals()
+    halt.leave_on_signals(KeyboardInterrupt)
     try:
         with contextlib.ExitStack() as ending:
             return _run(plan, progress, halt, ending)
@@ -77,6 +76,7 @@ def _run(plan: Plan, progress: Callable[[float], None], halt: Halt, ending: cont
     controller = make(RockingController, rig=plan.rig, use_sim_time=True, tool_face_target=plan.target,
                       controller=plan.controller)
     nodes = [node for node in (simulator, recorder, controller) if node is not None]
+    halt.take_signals()
     begun = time.perf_counter()
     executor = spin(nodes, halt, lambda: progress(simulator.simulated))
     ending.callback(executor.shutdown)
@@ -92,7 +92,7 @@ def _run(plan: Plan, progress: Callable[[float], None], halt: Halt, ending: cont
 
 def _finish(recorder: Recorder, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
     """Close the log: one up to where a controller failed explains the failure. An empty one explains nothing."""
-    if isinstance(error, InputError) and recorder.messages == 0:
+    if error is not None and recorder.messages == 0:
         recorder.discard()
     else:
         recorder.close()

@@ -11,6 +11,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
+from slider_drilling.errors import InputError
 from slider_drilling.log import LogWriter
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
 from slider_drilling.nodes.halt import Halt
@@ -130,6 +131,13 @@ def test_speed_changes_from_lockstep_to_real_time_and_back(make):
          lambda: simulator.simulated > moments[-1] + 1.0, lambda: set_speed(0.0),
          lambda: simulator.simulated > moments[-1] + 5.0)
     assert len(moments) == 3
+
+
+def test_two_controllers_in_lockstep_are_refused(make):
+    nodes = [make(FrictionSimulator, elements=20, speed=0.0), make(RockingController), make(RockingController)]
+    turn(nodes, lambda: nodes[0]._halt.requested)
+    with pytest.raises(InputError, match=r"several nodes publish .*top_drive/command.*; stop all but one"):
+        nodes[0]._halt.raise_error()
 
 
 def test_a_player_in_a_loop_begins_again(make, log):

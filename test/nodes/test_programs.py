@@ -134,6 +134,14 @@ def test_a_node_that_waits_ends_at_once_when_interrupted(name, start):
     assert program.end() == 0, program.said
 
 
+def test_a_simulator_is_interrupted_while_it_prepares(start):
+    program = start("friction_simulator")
+    program.wait_for("preparing the plant")
+    program.process.send_signal(signal.SIGINT)
+    assert program.end() == 0, program.said
+    assert "Traceback" not in program.said
+
+
 def test_a_lost_controller_is_named(start):
     controller = start("rocking_controller", use_sim_time=True)
     simulator = start("friction_simulator", elements=20, patience=0.3)
