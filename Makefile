@@ -41,7 +41,9 @@ $(STAMP): setup.cfg setup.py
 	|| { echo $(HINT) >&2; exit 1; }
 	rm -rf $(VENV)/lib/slider_drilling $(VENV)/share/slider_drilling
 	mkdir -p $(VENV)/lib/slider_drilling $(VENV)/share/slider_drilling $(VENV)/share/ament_index/resource_index/packages
-	for part in package.xml config launch; do ln -s "$(CURDIR)/$$part" $(VENV)/share/slider_drilling/; done
+	for part in package.xml config; do ln -s "$(CURDIR)/$$part" $(VENV)/share/slider_drilling/; done
+	mkdir $(VENV)/share/slider_drilling/launch  # a folder: ros2 launch does not look through links to folders
+	ln -s "$(CURDIR)"/launch/* $(VENV)/share/slider_drilling/launch/
 	ln -sf "$(CURDIR)/resource/slider_drilling" $(VENV)/share/ament_index/resource_index/packages/
 	for program in $(PROGRAMS); do ln -s ../../bin/$$program $(VENV)/lib/slider_drilling/; done
 	touch $@
