@@ -36,6 +36,8 @@ COMMANDS: dict[str, Row] = {
     "run": Row("slider_drilling.commands.run", "Slide a well: simulator, controller and recorder over ROS 2 topics."),
     "plot": Row("slider_drilling.commands.plot", "Plot a log and print what happened in it."),
     "replay": Row("slider_drilling.commands.replay", "Drive the plant with a log; compare channel by channel."),
+    "diagnose": Row("slider_drilling.commands.diagnose", "Why a run and the simulator differ, and by which effect."),
+    "blind-check": Row("slider_drilling.commands.blind_check", "Score the diagnosis on sealed logs of its own making."),
     "study": Row("slider_drilling.commands.study", "The paper's tools: figures, numbers and a verdict on each claim."),
     "identify": Row("slider_drilling.commands.identify", "Contact parameters from measured friction."),
     "import": Row("slider_drilling.commands.import_table", "Turn a CSV table of a rig's recorder into an MCAP log."),

@@ -238,6 +238,24 @@ def test_backlash_is_a_dead_zone_of_its_width():
     assert np.all(np.abs(after.surface_torque[turn.top_drive_angle < 0.15]) < 1e-9)
 
 
+def test_backlash_lets_a_wound_string_go_before_it_takes_it_up_the_other_way():
+    """On its way back the drive crosses the dead zone where the torque is zero, not where it is largest."""
+    rig = with_effect(horizontal(), top_drive_backlash=TopDriveBacklash(2.0))
+    time = np.arange(0.0, 80.0, 0.1)
+    omega = 2.0 * np.pi / 40.0
+    still = np.zeros_like(time)
+    run = Commands(time, 6.0 * np.sin(omega * time), 6.0 * omega * np.cos(omega * time), still, still, still)
+    torque = simulate(rig, run, 20).surface_torque[400:]
+    largest = np.max(np.abs(torque))
+    idle = np.abs(torque) < 1e-3 * largest
+    assert 0.1 * np.mean(idle) * 40.0 > 0.1
+    just_after_turning = (time[400:] > 50.1) & (time[400:] < 50.5)
+    held = simulate(horizontal(), run, 20).surface_torque[400:]
+    slope = np.diff(torque[just_after_turning]).mean()
+    assert slope == pytest.approx(np.diff(held[just_after_turning]).mean(), rel=0.5)
+    assert slope < 0.0
+
+
 def test_torsional_compliance_twists_more_for_the_same_torque():
     """The stuck end of a long string: torque per angle falls by 1 + extra."""
     length = 2000.0

@@ -184,9 +184,10 @@ def drive_top(lanes, time, angle, block, c: Lanes, s: State):
         s.position[k] = block
         if c.heave_amplitude[k] > 0.0:
             s.position[k] += c.heave_amplitude[k] * math.sin(c.heave_frequency[k] * time + c.heave_phase[k])
-        ahead = angle - s.rotation[k]
-        if abs(ahead) > c.backlash[k]:
-            s.rotation[k] = angle - math.copysign(c.backlash[k], ahead) if c.backlash[k] > 0.0 else angle
+        # The spring below the drive stretches by what is left of the angle once the dead zone is passed: the string
+        # unwinds freely inside it, it is not held there.
+        ahead = angle - s.rotation[lanes + k]
+        s.rotation[k] = angle - min(max(ahead, -c.backlash[k]), c.backlash[k])
 
 
 @njit(**INNER)

@@ -20,10 +20,12 @@ from slider_drilling.gap.held_out import Bootstrap, Folds, make_folds, noise_sam
 from slider_drilling.gap.model import Anchored, Array, Effect, Parameter, Values
 from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import Candidate, screen
-from slider_drilling.gap.tune import Fit, fit
+from slider_drilling.gap.tune import Fit, fit, fit_growing
 
 MAX_EFFECTS = 3
-SURVIVORS = 6
+SURVIVORS = 5
+# Once one candidate explains the log down to its noise, only so many are fitted in all: it and its rivals.
+ENOUGH = 3
 # A candidate whose best scan point promises less than this share of the gap is not worth a fit.
 _PROMISE = 0.03
 Progress = Callable[[str, float], None]
@@ -57,8 +59,13 @@ class Findings:
 
     def at_floor(self, base: Base) -> bool:
         """Whether a fit's held-out gap is what noise alone would leave, as a whole and in every channel."""
-        gaps = self.problem.channel_gaps(base.held)
-        return base.gap_squared <= self.ceiling and all(gap <= self.ceilings[name] for name, gap in gaps.items())
+        return self.reaches_floor(base.held)
+
+    def reaches_floor(self, held: Array) -> bool:
+        """`at_floor` of a held-out residual (N,)."""
+        gaps = self.problem.channel_gaps(held)
+        whole = self.problem.gap_squared(held)
+        return whole <= self.ceiling and all(gap <= self.ceilings[name] for name, gap in gaps.items())
 
 
 def start_findings(problem: Problem, seed: int) -> Findings:
@@ -106,14 +113,13 @@ def attribute(
 
 
 def tune_nuisance(findings: Findings, starts: Sequence[Values], progress: Progress) -> None:
-    """Re-fit the nuisance from every start, robustly first, and anchor the model there."""
+    """Re-fit the nuisance from every start, over a growing part of the runs, and anchor the model there."""
     problem = findings.problem
     parameters = problem.free(problem.model.nuisance)
     fits: list[Fit] = []
     for index, start in enumerate(starts):
         progress("re-tuning", 0.02 + 0.1 * index / len(starts))
-        rough = fit(problem, parameters, start, iterations=6, loss="soft_l1")
-        fits.append(fit(problem, parameters, rough.values, iterations=6))
+        fits.append(fit_growing(problem, parameters, start))
     best = min(fits, key=lambda result: result.cost)
     for _ in range(2):
         progress("re-tuning", 0.14)
@@ -145,7 +151,10 @@ def _add_one(findings: Findings, catalogue: Sequence[Effect], turn: int, progres
         contenders.append(
             judge(problem, findings.folds, findings.bootstrap, base, candidate.effect, best, agree, len(catalogue))
         )
-    contenders.sort(key=lambda contender: contender.gap_squared)
+        done = any(c.accepted and findings.reaches_floor(c.held) for c in contenders)
+        if done and len(contenders) >= ENOUGH:
+            break
+    contenders.sort(key=lambda contender: contender.robust)
     winner = next((contender for contender in contenders if contender.accepted), None)
     if winner is None:
         return False
@@ -159,7 +168,7 @@ def _add_one(findings: Findings, catalogue: Sequence[Effect], turn: int, progres
 
 def _survivors(problem: Problem, base: Base, candidates: Sequence[Candidate]) -> list[Candidate]:
     """The candidates that promise enough, at least two and at most SURVIVORS."""
-    now = problem.gap_squared(base.fit.residual)
+    now = problem.robust_gap(base.fit.residual)
     enough = [c for c in candidates if now - c.predicted >= _PROMISE * max(now - 1.0, 0.0)]
     return enough[:SURVIVORS] if len(enough) >= 2 else list(candidates[:2])
 
@@ -184,8 +193,8 @@ def _try_removing(findings: Findings, seed: int) -> None:
         parameters: list[Parameter] = [p for p in current.fit.parameters if p.name not in own]
         start = {name: value for name, value in current.fit.values.items() if name not in own}
         without = make_base(problem, findings.folds, findings.bootstrap, fit(problem, parameters, start, iterations=6))
-        missed = without.resampled - current.resampled
-        if float(np.quantile(missed, 0.05)) > 0.0 and without.gap_squared > current.gap_squared:
+        missed = without.robust_resampled - current.robust_resampled
+        if float(np.quantile(missed, 0.05)) > 0.0 and without.robust > current.robust:
             continue
         findings.accepted.remove(contender)
         findings.remarks.append(f"{contender.effect.name} was accepted first and is not needed any more")

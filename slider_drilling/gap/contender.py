@@ -11,7 +11,7 @@ from slider_drilling.gap.held_out import Bootstrap, Folds, held_out_residual
 from slider_drilling.gap.model import Array, Effect, Parameter
 from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import Candidate
-from slider_drilling.gap.tune import Fit, fit
+from slider_drilling.gap.tune import GROWTH, Fit, first_part, fit, fit_growing
 
 ALPHA = 0.05
 LEAST_GAIN = 0.05
@@ -26,14 +26,17 @@ _AGREEMENT = 0.15
 class Contender:
     """An effect fitted jointly with the nuisance and the effects already accepted.
 
-    held: (N,) held-out residual; closed, interval: of the gap that the base left (NaN where there is none);
-    gain_bound: lower bound, at alpha over the number of candidates, of the fall in held-out E^2.
+    held: (N,) held-out residual, gap_squared its E^2; closed, interval: of the gap that the base left (NaN where
+    there is none). robust, gain, gain_bound: held-out score under the fit's own loss, its fall from the base's, and
+    that fall's lower bound at alpha over the number of candidates: acceptance rests on these, because E^2 itself can
+    hang on a single far-off angle.
     """
 
     effect: Effect
     fit: Fit
     held: Array
     gap_squared: float
+    robust: float
     closed: float
     interval: tuple[float, float]
     gain: float
@@ -59,18 +62,27 @@ class Contender:
 
 @dataclass(frozen=True)
 class Base:
-    """What a contender is compared with: the fit without it, its held-out residual and how that resamples."""
+    """What a contender is compared with: the fit without it, its held-out residual and how that resamples.
+
+    resampled: (BOOTSTRAPS,) of gap_squared (E^2); robust_resampled: of robust, the score under the fit's loss.
+    """
 
     fit: Fit
     held: Array
     resampled: Array
     gap_squared: float
+    robust_resampled: Array
+    robust: float
 
 
 def make_base(problem: Problem, folds: Folds, bootstrap: Bootstrap, best: Fit) -> Base:
     """Score a fit on held-out stretches."""
     held = held_out_residual(problem, best, folds)
-    return Base(best, held, bootstrap.gaps_squared(held), problem.gap_squared(held))
+    mapped, _ = problem.robust(held)
+    return Base(
+        best, held, bootstrap.gaps_squared(held), problem.gap_squared(held),
+        bootstrap.gaps_squared(mapped), problem.gap_squared(mapped),
+    )  # fmt: skip
 
 
 def closed_share(base: float, with_effect: float) -> float:
@@ -83,27 +95,33 @@ def fit_candidate(
     base: Base,
     candidate: Candidate,
     *,
-    iterations: int = 8,
+    iterations: int = 4,
     tick: Callable[[], None] = lambda: None,
 ) -> tuple[Fit, bool]:
     """The best fit over the starts, and whether another start found it too.
 
-    The starts get half the iterations each; the best one is then taken to the end.
+    Every start is tried on the first part of the runs; the two best of them go on to the whole, the better one to
+    the end.
     """
     parameters: list[Parameter] = [*base.fit.parameters, *candidate.effect.parameters]
-    fits = []
+    beginning = first_part(problem, GROWTH[0])
+    firsts = []
     for start in candidate.starts[:STARTS]:
-        fits.append(fit(problem, parameters, start, iterations=max(iterations // 2, 3)))
+        firsts.append(fit(beginning, parameters, start, iterations=iterations))
         tick()
+    firsts.sort(key=lambda result: result.cost)
+    fits = [
+        fit_growing(problem, parameters, first.values, iterations=iterations, shares=GROWTH[1:]) for first in firsts[:2]
+    ]
     fits.sort(key=lambda result: result.cost)
-    best = fit(problem, parameters, fits[0].values, iterations=iterations)
+    best = fit(problem, parameters, fits[0].values, iterations=iterations + 2)
+    tick()
     gain = base.fit.cost - best.cost
-    agree = sum(1 for other in fits if other.cost - best.cost <= _AGREEMENT * gain) >= 2
+    agree = any(other.cost - best.cost <= _AGREEMENT * gain for other in fits[1:])
     if not agree:
-        second = fit(problem, parameters, fits[1].values, iterations=iterations)
-        best, other_cost = (second, best.cost) if second.cost < best.cost else (best, second.cost)
-        gain = base.fit.cost - best.cost
-        agree = other_cost - best.cost <= _AGREEMENT * gain
+        other = fit(problem, parameters, fits[1].values, iterations=iterations + 2)
+        agree = abs(other.cost - best.cost) <= _AGREEMENT * gain
+        best = min(best, other, key=lambda result: result.cost)
     tick()
     return best, bool(agree)
 
@@ -122,8 +140,10 @@ def judge(
     held = held_out_residual(problem, best, folds)
     resampled = bootstrap.gaps_squared(held)
     squared = problem.gap_squared(held)
-    gain = base.gap_squared - squared
-    bound = float(np.quantile(base.resampled - resampled, ALPHA / candidates))
+    mapped, _ = problem.robust(held)
+    robust = problem.gap_squared(mapped)
+    gain = base.robust - robust
+    bound = float(np.quantile(base.robust_resampled - bootstrap.gaps_squared(mapped), ALPHA / candidates))
     with np.errstate(divide="ignore", invalid="ignore"):
         shares = np.where(base.resampled > 1.0, 1.0 - (resampled - 1.0) / (base.resampled - 1.0), np.nan)
     interval = (float("nan"), float("nan"))
@@ -135,14 +155,14 @@ def judge(
     reasons = []
     if bound <= 0.0:
         reasons.append(f"gain not certain: its lower bound is {bound:.3g} at alpha = {ALPHA:g}/{candidates}")
-    if gain < LEAST_GAIN * (base.gap_squared - 1.0):
+    if gain < LEAST_GAIN * (base.robust - 1.0):
         reasons.append("closes less than 5 % of the held-out gap")
     if not physical:
         reasons.append(f"fit is not physical: it has the shape of {effect.nonphysical}")
     if not starts_agree:
         reasons.append("starts disagree")
     return Contender(
-        effect, best, held, squared, closed_share(base.gap_squared, squared), interval, gain, bound,
+        effect, best, held, squared, robust, closed_share(base.gap_squared, squared), interval, gain, bound,
         starts_agree, physical, tuple(reasons),
     )  # fmt: skip
 
@@ -155,7 +175,8 @@ def indistinguishable(
     Either the bootstrap interval of the difference of their held-out E^2 holds zero, or what they add to the
     simulation, with the nuisance directions projected out, points the same way (cosine above 0.95).
     """
-    difference = bootstrap.gaps_squared(other.held) - bootstrap.gaps_squared(winner.held)
+    mapped = [problem.robust(contender.held)[0] for contender in (other, winner)]
+    difference = bootstrap.gaps_squared(mapped[0]) - bootstrap.gaps_squared(mapped[1])
     if float(np.quantile(difference, ALPHA)) <= 0.0:
         return "held-out errors do not differ"
     cosine = projected_cosine(problem, base, winner, other)

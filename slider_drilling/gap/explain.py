@@ -14,13 +14,14 @@ from slider_drilling.gap.attribute import (
     attribute,
     start_findings,
     total_closed,
+    tune_nuisance,
     verdict,
 )  # fmt: skip
 from slider_drilling.gap.contender import Contender
 from slider_drilling.gap.locate import Where, likely_site, locate
 from slider_drilling.gap.manoeuvre import NextManoeuvre, next_manoeuvre
 from slider_drilling.gap.model import Effect, Model, Values
-from slider_drilling.gap.noise import NoiseFloor, noise_floor
+from slider_drilling.gap.noise import NoiseFloor, lowered, noise_floor
 from slider_drilling.gap.residuals import build_problem
 
 
@@ -91,9 +92,29 @@ def explain(
     began = time.perf_counter()
     if floors is None:
         floors = [{channel.name: noise_floor(channel, run) for channel in run.channels} for run in model.runs]
+        floors, starts = _lower_floors(model, floors, starts, seed, progress)
     findings = start_findings(build_problem(model, floors), seed)
     attribute(findings, seed=seed, starts=starts, effects=effects, progress=progress)
     return conclude(findings, time.perf_counter() - began)
+
+
+def _lower_floors(
+    model: Model, floors: list[dict[str, NoiseFloor]], starts: Sequence[Values], seed: int, progress: Progress
+) -> tuple[list[dict[str, NoiseFloor]], Sequence[Values]]:
+    """Tune once where a floor rests on cycles that may have drifted, and take it down to what the tuning reaches."""
+    if not any(floor.method == "cycles" and floor.lag_correlation > 0.3 for run in floors for floor in run.values()):
+        return floors, starts
+    findings = start_findings(build_problem(model, floors), seed)
+    tune_nuisance(findings, starts, progress)
+    assert findings.tuned is not None
+    problem, residual = findings.problem, findings.tuned.fit.residual
+    better = []
+    for index, run in enumerate(floors):
+        reached = {
+            n: f.sigma * float(np.sqrt(np.mean(residual[problem.slices[index, n]] ** 2))) for n, f in run.items()
+        }
+        better.append({name: lowered(floor, reached[name]) for name, floor in run.items()})
+    return better, [findings.tuned.fit.values]
 
 
 def conclude(findings: Findings, runtime: float) -> Answer:
@@ -136,13 +157,13 @@ def rank(findings: Findings) -> tuple[Ranked, ...]:
         entries.append(_ranked(contender, turn + 1, tuple(findings.groups.get(contender.effect.name, {}))))
     named = {entry.effect for entry in entries}
     first = findings.rounds[0] if findings.rounds else []
-    for contender in sorted(first, key=lambda c: (not c.physical, c.gap_squared)):
+    for contender in sorted(first, key=lambda c: (not c.physical, c.robust)):
         if contender.effect.name not in named:
             mates = tuple(name for name, group in findings.groups.items() if contender.effect.name in group)
             entries.append(_ranked(contender, 1, mates))
             named.add(contender.effect.name)
     if findings.tuned is not None and findings.screened:
-        now = findings.problem.gap_squared(findings.tuned.fit.residual)
+        now = findings.problem.robust_gap(findings.tuned.fit.residual)
         for candidate in findings.screened[0]:
             if candidate.effect.name not in named and now > 1.0:
                 nothing = (float("nan"), float("nan"))

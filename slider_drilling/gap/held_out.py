@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 from slider_drilling.gap.model import Array, Run
 from slider_drilling.gap.noise import cycle_period
 from slider_drilling.gap.residuals import Problem
-from slider_drilling.gap.tune import Fit
+from slider_drilling.gap.tune import Fit, prior_rows
 
 Indices = NDArray[np.int_]
 FOLDS = 6
 BOOTSTRAPS = 2000
 _BINS_PER_BLOCK = 8
+_STEP_SHARES = (1.0, 0.5, 0.25)
 
 
 def block_length(run: Run) -> float:
@@ -62,17 +63,16 @@ def make_folds(problem: Problem) -> Folds:
     return Folds(fold_of, bin_of, np.array(bin_run), tuple(per_block))
 
 
-def fold_steps(problem: Problem, fit: Fit, folds: Folds, residual: Array | None = None) -> Array:
+def fold_steps(problem: Problem, fit: Fit, folds: Folds) -> Array:
     """(FOLDS, p) scaled parameter steps that refit to everything outside each fold, linearised at the fit.
 
-    residual: (N,) to refit to instead of the fit's own. Steps are held inside the bounds.
+    Steps are held inside the bounds.
     """
-    target = fit.residual if residual is None else residual
-    rows = problem.weight[:, None] * fit.jacobian
-    right = problem.weight * target
+    weight = problem.reweighted(fit.residual)
+    rows = weight[:, None] * fit.jacobian
+    right = weight * fit.residual
     size = rows.shape[1]
-    prior = np.array([(p.scale / p.spread) ** 2 if np.isfinite(p.spread) else 0.0 for p in fit.parameters])
-    prior = prior / problem.time.size
+    prior = prior_rows(fit.parameters) ** 2
     offset = np.array([(fit.values[p.name] - p.nominal) / p.scale for p in fit.parameters])
     lower = np.array([(p.lower - p.nominal) / p.scale for p in fit.parameters]) - offset
     upper = np.array([(p.upper - p.nominal) / p.scale for p in fit.parameters]) - offset
@@ -80,21 +80,34 @@ def fold_steps(problem: Problem, fit: Fit, folds: Folds, residual: Array | None 
     for fold in range(FOLDS):
         kept = folds.of != fold
         normal = rows[kept].T @ rows[kept] + np.diag(prior)
-        gradient = rows[kept].T @ right[kept] + (prior * offset if residual is None else 0.0)
+        gradient = rows[kept].T @ right[kept] + prior * offset
         ridge = 1e-9 * np.trace(normal) / max(size, 1)
         steps[fold] = np.clip(-np.linalg.solve(normal + ridge * np.eye(size), gradient), lower, upper)
     return steps
 
 
 def held_out_residual(problem: Problem, fit: Fit, folds: Folds) -> Array:
-    """(N,) residual of each sample under the parameters refitted without its fold, simulated for real."""
+    """(N,) residual of each sample under the parameters refitted without its fold, simulated for real.
+
+    Where the model is strongly nonlinear the whole linearised step may overshoot: of the step and its half and
+    quarter, the one that explains the *other* folds best is taken.
+    """
     steps = fold_steps(problem, fit, folds)
     sets = []
-    for step in steps:
-        moved = {p.name: fit.values[p.name] + p.scale * d for p, d in zip(fit.parameters, step, strict=True)}
-        sets.append(fit.values | moved)
-    residuals = problem.residuals(sets)
-    return np.asarray(residuals[folds.of, np.arange(problem.time.size)])
+    for share in _STEP_SHARES:
+        for step in steps:
+            moved = {
+                p.name: fit.values[p.name] + share * p.scale * d for p, d in zip(fit.parameters, step, strict=True)
+            }
+            sets.append(fit.values | moved)
+    residuals = problem.residuals(sets).reshape(len(_STEP_SHARES), FOLDS, -1)
+    held = np.empty(problem.time.size)
+    for fold in range(FOLDS):
+        outside = folds.of == fold
+        training = problem.weight * problem.robust(residuals[:, fold])[0] * ~outside
+        best = int(np.argmin(np.sum(training**2, axis=1)))
+        held[outside] = residuals[best, fold, outside]
+    return held
 
 
 class Bootstrap:
@@ -141,10 +154,16 @@ def null_quantiles(
     The per-channel quantile is at 1 - 0.01 / channels.
     """
     generator = np.random.default_rng(seed)
+    rows = problem.weight[:, None] * fit.jacobian
+    prior = np.diag(prior_rows(fit.parameters) ** 2)
+    inverses = [np.linalg.pinv(rows[folds.of != fold].T @ rows[folds.of != fold] + prior) for fold in range(FOLDS)]
     totals, channels = [], {name: [] for name in problem.channel_names}  # type: ignore[var-annotated]
     for _ in range(draws):
         synthetic = _resample_noise(problem, folds, noise, generator) + model_error
-        steps = fold_steps(problem, fit, folds, synthetic)
+        pulls = rows * (problem.weight * synthetic)[:, None]
+        by_fold = np.stack([pulls[folds.of == fold].sum(axis=0) for fold in range(FOLDS)])
+        whole = by_fold.sum(axis=0)
+        steps = np.stack([-inverse @ (whole - own) for inverse, own in zip(inverses, by_fold, strict=True)])
         predicted = synthetic + np.einsum("np,np->n", fit.jacobian, steps[folds.of])
         predicted *= _floor_error(problem, generator)
         totals.append(problem.gap_squared(predicted))

@@ -129,8 +129,9 @@ def locate_along(problem: Problem, fit: Fit) -> list[dict[str, float]]:
     sets = [fit.values, *(fit.values | {p.name: p.nominal + _PROBE_STEP} for p, _, _ in probes)]
     simulated = problem.simulate(sets)
     columns = ((simulated[0] - simulated[1:]) / _PROBE_STEP).T
-    rows = problem.weight[:, None] * np.column_stack([fit.jacobian, columns])
-    target = -problem.weight * fit.residual
+    weight = problem.reweighted(fit.residual)
+    rows = weight[:, None] * np.column_stack([fit.jacobian, columns])
+    target = -weight * fit.residual
     nuisance = fit.jacobian.shape[1]
     # The residual is structured, so its own size, not the noise's, is what the ridge weighs the spread against.
     ridge = np.r_[np.full(nuisance, 1e-6), np.full(len(probes), 1.0 / _PROBE_SPREAD)]
@@ -155,7 +156,7 @@ def likely_site(findings: Findings) -> tuple[str | None, dict[str, float]]:
     tuned = findings.tuned
     if tuned is None or not findings.screened:
         return None, {}
-    gap = max(findings.problem.gap_squared(tuned.fit.residual) - 1.0, 1e-9)
+    gap = max(findings.problem.robust_gap(tuned.fit.residual) - 1.0, 1e-9)
     best: dict[str, float] = {}
     for candidate in findings.screened[0]:
         share = (gap + 1.0 - candidate.predicted) / gap

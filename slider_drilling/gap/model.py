@@ -153,6 +153,14 @@ class Anchored(Protocol):
 
 
 @runtime_checkable
+class Shortened(Protocol):
+    """A model that can be asked for the first part of its runs only, at that part's cost."""
+
+    def shortened(self, share: float) -> Model:
+        """The same model of the runs' first ``share`` (0 to 1)."""
+
+
+@runtime_checkable
 class Probed(Protocol):
     """A model that can say where along it something is missing."""
 

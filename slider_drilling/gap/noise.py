@@ -7,7 +7,7 @@ cycles that the mean and the drift were taken from); elsewhere robust high-order
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -123,6 +123,17 @@ def noise_floor(channel: Channel, run: Run) -> NoiseFloor:
         uncertainty = float(np.sqrt(2.0 * _MEDIAN_COST / channel.measured.size))
         return NoiseFloor(max(differences, quantum), "differences", 0.0, uncertainty, differences, cycles)
     return NoiseFloor(_smallest_step(channel.measured), "resolution", 0.0, 0.0, differences, cycles)
+
+
+def lowered(floor: NoiseFloor, reached: float) -> NoiseFloor:
+    """The floor after a model came within ``reached`` (RMS, the channel's unit) of the channel.
+
+    What a fitted model explains is no noise: cycles that differed because the run was still settling had been
+    counted as such. Never below what the differences show.
+    """
+    if floor.method != "cycles" or not reached < floor.sigma or not floor.differences < floor.sigma:
+        return floor
+    return replace(floor, sigma=max(reached, floor.differences), method="cycles, lowered", lag_correlation=0.0)
 
 
 def _smallest_step(values: Array) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from slider_drilling.gap.model import Array, Effect
 from slider_drilling.gap.residuals import Problem
-from slider_drilling.gap.tune import Fit
+from slider_drilling.gap.tune import Fit, prior_rows
 
 # How far beyond a scan point its secant is trusted when it predicts a start.
 _LONGEST = 3.0
@@ -20,8 +20,8 @@ _BATCH = 32
 class Candidate:
     """An effect as the score test sees it.
 
-    predicted: E^2 that the best scan point promises once the nuisance follows; starts: parameter values (nuisance
-    included) to begin fits from, most promising first.
+    predicted: robust E^2 that the best scan point promises once the nuisance follows; starts: parameter values
+    (nuisance included) to begin fits from, most promising first.
     """
 
     effect: Effect
@@ -39,15 +39,15 @@ def screen(problem: Problem, fit: Fit, effects: Sequence[Effect]) -> list[Candid
     points = [(effect, point) for effect in effects for point in effect.scan]
     changes = _changes(problem, fit, points)
     scored: dict[str, list[tuple[float, dict[str, float]]]] = {effect.name: [] for effect in effects}
-    rows = problem.weight[:, None] * fit.jacobian
-    prior = np.array([(p.scale / p.spread) if np.isfinite(p.spread) else 0.0 for p in fit.parameters])
-    prior = np.diag(prior / np.sqrt(problem.time.size))
+    weight = problem.reweighted(fit.residual)
+    rows = weight[:, None] * fit.jacobian
+    prior = np.diag(prior_rows(fit.parameters))
     for (effect, point), change in zip(points, changes, strict=True):
         amplitude = effect.parameters[0]
         shortest = -_LONGEST if amplitude.lower < amplitude.nominal < amplitude.upper else 0.0
-        step, length = _project(problem, rows, prior, fit.residual, change, shortest)
+        step, length = _project(weight, rows, prior, fit.residual, change, shortest)
         predicted = fit.residual + fit.jacobian @ step + length * change
-        scored[effect.name].append((problem.gap_squared(predicted), _start(fit, effect, point, step, length)))
+        scored[effect.name].append((problem.robust_gap(predicted), _start(fit, effect, point, step, length)))
     found = []
     for effect in effects:
         ordered = sorted(scored[effect.name], key=lambda pair: pair[0])
@@ -66,21 +66,21 @@ def _changes(problem: Problem, fit: Fit, points: Sequence[tuple[Effect, tuple[fl
 
 
 def _project(
-    problem: Problem, rows: Array, prior: Array, residual: Array, change: Array, shortest: float
+    weight: Array, rows: Array, prior: Array, residual: Array, change: Array, shortest: float
 ) -> tuple[Array, float]:
     """Nuisance step (scaled) and multiple of the change that together leave least, the multiple kept in [shortest, 3].
 
     A negative multiple is the effect with the other sign: allowed where the amplitude's range has one, so that a
     shape that no physical size of the effect has is still seen.
     """
-    weighted = problem.weight * change
+    weighted = weight * change
     left = np.vstack([np.column_stack([rows, weighted]), np.column_stack([prior, np.zeros(len(prior))])])
-    right = np.concatenate([-problem.weight * residual, np.zeros(len(prior))])
+    right = np.concatenate([-weight * residual, np.zeros(len(prior))])
     solution = np.linalg.lstsq(left, right, rcond=1e-10)[0]
     length = float(np.clip(solution[-1], shortest, _LONGEST))
     if length != solution[-1]:
         bottom = np.zeros(len(prior))
-        target = np.concatenate([-problem.weight * (residual + length * change), bottom])
+        target = np.concatenate([-weight * (residual + length * change), bottom])
         solution = np.append(np.linalg.lstsq(np.vstack([rows, prior]), target, rcond=1e-10)[0], length)
     return solution[:-1], length
 

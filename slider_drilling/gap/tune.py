@@ -5,18 +5,20 @@ One iteration costs one batch: the residual and every column of its Jacobian are
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares
 
-from slider_drilling.gap.model import Array, Parameter, Values
-from slider_drilling.gap.residuals import Problem
+from slider_drilling.gap.model import Array, Parameter, Shortened, Values
+from slider_drilling.gap.residuals import PRIOR_SHARE, Problem, build_problem
 
 # Finite-difference step in units of a parameter's scale: large against the kinks that stick and slip leave in
 # the residual, small against the curvature over one scale.
-STEP = 0.05
+STEP = 0.2
+# Shares of the runs that a fit from afar grows over.
+GROWTH = (0.4, 0.7, 1.0)
 
 
 @dataclass(frozen=True)
@@ -44,9 +46,7 @@ class _Objective:
         self.nominal = np.array([parameter.nominal for parameter in parameters])
         self.lower = (np.array([parameter.lower for parameter in parameters]) - self.nominal) / self.scale
         self.upper = (np.array([parameter.upper for parameter in parameters]) - self.nominal) / self.scale
-        # A weak prior, worth one effective sample per parameter, keeps directions that no channel sees at home.
-        spread = np.array([parameter.spread for parameter in parameters])
-        self.prior = np.where(np.isfinite(spread), self.scale / spread, 0.0) / np.sqrt(problem.time.size)
+        self.prior = prior_rows(self.parameters)
         self.kept: list[tuple[Array, Array, Array]] = []
 
     def values(self, point: Array) -> dict[str, float]:
@@ -72,11 +72,20 @@ class _Objective:
 
     def residual(self, point: Array) -> Array:
         residual, _ = self.evaluate(point)
-        return np.concatenate([self.problem.weight * residual, self.prior * point])
+        mapped, _ = self.problem.robust(residual)
+        return np.concatenate([self.problem.weight * mapped, self.prior * point])
 
     def jacobian(self, point: Array) -> Array:
-        _, jacobian = self.evaluate(point)
-        return np.concatenate([self.problem.weight[:, None] * jacobian, np.diag(self.prior)])
+        residual, jacobian = self.evaluate(point)
+        _, slope = self.problem.robust(residual)
+        return np.concatenate([(self.problem.weight * slope)[:, None] * jacobian, np.diag(self.prior)])
+
+
+def prior_rows(parameters: Sequence[Parameter]) -> Array:
+    """(p,) weight of each scaled parameter's distance from nominal in the fit."""
+    spread = np.array([parameter.spread for parameter in parameters])
+    scale = np.array([parameter.scale for parameter in parameters])
+    return np.where(np.isfinite(spread), scale / spread, 0.0) * np.sqrt(PRIOR_SHARE)
 
 
 def fit(
@@ -86,42 +95,53 @@ def fit(
     *,
     iterations: int = 12,
     tolerance: float = 1e-4,
-    loss: str = "linear",
 ) -> Fit:
-    """Least squares over the parameters from one start; names in start that are not free stay fixed.
+    """Robust least squares over the parameters from one start; names in start that are not free stay fixed.
 
-    parameters are already expanded per run (`Problem.free`). ``loss`` is scipy's: ``soft_l1`` for first looks,
-    where a wrong phase or a wrapped angle would outvote everything else.
+    parameters are already expanded per run (`Problem.free`).
     """
     fixed = {name: value for name, value in start.items() if name not in {p.name for p in parameters}}
     objective = _Objective(problem, parameters, fixed)
     begin = np.array([(start.get(p.name, p.nominal) - p.nominal) / p.scale for p in parameters])
     inside = 1e-3 * np.minimum(objective.upper - objective.lower, 1.0)
     begin = np.clip(begin, objective.lower + inside, objective.upper - inside)
-    weight = float(np.sqrt(np.mean(problem.weight**2)))
     found = least_squares(
         objective.residual, begin, jac=objective.jacobian, bounds=(objective.lower, objective.upper),
-        max_nfev=iterations, ftol=tolerance, xtol=1e-4, gtol=1e-10, loss=loss, f_scale=3.0 * weight,
+        max_nfev=iterations, ftol=tolerance, xtol=1e-4, gtol=1e-10,
     )  # fmt: skip
     residual, jacobian = objective.evaluate(found.x)
     return Fit(
         objective.values(found.x), tuple(parameters), residual, jacobian,
-        float(np.sum((problem.weight * residual) ** 2)), found.status > 0,
+        float(np.sum((problem.weight * problem.robust(residual)[0]) ** 2)), found.status > 0,
     )  # fmt: skip
 
 
-def fit_from_starts(
+def fit_growing(
     problem: Problem,
     parameters: Sequence[Parameter],
-    starts: Sequence[Values],
+    start: Values,
     *,
-    iterations: int = 12,
-    tick: Callable[[], None] = lambda: None,
-    loss: str = "linear",
-) -> list[Fit]:
-    """One fit per start, best first."""
-    fits = []
-    for start in starts:
-        fits.append(fit(problem, parameters, start, iterations=iterations, loss=loss))
-        tick()
-    return sorted(fits, key=lambda result: result.cost)
+    iterations: int = 5,
+    shares: Sequence[float] = GROWTH,
+) -> Fit:
+    """`fit` on a growing first part of the runs, the last one whole.
+
+    What happens late hangs on everything before it: a string that breaks free once too often early on leaves every
+    later angle wrong, and a fit of the whole run from there finds no way back.
+    """
+    best, values = None, dict(start)
+    for share in shares:
+        best = fit(problem if share >= 1.0 else first_part(problem, share), parameters, values, iterations=iterations)
+        values = best.values
+    assert best is not None
+    return best
+
+
+def first_part(problem: Problem, share: float) -> Problem:
+    """The problem of the first part of the runs: of a shortened model where there is one, else by weight."""
+    if isinstance(problem.model, Shortened):
+        return build_problem(problem.model.shortened(share), problem.floors)
+    weight = problem.weight.copy()
+    for index, run in enumerate(problem.model.runs):
+        weight[(problem.run == index) & (problem.time > run.time[0] + share * run.duration)] = 0.0
+    return replace(problem, weight=weight / np.sqrt(np.sum(weight**2)))

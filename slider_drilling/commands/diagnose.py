@@ -1,0 +1,78 @@
+"""`slider-drilling diagnose`: where a run and the simulator part, and which effect explains it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from slider_drilling.gap.diagnosis import Diagnosis
+
+
+@click.command(epilog="Example:\n\n  slider-drilling diagnose run.mcap -o diagnosis")
+@click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file instead of the logs' own.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), default="diagnosis", show_default=True,
+              help="Folder for diagnosis.json, report.html and rig.tuned.yaml.")  # fmt: skip
+@click.option("--seed", default=0, show_default=True, help="Of the bootstrap; the same seed gives the same answer.")
+@click.option("--only", multiple=True, metavar="NAME", help="Consider only this effect of the catalogue; repeatable.")
+@click.option("--effect", "effects", multiple=True, metavar="MODULE:CLASS", help="An effect of your own; repeatable.")
+def command(
+    logs: tuple[Path, ...],
+    rig_path: Path | None,
+    output: Path,
+    seed: int,
+    only: tuple[str, ...],
+    effects: tuple[str, ...],
+) -> None:
+    """Say where LOGS of one rig and the simulator part, which effect causes it, and how far it shrinks with it.
+
+    Several LOGS are fitted together. Ctrl-C writes the best answer so far, marked partial.
+    """
+    from slider_drilling.console import stderr, stdout
+    from slider_drilling.errors import InputError
+    from slider_drilling.gap.diagnosis import diagnose, write_diagnosis
+    from slider_drilling.gap.progress import progress_bar
+    from slider_drilling.gap.user_effects import installed_effects, load_effect
+    from slider_drilling.log import read_log
+    from slider_drilling.rig import load_rig
+
+    records = [read_log(path, rig_path) for path in logs]
+    rig = load_rig(rig_path) if rig_path is not None else records[0].rig()
+    if rig_path is None and any(record.rig() != rig for record in records[1:]):
+        raise InputError(f"{logs[1]}: its rig file differs from that of {logs[0]}; give the one to use with --rig")
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{output}: cannot make this folder: {error.strerror}") from None
+    own = [*installed_effects(), *(load_effect(reference) for reference in effects)]
+    with progress_bar(stderr()) as progress:
+        diagnosis = diagnose(records, rig, seed=seed, user_effects=own, only=only, progress=progress)
+    paths = write_diagnosis(diagnosis, output)
+    for record in records:
+        for note in record.notes:
+            stderr().print(f"{record.source}: {note}", highlight=False)
+    _print(diagnosis)
+    for path in paths:
+        stdout().print(f"wrote {path}", highlight=False)
+
+
+def _print(diagnosis: Diagnosis) -> None:
+    from rich.table import Table
+
+    from slider_drilling.console import stderr, stdout
+
+    answer = diagnosis.answer
+    stdout().print(f"[bold]{diagnosis.verdict}[/bold]: {diagnosis.sentence}", highlight=False)
+    table = Table("effect", "site", "gap closed", "95 %", "parameters", "not told apart from")
+    for entry in answer.ranking:
+        low, high = entry.interval
+        settings = ", ".join(f"{name.rpartition('.')[2]} {value:.4g}" for name, value in entry.parameters.items())
+        interval = f"{low:.2f} to {high:.2f}" if entry.fitted else "screened only"
+        table.add_row(entry.effect, entry.site, f"{entry.closed:.2f}", interval, settings, ", ".join(entry.group))
+    if answer.ranking:
+        stdout().print(table)
+    for sentence in (*diagnosis.prepared.remarks, *answer.remarks, *diagnosis.contradictions):
+        stderr().print(f"note: {sentence}", highlight=False)

@@ -1,0 +1,218 @@
+"""A diagnosis of logs on disk: diagnosis.json (schema slider_drilling/diagnosis/1), rig.tuned.yaml, report.html."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slider_drilling import __version__
+from slider_drilling.errors import InputError
+from slider_drilling.gap.attribute import Progress
+from slider_drilling.gap.drill_string import rig_with
+from slider_drilling.gap.explain import Answer, Ranked, explain
+from slider_drilling.gap.from_log import Prepared, prepare
+from slider_drilling.gap.health import contradictions, too_little_excitation
+from slider_drilling.gap.model import Effect
+from slider_drilling.gap.user_effects import UserEffect
+from slider_drilling.log import RigLog
+from slider_drilling.rig import Rig, dump_rig
+
+SCHEMA = "slider_drilling/diagnosis/1"
+_MORE = {
+    "hook_load": "draw-works joint states (hook load) would show axial friction, heave and weight on bit",
+    "standpipe_pressure": "standpipe pressure would show bit torque, motor wear and changes of formation",
+    "tool_face": "MWD tool-face would show how far the bit turns, and with it compliance and friction at depth",
+}
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """An answer with what surrounds it: the logs, the rig file as given, what was noticed before any fit."""
+
+    logs: tuple[str, ...]
+    rig: Rig
+    prepared: Prepared
+    answer: Answer
+    verdict: str
+    sentence: str
+    contradictions: tuple[str, ...]
+    would_help: tuple[str, ...]
+
+
+def diagnose(
+    logs: Sequence[RigLog],
+    rig: Rig,
+    *,
+    seed: int = 0,
+    user_effects: Sequence[UserEffect] = (),
+    only: Sequence[str] = (),
+    progress: Progress = lambda stage, share: None,
+) -> Diagnosis:
+    """Diagnose logs of one rig. Raises InputError where no channel can be used, or for an unknown name in ``only``.
+
+    only: names of the effects to consider, all that the log can show if empty.
+    A rig file that the log contradicts, or a log that excites too little, makes the verdict ``inconclusive``
+    whatever the fits say.
+    """
+    prepared = prepare(logs, rig, user_effects)
+    model = prepared.model
+    against = [sentence for log in logs for sentence in contradictions(log, rig)]
+    idle = [why for run in model.runs if (why := too_little_excitation(run))]
+    nothing = len(idle) == len(model.runs)
+    candidates = [] if nothing else _candidates(prepared, only)
+    answer = explain(model, seed=seed, starts=_starts(prepared), effects=candidates, progress=progress)
+    verdict, sentence = answer.verdict, answer.sentence
+    if nothing or (against and verdict not in ("none", "parameters")):
+        verdict = "inconclusive"
+        sentence = f"No conclusion: {'; '.join(idle if nothing else against)}. Fits alone would say: {answer.sentence}"
+    seen = {channel.name for run in model.runs for channel in run.channels}
+    would_help = tuple(sentence for name, sentence in _MORE.items() if name not in seen)
+    return Diagnosis(
+        tuple(log.source for log in logs), rig, prepared, answer, verdict, sentence, tuple(against), would_help
+    )
+
+
+def _candidates(prepared: Prepared, only: Sequence[str]) -> list[Effect]:
+    known = {effect.name: effect for effect in prepared.model.effects}
+    for name in only:
+        if name not in known:
+            raise InputError(f"--only {name}: not an effect that this log can show: {', '.join(known)}")
+    return [known[name] for name in only] or list(known.values())
+
+
+def _starts(prepared: Prepared) -> list[dict[str, float]]:
+    """Where tuning begins: nominal; and, where nothing shows how the string was wound at the start, other twists."""
+    model = prepared.model
+    wound = any(_start_torque(prepared, run) for run in range(len(model.runs)))
+    return [{}, {f"start_twist@{run}": -4.0 for run in range(len(model.runs))}] if wound else [{}]
+
+
+def _start_torque(prepared: Prepared, run: int) -> bool:
+    """Whether the log starts with torque in the string, or with no torque channel to tell."""
+    for channel in prepared.model.runs[run].channels:
+        if channel.name == "surface_torque":
+            first = channel.measured[: max(channel.measured.size // 200, 5)]
+            return abs(float(np.median(first))) > 0.1 * float(np.std(channel.measured))
+    return True
+
+
+def tuned_rig(diagnosis: Diagnosis) -> Rig:
+    """The rig with fitted nuisance and accepted effects; what belongs to one run only (start twist) is not in it."""
+    values = {name: value for name, value in diagnosis.answer.parameters.items() if "@" not in name}
+    return rig_with(diagnosis.rig, values)
+
+
+def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
+    """The tree of diagnosis.json; numbers that do not exist are null."""
+    answer = diagnosis.answer
+    where = answer.where
+    manoeuvre = answer.manoeuvre
+    tree = {
+        "schema": SCHEMA,
+        "version": __version__,
+        "log": diagnosis.logs[0] if len(diagnosis.logs) == 1 else list(diagnosis.logs),
+        "verdict": diagnosis.verdict,
+        "sentence": diagnosis.sentence,
+        "site": answer.site,
+        "site_shares": answer.site_shares,
+        "effects": list(answer.effects),
+        "partial": answer.partial,
+        "gap": {
+            "nominal": answer.nominal,
+            "tuned": answer.tuned,
+            "with_effect": answer.with_effect,
+            "closed": answer.closed,
+            "closed_interval": list(answer.closed_interval),
+            "null_threshold": answer.threshold,
+            "noise_floor": {name: floor.sigma for name, floor in answer.floors[0].items()},
+            "noise_method": {name: floor.method for name, floor in answer.floors[0].items()},
+            "rms": rms_by_stage(answer),
+        },
+        "where": None if where is None else {
+            "channel": where.channel, "phase": where.phase, "band": where.band, "time": where.time,
+            "depth": where.depth,
+        },
+        "ranking": [_ranked(entry) for entry in answer.ranking],
+        "next_manoeuvre": None if manoeuvre is None else {
+            "description": manoeuvre.description, "settings": manoeuvre.settings,
+            "separates": list(manoeuvre.separates), "distance": manoeuvre.distance, "distance_now": manoeuvre.now,
+            "others": manoeuvre.others,
+        },
+        "tuned_parameters": answer.parameters,
+        "remarks": [*diagnosis.prepared.remarks, *answer.remarks, *diagnosis.contradictions],
+        "would_help": list(diagnosis.would_help),
+        "runtime_s": answer.runtime,
+    }  # fmt: skip
+    plain: dict[str, Any] = _without_nan(tree)
+    return plain
+
+
+def rms_by_stage(answer: Answer) -> dict[str, dict[str, float]]:
+    """RMS of each channel in engineering units (SI) at each stage; held out where parameters were fitted."""
+    findings = answer.findings
+    stages = {"nominal": findings.nominal_residual}
+    if findings.tuned is not None and findings.current is not None:
+        stages |= {"tuned": findings.tuned.held, "with_effect": findings.current.held}
+    table: dict[str, dict[str, float]] = {}
+    for stage, residual in stages.items():
+        gaps = findings.problem.channel_gaps(residual)
+        table[stage] = {name: float(np.sqrt(gap)) * answer.floors[0][name].sigma for name, gap in gaps.items()
+                        if name in answer.floors[0]}  # fmt: skip
+    return table
+
+
+def _ranked(entry: Ranked) -> dict[str, Any]:
+    short = {name.rpartition(".")[2]: value for name, value in entry.parameters.items()}
+    return {
+        "effect": entry.effect, "site": entry.site, "closed": entry.closed, "interval": list(entry.interval),
+        "parameters": short, "group": list(entry.group), "fitted": entry.fitted, "accepted": entry.accepted,
+        "physical": entry.physical, "starts_agree": entry.starts_agree, "round": entry.round,
+        "rejected_because": list(entry.reasons),
+    }  # fmt: skip
+
+
+def _without_nan(tree: Any) -> Any:
+    if isinstance(tree, dict):
+        return {str(key): _without_nan(value) for key, value in tree.items()}
+    if isinstance(tree, (list, tuple)):
+        return [_without_nan(value) for value in tree]
+    if isinstance(tree, (bool, str, int)) or tree is None:
+        return tree
+    number = float(tree)
+    return number if np.isfinite(number) else None
+
+
+def write_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:
+    """Write diagnosis.json, rig.tuned.yaml and report.html into a folder, which is made; the three paths.
+
+    Each is written under a temporary name and renamed. Raises OSError where the folder cannot be written.
+    """
+    from slider_drilling.gap.report import report_page
+
+    folder.mkdir(parents=True, exist_ok=True)
+    contents = {
+        "diagnosis.json": json.dumps(as_json(diagnosis), indent=1, allow_nan=False) + "\n",
+        "rig.tuned.yaml": dump_rig(tuned_rig(diagnosis)),
+        "report.html": report_page(diagnosis),
+    }
+    return [_write(folder / name, text) for name, text in contents.items()]
+
+
+def _write(path: Path, text: str) -> Path:
+    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except BaseException:
+        os.unlink(temporary)
+        raise
+    return path

@@ -1,0 +1,169 @@
+"""The catalogue: which parameters of the plant each effect frees, in what range, and where a search begins.
+
+The laws are physics of the plant (`slider_drilling.effects`); here they are only named. Parameters are called
+``effect.parameter`` as in the rig file's ``effects:`` block.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from slider_drilling.gap.model import Effect, Parameter
+
+_ANY_WAVE_S = (6.0, 9.0, 13.0)
+
+
+def catalogue(length: float, duration: float, wave_periods: Sequence[float] = _ANY_WAVE_S) -> tuple[Effect, ...]:
+    """The fifteen effects of spec gap.md for a string of this length (m) and a log of this duration (s).
+
+    wave_periods: s, where a search for heave begins (peaks of the log's own spectrum: over 400 s a wave's phase is
+    lost if its period is off by a per cent).
+    """
+    return (
+        *_contact_laws(),
+        _cuttings_bed(length),
+        *_along_the_string(length),
+        _heave(wave_periods),
+        *_motor_and_bit(duration),
+        *_torque_sensor(),
+    )
+
+
+def _contact_laws() -> tuple[Effect, ...]:
+    return (
+        Effect(
+            "stribeck", "contact",
+            (
+                Parameter("stribeck.drop", 0.0, -0.6, 2.5, 0.05),
+                Parameter("stribeck.speed", 0.05, 0.004, 1.0, 0.01, "m/s"),
+            ),
+            scan=((0.4, 0.015), (0.4, 0.04), (0.4, 0.1), (0.4, 0.3)),
+            physical=(0.0, np.inf), nonphysical="friction that rises with slip speed",
+            law="mu (1 + drop exp(-v / speed))",
+        ),
+        Effect(
+            "viscous_drag", "contact",
+            (Parameter("viscous_drag.coefficient", 0.0, 0.0, 300.0, 2.0, "N s/m2"),),
+            scan=((5.0,), (20.0,), (60.0,)), law="c v per metre, axial and tangential",
+        ),
+        Effect(
+            "static_aging", "contact",
+            (
+                Parameter("static_aging.growth", 0.0, -0.6, 2.5, 0.05),
+                Parameter("static_aging.time", 5.0, 0.3, 150.0, 2.0, "s"),
+            ),
+            scan=((0.3, 1.0), (0.3, 5.0), (0.3, 20.0), (0.3, 60.0)),
+            physical=(0.0, np.inf), nonphysical="friction that falls while the contact rests",
+            law="mu (1 + growth (1 - exp(-t_rest / time)))",
+        ),
+        Effect(
+            "buckling_contact", "contact",
+            (Parameter("buckling_contact.factor", 0.0, 0.0, 20.0, 0.2),),
+            scan=((0.5,), (1.0,), (4.0,)), law="w_n += k r T^2 / (4 E I) for T < 0",
+        ),
+        Effect(
+            "friction_drift", "contact",
+            (Parameter("friction_drift.rate", 0.0, -2e-3, 1e-2, 5e-5, "1/s"),),
+            scan=((3e-4,), (-3e-4,), (1.5e-3,)), law="mu (1 + rate t)",
+        ),
+        Effect(
+            "tortuosity", "contact",
+            (Parameter("tortuosity.curvature", 0.0, 0.0, 0.02, 1e-4, "rad/m"),),
+            scan=((2e-4,), (8e-4,), (3e-3,)), law="open hole: side force + |T| curvature",
+        ),
+    )  # fmt: skip
+
+
+def _cuttings_bed(length: float) -> Effect:
+    narrow = [(1.6, (0.15 + 0.1 * k) * length, (0.27 + 0.1 * k) * length) for k in range(8)]
+    wide = [(1.4, share * length, (share + 0.25) * length) for share in (0.25, 0.45, 0.7)]
+    return Effect(
+        "cuttings_bed", "contact",
+        (
+            Parameter("cuttings_bed.factor", 1.0, 0.2, 6.0, 0.1),
+            Parameter("cuttings_bed.top", 0.5 * length, 0.0, length, 0.01 * length, "m"),
+            Parameter("cuttings_bed.bottom", 0.7 * length, 0.0, length, 0.01 * length, "m"),
+        ),
+        scan=(*narrow, *wide), physical=(1.0, np.inf), nonphysical="less friction over one depth interval",
+        law="friction times factor from top to bottom",
+    )  # fmt: skip
+
+
+def _along_the_string(length: float) -> tuple[Effect, ...]:
+    return (
+        Effect(
+            "top_drive_backlash", "top_drive",
+            (Parameter("top_drive_backlash.angle", 0.0, 0.0, 4.0, 0.05, "rad"),),
+            scan=((0.1,), (0.3,), (1.0,)), law="dead zone between drive and string",
+        ),
+        Effect(
+            "torsional_compliance", "string",
+            (Parameter("torsional_compliance.extra", 0.0, -0.5, 3.0, 0.02),),
+            scan=((0.05,), (0.15,), (0.5,)), physical=(0.0, np.inf), nonphysical="a stiffer string",
+            law="G J / (1 + extra)",
+        ),
+        Effect(
+            "axial_oscillation_tool", "string",
+            (
+                Parameter("axial_oscillation_tool.force", 0.0, 0.0, 2e5, 2000.0, "N"),
+                Parameter("axial_oscillation_tool.frequency", 15.0, 3.0, 40.0, 1.0, "Hz"),
+                Parameter("axial_oscillation_tool.depth", 0.7 * length, 0.0, length, 0.02 * length, "m"),
+            ),
+            scan=tuple((2e4, hertz, share * length) for share in (0.45, 0.65, 0.85) for hertz in (8.0, 16.0)),
+            law="force sin(2 pi frequency t) at one depth",
+        ),
+    )  # fmt: skip
+
+
+def _heave(wave_periods: Sequence[float]) -> Effect:
+    return Effect(
+        "heave", "draw_works",
+        (
+            Parameter("heave.amplitude", 0.0, -3.0, 3.0, 0.02, "m"),
+            Parameter("heave.period", 10.0, 2.5, 45.0, 0.02, "s"),
+            Parameter("heave.phase", 0.0, -7.0, 7.0, 0.2, "rad"),
+        ),
+        scan=tuple((0.1, period, phase) for period in wave_periods for phase in (0.3, 1.9)),
+        law="block + amplitude sin(2 pi t / period + phase)",
+    )  # fmt: skip
+
+
+def _motor_and_bit(duration: float) -> tuple[Effect, ...]:
+    return (
+        Effect(
+            "motor_wear", "motor",
+            (
+                Parameter("motor_wear.torque_loss", 0.0, -0.5, 0.8, 0.02),
+                Parameter("motor_wear.extra_leak", 0.0, -0.1, 0.8, 0.05),
+            ),
+            scan=((0.1, 0.05), (0.2, 0.2), (0.1, 0.5)), physical=(0.0, np.inf),
+            nonphysical="a motor that gives more torque per pressure",
+            law="k_m (1 - torque_loss), leak + extra_leak",
+        ),
+        Effect(
+            "formation_change", "bit",
+            (
+                Parameter("formation_change.factor", 1.0, 0.15, 6.0, 0.05),
+                Parameter("formation_change.time", 0.5 * duration, 0.0, duration, 0.02 * duration, "s"),
+            ),
+            scan=tuple((1.4, share * duration) for share in (0.15, 0.3, 0.4, 0.5, 0.6, 0.7, 0.85)),
+            law="rock stiffness times factor from a time on",
+        ),
+    )  # fmt: skip
+
+
+def _torque_sensor() -> tuple[Effect, ...]:
+    return (
+        Effect(
+            "torque_sensor_lag", "sensor",
+            (Parameter("torque_sensor_lag.lag", 0.0, 0.0, 8.0, 0.05, "s"),),
+            scan=((0.1,), (0.4,), (1.2,)), law="first-order lag",
+        ),
+        Effect(
+            "torque_sensor_bias", "sensor",
+            (Parameter("torque_sensor_bias.bias", 0.0, -8000.0, 8000.0, 100.0, "N m"),),
+            scan=((400.0,), (-400.0,), (1500.0,)), law="offset",
+        ),
+    )  # fmt: skip

@@ -1,0 +1,113 @@
+"""From logs to a drill-string model: commands, channels, what the log holds and what it lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slider_drilling.drillstring import Commands
+from slider_drilling.drillstring.from_log import commands_from_log
+from slider_drilling.errors import InputError
+from slider_drilling.gap.drill_string import DrillString, depth_probes, nuisance_parameters
+from slider_drilling.gap.effects import catalogue
+from slider_drilling.gap.health import unusable
+from slider_drilling.gap.model import Channel, Run
+from slider_drilling.gap.replay import measured_channels
+from slider_drilling.gap.user_effects import UserEffect
+from slider_drilling.log import RigLog
+from slider_drilling.rig import Rig
+
+# N/m: an off-bottom bit; the plant's rig file has no "not on bottom", but rock this soft takes no weight.
+_NO_ROCK = 1.0
+_TURN = 2.0 * np.pi
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A model of the logs and what to tell the user about them."""
+
+    model: DrillString
+    remarks: tuple[str, ...]
+
+
+def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect] = ()) -> Prepared:
+    """Model several logs of one rig.
+
+    Raises InputError when a log holds no top-drive motion or no channel that can be used.
+    """
+    remarks: list[str] = []
+    runs, commands = [], []
+    off_bottom = all(log.draw_works is None and log.standpipe_pressure is None for log in logs)
+    if off_bottom:
+        rig = replace(rig, bit=replace(rig.bit, depth_of_cut_stiffness=_NO_ROCK))
+        remarks.append("neither draw-works nor standpipe pressure in the log: taken as off bottom")
+    for log in logs:
+        driven = commands_from_log(log, rig)
+        remarks += [f"{log.source}: {sentence}" for sentence in driven.assumed]
+        commands.append(driven.commands)
+        runs.append(run_of(log, rig, driven.commands, remarks))
+    names = sorted({channel.name for run in runs for channel in run.channels})
+    if not names:
+        raise InputError(f"{logs[0].source}: no channel can be used: {'; '.join(remarks)}")
+    length, duration = rig.string.length, max(run.duration for run in runs)
+    users = {user.effect.name: user for user in user_effects}
+    effects = catalogue(length, duration, wave_periods(runs[0]))
+    effects = tuple(effect for effect in effects if _can_be_seen(effect.name, names, off_bottom))
+    model = DrillString(
+        rig, tuple(runs), tuple(commands), nuisance_parameters(rig, names),
+        (*effects, *(user.effect for user in user_effects)), users, depth_probes(length),
+    )  # fmt: skip
+    return Prepared(model, tuple(remarks))
+
+
+def _can_be_seen(effect: str, channels: Sequence[str], off_bottom: bool) -> bool:
+    """Effects whose law acts on nothing that this log holds are no candidates."""
+    if effect in ("torque_sensor_lag", "torque_sensor_bias"):
+        return "surface_torque" in channels
+    if effect in ("motor_wear", "formation_change"):
+        return not off_bottom
+    return True
+
+
+def run_of(log: RigLog, rig: Rig, commands: Commands, remarks: list[str]) -> Run:
+    """The log's channels that can be used; those that cannot are named in the remarks."""
+    channels = []
+    for name, held in measured_channels(log, rig).items():
+        resolution = sensor.resolution if (sensor := getattr(rig.sensors, name, None)) is not None else 0.0
+        period = _TURN if held.wraps else None
+        channel = Channel(name, held.time, held.measured, held.unit, period, held.noise, resolution)
+        why = unusable(channel)
+        if why is None:
+            channels.append(channel)
+        else:
+            remarks.append(f"{log.source}: {name} is left out: {why}")
+    return Run(log.source, commands.time, commands.top_drive_angle, tuple(channels), string_bands(rig))
+
+
+def string_bands(rig: Rig) -> tuple[tuple[str, float, float], ...]:
+    """The string's first torsional modes, held at the top and free at the bit: (2 k - 1) c / (4 L)."""
+    first = np.sqrt(rig.string.shear_modulus / rig.string.density) / (4.0 * rig.string.length)
+    return (("first torsional modes", 0.5 * first, 6.0 * first),)
+
+
+def wave_periods(run: Run) -> tuple[float, ...]:
+    """Periods s at which hook load (else torque) has its sharpest lines between 4 and 40 s: where heave may be."""
+    by_name = {channel.name: channel for channel in run.channels}
+    channel = by_name.get("hook_load") or by_name.get("surface_torque")
+    fallback = (6.0, 9.0, 13.0)
+    if channel is None or channel.time.size < 400:
+        return fallback
+    interval = (channel.time[-1] - channel.time[0]) / (channel.time.size - 1)
+    padded = 4 * channel.time.size
+    trend = np.polynomial.Polynomial.fit(channel.time, channel.measured, 5)(channel.time)
+    taper = np.hanning(channel.time.size)
+    power = np.abs(np.fft.rfft((channel.measured - trend) * taper, padded)) ** 2
+    frequency = np.fft.rfftfreq(padded, interval)
+    inside = np.flatnonzero((frequency > 1.0 / 40.0) & (frequency < 1.0 / 4.0))
+    if inside.size < 20:
+        return fallback
+    peaks = [i for i in inside[1:-1] if power[i] >= power[i - 1] and power[i] >= power[i + 1]]
+    peaks.sort(key=lambda i: -power[i])
+    return tuple(float(1.0 / frequency[i]) for i in peaks[:6]) if len(peaks) >= 2 else fallback

@@ -1,0 +1,235 @@
+"""The laws that sealed logs are made with: each of the catalogue in another form, and some that no catalogue holds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from slider_drilling.drillstring import Commands, Response
+from slider_drilling.gap.model import Array
+from slider_drilling.gap.sealed import Law
+from slider_drilling.rig import Rig
+
+Make = Callable[[np.random.Generator, Rig, float], Law]
+"""(generator, rig, size) -> law; size 1 is a usual amount of the effect."""
+
+
+def _steady(name: str, site: str, **values: float) -> Law:
+    named = {f"{name}.{parameter}": value for parameter, value in values.items()}
+    return Law(name, site, True, values=lambda time: named)
+
+
+def stribeck(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """With some mud drag besides, which the catalogue's Stribeck law has not."""
+    values = {
+        "stribeck.drop": 0.3 * size,
+        "stribeck.speed": generator.uniform(0.02, 0.12),
+        "viscous_drag.coefficient": 0.3,
+    }
+    return Law("stribeck", "contact", True, values=lambda time: values)
+
+
+def viscous_drag(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """Mud that thins a little while it is stirred."""
+
+    def values(time: float) -> dict[str, float]:
+        return {"viscous_drag.coefficient": 25.0 * size * (1.0 - 0.0003 * time)}
+
+    return Law("viscous_drag", "contact", True, values=values, varies=True)
+
+
+def static_aging(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """Another speed that counts as rest and another distance to forget over."""
+    return _steady("static_aging", "contact", growth=0.5 * size, time=generator.uniform(2.0, 15.0),
+                   rest_speed=0.008, slip_distance=0.008)  # fmt: skip
+
+
+def buckling_contact(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """In a hole that is a little wider than the file says."""
+    law = _steady("buckling_contact", "contact", factor=1.5 * size)
+    return replace(law, rig=lambda r: replace(r, well=replace(r.well, hole_diameter=1.05 * r.well.hole_diameter)))
+
+
+def cuttings_bed(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """A bed with sloping ends."""
+    length = rig.string.length
+    middle, half = length * generator.uniform(0.55, 0.85), length * generator.uniform(0.04, 0.08)
+
+    def friction(depth: Array) -> Array:
+        return 1.0 + 0.9 * size * np.clip((half + 40.0 - np.abs(depth - middle)) / 80.0, 0.0, 1.0)
+
+    return Law("cuttings_bed", "contact", True, friction=friction, interval=(middle - half, middle + half))
+
+
+def tortuosity(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """Curvature that comes and goes along the open hole."""
+    top = rig.well.friction_intervals[0].to
+
+    def curvature(depth: Array) -> Array:
+        return np.where(depth > top, 6e-4 * size * (1.0 + 0.5 * np.sin(2.0 * np.pi * depth / 90.0)), 0.0)
+
+    return Law("tortuosity", "contact", True, curvature=curvature)
+
+
+def friction_drift(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """A drift that slows down."""
+
+    def values(time: float) -> dict[str, float]:
+        grown = 1.0 + 0.2 * size * (1.0 - np.exp(-time / 500.0))
+        return {"friction_drift.rate": (grown - 1.0) / max(time, 1.0)}
+
+    return Law("friction_drift", "contact", True, values=values, varies=True)
+
+
+def top_drive_backlash(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """A dead zone that widens a little during the run."""
+
+    def values(time: float) -> dict[str, float]:
+        return {"top_drive_backlash.angle": 0.4 * size * (1.0 + 0.0003 * time)}
+
+    return Law("top_drive_backlash", "top_drive", True, values=values, varies=True)
+
+
+def torsional_compliance(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """Steel whose shear modulus is lower: the compliance without any other change."""
+    soft = 1.0 / (1.0 + 0.12 * size)
+
+    def change(r: Rig) -> Rig:
+        return replace(r, string=replace(r.string, shear_modulus=soft * r.string.shear_modulus))
+
+    return Law("torsional_compliance", "string", True, rig=change)
+
+
+def axial_oscillation_tool(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """An agitator whose frequency follows the flow a little."""
+    depth, hertz = rig.string.length * generator.uniform(0.6, 0.85), generator.uniform(10.0, 18.0)
+
+    def values(time: float) -> dict[str, float]:
+        return {"axial_oscillation_tool.force": 3e4 * size, "axial_oscillation_tool.depth": depth,
+                "axial_oscillation_tool.frequency": hertz * (0.97 if 200.0 < time < 235.0 else 1.0)}  # fmt: skip
+
+    return Law("axial_oscillation_tool", "string", True, values=values, varies=True)
+
+
+def heave(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """A wave with a tenth of its second harmonic."""
+    omega, phase = 2.0 * np.pi / generator.uniform(7.0, 14.0), generator.uniform(0.0, 6.0)
+
+    def really(commands: Commands) -> Commands:
+        wave = 0.08 * size * (np.sin(omega * commands.time + phase) + 0.1 * np.sin(2.0 * omega * commands.time))
+        rate = np.gradient(wave, commands.time)
+        return replace(commands, block_position=commands.block_position + wave, block_speed=commands.block_speed + rate)
+
+    return Law("heave", "draw_works", True, commands=really)
+
+
+def motor_wear(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """Wear whose leak grows while the motor runs."""
+
+    def values(time: float) -> dict[str, float]:
+        return {"motor_wear.torque_loss": 0.28 * size, "motor_wear.extra_leak": 0.2 * size * (1.0 + 0.001 * time)}
+
+    return Law("motor_wear", "motor", True, values=values, varies=True)
+
+
+def formation_change(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """A boundary that the bit takes sixteen seconds to cross."""
+    at = generator.uniform(100.0, 300.0)
+
+    def values(time: float) -> dict[str, float]:
+        share = float(np.clip((time - at + 8.0) / 16.0, 0.0, 1.0))
+        return {"formation_change.factor": 1.0 + 0.4 * size * share}
+
+    return Law("formation_change", "bit", True, values=values, varies=True)
+
+
+def torque_sensor_lag(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """Two equal lags in series."""
+
+    def read(response: Response) -> Response:
+        torque, share = response.surface_torque, 1.0 - np.exp(-0.1 / (0.25 * size))
+        for _ in range(2):
+            out = np.empty_like(torque)
+            level = torque[0]
+            for k, value in enumerate(torque):
+                level += share * (value - level)
+                out[k] = level
+            torque = out
+        return replace(response, surface_torque=torque)
+
+    return Law("torque_sensor_lag", "sensor", True, sensors=read)
+
+
+def torque_sensor_bias(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """A zero that wanders by a tenth of itself."""
+
+    def read(response: Response) -> Response:
+        return replace(response, surface_torque=response.surface_torque + 500.0 * size * (1.0 + response.time / 4000.0))
+
+    return Law("torque_sensor_bias", "sensor", True, sensors=read)
+
+
+def no_effect(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """Only the nuisance is off."""
+    return Law("none", None, True)
+
+
+def tilted_asperities(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """Asperities that lie across: friction depends on direction otherwise than the file says. Outside the catalogue."""
+
+    def change(r: Rig) -> Rig:
+        asperity = replace(r.contact.asperity, orientation=1.2 * size)
+        return replace(r, contact=replace(r.contact, asperity=asperity))
+
+    return Law("tilted_asperities", "contact", False, rig=change)
+
+
+def soft_contact(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """A pre-sliding length several times the file's. Outside the catalogue."""
+
+    def change(r: Rig) -> Rig:
+        return replace(r, contact=replace(r.contact, stiffness=r.contact.stiffness / (1.0 + 5.0 * size)))
+
+    return Law("soft_contact", "contact", False, rig=change)
+
+
+def torque_sensor_gain(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """A torque reading that is off by a factor. Outside the catalogue."""
+    return Law("torque_sensor_gain", "sensor", False,
+               sensors=lambda r: replace(r, surface_torque=(1.0 + 0.2 * size) * r.surface_torque))  # fmt: skip
+
+
+def slipping_encoder(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """The drive turns less than its encoder says. Outside the catalogue."""
+
+    def really(commands: Commands) -> Commands:
+        share = 1.0 - 0.08 * size
+        return replace(commands, top_drive_angle=share * commands.top_drive_angle,
+                       top_drive_speed=share * commands.top_drive_speed)  # fmt: skip
+
+    return Law("slipping_encoder", "top_drive", False, commands=really)
+
+
+def breathing_friction(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """Friction that comes and goes with a period of a minute. Outside the catalogue."""
+
+    def values(time: float) -> dict[str, float]:
+        return {"friction_drift.rate": 0.2 * size * np.sin(2.0 * np.pi * time / 70.0) / max(time, 1.0)}
+
+    return Law("breathing_friction", "contact", False, values=values, varies=True)
+
+
+CATALOGUE: dict[str, Make] = {
+    make.__name__: make
+    for make in (
+        stribeck, viscous_drag, static_aging, buckling_contact, cuttings_bed, tortuosity, friction_drift,
+        top_drive_backlash, torsional_compliance, axial_oscillation_tool, heave, motor_wear, formation_change,
+        torque_sensor_lag, torque_sensor_bias,
+    )
+}  # fmt: skip
+OUTSIDE: dict[str, Make] = {
+    make.__name__: make
+    for make in (tilted_asperities, soft_contact, torque_sensor_gain, slipping_encoder, breathing_friction)
+}
