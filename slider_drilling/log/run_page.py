@@ -67,7 +67,7 @@ def _tool_face(log: RigLog) -> Panel:
         lines.append(_wrapped(Line("truth", log.truth_bit.time, np.degrees(log.truth_bit.position), "#7b8794")))
     if log.mwd_tool_face is not None:
         mwd = log.mwd_tool_face
-        lines.append(Line("MWD, as decoded", mwd.arrival, np.degrees(mwd.position), "#d1495b", "dots"))
+        lines.append(Line("MWD, when measured", mwd.time, np.degrees(mwd.position), "#d1495b", "dots"))
     if lines:
         time = np.array([min(line.time[0] for line in lines), max(line.time[-1] for line in lines)])
         if log.tool_face_target is not None:
