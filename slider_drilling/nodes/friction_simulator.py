@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.clock import Clock
@@ -66,6 +67,7 @@ class FrictionSimulator(Node):
         self._health = Health(self)
         self._rig_publisher = self.create_publisher(String, link.RIG_DESCRIPTION.name, link.LATCHED)
         self._rig_publisher.publish(String(data=rig_text))
+        self.may_start: Callable[[], bool] = lambda: True   # asked before the first sample
         self._pace: Pace | None = None       # in real time, once started
         self._started = False
         self._awaited: tuple[str, ...] = ()
@@ -151,6 +153,9 @@ class FrictionSimulator(Node):
                 self._complain(f"waiting: top_drive/joint_states has {subscribers} subscriptions, "
                                f"{self._minimum_subscribers} are expected (parameter minimum_subscribers)")
                 return
+        if not self.may_start():
+            self._complain("waiting for the recorder to connect")
+            return
         self._awaited = tuple(topic for topic in COMMANDS if topic not in absent)
         self._started = True
         self._last_progress = time.monotonic()

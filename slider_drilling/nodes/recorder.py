@@ -56,11 +56,10 @@ class Recorder(Node):
         self._subscribe()
         self._timer = self.create_timer(1.0, self._on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
-    @property
-    def connected(self) -> bool:
-        """Whether everything that a simulator publishes from its first sample on is connected."""
-        return all(self._subscriptions_of[TOPICS[name].name].get_publisher_count() > 0
-                   for name in ("top_drive", "draw_works", "standpipe_pressure", "mud_pump"))
+    def is_connected(self, nodes: int) -> bool:
+        """Whether every topic of a log has a publisher here, and `diagnostics` one of every node."""
+        wanted = {topic.name: nodes if topic is DIAGNOSTICS else 1 for topic in RECORDED}
+        return all(self._subscriptions_of[name].get_publisher_count() >= count for name, count in wanted.items())
 
     def _subscribe(self) -> None:
         self.create_subscription(String, link.RIG_DESCRIPTION.name, self._on_rig, link.LATCHED)

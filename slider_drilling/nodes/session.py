@@ -76,6 +76,9 @@ def _run(plan: Plan, progress: Callable[[float], None], halt: Halt, ending: cont
     controller = make(RockingController, rig=plan.rig, use_sim_time=True, tool_face_target=plan.target,
                       controller=plan.controller)
     nodes = [node for node in (simulator, recorder, controller) if node is not None]
+    if recorder is not None:
+        # A reader that knows its writer gets messages in the order of their sending, from the first one on.
+        simulator.may_start = functools.partial(recorder.is_connected, len(nodes))
     halt.take_signals()
     begun = time.perf_counter()
     executor = spin(nodes, halt, lambda: progress(simulator.simulated))

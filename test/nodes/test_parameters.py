@@ -20,6 +20,7 @@ from slider_drilling.nodes.recorder import Recorder
 from slider_drilling.nodes.rocking_controller import RockingController
 from slider_drilling.nodes.spin import make_executor
 
+FIXED = "slider_drilling.control:FixedRocking"
 Make = Callable[..., Node]
 
 
@@ -68,14 +69,16 @@ def given(kind: type, log: Path, tmp_path: Path) -> dict[str, object]:
     """What a node of the kind cannot do without."""
     own: dict[type, dict[str, object]] = {
         FrictionSimulator: {"elements": 20}, Recorder: {"directory": str(tmp_path)}, LogPlayer: {"log": str(log)},
+        RockingController: {"controller": FIXED},
     }
     return own.get(kind, {})
 
 
 @pytest.mark.parametrize("kind", [FrictionSimulator, RockingController, Recorder, LogPlayer])
 def test_every_parameter_is_described_and_in_the_example(kind, make, log, tmp_path, repository):
-    node = make(kind, **given(kind, log, tmp_path))
     example = yaml.safe_load((repository / "config" / "nodes.yaml").read_text())
+    controller = example["/**/rocking_controller"]["ros__parameters"]["controller"]
+    node = make(kind, **given(kind, log, tmp_path) | ({"controller": controller} if kind is RockingController else {}))
     listed = example[f"/**/{node.get_name()}"]["ros__parameters"]
     own = [name for name in node._parameters if name not in ("use_sim_time", "start_type_description_service")]
     assert sorted(own) == sorted(set(listed) - {"use_sim_time"})
@@ -90,7 +93,7 @@ def test_every_parameter_is_described_and_in_the_example(kind, make, log, tmp_pa
 
 
 def test_live_settings_reach_the_controller(make):
-    node = make(RockingController)
+    node = make(RockingController, controller=FIXED)
     (result,) = node.set_parameters([Parameter("amplitude", value=12.5)])
     assert result.successful
     assert node._controller.settings.amplitude == 12.5
@@ -164,7 +167,7 @@ def test_a_rig_that_goes_silent_stops_the_block(make):
     from slider_drilling.log import TOPICS, cdr
     from slider_drilling.nodes import link
 
-    controller = make(RockingController, stale_after=0.2)
+    controller = make(RockingController, stale_after=0.2, controller=FIXED)
     rig = {name: link.publisher(controller, TOPICS[name])
            for name in ("mud_pump", "draw_works", "standpipe_pressure", "top_drive")}
     speeds: list[float] = []

@@ -18,6 +18,7 @@ from slider_drilling.nodes.session import Plan, run
 from slider_drilling.rig import load_rig
 
 ELEMENTS = 20
+FIXED = "slider_drilling.control:FixedRocking"
 
 
 def payloads(path: Path) -> dict[str, list[tuple[int, bytes]]]:
@@ -34,8 +35,8 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
         patch.setenv("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
-        plans = [Plan(duration=25.0, record=tmp_path_factory.mktemp("log"), target=0.3, elements=ELEMENTS)
-                 for _ in range(2)]
+        plans = [Plan(duration=25.0, record=tmp_path_factory.mktemp("log"), target=0.3, controller=FIXED,
+                      elements=ELEMENTS) for _ in range(2)]
         outcomes = [run(plan) for plan in plans]
     assert all(not outcome.interrupted and outcome.simulated == 25.0 for outcome in outcomes)
     return [outcome.log for outcome in outcomes if outcome.log is not None]
@@ -80,7 +81,7 @@ def test_dds_changes_nothing(runs, repository):
 
 def test_real_time_gives_the_same_run(runs, alone, tmp_path):
     """The command for a sample drives the rig to the next one, whoever moves time: up to the first late command."""
-    outcome = run(Plan(duration=8.0, speed=2.0, record=tmp_path, target=0.3, elements=ELEMENTS))
+    outcome = run(Plan(duration=8.0, speed=2.0, record=tmp_path, target=0.3, controller=FIXED, elements=ELEMENTS))
     assert outcome.wall > 3.9
     paced, lockstep = read_log(outcome.log), read_log(runs[0])
     np.testing.assert_allclose(paced.top_drive.time, 0.1 * np.arange(81), atol=1e-9)
@@ -144,7 +145,7 @@ def test_the_default_executor_gives_the_same_run(runs, alone, tmp_path, monkeypa
     from slider_drilling.nodes import spin
 
     monkeypatch.setattr(spin, "make_executor", SingleThreadedExecutor)
-    outcome = run(Plan(duration=5.0, record=tmp_path, target=0.3, elements=ELEMENTS))
+    outcome = run(Plan(duration=5.0, record=tmp_path, target=0.3, controller=FIXED, elements=ELEMENTS))
     first, second = payloads(outcome.log), payloads(runs[0])
     for topic in ("/top_drive/joint_states", "/top_drive/command", "/standpipe_pressure", "/truth/bit"):
         assert [data for _, data in first[topic]] == [data for _, data in second[topic]][:51], topic
