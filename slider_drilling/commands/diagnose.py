@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from slider_drilling.commands.options import namespace_option
+
 if TYPE_CHECKING:
     from slider_drilling.gap.diagnosis import Diagnosis
 
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file instead of the logs' own.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), default="diagnosis", show_default=True,
               help="Folder for diagnosis.json, report.html and rig.tuned.yaml.")  # fmt: skip
+@namespace_option
 @click.option("--seed", default=0, show_default=True, help="Of the bootstrap; the same seed gives the same answer.")
 @click.option("--only", multiple=True, metavar="NAME", help="Consider only this effect of the catalogue; repeatable.")
 @click.option("--effect", "effects", multiple=True, metavar="MODULE:CLASS", help="An effect of your own; repeatable.")
@@ -23,6 +26,7 @@ def command(
     logs: tuple[Path, ...],
     rig_path: Path | None,
     output: Path,
+    namespace: str | None,
     seed: int,
     only: tuple[str, ...],
     effects: tuple[str, ...],
@@ -39,7 +43,7 @@ def command(
     from slider_drilling.log import read_log
     from slider_drilling.rig import load_rig
 
-    records = [read_log(path, rig_path) for path in logs]
+    records = [read_log(path, rig_path, namespace) for path in logs]
     rig = load_rig(rig_path) if rig_path is not None else records[0].rig()
     if rig_path is None and any(record.rig() != rig for record in records[1:]):
         raise InputError(f"{logs[1]}: its rig file differs from that of {logs[0]}; give the one to use with --rig")

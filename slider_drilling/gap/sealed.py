@@ -75,7 +75,7 @@ def random_nuisance(generator: np.random.Generator) -> dict[str, float]:
 
 def random_commands(generator: np.random.Generator, rig: Rig) -> Commands:
     """Rocking of several amplitudes and speeds with rests between, a flow step, steps of block speed."""
-    time = np.arange(0.0, _DURATION_S, _INTERVAL_S)
+    time = np.arange(0.0, _DURATION_S, _INTERVAL_S, dtype=np.float64)
     speed = np.zeros_like(time)
     at = 5.0
     while at < _DURATION_S - 40.0:

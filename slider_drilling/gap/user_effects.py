@@ -94,7 +94,9 @@ def _checked(made: object, where: str) -> UserEffect:
 def combined_modifiers(users: Sequence[UserEffect], rig: Rig, elements: int, values: Values) -> Modifiers:
     """What several effects add to the elements of this rig's mesh together."""
     middle = build_mesh(rig, elements).middle
-    friction, curvature, force = np.ones(middle.size), np.zeros(middle.size), np.zeros(middle.size)
+    friction: Array = np.ones(middle.size)
+    curvature: Array = np.zeros(middle.size)
+    force: Array = np.zeros(middle.size)
     for user in users:
         own = user.modifiers(middle, values)
         friction = friction * own.friction_factor
