@@ -91,7 +91,7 @@ def random_commands(generator: np.random.Generator, rig: Rig) -> Commands:
         speed[here] = rate
         at += quarter + generator.uniform(8.0, 20.0)
     reach = 4
-    speed = np.convolve(speed, np.ones(reach) / reach, mode="same")
+    speed = np.convolve(speed, np.ones(reach) / reach, mode="same").astype(np.float64, copy=False)
     angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * _INTERVAL_S)])
     block_speed = np.interp(time, *_steps(generator, 0.0022, 0.0036))
     block = np.concatenate([[0.0], np.cumsum(0.5 * (block_speed[1:] + block_speed[:-1]) * _INTERVAL_S)])
