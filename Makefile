@@ -1,6 +1,7 @@
 # make demo    install into .venv, slide the example well for 300 simulated seconds, leave a log and a plot page in out/
 # make test    install into .venv, then lint and the whole test suite
 # make lint    ruff, mypy and the import contract alone
+# make bench   speed, beside references and other programs, written to docs/benchmarks.md
 # make docs    the pages of docs/ as a site in build/site
 #
 # VENV=DIR uses another environment, PYTHON=PROGRAM makes it with another interpreter.
@@ -29,7 +30,7 @@ unexport AMENT_PREFIX_PATH
 endif
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
-.PHONY: install demo test lint docs clean
+.PHONY: install demo test lint docs bench clean
 .DEFAULT_GOAL := demo
 
 install: $(STAMP)
@@ -62,6 +63,10 @@ test: lint
 docs: $(STAMP)
 	$(RUN)python -m pip install --quiet --editable '.[docs]'
 	$(RUN)mkdocs build --strict
+
+bench: $(STAMP)
+	$(RUN)python -m pip install --disable-pip-version-check --quiet --editable '.[bench]'
+	$(RUN)python -W ignore -m benchmarks
 
 clean:
 	rm -rf $(VENV) out build dist *.egg-info

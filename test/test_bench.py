@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from benchmarks import peers, published
 from slider_drilling.bench import everything, sessions, string_rates
 from slider_drilling.bench.clock import wall_seconds
 from slider_drilling.bench.diagnosis import write_log
@@ -17,6 +19,8 @@ from slider_drilling.bench.work import Rocked, example_rig, rocking, variants
 from slider_drilling.commands.bench import command
 from slider_drilling.control import FixedRocking
 from slider_drilling.drillstring import VirtualRig, simulate
+from slider_drilling.drillstring.mesh import build_mesh
+from slider_drilling.drillstring.torque_drag import static_loads
 from slider_drilling.log import read_log
 
 ASKED = ("single_ns_per_element_step", "batch_ns_per_element_step", "real_time_factor", "closed_loop_real_time_factor",
@@ -99,3 +103,31 @@ def test_log_to_diagnose_is_a_rig_that_its_file_does_not_describe(tmp_path):
     nominal = [virtual.measurements.surface_torque]
     nominal += [virtual.step(controller.step(virtual.measurements)).surface_torque for _ in range(299)]
     assert np.max(np.abs(log.top_drive.effort - nominal)) > 500.0
+
+
+def test_static_peers_agree_within_three_percent():
+    """Both formulas of others give our hook loads, once the sign of one of them is put right (see benchmarks/peers)."""
+    pytest.importorskip("welleng")
+    pytest.importorskip("torque_drag")
+    mine, as_it_comes, turned, other = peers.compare()
+    assert turned.hook_loads == pytest.approx(mine.hook_loads, rel=0.03)
+    assert other.hook_loads == pytest.approx(mine.hook_loads, rel=0.03)
+    assert as_it_comes.hook_loads[2] == pytest.approx(mine.hook_loads[2], rel=0.03)
+
+
+def test_welleng_as_it_comes_is_our_string_bent_the_other_way():
+    """What a build's sign does to hook loads; 652 and 360 kN are welleng 0.30's own figures for this well."""
+    rig = peers.one_pipe(example_rig())
+    mesh = build_mesh(rig, 200)
+    bent = dataclasses.replace(mesh, vertical_curvature=-mesh.vertical_curvature)
+    raised, lowered = (
+        static_loads(rig, speed, friction_coefficient=peers.FRICTION, mesh=bent).hook_load for speed in (-1.0, 1.0)
+    )
+    assert (raised, lowered) == pytest.approx((652.0e3, 359.6e3), rel=0.003)
+
+
+def test_published_size_is_the_size_asked_for():
+    rig = published.shortened(example_rig(), 2500.0)
+    assert rig.string.length == pytest.approx(2500.0)
+    assert [one.to for one in rig.well.friction_intervals][-1] == pytest.approx(2500.0)
+    assert np.all(np.isfinite(simulate(rig, rocking(rig, 1.0), elements=45).surface_torque))
