@@ -76,7 +76,7 @@ def random_nuisance(generator: np.random.Generator) -> dict[str, float]:
 def random_commands(generator: np.random.Generator, rig: Rig) -> Commands:
     """Rocking of several amplitudes and speeds with rests between, a flow step, steps of block speed."""
     time = np.arange(0.0, _DURATION_S, _INTERVAL_S, dtype=np.float64)
-    speed = np.zeros_like(time)
+    speed: Array = np.zeros_like(time)
     at = 5.0
     while at < _DURATION_S - 40.0:
         amplitude, rate = generator.uniform(6.0, 28.0), generator.uniform(1.5, 4.5)
@@ -91,7 +91,7 @@ def random_commands(generator: np.random.Generator, rig: Rig) -> Commands:
         speed[here] = rate
         at += quarter + generator.uniform(8.0, 20.0)
     reach = 4
-    speed = np.convolve(speed, np.ones(reach) / reach, mode="same").astype(np.float64, copy=False)
+    speed = np.convolve(speed, np.ones(reach) / reach, mode="same").astype(np.float64)
     angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * _INTERVAL_S)])
     block_speed = np.interp(time, *_steps(generator, 0.0022, 0.0036))
     block = np.concatenate([[0.0], np.cumsum(0.5 * (block_speed[1:] + block_speed[:-1]) * _INTERVAL_S)])
