@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slider_drilling.drillstring.layout import Array
+
+_COMMANDS = ("time", "top_drive_angle", "top_drive_speed", "block_position", "block_speed", "pump_speed")
 
 
 @dataclass(frozen=True)
@@ -26,19 +28,22 @@ class Commands:
     pump_speed: Array
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            values = np.asarray(getattr(self, field.name), dtype=float)
-            object.__setattr__(self, field.name, values)
+        for name in _COMMANDS:
+            values = np.asarray(getattr(self, name), dtype=float)
+            object.__setattr__(self, name, values)
             if values.shape != self.time.shape or values.ndim != 1:
-                raise ValueError(f"commands: {field.name} has shape {values.shape}, time {np.shape(self.time)}")
-            if not np.all(np.isfinite(values)):
-                raise ValueError(f"commands: {field.name} holds a value that is not finite")
-        if np.any(np.diff(self.time) <= 0.0):
+                raise ValueError(f"commands: {name} has shape {values.shape}, time {np.shape(self.time)}")
+            if not np.isfinite(values).all():
+                raise ValueError(f"commands: {name} holds a value that is not finite")
+        if not (self.time[1:] > self.time[:-1]).all():
             raise ValueError("commands: time must increase")
 
     def rows(self) -> Array:
         """(n, 5) as the kernel reads them."""
-        return np.stack([getattr(self, field.name) for field in fields(self)[1:]], axis=1)
+        rows = np.empty((len(self.time), len(_COMMANDS) - 1))
+        for column, name in enumerate(_COMMANDS[1:]):
+            rows[:, column] = getattr(self, name)
+        return rows
 
     def at(self, time: Array) -> Commands:
         """The same motion sampled at other times (m,), held still outside its own."""

@@ -169,8 +169,8 @@ class _Bundle:
     def advance(self, commands: Commands) -> Array:
         """(n, channels, lanes) at the times of the commands."""
         rows = commands.rows()
-        gaps = np.diff(commands.time)
-        if len(gaps) and np.max(np.abs(gaps - self.interval)) > 1e-3 * self.interval:
+        gaps = commands.time[1:] - commands.time[:-1]
+        if len(gaps) and np.abs(gaps - self.interval).max() > 1e-3 * self.interval:
             raise ValueError(f"commands: samples must be {self.interval:g} s apart; `simulate` takes uneven ones")
         width = len(self.rigs)
         out = np.empty((len(rows), len(CHANNELS), width))
@@ -179,7 +179,7 @@ class _Bundle:
                 self.rigs, self.mesh, self.elements, self.lanes, self.dt, rows[0], self.starts
             )
         else:
-            rows = np.vstack([self._started()[1], rows])
+            rows = np.concatenate([self._started()[1][None], rows])
         with announced(kernel.advance, "the step of the drill string"):
             kernel.advance(
                 width, self.mesh.count, self.substeps, self.dt, self.varying, rows, self.elements, self.curve,
