@@ -6,10 +6,11 @@ import datetime
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
-from rclpy.clock import Clock
+from rclpy.clock import Clock, JumpThreshold, ROSClock, TimeJump
 from rclpy.clock_type import ClockType
+from rclpy.duration import Duration
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from std_msgs.msg import String
@@ -50,6 +51,9 @@ class Recorder(Node):
         self._has_rig = rig_text is not None
         self.messages = 0
         self.lost = 0
+        self._simulated_ns = 0
+        any_jump = JumpThreshold(min_forward=Duration(nanoseconds=1), min_backward=Duration(nanoseconds=-1))
+        self._jumps = self.get_clock().create_jump_callback(any_jump, post_callback=self._on_jump)
         self._last_message = time.monotonic()
         self._health = Health(self)
         self.get_logger().info(f"recording to {self.path}")
@@ -74,10 +78,11 @@ class Recorder(Node):
     def _receiver(self, topic: Topic) -> Callable[[bytes], None]:
         name, kind = self.resolve_topic_name(topic.name), topic.type
         is_beat = topic is TOPICS["top_drive"]
-        clock = self.get_clock()
+        clock = cast(ROSClock, self.get_clock())
 
         def receive(data: bytes) -> None:
-            now = clock.now().nanoseconds
+            # Simulated time stands still between two messages of /clock, and asking for it is dear.
+            now = self._simulated_ns if clock.ros_time_is_active else clock.now().nanoseconds
             try:
                 self._writer.message(name, kind, data, now, now)
             except InputError as error:
@@ -90,6 +95,9 @@ class Recorder(Node):
                     self._health.publish(now, [self._status()])
 
         return receive
+
+    def _on_jump(self, jump: TimeJump) -> None:
+        self._simulated_ns = self.get_clock().now().nanoseconds
 
     def _on_rig(self, message: String) -> None:
         if not self._has_rig:
