@@ -1,0 +1,118 @@
+"""The top drive's reference: rocking between two turning points that may move while it rocks.
+
+With everything constant this is the trajectory of `rocking.Rocking` (the paper's Fig. 22): straight lines of slope
++-4 D/T joined by parabolas of constant acceleration. Here amplitude, period and centre are wishes that can change at
+any instant: they move the turning points and the cruising speed, and the motion goes on from the angle and the speed
+it has, within the limits of acceleration and speed. A centre that moves makes the strokes towards it longer than those
+back: the asymmetric bump at the reversal by which a directional driller turns the bit.
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass
+
+
+_PARKING_SHARE = 0.1     # of the greatest speed
+_PARKING_PIECE = 0.01    # s
+_AT_REST = 0.02          # rad from the centre
+
+
+class Motion(enum.Enum):
+    """What the drive is asked for: rocking, coming to rest at the centre, or coming to rest where it is."""
+
+    ROCK = "rocking"
+    PARK = "parking at the centre"
+    FREEZE = "stopping"
+
+
+@dataclass(frozen=True)
+class Wish:
+    """centre: rad; amplitude: rad and period: s, of the triangle wave whose peaks are rounded."""
+
+    centre: float
+    amplitude: float
+    period: float
+
+
+class RockingDrive:
+    """Angle (rad) and speed (rad/s) of the reference, advanced in time. max_speed: rad/s; acceleration: rad/s2."""
+
+    def __init__(self, max_speed: float, acceleration: float, angle: float = 0.0):
+        self._max_speed = max_speed
+        self._acceleration = acceleration
+        self.angle = angle
+        self.speed = 0.0
+        self.side = 1.0       # +1 while the stroke goes clockwise
+        self.strokes = 0      # reversals so far
+
+    def advance(self, step: float, wish: Wish, motion: Motion = Motion.ROCK) -> None:
+        """Move on by `step` s. The turn begins where braking must, to the instant, not to the sample."""
+        left = step
+        while left > 1e-9:
+            left -= self._advance_piece(left, wish, motion)
+
+    def limit(self, max_speed: float, acceleration: float) -> None:
+        """Other limits from now on; a speed above is braked down to."""
+        self._max_speed = max_speed
+        self._acceleration = acceleration
+
+    def turn(self) -> None:
+        """End this stroke now: brake and go the other way."""
+        self.side = -self.side
+        self.strokes += 1
+
+    def _advance_piece(self, left: float, wish: Wish, motion: Motion) -> float:
+        """One stretch of constant acceleration; returns its length in s."""
+        if motion is Motion.FREEZE:
+            return self._ramp_to(0.0, left)
+        if motion is Motion.PARK:
+            return self._park(left, wish.centre)
+        room = self._room(wish)
+        if room <= self._braking_distance() and self.side * self.speed >= 0.0:
+            self.turn()
+            room = self._room(wish)
+        cruise = self._cruise(wish)
+        if self.speed != self.side * cruise:
+            return self._ramp_to(self.side * cruise, left)
+        if cruise == 0.0:
+            return left
+        until_turn = max((room - self._braking_distance()) / cruise, 1e-6)
+        return self._move(min(left, until_turn), 0.0)
+
+    def _room(self, wish: Wish) -> float:
+        """Way left (rad) to where this stroke turns: inside the triangle's corner by what rounds it."""
+        rounded = 0.5 * self._cruise(wish) ** 2 / self._acceleration
+        return self.side * (wish.centre - self.angle) + max(wish.amplitude - rounded, 0.0)
+
+    def _cruise(self, wish: Wish) -> float:
+        return min(4.0 * wish.amplitude / wish.period, self._max_speed)
+
+    def _braking_distance(self) -> float:
+        return 0.5 * self.speed * self.speed / self._acceleration
+
+    def _ramp_to(self, speed: float, left: float) -> float:
+        change = speed - self.speed
+        if change == 0.0:
+            return left
+        time = min(left, abs(change) / self._acceleration)
+        self._move(time, math.copysign(self._acceleration, change))
+        if time < left:
+            self.speed = speed
+        return max(time, 1e-9)
+
+    def _park(self, left: float, centre: float) -> float:
+        """A little on the way to rest at the centre, at a tenth of the drive's speed at most."""
+        distance = centre - self.angle
+        direction = math.copysign(1.0, distance)
+        arriving = direction * self.speed >= 0.0 and self._braking_distance() >= abs(distance)
+        rest = arriving or abs(distance) < _AT_REST
+        speed = 0.0 if rest else direction * _PARKING_SHARE * self._max_speed
+        piece = min(left, _PARKING_PIECE)
+        return self._move(piece, 0.0) if self.speed == speed else self._ramp_to(speed, piece)
+
+    def _move(self, time: float, acceleration: float) -> float:
+        self.angle += time * (self.speed + 0.5 * acceleration * time)
+        self.speed += acceleration * time
+        return time

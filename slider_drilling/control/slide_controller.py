@@ -1,0 +1,270 @@
+"""The controller that holds the tool-face while it rocks: estimate, feed forward, correct, and mind the limits."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from slider_drilling.control.amplitude import SHORTEST_TEST_PERIOD, TEST_PERIOD_SHARE, AmplitudeFinder
+from slider_drilling.control.auto_driller import AutoDriller
+from slider_drilling.control.differential_pressure import DifferentialPressure
+from slider_drilling.control.drive import Motion, RockingDrive, Wish
+from slider_drilling.control.limits import Interlocks, Permission, Stall, StallGuard
+from slider_drilling.control.protocol import Level, Status
+from slider_drilling.control.settings import check
+from slider_drilling.control.slide_settings import SlideSettings
+from slider_drilling.control.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
+from slider_drilling.control.torque_and_drag import TorqueAndDrag, Zones
+from slider_drilling.control.torque_turn import TorqueTurn
+from slider_drilling.control.watch import Watch
+from slider_drilling.signals import Measurements, RigCommand
+
+if TYPE_CHECKING:
+    from slider_drilling.rig import Rig
+
+_PERIOD_PER_TRAVEL = 6.4     # best period of rocking over the time that torsion takes from top to bit
+_SHORTEST_PERIOD = 6.0       # s
+_NEAR, _FAR = math.radians(12.0), math.radians(45.0)   # errors between which holding turns into setting
+_LOST_TURN = math.radians(200.0)   # of error: the nearest turn of the target is now another
+_SWING = math.radians(3.0)   # that rocking leaves at the bit
+_WALK, _DRIFT = math.radians(2.0), math.radians(2.0)   # per sqrt(s), of tool-face and offset
+_START_SPREAD = 1.0          # rad, of the offset at first
+_PRIOR_SPREAD = 0.25         # of ln(friction)
+_QUICK, _SMOOTH = 0.5, 6.0   # s, filters of differential pressure
+_RELEASED_SHARE = 0.25       # of the pressure wanted, at which the bit has let go
+_LEAST_FLOW_SHARE = 0.3      # of the reference flow, below which the motor is not fed
+_ACCELERATION_SHARE, _SPEED_SHARE = 0.9, 0.95   # of the top drive's limits, the rest is for following
+
+
+class SlideController:
+    """Rocks, holds `tool_face_target` (rad, may be set between any two steps) and drills by differential pressure.
+
+    The centre of rocking is ``target + S T - b + K (target - x)``: x and b from the estimator, S T the twist that
+    the reactive torque needs. What it asks of the top drive is continuous whatever the measurements do.
+    """
+
+    def __init__(self, rig: Rig, settings: SlideSettings | None = None, tool_face_target: float = 0.0):
+        self.tool_face_target = tool_face_target
+        self._rig = rig
+        s = self._settings = SlideSettings() if settings is None else settings
+        check(s)
+        self._interval = 1.0 / rig.sensors.rate
+        self._reference_pump = rig.hydraulics.reference_flow / rig.mud_pump.displacement
+        self._watch = Watch()
+        self._pressure = DifferentialPressure(rig, s.off_bottom_pressure, _QUICK, _SMOOTH)
+        self._driller = AutoDriller(rig, s.auto_driller_time, s.max_block_speed)
+        self._wanted_pressure = self._pressure_wanted(s)
+        self._believe(s)
+        mwd = rig.sensors.mwd
+        sample = math.sqrt(mwd.noise**2 + mwd.resolution**2 / 12.0 + _SWING**2)
+        self._estimator = ToolFaceEstimator(s.response_time, EstimatorNoise(sample, _WALK, _DRIFT, _START_SPREAD))
+        stall = StallGuard(s.stall_share * rig.motor.max_pressure, _RELEASED_SHARE * self._wanted_pressure)
+        self._interlocks = Interlocks(s.make_up_torque_limit, s.back_off_torque_limit, stall,
+                                      _LEAST_FLOW_SHARE * self._reference_pump)
+        self._torque_turn = TorqueTurn(s.right_torque_turn, s.left_torque_turn)
+        self._permission = Permission(False, False, True)
+        self._drive: RockingDrive | None = None
+        self._zero = 0.0             # rad, top-drive angle at the start
+        self._centre = 0.0           # rad, wished middle of rocking
+        self._amplitude = 0.0        # rad
+        self._mwd_age = 0.0          # s since the last accepted sample was read
+        self._target = self._asked = tool_face_target   # rad: the turn of the target that is nearest; as asked
+
+    @property
+    def settings(self) -> SlideSettings:
+        """The settings in use."""
+        return self._settings
+
+    def configure(self, settings: SlideSettings) -> None:
+        """Use other settings from the next step on; the motion goes on without a jump. Raises InputError."""
+        check(settings)
+        friction_changed = settings.friction_factor != self._settings.friction_factor
+        s = self._settings = settings
+        self._pressure.configure(self._rig, s.off_bottom_pressure)
+        self._driller.configure(self._rig, s.auto_driller_time, s.max_block_speed)
+        self._wanted_pressure = self._pressure_wanted(s)
+        self._estimator.response_time = s.response_time
+        stall = self._interlocks.stall
+        stall.limit = s.stall_share * self._rig.motor.max_pressure
+        stall.released = _RELEASED_SHARE * self._wanted_pressure
+        self._interlocks.make_up, self._interlocks.back_off = s.make_up_torque_limit, s.back_off_torque_limit
+        self._torque_turn.right, self._torque_turn.left = s.right_torque_turn, s.left_torque_turn
+        if friction_changed:
+            self._believe(s)
+        if self._drive is not None:
+            self._drive.limit(self._max_speed(), self._max_acceleration())
+
+    def _pressure_wanted(self, s: SlideSettings) -> float:
+        return s.differential_pressure or self._driller.pressure_for(s.rate_of_penetration)
+
+    def _believe(self, s: SlideSettings) -> None:
+        """Torque and drag from the rig file, to be corrected by the breakover test."""
+        weight = self._driller.weight_per_pressure * self._wanted_pressure
+        self._belief = TorqueAndDrag(self._rig, s.friction_factor, weight)
+        self._finder = AmplitudeFinder(TorqueAndDrag(self._rig, s.friction_factor, 0.0), _PRIOR_SPREAD)
+
+    def _max_speed(self) -> float:
+        return min(self._settings.max_rocking_speed, _SPEED_SHARE * self._rig.top_drive.max_speed)
+
+    def _max_acceleration(self) -> float:
+        return min(self._settings.rounding_acceleration, _ACCELERATION_SHARE * self._rig.top_drive.max_acceleration)
+
+    def step(self, measurements: Measurements) -> RigCommand:
+        """The next point of the trajectory, the block's and the pump's speed."""
+        watch = self._watch
+        watch.update(measurements, self._interval)
+        drive = self._started()
+        fresh = watch.age["standpipe_pressure"] == 0.0
+        self._pressure.update(watch.value["standpipe_pressure"] if fresh else math.nan, watch.value["pump_speed"],
+                              watch.step)
+        self._estimate(measurements)
+        waited = watch.step if watch.step > 0.0 else self._interval
+        behind = watch.value["top_drive_angle"] - drive.angle
+        self._permission = self._interlocks.update(watch, waited, self._pressure.quick, self._mwd_age, behind)
+        self._rock(drive)
+        pump_speed = self._settings.pump_speed or self._reference_pump
+        return RigCommand(drive.angle, drive.speed, self._lower(), pump_speed)
+
+    def _started(self) -> RockingDrive:
+        """The reference, which begins at the angle that the top drive has."""
+        if self._drive is None:
+            angle = self._watch.value["top_drive_angle"]
+            self._zero = self._centre = angle if math.isfinite(angle) else 0.0
+            self._drive = RockingDrive(self._max_speed(), self._max_acceleration(), self._zero)
+        return self._drive
+
+    def _estimate(self, m: Measurements) -> None:
+        watch, estimator = self._watch, self._estimator
+        if watch.jumped:
+            estimator.restamp(watch.time)
+        self._mwd_age += watch.step
+        if math.isfinite(watch.time):
+            estimator.advance(watch.time, self._centre - self._belief.compliance * self._pressure.reactive_torque)
+        for sample in m.mwd:
+            if estimator.correct(sample, self.tool_face_target):
+                self._mwd_age = max(watch.time - sample.measured_at, 0.0)
+        self._choose_turn()
+
+    def _choose_turn(self) -> None:
+        """The turn of the target nearest to the tool-face: when that is first known, when a target is asked for, and
+        when a turn was lost."""
+        belief = self._estimator.belief
+        if belief is None or not self._estimator.known or not math.isfinite(self.tool_face_target):
+            return
+        if self.tool_face_target != self._asked or abs(self._target - belief.tool_face) > _LOST_TURN:
+            self._asked = self.tool_face_target
+            self._target = belief.tool_face + math.remainder(self._asked - belief.tool_face, 2.0 * math.pi)
+
+    @property
+    def error(self) -> float:
+        """Target minus estimated tool-face, rad; 0 before the first MWD sample."""
+        belief = self._estimator.belief
+        return self._target - belief.tool_face if belief is not None and self._estimator.known else 0.0
+
+    def zones(self) -> Zones:
+        """The three zones as believed now: how deep rocking reaches, how far up the reactive torque."""
+        return self._belief.zones(self._amplitude, self._pressure.reactive_torque, self._finder.scale)
+
+    def _rock(self, drive: RockingDrive) -> None:
+        watch = self._watch
+        if self._may_shift():
+            self._centre = self._wished_centre()
+        self._amplitude = self._wished_amplitude()
+        torque = watch.value["surface_torque"] if watch.age["surface_torque"] == 0.0 else math.nan
+        if drive.side * drive.speed > 0.0 and self._must_turn(drive, torque):
+            drive.turn()
+        drive.advance(watch.step, Wish(self._centre, self._amplitude, self._period_now()), self._motion())
+        if self._motion() is Motion.ROCK:
+            self._finder.update(drive.angle, torque, drive.strokes, drive.side)
+
+    def _may_shift(self) -> bool:
+        """The centre is held while a measurement is missing, and during the breakover test, which needs it still."""
+        held = any(age > 1.0 for age in self._watch.age.values()) or self._watch.clock_age > 1.0
+        return not held and not self._testing()
+
+    def _testing(self) -> bool:
+        return self._finder.testing and self._settings.amplitude == 0.0
+
+    def _must_turn(self, drive: RockingDrive, torque: float) -> bool:
+        turn_time = abs(drive.speed) / self._max_acceleration() + 2.0 * self._interval
+        limited = self._interlocks.must_turn(torque, drive.side, self._watch.step, turn_time)
+        return self._torque_turn.must_turn(drive.angle, torque, drive.side, self._centre) or limited
+
+    def _motion(self) -> Motion:
+        if not self._permission.rock:
+            return Motion.FREEZE
+        return Motion.PARK if self._settings.rocking < 0.5 else Motion.ROCK
+
+    def _wished_centre(self) -> float:
+        s = self._settings
+        twist = s.feed_forward * self._belief.compliance * self._expected_torque()
+        belief = self._estimator.belief
+        if belief is None or not self._estimator.known:
+            return self._zero + twist
+        lead = min(max(s.gain * self.error, -s.max_lead), s.max_lead)
+        return self._target + twist - belief.offset + lead
+
+    def _expected_torque(self) -> float:
+        """Reactive torque (N m) that is on its way: midway between what pressure shows and what it is driven to."""
+        measured = self._pressure.reactive_torque
+        if self._interlocks.stall.state is not Stall.NONE:
+            return measured
+        return 0.5 * (measured + self._rig.motor.torque_per_pressure * self._driller.setpoint)
+
+    def _wished_amplitude(self) -> float:
+        s = self._settings
+        if s.amplitude > 0.0:
+            return s.amplitude
+        if self._testing():
+            return s.reach_share * self._belief.full_amplitude(1.0)
+        share = min(max((abs(self.error) - _NEAR) / (_FAR - _NEAR), 0.0), 1.0)
+        reach = s.reach_share + (s.setting_share - s.reach_share) * share
+        return reach * self._belief.full_amplitude(self._finder.scale)
+
+    def _period_now(self) -> float:
+        """s; longer than the best one where the drive could not make the amplitude in it."""
+        if self._settings.period > 0.0:
+            wanted = self._settings.period
+        else:
+            wanted = max(_PERIOD_PER_TRAVEL * self._belief.travel_time, _SHORTEST_PERIOD)
+            if self._testing():
+                wanted = max(TEST_PERIOD_SHARE * wanted, SHORTEST_TEST_PERIOD)
+        return max(wanted, 4.0 * self._amplitude / self._max_speed())
+
+    def _lower(self) -> float:
+        """Block speed, m/s."""
+        if self._permission.pick_up:
+            self._driller.restart()
+            return -self._settings.pick_up_speed
+        if self._interlocks.stall.state is not Stall.NONE:
+            self._driller.restart()
+            return 0.0
+        if not self._permission.lower or self._testing() or self._motion() is not Motion.ROCK:
+            return 0.0
+        ramp = self._wanted_pressure / self._settings.pressure_ramp_time
+        return self._driller.update(self._pressure.smooth, self._wanted_pressure, ramp, self._watch.step)
+
+    def status(self) -> tuple[Status, ...]:
+        """The tool-face and its error, the zones, and every interlock with its reason."""
+        return (self._tool_face_status(), self._reach_status(), *self._interlocks.statuses())
+
+    def _tool_face_status(self) -> Status:
+        belief = self._estimator.belief
+        if belief is None or not self._estimator.known:
+            return Status(Level.WARN, "tool_face", "no MWD tool-face has come yet: rocking about the start")
+        values = (("estimate_deg", f"{math.degrees(belief.tool_face):.1f}"),
+                  ("one_sigma_deg", f"{math.degrees(math.sqrt(belief.p11)):.1f}"),
+                  ("target_deg", f"{math.degrees(self._target):.1f}"), ("centre_rad", f"{self._centre:.2f}"),
+                  ("offset_rad", f"{belief.offset:.2f}"),
+                  ("reactive_torque_n_m", f"{self._pressure.reactive_torque:.0f}"),
+                  ("mwd_rejected", str(self._estimator.rejections)))
+        return Status(Level.OK, "tool_face", f"{-math.degrees(self.error):+.1f} deg off target", values)
+
+    def _reach_status(self) -> Status:
+        zones = self.zones()
+        values = (("rocking_m", f"{zones.rocking:.0f}"), ("static_m", f"{zones.static:.0f}"),
+                  ("reactive_from_m", f"{zones.reactive:.0f}"), ("amplitude_rad", f"{self._amplitude:.2f}"),
+                  ("period_s", f"{self._period_now():.1f}"), ("friction_over_belief", f"{self._finder.scale:.2f}"),
+                  ("friction_one_sigma", f"{self._finder.spread:.2f}"),
+                  ("breakover_torque_n_m", f"{self._finder.breakover_torque:.0f}"))
+        return Status(Level.OK, "reach", f"rocking reaches {zones.rocking:.0f} m of {zones.bit:.0f} m", values)

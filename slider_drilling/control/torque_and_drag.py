@@ -1,0 +1,131 @@
+"""The torque-and-drag belief: how deep rocking reaches and which torque that takes, in closed form.
+
+Along a string that turns against friction the torque falls by ``mu w_n R`` per metre (Johancsik soft string,
+`w_n` of the buoyed weight and the tension). Rocking of half-amplitude A frees the string down to the reach s_r
+where, with ``Q(s) = int_0^s mu w_n R ds`` and the compliance ``C(s) = int_0^s ds / GJ``,
+
+    A = Q(s_r) C(s_r) - int_0^s_r Q dC,        breakover torque M = Q(s_r).
+
+Below it nothing turns. From the bit up, the reactive torque T is taken by friction over the length where
+``int mu w_n R ds = T``; between the two lies the static zone. Inertia is left out on purpose: what it changes is
+absorbed by `scale`, which is corrected from the breakover torque that surface sees.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from slider_drilling.rig import Rig
+
+_GRAVITY = 9.80665  # m/s2
+_SPACING = 10.0     # m between the depths at which the belief is held
+_SCALES = (0.1, 10.0)
+
+
+@dataclass(frozen=True)
+class Zones:
+    """Measured depths, m: rocking is felt down to `rocking`, reactive torque up to `reactive`; bit at `bit`."""
+
+    rocking: float
+    reactive: float
+    bit: float
+
+    @property
+    def static(self) -> float:
+        """Length of the string between the two that neither reaches, m; 0 where they overlap."""
+        return max(self.reactive - self.rocking, 0.0)
+
+
+class TorqueAndDrag:
+    """Belief about one string in one well. weight_on_bit: N, that the tension is reckoned with.
+
+    friction_factor: the belief of Coulomb friction where the rig file's interval factor is 1; the methods' `scale`
+    multiplies it.
+    """
+
+    def __init__(self, rig: Rig, friction_factor: float, weight_on_bit: float):
+        depth = np.linspace(0.0, rig.string.length, max(round(rig.string.length / _SPACING), 2) + 1)
+        middle = 0.5 * (depth[1:] + depth[:-1])
+        length = np.diff(depth)
+        radius, torsion, weight = _sections(rig, middle)
+        side_force = _side_force(rig, middle, length, weight, weight_on_bit)
+        interval = _interval_factor(rig, middle)
+        gradient = friction_factor * interval * side_force * radius
+        self._depth: NDArray[np.float64] = depth
+        self._torque = np.concatenate([[0.0], np.cumsum(gradient * length)])
+        compliance = np.concatenate([[0.0], np.cumsum(length / torsion)])
+        taken = 0.5 * (self._torque[1:] + self._torque[:-1]) * np.diff(compliance)
+        self._twist = self._torque * compliance - np.concatenate([[0.0], np.cumsum(taken)])
+        self.compliance = float(compliance[-1])
+        self.bit_depth = float(depth[-1])
+        self.travel_time = self.bit_depth / math.sqrt(rig.string.shear_modulus / rig.string.density)
+
+    def full_amplitude(self, scale: float) -> float:
+        """Half-amplitude (rad) at which rocking just reaches the bit."""
+        return scale * float(self._twist[-1])
+
+    def breakover_torque(self, amplitude: float, scale: float) -> float:
+        """Torque (N m) at the end of a stroke of this half-amplitude (rad)."""
+        return scale * float(np.interp(amplitude / scale, self._twist, self._torque))
+
+    def reach(self, amplitude: float, scale: float) -> float:
+        """Measured depth (m) down to which rocking of this half-amplitude (rad) turns the string."""
+        return float(np.interp(amplitude / scale, self._twist, self._depth))
+
+    def zones(self, amplitude: float, reactive_torque: float, scale: float) -> Zones:
+        """The three zones at this half-amplitude (rad) and reactive torque (N m)."""
+        above = self._torque[-1] - max(reactive_torque, 0.0) / scale
+        reactive = float(np.interp(above, self._torque, self._depth)) if above > 0.0 else 0.0
+        return Zones(self.reach(amplitude, scale), reactive, self.bit_depth)
+
+    def scale_from(self, amplitude: float, breakover_torque: float) -> float:
+        """The scale at which a stroke of this half-amplitude (rad) ends at this torque (N m), within 0.1 to 10."""
+        low, high = _SCALES
+        for _ in range(40):
+            middle = math.sqrt(low * high)
+            if self.breakover_torque(amplitude, middle) < breakover_torque:
+                low = middle
+            else:
+                high = middle
+        return math.sqrt(low * high)
+
+
+def _sections(rig: Rig, depth: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+    """Outer radius (m), GJ (N m2) and buoyed weight (N/m) of the string at each depth."""
+    ends = np.cumsum([section.length for section in rig.string.sections])
+    index = np.minimum(np.searchsorted(ends, depth), len(ends) - 1)
+    outer = np.array([section.outer_diameter for section in rig.string.sections])[index]
+    inner = np.array([section.inner_diameter for section in rig.string.sections])[index]
+    torsion = rig.string.shear_modulus * math.pi / 32.0 * (outer**4 - inner**4)
+    area = math.pi / 4.0 * (outer**2 - inner**2)
+    return outer / 2.0, torsion, area * (rig.string.density - rig.mud.density) * _GRAVITY
+
+
+def _side_force(
+    rig: Rig, depth: NDArray[np.float64], length: NDArray[np.float64], weight: NDArray[np.float64],
+    weight_on_bit: float,
+) -> NDArray[np.float64]:
+    """Johancsik's side force per metre (N/m) of the rotating string; model.md section 3."""
+    stations = np.array(rig.well.survey)
+    inclination, azimuth = np.radians(stations[:, 1]), np.unwrap(np.radians(stations[:, 2]))
+    angle = np.interp(depth, stations[:, 0], inclination)
+    edges = np.concatenate([[0.0], np.cumsum(length)])
+    build = np.diff(np.interp(edges, stations[:, 0], inclination)) / length
+    turn = np.diff(np.interp(edges, stations[:, 0], azimuth)) / length
+    hanging = weight * np.cos(angle) * length
+    tension = np.cumsum(hanging[::-1])[::-1] - 0.5 * hanging - weight_on_bit
+    return np.hypot(weight * np.sin(angle) - tension * build, tension * np.sin(angle) * turn)
+
+
+def _interval_factor(rig: Rig, depth: NDArray[np.float64]) -> NDArray[np.float64]:
+    if not rig.well.friction_intervals:
+        return np.ones_like(depth)
+    ends = [interval.to for interval in rig.well.friction_intervals]
+    factors = np.array([interval.factor for interval in rig.well.friction_intervals])
+    return factors[np.minimum(np.searchsorted(ends, depth), len(ends) - 1)]
