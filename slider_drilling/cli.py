@@ -35,6 +35,7 @@ class Row:
 COMMANDS: dict[str, Row] = {
     "run": Row("slider_drilling.commands.run", "Slide a well: simulator, controller and recorder over ROS 2 topics."),
     "plot": Row("slider_drilling.commands.plot", "Plot a log and print what happened in it."),
+    "closed-loop": Row("slider_drilling.commands.closed_loop", "Score a controller in fixed scenarios, without ROS."),
     "replay": Row("slider_drilling.commands.replay", "Drive the plant with a log; compare channel by channel."),
     "diagnose": Row("slider_drilling.commands.diagnose", "Why a run and the simulator differ, and by which effect."),
     "blind-check": Row("slider_drilling.commands.blind_check", "Score the diagnosis on sealed logs of its own making."),

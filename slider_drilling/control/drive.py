@@ -13,10 +13,10 @@ import enum
 import math
 from dataclasses import dataclass
 
-
 _PARKING_SHARE = 0.1     # of the greatest speed
 _PARKING_PIECE = 0.01    # s
-_AT_REST = 0.02          # rad from the centre
+_AT_REST = 0.005         # rad from the centre
+_REST_SPEED = 0.3        # rad/s
 
 
 class Motion(enum.Enum):
@@ -105,10 +105,10 @@ class RockingDrive:
     def _park(self, left: float, centre: float) -> float:
         """A little on the way to rest at the centre, at a tenth of the drive's speed at most."""
         distance = centre - self.angle
-        direction = math.copysign(1.0, distance)
-        arriving = direction * self.speed >= 0.0 and self._braking_distance() >= abs(distance)
-        rest = arriving or abs(distance) < _AT_REST
-        speed = 0.0 if rest else direction * _PARKING_SHARE * self._max_speed
+        rest = abs(distance) < _AT_REST and abs(self.speed) < _REST_SPEED
+        # Half of the acceleration there is, so that the speed can follow its way down.
+        approach = min(_PARKING_SHARE * self._max_speed, math.sqrt(self._acceleration * abs(distance)))
+        speed = 0.0 if rest else math.copysign(approach, distance)
         piece = min(left, _PARKING_PIECE)
         return self._move(piece, 0.0) if self.speed == speed else self._ramp_to(speed, piece)
 

@@ -91,11 +91,12 @@ class Interlocks:
     def update(self, watch: Watch, step: float, pressure: float, mwd_age: float, behind: float) -> Permission:
         """Judge one sample. step: s; pressure: Pa across the motor; mwd_age: s since a tool-face was read; behind: rad
         between the top drive and what it was told."""
-        self.stall.update(pressure, watch.age["standpipe_pressure"] <= HOLD_AFTER, step)
         self._reasons = []
         worst = max(self._stale(watch), watch.clock_age)
         pump = watch.value["pump_speed"]
         circulating = math.isfinite(pump) and pump >= self._least_pump_speed
+        # Without flow, pressure less circulation says nothing of the motor.
+        self.stall.update(pressure, watch.age["standpipe_pressure"] <= HOLD_AFTER and circulating, step)
         self._report_pump(circulating, pump)
         follows = not abs(behind) > _BEHIND
         self._report_following(follows, behind)

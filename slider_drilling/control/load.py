@@ -14,7 +14,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
 from slider_drilling.signals import Measurements, RigCommand
 
-DEFAULT = "slider_drilling.control:FixedRocking"
+DEFAULT = "slider_drilling.control:SlideController"
 
 
 def load_controller(name: str, rig: Rig) -> Controller:

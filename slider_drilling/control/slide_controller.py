@@ -9,7 +9,7 @@ from slider_drilling.control.amplitude import SHORTEST_TEST_PERIOD, TEST_PERIOD_
 from slider_drilling.control.auto_driller import AutoDriller
 from slider_drilling.control.differential_pressure import DifferentialPressure
 from slider_drilling.control.drive import Motion, RockingDrive, Wish
-from slider_drilling.control.limits import Interlocks, Permission, Stall, StallGuard
+from slider_drilling.control.limits import HOLD_AFTER, Interlocks, Permission, Stall, StallGuard
 from slider_drilling.control.protocol import Level, Status
 from slider_drilling.control.settings import check
 from slider_drilling.control.slide_settings import SlideSettings
@@ -32,6 +32,7 @@ _START_SPREAD = 1.0          # rad, of the offset at first
 _PRIOR_SPREAD = 0.25         # of ln(friction)
 _QUICK, _SMOOTH = 0.5, 6.0   # s, filters of differential pressure
 _RELEASED_SHARE = 0.25       # of the pressure wanted, at which the bit has let go
+_CUT, _LEAST_BEARABLE, _REGAINED = 0.95, 0.3, 0.002   # of the amplitude: a stroke cut short, the least, per s
 _LEAST_FLOW_SHARE = 0.3      # of the reference flow, below which the motor is not fed
 _ACCELERATION_SHARE, _SPEED_SHARE = 0.9, 0.95   # of the top drive's limits, the rest is for following
 
@@ -67,6 +68,7 @@ class SlideController:
         self._zero = 0.0             # rad, top-drive angle at the start
         self._centre = 0.0           # rad, wished middle of rocking
         self._amplitude = 0.0        # rad
+        self._bearable = 1.0         # share of the amplitude that the torque limits leave
         self._mwd_age = 0.0          # s since the last accepted sample was read
         self._target = self._asked = tool_face_target   # rad: the turn of the target that is nearest; as asked
 
@@ -169,7 +171,8 @@ class SlideController:
         watch = self._watch
         if self._may_shift():
             self._centre = self._wished_centre()
-        self._amplitude = self._wished_amplitude()
+        self._bearable = min(self._bearable + _REGAINED * watch.step, 1.0)
+        self._amplitude = self._bearable * self._wished_amplitude()
         torque = watch.value["surface_torque"] if watch.age["surface_torque"] == 0.0 else math.nan
         if drive.side * drive.speed > 0.0 and self._must_turn(drive, torque):
             drive.turn()
@@ -178,16 +181,19 @@ class SlideController:
             self._finder.update(drive.angle, torque, drive.strokes, drive.side)
 
     def _may_shift(self) -> bool:
-        """The centre is held while a measurement is missing, and during the breakover test, which needs it still."""
-        held = any(age > 1.0 for age in self._watch.age.values()) or self._watch.clock_age > 1.0
-        return not held and not self._testing()
+        """The centre is held while a measurement is missing or the drive parks, and during the breakover test."""
+        missing = max(*self._watch.age.values(), self._watch.clock_age) > HOLD_AFTER
+        return self._motion() is Motion.ROCK and not missing and not self._testing()
 
     def _testing(self) -> bool:
         return self._finder.testing and self._settings.amplitude == 0.0
 
     def _must_turn(self, drive: RockingDrive, torque: float) -> bool:
         turn_time = abs(drive.speed) / self._max_acceleration() + 2.0 * self._interval
+        trips = self._interlocks.torque_trips
         limited = self._interlocks.must_turn(torque, drive.side, self._watch.step, turn_time)
+        if self._interlocks.torque_trips > trips:
+            self._bearable = max(_CUT * self._bearable, _LEAST_BEARABLE)
         return self._torque_turn.must_turn(drive.angle, torque, drive.side, self._centre) or limited
 
     def _motion(self) -> Motion:

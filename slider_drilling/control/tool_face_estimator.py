@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from slider_drilling.signals import MwdSample
 
 _STEP = 0.5    # s, the filter's own step
+_AGREED = 0.35         # rad, beyond noise, that refused samples may differ and still agree
 _DOUBT = 0.8           # share of the modelled motion that may be wrong
 _OFFSET_DOUBT = 0.2    # share of it that may be the offset's fault
 
@@ -130,9 +131,8 @@ class ToolFaceEstimator:
         self.rejections += 1
         self._rejected.append(innovation)
         recent = self._rejected[-3:]
-        agreed = len(recent) == 3 and max(recent) - min(recent) < 6.0 * self._noise.sample + 0.35
-            return False
-        return True
+        agreed = len(recent) == 3 and max(recent) - min(recent) < 6.0 * self._noise.sample + _AGREED
+        return not agreed
 
     def _index_at(self, time: float) -> int | None:
         """Newest instant not after `time`, None if that is forgotten or in the future."""

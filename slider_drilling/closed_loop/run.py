@@ -1,0 +1,102 @@
+"""One contender through one scenario, without DDS, and all of them in parallel."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slider_drilling.closed_loop.contenders import BASELINES, UNDER_TEST, build
+from slider_drilling.closed_loop.faulty_rig import FaultyRig
+from slider_drilling.closed_loop.scenario import Scenario
+from slider_drilling.closed_loop.score import Score, score
+from slider_drilling.control.load import DEFAULT, step_checked
+from slider_drilling.control.protocol import ReportingController, TargetedController
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What happened, at the sensors' rate: time s; target, tool_face rad (unwrapped truth); top_drive_angle rad;
+    surface_torque N m without noise; weight_on_bit N; rate_of_penetration m/s; events: (s, level, name, message) of
+    each change of an interlock."""
+
+    time: Array
+    target: Array
+    tool_face: Array
+    top_drive_angle: Array
+    surface_torque: Array
+    weight_on_bit: Array
+    rate_of_penetration: Array
+    bit_depth: Array
+    events: tuple[tuple[float, str, str, str], ...]
+
+
+_COLUMNS = ("time", "target", "tool_face", "top_drive_angle", "surface_torque", "weight_on_bit",
+            "rate_of_penetration", "bit_depth")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A contender's score in a scenario and its trace."""
+
+    scenario: Scenario
+    contender: str
+    score: Score
+    trace: Trace
+
+
+def run_scenario(
+    scenario: Scenario, contender: str, seed: int = 0, elements: int = 200, name: str = DEFAULT
+) -> Outcome:
+    """Drive one contender through a scenario. `name`: module:Class of the controller under test. Raises InputError."""
+    rig = FaultyRig(scenario, seed, elements)
+    controller = build(contender, scenario, scenario.believed_rig(), name)
+    measurements = rig.rig.measurements
+    rows, events = [], _Events()
+    for _ in range(round(scenario.duration / rig.rig.interval)):
+        target = math.radians(scenario.target_at(measurements.time))
+        if isinstance(controller, TargetedController):
+            controller.tool_face_target = target
+        command = step_checked(controller, measurements)
+        measurements = rig.step(command)
+        truth = rig.rig.truth
+        if isinstance(controller, ReportingController):
+            events.take(measurements.time, controller)
+        rows.append((truth.time, target, truth.tool_face, measurements.top_drive_angle, truth.surface_torque,
+                     truth.weight_on_bit, truth.rate_of_penetration, truth.bit_depth))
+    columns = dict(zip(_COLUMNS, np.array(rows).T, strict=True))
+    trace = Trace(**columns, events=tuple(events.seen))
+    return Outcome(scenario, contender, score(scenario, trace), trace)
+
+
+def run_all(scenarios: Sequence[Scenario], seed: int, elements: int, name: str, jobs: int) -> Iterator[Outcome]:
+    """Every contender through every scenario, as they end. Raises InputError."""
+    from joblib import Parallel, delayed
+
+    tasks = [(scenario, contender) for scenario in scenarios for contender in (UNDER_TEST, *BASELINES)]
+    parallel = Parallel(n_jobs=jobs, return_as="generator_unordered")
+    one = delayed(run_scenario)
+    yield from parallel(one(scenario, contender, seed, elements, name) for scenario, contender in tasks)
+
+
+class _Events:
+    """Changes of level or kind in a controller's status, looked at once a second."""
+
+    def __init__(self) -> None:
+        self.seen: list[tuple[float, str, str, str]] = []
+        self._levels: dict[str, str] = {}
+        self._next = 0.0
+
+    def take(self, time: float, controller: ReportingController) -> None:
+        if time < self._next:
+            return
+        self._next = time + 1.0
+        for status in controller.status():
+            if self._levels.get(status.name, "OK") != status.level.name:
+                self.seen.append((time, status.level.name, status.name, status.message))
+            self._levels[status.name] = status.level.name

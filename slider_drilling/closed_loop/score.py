@@ -1,0 +1,80 @@
+"""How well a slide went, on truth.
+
+The tool-face is *set* at the first instant from which it stays within 15 degrees of its target for 60 s. Four minutes
+are allowed for that, from the start and from every new target; the error is scored outside of them, the same stretch
+for every contender, whether it had set the tool-face or not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from slider_drilling.closed_loop.run import Array, Trace
+    from slider_drilling.closed_loop.scenario import Scenario
+
+WITHIN_DEG = 15.0
+HELD = 60.0       # s within, to count as set
+ALLOWED = 240.0   # s for setting
+
+
+@dataclass(frozen=True)
+class Score:
+    """mean_abs_error_deg, within_15_deg (share of time): after setting; time_to_set_s: the slowest of the scenario's
+    targets, None where one was never set; peak_torque_n_m: of either sign; make_up_n_m, back_off_n_m: the most to the
+    right and to the left; weight_spread_n: one standard deviation after setting; rop_m_h: likewise."""
+
+    mean_abs_error_deg: float
+    within_15_deg: float
+    time_to_set_s: float | None
+    peak_torque_n_m: float
+    make_up_n_m: float
+    back_off_n_m: float
+    weight_spread_n: float
+    rop_m_h: float
+
+
+def error_deg(trace: Trace) -> Array:
+    """Tool-face minus target, deg in [-180, 180)."""
+    off: Array = (np.degrees(trace.tool_face - trace.target) + 180.0) % 360.0 - 180.0
+    return off
+
+
+def score(scenario: Scenario, trace: Trace) -> Score:
+    """The figures of one run."""
+    error = error_deg(trace)
+    starts = [since for since, _ in scenario.targets]
+    ends = [*starts[1:], scenario.duration]
+    scored = np.zeros(len(trace.time), dtype=bool)
+    times: list[float | None] = []
+    for start, end in zip(starts, ends, strict=True):
+        scored |= (trace.time >= start + ALLOWED) & (trace.time < end)
+        inside = (trace.time >= start) & (trace.time < end)
+        times.append(_time_to_set(trace.time[inside] - start, error[inside]))
+    known = [time for time in times if time is not None]
+    span = trace.time[scored]
+    return Score(
+        mean_abs_error_deg=float(np.mean(np.abs(error[scored]))),
+        within_15_deg=float(np.mean(np.abs(error[scored]) <= WITHIN_DEG)),
+        time_to_set_s=max(known) if len(known) == len(times) else None,
+        peak_torque_n_m=float(np.max(np.abs(trace.surface_torque))),
+        make_up_n_m=float(np.max(trace.surface_torque)),
+        back_off_n_m=float(-np.min(trace.surface_torque)),
+        weight_spread_n=float(np.std(trace.weight_on_bit[scored])),
+        rop_m_h=3600.0 * float(np.mean(trace.rate_of_penetration[scored])) if len(span) else float("nan"),
+    )
+
+
+def _time_to_set(time: Array, error: Array) -> float | None:
+    since: float | None = None
+    for now, off in zip(time, error, strict=True):
+        if abs(off) > WITHIN_DEG:
+            since = None
+        elif since is None:
+            since = float(now)
+        elif now - since >= HELD:
+            return since
+    return None

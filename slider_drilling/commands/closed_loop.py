@@ -1,0 +1,101 @@
+"""`slider-drilling closed-loop`: a controller through fixed scenarios on the virtual rig, scored on truth."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from slider_drilling.closed_loop import Outcome, Scenario
+
+EXAMPLES = """\
+Examples:
+
+\b
+  slider-drilling closed-loop -o out
+  slider-drilling closed-loop --only "hold, 4.0 km" --json
+  slider-drilling closed-loop --controller mine:Steering -o out
+"""
+
+
+@click.command(epilog=EXAMPLES)
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write closed_loop.html and .json there.")
+@click.option("--json", "as_json_text", is_flag=True, help="Print JSON: the units are in the names.")
+@click.option("--controller", "name", default="", help="Controller under test, module:Class.")
+@click.option("--only", multiple=True, help="Scenario by name, or the beginning of its name; may be repeated.")
+@click.option("--list", "listing", is_flag=True, help="List the scenarios and leave.")
+@click.option("--elements", default=200, show_default=True, help="Elements of the string, 10 to 5000.")
+@click.option("--seed", default=0, show_default=True, type=click.IntRange(min=0), help="Of sensor noise and faults.")
+@click.option("--jobs", default=2, show_default=True, type=click.IntRange(1, 64), help="Processes.")
+def command(
+    output: Path | None, as_json_text: bool, name: str, only: tuple[str, ...], listing: bool, elements: int, seed: int,
+    jobs: int,
+) -> None:
+    """Hold the tool-face through every scenario; compare with no rocking and with fixed rocking."""
+    from slider_drilling.closed_loop import SCENARIOS, report
+    from slider_drilling.control.load import DEFAULT
+    from slider_drilling.errors import InputError
+
+    if not 10 <= elements <= 5000:
+        raise InputError(f"--elements = {elements}: must be within 10 to 5000")
+    if listing:
+        for scenario in SCENARIOS:
+            click.echo(f"{scenario.name:24} {scenario.about}")
+        return
+    scenarios = _chosen(only)
+    if output is not None:
+        output.mkdir(parents=True, exist_ok=True)
+    name = name or DEFAULT
+    outcomes = _run(scenarios, seed, elements, name, jobs)
+    rows = report.by_scenario(outcomes, scenarios)
+    figures = report.as_json(rows, name, seed, elements)
+    text = json.dumps(figures, indent=1)
+    if output is not None:
+        from slider_drilling.files import write_whole
+
+        write_whole(output / "closed_loop.json", text.encode("utf-8"))
+        report.write_page(output / "closed_loop.html", rows, name, seed, elements)
+    if as_json_text:
+        click.echo(text)
+    else:
+        _print(rows)
+
+
+def _chosen(only: tuple[str, ...]) -> list[Scenario]:
+    from slider_drilling.closed_loop import SCENARIOS
+    from slider_drilling.errors import InputError
+
+    for wanted in only:
+        if not any(scenario.name.startswith(wanted) for scenario in SCENARIOS):
+            raise InputError(f"--only = {wanted!r}: no such scenario; see --list")
+    return [scenario for scenario in SCENARIOS
+            if not only or any(scenario.name.startswith(wanted) for wanted in only)]
+
+
+def _run(scenarios: list[Scenario], seed: int, elements: int, name: str, jobs: int) -> list[Outcome]:
+    from slider_drilling.closed_loop import run_all
+    from slider_drilling.closed_loop.contenders import BASELINES
+    from slider_drilling.console import progress_bar
+
+    outcomes = []
+    with progress_bar("{task.description}", "{task.completed}/{task.total}") as progress:
+        task = progress.add_task("slides", total=len(scenarios) * (1 + len(BASELINES)))
+        for outcome in run_all(scenarios, seed, elements, name, jobs):
+            outcomes.append(outcome)
+            progress.advance(task)
+    return outcomes
+
+
+def _print(rows: list[dict[str, Outcome]]) -> None:
+    from rich.table import Table
+
+    from slider_drilling.closed_loop.report import HEADS, cells
+    from slider_drilling.console import stdout
+
+    table = Table(*HEADS)
+    for row in rows:
+        table.add_row(*cells(row))
+    stdout().print(table)

@@ -1,0 +1,104 @@
+"""The closed loop without DDS: its score on made-up traces, its faults, and short slides of the real controller."""
+
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from slider_drilling.closed_loop import SCENARIOS, Trace, run_scenario, score
+from slider_drilling.closed_loop.faulty_rig import FaultyRig
+from slider_drilling.commands.closed_loop import command
+from slider_drilling.errors import InputError
+from slider_drilling.signals import RigCommand
+
+HOLD = next(one for one in SCENARIOS if one.name == "hold, 4.0 km")
+
+
+def trace_of(error_deg, duration=900.0):
+    time = np.arange(1, int(duration * 10) + 1) / 10.0
+    error = np.array([error_deg(t) for t in time])
+    zero = np.zeros_like(time)
+    target = np.full_like(time, math.radians(170.0))
+    tool_face = target + np.radians(error)
+    return Trace(time, target, tool_face, zero, 1e3 * np.sin(time), zero + 8e4, zero + 0.0025, zero, ())
+
+
+def test_score_of_a_constant_error_across_the_half_turn():
+    figures = score(HOLD, trace_of(lambda t: 355.0 if t > 100.0 else 90.0))
+    assert figures.mean_abs_error_deg == pytest.approx(5.0)
+    assert figures.within_15_deg == 1.0
+    assert figures.time_to_set_s == pytest.approx(100.1)
+    assert figures.rop_m_h == pytest.approx(9.0)
+    assert figures.peak_torque_n_m == pytest.approx(1e3, rel=1e-3)
+
+
+def test_a_minute_within_is_needed_to_count_as_set():
+    figures = score(HOLD, trace_of(lambda t: 20.0 if t % 50.0 < 1.0 else 0.0))
+    assert figures.time_to_set_s is None
+    assert figures.within_15_deg == pytest.approx(0.98, abs=2e-3)
+
+
+def test_after_a_new_target_four_minutes_are_not_scored():
+    steps = dataclasses.replace(HOLD, targets=((0.0, 0.0), (450.0, 45.0)))
+    figures = score(steps, trace_of(lambda t: 50.0 if 450.0 <= t < 600.0 else 2.0))
+    assert figures.mean_abs_error_deg == pytest.approx(2.0)
+    assert figures.time_to_set_s == pytest.approx(150.0)
+
+
+def test_faults_are_what_the_scenario_says():
+    faulty = dataclasses.replace(HOLD, lost=0.5, outliers=0.5, mwd_period=1.0)
+    rig = FaultyRig(faulty, seed=3, elements=20)
+    still = RigCommand(0.0, 0.0, 0.0, 12.3)
+    received = [sample.tool_face for _ in range(2000) for sample in rig.step(still).mwd]
+    assert 60 <= len(received) <= 130
+    assert 0.3 < np.mean(np.abs(received) > 0.3) < 0.7
+    slipping = FaultyRig(dataclasses.replace(HOLD, slip=(1.0, 0.6)), seed=3, elements=20)
+    for _ in range(60):
+        measurements = slipping.step(still)
+    assert measurements.block_position == pytest.approx(0.6, rel=0.05)
+
+
+def test_truth_differs_from_belief_only_as_said():
+    rougher = dataclasses.replace(HOLD, friction=1.25)
+    believed, true = rougher.believed_rig(), rougher.true_rig()
+    assert [one.factor for one in true.well.friction_intervals] == pytest.approx(
+        [1.25 * one.factor for one in believed.well.friction_intervals])
+    assert dataclasses.replace(true, well=believed.well) == believed
+
+
+def test_controller_sets_and_holds_the_tool_face_on_a_coarse_string():
+    """The whole loop on 50 elements: a quicker look at what `closed-loop` measures with 200."""
+    outcome = run_scenario(dataclasses.replace(HOLD, duration=480.0), "controller", elements=50)
+    assert outcome.score.time_to_set_s is not None
+    assert outcome.score.mean_abs_error_deg < 8.0
+
+
+def test_same_seed_same_run():
+    brief = dataclasses.replace(HOLD, duration=270.0, lost=0.3, outliers=0.2)
+    first, second = (run_scenario(brief, "controller", seed=7, elements=20) for _ in range(2))
+    assert np.array_equal(first.trace.tool_face, second.trace.tool_face)
+    assert first.score == second.score
+
+
+def test_command_prints_the_schema_and_writes_both_files(tmp_path, monkeypatch):
+    brief = (dataclasses.replace(HOLD, duration=300.0),)
+    monkeypatch.setattr("slider_drilling.closed_loop.SCENARIOS", brief)
+    outcome = CliRunner().invoke(
+        command, ["--json", "-o", str(tmp_path), "--elements", "20", "--jobs", "1"], catch_exceptions=False)
+    figures = json.loads(outcome.output)
+    assert json.loads((tmp_path / "closed_loop.json").read_text()) == figures
+    scenario = figures["scenarios"][0]
+    asked = {"name", "well", "mwd_period_s", "mean_abs_error_deg", "within_15_deg", "time_to_set_s", "peak_torque_n_m",
+             "rop_m_h", "no_rocking", "fixed_rocking"}
+    assert asked <= set(scenario)
+    assert scenario["no_rocking"]["peak_torque_n_m"] < scenario["fixed_rocking"]["peak_torque_n_m"]
+    page = (tmp_path / "closed_loop.html").read_text()
+    assert "hold, 4.0 km" in page and "Plotly.newPlot" in page
+
+
+def test_unknown_scenario_is_refused():
+    with pytest.raises(InputError, match="--only"):
+        CliRunner().invoke(command, ["--only", "nonsense"], catch_exceptions=False)

@@ -1,0 +1,162 @@
+"""The parts of the tool-face controller, each against what it must be in closed form."""
+
+import itertools
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slider_drilling.control.auto_driller import AutoDriller
+from slider_drilling.control.differential_pressure import DifferentialPressure
+from slider_drilling.control.drive import Motion, RockingDrive, Wish
+from slider_drilling.control.rocking import Rocking
+from slider_drilling.control.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
+from slider_drilling.control.torque_and_drag import TorqueAndDrag
+from slider_drilling.control.torque_turn import TorqueTurn
+from slider_drilling.rig import load_rig
+from slider_drilling.signals import MwdSample
+
+CONFIG = Path(__file__).resolve().parents[1] / "config"
+RIG = load_rig(CONFIG / "rig.example.yaml")
+NOISE = EstimatorNoise(math.radians(3.0), math.radians(1.0), math.radians(1.0), 1.0)
+
+
+def test_drive_draws_the_ideal_trajectory():
+    """With everything constant: the slopes, the turning points and the period of the paper's Fig. 22."""
+    acceleration = 16.0
+    rocking = Rocking(10.0, 10.0, 4.0 / acceleration)
+    drive = RockingDrive(12.0, acceleration)
+    angles, speeds = [], []
+    for _ in range(4000):
+        drive.advance(0.01, Wish(0.0, 10.0, 10.0))
+        angles.append(drive.angle)
+        speeds.append(drive.speed)
+    assert max(angles) == pytest.approx(rocking.turning_angle, abs=1e-3)
+    assert min(angles) == pytest.approx(-rocking.turning_angle, abs=1e-3)
+    assert max(speeds) == pytest.approx(rocking.speed)
+    peaks = [k for k in range(1, 3999) if angles[k - 1] < angles[k] >= angles[k + 1] and angles[k] > 9.0]
+    assert np.diff(peaks) * 0.01 == pytest.approx(10.0, abs=0.02)
+
+
+WISHES = st.builds(Wish, st.floats(-50.0, 50.0), st.floats(0.0, 40.0), st.floats(2.0, 40.0))
+
+
+@given(st.lists(st.tuples(WISHES, st.sampled_from(list(Motion)), st.integers(1, 30)), min_size=1, max_size=8))
+def test_drive_never_jumps_whatever_is_wished(wishes):
+    drive = RockingDrive(12.0, 16.0, 3.0)
+    for wish, motion, count in wishes:
+        for _ in range(count):
+            angle, speed = drive.angle, drive.speed
+            drive.advance(0.1, wish, motion)
+            assert abs(drive.speed) <= 12.0 + 1e-9
+            assert abs(drive.speed - speed) <= 16.0 * 0.1 + 1e-9
+            assert abs(drive.angle - angle) <= 12.0 * 0.1 + 1e-9
+
+
+def test_belief_of_a_uniform_side_force_is_the_parabola(tmp_path):
+    """Horizontal throughout: torque falls linearly, A = q s^2 / 2GJ."""
+    text = (CONFIG / "rig.example.yaml").read_text()
+    survey = text[text.index("    - [0.0, 0.0"):text.index("  hole_diameter")]
+    flat = text.replace(survey, "    - [0.0, 90.0, 0.0]\n    - [4000.0, 90.0, 0.0]\n")
+    flat = flat.replace("factor: 0.8", "factor: 1.0")
+    flat = flat.replace("length: 60.0, outer_diameter: 0.165, inner_diameter: 0.0714",
+                        "length: 60.0, outer_diameter: 0.127, inner_diameter: 0.1086")
+    path = tmp_path / "flat.yaml"
+    path.write_text(flat)
+    rig = load_rig(path)
+    belief = TorqueAndDrag(rig, 0.25, 0.0)
+    area = math.pi / 4.0 * (0.127**2 - 0.1086**2)
+    gradient = 0.25 * area * (7850.0 - 1200.0) * 9.80665 * 0.127 / 2.0
+    torsion = 7.92e10 * math.pi / 32.0 * (0.127**4 - 0.1086**4)
+    for reach in (1000.0, 3000.0):
+        amplitude = gradient * reach**2 / (2.0 * torsion)
+        assert belief.reach(amplitude, 1.0) == pytest.approx(reach, abs=5.0)
+        assert belief.breakover_torque(amplitude, 1.0) == pytest.approx(gradient * reach, rel=2e-3)
+        assert belief.scale_from(amplitude, belief.breakover_torque(amplitude, 1.3)) == pytest.approx(1.3, rel=1e-3)
+    zones = belief.zones(0.0, gradient * 500.0, 1.0)
+    assert zones.reactive == pytest.approx(3500.0, abs=5.0)
+    assert zones.static == pytest.approx(3500.0, abs=5.0)
+
+
+def test_differential_pressure_is_zero_off_bottom_at_any_flow():
+    for share in (0.6, 1.0, 1.1):
+        pressure = DifferentialPressure(RIG, 0.0, 0.5, 5.0)
+        for _ in range(100):
+            pressure.update(1.8e7 * share**1.8 + 1e6, share * 0.032 / 0.0026, 1.0)
+        assert pressure.smooth == pytest.approx(1e6, rel=1e-3)
+        assert pressure.reactive_torque == pytest.approx(1600.0, rel=1e-3)
+
+
+def test_lost_pressure_holds_the_last_value():
+    pressure = DifferentialPressure(RIG, 0.0, 0.5, 5.0)
+    pressure.update(1.9e7, 0.032 / 0.0026, 100.0)
+    held = pressure.smooth
+    pressure.update(math.nan, 12.3, 1.0)
+    assert pressure.smooth == held
+
+
+def test_auto_driller_holds_pressure_on_a_spring_and_a_bit():
+    """Against the string's stiffness and the rig file's rock, without friction: the pressure wanted is reached."""
+    driller = AutoDriller(RIG, 30.0, 0.02)
+    wanted = driller.pressure_for(0.0025)
+    stiffness, weight = 1.775e5, 0.0
+    for _ in range(6000):
+        speed = driller.update(weight / driller.weight_per_pressure, wanted, wanted / 60.0, 0.1)
+        drilled = driller.speed_per_pressure * weight / driller.weight_per_pressure
+        weight += stiffness * (speed - drilled) * 0.1
+    assert weight / driller.weight_per_pressure == pytest.approx(wanted, rel=0.02)
+    assert speed == pytest.approx(0.0025, rel=0.05)
+
+
+def feed(estimator, truth, drive, until, latency=6.0, period=12.0, wrong=()):
+    for k in range(round(until / 0.5)):
+        time = 0.5 * k
+        estimator.advance(time, drive)
+        if time > period and (time - latency) % period == 0.0:
+            angle = 2.0 if time in wrong else truth(time - latency)
+            estimator.correct(MwdSample(time - latency, time, math.remainder(angle, 2.0 * math.pi)), 0.0)
+
+
+def test_estimator_follows_late_samples():
+    def truth(time):
+        return 1.0 - math.exp(-time / 60.0)
+
+    estimator = ToolFaceEstimator(60.0, NOISE)
+    feed(estimator, truth, 1.0, 300.0)
+    assert estimator.belief.tool_face == pytest.approx(truth(300.0), abs=math.radians(3.0))
+
+
+def test_estimator_refuses_an_outlier_and_believes_what_repeats():
+    estimator = ToolFaceEstimator(60.0, NOISE)
+    feed(estimator, lambda time: 0.0, 0.0, 300.0, wrong=(150.0,))
+    assert estimator.rejections == 1
+    assert abs(estimator.belief.tool_face) < math.radians(3.0)
+    for k in range(4):
+        time = 300.0 + 12.0 * k
+        estimator.advance(time, 0.0)
+        estimator.correct(MwdSample(time - 6.0, time, 2.5), 0.0)
+    assert estimator.belief.tool_face == pytest.approx(2.5, abs=0.6)
+
+
+@pytest.mark.parametrize("sample", [MwdSample(math.nan, 1.0, 0.0), MwdSample(0.0, 1.0, math.nan),
+                                    MwdSample(1e9, 1e9, 0.0)])
+def test_estimator_refuses_nonsense(sample):
+    estimator = ToolFaceEstimator(60.0, NOISE)
+    estimator.advance(10.0, 0.0)
+    assert not estimator.correct(sample, 0.0)
+
+
+def test_torque_turn_ends_strokes_and_bumps():
+    """On 200 N m per rad with limits of 2 and 1 kN m; a centre wanted 1 rad right goes a rad beyond the right one."""
+    turn, angle, side, ends = TorqueTurn(2000.0, 1000.0), 0.0, 1.0, []
+    for _ in range(4000):
+        angle += side * 0.05
+        if turn.must_turn(angle, 200.0 * angle, side, 2.5 if len(ends) < 4 else 3.5):
+            ends.append(angle)
+            side = -side
+    assert ends[0] == pytest.approx(10.0, abs=0.11) and ends[1] == pytest.approx(-5.0, abs=0.11)
+    assert ends[4] == pytest.approx(11.0, abs=0.21)
+    assert all(a * b < 0.0 for a, b in itertools.pairwise(ends))

@@ -1,0 +1,210 @@
+"""The tool-face controller against any stream of measurements, and each of its interlocks."""
+
+import dataclasses
+import math
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from slider_drilling.control import Level, SlideController, SlideSettings
+from slider_drilling.errors import InputError
+from slider_drilling.rig import load_rig
+from slider_drilling.signals import Measurements, MwdSample
+
+RIG = load_rig(Path(__file__).resolve().parents[1] / "config" / "rig.example.yaml")
+PERIOD = 0.1
+NORMAL = {"top_drive_angle": 0.0, "top_drive_speed": 0.0, "surface_torque": 500.0, "block_position": 0.0,
+          "block_speed": 0.0, "hook_load": 6e5, "standpipe_pressure": 1.8e7, "pump_speed": 12.3}
+CHANNELS = tuple(NORMAL)
+
+
+def sample(time, mwd=(), **changed):
+    return Measurements(time=time, mwd=tuple(mwd), **{**NORMAL, **changed})
+
+
+def follow(controller, seconds, start=0.0, mwd_every=12.0, tool_face=0.0, **changed):
+    """Step a controller whose top drive follows at once; returns its commands."""
+    commands, angle = [], vars(controller).get("followed", 0.0)
+    for k in range(1, round(seconds / PERIOD) + 1):
+        time = start + k * PERIOD
+        due = mwd_every and k % round(mwd_every / PERIOD) == 0
+        mwd = (MwdSample(time - 6.0, time, tool_face),) if due else ()
+        stiffness = {"surface_torque": 400.0 * angle, "top_drive_angle": angle}
+        command = controller.step(sample(time, mwd, **{**stiffness, **changed}))
+        angle = command.top_drive_angle
+        commands.append(command)
+    controller.followed = angle
+    return commands
+
+
+def level(controller, name):
+    return next(status.level for status in controller.status() if status.name == name)
+
+
+BAD = st.sampled_from([math.nan, math.inf, -math.inf, 0.0, 1e30, -1e30])
+ANGLES = st.floats(allow_nan=True, allow_infinity=True)
+EVENTS = st.one_of(
+    st.just(("tick",)),
+    st.tuples(st.just("lost"), st.sampled_from(CHANNELS), BAD, st.integers(1, 150)),
+    st.tuples(st.just("time"), st.sampled_from([0.0, -0.1, -5.0, -1e4, 0.05, 1.0, 30.0, 1e4, math.nan])),
+    st.tuples(st.just("mwd"), ANGLES, st.sampled_from([0.0, 6.0, 80.0, 1e4, -50.0, math.nan])),
+    st.tuples(st.just("value"), st.sampled_from(CHANNELS), st.floats(-1e8, 1e8)),
+    st.tuples(st.just("target"), st.floats(-10.0, 10.0)),
+)
+
+
+@settings(max_examples=60)
+@given(st.lists(st.tuples(EVENTS, st.integers(1, 80)), min_size=1, max_size=12))
+def test_any_stream_gives_finite_bounded_continuous_commands(events):
+    """Drop-outs, NaN, absurd values, a clock that stands still, leaps or runs backwards, MWD of any kind."""
+    s = SlideSettings()
+    controller = SlideController(RIG, s)
+    time, angle, lost, last = 0.0, 0.0, {}, None
+    longest = 2.5 * PERIOD
+    acceleration = max(s.rounding_acceleration, 0.0)
+    for event, count in events:
+        for k in range(count):
+            changed, mwd, stamp = {"top_drive_angle": angle}, (), time + PERIOD
+            if k == 0 and event[0] == "lost":
+                lost[event[1]] = [event[2], event[3]]
+            elif k == 0 and event[0] == "time":
+                stamp = time + event[1]
+            elif k == 0 and event[0] == "mwd":
+                mwd = (MwdSample(time - event[2], time, event[1]),)
+            elif k == 0 and event[0] == "value":
+                changed[event[1]] = event[2]
+            elif k == 0 and event[0] == "target":
+                controller.tool_face_target = event[1]
+            for name, (value, left) in list(lost.items()):
+                changed[name] = value
+                lost[name][1] = left - 1
+                if left <= 1:
+                    del lost[name]
+            command = controller.step(sample(stamp, mwd, **changed))
+            if math.isfinite(stamp):
+                time = stamp
+            assert all(math.isfinite(value) for value in dataclasses.astuple(command))
+            assert abs(command.top_drive_speed) <= s.max_rocking_speed + 1e-9
+            assert -s.pick_up_speed <= command.block_speed <= s.max_block_speed
+            if last is not None:
+                assert abs(command.top_drive_angle - last.top_drive_angle) <= s.max_rocking_speed * longest + 1e-9
+                assert abs(command.top_drive_speed - last.top_drive_speed) <= acceleration * longest + 1e-9
+            angle, last = command.top_drive_angle, command
+        assert all(status.message for status in controller.status())
+
+
+@pytest.mark.parametrize("channel", [name for name in CHANNELS if name not in ("top_drive_speed", "block_speed")])
+def test_losing_any_channel_stops_lowering_then_rocking_and_is_said(channel):
+    controller = SlideController(RIG)
+    assert any(command.block_speed > 0.0 for command in follow(controller, 60.0))
+    soon = follow(controller, 3.0, 60.0, **{channel: math.nan})
+    assert soon[-1].block_speed == 0.0
+    assert level(controller, channel) is Level.WARN
+    later = follow(controller, 12.0, 63.0, **{channel: math.nan})
+    assert later[-1].top_drive_speed == 0.0
+    assert level(controller, channel) is Level.ERROR
+    back = follow(controller, 10.0, 75.0)
+    assert back[-1].block_speed > 0.0 and any(abs(command.top_drive_speed) > 0.5 for command in back)
+    assert level(controller, channel) is Level.OK
+
+
+def test_a_clock_that_stands_stops_the_drive_and_is_said():
+    controller = SlideController(RIG)
+    follow(controller, 60.0)
+    for _ in range(150):
+        command = controller.step(sample(60.0))
+    assert command.block_speed == 0.0
+    assert level(controller, "clock") is Level.ERROR
+
+
+def test_without_mwd_lowering_stops():
+    controller = SlideController(RIG)
+    follow(controller, 60.0)
+    commands = follow(controller, 160.0, 60.0, mwd_every=0.0)
+    assert commands[0].block_speed > 0.0 and commands[-1].block_speed == 0.0
+    assert level(controller, "mwd_tool_face") is Level.WARN
+
+
+def test_stall_picks_up_and_resumes():
+    controller = SlideController(RIG)
+    follow(controller, 60.0)
+    stalled = 1.8e7 + RIG.motor.max_pressure
+    commands = follow(controller, 5.0, 60.0, standpipe_pressure=stalled)
+    assert commands[-1].block_speed == -controller.settings.pick_up_speed
+    assert level(controller, "motor_stall") is Level.ERROR
+    commands = follow(controller, 40.0, 65.0)
+    assert commands[-1].block_speed > 0.0
+    assert level(controller, "motor_stall") is Level.OK
+
+
+def test_losing_pressure_does_not_switch_a_stall_off():
+    controller = SlideController(RIG)
+    follow(controller, 60.0)
+    follow(controller, 5.0, 60.0, standpipe_pressure=1.8e7 + RIG.motor.max_pressure)
+    commands = follow(controller, 30.0, 65.0, standpipe_pressure=math.nan)
+    assert all(command.block_speed <= 0.0 for command in commands)
+    assert level(controller, "motor_stall") is Level.ERROR
+
+
+def test_pump_off_stops_lowering():
+    controller = SlideController(RIG)
+    follow(controller, 60.0)
+    assert follow(controller, 3.0, 60.0, pump_speed=0.0, standpipe_pressure=0.0)[-1].block_speed == 0.0
+    assert level(controller, "circulation") is Level.WARN
+
+
+@pytest.mark.parametrize(("limits", "side"), [({"make_up_torque_limit": 2000.0}, 1.0),
+                                              ({"back_off_torque_limit": 1500.0}, -1.0)])
+def test_stroke_ends_before_its_torque_limit(limits, side):
+    controller = SlideController(RIG, dataclasses.replace(SlideSettings(), **limits))
+    torque = [400.0 * side * command.top_drive_angle for command in follow(controller, 60.0)]
+    assert max(torque) <= next(iter(limits.values()))
+    assert any("torque" in status.message for status in controller.status() if status.name == "torque_limits")
+
+
+@pytest.mark.parametrize(("tool_face_deg", "side"), [(-40.0, 1.0), (40.0, -1.0)])
+def test_centre_moves_against_the_error(tool_face_deg, side):
+    """A tool-face that stays left of its target calls for a centre further right than one that is on it."""
+    wished = []
+    for tool_face in (0.0, math.radians(tool_face_deg)):
+        controller = SlideController(RIG)
+        follow(controller, 31.0, tool_face=0.0)
+        follow(controller, 17.1, 31.0, mwd_every=17.0, tool_face=tool_face)
+        status = next(status for status in controller.status() if status.name == "tool_face")
+        wished.append(float(dict(status.values)["centre_rad"]))
+    assert side * (wished[1] - wished[0]) > 0.3
+
+
+def test_more_pressure_turns_the_centre_right_before_the_tool_face_moves():
+    centres = []
+    for pressure in (1.8e7, 1.8e7 + 1e6):
+        controller = SlideController(RIG)
+        follow(controller, 60.0)
+        commands = follow(controller, 24.0, 60.0, standpipe_pressure=pressure)
+        angles = [command.top_drive_angle for command in commands[-160:]]
+        centres.append(0.5 * (max(angles) + min(angles)))
+    twist_share = 0.5 * RIG.motor.torque_per_pressure * 1e6 * 0.0042
+    assert centres[1] - centres[0] > 0.5 * twist_share
+
+
+def test_settings_change_without_a_jump_and_nonsense_is_refused():
+    controller = SlideController(RIG)
+    before = follow(controller, 60.0)[-1]
+    controller.configure(dataclasses.replace(controller.settings, amplitude=5.0, period=30.0, max_rocking_speed=6.0))
+    after = controller.step(sample(60.1, top_drive_angle=before.top_drive_angle))
+    assert abs(after.top_drive_angle - before.top_drive_angle) <= 12.0 * PERIOD
+    kept = controller.settings
+    with pytest.raises(InputError, match="gain"):
+        controller.configure(dataclasses.replace(kept, gain=math.nan))
+    assert controller.settings is kept
+
+
+def test_parking_comes_to_rest_smoothly():
+    controller = SlideController(RIG)
+    follow(controller, 60.0)
+    controller.configure(dataclasses.replace(controller.settings, rocking=0.0))
+    commands = follow(controller, 60.0, 60.0)
+    assert commands[-1].top_drive_speed == 0.0
+    assert commands[-1].block_speed == 0.0
