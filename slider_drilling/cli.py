@@ -40,6 +40,7 @@ COMMANDS: dict[str, Row] = {
     "diagnose": Row("slider_drilling.commands.diagnose", "Why a run and the simulator differ, and by which effect."),
     "blind-check": Row("slider_drilling.commands.blind_check", "Score the diagnosis on sealed logs of its own making."),
     "study": Row("slider_drilling.commands.study", "The paper's tools: figures, numbers and a verdict on each claim."),
+    "analyse": Row("slider_drilling.commands.analyse", "The friction in a log, and where it acts."),
     "identify": Row("slider_drilling.commands.identify", "Contact parameters from measured friction."),
     "import": Row("slider_drilling.commands.import_table", "Turn a CSV table of a rig's recorder into an MCAP log."),
     "bench": Row("slider_drilling.commands.bench", "Measure speed, each figure beside a reference."),

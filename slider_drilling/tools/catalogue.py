@@ -25,6 +25,8 @@ STUDIES: dict[str, Entry] = {
     "three_d": Entry("three_d", "3-D hydraulic oscillation system, axial and torsional at once"),
     "rocking": Entry("rocking", "slider drilling: rocking from the surface (Fig. 22-25)"),
     "comparison": Entry("comparison", "all tools over the field's ranges"),
+    "zones": Entry("zones", "three zones along the string (Fig. 5)"),
+    "weight_transfer": Entry("weight_transfer", "slide of a whole well, with and without rocking and each tool"),
 }
 
 

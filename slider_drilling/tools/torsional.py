@@ -134,9 +134,7 @@ def _lower_with_amplitude(settled: list[Steady]) -> Claim:
             "friction_over_coulomb_if_rigid": rounded(rigid_ratio(10, rpm) for rpm in SPEEDS_RPM),
         },
         holds,
-        ""
-        if holds
-        else "It does not fall throughout.",
+        "" if holds else "It does not fall throughout.",
     )
 
 

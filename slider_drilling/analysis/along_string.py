@@ -1,0 +1,118 @@
+"""What the fitted plant does down-hole while it follows a log: friction, zones and weight transfer along the string."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slider_drilling.analysis.cycles import Cycle
+from slider_drilling.contact import friction_coefficient_of_direction
+from slider_drilling.drillstring import Commands, Plant, Profile, Start
+from slider_drilling.drillstring.mesh import friction_factors
+from slider_drilling.drillstring.zones import Zones, turning_friction, zones_from_motion
+from slider_drilling.rig import Rig
+
+Array = NDArray[np.float64]
+
+SNAPSHOT = 0.5
+"""s between two looks at the string."""
+
+
+@dataclass(frozen=True)
+class StringHistory:
+    """The string over time (n,) s and measured depth (m,) m.
+
+    axial_friction, coulomb_friction: (n,) N over the whole string, friction against the feed and what it would be if
+    all of it slid straight down; weight_on_bit: (n,) N; bit_torque: (n,) N m; rotation: (n, m) rad; torque: (n, m) N m;
+    friction_coefficient and beta_v: (n, m), - and rad; turning_torque: N m, what turns the whole string.
+    """
+
+    time: Array
+    measured_depth: Array
+    axial_friction: Array
+    coulomb_friction: Array
+    weight_on_bit: Array
+    bit_torque: Array
+    rotation: Array
+    torque: Array
+    friction_coefficient: Array
+    beta_v: Array
+    turning_torque: float
+
+    @property
+    def weight_transfer(self) -> Array:
+        """Share (n,) of the weight let down that reaches the bit: WOB over WOB and axial friction; NaN for neither."""
+        friction = np.maximum(self.axial_friction, 0.0)
+        total = self.weight_on_bit + friction
+        return np.divide(self.weight_on_bit, total, out=np.full_like(total, np.nan), where=total > 100.0)
+
+
+def without_rocking(commands: Commands) -> Commands:
+    """The same block and pump with the top drive held where it started."""
+    return replace(
+        commands,
+        top_drive_angle=np.full_like(commands.time, commands.top_drive_angle[0]),
+        top_drive_speed=np.zeros_like(commands.time),
+    )
+
+
+def follow(
+    rig: Rig, start: Start, commands: Commands, elements: int, progress: Callable[[float], None] | None = None
+) -> StringHistory:
+    """Drive the plant through a record and look at the string every half second; progress(share done)."""
+    interval = 0.1
+    count = int((commands.time[-1] - commands.time[0]) / interval) + 1
+    grid = commands.time[0] + interval * np.arange(count)
+    plant = Plant(rig, elements, interval, start)
+    sampled = commands.at(grid)
+    stride = round(SNAPSHOT / interval)
+    rows: list[tuple] = []
+    profiles: list[Profile] = []
+    for first in range(0, count, stride):
+        response = plant.advance(_part(sampled, slice(first, min(first + stride, count))))
+        profiles.append(plant.profile())
+        rows.append((response.time[-1], response.weight_on_bit[-1], response.bit_torque[-1]))
+        if progress is not None:
+            progress(min(first + stride, count) / count)
+    time, weight, torque = (np.array(column) for column in zip(*rows, strict=True))
+    along = float(friction_coefficient_of_direction(rig.contact, rig.contact.asperity.orientation))
+    factors = friction_factors(rig, plant.mesh)
+    return StringHistory(
+        time=time,
+        measured_depth=profiles[0].measured_depth,
+        axial_friction=np.array([-p.axial_friction.sum() for p in profiles]),
+        coulomb_friction=np.array([along * float(np.sum(factors * p.normal_force * p.length)) for p in profiles]),
+        weight_on_bit=weight,
+        bit_torque=torque,
+        rotation=np.array([p.rotation for p in profiles]),
+        torque=np.array([p.torque for p in profiles]),
+        friction_coefficient=np.array([p.friction_coefficient for p in profiles]),
+        beta_v=np.array([p.beta_v for p in profiles]),
+        turning_torque=float(np.sum(turning_friction(plant, profiles[-1]))),
+    )
+
+
+def zones_over_time(history: StringHistory, cycles: list[Cycle]) -> list[tuple[float, Zones]]:
+    """The three zones in every rocking cycle: (time of its middle s, zones)."""
+    found = []
+    for cycle in cycles:
+        inside = (history.time >= cycle.start) & (history.time <= cycle.end)
+        if np.count_nonzero(inside) < 4:
+            continue
+        zones = zones_from_motion(
+            history.measured_depth, history.rotation[inside], history.torque[inside],
+            float(np.mean(history.bit_torque[inside])),
+        )  # fmt: skip
+        found.append((0.5 * (cycle.start + cycle.end), zones))
+    return found
+
+
+def _part(commands: Commands, part: slice) -> Commands:
+    return Commands(
+        *(getattr(commands, name)[part] for name in (
+            "time", "top_drive_angle", "top_drive_speed", "block_position", "block_speed", "pump_speed"
+        ))
+    )  # fmt: skip

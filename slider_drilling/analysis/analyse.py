@@ -1,0 +1,114 @@
+"""A log's friction, from what it measured and from the plant fitted to it; what cannot be found is said."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slider_drilling.analysis.along_string import StringHistory, follow, without_rocking, zones_over_time
+from slider_drilling.analysis.cycles import Breakover, Cycle, breakover, rocking_cycles
+from slider_drilling.analysis.friction import ELEMENTS, FrictionFit, fit_friction
+from slider_drilling.drillstring.zones import Zones
+from slider_drilling.errors import InputError
+from slider_drilling.log.series import RigLog
+from slider_drilling.rig import Rig
+
+Array = NDArray[np.float64]
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """What was found. Parts that the log does not tell are None or empty, and not_found says why.
+
+    rocked is the fitted plant driven by the log, still the same with the top drive held; zones: (time s, zones).
+    """
+
+    log: RigLog
+    rig: Rig | None
+    time: Array
+    angle: Array
+    torque: Array
+    cycles: list[Cycle]
+    breakover: Breakover | None
+    fit: FrictionFit | None
+    rocked: StringHistory | None
+    still: StringHistory | None
+    zones: list[tuple[float, Zones]]
+    not_found: tuple[str, ...]
+
+
+def analyse(log: RigLog, rig: Rig | None, elements: int = ELEMENTS, progress: Progress | None = None) -> Analysis:
+    """Analyse one log; without a rig only what torque and angle say. progress(step, share done).
+
+    Raises InputError where the log holds no surface torque.
+    """
+    time, angle, speed, torque = _surface(log)
+    cycles = rocking_cycles(time, angle, torque)
+    broke = breakover(time, speed, torque)
+    missing = _missing_at_surface(cycles, broke)
+    if rig is None:
+        missing.append(
+            "friction factors, zones, axial friction, weight transfer: the log has no rig file and none was given"
+        )
+        return Analysis(log, None, time, angle, torque, cycles, broke, None, None, None, [], tuple(missing))
+
+    def simulated(count: int) -> None:
+        if progress is not None:
+            progress("fitting friction", 1.0 - 1.0 / (1.0 + count / 100.0))
+
+    fit = fit_friction(log, rig, elements, simulated)
+    missing += [
+        f"friction of the {row.kind} from {row.top:.0f} to {row.bottom:.0f} m: this log does not tell it"
+        for row in fit.intervals if not row.determined
+    ]  # fmt: skip
+    commands = fit.driven.commands
+    rocked = follow(fit.rig, fit.start, commands, elements, _named(progress, "down-hole"))
+    axial = "hook_load" in fit.channels and np.ptp(commands.block_position) > 0.0
+    still = None
+    if axial:
+        still = follow(fit.rig, fit.start, without_rocking(commands), elements, _named(progress, "without rocking"))
+    else:
+        missing.append(
+            "axial friction, weight transfer, the case without rocking: the log holds no block that moves and hook load"
+        )
+    zones = zones_over_time(rocked, cycles)
+    if not zones:
+        missing.append("three zones over time: the log holds no full rocking cycle")
+    return Analysis(log, rig, time, angle, torque, cycles, broke, fit, rocked, still, zones, tuple(missing))
+
+
+def _surface(log: RigLog) -> tuple[Array, Array, Array, Array]:
+    drive = log.top_drive
+    if drive is None or not np.any(np.isfinite(drive.effort)):
+        raise InputError(
+            f"{log.source}: holds no surface torque (effort of top_drive/joint_states); nothing to analyse"
+        )
+    keep = np.isfinite(drive.effort) & (np.isfinite(drive.position) | np.isfinite(drive.velocity))
+    if np.count_nonzero(keep) < 10:
+        raise InputError(f"{log.source}: fewer than ten samples hold surface torque beside angle or speed")
+    time, angle, speed = drive.time[keep], drive.position[keep], drive.velocity[keep]
+    if not np.all(np.isfinite(speed)):
+        speed = np.gradient(angle, time)
+    if not np.all(np.isfinite(angle)):
+        angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
+    return time, angle, speed, drive.effort[keep]
+
+
+def _missing_at_surface(cycles: list[Cycle], broke: Breakover | None) -> list[str]:
+    missing = []
+    if not cycles:
+        missing.append("friction work per rocking cycle: the log holds no full rocking cycle")
+    if broke is None:
+        missing.append(
+            "measured breakover torque: the string is never started from rest into lasting rotation (with a rig file, "
+            "the torque that would turn it is given from the fitted friction)"
+        )
+    return missing
+
+
+def _named(progress: Progress | None, step: str) -> Callable[[float], None] | None:
+    return None if progress is None else lambda share: progress(step, share)

@@ -1,0 +1,45 @@
+"""`slider-drilling analyse`: the friction in a log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+
+@click.command(epilog="Example:\n\n  slider-drilling analyse run.mcap -o analysis")
+@click.argument("log", type=click.Path(path_type=Path))
+@click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("analysis"), show_default=True,
+              help="Directory that analysis.json, .html, .png and .csv are written to.")  # fmt: skip
+@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file instead of the log's own.")
+@click.option(
+    "--elements", default=100, show_default=True, type=click.IntRange(10, 5000), help="Elements of the string."
+)
+def command(log: Path, output: Path, rig_path: Path | None, elements: int) -> None:
+    """Friction per hole interval, breakover, friction work, axial friction, zones and weight transfer in LOG."""
+    from rich.progress import Progress
+
+    from slider_drilling.analysis.analyse import analyse
+    from slider_drilling.analysis.report import findings, page
+    from slider_drilling.console import stderr
+    from slider_drilling.log import read_log
+    from slider_drilling.tools.render import write_study
+
+    record = read_log(log, rig_path)
+    rig = None if record.rig_text is None else record.rig()
+    with Progress(console=stderr(), transient=True) as progress:
+        task = progress.add_task("reading", total=1.0)
+
+        def report(step: str, share: float) -> None:
+            progress.update(task, description=step, completed=share)
+
+        found = analyse(record, rig, elements, report)
+    shown = page(found)
+    write_study(shown, output, findings(found))
+    for table in shown.tables:
+        click.echo(table.title)
+        for row in table.rows:
+            click.echo("  " + "   ".join(row))
+    for sentence in found.not_found:
+        click.echo(f"not found: {sentence}", err=True)
+    click.echo(f"{output / 'analysis.html'}, .png, .csv, .json")
