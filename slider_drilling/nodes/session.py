@@ -71,8 +71,9 @@ def _run(plan: Plan, progress: Callable[[float], None], halt: Halt, ending: cont
     if plan.record is not None:
         recorder = make(Recorder, directory=str(plan.record), rig=plan.rig, use_sim_time=True)
         ending.push(functools.partial(_finish, recorder))
-    simulator = make(FrictionSimulator, rig=plan.rig, speed=plan.speed, duration=plan.duration, seed=plan.seed,
-                     elements=plan.elements, wait_for_controller=True, minimum_subscribers=1 if recorder is None else 2)
+    simulator = make(FrictionSimulator, rig=plan.rig, speed=float(plan.speed), duration=float(plan.duration),
+                     seed=plan.seed, elements=plan.elements, wait_for_controller=True,
+                     minimum_subscribers=1 if recorder is None else 2)
     controller = make(RockingController, rig=plan.rig, use_sim_time=True, tool_face_target=plan.target,
                       controller=plan.controller)
     nodes = [node for node in (simulator, recorder, controller) if node is not None]
