@@ -71,7 +71,7 @@ class Findings:
 def start_findings(problem: Problem, seed: int) -> Findings:
     """The nominal model's residual and the resamples that every later score shares."""
     folds = make_folds(problem)
-    _anchor(problem, {})
+    problem.anchor({})
     residual = problem.residuals([{}])[0]
     return Findings(problem, folds, Bootstrap(problem, folds, seed), residual, problem.gap_squared(residual))
 
@@ -123,7 +123,7 @@ def tune_nuisance(findings: Findings, starts: Sequence[Values], progress: Progre
     best = min(fits, key=lambda result: result.cost)
     for _ in range(2):
         progress("re-tuning", 0.14)
-        _anchor(problem, best.values)
+        problem.anchor(best.values)
         best = fit(problem, parameters, best.values, iterations=6)
         if not isinstance(problem.model, Anchored):
             break
@@ -147,6 +147,7 @@ def _add_one(findings: Findings, catalogue: Sequence[Effect], turn: int, progres
     survivors = _survivors(problem, base, candidates)
     for index, candidate in enumerate(survivors):
         progress(f"fitting {candidate.effect.name}", begin + 0.03 + 0.24 * index / len(survivors))
+        problem.anchor(base.fit.values)
         best, agree = fit_candidate(problem, base, candidate)
         contenders.append(
             judge(problem, findings.folds, findings.bootstrap, base, candidate.effect, best, agree, len(catalogue))
@@ -159,7 +160,7 @@ def _add_one(findings: Findings, catalogue: Sequence[Effect], turn: int, progres
     if winner is None:
         return False
     findings.groups[winner.effect.name] = _group(findings, base, winner, contenders)
-    _anchor(problem, winner.fit.values)
+    problem.anchor(winner.fit.values)
     refitted = fit(problem, winner.fit.parameters, winner.fit.values, iterations=5)
     findings.accepted.append(winner)
     findings.current = make_base(problem, findings.folds, findings.bootstrap, refitted)
@@ -215,11 +216,6 @@ def _set_ceiling(findings: Findings, seed: int) -> None:
             error[part] = differences[run][name] / problem.floors[run][name].sigma
     noise = noise_sample(problem, base.fit.residual)
     findings.ceiling, findings.ceilings = null_quantiles(problem, base.fit, findings.folds, noise, error, seed=seed)
-
-
-def _anchor(problem: Problem, values: Values) -> None:
-    if isinstance(problem.model, Anchored):
-        problem.model.anchor([problem.set_of(values, run) for run in range(len(problem.model.runs))])
 
 
 def total_closed(findings: Findings) -> tuple[float, tuple[float, float]]:

@@ -95,35 +95,48 @@ def fit_candidate(
     base: Base,
     candidate: Candidate,
     *,
-    iterations: int = 4,
+    iterations: int = 5,
     tick: Callable[[], None] = lambda: None,
 ) -> tuple[Fit, bool]:
     """The best fit over the starts, and whether another start found it too.
 
     Every start is tried on the first part of the runs; the two best of them go on to the whole, the better one to
-    the end.
+    the end, and the model is made exact again wherever a stage has arrived. It is left exact at the best fit.
     """
     parameters: list[Parameter] = [*base.fit.parameters, *candidate.effect.parameters]
-    beginning = first_part(problem, GROWTH[0])
     firsts = []
-    for start in candidate.starts[:STARTS]:
-        firsts.append(fit(beginning, parameters, start, iterations=iterations))
+    for start in _starts(problem, base, candidate):
+        problem.anchor(start)
+        firsts.append(fit(first_part(problem, GROWTH[0]), parameters, start, iterations=iterations))
         tick()
     firsts.sort(key=lambda result: result.cost)
-    fits = [
-        fit_growing(problem, parameters, first.values, iterations=iterations, shares=GROWTH[1:]) for first in firsts[:2]
-    ]
+    fits = []
+    for first in firsts[:2]:
+        values = first.values
+        for share in GROWTH[1:]:
+            problem.anchor(values)
+            values = fit_growing(problem, parameters, values, iterations=iterations, shares=(share,)).values
+        problem.anchor(values)
+        fits.append(fit(problem, parameters, values, iterations=iterations))
+        tick()
     fits.sort(key=lambda result: result.cost)
-    best = fit(problem, parameters, fits[0].values, iterations=iterations + 2)
-    tick()
+    problem.anchor(fits[0].values)
+    best = fit(problem, parameters, fits[0].values, iterations=iterations)
     gain = base.fit.cost - best.cost
-    agree = any(other.cost - best.cost <= _AGREEMENT * gain for other in fits[1:])
-    if not agree:
-        other = fit(problem, parameters, fits[1].values, iterations=iterations + 2)
-        agree = abs(other.cost - best.cost) <= _AGREEMENT * gain
-        best = min(best, other, key=lambda result: result.cost)
-    tick()
-    return best, bool(agree)
+    return best, fits[1].cost - best.cost <= _AGREEMENT * gain
+
+
+def _starts(problem: Problem, base: Base, candidate: Candidate) -> list[dict[str, float]]:
+    """The best projection, and the two best scan points with the nuisance where it was before it was tuned.
+
+    A tuned nuisance has bent itself to do the effect's work; from there the way to the truth can be barred.
+    """
+    free = {parameter.name: parameter.nominal for parameter in problem.free(problem.model.nuisance)}
+    starts = [candidate.starts[0]]
+    for start in candidate.starts[: STARTS - 1]:
+        own = {parameter.name: start[parameter.name] for parameter in candidate.effect.parameters}
+        starts.append(base.fit.values | free | own)
+    return starts
 
 
 def judge(

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.gap.model import Array, Model, Parameter, Values
+from slider_drilling.gap.model import Anchored, Array, Model, Parameter, Values
 from slider_drilling.gap.noise import NoiseFloor
 
 # A fit weighs channels between E^2 (0: every channel alike) and likelihood (1: every sample alike). Pure E^2 lets
@@ -48,6 +48,11 @@ class Problem:
         chosen = {name: value for name, value in values.items() if "@" not in name}
         chosen |= {name[: -len(suffix)]: value for name, value in values.items() if name.endswith(suffix)}
         return chosen
+
+    def anchor(self, values: Values) -> None:
+        """Make the model exact at these values, where it is one that can be."""
+        if isinstance(self.model, Anchored):
+            self.model.anchor([self.set_of(values, run) for run in range(len(self.model.runs))])
 
     def simulate(self, sets: Sequence[Values]) -> Array:
         """(K, N) simulated channels of K parameter sets in noise units, wrapped angles as the model unwinds them."""

@@ -1,0 +1,40 @@
+"""The documented example of a user's own effect, run as it is printed."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slider_drilling.errors import InputError
+from slider_drilling.gap.user_effects import combined_modifiers, load_effect
+from slider_drilling.rig import load_rig
+from slider_drilling.share import share_file
+
+PAGE = Path(__file__).parents[1] / "docs" / "user_effects.md"
+
+
+@pytest.fixture
+def clay(tmp_path, monkeypatch):
+    code = re.search(r"```python\n(.*?)```", PAGE.read_text(), re.S).group(1)
+    (tmp_path / "clay.py").write_text(code)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    return load_effect("clay:SwellingClay")
+
+
+def test_documented_example_is_twenty_lines_and_grips_below_its_top(clay):
+    code = re.search(r"```python\n(.*?)```", PAGE.read_text(), re.S).group(1)
+    assert len([line for line in code.splitlines() if line.strip()]) <= 20
+    rig = load_rig(share_file("config/rig.example.yaml"))
+    values = {"swelling_clay.grip": 0.5, "swelling_clay.top": 2000.0}
+    factor = combined_modifiers([clay], rig, 50, values).friction_factor
+    assert factor[0] == 1.0
+    assert factor[-1] == pytest.approx(1.5)
+    assert np.all(np.diff(factor) >= 0.0)
+
+
+@pytest.mark.parametrize("reference", ["clay", "no_such_module_here:Effect", "slider_drilling.rig:Nothing"])
+def test_effect_that_cannot_be_loaded_is_a_users_mistake(reference):
+    with pytest.raises(InputError, match="--effect"):
+        load_effect(reference)
