@@ -171,6 +171,42 @@ def test_depth_probe_multiplies_friction_between_its_ends_only():
     assert factor[1000.0] == pytest.approx(1.0)
 
 
+def test_rivals_get_the_run_that_separates_them(tmp_path):
+    """A lag and a compliance look alike; the manoeuvre chosen is the one under which their fits differ most."""
+    from slider_drilling.gap.manoeuvre import _apart, _distance
+    from slider_drilling.gap.noise import NoiseFloor
+    from slider_drilling.gap.residuals import build_problem
+    from slider_drilling.gap.tune import Fit
+
+    rig = short_rig()
+    log = read_log(write_run(tmp_path / "run.mcap", rig, rocking(40.0)))
+    model = replace(prepare([log], rig).model, coarse=12)
+    offered = model.manoeuvres()
+    assert len({manoeuvre.description for manoeuvre in offered}) == len(offered) >= 6
+    effects = {effect.name: effect for effect in model.effects}
+
+    class Rival:
+        def __init__(self, name, value):
+            self.effect = effects[name]
+            values = {parameter.name: parameter.nominal for parameter in model.nuisance if not parameter.per_run}
+            values |= self.effect.values((value,))
+            shared = tuple(parameter for parameter in model.nuisance if not parameter.per_run)
+            self.fit = Fit(values, (*shared, *self.effect.parameters), np.zeros(1), np.zeros((1, 1)), 0.0, True)
+
+    lag, compliance = Rival("torque_sensor_lag", 0.5), Rival("torsional_compliance", 0.2)
+    sigma = {"surface_torque": 150.0, "hook_load": 4000.0, "standpipe_pressure": 4e4, "tool_face": 0.02}
+    floors = {name: NoiseFloor(value, "declared") for name, value in sigma.items()}
+    distances = {}
+    for manoeuvre in offered:
+        names = {channel.name for channel in manoeuvre.model.runs[0].channels}
+        problem = build_problem(manoeuvre.model, [{name: floors[name] for name in names}])
+        distances[manoeuvre.description] = _distance(problem, lag, compliance)
+    assert all(np.isfinite(distance) and distance > 0.0 for distance in distances.values())
+    assert max(distances.values()) > 1.5 * min(distances.values())
+    difference = np.ones(problem.time.size)
+    assert _apart(problem, difference, difference[:, None]) == pytest.approx(0.0, abs=1e-9)
+
+
 def test_unknown_effect_name_is_a_users_mistake(tmp_path):
     log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))
     with pytest.raises(InputError, match="gremlins"):

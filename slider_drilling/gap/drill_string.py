@@ -10,7 +10,7 @@ import numpy as np
 
 from slider_drilling.drillstring import Commands, Response, Start, simulate_batch
 from slider_drilling.effects import Effects
-from slider_drilling.gap.model import Array, Effect, Parameter, Run, Values
+from slider_drilling.gap.model import Array, Effect, Manoeuvre, Parameter, Run, Values
 from slider_drilling.gap.user_effects import UserEffect, combined_modifiers
 from slider_drilling.rig import FrictionInterval, Rig
 
@@ -74,6 +74,12 @@ class DrillString:
                     {channel.name: self._correction[index][channel.name][: channel.time.size] for channel in kept}
                 )
         return replace(self, runs=tuple(runs), commands=tuple(commands), _correction=corrections)
+
+    def manoeuvres(self) -> list[Manoeuvre]:
+        """Runs that could be made next, see `slider_drilling.gap.next_runs`."""
+        from slider_drilling.gap.next_runs import manoeuvres
+
+        return manoeuvres(self)
 
     def discretisation(self, values: Sequence[Values]) -> list[dict[str, Array]]:
         """What a still finer mesh (with its shorter step) would change at these values."""

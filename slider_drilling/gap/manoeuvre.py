@@ -68,9 +68,11 @@ def _problem(findings: Findings, manoeuvre: Manoeuvre) -> Problem:
 def _distance(problem: Problem, first: Contender, second: Contender) -> float:
     """RMS difference of two fits in noise units under another excitation."""
     own = {parameter.name for parameter in first.effect.parameters}
-    nuisance = [parameter for parameter in first.fit.parameters if parameter.name not in own]
-    sets = [first.fit.values, second.fit.values]
-    sets += [first.fit.values | {p.name: first.fit.values[p.name] + 0.1 * p.scale} for p in nuisance]
+    nuisance = [p for p in first.fit.parameters if p.name not in own and not p.per_run]
+    # A next run starts from its own rest: what belonged to the log at hand only is not carried over.
+    shared = [{k: v for k, v in contender.fit.values.items() if "@" not in k} for contender in (first, second)]
+    sets = list(shared)
+    sets += [shared[0] | {p.name: shared[0][p.name] + 0.1 * p.scale} for p in nuisance]
     simulated = problem.simulate(sets)
     jacobian = ((simulated[0] - simulated[2:]) / 0.1).T
     return _apart(problem, simulated[1] - simulated[0], jacobian)

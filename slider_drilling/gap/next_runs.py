@@ -1,0 +1,87 @@
+"""Runs of the drill string that could be made next: other rocking amplitudes and speeds, rests, flow and block steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slider_drilling.drillstring import Commands
+from slider_drilling.gap.drill_string import DrillString
+from slider_drilling.gap.model import Array, Manoeuvre, Run
+
+_DURATION_S = 100.0
+_ACCELERATION = 4.0  # rad/s2, of the drive at a reversal
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """amplitude rad each way, speed rad/s, rest s after each leg, flow and block speed as shares of the log's."""
+
+    text: str
+    amplitude: float
+    speed: float
+    rest: float = 0.0
+    flow_step: float = 1.0
+    block_step: float = 1.0
+
+
+def manoeuvres(model: DrillString) -> list[Manoeuvre]:
+    """Candidates around what the model's first log did."""
+    log = model.commands[0]
+    amplitude = max(0.5 * float(np.ptp(log.top_drive_angle)) / 2.0, 3.0)
+    speed = max(float(np.quantile(np.abs(log.top_drive_speed), 0.9)), 0.5)
+    plans = [
+        _Plan("rock half as far", 0.5 * amplitude, speed),
+        _Plan("rock twice as far", 2.0 * amplitude, speed),
+        _Plan("rock at a third of the speed", amplitude, speed / 3.0),
+        _Plan("rock at twice the speed", amplitude, 2.0 * speed),
+        _Plan("rest ten seconds at every reversal", amplitude, speed, rest=10.0),
+        _Plan("rest thirty seconds at every reversal", amplitude, speed, rest=30.0),
+        _Plan("step the flow down by a fifth half-way", amplitude, speed, flow_step=0.8),
+        _Plan("stop the block half-way", amplitude, speed, block_step=0.0),
+    ]
+    return [Manoeuvre(plan.text, _settings(plan), _model(model, plan)) for plan in plans]
+
+
+def _settings(plan: _Plan) -> dict[str, float]:
+    return {
+        "amplitude_rad": plan.amplitude, "speed_rad_s": plan.speed, "rest_s": plan.rest,
+        "flow_step": plan.flow_step, "block_step": plan.block_step,
+    }  # fmt: skip
+
+
+def _model(model: DrillString, plan: _Plan) -> DrillString:
+    """The same string driven by the plan, with the log's channels at the plan's times."""
+    interval = 1.0 / model.rig.sensors.rate
+    time = np.arange(0.0, _DURATION_S, interval)
+    log = model.commands[0]
+    speed = _rocking(time, plan)
+    late = np.where(time > 0.5 * _DURATION_S, 1.0, 0.0)
+    block_speed = float(np.median(log.block_speed)) * (1.0 + (plan.block_step - 1.0) * late)
+    pump = float(np.median(log.pump_speed)) * (1.0 + (plan.flow_step - 1.0) * late)
+    commands = Commands(time, _integral(speed, interval), speed, _integral(block_speed, interval), block_speed, pump)
+    channels = []
+    for channel in model.runs[0].channels:
+        every = max(round(float(np.median(np.diff(channel.time))) / interval), 1)
+        own = time[every::every] if every > 1 else time
+        channels.append(replace(channel, time=own, measured=np.zeros_like(own)))
+    run = Run(plan.text, time, commands.top_drive_angle, tuple(channels))
+    return replace(model, runs=(run,), commands=(commands,), _correction=[])
+
+
+def _rocking(time: Array, plan: _Plan) -> Array:
+    """Drive speed: out, and to and fro about the start, with rests at the turns."""
+    leg = 2.0 * plan.amplitude / plan.speed
+    wanted = np.zeros_like(time)
+    at, direction, length = 2.0, 1.0, 0.5 * leg
+    while at < time[-1]:
+        wanted[(time >= at) & (time < at + length)] = direction * plan.speed
+        at, direction, length = at + length + plan.rest, -direction, leg
+    interval = time[1] - time[0]
+    reach = max(round(2.0 * plan.speed / _ACCELERATION / interval), 1)
+    return np.convolve(wanted, np.ones(reach) / reach, mode="same")
+
+
+def _integral(rate: Array, interval: float) -> Array:
+    return np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * interval)])
