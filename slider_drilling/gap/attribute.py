@@ -20,10 +20,11 @@ from slider_drilling.gap.held_out import Bootstrap, Folds, make_folds, noise_sam
 from slider_drilling.gap.model import Anchored, Array, Effect, Parameter, Values
 from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import Candidate, screen
-from slider_drilling.gap.tune import Fit, fit, fit_growing
+from slider_drilling.gap.tune import Fit, fit, fit_growing, scattered
 
 MAX_EFFECTS = 3
 SURVIVORS = 5
+SCATTER_KEPT = 3
 # Once one candidate explains the log down to its noise, only so many are fitted in all: it and its rivals.
 ENOUGH = 3
 # A candidate whose best scan point promises less than this share of the gap is not worth a fit.
@@ -82,15 +83,17 @@ def attribute(
     seed: int = 0,
     starts: Sequence[Values] = ({},),
     effects: Sequence[Effect] | None = None,
+    scatter: int = 0,
     progress: Progress = lambda stage, share: None,
 ) -> Findings:
     """Run the attribution; findings are filled in place and returned.
 
-    starts: nuisance values to tune from besides the nominal ones. KeyboardInterrupt ends it early with
+    starts: nuisance values to tune from; scatter: so many points, spread evenly, are tried besides, in tuning and for
+    every candidate. KeyboardInterrupt ends it early with
     ``partial`` set.
     """
     try:
-        tune_nuisance(findings, starts, progress)
+        tune_nuisance(findings, starts, progress, scatter)
         _set_ceiling(findings, seed)
         assert findings.tuned is not None
         findings.tuned_ceiling = findings.ceiling
@@ -100,7 +103,7 @@ def attribute(
             assert findings.current is not None
             if findings.at_floor(findings.current) or not catalogue:
                 break
-            if not _add_one(findings, catalogue, turn, progress):
+            if not _add_one(findings, catalogue, turn, scatter, progress):
                 break
             _set_ceiling(findings, seed)
             if len(findings.accepted) > 1:
@@ -112,10 +115,11 @@ def attribute(
     return findings
 
 
-def tune_nuisance(findings: Findings, starts: Sequence[Values], progress: Progress) -> None:
+def tune_nuisance(findings: Findings, starts: Sequence[Values], progress: Progress, scatter: int = 0) -> None:
     """Re-fit the nuisance from every start, over a growing part of the runs, and anchor the model there."""
     problem = findings.problem
     parameters = problem.free(problem.model.nuisance)
+    starts = [*starts, *scattered(problem, parameters, {}, scatter, SCATTER_KEPT)]
     fits: list[Fit] = []
     for index, start in enumerate(starts):
         progress("re-tuning", 0.02 + 0.1 * index / len(starts))
@@ -133,7 +137,7 @@ def tune_nuisance(findings: Findings, starts: Sequence[Values], progress: Progre
     findings.current = findings.tuned
 
 
-def _add_one(findings: Findings, catalogue: Sequence[Effect], turn: int, progress: Progress) -> bool:
+def _add_one(findings: Findings, catalogue: Sequence[Effect], turn: int, scatter: int, progress: Progress) -> bool:
     """Screen everything not yet accepted, fit the survivors, accept the best that passes. False when none does."""
     problem, base = findings.problem, findings.current
     assert base is not None
@@ -148,7 +152,7 @@ def _add_one(findings: Findings, catalogue: Sequence[Effect], turn: int, progres
     for index, candidate in enumerate(survivors):
         progress(f"fitting {candidate.effect.name}", begin + 0.03 + 0.24 * index / len(survivors))
         problem.anchor(base.fit.values)
-        best, agree = fit_candidate(problem, base, candidate)
+        best, agree = fit_candidate(problem, base, candidate, scatter=scatter)
         contenders.append(
             judge(problem, findings.folds, findings.bootstrap, base, candidate.effect, best, agree, len(catalogue))
         )

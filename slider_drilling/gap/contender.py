@@ -11,7 +11,7 @@ from slider_drilling.gap.held_out import Bootstrap, Folds, held_out_residual
 from slider_drilling.gap.model import Array, Effect, Parameter
 from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import Candidate
-from slider_drilling.gap.tune import GROWTH, Fit, first_part, fit, fit_growing
+from slider_drilling.gap.tune import GROWTH, Fit, first_part, fit, fit_growing, scattered
 
 ALPHA = 0.05
 LEAST_GAIN = 0.05
@@ -96,6 +96,7 @@ def fit_candidate(
     candidate: Candidate,
     *,
     iterations: int = 5,
+    scatter: int = 0,
     tick: Callable[[], None] = lambda: None,
 ) -> tuple[Fit, bool]:
     """The best fit over the starts, and whether another start found it too.
@@ -105,7 +106,8 @@ def fit_candidate(
     """
     parameters: list[Parameter] = [*base.fit.parameters, *candidate.effect.parameters]
     firsts = []
-    for start in _starts(problem, base, candidate):
+    tried = [*_starts(problem, base, candidate), *scattered(problem, parameters, base.fit.values, scatter, STARTS)]
+    for start in tried:
         problem.anchor(start)
         firsts.append(fit(first_part(problem, GROWTH[0]), parameters, start, iterations=iterations))
         tick()

@@ -24,6 +24,7 @@ from slider_drilling.gap.user_effects import UserEffect
 from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig, dump_rig
 
+SCATTER = 512
 SCHEMA = "slider_drilling/diagnosis/1"
 _MORE = {
     "hook_load": "draw-works joint states (hook load) would show axial friction, heave and weight on bit",
@@ -67,7 +68,10 @@ def diagnose(
     idle = [why for run in model.runs if (why := too_little_excitation(run))]
     nothing = len(idle) == len(model.runs)
     candidates = [] if nothing else _candidates(prepared, only)
-    answer = explain(model, seed=seed, starts=_starts(prepared), effects=candidates, progress=progress)
+    # A record of torque alone is short to simulate and often stick-slip: worth a search before the fits.
+    alone = {channel.name for run in model.runs for channel in run.channels} == {"surface_torque"}
+    scatter = SCATTER if alone else 0
+    answer = explain(model, seed=seed, starts=_starts(prepared), effects=candidates, scatter=scatter, progress=progress)
     verdict, sentence = answer.verdict, answer.sentence
     if nothing or (against and verdict not in ("none", "parameters")):
         verdict = "inconclusive"

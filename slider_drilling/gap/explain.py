@@ -81,12 +81,14 @@ def explain(
     starts: Sequence[Values] = ({},),
     effects: Sequence[Effect] | None = None,
     floors: Sequence[dict[str, NoiseFloor]] | None = None,
+    scatter: int = 0,
     progress: Progress = lambda stage, share: None,
 ) -> Answer:
     """Diagnose a model against the runs it carries.
 
     starts: nuisance values to begin tuning from; effects: candidates, the model's catalogue by default; floors:
-    noise per run and channel where the caller knows it better than the log; progress(stage, share done).
+    noise per run and channel where the caller knows it better than the log; scatter: see `attribute`;
+    progress(stage, share done).
     Raises ValueError when no channel can be used.
     """
     began = time.perf_counter()
@@ -94,7 +96,7 @@ def explain(
         floors = [{channel.name: noise_floor(channel, run) for channel in run.channels} for run in model.runs]
         floors, starts = _lower_floors(model, floors, starts, seed, progress)
     findings = start_findings(build_problem(model, floors), seed)
-    attribute(findings, seed=seed, starts=starts, effects=effects, progress=progress)
+    attribute(findings, seed=seed, starts=starts, effects=effects, scatter=scatter, progress=progress)
     return conclude(findings, time.perf_counter() - began)
 
 

@@ -1,4 +1,4 @@
-"""Runs of the drill string that could be made next: other rocking amplitudes and speeds, rests, flow and block steps."""
+"""Runs of the drill string that could be made next: other rocking, rests, steps of flow and of block speed."""
 
 from __future__ import annotations
 

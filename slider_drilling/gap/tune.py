@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares
+from scipy.stats import qmc
 
 from slider_drilling.gap.model import Array, Parameter, Shortened, Values
 from slider_drilling.gap.residuals import PRIOR_SHARE, Problem, build_problem
@@ -17,6 +18,7 @@ from slider_drilling.gap.residuals import PRIOR_SHARE, Problem, build_problem
 # Finite-difference step in units of a parameter's scale: large against the kinks that stick and slip leave in
 # the residual, small against the curvature over one scale.
 STEP = 0.2
+_SCATTER_BATCH = 64
 # Shares of the runs that a fit from afar grows over.
 GROWTH = (0.4, 0.7, 1.0)
 
@@ -145,3 +147,28 @@ def first_part(problem: Problem, share: float) -> Problem:
     for index, run in enumerate(problem.model.runs):
         weight[(problem.run == index) & (problem.time > run.time[0] + share * run.duration)] = 0.0
     return replace(problem, weight=weight / np.sqrt(np.sum(weight**2)))
+
+
+def scattered(
+    problem: Problem, parameters: Sequence[Parameter], base: Values, count: int, keep: int, seed: int = 0
+) -> list[dict[str, float]]:
+    """The best ``keep`` of ``count`` points spread evenly over where the parameters may plausibly lie.
+
+    Within two spreads of nominal, or between the bounds where no spread is known. For records whose residual has
+    many local minima: with stick-slip a wrong phase costs more than a wrong amplitude.
+    """
+    if count == 0:
+        return []
+    low = np.array([max(p.lower, p.nominal - 2.0 * p.spread) for p in parameters])
+    high = np.array([min(p.upper, p.nominal + 2.0 * p.spread) for p in parameters])
+    unit = qmc.Sobol(len(parameters), seed=seed).random(count)
+    points = [
+        dict(base) | {p.name: float(v) for p, v in zip(parameters, row, strict=True)}
+        for row in low + (high - low) * unit
+    ]
+    costs = np.empty(count)
+    for begin in range(0, count, _SCATTER_BATCH):
+        residuals = problem.residuals(points[begin : begin + _SCATTER_BATCH])
+        mapped = problem.weight * problem.robust(residuals)[0]
+        costs[begin : begin + _SCATTER_BATCH] = np.sum(mapped**2, axis=1)
+    return [points[index] for index in np.argsort(costs)[:keep]]
