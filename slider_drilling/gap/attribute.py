@@ -25,6 +25,8 @@ from slider_drilling.gap.tune import Fit, fit, fit_growing, scattered
 MAX_EFFECTS = 3
 SURVIVORS = 5
 SCATTER_KEPT = 3
+# A tuning is better when its cost falls by more than fits from different starts scatter.
+_BETTER = 0.98
 # Once one candidate explains the log down to its noise, only so many are fitted in all: it and its rivals.
 ENOUGH = 3
 # A candidate whose best scan point promises less than this share of the gap is not worth a fit.
@@ -125,12 +127,8 @@ def tune_nuisance(findings: Findings, starts: Sequence[Values], progress: Progre
         progress("re-tuning", 0.02 + 0.1 * index / len(starts))
         fits.append(fit_growing(problem, parameters, start))
     best = min(fits, key=lambda result: result.cost)
-    for _ in range(2):
-        progress("re-tuning", 0.14)
-        problem.anchor(best.values)
-        best = fit(problem, parameters, best.values, iterations=6)
-        if not isinstance(problem.model, Anchored):
-            break
+    progress("re-tuning", 0.14)
+    best = fit_growing(problem, parameters, best.values, iterations=8, shares=(1.0, 1.0))
     if problem.gap_squared(best.residual) > findings.nominal:
         findings.remarks.append("re-tuning did not lower the gap: the nominal parameters are as good")
     findings.tuned = make_base(problem, findings.folds, findings.bootstrap, best)
@@ -153,9 +151,21 @@ def _add_one(findings: Findings, catalogue: Sequence[Effect], turn: int, scatter
         progress(f"fitting {candidate.effect.name}", begin + 0.03 + 0.24 * index / len(survivors))
         problem.anchor(base.fit.values)
         best, agree = fit_candidate(problem, base, candidate, scatter=scatter)
+        better = _retuned(problem, base, best)
+        if better is not None:
+            base = _rebase(findings, better, turn)
+            contenders[:] = [
+                judge(
+                    problem, findings.folds, findings.bootstrap, base, c.effect, c.fit, c.starts_agree, len(catalogue)
+                )
+                for c in contenders
+            ]
+        problem.anchor(best.values)
         contenders.append(
             judge(problem, findings.folds, findings.bootstrap, base, candidate.effect, best, agree, len(catalogue))
         )
+        if findings.at_floor(base):
+            return False
         done = any(c.accepted and findings.reaches_floor(c.held) for c in contenders)
         if done and len(contenders) >= ENOUGH:
             break
@@ -164,11 +174,34 @@ def _add_one(findings: Findings, catalogue: Sequence[Effect], turn: int, scatter
     if winner is None:
         return False
     findings.groups[winner.effect.name] = _group(findings, base, winner, contenders)
-    problem.anchor(winner.fit.values)
-    refitted = fit(problem, winner.fit.parameters, winner.fit.values, iterations=5)
+    refitted = fit_growing(problem, winner.fit.parameters, winner.fit.values, iterations=5, shares=(1.0,))
     findings.accepted.append(winner)
     findings.current = make_base(problem, findings.folds, findings.bootstrap, refitted)
     return True
+
+
+def _retuned(problem: Problem, base: Base, other: Fit) -> Fit | None:
+    """A better fit without the candidate, from where the candidate's fit left the rest; None when there is none.
+
+    A candidate must not win because its fit found a better tuning that needs no effect at all.
+    """
+    again = fit_growing(problem, base.fit.parameters, _only(other.values, base.fit), iterations=6, shares=(1.0,))
+    return again if again.cost < _BETTER * base.fit.cost else None
+
+
+def _only(values: Values, fitted: Fit) -> dict[str, float]:
+    return {name: values[name] for name in fitted.values}
+
+
+def _rebase(findings: Findings, better: Fit, turn: int) -> Base:
+    """Put a better tuning in the place of the one that everything was compared with."""
+    problem = findings.problem
+    polished = fit_growing(problem, better.parameters, better.values, iterations=6, shares=(1.0,))
+    findings.current = make_base(problem, findings.folds, findings.bootstrap, polished)
+    if turn == 0:
+        findings.tuned = findings.current
+        findings.tuned_at_floor = findings.at_floor(findings.tuned)
+    return findings.current
 
 
 def _survivors(problem: Problem, base: Base, candidates: Sequence[Candidate]) -> list[Candidate]:

@@ -11,7 +11,7 @@ from slider_drilling.gap.held_out import Bootstrap, Folds, held_out_residual
 from slider_drilling.gap.model import Array, Effect, Parameter
 from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import Candidate
-from slider_drilling.gap.tune import GROWTH, Fit, first_part, fit, fit_growing, scattered
+from slider_drilling.gap.tune import GROWTH, Fit, fit_growing, scattered
 
 ALPHA = 0.05
 LEAST_GAIN = 0.05
@@ -105,25 +105,18 @@ def fit_candidate(
     the end, and the model is made exact again wherever a stage has arrived. It is left exact at the best fit.
     """
     parameters: list[Parameter] = [*base.fit.parameters, *candidate.effect.parameters]
-    firsts = []
     tried = [*_starts(problem, base, candidate), *scattered(problem, parameters, base.fit.values, scatter, STARTS)]
+    firsts = []
     for start in tried:
-        problem.anchor(start)
-        firsts.append(fit(first_part(problem, GROWTH[0]), parameters, start, iterations=iterations))
+        firsts.append(fit_growing(problem, parameters, start, iterations=iterations, shares=GROWTH[:1]))
         tick()
     firsts.sort(key=lambda result: result.cost)
     fits = []
     for first in firsts[:2]:
-        values = first.values
-        for share in GROWTH[1:]:
-            problem.anchor(values)
-            values = fit_growing(problem, parameters, values, iterations=iterations, shares=(share,)).values
-        problem.anchor(values)
-        fits.append(fit(problem, parameters, values, iterations=iterations))
+        fits.append(fit_growing(problem, parameters, first.values, iterations=iterations, shares=(*GROWTH[1:], 1.0)))
         tick()
     fits.sort(key=lambda result: result.cost)
-    problem.anchor(fits[0].values)
-    best = fit(problem, parameters, fits[0].values, iterations=iterations)
+    best = fits[0]
     gain = base.fit.cost - best.cost
     return best, fits[1].cost - best.cost <= _AGREEMENT * gain
 

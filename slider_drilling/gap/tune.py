@@ -126,14 +126,16 @@ def fit_growing(
     iterations: int = 5,
     shares: Sequence[float] = GROWTH,
 ) -> Fit:
-    """`fit` on a growing first part of the runs, the last one whole.
+    """`fit` on a growing first part of the runs, the last one whole; the model is made exact before each.
 
     What happens late hangs on everything before it: a string that breaks free once too often early on leaves every
-    later angle wrong, and a fit of the whole run from there finds no way back.
+    later angle wrong, and a fit of the whole run from there finds no way back. The model is left exact near the fit.
     """
     best, values = None, dict(start)
     for share in shares:
-        best = fit(problem if share >= 1.0 else first_part(problem, share), parameters, values, iterations=iterations)
+        problem.anchor(values)
+        part = problem if share >= 1.0 else first_part(problem, share)
+        best = fit(part, parameters, values, iterations=iterations)
         values = best.values
     assert best is not None
     return best
