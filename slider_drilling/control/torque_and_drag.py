@@ -50,14 +50,15 @@ class TorqueAndDrag:
     """
 
     def __init__(self, rig: Rig, friction_factor: float, weight_on_bit: float):
-        depth = np.linspace(0.0, rig.string.length, max(round(rig.string.length / _SPACING), 2) + 1)
+        count = max(round(rig.string.length / _SPACING), 2) + 1
+        depth = np.linspace(0.0, rig.string.length, count, dtype=np.float64)
         middle = 0.5 * (depth[1:] + depth[:-1])
         length = np.diff(depth)
         radius, torsion, weight = _sections(rig, middle)
         side_force = _side_force(rig, middle, length, weight, weight_on_bit)
         interval = _interval_factor(rig, middle)
         gradient = friction_factor * interval * side_force * radius
-        self._depth: NDArray[np.float64] = depth
+        self._depth = depth
         self._torque = np.concatenate([[0.0], np.cumsum(gradient * length)])
         compliance = np.concatenate([[0.0], np.cumsum(length / torsion)])
         taken = 0.5 * (self._torque[1:] + self._torque[:-1]) * np.diff(compliance)
