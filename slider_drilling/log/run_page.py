@@ -85,11 +85,11 @@ def _wrapped(line: Line) -> Line:
 
 def _top_drive(log: RigLog) -> Panel:
     lines = []
+    if log.top_drive is not None:
+        lines.append(Line("measured", log.top_drive.time, log.top_drive.position, "#00798c"))
     if log.top_drive_command is not None:
         asked = log.top_drive_command
         lines.append(Line("asked for", asked.time, asked.position, "#edae49", "dashed"))
-    if log.top_drive is not None:
-        lines.append(Line("measured", log.top_drive.time, log.top_drive.position, "#00798c"))
     return Panel("Top drive", "rad", tuple(lines))
 
 
