@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 from string import Template
@@ -18,7 +19,7 @@ PAGE = HERE.parent / "docs" / "benchmarks.md"
 def main() -> None:
     """Measure, with a word on stderr about what is next."""
     sections = {
-        "machine": lambda: "\n".join(f"* {name}: {value}" for name, value in describe().items()),
+        "machine": machine,
         "figures": lambda: figures(measure(lambda stage: print(f"measuring {stage}", file=sys.stderr))),
         "peers": lambda: peers.markdown(peers.compare()),
         "published": lambda: published.markdown(published.compare()),
@@ -34,6 +35,15 @@ def main() -> None:
     text = Template((HERE / "page.md.in").read_text(encoding="utf-8")).substitute(filled)
     PAGE.write_text(text, encoding="utf-8")
     print(f"wrote {PAGE}", file=sys.stderr)
+
+
+def machine() -> str:
+    """The machine as a list, and whether others were using it."""
+    lines = [f"* {name}: {value}" for name, value in describe().items()]
+    if os.getloadavg()[0] > 0.5 * (os.cpu_count() or 1):
+        lines += ["", "**Others were using this machine while the figures were taken**: times on the wall are too long and",
+                  "factors of real time too low; ns per element-step are processor time and suffer less."]  # fmt: skip
+    return "\n".join(lines)
 
 
 def figures(results: list[Result]) -> str:
