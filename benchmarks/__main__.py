@@ -13,6 +13,9 @@ from slider_drilling.bench.machine import describe
 from slider_drilling.bench.result import Result
 
 HERE = Path(__file__).parent
+BUSY = """\
+**Others were using this machine while the figures were taken**: times on the wall are too long and
+factors of real time too low; ns per element-step are processor time and suffer less."""
 PAGE = HERE.parent / "docs" / "benchmarks.md"
 
 
@@ -41,8 +44,7 @@ def machine() -> str:
     """The machine as a list, and whether others were using it."""
     lines = [f"* {name}: {value}" for name, value in describe().items()]
     if os.getloadavg()[0] > 0.5 * (os.cpu_count() or 1):
-        lines += ["", "**Others were using this machine while the figures were taken**: times on the wall are too long and",
-                  "factors of real time too low; ns per element-step are processor time and suffer less."]  # fmt: skip
+        lines += ["", BUSY]
     return "\n".join(lines)
 
 
