@@ -39,6 +39,27 @@ def test_controller_of_the_nodes_page_slides(repository: Path, tmp_path: Path, m
     assert virtual.measurements.block_position > 0.004
 
 
+def test_controller_of_the_control_page_turns_towards_its_target(
+    repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from slider_drilling.control.load import load_controller, step_checked
+    from slider_drilling.rig import load_rig
+    from slider_drilling.signals import Measurements, MwdSample
+
+    (code,) = re.findall(r"```python\n(.*?)```", (repository / "docs" / "control.md").read_text(), re.DOTALL)
+    (tmp_path / "tenth_of_the_page.py").write_text(code)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    rig = load_rig(share_file("config/rig.example.yaml"))
+    plain, turned = (load_controller("tenth_of_the_page:Tenth", rig) for _ in range(2))
+    left = (MwdSample(0.0, 0.1, -1.0),)
+    for k in range(1, 400):
+        at = Measurements(0.1 * k, 0.0, 0.0, 0.0, 0.0, 0.0, 6e5, 1.8e7, 12.3)
+        first = step_checked(plain, at)
+        second = step_checked(turned, Measurements(*list(vars(at).values())[:-1], left if k == 1 else ()))
+    assert second.top_drive_angle - first.top_drive_angle == pytest.approx(0.1, rel=0.01)
+
+
 def test_readme_lists_every_command(repository: Path) -> None:
     text = (repository / "README.md").read_text()
     table = text[text.index("| command |") :].split("\n\n")[0]
@@ -53,7 +74,7 @@ def test_readme_lists_every_topic(repository: Path) -> None:
         assert topic.type.replace("/msg/", "/") in text
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/index.md", "docs/logs.md", "docs/nodes.md"])
+@pytest.mark.parametrize("page", ["README.md", "docs/index.md", "docs/logs.md", "docs/nodes.md", "docs/control.md"])
 def test_files_that_pages_name_exist(repository: Path, page: str) -> None:
     text = (repository / page).read_text()
     named = re.findall(r"`((?:config|slider_drilling|launch)/[\w./]+\.\w+)`", text)

@@ -13,7 +13,7 @@ class SlideSettings:
 
     amplitude: float = setting(0.0, "rad", 0.0, 200.0, "rocking amplitude, to either side; 0: own")
     period: float = setting(0.0, "s", 0.0, 300.0, "rocking period; 0: own")
-    reach_share: float = setting(0.48, "-", 0.05, 1.2, "amplitude over that which frees the whole string, holding")
+    reach_share: float = setting(0.51, "-", 0.05, 1.2, "amplitude over that which frees the whole string, holding")
     setting_share: float = setting(0.57, "-", 0.05, 1.5, "the same while the tool-face is being set")
     friction_factor: float = setting(0.235, "-", 0.02, 1.0, "friction factor believed where the rig file says 1")
     rounding_acceleration: float = setting(16.0, "rad/s2", 0.5, 100.0, "acceleration at the reversals")
@@ -23,7 +23,7 @@ class SlideSettings:
     right_torque_turn: float = setting(0.0, "N m", 0.0, 100e3, "end strokes to the right here; 0: at amplitude")
     left_torque_turn: float = setting(0.0, "N m", 0.0, 100e3, "end strokes to the left here; 0: at amplitude")
     response_time: float = setting(60.0, "s", 5.0, 600.0, "believed lag of the tool-face behind the centre")
-    gain: float = setting(1.5, "-", 0.0, 8.0, "centre shift per tool-face error, beyond feed-forward")
+    gain: float = setting(2.2, "-", 0.0, 8.0, "centre shift per tool-face error, beyond feed-forward")
     max_lead: float = setting(5.0, "rad", 0.0, 40.0, "most that the error may shift the centre")
     feed_forward: float = setting(1.0, "-", 0.0, 1.5, "share of the reactive twist given to the centre")
     rate_of_penetration: float = setting(0.0025, "m/s", 0.0, 0.05, "drilling rate that sets the pressure wanted")
