@@ -12,7 +12,7 @@ from slider_drilling.analysis.cycles import Cycle
 from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.drillstring import Commands, Plant, Profile, Start
 from slider_drilling.drillstring.mesh import friction_factors
-from slider_drilling.drillstring.zones import Zones, turning_friction, zones_from_motion
+from slider_drilling.drillstring.zones import Zones, turning_friction, zones_from_motion, zones_in_closed_form
 from slider_drilling.rig import Rig
 
 Array = NDArray[np.float64]
@@ -27,7 +27,8 @@ class StringHistory:
 
     axial_friction, coulomb_friction: (n,) N over the whole string, friction against the feed and what it would be if
     all of it slid straight down; weight_on_bit: (n,) N; bit_torque: (n,) N m; rotation: (n, m) rad; torque: (n, m) N m;
-    friction_coefficient and beta_v: (n, m), - and rad; turning_torque: N m, what turns the whole string.
+    friction_coefficient and beta_v: (n, m), - and rad; turning: (m,) N m, what turns each element at the end; last: the
+    string then.
     """
 
     time: Array
@@ -40,7 +41,13 @@ class StringHistory:
     torque: Array
     friction_coefficient: Array
     beta_v: Array
-    turning_torque: float
+    turning: Array
+    last: Profile
+
+    @property
+    def turning_torque(self) -> float:
+        """Torque that turns the whole string against friction, N m."""
+        return float(np.sum(self.turning))
 
     @property
     def weight_transfer(self) -> Array:
@@ -91,22 +98,26 @@ def follow(
         torque=np.array([p.torque for p in profiles]),
         friction_coefficient=np.array([p.friction_coefficient for p in profiles]),
         beta_v=np.array([p.beta_v for p in profiles]),
-        turning_torque=float(np.sum(turning_friction(plant, profiles[-1]))),
+        turning=turning_friction(plant, profiles[-1]),
+        last=profiles[-1],
     )
 
 
 def zones_over_time(history: StringHistory, cycles: list[Cycle]) -> list[tuple[float, Zones]]:
-    """The three zones in every rocking cycle: (time of its middle s, zones)."""
+    """The three zones in every rocking cycle: (time of its middle s, zones).
+
+    How far the rocking reaches is seen in the motion; the reactive torque in closed form, since the mean torque along
+    the string holds whatever the rocking's own centre puts into it.
+    """
     found = []
     for cycle in cycles:
         inside = (history.time >= cycle.start) & (history.time <= cycle.end)
         if np.count_nonzero(inside) < 4:
             continue
-        zones = zones_from_motion(
-            history.measured_depth, history.rotation[inside], history.torque[inside],
-            float(np.mean(history.bit_torque[inside])),
-        )  # fmt: skip
-        found.append((0.5 * (cycle.start + cycle.end), zones))
+        reactive = float(np.mean(history.bit_torque[inside]))
+        seen = zones_from_motion(history.measured_depth, history.rotation[inside], history.torque[inside], reactive)
+        closed = zones_in_closed_form(history.last, history.turning, 0.0, reactive)
+        found.append((0.5 * (cycle.start + cycle.end), Zones(seen.rocked_to, closed.reactive_from)))
     return found
 
 

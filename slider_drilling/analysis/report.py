@@ -142,8 +142,8 @@ def _along(history: StringHistory | None) -> dict[str, list[float]] | None:
     half = _second_half(history)
     return {
         "measured_depth": history.measured_depth.tolist(),
-        "friction_coefficient": np.mean(history.friction_coefficient[half], axis=0).tolist(),
-        "beta_v": np.mean(history.beta_v[half], axis=0).tolist(),
+        "friction_coefficient": np.mean(history.friction_coefficient[half], axis=0).round(6).tolist(),
+        "beta_v": np.mean(history.beta_v[half], axis=0).round(6).tolist(),
         "rotation_swing": np.ptp(history.rotation[half], axis=0).tolist(),
     }
 

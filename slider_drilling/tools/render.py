@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 SCHEMA = "slider_drilling/study/1"
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#7f7f7f")
 """Okabe and Ito's, told apart by colour-blind readers too."""
+CONFIG = {"responsive": True, "displaylogo": False}
 MODE_COLOURS = ("#56b4e9", "#e69f00", "#009e73", "#dddddd")
 
 
@@ -156,7 +157,7 @@ def _html(study: Study) -> str:
     from plotly.offline import get_plotlyjs
 
     figures = [
-        plotly.io.to_html(_plotly(figure), full_html=False, include_plotlyjs=False, div_id=f"figure-{k}")
+        plotly.io.to_html(_plotly(figure), full_html=False, include_plotlyjs=False, div_id=f"figure-{k}", config=CONFIG)
         for k, figure in enumerate(study.figures)
     ]
     page = jinja2.Environment(autoescape=True).from_string(PAGE)
@@ -170,6 +171,8 @@ def _plotly(figure: Chart | Map) -> Any:
         layout={
             "title": {"text": figure.title, "font": {"size": 15}},
             "template": "plotly_white",
+            "modebar": {"orientation": "v"},
+            "legend": {"orientation": "h", "y": -0.22},
             "height": 430,
             "margin": {"l": 70, "r": 20, "t": 50, "b": 55},
             "xaxis": {"title": {"text": figure.x_label}},
@@ -213,6 +216,7 @@ table { border-collapse: collapse; width: 100%; } td, th { border-bottom: 1px so
 text-align: left; vertical-align: top; } code { font-size: 12px; word-break: break-word; }
 .yes { color: #00724f; font-weight: 600; } .no { color: #b23c00; font-weight: 600; }
 .figures { display: grid; grid-template-columns: repeat(auto-fit, minmax(500px, 1fr)); gap: 1em; }
+.figures > div { min-width: 0; overflow: hidden; }
 </style><script>{{ script | safe }}</script></head><body>
 <h1>{{ study.title }}</h1>
 <p>{% for name, value in study.settings.items() %}{{ name }}: {{ value }}{{ "; " if not loop.last }}{% endfor %}</p>
@@ -227,5 +231,6 @@ text-align: left; vertical-align: top; } code { font-size: 12px; word-break: bre
 </table>{% endfor %}
 {% for note in study.notes %}<p>{{ note }}</p>{% endfor %}
 <div class="figures">{% for figure in figures %}<div>{{ figure | safe }}</div>{% endfor %}</div>
+<script>window.addEventListener("load", () => window.dispatchEvent(new Event("resize")));</script>
 </body></html>
 """

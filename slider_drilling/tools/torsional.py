@@ -100,8 +100,7 @@ def study() -> Study:
             "The rotation of 10 to 30 rpm at 15 Hz moves the pipe's surface by only "
             f"{1e3 * 10 * RPM * PIPE.radius / (2 * math.pi * FREQUENCY):.1f} to "
             f"{1e3 * 30 * RPM * PIPE.radius / (2 * math.pi * FREQUENCY):.1f} mm, a small part of the asperity's "
-            f"sliding "
-            "length; at lower frequencies the amplitude grows and the friction falls with it.",
+            "sliding length; at lower frequencies the amplitude grows and the friction falls with it.",
         ),
     )
 
@@ -157,9 +156,8 @@ def _fast_then_slow(sweep: dict[int, list[float]]) -> Claim:
         convex,
         ""
         if convex
-        else "Slowly in the end it does. At first the friction stays at Coulomb's up to a threshold amplitude, where "
-        "the "
-        "transverse motion begins to turn the deformation, then drops steeply.",
+        else "Slowly in the end it does, but not fast at first: a small swing hardly turns the deformation away from "
+        "the feed, so the ratio starts from 1 with next to no slope and is steepest at a middle amplitude (at_rpm).",
     )
 
 

@@ -2,7 +2,7 @@
 
 Not in the paper, which stops at one contact. Rocking and the axial tool are run in the plant as they are. The plant has
 no forcing around the hole nor of the normal force, so the radial, torsional and 3-D tools go in as the friction ratio
-that the contact alone settles to (signed mean), over REACH either side of the tool.
+that the contact alone settles to (signed mean), over 150 m either side of the tool.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ def _run(rig: Rig, commands: Commands, axial_tool: float | None = None, ratio: f
         weight_on_bit=float(np.mean(weight)),
         spread=float(np.std(weight)),
         rate_of_penetration=drilled / float(np.ptp(response.time[last])),
-        share=float(np.mean(weight)) / max(let_down, 1.0),
+        share=float(np.mean(weight) / max(let_down, 1.0)),
     )
 
 
