@@ -54,7 +54,7 @@ def _settings(plan: _Plan) -> dict[str, float]:
 def _model(model: DrillString, plan: _Plan) -> DrillString:
     """The same string driven by the plan, with the log's channels at the plan's times."""
     interval = 1.0 / model.rig.sensors.rate
-    time = np.arange(0.0, _DURATION_S, interval)
+    time = np.arange(0.0, _DURATION_S, interval, dtype=np.float64)
     log = model.commands[0]
     speed = _rocking(time, plan)
     late = np.where(time > 0.5 * _DURATION_S, 1.0, 0.0)
