@@ -8,7 +8,7 @@ from collections import deque
 from slider_drilling.control.torque_and_drag import TorqueAndDrag
 
 _AVERAGED = 3            # samples of torque averaged before its peak is taken
-_MEASUREMENT_SPREAD = 0.12   # of ln(scale): what inertia leaves of the closed form at the test's slow strokes
+_MEASUREMENT_SPREAD = 0.06   # of ln(scale): what inertia leaves of the closed form at the test's slow strokes
 _PAIRS = 2               # of strokes, in the test
 TEST_PERIOD_SHARE = 2.0  # of the test to the period of rocking: slow, since the closed form has no inertia
 SHORTEST_TEST_PERIOD = 16.0   # s
