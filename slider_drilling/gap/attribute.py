@@ -27,6 +27,7 @@ SURVIVORS = 5
 SCATTER_KEPT = 3
 # A tuning is better when its cost falls by more than fits from different starts scatter.
 _BETTER = 0.98
+_MUCH_BETTER = 0.8
 # Once one candidate explains the log down to its noise, only so many are fitted in all: it and its rivals.
 ENOUGH = 3
 # A candidate whose best scan point promises less than this share of the gap is not worth a fit.
@@ -135,8 +136,13 @@ def tune_nuisance(findings: Findings, starts: Sequence[Values], progress: Progre
     findings.current = findings.tuned
 
 
-def _add_one(findings: Findings, catalogue: Sequence[Effect], turn: int, scatter: int, progress: Progress) -> bool:
-    """Screen everything not yet accepted, fit the survivors, accept the best that passes. False when none does."""
+def _add_one(
+    findings: Findings, catalogue: Sequence[Effect], turn: int, scatter: int, progress: Progress, restarts: int = 2
+) -> bool:
+    """Screen everything not yet accepted, fit the survivors, accept the best that passes. False when none does.
+
+    Where a candidate's fit turns up a much better tuning, the screening was done at the wrong place and starts again.
+    """
     problem, base = findings.problem, findings.current
     assert base is not None
     names = {contender.effect.name for contender in findings.accepted}
@@ -153,7 +159,12 @@ def _add_one(findings: Findings, catalogue: Sequence[Effect], turn: int, scatter
         best, agree = fit_candidate(problem, base, candidate, scatter=scatter)
         better = _retuned(problem, base, best)
         if better is not None:
+            much = better.cost < _MUCH_BETTER * base.fit.cost
             base = _rebase(findings, better, turn)
+            if much and restarts > 0 and not findings.at_floor(base):
+                findings.screened.pop()
+                findings.rounds.pop()
+                return _add_one(findings, catalogue, turn, scatter, progress, restarts - 1)
             contenders[:] = [
                 judge(
                     problem, findings.folds, findings.bootstrap, base, c.effect, c.fit, c.starts_agree, len(catalogue)
