@@ -30,6 +30,8 @@ _BETTER = 0.98
 _MUCH_BETTER = 0.8
 # Once one candidate explains the log down to its noise, only so many are fitted in all: it and its rivals.
 ENOUGH = 3
+# So many of the best are taken to the end before one is preferred to another.
+POLISHED = 3
 # A candidate whose best scan point promises less than this share of the gap is not worth a fit.
 _PROMISE = 0.03
 Progress = Callable[[str, float], None]
@@ -180,6 +182,13 @@ def _add_one(
         done = any(c.accepted and findings.reaches_floor(c.held) for c in contenders)
         if done and len(contenders) >= ENOUGH:
             break
+    contenders.sort(key=lambda contender: contender.robust)
+    for index, contender in enumerate(contenders[:POLISHED]):
+        fine = fit_growing(problem, contender.fit.parameters, contender.fit.values, iterations=6, shares=(1.0, 1.0))
+        contenders[index] = judge(
+            problem, findings.folds, findings.bootstrap, base, contender.effect, fine, contender.starts_agree,
+            len(catalogue),
+        )  # fmt: skip
     contenders.sort(key=lambda contender: contender.robust)
     winner = next((contender for contender in contenders if contender.accepted), None)
     if winner is None:

@@ -45,7 +45,7 @@ def next_manoeuvre(findings: Findings) -> NextManoeuvre | None:
 
 
 def _rivals(findings: Findings) -> tuple[Contender, Contender] | None:
-    """The accepted effect and its nearest rival (of its group if it has one), else the two leading candidates."""
+    """The accepted effect and what it cannot be told from; the two leading candidates where none was accepted."""
     contenders = [contender for contender in (findings.rounds[0] if findings.rounds else []) if contender.physical]
     if len(contenders) < 2:
         return None
@@ -53,10 +53,8 @@ def _rivals(findings: Findings) -> tuple[Contender, Contender] | None:
         return contenders[0], contenders[1]
     first = findings.accepted[0]
     group = findings.groups.get(first.effect.name, {})
-    others = [contender for contender in contenders if contender.effect.name != first.effect.name]
-    if not others:
-        return None
-    return first, next((other for other in others if other.effect.name in group), others[0])
+    rival = next((contender for contender in contenders if contender.effect.name in group), None)
+    return None if rival is None else (first, rival)
 
 
 def _problem(findings: Findings, manoeuvre: Manoeuvre) -> Problem:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import lsq_linear
 
 from slider_drilling.gap.model import Array, Effect
 from slider_drilling.gap.residuals import Problem
@@ -14,6 +15,7 @@ from slider_drilling.gap.tune import Fit, prior_rows
 # How far beyond a scan point its secant is trusted when it predicts a start.
 _LONGEST = 3.0
 _BATCH = 32
+_SLACK = 1e-6
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,7 @@ def screen(problem: Problem, fit: Fit, effects: Sequence[Effect]) -> list[Candid
     for (effect, point), change in zip(points, changes, strict=True):
         amplitude = effect.parameters[0]
         shortest = -_LONGEST if amplitude.lower < amplitude.nominal < amplitude.upper else 0.0
-        step, length = _project(weight, rows, prior, fit.residual, change, shortest)
+        step, length = _project(weight, rows, prior, fit, change, shortest)
         predicted = fit.residual + fit.jacobian @ step + length * change
         scored[effect.name].append((problem.robust_gap(predicted), _start(fit, effect, point, step, length)))
     found = []
@@ -65,24 +67,23 @@ def _changes(problem: Problem, fit: Fit, points: Sequence[tuple[Effect, tuple[fl
     return changes
 
 
-def _project(
-    weight: Array, rows: Array, prior: Array, residual: Array, change: Array, shortest: float
-) -> tuple[Array, float]:
-    """Nuisance step (scaled) and multiple of the change that together leave least, the multiple kept in [shortest, 3].
+def _project(weight: Array, rows: Array, prior: Array, fit: Fit, change: Array, shortest: float) -> tuple[Array, float]:
+    """Nuisance step (scaled) and multiple of the change that together leave least, both within their bounds.
 
-    A negative multiple is the effect with the other sign: allowed where the amplitude's range has one, so that a
-    shape that no physical size of the effect has is still seen.
+    The multiple is kept in [shortest, 3]; a negative one is the effect with the other sign, allowed where the
+    amplitude's range has one, so that a shape that no physical size of the effect has is still seen. A nuisance
+    that stands at its bound cannot take over what the effect would do beyond it.
     """
-    weighted = weight * change
-    left = np.vstack([np.column_stack([rows, weighted]), np.column_stack([prior, np.zeros(len(prior))])])
-    right = np.concatenate([-weight * residual, np.zeros(len(prior))])
-    solution = np.linalg.lstsq(left, right, rcond=1e-10)[0]
-    length = float(np.clip(solution[-1], shortest, _LONGEST))
-    if length != solution[-1]:
-        bottom = np.zeros(len(prior))
-        target = np.concatenate([-weight * (residual + length * change), bottom])
-        solution = np.append(np.linalg.lstsq(np.vstack([rows, prior]), target, rcond=1e-10)[0], length)
-    return solution[:-1], length
+    left = np.vstack([np.column_stack([rows, weight * change]), np.column_stack([prior, np.zeros(len(prior))])])
+    right = np.concatenate([-weight * fit.residual, np.zeros(len(prior))])
+    triangle: Array = np.asarray(np.linalg.qr(np.column_stack([left, right]), mode="r"))
+    here = np.array([fit.values[p.name] for p in fit.parameters])
+    scale = np.array([p.scale for p in fit.parameters])
+    low = np.append((np.array([p.lower for p in fit.parameters]) - here) / scale - _SLACK, shortest - _SLACK)
+    high = np.append((np.array([p.upper for p in fit.parameters]) - here) / scale + _SLACK, _LONGEST)
+    size = low.size
+    solution = lsq_linear(triangle[:size, :size], triangle[:size, size], (low, high)).x
+    return solution[:-1], float(solution[-1])
 
 
 def _start(fit: Fit, effect: Effect, point: tuple[float, ...], step: Array, length: float) -> dict[str, float]:
