@@ -113,6 +113,21 @@ def test_batch_is_the_single_run_bit_for_bit():
         assert np.array_equal(alone.standpipe_pressure, lane.standpipe_pressure)
 
 
+def test_start_offset_turns_the_tool_face_and_twists_nothing():
+    commands = rocking(10.0)
+    plain = simulate(RIG, commands, elements=60)
+    turned = simulate(RIG, commands, elements=60, start=Start(offset=0.7))
+    assert np.array_equal(turned.surface_torque, plain.surface_torque)
+    assert turned.tool_face - plain.tool_face == pytest.approx(0.7)
+
+
+def test_start_twist_is_held_by_a_constant_torque():
+    held = simulate(RIG, motion(1.0), elements=60, start=Start(twist=-0.5))
+    stiffness = 7.92e10 * math.pi / 32.0 / (3940.0 / (0.127**4 - 0.1086**4) + 60.0 / (0.165**4 - 0.0714**4))
+    assert held.surface_torque[0] == pytest.approx(0.5 * stiffness, rel=0.02)
+    assert held.tool_face[0] == pytest.approx(-0.5)
+
+
 def test_restored_plant_goes_on_bit_for_bit():
     commands = rocking(12.0)
     whole = simulate(RIG, commands, elements=60)

@@ -41,10 +41,10 @@ class Modifiers:
 
 @dataclass(frozen=True)
 class Start:
-    """How a run begins: at rest, hanging, with a rotation of the bit relative to the top drive.
+    """How a run begins: at rest, hanging, and with which tool-face.
 
-    twist: rad, spread over the string as one constant torque would; offset: rad, the same turn of the whole string
-    (a tool-face that is not referred to the top drive's zero).
+    twist: rad, of the bit ahead of the top drive, spread over the string as one constant torque would; offset: rad,
+    added to the tool-face of an untwisted string, whose bend need not point where the top drive's zero is.
     """
 
     twist: float = 0.0
@@ -141,7 +141,6 @@ def initial_state(
     compliance = np.cumsum(1.0 / torsional_spring, axis=0)
     rotation = np.full((count + 2, width), drive[0])
     rotation[1:-1] += compliance / compliance[-1] * np.array([s.twist for s in starts])
-    rotation[1:-1] += np.array([s.offset for s in starts])
     torque = torsional_spring[0] * (rotation[0] - rotation[1])
     flow = np.maximum(drive[4] * c.pump_displacement, 0.0) / c.reference_flow
     circulation = c.circulating_pressure * flow**1.8
@@ -150,7 +149,8 @@ def initial_state(
     return State(
         position=padded(position, count), speed=zero(), rotation=padded(rotation, count), rotation_speed=zero(),
         strain_axial=zero(), strain_tangential=zero(), yielding=e.yielding.copy(), rest=zero(),
-        bottom=position[-2].copy(), depth_offset=rigs[0].string.length - position[-2], weight_on_bit=lane(),
+        bottom=position[-2].copy(), depth_offset=rigs[0].string.length - position[-2],
+        tool_face_offset=np.array([s.offset for s in starts], dtype=float), weight_on_bit=lane(),
         bit_torque=lane(), motor_pressure=lane(), stalled=lane(), circulation=circulation,
         standpipe=circulation.copy(), sensed_torque=torque, pulses=np.zeros(delay * width), clock=np.zeros(2),
     )  # fmt: skip

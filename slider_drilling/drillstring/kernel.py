@@ -271,7 +271,7 @@ def sense(lanes, elements, e: Elements, c: Lanes, s: State, out: Array):
         out[0, k] = s.sensed_torque[k] + c.torque_bias[k]
         out[1, k] = e.axial_spring[k] * (s.position[lanes + k] - s.position[k])
         out[2, k] = s.standpipe[k]
-        out[3, k] = s.rotation[place]
+        out[3, k] = s.rotation[place] + s.tool_face_offset[k]
         out[4, k] = s.rotation_speed[bit]
         out[5, k] = s.bit_torque[k]
         out[6, k] = s.weight_on_bit[k]
