@@ -116,6 +116,11 @@ def attribute(
     except KeyboardInterrupt:
         findings.partial = True
         findings.remarks.append("interrupted: the best answer so far")
+    if findings.current is not None and findings.current.gap_squared <= findings.ceiling:
+        gaps = findings.problem.channel_gaps(findings.current.held)
+        above = [name for name, gap in gaps.items() if gap > findings.ceilings[name]]
+        if above:
+            findings.remarks.append(f"within the null threshold as a whole, but not by itself: {', '.join(above)}")
     progress("done", 1.0)
     return findings
 
@@ -300,7 +305,7 @@ def verdict(findings: Findings) -> str:
     if tuned is None or current is None:
         return "inconclusive"
     if findings.accepted:
-        return "effect" if findings.at_floor(current) else "effect_and_unknown"
+        return "effect" if current.gap_squared <= findings.ceiling else "effect_and_unknown"
     nominal = findings.nominal
     nominal_gaps = findings.problem.channel_gaps(findings.nominal_residual)
     if nominal <= findings.tuned_ceiling and all(g <= findings.ceilings[n] for n, g in nominal_gaps.items()):
