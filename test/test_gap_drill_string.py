@@ -136,6 +136,8 @@ def test_stuck_and_saturated_channels_are_left_out():
     stuck = np.where(time > 10.0, 5.0, wave)
     assert "stuck" in unusable(Channel("surface_torque", time, stuck))
     assert "saturated" in unusable(Channel("surface_torque", time, np.minimum(wave, 900.0), "N m"))
+    rest_first = np.where(time < 5.0, wave.min(), wave)
+    assert unusable(Channel("surface_torque", time, rest_first, "N m")) is None
     assert "too little" in too_little_excitation(Run("run", time, np.zeros_like(time), ()))
 
 

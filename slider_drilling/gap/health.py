@@ -28,6 +28,11 @@ def unusable(channel: Channel) -> str | None:
     longest = longest_repeat(values)
     if longest > _STUCK * values.size:
         return f"stuck: the same value for {100.0 * longest / values.size:.0f} % of the log"
+    # A rig that has not moved yet shows one value too: only what lies between the first and the last change counts.
+    changed = np.flatnonzero(np.diff(values) != 0.0)
+    values = values[changed[0] + 1 : changed[-1] + 1]
+    if values.size < _LEAST_SAMPLES:
+        return f"only {values.size} samples that change"
     for edge, name in ((values.max(), "upper"), (values.min(), "lower")):
         at_edge = float(np.mean(values == edge))
         if at_edge > _SATURATED and longest_repeat(np.where(values == edge, 1.0, np.arange(values.size) + 2.0)) > 5:
