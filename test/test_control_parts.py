@@ -9,10 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from slider_drilling.control.amplitude import LANDING, AmplitudeFinder
 from slider_drilling.control.auto_driller import AutoDriller
+from slider_drilling.control.circular_belief import CircularBelief
 from slider_drilling.control.differential_pressure import DifferentialPressure
 from slider_drilling.control.drive import Motion, RockingDrive, Wish
 from slider_drilling.control.rocking import Rocking
+from slider_drilling.control.stroke_means import CycleMean, StrokeMeans
 from slider_drilling.control.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
 from slider_drilling.control.torque_and_drag import TorqueAndDrag
 from slider_drilling.control.torque_turn import TorqueTurn
@@ -21,7 +24,8 @@ from slider_drilling.signals import MwdSample
 
 CONFIG = Path(__file__).resolve().parents[1] / "config"
 RIG = load_rig(CONFIG / "rig.example.yaml")
-NOISE = EstimatorNoise(math.radians(3.0), math.radians(1.0), math.radians(1.0), 1.0)
+NOISE = EstimatorNoise(math.radians(3.0), 150.0, 0.1, 0.1, 0.3, math.radians(0.6), math.radians(0.15))
+S = 0.0042   # rad/(N m)
 
 
 def test_drive_draws_the_ideal_trajectory():
@@ -41,7 +45,8 @@ def test_drive_draws_the_ideal_trajectory():
     assert np.diff(peaks) * 0.01 == pytest.approx(10.0, abs=0.02)
 
 
-WISHES = st.builds(Wish, st.floats(-50.0, 50.0), st.floats(0.0, 40.0), st.floats(2.0, 40.0))
+WISHES = st.builds(Wish, st.floats(-50.0, 50.0), st.floats(0.0, 40.0), st.floats(2.0, 40.0),
+                   st.sampled_from([0.0, 1.0, 3.0]))
 
 
 @given(st.lists(st.tuples(WISHES, st.sampled_from(list(Motion)), st.integers(1, 30)), min_size=1, max_size=8))
@@ -111,42 +116,106 @@ def test_auto_driller_holds_pressure_on_a_spring_and_a_bit():
     assert speed == pytest.approx(0.0025, rel=0.05)
 
 
-def feed(estimator, truth, drive, until, latency=6.0, period=12.0, wrong=()):
+def feed(estimator, twist, offset, until, samples):
+    """Rocking of 8 s about a centre on target, on a string twisted by `twist(t)`, its bend `offset` off."""
     for k in range(round(until / 0.5)):
         time = 0.5 * k
-        estimator.advance(time, drive)
-        if time > period and (time - latency) % period == 0.0:
-            angle = 2.0 if time in wrong else truth(time - latency)
-            estimator.correct(MwdSample(time - latency, time, math.remainder(angle, 2.0 * math.pi)), 0.0)
+        estimator.advance(time)
+        if time > 8.0 and time % 4.0 == 0.0:
+            estimator.observe(time, CycleMean(0.0, twist(time - 4.0) / S, 0.0, 8.0), 1.0, 0.0)
+        if time in samples:
+            angle = offset - twist(time - 6.0) if samples[time] is None else samples[time]
+            estimator.correct(MwdSample(time - 6.0, time, math.remainder(angle, 2.0 * math.pi)), 0.0)
 
 
-def test_estimator_follows_late_samples():
-    def truth(time):
-        return 1.0 - math.exp(-time / 60.0)
+def test_torque_tells_the_tool_face_between_samples():
+    """After four samples on an untwisted string none come any more, and the string winds up by two turns."""
+    estimator = ToolFaceEstimator(S, 60.0, NOISE)
+    feed(estimator, lambda time: 0.0 if time < 60.0 else (time - 60.0) / 10.0, 2.0, 190.0,
+         dict.fromkeys((18.0, 30.0, 42.0, 54.0)))
+    assert estimator.tool_face == pytest.approx(2.0 - 12.6, abs=0.4)
 
-    estimator = ToolFaceEstimator(60.0, NOISE)
-    feed(estimator, truth, 1.0, 300.0)
-    assert estimator.belief.tool_face == pytest.approx(truth(300.0), abs=math.radians(3.0))
 
-
-def test_estimator_refuses_an_outlier_and_believes_what_repeats():
-    estimator = ToolFaceEstimator(60.0, NOISE)
-    feed(estimator, lambda time: 0.0, 0.0, 300.0, wrong=(150.0,))
+def test_one_wrong_sample_hardly_counts_and_what_repeats_is_believed():
+    every = dict.fromkeys(np.arange(18.0, 300.0, 12.0))
+    estimator = ToolFaceEstimator(S, 60.0, NOISE)
+    feed(estimator, lambda time: 0.0, 0.5, 300.0, every | {150.0: 3.0})
     assert estimator.rejections == 1
-    assert abs(estimator.belief.tool_face) < math.radians(3.0)
-    for k in range(4):
-        time = 300.0 + 12.0 * k
-        estimator.advance(time, 0.0)
-        estimator.correct(MwdSample(time - 6.0, time, 2.5), 0.0)
-    assert estimator.belief.tool_face == pytest.approx(2.5, abs=0.6)
+    assert estimator.tool_face == pytest.approx(0.5, abs=math.radians(1.0))
+    feed(estimator := ToolFaceEstimator(S, 60.0, NOISE), lambda time: 0.0, 0.5, 300.0,
+         every | dict.fromkeys(np.arange(150.0, 300.0, 12.0), 3.0))
+    assert math.remainder(estimator.tool_face - 3.0, 2.0 * math.pi) == pytest.approx(0.0, abs=math.radians(3.0))
+
+
+def test_a_wrong_first_sample_is_outvoted():
+    estimator = ToolFaceEstimator(S, 60.0, NOISE)
+    feed(estimator, lambda time: 0.0, 0.5, 60.0, {18.0: -2.5, 30.0: None, 42.0: None})
+    assert estimator.tool_face == pytest.approx(0.5, abs=math.radians(2.0))
 
 
 @pytest.mark.parametrize("sample", [MwdSample(math.nan, 1.0, 0.0), MwdSample(0.0, 1.0, math.nan),
-                                    MwdSample(1e9, 1e9, 0.0)])
+                                    MwdSample(1e9, 1e9, 0.0), MwdSample(-200.0, 1.0, 0.0)])
 def test_estimator_refuses_nonsense(sample):
-    estimator = ToolFaceEstimator(60.0, NOISE)
-    estimator.advance(10.0, 0.0)
+    estimator = ToolFaceEstimator(S, 60.0, NOISE)
     assert not estimator.correct(sample, 0.0)
+    estimator.observe(10.0, CycleMean(0.0, 0.0, 0.0, 8.0), 1.0, 0.0)
+    assert not estimator.correct(sample, 0.0)
+    assert not estimator.known
+
+
+def test_circular_belief_is_bayes_of_normal_samples():
+    """Across the half turn; variances add as for the normal distribution, and spread by what it may have moved."""
+    belief = CircularBelief(0.05)
+    for off in (-0.02, 0.06):
+        belief.update(math.remainder(math.pi + off, 2.0 * math.pi), 0.01)
+    assert abs(math.remainder(belief.mean - (math.pi + 0.02), 2.0 * math.pi)) < 2e-3
+    assert belief.spread == pytest.approx(math.sqrt(0.005), rel=0.05)
+    assert belief.weight > 0.99
+    belief.diffuse(0.02)
+    assert belief.spread == pytest.approx(math.sqrt(0.025), rel=0.05)
+
+
+def test_means_over_whole_strokes_leave_no_rocking():
+    """Friction that opposes either stroke alike and a mean torque, on strokes of unlike speed."""
+    means, cycles, strokes = StrokeMeans(), [], 0
+    for k in range(1, 401):
+        if k % 40 == 0:
+            strokes += 1
+        side = 1.0 if strokes % 2 == 0 else -1.0
+        within = (k % 40) / 40.0 - 0.5
+        cycle = means.update(0.1, 2.0 + side * within, 700.0 + side * 3000.0, 500.0, strokes)
+        cycles += [cycle] if cycle else []
+    assert cycles[-1].torque == pytest.approx(700.0, abs=1e-6)
+    assert cycles[-1].angle == pytest.approx(2.0, abs=1e-6)
+    assert (cycles[-1].reactive_torque, cycles[-1].duration) == pytest.approx((500.0, 8.0))
+
+
+def test_a_stroke_that_was_not_measured_gives_no_mean():
+    means, cycles = StrokeMeans(), []
+    for k in range(400):
+        torque = math.nan if 80 <= k < 120 else 0.0
+        cycles.append(means.update(0.1, 0.0, torque, 0.0, k // 40))
+    assert [k for k in range(400) if cycles[k]] == [80, 200, 240, 280, 320, 360]
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.5])
+@pytest.mark.parametrize("friction", [0.75, 1.0, 1.25])
+def test_breakover_test_finds_friction_through_a_sensor_that_lags(friction, lag):
+    """On a string without inertia: loaded along the closed form, unloaded and loaded again along twice of it."""
+    belief = TorqueAndDrag(RIG, 0.235, 0.0)
+    finder, drive = AmplitudeFinder(belief, 10.0), RockingDrive(12.0, 16.0)
+    wish = Wish(0.0, 14.0, 9.0, LANDING * belief.travel_time)
+    from_angle, from_torque, sensed, side, twice = 0.0, 0.0, 0.0, 1.0, 1.0
+    for _ in range(3000):
+        drive.advance(0.1, wish)
+        turned = side * (drive.angle - from_angle) / twice
+        torque = from_torque + side * twice * belief.breakover_torque(max(turned, 0.0), friction)
+        if drive.side != side:
+            from_angle, from_torque, side, twice = drive.angle, torque, drive.side, 2.0
+        sensed += (1.0 - math.exp(-0.1 / lag) if lag else 1.0) * (torque - sensed)
+        finder.update(drive.angle, sensed, drive.strokes)
+    assert not finder.testing
+    assert finder.scale == pytest.approx(friction, rel=0.08 if lag else 0.01)
 
 
 def test_torque_turn_ends_strokes_and_bumps():

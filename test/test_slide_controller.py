@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slider_drilling.control import Level, SlideController, SlideSettings
+from slider_drilling.control.torque_and_drag import TorqueAndDrag
 from slider_drilling.errors import InputError
 from slider_drilling.rig import load_rig
 from slider_drilling.signals import Measurements, MwdSample
@@ -18,6 +19,7 @@ PERIOD = 0.1
 NORMAL = {"top_drive_angle": 0.0, "top_drive_speed": 0.0, "surface_torque": 500.0, "block_position": 0.0,
           "block_speed": 0.0, "hook_load": 6e5, "standpipe_pressure": 1.8e7, "pump_speed": 12.3}
 CHANNELS = tuple(NORMAL)
+TORSION = 1.0 / TorqueAndDrag(RIG, 0.235, 0.0).compliance   # N m/rad, of the string with its bit held
 
 
 def sample(time, mwd=(), **changed):
@@ -25,14 +27,14 @@ def sample(time, mwd=(), **changed):
 
 
 def follow(controller, seconds, start=0.0, mwd_every=12.0, tool_face=0.0, **changed):
-    """Step a controller whose top drive follows at once; returns its commands."""
+    """Step a controller whose top drive follows at once, on a string whose bit is held; returns its commands."""
     commands, angle = [], vars(controller).get("followed", 0.0)
     for k in range(1, round(seconds / PERIOD) + 1):
         time = start + k * PERIOD
         due = mwd_every and k % round(mwd_every / PERIOD) == 0
         mwd = (MwdSample(time - 6.0, time, tool_face),) if due else ()
-        stiffness = {"surface_torque": 400.0 * angle, "top_drive_angle": angle}
-        command = controller.step(sample(time, mwd, **{**stiffness, **changed}))
+        string = {"surface_torque": TORSION * (angle - tool_face), "top_drive_angle": angle}
+        command = controller.step(sample(time, mwd, **{**string, **changed}))
         angle = command.top_drive_angle
         commands.append(command)
     controller.followed = angle
@@ -159,7 +161,7 @@ def test_pump_off_stops_lowering():
                                               ({"back_off_torque_limit": 1500.0}, -1.0)])
 def test_stroke_ends_before_its_torque_limit(limits, side):
     controller = SlideController(RIG, dataclasses.replace(SlideSettings(), **limits))
-    torque = [400.0 * side * command.top_drive_angle for command in follow(controller, 60.0)]
+    torque = [TORSION * side * command.top_drive_angle for command in follow(controller, 60.0)]
     assert max(torque) <= next(iter(limits.values()))
     assert any("torque" in status.message for status in controller.status() if status.name == "torque_limits")
 
@@ -170,8 +172,7 @@ def test_centre_moves_against_the_error(tool_face_deg, side):
     wished = []
     for tool_face in (0.0, math.radians(tool_face_deg)):
         controller = SlideController(RIG)
-        follow(controller, 31.0, tool_face=0.0)
-        follow(controller, 17.1, 31.0, mwd_every=17.0, tool_face=tool_face)
+        follow(controller, 120.0, tool_face=tool_face)
         status = next(status for status in controller.status() if status.name == "tool_face")
         wished.append(float(dict(status.values)["centre_rad"]))
     assert side * (wished[1] - wished[0]) > 0.3

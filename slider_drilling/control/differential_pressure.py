@@ -44,3 +44,8 @@ class DifferentialPressure:
     def reactive_torque(self) -> float:
         """Torque (N m) with which the motor turns its housing to the left, from `smooth`."""
         return self._torque_per_pressure * max(self.smooth, 0.0)
+
+    @property
+    def quick_reactive_torque(self) -> float:
+        """The same from `quick`, for what is averaged anyway."""
+        return self._torque_per_pressure * self.quick

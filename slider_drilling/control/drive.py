@@ -15,6 +15,8 @@ from dataclasses import dataclass
 
 _PARKING_SHARE = 0.1     # of the greatest speed
 _PARKING_PIECE = 0.01    # s
+_LANDING_PIECE = 0.02    # s
+_LANDED = 0.05           # of the amplitude, before the end
 _AT_REST = 0.005         # rad from the centre
 _REST_SPEED = 0.3        # rad/s
 
@@ -29,11 +31,13 @@ class Motion(enum.Enum):
 
 @dataclass(frozen=True)
 class Wish:
-    """centre: rad; amplitude: rad and period: s, of the triangle wave whose peaks are rounded."""
+    """centre: rad; amplitude: rad and period: s, of the triangle wave whose peaks are rounded; landing: s, the time
+    constant with which a stroke slows down towards its end, 0 for none."""
 
     centre: float
     amplitude: float
     period: float
+    landing: float = 0.0
 
 
 class RockingDrive:
@@ -70,10 +74,13 @@ class RockingDrive:
         if motion is Motion.PARK:
             return self._park(left, wish.centre)
         room = self._room(wish)
-        if room <= self._braking_distance() and self.side * self.speed >= 0.0:
+        landed = _LANDED * wish.amplitude if wish.landing > 0.0 else 0.0
+        if room <= max(self._braking_distance(), landed) and self.side * self.speed >= 0.0:
             self.turn()
             room = self._room(wish)
         cruise = self._cruise(wish)
+        if wish.landing > 0.0:
+            return self._land(left, cruise, room, wish.landing)
         if self.speed != self.side * cruise:
             return self._ramp_to(self.side * cruise, left)
         if cruise == 0.0:
@@ -91,6 +98,14 @@ class RockingDrive:
 
     def _braking_distance(self) -> float:
         return 0.5 * self.speed * self.speed / self._acceleration
+
+    def _land(self, left: float, cruise: float, room: float, landing: float) -> float:
+        """A little of a stroke whose speed falls with the way that is left."""
+        speed = self.side * min(cruise, max(room, 0.0) / landing)
+        piece = min(left, _LANDING_PIECE)
+        ramp = 0.0 if self.speed == speed else self._ramp_to(speed, piece)
+        # On for the whole piece: every piece asks for a speed a little different.
+        return ramp + self._move(max(piece - ramp, 0.0), 0.0)
 
     def _ramp_to(self, speed: float, left: float) -> float:
         change = speed - self.speed

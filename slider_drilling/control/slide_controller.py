@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from slider_drilling.control.amplitude import SHORTEST_TEST_PERIOD, TEST_PERIOD_SHARE, AmplitudeFinder
+from slider_drilling.control.amplitude import LANDING, AmplitudeFinder
 from slider_drilling.control.auto_driller import AutoDriller
 from slider_drilling.control.differential_pressure import DifferentialPressure
 from slider_drilling.control.drive import Motion, RockingDrive, Wish
@@ -13,6 +13,7 @@ from slider_drilling.control.limits import HOLD_AFTER, Interlocks, Permission, S
 from slider_drilling.control.protocol import Level, Status
 from slider_drilling.control.settings import check
 from slider_drilling.control.slide_settings import SlideSettings
+from slider_drilling.control.stroke_means import StrokeMeans
 from slider_drilling.control.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
 from slider_drilling.control.torque_and_drag import TorqueAndDrag, Zones
 from slider_drilling.control.torque_turn import TorqueTurn
@@ -27,8 +28,12 @@ _SHORTEST_PERIOD = 6.0       # s
 _NEAR, _FAR = math.radians(12.0), math.radians(45.0)   # errors between which holding turns into setting
 _LOST_TURN = math.radians(200.0)   # of error: the nearest turn of the target is now another
 _SWING = math.radians(3.0)   # that rocking leaves at the bit
-_WALK, _DRIFT = math.radians(2.0), math.radians(2.0)   # per sqrt(s), of tool-face and offset
-_START_SPREAD = 1.0          # rad, of the offset at first
+_WALK, _DRIFT = math.radians(0.6), math.radians(0.15)   # per sqrt(s), of the string's twist and of the offset
+_PULL_SHARE = 0.1            # of the twist that pulls, by which the string may be twisted otherwise
+_MOVE_SHARE = 0.3            # of a move of the centre, that surface torque does not show at once
+_MOST_TRIM = 1.0             # rad
+_TEST_SPEED = 6.0            # rad/s, fastest stroke of the breakover test
+_CENTRE_TIME = 1.0           # periods of rocking, in which the centre follows
 _PRIOR_SPREAD = 0.25         # of ln(friction)
 _QUICK, _SMOOTH = 0.5, 6.0   # s, filters of differential pressure
 _RELEASED_SHARE = 0.25       # of the pressure wanted, at which the bit has let go
@@ -58,7 +63,10 @@ class SlideController:
         self._believe(s)
         mwd = rig.sensors.mwd
         sample = math.sqrt(mwd.noise**2 + mwd.resolution**2 / 12.0 + _SWING**2)
-        self._estimator = ToolFaceEstimator(s.response_time, EstimatorNoise(sample, _WALK, _DRIFT, _START_SPREAD))
+        noise = EstimatorNoise(sample, rig.sensors.surface_torque.noise, self._interval, _PULL_SHARE, _MOVE_SHARE,
+                               _WALK, _DRIFT)
+        self._estimator = ToolFaceEstimator(self._belief.compliance, s.response_time, noise)
+        self._means = StrokeMeans()
         stall = StallGuard(s.stall_share * rig.motor.max_pressure, _RELEASED_SHARE * self._wanted_pressure)
         self._interlocks = Interlocks(s.make_up_torque_limit, s.back_off_torque_limit, stall,
                                       _LEAST_FLOW_SHARE * self._reference_pump)
@@ -67,6 +75,8 @@ class SlideController:
         self._drive: RockingDrive | None = None
         self._zero = 0.0             # rad, top-drive angle at the start
         self._centre = 0.0           # rad, wished middle of rocking
+        self._aim = 0.0              # rad, of the centre before the reactive twist
+        self._trim = 0.0             # rad
         self._amplitude = 0.0        # rad
         self._bearable = 1.0         # share of the amplitude that the torque limits leave
         self._mwd_age = 0.0          # s since the last accepted sample was read
@@ -116,10 +126,8 @@ class SlideController:
         watch = self._watch
         watch.update(measurements, self._interval)
         drive = self._started()
-        fresh = watch.age["standpipe_pressure"] == 0.0
-        self._pressure.update(watch.value["standpipe_pressure"] if fresh else math.nan, watch.value["pump_speed"],
-                              watch.step)
-        self._estimate(measurements)
+        self._pressure.update(self._fresh("standpipe_pressure"), watch.value["pump_speed"], watch.step)
+        self._estimate(measurements, drive)
         waited = watch.step if watch.step > 0.0 else self._interval
         behind = watch.value["top_drive_angle"] - drive.angle
         self._permission = self._interlocks.update(watch, waited, self._pressure.quick, self._mwd_age, behind)
@@ -131,37 +139,48 @@ class SlideController:
         """The reference, which begins at the angle that the top drive has."""
         if self._drive is None:
             angle = self._watch.value["top_drive_angle"]
-            self._zero = self._centre = angle if math.isfinite(angle) else 0.0
+            self._zero = self._centre = self._aim = angle if math.isfinite(angle) else 0.0
             self._drive = RockingDrive(self._max_speed(), self._max_acceleration(), self._zero)
         return self._drive
 
-    def _estimate(self, m: Measurements) -> None:
+    def _estimate(self, m: Measurements, drive: RockingDrive) -> None:
         watch, estimator = self._watch, self._estimator
         if watch.jumped:
             estimator.restamp(watch.time)
         self._mwd_age += watch.step
         if math.isfinite(watch.time):
-            estimator.advance(watch.time, self._centre - self._belief.compliance * self._pressure.reactive_torque)
+            estimator.advance(watch.time)
+            cycle = self._means.update(watch.step, self._fresh("top_drive_angle"), self._fresh("surface_torque"),
+                                       self._pressure.quick_reactive_torque, drive.strokes)
+            if cycle is not None:
+                estimator.observe(watch.time, cycle, self._carried(), self.tool_face_target)
         for sample in m.mwd:
             if estimator.correct(sample, self.tool_face_target):
                 self._mwd_age = max(watch.time - sample.measured_at, 0.0)
         self._choose_turn()
 
+    def _carried(self) -> float:
+        """Share of the string's compliance that carries the mean torque of surface; half of the static zone does."""
+        return 0.5 + 0.5 * self._belief.compliance_at(self.zones().rocking) / self._belief.compliance
+
+    def _fresh(self, channel: str) -> float:
+        """This sample's value of a channel, NaN where it has none."""
+        return self._watch.value[channel] if self._watch.age[channel] == 0.0 else math.nan
+
     def _choose_turn(self) -> None:
         """The turn of the target nearest to the tool-face: when that is first known, when a target is asked for, and
         when a turn was lost."""
-        belief = self._estimator.belief
-        if belief is None or not self._estimator.known or not math.isfinite(self.tool_face_target):
+        if not self._estimator.known or not math.isfinite(self.tool_face_target):
             return
-        if self.tool_face_target != self._asked or abs(self._target - belief.tool_face) > _LOST_TURN:
+        tool_face = self._estimator.tool_face
+        if self.tool_face_target != self._asked or abs(self._target - tool_face) > _LOST_TURN:
             self._asked = self.tool_face_target
-            self._target = belief.tool_face + math.remainder(self._asked - belief.tool_face, 2.0 * math.pi)
+            self._target = tool_face + math.remainder(self._asked - tool_face, 2.0 * math.pi)
 
     @property
     def error(self) -> float:
-        """Target minus estimated tool-face, rad; 0 before the first MWD sample."""
-        belief = self._estimator.belief
-        return self._target - belief.tool_face if belief is not None and self._estimator.known else 0.0
+        """Target minus estimated tool-face, rad; 0 before that is known."""
+        return self._target - self._estimator.tool_face if self._estimator.known else 0.0
 
     def zones(self) -> Zones:
         """The three zones as believed now: how deep rocking reaches, how far up the reactive torque."""
@@ -170,15 +189,16 @@ class SlideController:
     def _rock(self, drive: RockingDrive) -> None:
         watch = self._watch
         if self._may_shift():
-            self._centre = self._wished_centre()
+            self._steer(watch.step)
         self._bearable = min(self._bearable + _REGAINED * watch.step, 1.0)
         self._amplitude = self._bearable * self._wished_amplitude()
-        torque = watch.value["surface_torque"] if watch.age["surface_torque"] == 0.0 else math.nan
+        torque = self._fresh("surface_torque")
         if drive.side * drive.speed > 0.0 and self._must_turn(drive, torque):
             drive.turn()
-        drive.advance(watch.step, Wish(self._centre, self._amplitude, self._period_now()), self._motion())
+        landing = LANDING * self._belief.travel_time if self._testing() else 0.0
+        drive.advance(watch.step, Wish(self._centre, self._amplitude, self._period_now(), landing), self._motion())
         if self._motion() is Motion.ROCK:
-            self._finder.update(drive.angle, torque, drive.strokes, drive.side)
+            self._finder.update(drive.angle, torque, drive.strokes)
 
     def _may_shift(self) -> bool:
         """The centre is held while a measurement is missing or the drive parks, and during the breakover test."""
@@ -201,14 +221,23 @@ class SlideController:
             return Motion.FREEZE
         return Motion.PARK if self._settings.rocking < 0.5 else Motion.ROCK
 
-    def _wished_centre(self) -> float:
+    def _steer(self, step: float) -> None:
+        """Move the centre: the reactive twist at once, what the tool-face asks for within a period of rocking."""
         s = self._settings
-        twist = s.feed_forward * self._belief.compliance * self._expected_torque()
-        belief = self._estimator.belief
-        if belief is None or not self._estimator.known:
-            return self._zero + twist
-        lead = min(max(s.gain * self.error, -s.max_lead), s.max_lead)
-        return self._target + twist - belief.offset + lead
+        wanted = self._aim
+        if self._estimator.known:
+            self._trim_pull(step)
+            lead = min(max(s.gain * self.error, -s.max_lead), s.max_lead)
+            wanted = self._target - self._estimator.offset + lead + self._trim
+        share = 1.0 - math.exp(-step / (_CENTRE_TIME * self._period_now()))
+        self._aim += share * (wanted - self._aim)
+        self._centre = self._aim + s.feed_forward * self._belief.compliance * self._expected_torque()
+
+    def _trim_pull(self, step: float) -> None:
+        """What friction leaves of a pull where the tool-face has come to rest: slow, bounded, near the target only."""
+        if abs(self.error) < _NEAR and self._permission.lower:
+            self._trim += self._settings.trim_rate * self.error * step
+            self._trim = min(max(self._trim, -_MOST_TRIM), _MOST_TRIM)
 
     def _expected_torque(self) -> float:
         """Reactive torque (N m) that is on its way: midway between what pressure shows and what it is driven to."""
@@ -234,7 +263,7 @@ class SlideController:
         else:
             wanted = max(_PERIOD_PER_TRAVEL * self._belief.travel_time, _SHORTEST_PERIOD)
             if self._testing():
-                wanted = max(TEST_PERIOD_SHARE * wanted, SHORTEST_TEST_PERIOD)
+                wanted = max(wanted, 4.0 * self._amplitude / _TEST_SPEED)
         return max(wanted, 4.0 * self._amplitude / self._max_speed())
 
     def _lower(self) -> float:
@@ -255,15 +284,16 @@ class SlideController:
         return (self._tool_face_status(), self._reach_status(), *self._interlocks.statuses())
 
     def _tool_face_status(self) -> Status:
-        belief = self._estimator.belief
-        if belief is None or not self._estimator.known:
+        estimator = self._estimator
+        if not estimator.known:
             return Status(Level.WARN, "tool_face", "no MWD tool-face has come yet: rocking about the start")
-        values = (("estimate_deg", f"{math.degrees(belief.tool_face):.1f}"),
-                  ("one_sigma_deg", f"{math.degrees(math.sqrt(belief.p11)):.1f}"),
+        values = (("estimate_deg", f"{math.degrees(estimator.tool_face):.1f}"),
+                  ("one_sigma_deg", f"{math.degrees(estimator.spread):.1f}"),
                   ("target_deg", f"{math.degrees(self._target):.1f}"), ("centre_rad", f"{self._centre:.2f}"),
-                  ("offset_rad", f"{belief.offset:.2f}"),
+                  ("offset_rad", f"{estimator.offset:.2f}"),
+                  ("pull_rad", f"{estimator.pull:.2f}"),
                   ("reactive_torque_n_m", f"{self._pressure.reactive_torque:.0f}"),
-                  ("mwd_rejected", str(self._estimator.rejections)))
+                  ("mwd_rejected", str(estimator.rejections)))
         return Status(Level.OK, "tool_face", f"{-math.degrees(self.error):+.1f} deg off target", values)
 
     def _reach_status(self) -> Status:

@@ -1,12 +1,14 @@
-"""Tool-face between two MWD samples: a Kalman filter that fuses them with the reactive torque seen in pressure.
+"""Tool-face between two MWD samples: surface torque tells how far the string is twisted, MWD what that means.
 
-The mean tool-face follows what the top drive and the motor ask of it with a first-order lag,
+Over a whole cycle rocking cancels: friction above its reach takes as much to the right as to the left. What is left of
+surface torque, M, is what the string carries there; at the bit it carries the reactive torque T. With S the torsional
+compliance of the string and ``w`` the share of it that carries M (the static zone between is half and half),
 
-    x' = (u + b - x) / tau,   u = centre of rocking - S T,    b' = 0 (+ noise),
+    x = angle - S (w M + (1 - w) T) + b,
 
-S the torsional compliance of the string, T the reactive torque from differential pressure, b what is not known (start
-twist, error of S or T). An MWD sample tells x as it was when the tool was read: the filter goes back to that instant,
-corrects, and comes forward again through the inputs that it kept.
+angle the mean of the top drive, x the mean tool-face. b is what is not known: where the bend points, errors of S, T and
+of the torque sensor. It hardly moves, so all MWD samples together tell it, late ones as well as prompt ones, and a lost
+or a wrong one costs little. ``S (M - T)`` is the twist that pulls the tool-face; it follows with a lag.
 """
 
 from __future__ import annotations
@@ -15,162 +17,169 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
+from slider_drilling.control.circular_belief import CircularBelief
+from slider_drilling.control.stroke_means import CycleMean
 from slider_drilling.signals import MwdSample
 
-_STEP = 0.5    # s, the filter's own step
-_AGREED = 0.35         # rad, beyond noise, that refused samples may differ and still agree
-_DOUBT = 0.8           # share of the modelled motion that may be wrong
-_OFFSET_DOUBT = 0.2    # share of it that may be the offset's fault
+_STEP = 0.5                # s between the instants that are kept
+_OUTLIERS = 0.1            # share of MWD samples that may be any angle
+_GATE = 4.0                # standard deviations beyond which a sample counts as refused
+_PLACED = 0.5              # probability of one offset, below which it is too early to act on it
 
 
 @dataclass(frozen=True)
 class EstimatorNoise:
-    """sample: rad, of one MWD sample (noise, quantisation, what rocking leaves at the bit); walk: rad/sqrt(s), of
-    the tool-face; drift: rad/sqrt(s), of the unknown offset; start: rad, of that offset at first."""
+    """sample: rad, of one MWD sample (noise, quantisation, what rocking leaves at the bit); torque: N m, of one sample
+    of surface torque, white; interval: s between those; pull_share: of the twist that pulls, by which the string may be
+    twisted otherwise; move_share: of what the mean angle moved since the last cycle, that the mean torque does not show
+    yet; walk: rad/sqrt(s), of the twist; drift: rad/sqrt(s), of the offset."""
 
     sample: float
+    torque: float
+    interval: float
+    pull_share: float
+    move_share: float
     walk: float
     drift: float
-    start: float
 
 
-@dataclass(frozen=True)
-class Belief:
-    """tool_face, offset: rad; p11, p12, p22: their covariance, rad2."""
-
-    tool_face: float
-    offset: float
-    p11: float
-    p12: float
-    p22: float
-
-
-@dataclass(frozen=True)
+@dataclass
 class _Instant:
     time: float
-    belief: Belief
-    drive: float      # rad, u from the instant before to this one
+    string: float      # rad, x - b
+    variance: float    # rad2
+    pull: float        # rad
 
 
 class ToolFaceEstimator:
-    """Mean tool-face, unwrapped. response_time: s, tau; memory: s, how late a sample may come."""
+    """Mean tool-face, unwrapped. compliance: rad/(N m), S; response_time: s, the lag behind what pulls; memory: s, how
+    late a sample may come."""
 
-    def __init__(self, response_time: float, noise: EstimatorNoise, gate: float = 4.0, memory: float = 90.0):
+    def __init__(self, compliance: float, response_time: float, noise: EstimatorNoise, memory: float = 90.0):
         self.response_time = response_time
+        self._compliance = compliance
         self._noise = noise
-        self._gate = gate
         self._memory = memory
         self._past: deque[_Instant] = deque()
-        self._rejected: list[float] = []          # rad, innovations in a row that the gate refused
+        self._waiting: list[MwdSample] = []
+        self._offset = CircularBelief(_OUTLIERS)
+        self._angle = math.nan   # rad, mean of the last cycle
+        self._moved = 0.0        # rad2, that the offset may have moved since its last sample
+        self._turned = 0.0       # rad, the offset with its turns
+        self.pull = 0.0          # rad, S (M - T)
         self.samples = 0
         self.rejections = 0
         self.last_sample: float | None = None     # s, when the last accepted sample was read
 
     @property
     def known(self) -> bool:
-        """Whether a sample has ever come."""
-        return self.samples > 0
+        """Whether the tool-face is."""
+        return bool(self._past) and self._offset.weight > _PLACED
 
     @property
-    def belief(self) -> Belief | None:
-        """The present estimate; None before the first step."""
-        return self._past[-1].belief if self._past else None
+    def offset(self) -> float:
+        """b, rad: of the turn that it had before."""
+        return self._turned
 
-    def advance(self, time: float, drive: float) -> None:
-        """Come forward to `time` (s) with u = drive (rad). A clock that does not advance changes nothing."""
-        if not self._past:
-            start = Belief(drive, 0.0, self._noise.start**2, 0.0, self._noise.start**2)
-            self._past.append(_Instant(time, start, drive))
+    @property
+    def tool_face(self) -> float:
+        """x, rad; NaN before rocking has made a cycle."""
+        return self._past[-1].string + self._turned if self._past else math.nan
+
+    @property
+    def spread(self) -> float:
+        """One standard deviation of the tool-face, rad."""
+        return math.sqrt(self._variance(self._past[-1]) + self._offset.spread**2) if self._past else math.inf
+
+    def advance(self, time: float) -> None:
+        """Come forward to `time` (s). A clock that does not advance changes nothing."""
+        if not self._past or time - self._past[-1].time < _STEP:
             return
-        last = self._past[-1]
-        if time - last.time < _STEP:
-            return
-        self._past.append(_Instant(time, self._propagate(last.belief, time - last.time, drive), drive))
+        last, step = self._past[-1], time - self._past[-1].time
+        rate = self.pull / self.response_time
+        walk = (self._noise.walk**2 + rate * rate * self.response_time) * step
+        self._past.append(_Instant(time, last.string, last.variance + walk, self.pull))
+        self._moved += (self._noise.drift**2 + (self._noise.pull_share * self.pull) ** 2 / self.response_time) * step
         while len(self._past) > 2 and self._past[0].time < time - self._memory:
             self._past.popleft()
 
+    def observe(self, time: float, cycle: CycleMean, carried: float, reference: float) -> None:
+        """Take the mean of the cycle that ended at `time` (s); carried: w; reference: rad, the turn that the first
+        samples get."""
+        string, variance = self._string(cycle, carried)
+        if self._past:
+            self._blend(time, string, variance, cycle.duration)
+            return
+        self._past.append(_Instant(time, string, variance, self.pull))
+        for sample in self._waiting:
+            self.correct(sample, reference)
+        self._waiting.clear()
+
+    def _string(self, cycle: CycleMean, carried: float) -> tuple[float, float]:
+        """x - b (rad) as this cycle shows it and its variance (rad2)."""
+        noise = self._noise
+        self.pull = self._compliance * (cycle.torque - cycle.reactive_torque)
+        moved = 0.0 if math.isnan(self._angle) else cycle.angle - self._angle
+        self._angle = cycle.angle
+        white = self._compliance * noise.torque * math.sqrt(noise.interval / cycle.duration)
+        variance = white * white + (noise.pull_share * self.pull) ** 2 + (noise.move_share * moved) ** 2
+        return cycle.angle - self._compliance * cycle.reactive_torque - carried * self.pull, variance
+
+    def _blend(self, time: float, string: float, variance: float, duration: float) -> None:
+        """Weigh what a cycle shows with what was believed; it speaks for all of its `duration` (s)."""
+        self.advance(time)
+        middle = self._past[self._index_at(time - 0.5 * duration)]
+        share = self._past[-1].variance / (self._past[-1].variance + variance)
+        change = share * (string - middle.string)
+        for instant in self._past:
+            if instant.time > time - duration:
+                instant.string += change
+                instant.variance *= 1.0 - share
+                instant.pull = self.pull
+
     def restamp(self, time: float) -> None:
         """The clock has jumped to `time` (s): what is known stays, the past goes."""
+        self._waiting.clear()
         if self._past:
             last = self._past[-1]
             self._past.clear()
-            self._past.append(_Instant(time, last.belief, last.drive))
+            last.time = time
+            self._past.append(last)
 
     def correct(self, sample: MwdSample, reference: float) -> bool:
-        """Take one MWD sample; reference: rad, what the first one is unwrapped about. False where it was refused."""
-        if not (math.isfinite(sample.tool_face) and math.isfinite(sample.measured_at)) or not self._past:
+        """Take one MWD sample; reference: rad, the turn that the first ones get. False where it was refused,
+        or has to wait for the first cycle of rocking."""
+        if not (math.isfinite(sample.tool_face) and math.isfinite(sample.measured_at)):
             return False
-        behind = self._index_at(sample.measured_at)
-        if behind is None:
+        if not self._past:
+            self._waiting = [*self._waiting[-9:], sample]
             return False
-        if not self.known:
-            self._begin(sample, reference, behind)
-            return True
-        then = self._past[behind].belief
-        innovation = math.remainder(sample.tool_face - then.tool_face, 2.0 * math.pi)
-        if self._refused(innovation, then):
+        if sample.measured_at > self._past[-1].time + 1.0 or sample.measured_at < self._past[-1].time - self._memory:
             return False
-        self._rejected.clear()
+        then = self._past[self._index_at(sample.measured_at)]
+        offset = math.remainder(sample.tool_face - then.string, 2.0 * math.pi)
+        variance = self._noise.sample**2 + self._variance(then)
+        known = self.known
+        self._offset.diffuse(self._moved)
+        self._moved = 0.0
+        off = abs(math.remainder(offset - self._offset.mean, 2.0 * math.pi))
+        refused = known and off > _GATE * math.sqrt(variance + self._offset.spread**2)
+        self._offset.update(offset, variance)
+        near = self._turned if known else reference - self._past[-1].string
+        self._turned = near + math.remainder(self._offset.mean - near, 2.0 * math.pi)
+        if refused:
+            self.rejections += 1
+            return False
         self.samples += 1
         self.last_sample = sample.measured_at
-        self._replay(behind, self._updated(then, innovation))
         return True
 
-    def _begin(self, sample: MwdSample, reference: float, index: int) -> None:
-        """The first sample: the offset is what the drive does not explain of it."""
-        tool_face = reference + math.remainder(sample.tool_face - reference, 2.0 * math.pi)
-        self.samples, self.last_sample = 1, sample.measured_at
-        offset = tool_face - self._past[index].drive
-        self._replay(index, Belief(tool_face, offset, self._noise.sample**2, 0.0, self._noise.start**2))
+    def _variance(self, instant: _Instant) -> float:
+        return instant.variance + (self._noise.pull_share * instant.pull) ** 2
 
-    def _refused(self, innovation: float, then: Belief) -> bool:
-        """Whether the gate refuses; three refusals in a row that agree with each other are believed."""
-        spread = math.sqrt(then.p11 + self._noise.sample**2)
-        if abs(innovation) <= self._gate * spread:
-            return False
-        self.rejections += 1
-        self._rejected.append(innovation)
-        recent = self._rejected[-3:]
-        agreed = len(recent) == 3 and max(recent) - min(recent) < 6.0 * self._noise.sample + _AGREED
-        return not agreed
-
-    def _index_at(self, time: float) -> int | None:
-        """Newest instant not after `time`, None if that is forgotten or in the future."""
-        if time > self._past[-1].time + 1.0:
-            return None
-        for index in range(len(self._past) - 1, -1, -1):
+    def _index_at(self, time: float) -> int:
+        """Of the newest instant not after `time`, or the oldest one."""
+        for index in range(len(self._past) - 1, 0, -1):
             if self._past[index].time <= time:
                 return index
-        return 0 if not self.known else None
-
-    def _updated(self, b: Belief, innovation: float) -> Belief:
-        wide = abs(innovation) > self._gate * math.sqrt(b.p11 + self._noise.sample**2)
-        p11, p12, p22 = (self._noise.start**2, 0.0, self._noise.start**2) if wide else (b.p11, b.p12, b.p22)
-        total = p11 + self._noise.sample**2
-        k1, k2 = p11 / total, p12 / total
-        if wide:
-            # The offset that explains the new tool-face is not known better than the tool-face itself.
-            k2 = 0.0
-        return Belief(b.tool_face + k1 * innovation, b.offset + k2 * innovation,
-                      (1.0 - k1) * p11, (1.0 - k1) * p12, p22 - k2 * p12)
-
-    def _replay(self, index: int, belief: Belief) -> None:
-        instants = list(self._past)
-        instants[index] = _Instant(instants[index].time, belief, instants[index].drive)
-        for k in range(index + 1, len(instants)):
-            step = instants[k].time - instants[k - 1].time
-            belief = self._propagate(belief, step, instants[k].drive)
-            instants[k] = _Instant(instants[k].time, belief, instants[k].drive)
-        self._past = deque(instants)
-
-    def _propagate(self, b: Belief, step: float, drive: float) -> Belief:
-        f = math.exp(-step / self.response_time)
-        g = 1.0 - f
-        # The lag is the model's weakest part: what it makes the tool-face do is doubted in proportion.
-        pull = (drive + b.offset - b.tool_face) / self.response_time
-        walk = self._noise.walk**2 + _DOUBT**2 * pull * pull * self.response_time
-        drift = self._noise.drift**2 + _OFFSET_DOUBT**2 * pull * pull * self.response_time
-        p11 = f * f * b.p11 + 2.0 * f * g * b.p12 + g * g * b.p22 + walk * step
-        p12 = f * b.p12 + g * b.p22
-        return Belief(f * b.tool_face + g * (drive + b.offset), b.offset,
-                      p11, p12, b.p22 + drift * step)
+        return 0

@@ -63,6 +63,7 @@ class TorqueAndDrag:
         compliance = np.concatenate([[0.0], np.cumsum(length / torsion)])
         taken = 0.5 * (self._torque[1:] + self._torque[:-1]) * np.diff(compliance)
         self._twist = self._torque * compliance - np.concatenate([[0.0], np.cumsum(taken)])
+        self._compliance = compliance
         self.compliance = float(compliance[-1])
         self.bit_depth = float(depth[-1])
         self.travel_time = self.bit_depth / math.sqrt(rig.string.shear_modulus / rig.string.density)
@@ -78,6 +79,10 @@ class TorqueAndDrag:
     def reach(self, amplitude: float, scale: float) -> float:
         """Measured depth (m) down to which rocking of this half-amplitude (rad) turns the string."""
         return float(np.interp(amplitude / scale, self._twist, self._depth))
+
+    def compliance_at(self, depth: float) -> float:
+        """Torsional compliance (rad/(N m)) of the string above this measured depth (m)."""
+        return float(np.interp(depth, self._depth, self._compliance))
 
     def zones(self, amplitude: float, reactive_torque: float, scale: float) -> Zones:
         """The three zones at this half-amplitude (rad) and reactive torque (N m)."""
