@@ -133,6 +133,18 @@ class TorqueSensorBias:
 
 
 @dataclass(frozen=True)
+class TorqueAtMotor:
+    """The torque reading is the top drive motor's (its current, say), not the quill's.
+
+    It holds what accelerates the drive, ``inertia d(speed)/dt``, and what turns it in its bearings and gears,
+    ``friction sign(speed)``. Both are seen at the quill's speed.
+    """
+
+    inertia: float = quantity("kg m2", 0.0, at_least=0.0)
+    friction: float = quantity("N m", 0.0, at_least=0.0)
+
+
+@dataclass(frozen=True)
 class Effects:
     """Every effect of the catalogue; the defaults are neutral."""
 
@@ -151,3 +163,4 @@ class Effects:
     formation_change: FormationChange = FormationChange()
     torque_sensor_lag: TorqueSensorLag = TorqueSensorLag()
     torque_sensor_bias: TorqueSensorBias = TorqueSensorBias()
+    torque_at_motor: TorqueAtMotor = TorqueAtMotor()

@@ -23,6 +23,7 @@ from slider_drilling.effects import (
     StaticAging,
     Stribeck,
     TopDriveBacklash,
+    TorqueAtMotor,
     TorqueSensorBias,
     TorqueSensorLag,
     TorsionalCompliance,
@@ -90,6 +91,7 @@ def damping_torque(speed: float) -> float:
         {"formation_change": FormationChange(1.0, 3.0)},
         {"torque_sensor_lag": TorqueSensorLag(0.0)},
         {"torque_sensor_bias": TorqueSensorBias(0.0)},
+        {"torque_at_motor": TorqueAtMotor(0.0, 0.0)},
     ],
     ids=lambda effect: next(iter(effect)),
 )
@@ -341,6 +343,23 @@ def test_biased_torque_sensor_is_off_by_its_bias_and_nothing_else_changes():
     biased = simulate(with_effect(EXAMPLE, torque_sensor_bias=TorqueSensorBias(250.0)), run, 40)
     assert biased.surface_torque - true.surface_torque == pytest.approx(250.0)
     assert np.array_equal(biased.hook_load, true.hook_load)
+
+
+def test_torque_read_at_the_motor_holds_what_turns_the_drive_itself():
+    """Speed up at a constant rate, hold, slow down: inertia times the rate, and friction against the motion."""
+    time = np.arange(0.0, 24.0, 0.05)
+    speed = np.interp(time, [0.0, 2.0, 6.0, 12.0, 20.0, 24.0], [0.0, 0.0, 4.0, 4.0, -4.0, -4.0])
+    angle = np.concatenate([[0.0], np.cumsum(0.025 * (speed[1:] + speed[:-1]))])
+    run = Commands(time, angle, speed, 0.0 * time, 0.0 * time, PUMP + 0.0 * time)
+    true = simulate(EXAMPLE, run, 40)
+    read = simulate(with_effect(EXAMPLE, torque_at_motor=TorqueAtMotor(1500.0, 300.0)), run, 40)
+    added = read.surface_torque - true.surface_torque
+    assert added[time < 2.0] == pytest.approx(0.0, abs=1e-9)
+    assert added[(time > 3.0) & (time < 5.9)] == pytest.approx(1500.0 + 300.0, abs=5.0)
+    assert added[(time > 7.0) & (time < 11.9)] == pytest.approx(300.0, abs=1.0)
+    assert added[(time > 13.0) & (time < 15.2)] == pytest.approx(-1500.0 + 300.0, abs=5.0)
+    assert added[(time > 16.9) & (time < 19.9)] == pytest.approx(-1500.0 - 300.0, abs=5.0)
+    assert np.array_equal(read.tool_face, true.tool_face)
 
 
 def test_sections_of_another_size_do_not_change_what_an_effect_acts_on():

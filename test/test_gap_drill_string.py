@@ -141,7 +141,7 @@ def test_stuck_and_saturated_channels_are_left_out():
     assert "too little" in too_little_excitation(Run("run", time, np.zeros_like(time), ()))
 
 
-def test_catalogue_has_the_fifteen_names_and_every_scan_point_is_a_rig():
+def test_sealed_laws_cover_the_catalogue_and_every_scan_point_is_a_rig():
     names = {effect.name for effect in catalogue(3000.0, 400.0)}
     assert names == set(CATALOGUE)
     rig = short_rig()

@@ -152,7 +152,8 @@ def initial_state(
         bottom=position[-2].copy(), depth_offset=rigs[0].string.length - position[-2],
         tool_face_offset=np.array([s.offset for s in starts], dtype=float), weight_on_bit=lane(),
         bit_torque=lane(), motor_pressure=lane(), stalled=lane(), circulation=circulation,
-        standpipe=circulation.copy(), sensed_torque=torque, pulses=np.zeros(delay * width), clock=np.zeros(2),
+        standpipe=circulation.copy(), sensed_torque=torque, motor_speed=np.full(width, drive[1]),
+        pulses=np.zeros(delay * width), clock=np.zeros(2),
     )  # fmt: skip
 
 
@@ -239,6 +240,8 @@ def _lane_of_one(rig: Rig, mesh: Mesh, dt: float) -> dict[str, float]:
         "pressure_gain": _gain(dt, hydraulics.lag),
         "torque_gain": _gain(dt, effects.torque_sensor_lag.lag),
         "torque_bias": effects.torque_sensor_bias.bias,
+        "motor_inertia": effects.torque_at_motor.inertia,
+        "motor_friction": effects.torque_at_motor.friction,
         "backlash": 0.5 * effects.top_drive_backlash.angle,
         "heave_amplitude": effects.heave.amplitude,
         "heave_frequency": 2.0 * math.pi / effects.heave.period,

@@ -16,6 +16,8 @@ from slider_drilling.compiler import COMPILE, INNER, njit
 from slider_drilling.drillstring.layout import Array, Curve, Elements, Lanes, State
 
 _TINY = 1e-30  # m2 or N2; a strain this small has no direction
+_SMOOTHED = 0.05  # s, over which a measured top-drive speed is smoothed before it is differentiated
+_STILL = 0.1  # rad/s, below which a drive's own friction fades: measured speeds are rarely zero
 _LEAST = 1e-9  # of a friction factor: one of zero leaves no length over which the strain decays
 # No "arcp" here: with it the compiler takes a coarser estimate in packed code than in scalar code.
 _ROOTS: dict[str, Any] = {**INNER, "fastmath": {"contract", "nsz"}}
@@ -281,10 +283,15 @@ def sense(lanes, elements, e: Elements, c: Lanes, s: State, out: Array):
 
 
 @njit(**INNER)
-def sense_torque(lanes, e: Elements, c: Lanes, s: State):
-    """What the top drive feels, through the torque sensor's lag."""
+def sense_torque(lanes, dt, speed, e: Elements, c: Lanes, s: State):
+    """What the top drive feels, or its motor gives, through the torque sensor's lag."""
     for k in range(lanes):
         torque = e.torsional_spring[k] * (s.rotation[k] - s.rotation[lanes + k])
+        if c.motor_inertia[k] > 0.0 or c.motor_friction[k] > 0.0:
+            acceleration = (speed - s.motor_speed[k]) / (_SMOOTHED + dt)
+            s.motor_speed[k] += dt * acceleration
+            turning = s.motor_speed[k] / math.sqrt(s.motor_speed[k] ** 2 + _STILL * _STILL)
+            torque += c.motor_inertia[k] * acceleration + c.motor_friction[k] * turning
         s.sensed_torque[k] += c.torque_gain[k] * (torque - s.sensed_torque[k])
 
 
@@ -352,7 +359,7 @@ def advance(
             block = hermite(a[2], a[3], b[2], b[3], substeps * dt, u)
             drive_top(lanes, time, angle, block, c, s)
             circulate(lanes, int(s.clock[1]) + n, c, s)
-            sense_torque(lanes, e, c, s)
+            sense_torque(lanes, dt, a[1] + u * (b[1] - a[1]), e, c, s)
         s.clock[0] += substeps * dt
         s.clock[1] += substeps
         sense(lanes, elements, e, c, s, out[first + m])

@@ -78,6 +78,8 @@ class Lanes(NamedTuple):
     pressure_gain: Array  # -, 1 - exp(-dt / lag)
     torque_gain: Array  # -, of the torque sensor's lag effect
     torque_bias: Array  # N m
+    motor_inertia: Array  # kg m2 in a torque that is read at the motor
+    motor_friction: Array  # N m
     backlash: Array  # rad, half the dead zone
     heave_amplitude: Array  # m
     heave_frequency: Array  # rad/s
@@ -108,6 +110,7 @@ class State(NamedTuple):
     circulation: Array  # Pa at the standpipe that the flow needs without the motor
     standpipe: Array  # Pa
     sensed_torque: Array  # N m
+    motor_speed: Array  # rad/s of the top drive, smoothed
     pulses: Array  # (delay steps * lanes,) Pa, motor pressures on their way up
     clock: Array  # (2,): time s, steps taken
 

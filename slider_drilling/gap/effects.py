@@ -16,8 +16,9 @@ _ANY_WAVE_S = (6.0, 9.0, 13.0)
 
 
 def catalogue(length: float, duration: float, wave_periods: Sequence[float] = _ANY_WAVE_S) -> tuple[Effect, ...]:
-    """The fifteen effects of spec gap.md for a string of this length (m) and a log of this duration (s).
+    """The fifteen effects of spec gap.md, and torque read at the motor.
 
+    length: m, of the string; duration: s, of the log.
     wave_periods: s, where a search for heave begins (peaks of the log's own spectrum: over 400 s a wave's phase is
     lost if its period is off by a per cent).
     """
@@ -27,7 +28,7 @@ def catalogue(length: float, duration: float, wave_periods: Sequence[float] = _A
         *_along_the_string(length),
         _heave(wave_periods),
         *_motor_and_bit(duration),
-        *_torque_sensor(),
+        *_torque_reading(),
     )
 
 
@@ -154,7 +155,7 @@ def _motor_and_bit(duration: float) -> tuple[Effect, ...]:
     )  # fmt: skip
 
 
-def _torque_sensor() -> tuple[Effect, ...]:
+def _torque_reading() -> tuple[Effect, ...]:
     return (
         Effect(
             "torque_sensor_lag", "sensor",
@@ -165,5 +166,14 @@ def _torque_sensor() -> tuple[Effect, ...]:
             "torque_sensor_bias", "sensor",
             (Parameter("torque_sensor_bias.bias", 0.0, -8000.0, 8000.0, 100.0, "N m"),),
             scan=((400.0,), (-400.0,), (1500.0,)), law="offset",
+        ),
+        Effect(
+            "torque_at_motor", "top_drive",
+            (
+                Parameter("torque_at_motor.inertia", 0.0, 0.0, 8000.0, 100.0, "kg m2"),
+                Parameter("torque_at_motor.friction", 0.0, 0.0, 6000.0, 100.0, "N m"),
+            ),
+            scan=((500.0, 100.0), (2000.0, 100.0), (1500.0, 1500.0)),
+            law="torque + inertia d(speed)/dt + friction sign(speed)",
         ),
     )  # fmt: skip

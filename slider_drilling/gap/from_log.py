@@ -64,7 +64,7 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
 
 def _can_be_seen(effect: str, channels: Sequence[str], off_bottom: bool) -> bool:
     """Effects whose law acts on nothing that this log holds are no candidates."""
-    if effect in ("torque_sensor_lag", "torque_sensor_bias"):
+    if effect in ("torque_sensor_lag", "torque_sensor_bias", "torque_at_motor"):
         return "surface_torque" in channels
     if effect in ("motor_wear", "formation_change"):
         return not off_bottom

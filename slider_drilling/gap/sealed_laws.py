@@ -171,6 +171,16 @@ def torque_sensor_bias(generator: np.random.Generator, rig: Rig, size: float) ->
     return Law("torque_sensor_bias", "sensor", True, sensors=read)
 
 
+def torque_at_motor(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """A drive whose friction falls while its gears warm up."""
+
+    def values(time: float) -> dict[str, float]:
+        warmed = 1.0 - 0.3 * (1.0 - np.exp(-time / 200.0))
+        return {"torque_at_motor.inertia": 900.0 * size, "torque_at_motor.friction": 200.0 * size * warmed}
+
+    return Law("torque_at_motor", "top_drive", True, values=values, varies=True)
+
+
 def no_effect(generator: np.random.Generator, rig: Rig, size: float) -> Law:
     """Only the nuisance is off."""
     return Law("none", None, True)
@@ -226,7 +236,7 @@ CATALOGUE: dict[str, Make] = {
     for make in (
         stribeck, viscous_drag, static_aging, buckling_contact, cuttings_bed, tortuosity, friction_drift,
         top_drive_backlash, torsional_compliance, axial_oscillation_tool, heave, motor_wear, formation_change,
-        torque_sensor_lag, torque_sensor_bias,
+        torque_sensor_lag, torque_sensor_bias, torque_at_motor,
     )
 }  # fmt: skip
 OUTSIDE: dict[str, Make] = {
