@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slider_drilling.control.amplitude import LANDING, AmplitudeFinder
+from slider_drilling.control.approach import Approach
 from slider_drilling.control.auto_driller import AutoDriller
 from slider_drilling.control.circular_belief import CircularBelief
 from slider_drilling.control.differential_pressure import DifferentialPressure
@@ -216,6 +217,27 @@ def test_breakover_test_finds_friction_through_a_sensor_that_lags(friction, lag)
         finder.update(drive.angle, sensed, drive.strokes)
     assert not finder.testing
     assert finder.scale == pytest.approx(friction, rel=0.08 if lag else 0.01)
+
+
+def test_approach_knows_where_the_bit_touches_and_a_slip_hardly_moves_it():
+    """Drilling at 80 kN on 1e5 N/m the bit would touch 0.8 m higher; a block that slips 0.6 m shows before pressure."""
+    approach, pressure = Approach(1e5, 0.04), 2e6
+    for k in range(3000):
+        approach.drilling(10.0 + 2.5e-4 * k, pressure, 0.1)
+    end = 10.0 + 2.5e-4 * 3000
+    for _ in range(50):
+        approach.drilling(end + 0.6, pressure, 0.1)
+    approach.pick_up()
+    assert approach.speed(end - 2.8, 0.1) == 0.1 and approach.fast
+    position = end - 2.8
+    while approach.speed(position, 0.1) > 0.0061:
+        position += 0.1 * approach.speed(position, 0.1)
+    assert position == pytest.approx(end - 0.8, abs=0.12)
+    assert not approach.fast and approach.under_way
+
+
+def test_approach_that_knows_no_bottom_creeps():
+    assert Approach(1e5, 0.04).speed(0.0, 0.1) < 0.01
 
 
 def test_torque_turn_ends_strokes_and_bumps():

@@ -166,6 +166,30 @@ def test_stroke_ends_before_its_torque_limit(limits, side):
     assert any("torque" in status.message for status in controller.status() if status.name == "torque_limits")
 
 
+def test_where_torque_limits_leave_no_room_less_pressure_is_wanted():
+    """At a pressure that asks for more than the limit leaves, strokes are cut short and the block slows down."""
+    lowered = []
+    for limit in (25e3, 1500.0):
+        controller = SlideController(RIG, dataclasses.replace(SlideSettings(), make_up_torque_limit=limit))
+        follow(controller, 240.0)
+        lowered.append(sum(command.block_speed for command in follow(controller, 60.0, 240.0)))
+        status = next(status for status in controller.status() if status.name == "reach")
+        assert (float(dict(status.values)["share_of_pressure_wanted"]) < 1.0) == (limit == 1500.0)
+    assert lowered[1] < lowered[0]
+
+
+def test_after_a_stall_the_block_goes_back_fast_and_touches_slowly():
+    controller = SlideController(RIG)
+    follow(controller, 90.0, standpipe_pressure=1.8e7 + 1.8e6)
+    drilled = 90.0 * controller.settings.rate_of_penetration
+    follow(controller, 4.0, 90.0, standpipe_pressure=1.8e7 + RIG.motor.max_pressure, block_position=drilled)
+    lifted = follow(controller, 8.0, 94.0, block_position=drilled - 2.0)
+    assert lifted[-1].block_speed == pytest.approx(controller.settings.max_block_speed)
+    near = follow(controller, 5.0, 102.0, block_position=drilled)
+    assert 0.0 < near[-1].block_speed < 0.01
+    assert abs(near[-1].top_drive_angle) < 20.0
+
+
 @pytest.mark.parametrize(("tool_face_deg", "side"), [(-40.0, 1.0), (40.0, -1.0)])
 def test_centre_moves_against_the_error(tool_face_deg, side):
     """A tool-face that stays left of its target calls for a centre further right than one that is on it."""

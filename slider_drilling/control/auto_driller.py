@@ -32,7 +32,7 @@ class AutoDriller:
 
     def configure(self, rig: Rig, response_time: float, max_block_speed: float) -> None:
         """Another response time (s) and fastest lowering (m/s) from now on."""
-        self._gain = self.weight_per_pressure / (_axial_stiffness(rig) * response_time)      # m/(s Pa)
+        self._gain = self.weight_per_pressure / (axial_stiffness(rig) * response_time)      # m/(s Pa)
         self._integral_time = 10.0 * response_time
         self._max_block_speed = max_block_speed
 
@@ -54,7 +54,7 @@ class AutoDriller:
         return min(max(speed, 0.0), self._max_block_speed)
 
 
-def _axial_stiffness(rig: Rig) -> float:
+def axial_stiffness(rig: Rig) -> float:
     """Stiffness of the whole string between block and bit, N/m."""
     compliance = sum(section.length / (math.pi / 4.0 * (section.outer_diameter**2 - section.inner_diameter**2))
                      for section in rig.string.sections)

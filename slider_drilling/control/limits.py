@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import enum
 import math
+from collections import deque
 from dataclasses import dataclass
 
 from slider_drilling.control.protocol import Level, Status
@@ -17,9 +18,11 @@ HOLD_AFTER = 1.0      # s without a channel: stop lowering, hold the centre
 STOP_AFTER = 10.0     # s without it: stop rocking
 RESUME_AFTER = 3.0    # s of good data before lowering again
 MWD_HOLD_AFTER = 150.0   # s without an MWD sample: stop lowering
+_TREND = 1.0             # s
 _BEHIND = 3.0            # rad between top drive and reference that are not tolerated
 _STALL_CONFIRMED = 0.5   # s of stall pressure before picking up
 _RELEASED_SHARE = 0.25   # of the pressure wanted: the bit has let go
+_LETTING_GO = 2.0        # s
 _PICK_UP_TIMEOUT = 120.0  # s
 
 
@@ -66,11 +69,41 @@ class StallGuard:
                 self._enter(Stall.PICKING_UP)
         elif self.state is Stall.PICKING_UP and (pressure <= self.released or self._since >= _PICK_UP_TIMEOUT):
             self._enter(Stall.LETTING_GO)
-        elif self.state is Stall.LETTING_GO and self._since >= 5.0:
+        elif self.state is Stall.LETTING_GO and self._since >= _LETTING_GO:
             self._enter(Stall.NONE)
 
     def _enter(self, state: Stall) -> None:
         self.state, self._since = state, 0.0
+
+
+class _Trend:
+    """A straight line through the torque of the last second: noise must not cut strokes short."""
+
+    def __init__(self) -> None:
+        self._side = 0.0
+        self._clock = 0.0
+        self._seen: deque[tuple[float, float]] = deque()   # s, N m
+
+    def after(self, torque: float, side: float, step: float, ahead: float) -> float:
+        """Torque (N m) `ahead` s from now, of a stroke towards `side`; NaN where nothing of it was measured."""
+        if side != self._side:
+            self._side = side
+            self._seen.clear()
+        if step > 0.0:
+            self._clock += step
+            if math.isfinite(torque):
+                self._seen.append((self._clock, torque))
+        while self._seen and self._clock - self._seen[0][0] > _TREND:
+            self._seen.popleft()
+        if not self._seen:
+            return math.nan
+        count = len(self._seen)
+        time = sum(one for one, _ in self._seen) / count
+        level = sum(one for _, one in self._seen) / count
+        spread = sum((one - time) ** 2 for one, _ in self._seen)
+        rate = sum((one - time) * (other - level) for one, other in self._seen) / spread if count > 3 else 0.0
+        now = level + rate * (self._clock - time)
+        return now + side * max(side * rate, 0.0) * ahead
 
 
 class Interlocks:
@@ -82,8 +115,7 @@ class Interlocks:
         self.stall = stall
         self._least_pump_speed = least_pump_speed
         self._good_for = 0.0
-        self._torque_rate = 0.0
-        self._last_torque = math.nan
+        self._trend = _Trend()
         self.torque_trips = 0
         self._trip_side = 0.0
         self._reasons: list[tuple[Level, str, str]] = []
@@ -109,13 +141,8 @@ class Interlocks:
 
     def must_turn(self, torque: float, side: float, step: float, turn_time: float) -> bool:
         """Whether the stroke towards `side` must end: torque reaches its limit within turn_time (s)."""
-        if math.isfinite(torque) and step > 0.0:
-            if math.isfinite(self._last_torque):
-                share = 1.0 - math.exp(-step / 0.3)
-                self._torque_rate += share * ((torque - self._last_torque) / step - self._torque_rate)
-            self._last_torque = torque
+        ahead = side * self._trend.after(torque, side, step, turn_time)
         limit = self.make_up if side > 0.0 else self.back_off
-        ahead = self._last_torque * side + max(self._torque_rate * side, 0.0) * turn_time
         over = math.isfinite(ahead) and ahead >= limit
         if over and self._trip_side != side:
             self.torque_trips += 1

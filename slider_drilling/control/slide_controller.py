@@ -6,7 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 from slider_drilling.control.amplitude import LANDING, AmplitudeFinder
-from slider_drilling.control.auto_driller import AutoDriller
+from slider_drilling.control.approach import Approach
+from slider_drilling.control.auto_driller import AutoDriller, axial_stiffness
 from slider_drilling.control.differential_pressure import DifferentialPressure
 from slider_drilling.control.drive import Motion, RockingDrive, Wish
 from slider_drilling.control.limits import HOLD_AFTER, Interlocks, Permission, Stall, StallGuard
@@ -37,7 +38,10 @@ _CENTRE_TIME = 1.0           # periods of rocking, in which the centre follows
 _PRIOR_SPREAD = 0.25         # of ln(friction)
 _QUICK, _SMOOTH = 0.5, 6.0   # s, filters of differential pressure
 _RELEASED_SHARE = 0.25       # of the pressure wanted, at which the bit has let go
-_CUT, _LEAST_BEARABLE, _REGAINED = 0.95, 0.3, 0.002   # of the amplitude: a stroke cut short, the least, per s
+_CUT, _LEAST_BEARABLE, _REGAINED = 0.98, 0.3, 0.001   # of the amplitude: a stroke cut short, the least, per s
+_EASED, _LEAST_PRESSURE, _RESTORED = 0.02, 0.6, 0.0006   # of the pressure wanted, likewise
+_TOUCHED_SHARE = 0.1         # of the pressure wanted, at which the bit is on bottom again
+_MOVING_SHARE = 0.3          # of the amplitude while the string slides fast: it then turns easily
 _LEAST_FLOW_SHARE = 0.3      # of the reference flow, below which the motor is not fed
 _ACCELERATION_SHARE, _SPEED_SHARE = 0.9, 0.95   # of the top drive's limits, the rest is for following
 
@@ -60,6 +64,7 @@ class SlideController:
         self._pressure = DifferentialPressure(rig, s.off_bottom_pressure, _QUICK, _SMOOTH)
         self._driller = AutoDriller(rig, s.auto_driller_time, s.max_block_speed)
         self._wanted_pressure = self._pressure_wanted(s)
+        self._approach = Approach(axial_stiffness(rig), self._driller.weight_per_pressure)
         self._believe(s)
         mwd = rig.sensors.mwd
         sample = math.sqrt(mwd.noise**2 + mwd.resolution**2 / 12.0 + _SWING**2)
@@ -78,7 +83,8 @@ class SlideController:
         self._aim = 0.0              # rad, of the centre before the reactive twist
         self._trim = 0.0             # rad
         self._amplitude = 0.0        # rad
-        self._bearable = 1.0         # share of the amplitude that the torque limits leave
+        self._bearable = math.inf    # rad, amplitude that the torque limits bear
+        self._pressure_share = 1.0   # of the pressure wanted, that they leave
         self._mwd_age = 0.0          # s since the last accepted sample was read
         self._target = self._asked = tool_face_target   # rad: the turn of the target that is nearest; as asked
 
@@ -170,7 +176,7 @@ class SlideController:
     def _choose_turn(self) -> None:
         """The turn of the target nearest to the tool-face: when that is first known, when a target is asked for, and
         when a turn was lost."""
-        if not self._estimator.known or not math.isfinite(self.tool_face_target):
+        if not self._estimator.known or not math.isfinite(self.tool_face_target) or self._approach.fast:
             return
         tool_face = self._estimator.tool_face
         if self.tool_face_target != self._asked or abs(self._target - tool_face) > _LOST_TURN:
@@ -190,8 +196,7 @@ class SlideController:
         watch = self._watch
         if self._may_shift():
             self._steer(watch.step)
-        self._bearable = min(self._bearable + _REGAINED * watch.step, 1.0)
-        self._amplitude = self._bearable * self._wished_amplitude()
+        self._amplitude = self._borne(self._wished_amplitude(), watch.step)
         torque = self._fresh("surface_torque")
         if drive.side * drive.speed > 0.0 and self._must_turn(drive, torque):
             drive.turn()
@@ -199,6 +204,13 @@ class SlideController:
         drive.advance(watch.step, Wish(self._centre, self._amplitude, self._period_now(), landing), self._motion())
         if self._motion() is Motion.ROCK:
             self._finder.update(drive.angle, torque, drive.strokes)
+
+    def _borne(self, wished: float, step: float) -> float:
+        """Amplitude (rad) that the torque limits bear; it and the pressure that they bear are regained slowly."""
+        hold = self._amplitude_for(self._settings.reach_share)
+        self._bearable = max(self._bearable, _LEAST_BEARABLE * hold) * (1.0 + _REGAINED * step)
+        self._pressure_share = min(self._pressure_share + _RESTORED * step, 1.0)
+        return min(wished, self._bearable)
 
     def _may_shift(self) -> bool:
         """The centre is held while a measurement is missing or the drive parks, and during the breakover test."""
@@ -209,11 +221,14 @@ class SlideController:
         return self._finder.testing and self._settings.amplitude == 0.0
 
     def _must_turn(self, drive: RockingDrive, torque: float) -> bool:
-        turn_time = abs(drive.speed) / self._max_acceleration() + 2.0 * self._interval
+        # While it brakes the stroke makes half the way that it would have made.
+        turn_time = 0.5 * abs(drive.speed) / self._max_acceleration() + 2.0 * self._interval
         trips = self._interlocks.torque_trips
         limited = self._interlocks.must_turn(torque, drive.side, self._watch.step, turn_time)
         if self._interlocks.torque_trips > trips:
-            self._bearable = max(_CUT * self._bearable, _LEAST_BEARABLE)
+            # The reactive torque takes its part of what the pipe bears: less of it leaves room to rock.
+            self._bearable = _CUT * self._amplitude
+            self._pressure_share = max(self._pressure_share - _EASED, _LEAST_PRESSURE)
         return self._torque_turn.must_turn(drive.angle, torque, drive.side, self._centre) or limited
 
     def _motion(self) -> Motion:
@@ -227,7 +242,8 @@ class SlideController:
         wanted = self._aim
         if self._estimator.known:
             self._trim_pull(step)
-            lead = min(max(s.gain * self.error, -s.max_lead), s.max_lead)
+            # While the string slides fast it turns freely, and means over a stroke say little.
+            lead = 0.0 if self._approach.fast else min(max(s.gain * self.error, -s.max_lead), s.max_lead)
             wanted = self._target - self._estimator.offset + lead + self._trim
         share = 1.0 - math.exp(-step / (_CENTRE_TIME * self._period_now()))
         self._aim += share * (wanted - self._aim)
@@ -240,21 +256,28 @@ class SlideController:
             self._trim = min(max(self._trim, -_MOST_TRIM), _MOST_TRIM)
 
     def _expected_torque(self) -> float:
-        """Reactive torque (N m) that is on its way: midway between what pressure shows and what it is driven to."""
+        """Reactive torque (N m) on its way: what pressure shows, or midway from there to more that it is driven to."""
+        if self._approach.under_way:
+            # A stalled motor lets go of the string when the bit does, before pressure can tell.
+            return 0.0
         measured = self._pressure.reactive_torque
-        if self._interlocks.stall.state is not Stall.NONE:
-            return measured
-        return 0.5 * (measured + self._rig.motor.torque_per_pressure * self._driller.setpoint)
+        ahead = self._rig.motor.torque_per_pressure * self._driller.setpoint
+        return max(measured, 0.5 * (measured + ahead))
 
     def _wished_amplitude(self) -> float:
         s = self._settings
         if s.amplitude > 0.0:
             return s.amplitude
         if self._testing():
-            return s.reach_share * self._belief.full_amplitude(1.0)
+            return self._amplitude_for(s.reach_share)
+        if self._approach.fast:
+            return self._amplitude_for(_MOVING_SHARE * s.reach_share)
         share = min(max((abs(self.error) - _NEAR) / (_FAR - _NEAR), 0.0), 1.0)
-        reach = s.reach_share + (s.setting_share - s.reach_share) * share
-        return reach * self._belief.full_amplitude(self._finder.scale)
+        return self._amplitude_for(s.reach_share + (s.setting_share - s.reach_share) * share)
+
+    def _amplitude_for(self, share: float) -> float:
+        """rad; `share` of the amplitude that frees the whole string, as its friction is known."""
+        return share * self._belief.full_amplitude(1.0 if self._testing() else self._finder.scale)
 
     def _period_now(self) -> float:
         """s; longer than the best one where the drive could not make the amplitude in it."""
@@ -268,16 +291,23 @@ class SlideController:
 
     def _lower(self) -> float:
         """Block speed, m/s."""
+        position = self._watch.value["block_position"]
         if self._permission.pick_up:
             self._driller.restart()
+            self._approach.pick_up()
             return -self._settings.pick_up_speed
         if self._interlocks.stall.state is not Stall.NONE:
             self._driller.restart()
             return 0.0
         if not self._permission.lower or self._testing() or self._motion() is not Motion.ROCK:
             return 0.0
+        if self._approach.under_way and self._pressure.quick < _TOUCHED_SHARE * self._wanted_pressure:
+            return self._approach.speed(position, self._settings.max_block_speed)
+        self._approach.under_way = False
+        self._approach.drilling(position, self._pressure.quick, self._watch.step)
+        wanted = self._pressure_share * self._wanted_pressure
         ramp = self._wanted_pressure / self._settings.pressure_ramp_time
-        return self._driller.update(self._pressure.smooth, self._wanted_pressure, ramp, self._watch.step)
+        return self._driller.update(self._pressure.smooth, wanted, ramp, self._watch.step)
 
     def status(self) -> tuple[Status, ...]:
         """The tool-face and its error, the zones, and every interlock with its reason."""
@@ -302,5 +332,6 @@ class SlideController:
                   ("reactive_from_m", f"{zones.reactive:.0f}"), ("amplitude_rad", f"{self._amplitude:.2f}"),
                   ("period_s", f"{self._period_now():.1f}"), ("friction_over_belief", f"{self._finder.scale:.2f}"),
                   ("friction_one_sigma", f"{self._finder.spread:.2f}"),
-                  ("breakover_torque_n_m", f"{self._finder.breakover_torque:.0f}"))
+                  ("breakover_torque_n_m", f"{self._finder.breakover_torque:.0f}"),
+                  ("share_of_pressure_wanted", f"{self._pressure_share:.2f}"))
         return Status(Level.OK, "reach", f"rocking reaches {zones.rocking:.0f} m of {zones.bit:.0f} m", values)
