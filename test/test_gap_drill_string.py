@@ -178,7 +178,7 @@ def test_rivals_get_the_run_that_separates_them(tmp_path):
     from slider_drilling.gap.manoeuvre import _apart, _distance
     from slider_drilling.gap.noise import NoiseFloor
     from slider_drilling.gap.residuals import build_problem
-    from slider_drilling.gap.tune import Fit
+    from slider_drilling.gap.fit import Fit
 
     rig = short_rig()
     log = read_log(write_run(tmp_path / "run.mcap", rig, rocking(40.0)))

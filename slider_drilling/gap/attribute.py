@@ -16,14 +16,16 @@ from slider_drilling.gap.contender import (
     judge,
     make_base,
 )  # fmt: skip
-from slider_drilling.gap.held_out import Bootstrap, Folds, make_folds, noise_sample, null_quantiles
+from slider_drilling.gap.fit import Fit, fit
+from slider_drilling.gap.held_out import Bootstrap, Folds, HeldOut, make_folds
 from slider_drilling.gap.model import Anchored, Array, Effect, Parameter, Values
+from slider_drilling.gap.null import Threshold, noise_sample, null_threshold
 from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import Candidate, screen
-from slider_drilling.gap.tune import Fit, fit, fit_growing, scattered
+from slider_drilling.gap.tune import GROWTH, SMOOTH, fit_growing, scattered, sharpen
 
 MAX_EFFECTS = 3
-SURVIVORS = 5
+SURVIVORS = 4
 SCATTER_KEPT = 3
 # A tuning is better when its cost falls by more than fits from different starts scatter.
 _BETTER = 0.98
@@ -31,9 +33,9 @@ _MUCH_BETTER = 0.8
 # Once one candidate explains the log down to its noise, only so many are fitted in all: it and its rivals.
 ENOUGH = 3
 # So many of the best are taken to the end before one is preferred to another.
-POLISHED = 3
+POLISHED = 2
 # A candidate whose best scan point promises less than this share of the gap is not worth a fit.
-_PROMISE = 0.03
+_PROMISE = 0.04
 Progress = Callable[[str, float], None]
 
 
@@ -41,7 +43,7 @@ Progress = Callable[[str, float], None]
 class Findings:
     """Everything the attribution has learnt so far; readable at any time, so an interrupt loses nothing.
 
-    ceilings: c0 per channel, ceiling: c0 of the whole (both in E^2); rounds: contenders by round;
+    threshold, tuned_threshold: c0 at the current and at the tuned fit; rounds: contenders by round;
     screened: the score test by round; groups: effects that cannot be told from each accepted one, with the reason.
     """
 
@@ -52,26 +54,25 @@ class Findings:
     nominal: float
     tuned: Base | None = None
     current: Base | None = None
-    ceiling: float = float("nan")
-    ceilings: dict[str, float] = field(default_factory=dict)
+    threshold: Threshold | None = None
     screened: list[list[Candidate]] = field(default_factory=list)
     rounds: list[list[Contender]] = field(default_factory=list)
     accepted: list[Contender] = field(default_factory=list)
     groups: dict[str, dict[str, str]] = field(default_factory=dict)
-    tuned_ceiling: float = float("nan")
-    tuned_at_floor: bool = False
+    tuned_threshold: Threshold | None = None
     partial: bool = False
     remarks: list[str] = field(default_factory=list)
 
-    def at_floor(self, base: Base) -> bool:
-        """Whether a fit's held-out gap is what noise alone would leave, as a whole and in every channel."""
-        return self.reaches_floor(base.held)
+    def at_floor(self, score: HeldOut) -> bool:
+        """Whether a held-out score is what noise alone would leave."""
+        assert self.threshold is not None
+        return self.threshold.holds(score)
 
-    def reaches_floor(self, held: Array) -> bool:
-        """`at_floor` of a held-out residual (N,)."""
-        gaps = self.problem.channel_gaps(held)
-        whole = self.problem.gap_squared(held)
-        return whole <= self.ceiling and all(gap <= self.ceilings[name] for name, gap in gaps.items())
+    @property
+    def tuned_at_floor(self) -> bool:
+        """The same of the tuned model."""
+        tuned, threshold = self.tuned, self.tuned_threshold
+        return tuned is not None and threshold is not None and threshold.holds(tuned.score)
 
 
 def start_findings(problem: Problem, seed: int) -> Findings:
@@ -99,44 +100,49 @@ def attribute(
     """
     try:
         tune_nuisance(findings, starts, progress, scatter)
-        _set_ceiling(findings, seed)
-        assert findings.tuned is not None
-        findings.tuned_ceiling = findings.ceiling
-        findings.tuned_at_floor = findings.at_floor(findings.tuned)
+        _set_threshold(findings, seed)
+        findings.tuned_threshold = findings.threshold
         catalogue = list(findings.problem.model.effects if effects is None else effects)
         for turn in range(MAX_EFFECTS):
             assert findings.current is not None
-            if findings.at_floor(findings.current) or not catalogue:
+            if findings.at_floor(findings.current.score) or not catalogue:
                 break
             if not _add_one(findings, catalogue, turn, scatter, progress):
                 break
-            _set_ceiling(findings, seed)
+            _set_threshold(findings, seed)
             if len(findings.accepted) > 1:
                 _try_removing(findings, seed)
     except KeyboardInterrupt:
         findings.partial = True
         findings.remarks.append("interrupted: the best answer so far")
-    if findings.current is not None and findings.current.gap_squared <= findings.ceiling:
-        gaps = findings.problem.channel_gaps(findings.current.held)
-        above = [name for name, gap in gaps.items() if gap > findings.ceilings[name]]
-        if above:
+    if findings.current is not None and findings.threshold is not None:
+        above = findings.threshold.above(findings.current.score.by_channel)
+        if above and findings.current.score.robust <= findings.threshold.robust:
             findings.remarks.append(f"within the null threshold as a whole, but not by itself: {', '.join(above)}")
     progress("done", 1.0)
     return findings
 
 
-def tune_nuisance(findings: Findings, starts: Sequence[Values], progress: Progress, scatter: int = 0) -> None:
-    """Re-fit the nuisance from every start, over a growing part of the runs, and anchor the model there."""
+def tune_nuisance(
+    findings: Findings, starts: Sequence[Values], progress: Progress, scatter: int = 0, thorough: bool = True
+) -> None:
+    """Re-fit the nuisance from every start, over a growing part of the runs, and anchor the model there.
+
+    thorough: with a search besides least squares.
+    """
     problem = findings.problem
     parameters = problem.free(problem.model.nuisance)
     starts = [*starts, *scattered(problem, parameters, {}, scatter, SCATTER_KEPT)]
     fits: list[Fit] = []
     for index, start in enumerate(starts):
         progress("re-tuning", 0.02 + 0.1 * index / len(starts))
-        fits.append(fit_growing(problem, parameters, start))
+        fits.append(fit_growing(problem, parameters, start, shares=GROWTH[:1]))
     best = min(fits, key=lambda result: result.cost)
-    progress("re-tuning", 0.14)
-    best = fit_growing(problem, parameters, best.values, iterations=8, shares=(1.0, 1.0))
+    progress("re-tuning", 0.12)
+    shaken = GROWTH[1:] if thorough else ()
+    best = fit_growing(problem, parameters, best.values, iterations=8, shares=GROWTH[1:], shaken=shaken)
+    if thorough and best.cost > SMOOTH:
+        best = sharpen(problem, best)
     if problem.gap_squared(best.residual) > findings.nominal:
         findings.remarks.append("re-tuning did not lower the gap: the nominal parameters are as good")
     findings.tuned = make_base(problem, findings.folds, findings.bootstrap, best)
@@ -144,7 +150,7 @@ def tune_nuisance(findings: Findings, starts: Sequence[Values], progress: Progre
 
 
 def _add_one(
-    findings: Findings, catalogue: Sequence[Effect], turn: int, scatter: int, progress: Progress, restarts: int = 2
+    findings: Findings, catalogue: Sequence[Effect], turn: int, scatter: int, progress: Progress, restarts: int = 1
 ) -> bool:
     """Screen everything not yet accepted, fit the survivors, accept the best that passes. False when none does.
 
@@ -160,15 +166,16 @@ def _add_one(
     contenders: list[Contender] = []
     findings.rounds.append(contenders)
     survivors = _survivors(problem, base, candidates)
+    favoured = _favoured(problem, base, survivors)
     for index, candidate in enumerate(survivors):
         progress(f"fitting {candidate.effect.name}", begin + 0.03 + 0.24 * index / len(survivors))
         problem.anchor(base.fit.values)
-        best, agree = fit_candidate(problem, base, candidate, scatter=scatter)
+        best, agree = fit_candidate(problem, base, candidate, scatter=scatter, thorough=candidate in favoured)
         better = _retuned(problem, base, best)
         if better is not None:
             much = better.cost < _MUCH_BETTER * base.fit.cost
             base = _rebase(findings, better, turn)
-            if much and restarts > 0 and not findings.at_floor(base):
+            if much and restarts > 0 and not findings.at_floor(base.score):
                 findings.screened.pop()
                 findings.rounds.pop()
                 return _add_one(findings, catalogue, turn, scatter, progress, restarts - 1)
@@ -182,26 +189,27 @@ def _add_one(
         contenders.append(
             judge(problem, findings.folds, findings.bootstrap, base, candidate.effect, best, agree, len(catalogue))
         )
-        if findings.at_floor(base):
+        if findings.at_floor(base.score):
             return False
-        done = any(c.accepted and findings.reaches_floor(c.held) for c in contenders)
+        done = any(c.accepted and findings.at_floor(c.score) for c in contenders)
         if done and len(contenders) >= ENOUGH:
             break
-    contenders.sort(key=lambda contender: contender.robust)
+    contenders.sort(key=lambda contender: contender.score.robust)
     for index, contender in enumerate(contenders[:POLISHED]):
-        fine = fit_growing(problem, contender.fit.parameters, contender.fit.values, iterations=6, shares=(1.0, 1.0))
+        fine = fit_growing(
+            problem, contender.fit.parameters, contender.fit.values, iterations=6, shares=(1.0, 1.0), shaken=(1.0,)
+        )
         contenders[index] = judge(
             problem, findings.folds, findings.bootstrap, base, contender.effect, fine, contender.starts_agree,
             len(catalogue),
         )  # fmt: skip
-    contenders.sort(key=lambda contender: contender.robust)
+    contenders.sort(key=lambda contender: contender.score.robust)
     winner = next((contender for contender in contenders if contender.accepted), None)
     if winner is None:
         return False
     findings.groups[winner.effect.name] = _group(findings, base, winner, contenders)
-    refitted = fit_growing(problem, winner.fit.parameters, winner.fit.values, iterations=5, shares=(1.0,))
     findings.accepted.append(winner)
-    findings.current = make_base(problem, findings.folds, findings.bootstrap, refitted)
+    findings.current = make_base(problem, findings.folds, findings.bootstrap, sharpen(problem, winner.fit))
     return True
 
 
@@ -225,7 +233,6 @@ def _rebase(findings: Findings, better: Fit, turn: int) -> Base:
     findings.current = make_base(problem, findings.folds, findings.bootstrap, polished)
     if turn == 0:
         findings.tuned = findings.current
-        findings.tuned_at_floor = findings.at_floor(findings.tuned)
     return findings.current
 
 
@@ -236,12 +243,20 @@ def _survivors(problem: Problem, base: Base, candidates: Sequence[Candidate]) ->
     return enough[:SURVIVORS] if len(enough) >= 2 else list(candidates[:2])
 
 
+def _favoured(problem: Problem, base: Base, survivors: Sequence[Candidate]) -> list[Candidate]:
+    """The candidates that promise at least half of what the best one does, worth a thorough search."""
+    now = problem.robust_gap(base.fit.residual)
+    if now <= SMOOTH:
+        return []
+    return [c for c in survivors if now - c.predicted >= 0.5 * (now - survivors[0].predicted)]
+
+
 def _group(findings: Findings, base: Base, winner: Contender, contenders: Sequence[Contender]) -> dict[str, str]:
     group = {}
     for other in contenders:
         if other is winner or not other.physical or other.gain_bound <= 0.0:
             continue
-        why = indistinguishable(findings.problem, findings.bootstrap, base, winner, other)
+        why = indistinguishable(findings.problem, base, winner, other)
         if why is not None:
             group[other.effect.name] = why
     return group
@@ -256,28 +271,28 @@ def _try_removing(findings: Findings, seed: int) -> None:
         parameters: list[Parameter] = [p for p in current.fit.parameters if p.name not in own]
         start = {name: value for name, value in current.fit.values.items() if name not in own}
         without = make_base(problem, findings.folds, findings.bootstrap, fit(problem, parameters, start, iterations=6))
-        missed = without.robust_resampled - current.robust_resampled
-        if float(np.quantile(missed, 0.05)) > 0.0 and without.robust > current.robust:
+        missed = without.score.robust_resampled - current.score.robust_resampled
+        if float(np.quantile(missed, 0.05)) > 0.0 and without.score.robust > current.score.robust:
             continue
         findings.accepted.remove(contender)
         findings.remarks.append(f"{contender.effect.name} was accepted first and is not needed any more")
         findings.current = current = without
-        _set_ceiling(findings, seed)
+        _set_threshold(findings, seed)
 
 
-def _set_ceiling(findings: Findings, seed: int) -> None:
+def _set_threshold(findings: Findings, seed: int) -> None:
     """c0 at the current fit."""
     base = findings.current
     assert base is not None
     problem = findings.problem
-    error = 0.0 * base.held
+    error = np.zeros(problem.time.size)
     if isinstance(problem.model, Anchored):
         runs = range(len(problem.model.runs))
         differences = problem.model.discretisation([problem.set_of(base.fit.values, run) for run in runs])
         for (run, name), part in problem.slices.items():
             error[part] = differences[run][name] / problem.floors[run][name].sigma
     noise = noise_sample(problem, base.fit.residual)
-    findings.ceiling, findings.ceilings = null_quantiles(problem, base.fit, findings.folds, noise, error, seed=seed)
+    findings.threshold = null_threshold(problem, base.fit, findings.folds, noise, error, seed=seed)
 
 
 def total_closed(findings: Findings) -> tuple[float, tuple[float, float]]:
@@ -289,28 +304,28 @@ def total_closed(findings: Findings) -> tuple[float, tuple[float, float]]:
     nothing = float("nan"), (float("nan"), float("nan"))
     if tuned is None or current is None or not findings.accepted or findings.tuned_at_floor:
         return nothing
-    if tuned.gap_squared <= findings.tuned_ceiling and tuned.gap_squared <= 1.0:
+    before, after = tuned.score.resampled, current.score.resampled
+    left = before > 1.0
+    if tuned.score.gap_squared <= 1.0 or not left.any():
         return nothing
-    held = tuned.resampled > 1.0
-    if not held.any():
-        return nothing
-    shares = 1.0 - (current.resampled[held] - 1.0) / (tuned.resampled[held] - 1.0)
+    shares = 1.0 - (after[left] - 1.0) / (before[left] - 1.0)
     interval = (float(np.quantile(shares, 0.025)), float(np.quantile(shares, 0.975)))
-    return closed_share(tuned.gap_squared, current.gap_squared), interval
+    return closed_share(tuned.score.gap_squared, current.score.gap_squared), interval
 
 
 def verdict(findings: Findings) -> str:
     """One of the six verdicts of spec gap.md."""
     tuned, current = findings.tuned, findings.current
-    if tuned is None or current is None:
+    threshold, at_first = findings.threshold, findings.tuned_threshold
+    if tuned is None or current is None or threshold is None or at_first is None:
         return "inconclusive"
     if findings.accepted:
-        return "effect" if current.gap_squared <= findings.ceiling else "effect_and_unknown"
-    nominal = findings.nominal
-    nominal_gaps = findings.problem.channel_gaps(findings.nominal_residual)
-    if nominal <= findings.tuned_ceiling and all(g <= findings.ceilings[n] for n, g in nominal_gaps.items()):
+        return "effect" if current.score.robust <= threshold.robust else "effect_and_unknown"
+    loss = findings.problem.robust(findings.nominal_residual)[0] ** 2
+    nominal = float(findings.problem.weight**2 @ loss)
+    if nominal <= at_first.robust and not at_first.above(findings.problem.by_channel(loss)):
         return "none"
-    if tuned.gap_squared <= findings.tuned_ceiling:
+    if tuned.score.robust <= at_first.robust:
         return "parameters"
     if findings.partial or (not tuned.fit.converged and not findings.rounds):
         return "inconclusive"

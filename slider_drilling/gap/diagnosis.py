@@ -163,10 +163,10 @@ def rms_by_stage(answer: Answer) -> dict[str, dict[str, float]]:
     findings = answer.findings
     stages = {"nominal": findings.nominal_residual}
     if findings.tuned is not None and findings.current is not None:
-        stages |= {"tuned": findings.tuned.held, "with_effect": findings.current.held}
+        stages |= {"tuned": findings.tuned.score.residual, "with_effect": findings.current.score.residual}
     table: dict[str, dict[str, float]] = {}
     for stage, residual in stages.items():
-        gaps = findings.problem.channel_gaps(residual)
+        gaps = findings.problem.by_channel(residual**2)
         table[stage] = {name: float(np.sqrt(gap)) * answer.floors[0][name].sigma for name, gap in gaps.items()
                         if name in answer.floors[0]}  # fmt: skip
     return table

@@ -15,7 +15,7 @@ from slider_drilling.gap.user_effects import UserEffect, combined_modifiers
 from slider_drilling.rig import FrictionInterval, Rig
 
 COARSE = 40
-FINE = 200
+FINE = 100
 FINER = 1.6  # times the fine mesh: what `discretisation` compares it with
 _THREADS = 2
 
@@ -38,6 +38,7 @@ class DrillString:
     coarse: int = COARSE
     fine: int = FINE
     _correction: list[dict[str, Array]] = field(default_factory=list, repr=False)
+    _anchored: list[dict[str, float]] = field(default_factory=list, repr=False)
 
     def simulate(self, run: int, sets: Sequence[Values]) -> Mapping[str, Array]:
         """Channels (K, n) on the coarse mesh plus the anchor's correction."""
@@ -49,12 +50,14 @@ class DrillString:
 
     def anchor(self, values: Sequence[Values]) -> None:
         """Make `simulate` equal the fine mesh at these values, one set per run."""
+        if self._correction and list(values) == self._anchored:
+            return
         corrections = []
         for run, own in enumerate(values):
             fine = self._channels(run, [own], self.fine)
             coarse = self._channels(run, [own], self.coarse)
             corrections.append({name: fine[name][0] - coarse[name][0] for name in fine})
-        self._correction = corrections
+        self._correction, self._anchored = corrections, [dict(own) for own in values]
 
     def shortened(self, share: float) -> DrillString:
         """The first part of every run; whatever the anchor knew of it is kept."""
@@ -73,7 +76,7 @@ class DrillString:
                 corrections.append(
                     {channel.name: self._correction[index][channel.name][: channel.time.size] for channel in kept}
                 )
-        return replace(self, runs=tuple(runs), commands=tuple(commands), _correction=corrections)
+        return replace(self, runs=tuple(runs), commands=tuple(commands), _correction=corrections, _anchored=[])
 
     def manoeuvres(self) -> list[Manoeuvre]:
         """Runs that could be made next, see `slider_drilling.gap.next_runs`."""

@@ -107,7 +107,7 @@ def _lower_floors(
     if not any(floor.method == "cycles" and floor.lag_correlation > 0.3 for run in floors for floor in run.values()):
         return floors, starts
     findings = start_findings(build_problem(model, floors), seed)
-    tune_nuisance(findings, starts, progress)
+    tune_nuisance(findings, starts, progress, thorough=False)
     assert findings.tuned is not None
     problem, residual = findings.problem, findings.tuned.fit.residual
     better = []
@@ -134,11 +134,11 @@ def conclude(findings: Findings, runtime: float) -> Answer:
         site_shares=shares,
         effects=accepted,
         nominal=float(np.sqrt(findings.nominal)),
-        tuned=float(np.sqrt(tuned.gap_squared)) if tuned else float("nan"),
-        with_effect=float(np.sqrt(current.gap_squared)) if current else float("nan"),
+        tuned=float(np.sqrt(tuned.score.gap_squared)) if tuned else float("nan"),
+        with_effect=float(np.sqrt(current.score.gap_squared)) if current else float("nan"),
         closed=closed,
         closed_interval=interval,
-        threshold=float(np.sqrt(findings.ceiling)),
+        threshold=float(np.sqrt(findings.threshold.gap_squared)) if findings.threshold else float("nan"),
         floors=findings.problem.floors,
         where=locate(findings.problem, tuned) if tuned else None,
         ranking=ranking,
@@ -159,7 +159,7 @@ def rank(findings: Findings) -> tuple[Ranked, ...]:
         entries.append(_ranked(contender, turn + 1, tuple(findings.groups.get(contender.effect.name, {}))))
     named = {entry.effect for entry in entries}
     first = findings.rounds[0] if findings.rounds else []
-    for contender in sorted(first, key=lambda c: (not c.physical, c.robust)):
+    for contender in sorted(first, key=lambda c: (not c.physical, c.score.robust)):
         if contender.effect.name not in named:
             mates = tuple(name for name, group in findings.groups.items() if contender.effect.name in group)
             entries.append(_ranked(contender, 1, mates))
@@ -192,7 +192,7 @@ def sentence(
     tuned, current = findings.tuned, findings.current
     if conclusion == "inconclusive" or tuned is None or current is None:
         return "No conclusion: " + ("; ".join(findings.remarks) or "the fits did not converge") + "."
-    gaps = f"E = {np.sqrt(findings.nominal):.2f} as given, {np.sqrt(tuned.gap_squared):.2f} re-tuned"
+    gaps = f"E = {np.sqrt(findings.nominal):.2f} as given, {np.sqrt(tuned.score.gap_squared):.2f} re-tuned"
     if conclusion == "none":
         return f"The model as given explains the log down to its noise ({gaps})."
     if conclusion == "parameters":
@@ -205,5 +205,5 @@ def sentence(
         names.append(contender.effect.name + (f" (or {', '.join(rivals)}: not told apart)" if rivals else ""))
     share = "" if np.isnan(closed) else f" and closes {closed:.2f} [{interval[0]:.2f}, {interval[1]:.2f}] of the gap"
     end = "" if conclusion == "effect" else "; something structured remains"
-    gaps += f", {np.sqrt(current.gap_squared):.2f} with it"
+    gaps += f", {np.sqrt(current.score.gap_squared):.2f} with it"
     return f"{' and '.join(names)} explains the gap{share} ({gaps}){end}."

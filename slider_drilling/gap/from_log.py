@@ -77,7 +77,9 @@ def run_of(log: RigLog, rig: Rig, commands: Commands, remarks: list[str]) -> Run
     for name, held in measured_channels(log, rig).items():
         resolution = sensor.resolution if (sensor := getattr(rig.sensors, name, None)) is not None else 0.0
         period = _TURN if held.wraps else None
-        channel = Channel(name, held.time, held.measured, held.unit, period, held.noise, resolution)
+        channel = Channel(
+            name, held.time, held.measured, held.unit, period, held.noise, resolution, accumulates=name == "tool_face"
+        )
         why = unusable(channel)
         if why is None:
             channels.append(channel)

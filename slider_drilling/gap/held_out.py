@@ -1,4 +1,4 @@
-"""Held-out scoring: blocked cross-validation with linearised refits, block bootstrap, and the null threshold.
+"""Held-out scoring: blocked cross-validation with linearised refits, and the block bootstrap of the scores.
 
 A fold's refit is one Gauss-Newton step from the full fit with the fold's rows left out; its parameters are then
 simulated for real, so only the refit is linearised, never the score.
@@ -11,16 +11,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slider_drilling.gap.model import Array, Run
+from slider_drilling.gap.fit import Fit, prior_rows
+from slider_drilling.gap.model import Array, Run, Values
 from slider_drilling.gap.noise import cycle_period
 from slider_drilling.gap.residuals import Problem
-from slider_drilling.gap.tune import Fit, prior_rows
 
 Indices = NDArray[np.int_]
 FOLDS = 6
 BOOTSTRAPS = 2000
 _BINS_PER_BLOCK = 8
-_STEP_SHARES = (1.0, 0.5, 0.25)
+_STEP_SHARES = (1.0, 0.5, 0.25, 0.1)
+# A simulation follows the linear forecast where it departs by no more than this share of the fit's cost.
+_LINEAR = 0.05
 
 
 def block_length(run: Run) -> float:
@@ -86,28 +88,59 @@ def fold_steps(problem: Problem, fit: Fit, folds: Folds) -> Array:
     return steps
 
 
-def held_out_residual(problem: Problem, fit: Fit, folds: Folds) -> Array:
-    """(N,) residual of each sample under the parameters refitted without its fold, simulated for real.
+def held_out(problem: Problem, fit: Fit, folds: Folds) -> tuple[Array, Array]:
+    """(N,) residual of each sample, and its loss, under the parameters refitted without its fold, simulated for real.
 
-    Where the model is strongly nonlinear the whole linearised step may overshoot: of the step and its half and
-    quarter, the one that explains the *other* folds best is taken.
+    A fold's refit is as much of its linearised step as the model still follows linearly: the step, its half, quarter,
+    tenth or none of it. Beyond, a string that sticks and slips breaks free at other times than in the fit; that says
+    how far ahead it can be foretold, nothing of how well the parameters are known.
     """
     steps = fold_steps(problem, fit, folds)
-    sets = []
+    scale = np.array([p.scale for p in fit.parameters])
+    sets: list[Values] = [fit.values]
     for share in _STEP_SHARES:
         for step in steps:
-            moved = {
-                p.name: fit.values[p.name] + share * p.scale * d for p, d in zip(fit.parameters, step, strict=True)
-            }
-            sets.append(fit.values | moved)
-    residuals = problem.residuals(sets).reshape(len(_STEP_SHARES), FOLDS, -1)
-    held = np.empty(problem.time.size)
-    for fold in range(FOLDS):
-        outside = folds.of == fold
-        training = problem.weight * problem.robust(residuals[:, fold])[0] * ~outside
-        best = int(np.argmin(np.sum(training**2, axis=1)))
-        held[outside] = residuals[best, fold, outside]
-    return held
+            moved = zip(fit.parameters, share * scale * step, strict=True)
+            sets.append(fit.values | {p.name: fit.values[p.name] + change for p, change in moved})
+    simulated = problem.simulate(sets)
+    chosen = np.zeros(FOLDS, dtype=int)
+    for fold, step in enumerate(steps):
+        for part, share in enumerate(_STEP_SHARES):
+            index = 1 + part * FOLDS + fold
+            apart = problem.weight * (simulated[index] - simulated[0] + share * fit.jacobian @ step)
+            if apart @ apart <= _LINEAR * fit.cost:
+                chosen[fold] = index
+                break
+    residuals = problem.against_log(simulated[chosen])
+    losses = problem.robust(residuals)[0] ** 2
+    rows = np.arange(problem.time.size)
+    return residuals[folds.of, rows], losses[folds.of, rows]
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """A fit's score on held-out stretches.
+
+    residual (N,); gap_squared: its E^2; resampled: (BOOTSTRAPS,) of that; robust, robust_resampled: the same under the
+    fit's own loss and weights, which is what every decision rests on: E^2 itself can hang on a single far-off angle.
+    by_channel: mean loss of each channel.
+    """
+
+    residual: Array
+    gap_squared: float
+    resampled: Array
+    robust: float
+    robust_resampled: Array
+    by_channel: dict[str, float]
+
+
+def score_held_out(problem: Problem, fit: Fit, folds: Folds, bootstrap: Bootstrap) -> HeldOut:
+    """Refit without each fold and score on it."""
+    residual, loss = held_out(problem, fit, folds)
+    return HeldOut(
+        residual, problem.gap_squared(residual), bootstrap.means(residual**2, problem.score),
+        float(problem.weight**2 @ loss), bootstrap.means(loss, problem.weight**2), problem.by_channel(loss),
+    )  # fmt: skip
 
 
 class Bootstrap:
@@ -131,110 +164,15 @@ class Bootstrap:
         piece = problem.run * len(problem.channel_names) + problem.channel
         self.pieces = [np.flatnonzero(piece == value) for value in np.unique(piece)]
 
-    def gaps_squared(self, residual: Array) -> Array:
-        """(BOOTSTRAPS,) resampled E^2 of a residual (N,)."""
-        total, pieces = np.zeros(self.counts.shape[0]), np.zeros(self.counts.shape[0])
+    def means(self, squares: Array, weight: Array) -> Array:
+        """(BOOTSTRAPS,) resampled weighted sum of squares (N,); weight (N,) is the same throughout a run's channel."""
+        total, weights = np.zeros(self.counts.shape[0]), np.zeros(self.counts.shape[0])
         size = self.folds.bin_run.size
         for rows in self.pieces:
-            squares = np.bincount(self.folds.bins[rows], weights=residual[rows] ** 2, minlength=size)
+            share = float(weight[rows].sum())
+            sums = self.counts @ np.bincount(self.folds.bins[rows], weights=squares[rows], minlength=size)
             number = self.counts @ np.bincount(self.folds.bins[rows], minlength=size)
             held = number > 0
-            total[held] += (self.counts @ squares)[held] / number[held]
-            pieces += held
-        return np.asarray(total / pieces)
-
-
-def null_quantiles(
-    problem: Problem, fit: Fit, folds: Folds, noise: Array, model_error: Array, *, draws: int = 200, seed: int = 0
-) -> tuple[float, dict[str, float]]:
-    """c0, and the same per channel: the 99 % quantile of held-out E^2 when the tuned model is the truth.
-
-    Each draw is block-resampled noise (N,) plus the model's own discretisation error (N,), refitted per fold
-    through the Jacobian of the fit (linearised: a full refit of every draw would cost more than the diagnosis).
-    The per-channel quantile is at 1 - 0.01 / channels.
-    """
-    generator = np.random.default_rng(seed)
-    rows = problem.weight[:, None] * fit.jacobian
-    prior = np.diag(prior_rows(fit.parameters) ** 2)
-    inverses = [np.linalg.pinv(rows[folds.of != fold].T @ rows[folds.of != fold] + prior) for fold in range(FOLDS)]
-    totals, channels = [], {name: [] for name in problem.channel_names}  # type: ignore[var-annotated]
-    for _ in range(draws):
-        synthetic = _resample_noise(problem, folds, noise, generator) + model_error
-        pulls = rows * (problem.weight * synthetic)[:, None]
-        by_fold = np.stack([pulls[folds.of == fold].sum(axis=0) for fold in range(FOLDS)])
-        whole = by_fold.sum(axis=0)
-        steps = np.stack([-inverse @ (whole - own) for inverse, own in zip(inverses, by_fold, strict=True)])
-        predicted = synthetic + np.einsum("np,np->n", fit.jacobian, steps[folds.of])
-        predicted *= _floor_error(problem, generator)
-        totals.append(problem.gap_squared(predicted))
-        for name, gap in problem.channel_gaps(predicted).items():
-            channels[name].append(gap)
-    level = 1.0 - 0.01 / len(channels)
-    return float(np.quantile(totals, 0.99)), {name: _upper(values, level) for name, values in channels.items()}
-
-
-def _floor_error(problem: Problem, generator: np.random.Generator) -> Array:
-    """(N,) by how much a residual would be off because its noise floor is an estimate too."""
-    factor = np.ones(problem.time.size)
-    for (run, name), part in problem.slices.items():
-        off = problem.floors[run][name].uncertainty * generator.standard_normal()
-        factor[part] = np.sqrt(max(1.0 + off, 0.0))
-    return factor
-
-
-def noise_sample(problem: Problem, residual: Array) -> Array:
-    """(N,) the fast part of a residual, per channel scaled to one noise floor: what block resampling draws from.
-
-    Slow structure is what an effect leaves and is taken out by second differences; where noise is coloured (its
-    correlation is known from the cycles) the sample is an autoregression driven by that fast part.
-    """
-    noise = np.empty_like(residual)
-    for (run, name), part in problem.slices.items():
-        values = residual[part]
-        if values.size < 100:
-            noise[part] = np.random.default_rng(values.size).standard_normal(values.size)
-            continue
-        fast = np.convolve(values, [1.0, -2.0, 1.0], mode="same") / np.sqrt(6.0)
-        spread = 1.4826 * float(np.median(np.abs(fast - np.median(fast))))
-        fast = np.clip(fast / spread, -4.0, 4.0)
-        # The second difference of white noise is itself coloured: shuffling restores white noise of that distribution.
-        white = np.random.default_rng(values.size).permutation(fast)
-        colour = problem.floors[run][name].lag_correlation
-        noise[part] = _autoregression(white, colour)
-        noise[part] /= np.sqrt(np.mean(noise[part] ** 2))
-    return noise
-
-
-def _autoregression(white: Array, colour: float) -> Array:
-    if colour <= 0.0:
-        return white
-    coloured = np.empty_like(white)
-    last = white[0]
-    for index, value in enumerate(white):
-        last = colour * last + np.sqrt(1.0 - colour**2) * value
-        coloured[index] = last
-    return coloured
-
-
-def _upper(values: list[float], level: float) -> float:
-    """A quantile further out than so few draws reach: Gaussian tail in the cube root (Wilson-Hilferty)."""
-    from scipy.stats import norm
-
-    root = np.cbrt(values)
-    return float((root.mean() + norm.ppf(level) * root.std()) ** 3)
-
-
-def _resample_noise(problem: Problem, folds: Folds, noise: Array, generator: np.random.Generator) -> Array:
-    """Noise with its blocks in another order and sign, per channel and run."""
-    drawn = np.empty_like(noise)
-    for (run, _), part in problem.slices.items():
-        values = noise[part]
-        if values.size < 100:
-            drawn[part] = generator.standard_normal(values.size)
-            continue
-        block = max(int(values.size * folds.per_block[run] / np.sum(folds.bin_run == run)), 1)
-        starts = generator.integers(0, values.size, size=int(np.ceil(values.size / block)))
-        signs = generator.choice([-1.0, 1.0], size=starts.size)
-        pieces = (starts[:, None] + np.arange(block)) % values.size
-        drawn[part] = (signs[:, None] * values[pieces]).reshape(-1)[: values.size]
-    return drawn
+            total[held] += share * sums[held] / number[held]
+            weights += share * held
+        return np.asarray(total / weights)

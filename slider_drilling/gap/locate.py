@@ -8,10 +8,10 @@ import numpy as np
 
 from slider_drilling.gap.attribute import Findings
 from slider_drilling.gap.contender import Base
+from slider_drilling.gap.fit import Fit
 from slider_drilling.gap.model import Array, Probed, Run
 from slider_drilling.gap.noise import cycle_period
 from slider_drilling.gap.residuals import Problem
-from slider_drilling.gap.tune import Fit
 
 PHASES = ("rotating clockwise", "rotating counter-clockwise", "reversal", "still")
 TIME_WINDOWS = 20
@@ -33,7 +33,7 @@ class Where:
 
 def locate(problem: Problem, base: Base) -> Where:
     """Split the held-out gap of a fit."""
-    energy = problem.score * base.held**2
+    energy = problem.score * base.score.residual**2
     total = float(energy.sum())
     channel = {
         name: float(energy[problem.channel == index].sum() / total) for index, name in enumerate(problem.channel_names)
@@ -51,7 +51,8 @@ def locate(problem: Problem, base: Base) -> Where:
             row = {"from": float(edges[window]), "to": float(edges[window + 1])}
             row["share"] = float(energy[here][which == window].sum() / total)
             time_rows.append(row if len(problem.model.runs) == 1 else {"run": float(index)} | row)
-    return Where(channel, phase, _bands(problem, base.held, total), time_rows, locate_along(problem, base.fit))
+    bands = _bands(problem, base.score.residual, total)
+    return Where(channel, phase, bands, time_rows, locate_along(problem, base.fit))
 
 
 def motion_phase(run: Run, times: Array) -> Array:

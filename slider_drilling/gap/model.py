@@ -81,7 +81,8 @@ class Channel:
     """What one sensor measured: time (n,) s ascending, measured (n,) in unit.
 
     period: of a wrapped angle, else None; declared_noise: the standard deviation somebody states for the
-    sensor, used only where the log cannot tell; resolution: its smallest step, 0 if none.
+    sensor, used only where the log cannot tell; resolution: its smallest step, 0 if none; accumulates: what a
+    simulation misses once stays in every later sample (`slider_drilling.gap.missed_steps`).
     """
 
     name: str
@@ -91,6 +92,7 @@ class Channel:
     period: float | None = None
     declared_noise: float | None = None
     resolution: float = 0.0
+    accumulates: bool = False
 
     def residual(self, simulated: Array) -> Array:
         """measured - simulated, (..., n), wrapped to half a period either way where the channel wraps."""

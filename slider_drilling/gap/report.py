@@ -178,9 +178,9 @@ def _traces(diagnosis: Diagnosis) -> str:
     problem = findings.problem
     stages = [("as given", findings.nominal_residual, _GREY)]
     if findings.tuned is not None:
-        stages.append(("re-tuned", findings.tuned.held, _BLUE))
+        stages.append(("re-tuned", findings.tuned.score.residual, _BLUE))
     if findings.current is not None and findings.accepted:
-        stages.append(("with effect", findings.current.held, _GREEN))
+        stages.append(("with effect", findings.current.score.residual, _GREEN))
     channels = [(index, channel) for index, run in enumerate(problem.model.runs) for channel in run.channels]
     figure = make_subplots(rows=2 * len(channels), cols=1, shared_xaxes=True, vertical_spacing=0.015)
     for place, (index, channel) in enumerate(channels):

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slider_drilling.gap.missed_steps import missed_steps
 from slider_drilling.gap.model import Anchored, Array, Model, Parameter, Values
 from slider_drilling.gap.noise import NoiseFloor
 
@@ -29,7 +30,8 @@ class Problem:
     """A model with its noise floors; everything stacked has length N, over runs, then channels, then samples.
 
     run, channel: (N,) indices into model.runs and ``channel_names``; time: (N,) s; score: (N,) with
-    ``sum(score * r^2) = E^2``; weight: (N,) the fit's weight of r, near sqrt(score) but tempered.
+    ``sum(score * r^2) = E^2``; weight: (N,) the fit's weight of r, near sqrt(score) but tempered; step_size: noise
+    floors beyond which a missed step costs by its logarithm.
     """
 
     model: Model
@@ -41,6 +43,7 @@ class Problem:
     score: Array
     weight: Array
     slices: dict[tuple[int, str], slice]
+    step_size: float = ROBUST
 
     def set_of(self, values: Values, run: int) -> dict[str, float]:
         """The parameter set of one run: per-run parameters are named ``name@run`` outside the model."""
@@ -78,35 +81,45 @@ class Problem:
         return self.against_log(self.simulate(sets))
 
     def robust(self, residual: Array) -> tuple[Array, Array]:
-        """The residual (..., N) with its outer part square-rooted, and the slope of that map.
+        """The residual (..., N) mapped so that its squares are the fit's loss, and the slope of that map.
 
-        Squares of the mapped residual are the soft-l1 loss ``2 f^2 (sqrt(1 + (r / f)^2) - 1)``.
+        The loss is soft-l1, ``2 f^2 (sqrt(1 + (r / f)^2) - 1)``; where the channel accumulates, that of
+        `slider_drilling.gap.missed_steps`.
         """
         stretch = np.sqrt(1.0 + (residual / ROBUST) ** 2)
-        mapped = np.sign(residual) * ROBUST * np.sqrt(2.0 * (stretch - 1.0))
-        small = np.abs(residual) < 1e-3
-        slope = np.where(small, 1.0, residual / (np.where(small, 1.0, mapped) * stretch))
-        return np.where(small, residual, mapped), slope
+        loss = 2.0 * ROBUST**2 * (stretch - 1.0)
+        pull = residual / stretch
+        for (run, name), part in self.slices.items():
+            channel = next(c for c in self.model.runs[run].channels if c.name == name)
+            if channel.accumulates:
+                turn = None if channel.period is None else channel.period / self.floors[run][name].sigma
+                loss[..., part], pull[..., part] = _stepwise(residual[..., part], turn, self.step_size)
+        mapped = np.sign(pull) * np.sqrt(loss)
+        small = np.abs(mapped) < 1e-3
+        return np.where(small, residual, mapped), np.where(small, 1.0, pull / np.where(small, 1.0, mapped))
 
     def reweighted(self, residual: Array) -> Array:
         """(N,) weights with which least squares, linearised at this residual, is the robust fit."""
-        return self.weight * (1.0 + (residual / ROBUST) ** 2) ** -0.25
+        mapped, slope = self.robust(residual)
+        near = np.abs(residual) < 1e-3
+        share = np.where(near, 1.0, mapped * slope / np.where(near, 1.0, residual))
+        return self.weight * np.sqrt(np.clip(share, 0.0, 1.0))
 
     def gap_squared(self, residual: Array) -> float:
         """E^2 of one residual (N,)."""
         return float(self.score @ residual**2)
 
     def robust_gap(self, residual: Array) -> float:
-        """As `gap_squared` with the fit's loss: what decides between explanations; a few far-off angles do not."""
-        return float(self.score @ self.robust(residual)[0] ** 2)
+        """As `gap_squared` with the fit's loss and weights: what decides between explanations."""
+        return float(self.weight**2 @ self.robust(residual)[0] ** 2)
 
-    def channel_gaps(self, residual: Array) -> dict[str, float]:
-        """E_c^2 by channel (mean over runs) of one residual (N,)."""
-        gaps = {}
+    def by_channel(self, squares: Array) -> dict[str, float]:
+        """Mean over each channel's runs of squares (N,): of a residual's, its E_c^2."""
+        means = {}
         for index, name in enumerate(self.channel_names):
             here = self.channel == index
-            gaps[name] = float(self.score[here] @ residual[here] ** 2 / self.score[here].sum())
-        return gaps
+            means[name] = float(self.score[here] @ squares[here] / self.score[here].sum())
+        return means
 
     def free(self, parameters: Sequence[Parameter]) -> list[Parameter]:
         """The parameters as the fit sees them: one copy per run of those that belong to the run."""
@@ -117,6 +130,15 @@ class Problem:
             else:
                 expanded.append(parameter)
         return expanded
+
+
+def _stepwise(residual: Array, turn: float | None, step_size: float) -> tuple[Array, Array]:
+    """Loss and half its derivative, (..., n), of a channel that accumulates; turn: noise floors, of a wrapped one."""
+    loss, pull = np.empty_like(residual), np.empty_like(residual)
+    for index in np.ndindex(residual.shape[:-1]):
+        whole = residual[index] if turn is None else np.unwrap(residual[index], period=turn)
+        loss[index], pull[index] = missed_steps(whole, step_size)
+    return loss, pull
 
 
 def build_problem(model: Model, floors: Sequence[dict[str, NoiseFloor]]) -> Problem:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import lsq_linear
 
+from slider_drilling.gap.fit import Fit, prior_rows
 from slider_drilling.gap.model import Array, Effect
 from slider_drilling.gap.residuals import Problem
-from slider_drilling.gap.tune import Fit, prior_rows
 
 # How far beyond a scan point its secant is trusted when it predicts a start.
 _LONGEST = 3.0
@@ -23,12 +23,13 @@ class Candidate:
     """An effect as the score test sees it.
 
     predicted: robust E^2 that the best scan point promises once the nuisance follows; starts: parameter values
-    (nuisance included) to begin fits from, most promising first.
+    (nuisance included) to begin fits from, most promising first; points: the effect's own values there as scanned.
     """
 
     effect: Effect
     predicted: float
     starts: tuple[dict[str, float], ...]
+    points: tuple[dict[str, float], ...]
 
 
 def screen(problem: Problem, fit: Fit, effects: Sequence[Effect]) -> list[Candidate]:
@@ -40,7 +41,7 @@ def screen(problem: Problem, fit: Fit, effects: Sequence[Effect]) -> list[Candid
     """
     points = [(effect, point) for effect in effects for point in effect.scan]
     changes = _changes(problem, fit, points)
-    scored: dict[str, list[tuple[float, dict[str, float]]]] = {effect.name: [] for effect in effects}
+    scored: dict[str, list[tuple[float, dict[str, float], dict[str, float]]]] = {e.name: [] for e in effects}
     weight = problem.reweighted(fit.residual)
     rows = weight[:, None] * fit.jacobian
     prior = np.diag(prior_rows(fit.parameters))
@@ -49,11 +50,13 @@ def screen(problem: Problem, fit: Fit, effects: Sequence[Effect]) -> list[Candid
         shortest = -_LONGEST if amplitude.lower < amplitude.nominal < amplitude.upper else 0.0
         step, length = _project(weight, rows, prior, fit, change, shortest)
         predicted = fit.residual + fit.jacobian @ step + length * change
-        scored[effect.name].append((problem.robust_gap(predicted), _start(fit, effect, point, step, length)))
+        start = _start(fit, effect, point, step, length)
+        scored[effect.name].append((problem.robust_gap(predicted), start, effect.values(point)))
     found = []
     for effect in effects:
-        ordered = sorted(scored[effect.name], key=lambda pair: pair[0])
-        found.append(Candidate(effect, ordered[0][0], tuple(start for _, start in ordered)))
+        ordered = sorted(scored[effect.name], key=lambda entry: entry[0])
+        starts, scanned = tuple(entry[1] for entry in ordered), tuple(entry[2] for entry in ordered)
+        found.append(Candidate(effect, ordered[0][0], starts, scanned))
     return sorted(found, key=lambda candidate: candidate.predicted)
 
 

@@ -1,121 +1,25 @@
-"""Fitting parameters to the residuals: scipy's least squares on batched finite-difference Jacobians.
-
-One iteration costs one batch: the residual and every column of its Jacobian are simulated together.
-"""
+"""Fits of whole runs where least squares alone would stick: grown over time, shaken, begun from many points."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-from slider_drilling.gap.model import Array, Parameter, Shortened, Values
-from slider_drilling.gap.residuals import PRIOR_SHARE, Problem, build_problem
+from slider_drilling.gap.fit import Fit, fit
+from slider_drilling.gap.model import Parameter, Shortened, Values
+from slider_drilling.gap.residuals import Problem, build_problem
+from slider_drilling.gap.shake import shake
 
-# Finite-difference step in units of a parameter's scale: large against the kinks that stick and slip leave in
-# the residual, small against the curvature over one scale.
-STEP = 0.2
 _SCATTER_BATCH = 64
 # Shares of the runs that a fit from afar grows over.
 GROWTH = (0.4, 0.7, 1.0)
-
-
-@dataclass(frozen=True)
-class Fit:
-    """One local optimum.
-
-    values: by name, nuisance and effects that were freed; parameters: their descriptions, in the Jacobian's
-    order; residual (N,), jacobian (N, p) of the residual per scale; cost: the fit's objective.
-    """
-
-    values: dict[str, float]
-    parameters: tuple[Parameter, ...]
-    residual: Array
-    jacobian: Array
-    cost: float
-    converged: bool
-
-
-class _Objective:
-    """Residual and Jacobian of the free parameters in scaled coordinates, evaluated together and kept."""
-
-    def __init__(self, problem: Problem, parameters: Sequence[Parameter], fixed: Values) -> None:
-        self.problem, self.parameters, self.fixed = problem, list(parameters), dict(fixed)
-        self.scale = np.array([parameter.scale for parameter in parameters])
-        self.nominal = np.array([parameter.nominal for parameter in parameters])
-        self.lower = (np.array([parameter.lower for parameter in parameters]) - self.nominal) / self.scale
-        self.upper = (np.array([parameter.upper for parameter in parameters]) - self.nominal) / self.scale
-        self.prior = prior_rows(self.parameters)
-        self.kept: list[tuple[Array, Array, Array]] = []
-
-    def values(self, point: Array) -> dict[str, float]:
-        chosen = self.nominal + self.scale * point
-        return self.fixed | {p.name: float(v) for p, v in zip(self.parameters, chosen, strict=True)}
-
-    def evaluate(self, point: Array) -> tuple[Array, Array]:
-        for known, residual, jacobian in self.kept:
-            if np.array_equal(known, point):
-                return residual, jacobian
-        step = np.where(point + STEP < self.upper, STEP, -STEP)
-        trials = [self.values(point)]
-        for index in range(point.size):
-            moved = point.copy()
-            moved[index] += step[index]
-            trials.append(self.values(moved))
-        # Columns are differences of simulations, not of residuals: a simulated angle is continuous, a residual wraps.
-        simulated = self.problem.simulate(trials)
-        jacobian = ((simulated[0] - simulated[1:]) / step[:, None]).T
-        residual = self.problem.against_log(simulated[0])
-        self.kept = [*self.kept[-1:], (point.copy(), residual, jacobian)]
-        return residual, jacobian
-
-    def residual(self, point: Array) -> Array:
-        residual, _ = self.evaluate(point)
-        mapped, _ = self.problem.robust(residual)
-        return np.concatenate([self.problem.weight * mapped, self.prior * point])
-
-    def jacobian(self, point: Array) -> Array:
-        residual, jacobian = self.evaluate(point)
-        _, slope = self.problem.robust(residual)
-        return np.concatenate([(self.problem.weight * slope)[:, None] * jacobian, np.diag(self.prior)])
-
-
-def prior_rows(parameters: Sequence[Parameter]) -> Array:
-    """(p,) weight of each scaled parameter's distance from nominal in the fit."""
-    spread = np.array([parameter.spread for parameter in parameters])
-    scale = np.array([parameter.scale for parameter in parameters])
-    return np.where(np.isfinite(spread), scale / spread, 0.0) * np.sqrt(PRIOR_SHARE)
-
-
-def fit(
-    problem: Problem,
-    parameters: Sequence[Parameter],
-    start: Values,
-    *,
-    iterations: int = 12,
-    tolerance: float = 1e-4,
-) -> Fit:
-    """Robust least squares over the parameters from one start; names in start that are not free stay fixed.
-
-    parameters are already expanded per run (`Problem.free`).
-    """
-    fixed = {name: value for name, value in start.items() if name not in {p.name for p in parameters}}
-    objective = _Objective(problem, parameters, fixed)
-    begin = np.array([(start.get(p.name, p.nominal) - p.nominal) / p.scale for p in parameters])
-    inside = 1e-3 * np.minimum(objective.upper - objective.lower, 1.0)
-    begin = np.clip(begin, objective.lower + inside, objective.upper - inside)
-    found = least_squares(
-        objective.residual, begin, jac=objective.jacobian, bounds=(objective.lower, objective.upper),
-        max_nfev=iterations, ftol=tolerance, xtol=1e-4, gtol=1e-10,
-    )  # fmt: skip
-    residual, jacobian = objective.evaluate(found.x)
-    return Fit(
-        objective.values(found.x), tuple(parameters), residual, jacobian,
-        float(np.sum((problem.weight * problem.robust(residual)[0]) ** 2)), found.status > 0,
-    )  # fmt: skip
+# Where the fit leaves no more cost than this, there is nothing to search for.
+SMOOTH = 1.1
+# Times that `sharpen` takes the size of a forgiven step, and of the cost that it may add elsewhere.
+_STRICT, _CONTENT = 8.0, 1.03
 
 
 def fit_growing(
@@ -125,20 +29,53 @@ def fit_growing(
     *,
     iterations: int = 5,
     shares: Sequence[float] = GROWTH,
+    shaken: Sequence[float] = (),
+    seed: int = 0,
 ) -> Fit:
-    """`fit` on a growing first part of the runs, the last one whole; the model is made exact before each.
+    """`fit` on a growing first part of the runs; the model is made exact before each, and at the best of the last.
 
     What happens late hangs on everything before it: a string that breaks free once too often early on leaves every
-    later angle wrong, and a fit of the whole run from there finds no way back. The model is left exact near the fit.
+    later angle wrong, and a fit of the whole run from there finds no way back. shaken: the shares after which follows
+    a search around what least squares found (`slider_drilling.gap.shake`), and least squares again from there.
     """
-    best, values = None, dict(start)
+    best, reached = None, 0.0
+    values: Values = start
     for share in shares:
-        problem.anchor(values)
         part = problem if share >= 1.0 else first_part(problem, share)
-        best = fit(part, parameters, values, iterations=iterations)
+        found = [fit_exactly(part, parameters, values, iterations)]
+        if share in shaken and found[0].cost > SMOOTH:
+            found.append(fit_exactly(part, parameters, shake(part, found[0], seed=seed + len(found)), iterations))
+        if best is not None and share == reached:
+            found.append(best)
+        best, reached = min(found, key=lambda entry: entry.cost), share
         values = best.values
     assert best is not None
+    problem.anchor(best.values)
     return best
+
+
+def sharpen(problem: Problem, found: Fit) -> Fit:
+    """The fit once more with missed steps priced higher, where that leaves everything else as it was.
+
+    A loss that forgives a missed step finds the right place, and is then content some degrees off.
+    """
+    strict = replace(problem, step_size=_STRICT * problem.step_size)
+    sharper = fit_growing(strict, found.parameters, found.values, iterations=6, shares=(1.0,), shaken=(1.0,))
+    cost = problem.robust_gap(sharper.residual)
+    better = problem.gap_squared(sharper.residual) < problem.gap_squared(found.residual)
+    if better and cost <= _CONTENT * found.cost:
+        return replace(sharper, cost=cost)
+    problem.anchor(found.values)
+    return found
+
+
+def fit_exactly(problem: Problem, parameters: Sequence[Parameter], start: Values, iterations: int) -> Fit:
+    """`fit` with the model made exact before and after: residual and cost are those of the exact model."""
+    problem.anchor(start)
+    found = fit(problem, parameters, start, iterations=iterations)
+    problem.anchor(found.values)
+    residual = problem.residuals([found.values])[0]
+    return replace(found, residual=residual, cost=problem.robust_gap(residual))
 
 
 def first_part(problem: Problem, share: float) -> Problem:

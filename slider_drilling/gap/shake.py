@@ -1,0 +1,63 @@
+"""A search around a fit where least squares gets stuck: what sticks and slips leaves many local minima close together.
+
+Derivatives say nothing of a string that breaks free an instant earlier or later; a population that is spread as wide as
+the data would allow finds the parameters with which it does so when the log says.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import cholesky, solve_triangular
+
+from slider_drilling.gap.fit import Fit, prior_rows
+from slider_drilling.gap.model import Array
+from slider_drilling.gap.residuals import Problem
+
+# The first population costs this share more than the fit, if the problem were smooth.
+_SPREAD = 0.05
+_POPULATION = 20
+
+
+def shake(problem: Problem, fit: Fit, *, generations: int = 8, seed: int = 0) -> dict[str, float]:
+    """The best parameter values that CMA-ES finds near a fit, the fit's own if none is better.
+
+    Coordinates are those in which the fit's linearised cost is round. The model stays anchored as it was.
+    """
+    from cma import CMAEvolutionStrategy
+
+    parameters = fit.parameters
+    back = _round_coordinates(problem, fit)
+    scale, lower, upper, nominal = (
+        np.array([getattr(p, field) for p in parameters]) for field in ("scale", "lower", "upper", "nominal")
+    )
+    prior = prior_rows(parameters)
+    start = np.array([fit.values[p.name] for p in parameters])
+
+    def values(trial: Array) -> dict[str, float]:
+        return fit.values | {p.name: float(v) for p, v in zip(parameters, trial, strict=True)}
+
+    def costs(trials: Array) -> Array:
+        residuals = problem.residuals([values(trial) for trial in trials])
+        away = np.sum((prior * (trials - nominal) / scale) ** 2, axis=1)
+        return away + np.array([problem.robust_gap(residual) for residual in residuals])
+
+    best, lowest = start, float(costs(start[None])[0])
+    options = {"popsize": _POPULATION, "seed": seed + 1, "verbose": -9, "maxiter": generations}
+    search = CMAEvolutionStrategy(np.zeros(start.size), np.sqrt(_SPREAD * fit.cost / start.size), options)
+    while not search.stop():
+        points = search.ask()
+        trials = np.clip(start + scale * (np.asarray(points) @ back.T), lower, upper)
+        found = costs(trials)
+        search.tell(points, list(found))
+        if np.min(found) < lowest:
+            lowest, best = float(np.min(found)), trials[int(np.argmin(found))]
+    return values(best)
+
+
+def _round_coordinates(problem: Problem, fit: Fit) -> Array:
+    """(p, p) matrix from coordinates in which the linearised cost is ``|z|^2`` to the scaled parameters."""
+    _, slope = problem.robust(fit.residual)
+    rows = (problem.weight * slope)[:, None] * fit.jacobian
+    hessian = rows.T @ rows + np.diag(prior_rows(fit.parameters) ** 2)
+    hessian += 1e-4 * np.trace(hessian) / len(hessian) * np.eye(len(hessian))
+    return np.asarray(solve_triangular(cholesky(hessian, lower=True), np.eye(len(hessian)), lower=True, trans="T"))
