@@ -175,10 +175,10 @@ def test_depth_probe_multiplies_friction_between_its_ends_only():
 
 def test_rivals_get_the_run_that_separates_them(tmp_path):
     """A lag and a compliance look alike; the manoeuvre chosen is the one under which their fits differ most."""
+    from slider_drilling.gap.fit import Fit
     from slider_drilling.gap.manoeuvre import _apart, _distance
     from slider_drilling.gap.noise import NoiseFloor
     from slider_drilling.gap.residuals import build_problem
-    from slider_drilling.gap.fit import Fit
 
     rig = short_rig()
     log = read_log(write_run(tmp_path / "run.mcap", rig, rocking(40.0)))
