@@ -10,6 +10,7 @@ from click.testing import CliRunner
 
 from slider_drilling.closed_loop import SCENARIOS, Trace, run_scenario, score
 from slider_drilling.closed_loop.faulty_rig import FaultyRig
+from slider_drilling.closed_loop.report import thinned
 from slider_drilling.commands.closed_loop import command
 from slider_drilling.errors import InputError
 from slider_drilling.signals import RigCommand
@@ -96,7 +97,17 @@ def test_command_prints_the_schema_and_writes_both_files(tmp_path, monkeypatch):
     assert asked <= set(scenario)
     assert scenario["no_rocking"]["peak_torque_n_m"] < scenario["fixed_rocking"]["peak_torque_n_m"]
     page = (tmp_path / "closed_loop.html").read_text()
+    assert page.count("plotly.js v") <= 1 and len(page) < 6e6
     assert "hold, 4.0 km" in page and "Plotly.newPlot" in page
+
+
+def test_thinned_trace_keeps_its_outline():
+    time = np.arange(9000) / 10.0
+    values = 10.0 * np.sin(2.0 * np.pi * time / 8.0) + np.where((time > 400.0) & (time < 400.5), 50.0, 0.0)
+    drawn_time, drawn = thinned(time, values)
+    assert len(drawn) <= 300 and np.all(np.diff(drawn_time) > 0.0)
+    assert (drawn.max(), drawn.min()) == pytest.approx((values.max(), values.min()), rel=1e-6)
+    assert np.interp(drawn_time, time, values) == pytest.approx(drawn, abs=1e-3)
 
 
 def test_unknown_scenario_is_refused():

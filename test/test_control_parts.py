@@ -123,7 +123,7 @@ def feed(estimator, twist, offset, until, samples):
         time = 0.5 * k
         estimator.advance(time)
         if time > 8.0 and time % 4.0 == 0.0:
-            estimator.observe(time, CycleMean(0.0, twist(time - 4.0) / S, 0.0, 8.0), 1.0, 0.0)
+            estimator.observe(time, CycleMean(0.0, twist(time - 4.0) / S, 0.0, 8.0), 1.0, False, 0.0)
         if time in samples:
             angle = offset - twist(time - 6.0) if samples[time] is None else samples[time]
             estimator.correct(MwdSample(time - 6.0, time, math.remainder(angle, 2.0 * math.pi)), 0.0)
@@ -148,6 +148,25 @@ def test_one_wrong_sample_hardly_counts_and_what_repeats_is_believed():
     assert math.remainder(estimator.tool_face - 3.0, 2.0 * math.pi) == pytest.approx(0.0, abs=math.radians(3.0))
 
 
+def test_where_the_tool_face_rests_nothing_pulls_whatever_the_sensors_say():
+    """A torque sensor 500 N m off looks like two radians of pull; it is learnt while the string slides, not before."""
+    for drilling in (False, True):
+        estimator = ToolFaceEstimator(S, 60.0, NOISE)
+        for k in range(75):
+            estimator.observe(4.0 * k, CycleMean(0.0, 500.0, 0.0, 8.0), 1.0, drilling, 0.0)
+        assert estimator.rest_pull == pytest.approx(500.0 * S if drilling else 0.0, abs=0.45)
+        assert (abs(estimator.pull) < 0.45) == drilling
+
+
+def test_pressure_is_tared_off_bottom_but_not_while_drilling():
+    for extra, tared in ((3e5, True), (1.8e6, False)):
+        pressure = DifferentialPressure(RIG, 0.0, 0.5, 5.0)
+        for _ in range(400):
+            pressure.tare(1.8e7 + extra, 0.032 / 0.0026, 0.1)
+        pressure.update(1.8e7 + extra + 1e6, 0.032 / 0.0026, 100.0)
+        assert pressure.smooth == pytest.approx(1e6 + (0.0 if tared else extra), rel=0.01)
+
+
 def test_a_wrong_first_sample_is_outvoted():
     estimator = ToolFaceEstimator(S, 60.0, NOISE)
     feed(estimator, lambda time: 0.0, 0.5, 60.0, {18.0: -2.5, 30.0: None, 42.0: None})
@@ -159,7 +178,7 @@ def test_a_wrong_first_sample_is_outvoted():
 def test_estimator_refuses_nonsense(sample):
     estimator = ToolFaceEstimator(S, 60.0, NOISE)
     assert not estimator.correct(sample, 0.0)
-    estimator.observe(10.0, CycleMean(0.0, 0.0, 0.0, 8.0), 1.0, 0.0)
+    estimator.observe(10.0, CycleMean(0.0, 0.0, 0.0, 8.0), 1.0, False, 0.0)
     assert not estimator.correct(sample, 0.0)
     assert not estimator.known
 

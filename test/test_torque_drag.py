@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from slider_drilling.contact import friction_coefficient_of_direction
+from slider_drilling.control.torque_and_drag import TorqueAndDrag
 from slider_drilling.drillstring import Commands, simulate
 from slider_drilling.drillstring.torque_drag import static_loads
 from slider_drilling.errors import InputError
@@ -129,3 +130,13 @@ def test_moving_plant_settles_to_the_static_loads(direction):
 def test_says_what_it_cannot_use(name, value):
     with pytest.raises(InputError, match=name):
         static_loads(RIG, **{name: value})
+
+
+@pytest.mark.parametrize("name", ["rig.short.yaml", "rig.example.yaml", "rig.long.yaml"])
+@pytest.mark.parametrize("weight_on_bit", [0.0, 8e4])
+def test_what_the_controller_believes_is_what_the_plant_says(name, weight_on_bit):
+    """Control keeps a soft string of its own, without drag: for a string that only turns it must be this one."""
+    rig = load_rig(Path(__file__).parents[1] / "config" / name)
+    believed = TorqueAndDrag(rig, 0.235, weight_on_bit)
+    loads = static_loads(rig, rotation_speed=1.0, weight_on_bit=weight_on_bit, friction_coefficient=0.235, elements=400)
+    assert believed.breakover_torque(1e3, 1.0) == pytest.approx(loads.surface_torque, rel=0.01)

@@ -21,7 +21,8 @@ class Scenario:
     friction: truth over the rig file; formation: (s, factor on the rock's stiffness) or none; lost, outliers: share
     of MWD samples that never come, or come as any angle; slip: (s, m) by which the block drops through its brake, or
     none; stall_pressure: Pa, of a motor weaker than usual (known), 0: the rig file's; torque_lag, pressure_lag: s,
-    of the sensors; make_up_limit, back_off_limit: N m (known), 0: the controller's default.
+    of the sensors; circulation: true pressure off bottom over the rig file's; torque_bias: N m that the
+    sensor shows too much; make_up_limit, back_off_limit: N m (known), 0: the controller's default.
     """
 
     name: str
@@ -39,6 +40,8 @@ class Scenario:
     stall_pressure: float = 0.0
     torque_lag: float = 0.0
     pressure_lag: float = 0.0
+    circulation: float = 1.0
+    torque_bias: float = 0.0
     make_up_limit: float = 0.0
     back_off_limit: float = 0.0
 
@@ -66,8 +69,12 @@ class Scenario:
             time, factor = self.formation
             change = dataclasses.replace(effects.formation_change, time=time, factor=factor)
             effects = dataclasses.replace(effects, formation_change=change)
+        effects = dataclasses.replace(
+            effects, torque_sensor_bias=dataclasses.replace(effects.torque_sensor_bias, bias=self.torque_bias))
+        circulating = self.circulation * rig.hydraulics.reference_pressure
         return dataclasses.replace(
-            rig, effects=effects, well=dataclasses.replace(rig.well, friction_intervals=intervals),
+            rig, effects=effects, hydraulics=dataclasses.replace(rig.hydraulics, reference_pressure=circulating),
+            well=dataclasses.replace(rig.well, friction_intervals=intervals),
             sensors=dataclasses.replace(sensors, surface_torque=torque, standpipe_pressure=pressure))
 
     def target_at(self, time: float) -> float:
@@ -94,5 +101,7 @@ SCENARIOS: tuple[Scenario, ...] = (
     Scenario("MWD 30 s, faulty", "4.0 km", "every 30 s, a tenth lost, one in twenty wrong", mwd_period=30.0, lost=0.1,
              outliers=0.05),
     Scenario("sensor lag", "4.0 km", "torque 0.5 s late, pressure 3 s", torque_lag=0.5, pressure_lag=3.0),
+    Scenario("circulation +2 %", "4.0 km", "off bottom 3.6 bar more than believed", circulation=1.02),
+    Scenario("torque sensor bias", "4.0 km", "surface torque reads 0.5 kN m too high", torque_bias=500.0),
     Scenario("weak pipe", "4.0 km", "connections that bear little torque", make_up_limit=7.5e3, back_off_limit=5.0e3),
 )

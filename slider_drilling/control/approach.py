@@ -25,6 +25,10 @@ class Approach:
         """The bit is lifted."""
         self.under_way = self.fast = True
 
+    def touched(self) -> None:
+        """The bit is on bottom again."""
+        self.under_way = self.fast = False
+
     def drilling(self, block_position: float, pressure: float, step: float) -> None:
         """Take one sample of drilling: m, Pa across the motor, s since the last one."""
         touching = block_position - self._weight_per_pressure * max(pressure, 0.0) / self._stiffness

@@ -9,13 +9,17 @@ if TYPE_CHECKING:
     from slider_drilling.rig import Rig
 
 _FLOW_EXPONENT = 1.8
+_LEAST_FLOW = 0.8    # of the reference flow, to tare
+_MOST_TARE = 0.06    # of the rig file's off-bottom pressure
+_TARE_TIME = 8.0     # s
 
 
 class DifferentialPressure:
     """Pressure across the motor (Pa) and the reactive torque (N m) that it means, filtered for two purposes.
 
     `quick` follows within a second or so and watches for stall; `smooth` feeds control. off_bottom_pressure: Pa at
-    the reference flow, off bottom; 0 takes the rig file's. Without a sample both hold their last value.
+    the reference flow, off bottom; 0 takes the rig file's until `tare` has seen the rig's own. Without a sample both
+    hold their last value.
     """
 
     def __init__(self, rig: Rig, off_bottom_pressure: float, quick_time: float, smooth_time: float):
@@ -29,7 +33,19 @@ class DifferentialPressure:
     def configure(self, rig: Rig, off_bottom_pressure: float) -> None:
         """Another off-bottom pressure from now on."""
         density_ratio = rig.mud.density / rig.hydraulics.reference_density
-        self._off_bottom = off_bottom_pressure or rig.hydraulics.reference_pressure * density_ratio
+        self._given = off_bottom_pressure > 0.0
+        self._believed = rig.hydraulics.reference_pressure * density_ratio
+        self._off_bottom = off_bottom_pressure or self._believed
+
+    def tare(self, standpipe_pressure: float, pump_speed: float, step: float) -> None:
+        """Take one sample without weight on bit, before `update`: what is measured is circulation. A string that drills
+        already would show far more than a rig file is wrong by, and is not believed."""
+        flow = pump_speed / self._reference_speed
+        if self._given or not (math.isfinite(standpipe_pressure) and flow >= _LEAST_FLOW):
+            return
+        seen = standpipe_pressure / flow**_FLOW_EXPONENT
+        if abs(seen / self._believed - 1.0) <= _MOST_TARE:
+            self._off_bottom += (1.0 - math.exp(-step / _TARE_TIME)) * (seen - self._off_bottom)
 
     def update(self, standpipe_pressure: float, pump_speed: float, step: float) -> None:
         """Take one sample: Pa, rad/s of the pump's crank, s since the last one."""

@@ -40,6 +40,7 @@ _QUICK, _SMOOTH = 0.5, 6.0   # s, filters of differential pressure
 _RELEASED_SHARE = 0.25       # of the pressure wanted, at which the bit has let go
 _CUT, _LEAST_BEARABLE, _REGAINED = 0.98, 0.3, 0.001   # of the amplitude: a stroke cut short, the least, per s
 _EASED, _LEAST_PRESSURE, _RESTORED = 0.02, 0.6, 0.0006   # of the pressure wanted, likewise
+_LOADED_SHARE = 0.8          # of the pressure wanted, from which on the string slides steadily
 _TOUCHED_SHARE = 0.1         # of the pressure wanted, at which the bit is on bottom again
 _MOVING_SHARE = 0.3          # of the amplitude while the string slides fast: it then turns easily
 _LEAST_FLOW_SHARE = 0.3      # of the reference flow, below which the motor is not fed
@@ -78,7 +79,6 @@ class SlideController:
         self._torque_turn = TorqueTurn(s.right_torque_turn, s.left_torque_turn)
         self._permission = Permission(False, False, True)
         self._drive: RockingDrive | None = None
-        self._zero = 0.0             # rad, top-drive angle at the start
         self._centre = 0.0           # rad, wished middle of rocking
         self._aim = 0.0              # rad, of the centre before the reactive twist
         self._trim = 0.0             # rad
@@ -132,7 +132,10 @@ class SlideController:
         watch = self._watch
         watch.update(measurements, self._interval)
         drive = self._started()
-        self._pressure.update(self._fresh("standpipe_pressure"), watch.value["pump_speed"], watch.step)
+        pressure, pump = self._fresh("standpipe_pressure"), watch.value["pump_speed"]
+        if self._testing():
+            self._pressure.tare(pressure, pump, watch.step)
+        self._pressure.update(pressure, pump, watch.step)
         self._estimate(measurements, drive)
         waited = watch.step if watch.step > 0.0 else self._interval
         behind = watch.value["top_drive_angle"] - drive.angle
@@ -145,8 +148,8 @@ class SlideController:
         """The reference, which begins at the angle that the top drive has."""
         if self._drive is None:
             angle = self._watch.value["top_drive_angle"]
-            self._zero = self._centre = self._aim = angle if math.isfinite(angle) else 0.0
-            self._drive = RockingDrive(self._max_speed(), self._max_acceleration(), self._zero)
+            self._centre = self._aim = angle if math.isfinite(angle) else 0.0
+            self._drive = RockingDrive(self._max_speed(), self._max_acceleration(), self._centre)
         return self._drive
 
     def _estimate(self, m: Measurements, drive: RockingDrive) -> None:
@@ -159,11 +162,16 @@ class SlideController:
             cycle = self._means.update(watch.step, self._fresh("top_drive_angle"), self._fresh("surface_torque"),
                                        self._pressure.quick_reactive_torque, drive.strokes)
             if cycle is not None:
-                estimator.observe(watch.time, cycle, self._carried(), self.tool_face_target)
+                estimator.observe(watch.time, cycle, self._carried(), self._drilling(), self.tool_face_target)
         for sample in m.mwd:
             if estimator.correct(sample, self.tool_face_target):
                 self._mwd_age = max(watch.time - sample.measured_at, 0.0)
         self._choose_turn()
+
+    def _drilling(self) -> bool:
+        """Whether the bit is loaded and the string slides after it."""
+        loaded = self._pressure.smooth > _LOADED_SHARE * self._pressure_share * self._wanted_pressure
+        return self._permission.lower and not self._approach.under_way and loaded
 
     def _carried(self) -> float:
         """Share of the string's compliance that carries the mean torque of surface; half of the static zone does."""
@@ -244,7 +252,7 @@ class SlideController:
             self._trim_pull(step)
             # While the string slides fast it turns freely, and means over a stroke say little.
             lead = 0.0 if self._approach.fast else min(max(s.gain * self.error, -s.max_lead), s.max_lead)
-            wanted = self._target - self._estimator.offset + lead + self._trim
+            wanted = self._target - self._estimator.offset + self._estimator.rest_pull + lead + self._trim
         share = 1.0 - math.exp(-step / (_CENTRE_TIME * self._period_now()))
         self._aim += share * (wanted - self._aim)
         self._centre = self._aim + s.feed_forward * self._belief.compliance * self._expected_torque()
@@ -303,7 +311,7 @@ class SlideController:
             return 0.0
         if self._approach.under_way and self._pressure.quick < _TOUCHED_SHARE * self._wanted_pressure:
             return self._approach.speed(position, self._settings.max_block_speed)
-        self._approach.under_way = False
+        self._approach.touched()
         self._approach.drilling(position, self._pressure.quick, self._watch.step)
         wanted = self._pressure_share * self._wanted_pressure
         ramp = self._wanted_pressure / self._settings.pressure_ramp_time

@@ -8,7 +8,8 @@ compliance of the string and ``w`` the share of it that carries M (the static zo
 
 angle the mean of the top drive, x the mean tool-face. b is what is not known: where the bend points, errors of S, T and
 of the torque sensor. It hardly moves, so all MWD samples together tell it, late ones as well as prompt ones, and a lost
-or a wrong one costs little. ``S (M - T)`` is the twist that pulls the tool-face; it follows with a lag.
+or a wrong one costs little. ``S (M - T)`` is the twist that pulls the tool-face; it follows with a lag. Where the
+tool-face rests although the string slides, nothing pulls: what is measured then is the error of S, T and the sensor.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ from slider_drilling.signals import MwdSample
 _STEP = 0.5                # s between the instants that are kept
 _OUTLIERS = 0.1            # share of MWD samples that may be any angle
 _GATE = 4.0                # standard deviations beyond which a sample counts as refused
+_REST, _REST_MOVE = 40.0, math.radians(6.0)   # s, rad: a tool-face that moves no more than this rests
+_REST_LEARNT, _IN_DOUBT, _MOST_REST_PULL = 20.0, 0.4, 4.0   # s, rad, rad
 _PLACED = 0.5              # probability of one offset, below which it is too early to act on it
 
 
@@ -66,7 +69,8 @@ class ToolFaceEstimator:
         self._angle = math.nan   # rad, mean of the last cycle
         self._moved = 0.0        # rad2, that the offset may have moved since its last sample
         self._turned = 0.0       # rad, the offset with its turns
-        self.pull = 0.0          # rad, S (M - T)
+        self.rest_pull = 0.0     # rad, S (M - T) as measured where the tool-face rests
+        self.pull = 0.0          # rad, S (M - T) beyond that
         self.samples = 0
         self.rejections = 0
         self.last_sample: float | None = None     # s, when the last accepted sample was read
@@ -103,12 +107,17 @@ class ToolFaceEstimator:
         while len(self._past) > 2 and self._past[0].time < time - self._memory:
             self._past.popleft()
 
-    def observe(self, time: float, cycle: CycleMean, carried: float, reference: float) -> None:
-        """Take the mean of the cycle that ended at `time` (s); carried: w; reference: rad, the turn that the first
-        samples get."""
+    def observe(self, time: float, cycle: CycleMean, carried: float, drilling: bool, reference: float) -> None:
+        """Take the mean of the cycle that ended at `time` (s); carried: w; drilling: whether the string slides, so that
+        what pulls would turn it; reference: rad, the turn that the first samples get."""
         string, variance = self._string(cycle, carried)
         if self._past:
             self._blend(time, string, variance, cycle.duration)
+            if drilling and self._at_rest(time):
+                share = 1.0 - math.exp(-0.5 * cycle.duration / _REST_LEARNT)
+                # The controller's trim takes the little that noise and a slow creep leave in doubt.
+                beyond = math.copysign(max(abs(self.pull) - _IN_DOUBT, 0.0), self.pull)
+                self.rest_pull = min(max(self.rest_pull + share * beyond, -_MOST_REST_PULL), _MOST_REST_PULL)
             return
         self._past.append(_Instant(time, string, variance, self.pull))
         for sample in self._waiting:
@@ -118,12 +127,18 @@ class ToolFaceEstimator:
     def _string(self, cycle: CycleMean, carried: float) -> tuple[float, float]:
         """x - b (rad) as this cycle shows it and its variance (rad2)."""
         noise = self._noise
-        self.pull = self._compliance * (cycle.torque - cycle.reactive_torque)
+        twist = self._compliance * (cycle.torque - cycle.reactive_torque)
+        self.pull = twist - self.rest_pull
         moved = 0.0 if math.isnan(self._angle) else cycle.angle - self._angle
         self._angle = cycle.angle
         white = self._compliance * noise.torque * math.sqrt(noise.interval / cycle.duration)
         variance = white * white + (noise.pull_share * self.pull) ** 2 + (noise.move_share * moved) ** 2
-        return cycle.angle - self._compliance * cycle.reactive_torque - carried * self.pull, variance
+        return cycle.angle - self._compliance * cycle.reactive_torque - carried * twist, variance
+
+    def _at_rest(self, time: float) -> bool:
+        """Whether the string's twist has not changed for a while: then nothing pulls, whatever the sensors say."""
+        then = self._past[self._index_at(time - _REST)]
+        return then.time <= time - 0.9 * _REST and abs(self._past[-1].string - then.string) < _REST_MOVE
 
     def _blend(self, time: float, string: float, variance: float, duration: float) -> None:
         """Weigh what a cycle shows with what was believed; it speaks for all of its `duration` (s)."""
