@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 @click.option("--seed", default=0, show_default=True, help="Of the bootstrap; the same seed gives the same answer.")
 @click.option("--only", multiple=True, metavar="NAME", help="Consider only this effect of the catalogue; repeatable.")
 @click.option("--effect", "effects", multiple=True, metavar="MODULE:CLASS", help="An effect of your own; repeatable.")
+@click.option("--until", default=1.0, show_default=True, metavar="SHARE",
+              help="Fit only this first share of every log (0.67: two thirds) and show what the rest then leaves.")
 def command(
     logs: tuple[Path, ...],
     rig_path: Path | None,
@@ -31,6 +33,7 @@ def command(
     seed: int,
     only: tuple[str, ...],
     effects: tuple[str, ...],
+    until: float,
 ) -> None:
     """Say where LOGS of one rig and the simulator part, which effect causes it, and how far it shrinks with it.
 
@@ -58,7 +61,7 @@ def command(
         raise InputError(f"{output}: cannot make this folder: {error.strerror}") from None
     own = [*installed_effects(), *(load_effect(reference) for reference in effects)]
     with progress_bar(stderr()) as progress:
-        diagnosis = diagnose(records, rig, seed=seed, user_effects=own, only=only, progress=progress)
+        diagnosis = diagnose(records, rig, seed=seed, user_effects=own, only=only, until=until, progress=progress)
     paths = write_diagnosis(diagnosis, output)
     for record in records:
         for note in record.notes:
@@ -83,5 +86,19 @@ def _print(diagnosis: Diagnosis) -> None:
         table.add_row(entry.effect, entry.site, f"{entry.closed:.2f}", interval, settings, ", ".join(entry.group))
     if answer.ranking:
         stdout().print(table)
+    _print_simulated(diagnosis)
     for sentence in (*diagnosis.prepared.remarks, *answer.remarks, *diagnosis.contradictions):
         stderr().print(f"note: {sentence}", highlight=False)
+
+
+def _print_simulated(diagnosis: Diagnosis) -> None:
+    from rich.table import Table
+
+    from slider_drilling.console import stdout
+    from slider_drilling.gap.report import simulated_table
+
+    heads, rows = simulated_table(diagnosis)
+    table = Table(*heads, title="RMS error of one simulation of the log")
+    for row in rows:
+        table.add_row(*row)
+    stdout().print(table)

@@ -22,6 +22,7 @@ from slider_drilling.gap.model import Anchored, Array, Effect, Parameter, Values
 from slider_drilling.gap.null import Threshold, noise_sample, null_threshold
 from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import Candidate, screen
+from slider_drilling.gap.together import add_together
 from slider_drilling.gap.tune import GROWTH, SMOOTH, fit_growing, scattered, sharpen
 
 MAX_EFFECTS = 3
@@ -103,6 +104,9 @@ def attribute(
         _set_threshold(findings, seed)
         findings.tuned_threshold = findings.threshold
         catalogue = list(findings.problem.model.effects if effects is None else effects)
+        if scatter and add_together(findings, catalogue, seed, progress):
+            _set_threshold(findings, seed)
+            catalogue = []
         for turn in range(MAX_EFFECTS):
             assert findings.current is not None
             if findings.at_floor(findings.current.score) or not catalogue:

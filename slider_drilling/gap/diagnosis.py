@@ -6,7 +6,7 @@ import json
 import os
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ import numpy as np
 from slider_drilling import __version__
 from slider_drilling.errors import InputError
 from slider_drilling.gap.attribute import Progress
+from slider_drilling.gap.beyond import Beyond, look_beyond
 from slider_drilling.gap.drill_string import rig_with
 from slider_drilling.gap.explain import Answer, Ranked, explain
 from slider_drilling.gap.from_log import Prepared, prepare
@@ -41,6 +42,7 @@ class Diagnosis:
     rig: Rig
     prepared: Prepared
     answer: Answer
+    beyond: Beyond
     verdict: str
     sentence: str
     contradictions: tuple[str, ...]
@@ -54,16 +56,22 @@ def diagnose(
     seed: int = 0,
     user_effects: Sequence[UserEffect] = (),
     only: Sequence[str] = (),
+    until: float = 1.0,
     progress: Progress = lambda stage, share: None,
 ) -> Diagnosis:
     """Diagnose logs of one rig. Raises InputError where no channel can be used, or for an unknown name in ``only``.
 
-    only: names of the effects to consider, all that the log can show if empty.
+    only: names of the effects to consider, all that the log can show if empty. until: the first share of every log
+    that is fitted; what follows is only looked at in the end (`Diagnosis.beyond`).
     A rig file that the log contradicts, or a log that excites too little, makes the verdict ``inconclusive``
     whatever the fits say.
     """
+    if not 0.0 < until <= 1.0:
+        raise InputError(f"--until {until:g}: must be above 0 and at most 1")
     prepared = prepare(logs, rig, user_effects)
-    model = prepared.model
+    whole = prepared.model
+    model = whole if until == 1.0 else whole.shortened(until)
+    prepared = replace(prepared, model=model)
     against = [sentence for log in logs for sentence in contradictions(log, rig)]
     idle = [why for run in model.runs if (why := too_little_excitation(run))]
     nothing = len(idle) == len(model.runs)
@@ -79,8 +87,9 @@ def diagnose(
     seen = {channel.name for run in model.runs for channel in run.channels}
     would_help = tuple(sentence for name, sentence in _MORE.items() if name not in seen)
     return Diagnosis(
-        tuple(log.source for log in logs), rig, prepared, answer, verdict, sentence, tuple(against), would_help
-    )
+        tuple(log.source for log in logs), rig, prepared, answer, look_beyond(whole, answer.findings, until),
+        verdict, sentence, tuple(against), would_help,
+    )  # fmt: skip
 
 
 def _candidates(prepared: Prepared, only: Sequence[str]) -> list[Effect]:
@@ -139,6 +148,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             "noise_method": {name: floor.method for name, floor in answer.floors[0].items()},
             "rms": rms_by_stage(answer),
         },
+        "simulated": asdict(diagnosis.beyond),
         "where": None if where is None else {
             "channel": where.channel, "phase": where.phase, "band": where.band, "time": where.time,
             "depth": where.depth,

@@ -35,6 +35,7 @@ class DrillString:
     effects: tuple[Effect, ...]
     user_effects: Mapping[str, UserEffect] = field(default_factory=dict)
     probes: tuple[tuple[Parameter, float, float], ...] = ()
+    together: tuple[str, ...] = ()
     coarse: int = COARSE
     fine: int = FINE
     _correction: list[dict[str, Array]] = field(default_factory=list, repr=False)
@@ -147,11 +148,16 @@ def simulate_on_threads(
 def nuisance_parameters(rig: Rig, channels: Sequence[str]) -> tuple[Parameter, ...]:
     """What any rig is tuned in, as multiples of the rig file's values; those that no channel can see are left out."""
     intervals = range(len(rig.well.friction_intervals) or 1)
-    found = [Parameter(f"friction_{index + 1}", 1.0, 0.4, 2.5, 0.05, spread=0.2) for index in intervals]
+    # Nothing but torque: no hook load has checked the file's friction, no tool-face how far its string twists.
+    alone = set(channels) == {"surface_torque"}
+    lowest, spread = (0.15, 0.5) if alone else (0.4, 0.2)
+    found = [Parameter(f"friction_{index + 1}", 1.0, lowest, 2.5, 0.05, spread=spread) for index in intervals]
     found += [
         Parameter("torsional_damping", 1.0, 0.1, 5.0, 0.2, spread=0.5),
         Parameter("start_twist", 0.0, -60.0, 60.0, 0.2, "rad", spread=5.0, per_run=True),
     ]
+    if alone:
+        found.append(Parameter("torsional_stiffness", 1.0, 0.7, 1.5, 0.02, spread=0.15))
     seen = set(channels)
     if seen & {"hook_load", "standpipe_pressure", "tool_face"}:
         found.append(Parameter("axial_damping", 1.0, 0.1, 5.0, 0.2, spread=0.5))
@@ -183,6 +189,7 @@ def rig_with(rig: Rig, values: Values) -> Rig:
         well=replace(rig.well, friction_intervals=with_probes(tuple(scaled), rig.string.length, values)),
         string=replace(
             string,
+            shear_modulus=string.shear_modulus * values.get("torsional_stiffness", 1.0),
             axial_damping=string.axial_damping * values.get("axial_damping", 1.0),
             torsional_damping=string.torsional_damping * values.get("torsional_damping", 1.0),
         ),

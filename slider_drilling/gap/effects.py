@@ -77,6 +77,25 @@ def _contact_laws() -> tuple[Effect, ...]:
     )  # fmt: skip
 
 
+def aging_with_memory() -> Effect:
+    """`static_aging` that also frees the slip over which a rest is forgotten.
+
+    In rocking a few millimetres cannot be told from none; in stick-slip, where every cycle ends in a short rest, that
+    distance decides whether the string keeps sticking.
+    """
+    return Effect(
+        "static_aging", "contact",
+        (
+            Parameter("static_aging.growth", 0.0, -0.6, 2.5, 0.05),
+            Parameter("static_aging.time", 5.0, 0.3, 150.0, 1.0, "s"),
+            Parameter("static_aging.slip_distance", 0.005, 0.002, 4.0, 0.05, "m"),
+        ),
+        scan=((0.5, 2.0, 0.01), (0.5, 10.0, 0.01), (0.5, 5.0, 0.3), (1.0, 10.0, 1.0)),
+        physical=(0.0, np.inf), nonphysical="friction that falls while the contact rests",
+        law="mu (1 + growth (1 - exp(-t_rest / time))), t_rest forgotten over slip_distance",
+    )  # fmt: skip
+
+
 def _cuttings_bed(length: float) -> Effect:
     narrow = [(1.6, (0.15 + 0.1 * k) * length, (0.27 + 0.1 * k) * length) for k in range(8)]
     wide = [(1.4, share * length, (share + 0.25) * length) for share in (0.25, 0.45, 0.7)]

@@ -11,7 +11,7 @@ from slider_drilling.drillstring import Commands
 from slider_drilling.drillstring.from_log import commands_from_log
 from slider_drilling.errors import InputError
 from slider_drilling.gap.drill_string import DrillString, depth_probes, nuisance_parameters
-from slider_drilling.gap.effects import catalogue
+from slider_drilling.gap.effects import aging_with_memory, catalogue
 from slider_drilling.gap.health import unusable
 from slider_drilling.gap.model import Channel, Run
 from slider_drilling.gap.replay import measured_channels
@@ -22,6 +22,9 @@ from slider_drilling.rig import Rig
 # N/m: an off-bottom bit; the plant's rig file has no "not on bottom", but rock this soft takes no weight.
 _NO_ROCK = 1.0
 _TURN = 2.0 * np.pi
+# What a rotary start-up holds together: the drive's own torque, and friction that falls with speed and with the rest
+# that is broken.
+STICK_SLIP = ("torque_at_motor", "stribeck", "static_aging")
 
 
 @dataclass(frozen=True)
@@ -55,9 +58,14 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
     users = {user.effect.name: user for user in user_effects}
     effects = catalogue(length, duration, wave_periods(runs[0]))
     effects = tuple(effect for effect in effects if _can_be_seen(effect.name, names, off_bottom))
+    alone = names == ["surface_torque"]
+    if alone:
+        effects = tuple(aging_with_memory() if effect.name == "static_aging" else effect for effect in effects)
+        remarks.append("torque alone: the string's stiffness is re-tuned, not looked for as an effect")
     model = DrillString(
         rig, tuple(runs), tuple(commands), nuisance_parameters(rig, names),
         (*effects, *(user.effect for user in user_effects)), users, depth_probes(length),
+        STICK_SLIP if alone else (),
     )  # fmt: skip
     return Prepared(model, tuple(remarks))
 
@@ -66,6 +74,8 @@ def _can_be_seen(effect: str, channels: Sequence[str], off_bottom: bool) -> bool
     """Effects whose law acts on nothing that this log holds are no candidates."""
     if effect in ("torque_sensor_lag", "torque_sensor_bias", "torque_at_motor"):
         return "surface_torque" in channels
+    if effect == "torsional_compliance":
+        return list(channels) != ["surface_torque"]
     if effect in ("motor_wear", "formation_change"):
         return not off_bottom
     return True

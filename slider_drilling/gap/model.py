@@ -148,7 +148,7 @@ class Anchored(Protocol):
     """A model whose `simulate` is a cheap one plus a correction that an exact run at these values gives."""
 
     def anchor(self, values: Sequence[Values]) -> None:
-        """Make `simulate` exact at values[run] of each run."""
+        """Make `simulate` exact at values[run] of each run; with no values the cheap one stands as it is."""
 
     def discretisation(self, values: Sequence[Values]) -> Sequence[Mapping[str, Array]]:
         """Per run and channel (n,): how far the exact run still is from a finer one at these values."""
@@ -160,6 +160,15 @@ class Shortened(Protocol):
 
     def shortened(self, share: float) -> Model:
         """The same model of the runs' first ``share`` (0 to 1)."""
+
+
+@runtime_checkable
+class Together(Protocol):
+    """A model some of whose effects may show only together (stick-slip: as long as one is missing the phase is off)."""
+
+    @property
+    def together(self) -> tuple[str, ...]:
+        """Names of the effects to free at once before they are looked for one by one; empty for none."""
 
 
 @runtime_checkable

@@ -35,6 +35,12 @@ Held out: every stretch is scored by parameters fitted without it.</p>
 <table><tr><th>channel</th><th>noise floor</th><th>from</th><th>nominal</th><th>re-tuned</th><th>with effect</th></tr>
 {% for row in channels %}<tr>{% for cell in row %}<td class="{{ "n" if loop.index in (2, 4, 5, 6) }}">{{ cell }}</td>
 {% endfor %}</tr>{% endfor %}</table>
+<h3>In one run through the log</h3>
+<p>RMS error of one simulation of the whole log with each stage's parameters{% if beyond %}; no fit has seen the rest of
+the log{% endif %}.</p>
+<table><tr>{% for head in simulated[0] %}<th>{{ head }}</th>{% endfor %}</tr>
+{% for row in simulated[1] %}<tr>{% for cell in row %}<td class="{{ "n" if loop.index not in (1, 3) }}">{{ cell }}</td>
+{% endfor %}</tr>{% endfor %}</table>
 <h2>Where</h2>{{ where | safe }}
 <h2>Which</h2>
 <table><tr><th>effect</th><th>site</th><th>gap closed</th><th>95 %</th><th>parameters</th><th>not told apart from</th>
@@ -65,7 +71,7 @@ def report_page(diagnosis: Diagnosis) -> str:
         ranking=_ranking_rows(diagnosis), intervals=_intervals(diagnosis), manoeuvre=_manoeuvre(diagnosis),
         would_help=diagnosis.would_help, traces=_traces(diagnosis),
         parameters=[(name, f"{value:.4g}") for name, value in answer.parameters.items()],
-        runtime=f"{answer.runtime:.0f}",
+        runtime=f"{answer.runtime:.0f}", simulated=simulated_table(diagnosis), beyond=bool(diagnosis.beyond.rest),
     )  # fmt: skip
 
 
@@ -103,6 +109,26 @@ def _channel_rows(diagnosis: Diagnosis) -> list[list[str]]:
             row.append("-" if value is None else f"{value * factor:.3g} {unit}")
         rows.append(row)
     return rows
+
+
+_STAGES = {"nominal": "as given", "tuned": "re-tuned", "with_effect": "with effect"}
+
+
+def simulated_table(diagnosis: Diagnosis) -> tuple[list[str], list[list[str]]]:
+    """Headings and rows: RMS error of one simulation with each stage's parameters, by channel and part of the log."""
+    beyond = diagnosis.beyond
+    parts = [("whole log", beyond.whole)]
+    if beyond.rest:
+        share = f"{100.0 * beyond.share:.0f} %"
+        parts = [(f"first {share}, fitted", beyond.fitted), ("the rest, not fitted", beyond.rest), *parts]
+    channels = {channel.name: channel for run in diagnosis.prepared.model.runs for channel in run.channels}
+    rows = []
+    for stage, freed in beyond.freed.items():
+        for name, channel in channels.items():
+            factor, unit = _SHOWN[channel.unit]
+            errors = [f"{factor * part[stage][name]:.3g} {unit}" for _, part in parts]
+            rows.append([_STAGES[stage], str(freed), name.replace("_", " "), *errors])
+    return ["", "parameters fitted", "channel", *(title for title, _ in parts)], rows
 
 
 def _where(diagnosis: Diagnosis) -> str:

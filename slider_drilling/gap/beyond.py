@@ -1,0 +1,54 @@
+"""How well fitted parameters explain the runs as wholes, and the end of them that no fit has seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slider_drilling.gap.attribute import Findings
+from slider_drilling.gap.model import Model
+from slider_drilling.gap.residuals import build_problem
+
+Rms = dict[str, dict[str, float]]
+
+
+@dataclass(frozen=True)
+class Beyond:
+    """RMS residuals by stage (nominal, tuned, with_effect) and channel, in the channel's unit, pooled over the runs.
+
+    One exact simulation of every run with one set of parameters, unlike the held-out gap, whose parameters differ
+    from stretch to stretch. share: first part of every run that was fitted; fitted, rest: over that part and over what
+    follows (empty when all was fitted); whole: over both; freed: how many parameters each stage fitted.
+    """
+
+    share: float
+    fitted: Rms
+    rest: Rms
+    whole: Rms
+    freed: dict[str, int]
+
+
+def look_beyond(model: Model, findings: Findings, share: float) -> Beyond:
+    """Simulate the whole runs of ``model`` with what ``findings`` learnt from their first ``share`` (0 to 1)."""
+    problem = build_problem(model, findings.problem.floors)
+    stages: dict[str, dict[str, float]] = {"nominal": {}}
+    freed = {"nominal": 0}
+    for name, base in (("tuned", findings.tuned), ("with_effect", findings.current)):
+        if base is not None and (name == "tuned" or findings.accepted):
+            stages[name] = dict(base.fit.values)
+            freed[name] = len(base.fit.parameters)
+    ends = np.array([run.time[0] + share * run.duration for run in model.runs])
+    seen = problem.time <= ends[problem.run]
+    parts: dict[str, Rms] = {"fitted": {}, "rest": {}, "whole": {}}
+    for stage, values in stages.items():
+        problem.anchor(values)
+        residual = problem.residuals([values])[0]
+        for (run, name), part in problem.slices.items():
+            residual[part] *= problem.floors[run][name].sigma
+        for place, kept in (("fitted", seen), ("rest", ~seen), ("whole", np.ones_like(seen))):
+            for index, name in enumerate(problem.channel_names):
+                here = kept & (problem.channel == index)
+                if here.any():
+                    parts[place].setdefault(stage, {})[name] = float(np.sqrt(np.mean(residual[here] ** 2)))
+    return Beyond(share, parts["fitted"], parts["rest"], parts["whole"], freed)
