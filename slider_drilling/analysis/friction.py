@@ -24,8 +24,9 @@ from slider_drilling.drillstring import Response, Start, simulate_batch
 from slider_drilling.drillstring.from_log import LogCommands, commands_from_log
 from slider_drilling.effects import CuttingsBed, TopDriveBacklash, TorsionalCompliance
 from slider_drilling.errors import InputError
+from slider_drilling.gap.model import Channel
 from slider_drilling.gap.noise import difference_noise
-from slider_drilling.gap.replay import MeasuredChannel, measured_channels
+from slider_drilling.gap.replay import measured_channels
 from slider_drilling.log.series import RigLog
 from slider_drilling.rig import FrictionInterval, Rig
 
@@ -237,7 +238,7 @@ class Runs:
     """
 
     def __init__(
-        self, rig: Rig, driven: LogCommands, channels: tuple[MeasuredChannel, ...], elements: int,
+        self, rig: Rig, driven: LogCommands, channels: tuple[Channel, ...], elements: int,
         progress: Callable[[int], None] | None,
     ) -> None:  # fmt: skip
         self.rig, self.driven, self.channels, self.elements, self.progress = rig, driven, channels, elements, progress

@@ -13,7 +13,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.gap.drill_string import DrillString, depth_probes, nuisance_parameters
 from slider_drilling.gap.effects import aging_with_memory, catalogue
 from slider_drilling.gap.health import unusable
-from slider_drilling.gap.model import Channel, Run
+from slider_drilling.gap.model import Run
 from slider_drilling.gap.replay import measured_channels
 from slider_drilling.gap.user_effects import UserEffect
 from slider_drilling.log import RigLog
@@ -21,7 +21,6 @@ from slider_drilling.rig import Rig
 
 # N/m: an off-bottom bit; the plant's rig file has no "not on bottom", but rock this soft takes no weight.
 _NO_ROCK = 1.0
-_TURN = 2.0 * np.pi
 # What a rotary start-up holds together: the drive's own torque, and friction that falls with speed and with the rest
 # that is broken.
 STICK_SLIP = ("torque_at_motor", "stribeck", "static_aging")
@@ -84,12 +83,7 @@ def _can_be_seen(effect: str, channels: Sequence[str], off_bottom: bool) -> bool
 def run_of(log: RigLog, rig: Rig, commands: Commands, remarks: list[str]) -> Run:
     """The log's channels that can be used; those that cannot are named in the remarks."""
     channels = []
-    for name, held in measured_channels(log, rig).items():
-        resolution = sensor.resolution if (sensor := getattr(rig.sensors, name, None)) is not None else 0.0
-        period = _TURN if held.wraps else None
-        channel = Channel(
-            name, held.time, held.measured, held.unit, period, held.noise, resolution, accumulates=name == "tool_face"
-        )
+    for name, channel in measured_channels(log, rig).items():
         why = unusable(channel)
         if why is None:
             channels.append(channel)

@@ -4,42 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slider_drilling.drillstring import ELEMENTS, Commands, Modifiers, Response, Start, simulate
 from slider_drilling.drillstring.from_log import commands_from_log
 from slider_drilling.errors import InputError
+from slider_drilling.gap.model import Array, Channel
 from slider_drilling.log.series import RigLog
-from slider_drilling.rig import Rig
-
-Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class MeasuredChannel:
-    """One channel of a log: time (n,) s, measured (n,) in unit; noise: what the rig file declares for its sensor."""
-
-    name: str
-    unit: str
-    time: Array
-    measured: Array
-    noise: float
-    wraps: bool = False
-
-    def residual(self, simulated: Array) -> Array:
-        """measured - simulated (n,), wrapped to (-pi, pi] for an angle."""
-        difference = self.measured - simulated
-        return (difference + math.pi) % (2.0 * math.pi) - math.pi if self.wraps else difference
+from slider_drilling.rig import Mwd, Rig, Sensor
 
 
 @dataclass(frozen=True)
 class Comparison:
     """A channel beside the plant's own: simulated and residual (n,) at the channel's times."""
 
-    channel: MeasuredChannel
+    channel: Channel
     simulated: Array
     residual: Array
 
@@ -51,7 +32,8 @@ class Comparison:
     @property
     def rms_over_noise(self) -> float | None:
         """The same in units of the declared sensor noise; None where none is declared."""
-        return self.rms / self.channel.noise if self.channel.noise > 0.0 else None
+        declared = self.channel.declared_noise
+        return self.rms / declared if declared else None
 
 
 @dataclass(frozen=True)
@@ -64,31 +46,38 @@ class Replay:
     assumed: tuple[str, ...]
 
 
-def measured_channels(log: RigLog, rig: Rig) -> dict[str, MeasuredChannel]:
+def measured_channels(log: RigLog, rig: Rig) -> dict[str, Channel]:
     """The channels of gap.md that the log holds, missing samples left out, within the top drive's record.
 
-    Raises InputError where there is none.
+    Noise and resolution are what the rig file declares. Raises InputError where there is no channel.
     """
     sensors, mwd = rig.sensors, rig.sensors.mwd
-    mwd_noise = math.hypot(mwd.noise, mwd.resolution / math.sqrt(12.0))
-    found: dict[str, MeasuredChannel] = {}
+    found: dict[str, Channel] = {}
     if log.top_drive is None:
         raise InputError(f"{log.source}: holds no top_drive/joint_states; without it nothing drives the plant")
     last = log.top_drive.time[-1]
 
-    def add(name: str, unit: str, time: Array, values: Array, noise: float, wraps: bool = False) -> None:
+    def add(name: str, unit: str, time: Array, values: Array, sensor: Sensor | Mwd) -> None:
         keep = np.isfinite(values) & (time >= 0.0) & (time <= last)
         if keep.any():
-            found[name] = MeasuredChannel(name, unit, time[keep], values[keep], noise, wraps)
+            found[name] = Channel(
+                name, time[keep], values[keep], unit, declared_noise=sensor.noise, resolution=sensor.resolution
+            )
 
-    add("surface_torque", "N m", log.top_drive.time, log.top_drive.effort, sensors.surface_torque.noise)
+    add("surface_torque", "N m", log.top_drive.time, log.top_drive.effort, sensors.surface_torque)
     if log.standpipe_pressure is not None:
         pressure = log.standpipe_pressure
-        add("standpipe_pressure", "Pa", pressure.time, pressure.value, sensors.standpipe_pressure.noise)
+        add("standpipe_pressure", "Pa", pressure.time, pressure.value, sensors.standpipe_pressure)
     if log.draw_works is not None:
-        add("hook_load", "N", log.draw_works.time, log.draw_works.effort, sensors.hook_load.noise)
+        add("hook_load", "N", log.draw_works.time, log.draw_works.effort, sensors.hook_load)
     if log.mwd_tool_face is not None:
-        add("tool_face", "rad", log.mwd_tool_face.time, log.mwd_tool_face.position, mwd_noise, wraps=True)
+        add("tool_face", "rad", log.mwd_tool_face.time, log.mwd_tool_face.position, mwd)
+        if "tool_face" in found:
+            # Its resolution is part of the noise: MWD samples are too few to tell the two apart.
+            noise = math.hypot(mwd.noise, mwd.resolution / math.sqrt(12.0))
+            found["tool_face"] = replace(
+                found["tool_face"], period=2.0 * math.pi, declared_noise=noise, resolution=0.0, accumulates=True
+            )
     if not found:
         raise InputError(f"{log.source}: holds no surface torque, standpipe pressure, hook load or MWD tool-face")
     return found
