@@ -14,7 +14,7 @@ from slider_drilling.gap.model import Array, Effect, Manoeuvre, Parameter, Run, 
 from slider_drilling.gap.user_effects import UserEffect, combined_modifiers
 from slider_drilling.rig import FrictionInterval, Rig
 
-COARSE = 40
+COARSE = 32
 FINE = 100
 FINER = 1.6  # times the fine mesh: what `discretisation` compares it with
 _THREADS = 2
