@@ -85,6 +85,7 @@ def test_effects_that_close_nothing_alone_are_found_together_and_the_idle_one_is
     assert set(answer.effects) == {"first", "second"}
     assert answer.parameters["first.size"] * answer.parameters["second.size"] == pytest.approx(1.2, abs=0.02)
     assert "idle.size" not in answer.parameters
+    assert answer.ranking[0].parameters == {"first.size": answer.parameters["first.size"]}
     assert answer.with_effect == pytest.approx(1.0, abs=0.1)
     idle = next(entry for entry in answer.ranking if entry.effect == "idle")
     assert not idle.accepted

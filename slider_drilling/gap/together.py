@@ -10,7 +10,7 @@ the effects are tried without one after the other, each time with what is left o
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -245,4 +245,6 @@ def _without_the_unneeded(
             needed[effect.name] = contender
         else:
             effects, whole, population = rest, without, evolved
-    return Joint(tuple(needed.values()), whole, tuple(tried))
+    # What is accepted stands with the values that it has once the others are out.
+    final = [replace(c, fit=whole) if c.effect.name in needed else c for c in tried]
+    return Joint(tuple(c for c in final if c.effect.name in needed), whole, tuple(final))
