@@ -167,11 +167,13 @@ def judge(
         reasons.append(f"gain not certain: its lower bound is {bound:.3g} at alpha = {ALPHA:g}/{candidates}")
     if gain < LEAST_GAIN * (base.score.robust - 1.0):
         reasons.append("closes less than 5 % of the held-out gap")
+    closed = closed_share(base.score.gap_squared, score.gap_squared)
+    if closed <= 0.0:
+        reasons.append("the gap itself does not shrink")
     if not physical:
         reasons.append(f"fit is not physical: it has the shape of {effect.nonphysical}")
     if not starts_agree:
         reasons.append("starts disagree")
-    closed = closed_share(base.score.gap_squared, score.gap_squared)
     return Contender(effect, best, score, closed, interval, gain, bound, starts_agree, physical, tuple(reasons))
 
 
