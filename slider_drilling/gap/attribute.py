@@ -119,6 +119,8 @@ def attribute(
     except KeyboardInterrupt:
         findings.partial = True
         findings.remarks.append("interrupted: the best answer so far")
+    if findings.tuned is not None and findings.problem.gap_squared(findings.tuned.fit.residual) > findings.nominal:
+        findings.remarks.append("re-tuning did not lower the gap: the nominal parameters are as good")
     if findings.current is not None and findings.threshold is not None:
         above = findings.threshold.above(findings.current.score.by_channel)
         if above and findings.current.score.robust <= findings.threshold.robust:
@@ -147,8 +149,6 @@ def tune_nuisance(
     best = fit_growing(problem, parameters, best.values, iterations=8, shares=GROWTH[1:], shaken=shaken)
     if thorough and best.cost > SMOOTH:
         best = sharpen(problem, best)
-    if problem.gap_squared(best.residual) > findings.nominal:
-        findings.remarks.append("re-tuning did not lower the gap: the nominal parameters are as good")
     findings.tuned = make_base(problem, findings.folds, findings.bootstrap, best)
     findings.current = findings.tuned
 
@@ -183,12 +183,7 @@ def _add_one(
                 findings.screened.pop()
                 findings.rounds.pop()
                 return _add_one(findings, catalogue, turn, scatter, progress, restarts - 1)
-            contenders[:] = [
-                judge(
-                    problem, findings.folds, findings.bootstrap, base, c.effect, c.fit, c.starts_agree, len(catalogue)
-                )
-                for c in contenders
-            ]
+            contenders[:] = [_again(findings, base, contender, len(catalogue)) for contender in contenders]
         problem.anchor(best.values)
         contenders.append(
             judge(problem, findings.folds, findings.bootstrap, base, candidate.effect, best, agree, len(catalogue))
@@ -211,18 +206,37 @@ def _add_one(
     winner = next((contender for contender in contenders if contender.accepted), None)
     if winner is None:
         return False
+    better = _retuned(problem, base, winner.fit, shaken=GROWTH[2:])
+    if better is not None:
+        base = _rebase(findings, better, turn)
+        contenders[:] = [_again(findings, base, contender, len(catalogue)) for contender in contenders]
+        winner = next((contender for contender in contenders if contender.accepted), None)
+        if winner is None or findings.at_floor(base.score):
+            return False
     findings.groups[winner.effect.name] = _group(findings, base, winner, contenders)
     findings.accepted.append(winner)
     findings.current = make_base(problem, findings.folds, findings.bootstrap, sharpen(problem, winner.fit))
     return True
 
 
-def _retuned(problem: Problem, base: Base, other: Fit) -> Fit | None:
+def _again(findings: Findings, base: Base, contender: Contender, candidates: int) -> Contender:
+    """A contender judged against another base, or once more."""
+    findings.problem.anchor(contender.fit.values)
+    return judge(
+        findings.problem, findings.folds, findings.bootstrap, base, contender.effect, contender.fit,
+        contender.starts_agree, candidates,
+    )  # fmt: skip
+
+
+def _retuned(problem: Problem, base: Base, other: Fit, shaken: Sequence[float] = ()) -> Fit | None:
     """A better fit without the candidate, from where the candidate's fit left the rest; None when there is none.
 
-    A candidate must not win because its fit found a better tuning that needs no effect at all.
+    A candidate must not win because its search found a better tuning that needs no effect at all; shaken: so that this
+    one is searched for as the candidate was.
     """
-    again = fit_growing(problem, base.fit.parameters, _only(other.values, base.fit), iterations=6, shares=(1.0,))
+    again = fit_growing(
+        problem, base.fit.parameters, _only(other.values, base.fit), iterations=6, shares=(1.0,), shaken=shaken
+    )
     return again if again.cost < _BETTER * base.fit.cost else None
 
 
