@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 _MEMORY = 30.0    # s, over which the touching point is averaged: a block that slips must not move it
-_MARGIN = 0.0     # m above it, up to where the block goes fast; drag of the string makes the bit touch later
 _LANDING = 2.0    # s, time constant with which the block slows down to there
 _FAST = 0.03      # m/s, above which sliding string turns easily
 _CREEP = 0.006    # m/s, on from there
@@ -37,8 +36,9 @@ class Approach:
         self._touching += (1.0 - math.exp(-step / _MEMORY)) * (touching - self._touching)
 
     def speed(self, block_position: float, fastest: float) -> float:
-        """Block speed, m/s, up to `fastest`: down to a little above the touching point, then a creep."""
-        left = self._touching - _MARGIN - block_position
+        """Block speed, m/s, up to `fastest`: down to the touching point, then a creep."""
+        # Fast down to that point itself: drag of the string makes the bit touch later.
+        left = self._touching - block_position
         wanted = max(left / _LANDING, _CREEP) if math.isfinite(left) else _CREEP
         self.fast = wanted > _FAST
         return min(fastest, wanted)

@@ -30,7 +30,6 @@ def fit_growing(
     iterations: int = 5,
     shares: Sequence[float] = GROWTH,
     shaken: Sequence[float] = (),
-    seed: int = 0,
 ) -> Fit:
     """`fit` on a growing first part of the runs; the model is made exact before each, and at the best of the last.
 
@@ -44,7 +43,7 @@ def fit_growing(
         part = problem if share >= 1.0 else first_part(problem, share)
         found = [fit_exactly(part, parameters, values, iterations)]
         if share in shaken and found[0].cost > SMOOTH:
-            found.append(fit_exactly(part, parameters, shake(part, found[0], seed=seed + len(found)), iterations))
+            found.append(fit_exactly(part, parameters, shake(part, found[0], seed=1), iterations))
         if best is not None and share == reached:
             found.append(best)
         best, reached = min(found, key=lambda entry: entry.cost), share
@@ -108,6 +107,5 @@ def scattered(
     costs = np.empty(count)
     for begin in range(0, count, _SCATTER_BATCH):
         residuals = problem.residuals(points[begin : begin + _SCATTER_BATCH])
-        mapped = problem.weight * problem.robust(residuals)[0]
-        costs[begin : begin + _SCATTER_BATCH] = np.sum(mapped**2, axis=1)
+        costs[begin : begin + _SCATTER_BATCH] = [problem.robust_gap(residual) for residual in residuals]
     return [points[index] for index in np.argsort(costs)[:keep]]
