@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from slider_drilling.gap.contender import (
     Base,
     Contender,
-    closed_share,
     fit_candidate,
     indistinguishable,
     judge,
     make_base,
+    share_closed,
 )  # fmt: skip
 from slider_drilling.gap.fit import Fit, fit
 from slider_drilling.gap.held_out import Bootstrap, Folds, HeldOut, make_folds
 from slider_drilling.gap.model import Anchored, Array, Effect, Parameter, Values
 from slider_drilling.gap.null import Threshold, noise_sample, null_threshold
+from slider_drilling.gap.predictability import foresee
 from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import Candidate, screen
 from slider_drilling.gap.together import add_together
@@ -52,7 +53,6 @@ class Findings:
     folds: Folds
     bootstrap: Bootstrap
     nominal_residual: Array
-    nominal: float
     tuned: Base | None = None
     current: Base | None = None
     threshold: Threshold | None = None
@@ -81,7 +81,7 @@ def start_findings(problem: Problem, seed: int) -> Findings:
     folds = make_folds(problem)
     problem.anchor({})
     residual = problem.residuals([{}])[0]
-    return Findings(problem, folds, Bootstrap(problem, folds, seed), residual, problem.gap_squared(residual))
+    return Findings(problem, folds, Bootstrap(problem, folds, seed), residual)
 
 
 def attribute(
@@ -119,7 +119,7 @@ def attribute(
     except KeyboardInterrupt:
         findings.partial = True
         findings.remarks.append("interrupted: the best answer so far")
-    if findings.tuned is not None and findings.problem.gap_squared(findings.tuned.fit.residual) > findings.nominal:
+    if findings.tuned is not None and _worse_than_nominal(findings, findings.tuned):
         findings.remarks.append("re-tuning did not lower the gap: the nominal parameters are as good")
     if findings.current is not None and findings.threshold is not None:
         above = findings.threshold.above(findings.current.score.by_channel)
@@ -149,6 +149,8 @@ def tune_nuisance(
     best = fit_growing(problem, parameters, best.values, iterations=8, shares=GROWTH[1:], shaken=shaken)
     if thorough and best.cost > SMOOTH:
         best = sharpen(problem, best)
+    if thorough and not scatter:
+        problem, best = settle(problem, best)
     findings.tuned = make_base(problem, findings.folds, findings.bootstrap, best)
     findings.current = findings.tuned
 
@@ -160,8 +162,9 @@ def _add_one(
 
     Where a candidate's fit turns up a much better tuning, the screening was done at the wrong place and starts again.
     """
-    problem, base = findings.problem, findings.current
+    base = findings.current
     assert base is not None
+    problem = base.problem
     names = {contender.effect.name for contender in findings.accepted}
     begin = 0.18 + 0.27 * turn
     progress("screening", begin)
@@ -169,13 +172,13 @@ def _add_one(
     findings.screened.append(candidates)
     contenders: list[Contender] = []
     findings.rounds.append(contenders)
-    survivors = _survivors(problem, base, candidates)
-    favoured = _favoured(problem, base, survivors)
+    survivors = _survivors(base, candidates)
+    favoured = _favoured(base, survivors)
     for index, candidate in enumerate(survivors):
         progress(f"fitting {candidate.effect.name}", begin + 0.03 + 0.24 * index / len(survivors))
         problem.anchor(base.fit.values)
-        best, agree = fit_candidate(problem, base, candidate, scatter=scatter, thorough=candidate in favoured)
-        better = _retuned(problem, base, best)
+        own, best, agree = fit_candidate(problem, base, candidate, scatter=scatter, thorough=candidate in favoured)
+        better = _retuned(base, best)
         if better is not None:
             much = better.cost < _MUCH_BETTER * base.fit.cost
             base = _rebase(findings, better, turn)
@@ -183,59 +186,62 @@ def _add_one(
                 findings.screened.pop()
                 findings.rounds.pop()
                 return _add_one(findings, catalogue, turn, scatter, progress, restarts - 1)
+            problem = base.problem
             contenders[:] = [_again(findings, base, contender, len(catalogue)) for contender in contenders]
-        problem.anchor(best.values)
+        own.anchor(best.values)
         contenders.append(
-            judge(problem, findings.folds, findings.bootstrap, base, candidate.effect, best, agree, len(catalogue))
+            judge(own, findings.folds, findings.bootstrap, base, candidate.effect, best, agree, len(catalogue))
         )
         if findings.at_floor(base.score):
             return False
         done = any(c.accepted and findings.at_floor(c.score) for c in contenders)
         if done and len(contenders) >= ENOUGH:
             break
-    contenders.sort(key=lambda contender: contender.score.robust)
+    contenders.sort(key=lambda contender: contender.score.surprise)
     for index, contender in enumerate(contenders[:POLISHED]):
-        fine = fit_growing(
-            problem, contender.fit.parameters, contender.fit.values, iterations=6, shares=(1.0, 1.0), shaken=(1.0,)
-        )
-        contenders[index] = judge(
-            problem, findings.folds, findings.bootstrap, base, contender.effect, fine, contender.starts_agree,
-            len(catalogue),
-        )  # fmt: skip
-    contenders.sort(key=lambda contender: contender.score.robust)
+        own, fine = settle(contender.problem, contender.fit)
+        contenders[index] = _again(findings, base, replace(contender, problem=own, fit=fine), len(catalogue))
+    contenders.sort(key=lambda contender: contender.score.surprise)
     winner = next((contender for contender in contenders if contender.accepted), None)
     if winner is None:
         return False
-    better = _retuned(problem, base, winner.fit, shaken=GROWTH[2:])
+    better = _retuned(base, winner.fit, shaken=GROWTH[2:])
     if better is not None:
         base = _rebase(findings, better, turn)
         contenders[:] = [_again(findings, base, contender, len(catalogue)) for contender in contenders]
         winner = next((contender for contender in contenders if contender.accepted), None)
         if winner is None or findings.at_floor(base.score):
             return False
-    findings.groups[winner.effect.name] = _group(findings, base, winner, contenders)
+    findings.groups[winner.effect.name] = _group(base, winner, contenders)
     findings.accepted.append(winner)
-    findings.current = make_base(problem, findings.folds, findings.bootstrap, sharpen(problem, winner.fit))
+    sharper = sharpen(winner.problem, winner.fit)
+    findings.current = make_base(winner.problem, findings.folds, findings.bootstrap, sharper)
     return True
+
+
+def settle(problem: Problem, found: Fit) -> tuple[Problem, Fit]:
+    """The problem in a fit's own floors, and the fit once more in them."""
+    own = foresee(problem, found)
+    return own, fit_growing(own, found.parameters, found.values, iterations=6, shares=(1.0,))
 
 
 def _again(findings: Findings, base: Base, contender: Contender, candidates: int) -> Contender:
     """A contender judged against another base, or once more."""
-    findings.problem.anchor(contender.fit.values)
+    contender.problem.anchor(contender.fit.values)
     return judge(
-        findings.problem, findings.folds, findings.bootstrap, base, contender.effect, contender.fit,
+        contender.problem, findings.folds, findings.bootstrap, base, contender.effect, contender.fit,
         contender.starts_agree, candidates,
     )  # fmt: skip
 
 
-def _retuned(problem: Problem, base: Base, other: Fit, shaken: Sequence[float] = ()) -> Fit | None:
+def _retuned(base: Base, other: Fit, shaken: Sequence[float] = ()) -> Fit | None:
     """A better fit without the candidate, from where the candidate's fit left the rest; None when there is none.
 
     A candidate must not win because its search found a better tuning that needs no effect at all; shaken: so that this
     one is searched for as the candidate was.
     """
     again = fit_growing(
-        problem, base.fit.parameters, _only(other.values, base.fit), iterations=6, shares=(1.0,), shaken=shaken
+        base.problem, base.fit.parameters, _only(other.values, base.fit), iterations=6, shares=(1.0,), shaken=shaken
     )
     return again if again.cost < _BETTER * base.fit.cost else None
 
@@ -246,35 +252,34 @@ def _only(values: Values, fitted: Fit) -> dict[str, float]:
 
 def _rebase(findings: Findings, better: Fit, turn: int) -> Base:
     """Put a better tuning in the place of the one that everything was compared with."""
-    problem = findings.problem
-    polished = fit_growing(problem, better.parameters, better.values, iterations=6, shares=(1.0,))
-    findings.current = make_base(problem, findings.folds, findings.bootstrap, polished)
+    own, polished = settle(findings.problem, better)
+    findings.current = make_base(own, findings.folds, findings.bootstrap, polished)
     if turn == 0:
         findings.tuned = findings.current
     return findings.current
 
 
-def _survivors(problem: Problem, base: Base, candidates: Sequence[Candidate]) -> list[Candidate]:
+def _survivors(base: Base, candidates: Sequence[Candidate]) -> list[Candidate]:
     """The candidates that promise enough, at least two and at most SURVIVORS."""
-    now = problem.robust_gap(base.fit.residual)
+    now = base.fit.cost
     enough = [c for c in candidates if now - c.predicted >= _PROMISE * max(now - 1.0, 0.0)]
     return enough[:SURVIVORS] if len(enough) >= 2 else list(candidates[:2])
 
 
-def _favoured(problem: Problem, base: Base, survivors: Sequence[Candidate]) -> list[Candidate]:
+def _favoured(base: Base, survivors: Sequence[Candidate]) -> list[Candidate]:
     """The candidates that promise at least half of what the best one does, worth a thorough search."""
-    now = problem.robust_gap(base.fit.residual)
+    now = base.fit.cost
     if now <= SMOOTH:
         return []
     return [c for c in survivors if now - c.predicted >= 0.5 * (now - survivors[0].predicted)]
 
 
-def _group(findings: Findings, base: Base, winner: Contender, contenders: Sequence[Contender]) -> dict[str, str]:
+def _group(base: Base, winner: Contender, contenders: Sequence[Contender]) -> dict[str, str]:
     group = {}
     for other in contenders:
         if other is winner or not other.physical or other.gain_bound <= 0.0:
             continue
-        why = indistinguishable(findings.problem, base, winner, other)
+        why = indistinguishable(base, winner, other)
         if why is not None:
             group[other.effect.name] = why
     return group
@@ -282,15 +287,16 @@ def _group(findings: Findings, base: Base, winner: Contender, contenders: Sequen
 
 def _try_removing(findings: Findings, seed: int) -> None:
     """Refit without each earlier effect; one that held-out data does not miss goes."""
-    problem, current = findings.problem, findings.current
+    current = findings.current
     assert current is not None
     for contender in list(findings.accepted[:-1]):
         own = {parameter.name for parameter in contender.effect.parameters}
         parameters: list[Parameter] = [p for p in current.fit.parameters if p.name not in own]
         start = {name: value for name, value in current.fit.values.items() if name not in own}
-        without = make_base(problem, findings.folds, findings.bootstrap, fit(problem, parameters, start, iterations=6))
-        missed = without.score.robust_resampled - current.score.robust_resampled
-        if float(np.quantile(missed, 0.05)) > 0.0 and without.score.robust > current.score.robust:
+        problem, found = settle(current.problem, fit(current.problem, parameters, start, iterations=6))
+        without = make_base(problem, findings.folds, findings.bootstrap, found)
+        missed = without.score.surprise_resampled - current.score.surprise_resampled
+        if float(np.quantile(missed, 0.05)) > 0.0 and without.score.surprise > current.score.surprise:
             continue
         findings.accepted.remove(contender)
         findings.remarks.append(f"{contender.effect.name} was accepted first and is not needed any more")
@@ -302,13 +308,13 @@ def _set_threshold(findings: Findings, seed: int) -> None:
     """c0 at the current fit."""
     base = findings.current
     assert base is not None
-    problem = findings.problem
+    problem = base.problem
     error = np.zeros(problem.time.size)
     if isinstance(problem.model, Anchored):
         runs = range(len(problem.model.runs))
         differences = problem.model.discretisation([problem.set_of(base.fit.values, run) for run in runs])
         for (run, name), part in problem.slices.items():
-            error[part] = differences[run][name] / problem.floors[run][name].sigma
+            error[part] = differences[run][name] / problem.floor[part]
     noise = noise_sample(problem, base.fit.residual)
     findings.threshold = null_threshold(problem, base.fit, findings.folds, noise, error, seed=seed)
 
@@ -322,13 +328,23 @@ def total_closed(findings: Findings) -> tuple[float, tuple[float, float]]:
     nothing = float("nan"), (float("nan"), float("nan"))
     if tuned is None or current is None or not findings.accepted or findings.tuned_at_floor:
         return nothing
-    before, after = tuned.score.resampled, current.score.resampled
-    left = before > 1.0
-    if tuned.score.gap_squared <= 1.0 or not left.any():
-        return nothing
-    shares = 1.0 - (after[left] - 1.0) / (before[left] - 1.0)
-    interval = (float(np.quantile(shares, 0.025)), float(np.quantile(shares, 0.975)))
-    return closed_share(tuned.score.gap_squared, current.score.gap_squared), interval
+    return share_closed(findings.bootstrap, tuned, current.problem, current.score)
+
+
+def gaps_before(findings: Findings) -> tuple[float, float]:
+    """E of the nominal and of the tuned model (held out), in the floors of the model that the findings end with."""
+    tuned, problem = findings.tuned, findings.problem
+    if tuned is None or findings.current is None:
+        return float(np.sqrt(problem.gap_squared(findings.nominal_residual))), float("nan")
+    final = findings.current.problem
+    nominal = problem.in_floors_of(final, findings.nominal_residual)
+    before = tuned.problem.in_floors_of(final, tuned.score.residual)
+    return float(np.sqrt(final.gap_squared(nominal))), float(np.sqrt(final.gap_squared(before)))
+
+
+def _worse_than_nominal(findings: Findings, tuned: Base) -> bool:
+    nominal = findings.problem.in_floors_of(tuned.problem, findings.nominal_residual)
+    return tuned.problem.gap_squared(tuned.fit.residual) > tuned.problem.gap_squared(nominal)
 
 
 def verdict(findings: Findings) -> str:
@@ -339,9 +355,9 @@ def verdict(findings: Findings) -> str:
         return "inconclusive"
     if findings.accepted:
         return "effect" if current.score.robust <= threshold.robust else "effect_and_unknown"
-    loss = findings.problem.robust(findings.nominal_residual)[0] ** 2
-    nominal = float(findings.problem.weight**2 @ loss)
-    if nominal <= at_first.robust and not at_first.above(findings.problem.by_channel(loss)):
+    problem = tuned.problem
+    loss = problem.robust(findings.problem.in_floors_of(problem, findings.nominal_residual))[0] ** 2
+    if float(problem.weight**2 @ loss) <= at_first.robust and not at_first.above(problem.by_channel(loss)):
         return "none"
     if tuned.score.robust <= at_first.robust:
         return "parameters"

@@ -44,8 +44,7 @@ def look_beyond(model: Model, findings: Findings, share: float) -> Beyond:
     for stage, values in stages.items():
         problem.anchor(values)
         residual = problem.residuals([values])[0]
-        for (run, name), part in problem.slices.items():
-            residual[part] *= problem.floors[run][name].sigma
+        residual *= problem.floor
         for place, kept in (("fitted", seen), ("rest", ~seen), ("whole", np.ones_like(seen))):
             for index, name in enumerate(problem.channel_names):
                 here = kept & (problem.channel == index)

@@ -10,6 +10,7 @@ import numpy as np
 from slider_drilling.gap.fit import Fit
 from slider_drilling.gap.held_out import Bootstrap, Folds, HeldOut, score_held_out
 from slider_drilling.gap.model import Effect, Parameter, Values
+from slider_drilling.gap.predictability import foresee
 from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import Candidate
 from slider_drilling.gap.tune import GROWTH, fit_growing, scattered
@@ -25,15 +26,17 @@ _INTERVAL = (0.025, 0.975)
 _ANOTHER = 0.15
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Contender:
     """An effect fitted jointly with the nuisance and the effects already accepted.
 
-    closed, interval: of the gap that the base left (NaN where there is none). gain, gain_bound: fall of the held-out
-    robust score from the base's, and its lower bound at alpha over the number of candidates.
+    problem: with the floors of its own fit. closed, interval: of the gap that the base left (NaN where there is none),
+    both in these floors. gain, gain_bound: fall of the held-out surprise from the base's, and its lower bound at alpha
+    over the number of candidates.
     """
 
     effect: Effect
+    problem: Problem
     fit: Fit
     score: HeldOut
     closed: float
@@ -61,15 +64,16 @@ class Contender:
 
 @dataclass(frozen=True)
 class Base:
-    """What a contender is compared with: the fit without it, and its score."""
+    """What a contender is compared with: the fit without it, its score, and the problem with this fit's floors."""
 
+    problem: Problem
     fit: Fit
     score: HeldOut
 
 
 def make_base(problem: Problem, folds: Folds, bootstrap: Bootstrap, best: Fit) -> Base:
     """Score a fit on held-out stretches."""
-    return Base(best, score_held_out(problem, best, folds, bootstrap))
+    return Base(problem, best, score_held_out(problem, best, folds, bootstrap))
 
 
 def closed_share(base: float, with_effect: float) -> float:
@@ -85,32 +89,34 @@ def fit_candidate(
     iterations: int = 5,
     scatter: int = 0,
     thorough: bool = True,
-) -> tuple[Fit, bool]:
-    """The best fit over the starts, and whether no other start says something else as well.
+) -> tuple[Problem, Fit, bool]:
+    """The best fit over the starts with the problem in its floors, and whether no other start says something else.
 
     Every start is tried on the first part of the runs, the favourites for longer. thorough: the favourites go on to the
-    longer part with a search besides least squares, else only the best of them does, without. The best of those is
-    taken to the whole, where the model is left exact.
+    whole, each with its own floors, else only the best of them does. The model is left exact at the best.
     """
     parameters: list[Parameter] = [*base.fit.parameters, *candidate.effect.parameters]
     tried = [*_starts(problem, base, candidate), *scattered(problem, parameters, base.fit.values, scatter, STARTS)]
 
-    def best_of(starts: Sequence[Values], shares: Sequence[float], shaken: Sequence[float] = ()) -> list[Fit]:
-        fits = [
-            fit_growing(problem, parameters, start, iterations=iterations, shares=shares, shaken=shaken)
-            for start in starts
-        ]
+    first, longer, whole = GROWTH
+
+    def best_of(starts: Sequence[Values], shares: Sequence[float]) -> list[Fit]:
+        fits = [fit_growing(problem, parameters, start, iterations=iterations, shares=shares) for start in starts]
         return sorted(fits, key=lambda found: found.cost)
 
-    first, longer, whole = GROWTH
     fits = best_of(tried, (first,))
     fits = best_of([found.values for found in fits[:FAVOURITES]], (first, first))
-    favourites = fits if thorough else fits[:1]
-    shaken = (longer, whole) if thorough else ()
-    fits = best_of([found.values for found in favourites], (longer,), shaken)
-    best = best_of([fits[0].values], (whole,), shaken)[0]
-    gain = problem.robust_gap(base.fit.residual) - best.cost
-    return best, _agree(candidate.effect.parameters[0], gain, fits)
+    ends = []
+    for start in fits if thorough else fits[:1]:
+        own, found = problem, start
+        for share in (longer, whole):
+            own = foresee(own, found)
+            found = fit_growing(own, parameters, found.values, iterations=iterations, shares=(share,))
+        ends.append((own, found))
+    ends.sort(key=lambda entry: entry[1].cost)
+    own, best = ends[0]
+    own.anchor(best.values)
+    return own, best, _agree(candidate.effect.parameters[0], base.fit.cost - best.cost, [fit for _, fit in ends])
 
 
 def _agree(amplitude: Parameter, gain: float, fits: Sequence[Fit]) -> bool:
@@ -149,54 +155,70 @@ def judge(
     starts_agree: bool,
     candidates: int,
 ) -> Contender:
-    """Score a fitted effect on held-out stretches and apply the tests of spec gap.md."""
+    """Score a fitted effect on held-out stretches and apply the tests of spec gap.md; problem: in the fit's floors."""
     score = score_held_out(problem, best, folds, bootstrap)
-    gain = base.score.robust - score.robust
-    bound = float(np.quantile(base.score.robust_resampled - score.robust_resampled, ALPHA / candidates))
-    before, after = base.score.resampled, score.resampled
-    with np.errstate(divide="ignore", invalid="ignore"):
-        shares = np.where(before > 1.0, 1.0 - (after - 1.0) / (before - 1.0), np.nan)
-    interval = (float("nan"), float("nan"))
-    if base.score.gap_squared > 1.0 and np.isfinite(shares).any():
-        interval = (float(np.nanquantile(shares, _INTERVAL[0])), float(np.nanquantile(shares, _INTERVAL[1])))
+    gain = base.score.surprise - score.surprise
+    bound = float(np.quantile(base.score.surprise_resampled - score.surprise_resampled, ALPHA / candidates))
+    closed, interval = share_closed(bootstrap, base, problem, score)
     low, high = effect.physical
     amplitude = best.values[effect.parameters[0].name]
     physical = low <= amplitude <= high
     reasons = []
     if bound <= 0.0:
         reasons.append(f"gain not certain: its lower bound is {bound:.3g} at alpha = {ALPHA:g}/{candidates}")
-    if gain < LEAST_GAIN * (base.score.robust - 1.0):
+    if gain < LEAST_GAIN * (base.score.surprise - 1.0):
         reasons.append("closes less than 5 % of the held-out gap")
-    closed = closed_share(base.score.gap_squared, score.gap_squared)
     if closed <= 0.0:
         reasons.append("the gap itself does not shrink")
     if not physical:
         reasons.append(f"fit is not physical: it has the shape of {effect.nonphysical}")
     if not starts_agree:
         reasons.append("starts disagree")
-    return Contender(effect, best, score, closed, interval, gain, bound, starts_agree, physical, tuple(reasons))
+    return Contender(
+        effect, problem, best, score, closed, interval, gain, bound, starts_agree, physical, tuple(reasons)
+    )
 
 
-def indistinguishable(problem: Problem, base: Base, winner: Contender, other: Contender) -> str | None:
+def share_closed(
+    bootstrap: Bootstrap, base: Base, problem: Problem, score: HeldOut
+) -> tuple[float, tuple[float, float]]:
+    """Share of the base's gap that a fit closes, with its interval, in the floors of that fit's problem.
+
+    NaN where the base leaves nothing to close.
+    """
+    residual = base.problem.in_floors_of(problem, base.score.residual)
+    gap_squared = problem.gap_squared(residual)
+    before, after = bootstrap.means(residual**2, problem.score), score.resampled
+    left = before > 1.0
+    if gap_squared <= 1.0 or not left.any():
+        return float("nan"), (float("nan"), float("nan"))
+    shares = 1.0 - (after[left] - 1.0) / (before[left] - 1.0)
+    low, high = (float(np.quantile(shares, level)) for level in _INTERVAL)
+    return closed_share(gap_squared, score.gap_squared), (low, high)
+
+
+def indistinguishable(base: Base, winner: Contender, other: Contender) -> str | None:
     """Why the data cannot tell two contenders apart, None when they can.
 
     Either the bootstrap interval of the difference of their held-out scores holds zero, or what they add to the
     simulation, with the nuisance directions projected out, points the same way (cosine above 0.95).
     """
-    difference = other.score.robust_resampled - winner.score.robust_resampled
+    difference = other.score.surprise_resampled - winner.score.surprise_resampled
     if float(np.quantile(difference, ALPHA)) <= 0.0:
         return "held-out errors do not differ"
-    cosine = projected_cosine(problem, base, winner, other)
+    cosine = projected_cosine(base, winner, other)
     return f"projected cosine {cosine:.3f}" if cosine > 0.95 else None
 
 
-def projected_cosine(problem: Problem, base: Base, first: Contender, second: Contender) -> float:
+def projected_cosine(base: Base, first: Contender, second: Contender) -> float:
     """Cosine between what two fits add beyond the nuisance."""
+    problem = base.problem
     rows = problem.weight[:, None] * base.fit.jacobian
     basis, _ = np.linalg.qr(rows)
     added = []
     for contender in (first, second):
-        change = problem.weight * (contender.fit.residual - base.fit.residual)
+        residual = contender.problem.in_floors_of(problem, contender.fit.residual)
+        change = problem.weight * (residual - base.fit.residual)
         added.append(change - basis @ (basis.T @ change))
     norm = np.linalg.norm(added[0]) * np.linalg.norm(added[1])
     return float(added[0] @ added[1] / norm) if norm > 0.0 else 0.0

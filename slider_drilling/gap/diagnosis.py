@@ -171,15 +171,14 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
 def rms_by_stage(answer: Answer) -> dict[str, dict[str, float]]:
     """RMS of each channel in engineering units (SI) at each stage; held out where parameters were fitted."""
     findings = answer.findings
-    stages = {"nominal": findings.nominal_residual}
-    if findings.tuned is not None and findings.current is not None:
-        stages |= {"tuned": findings.tuned.score.residual, "with_effect": findings.current.score.residual}
-    table: dict[str, dict[str, float]] = {}
-    for stage, residual in stages.items():
-        gaps = findings.problem.by_channel(residual**2)
-        table[stage] = {name: float(np.sqrt(gap)) * answer.floors[0][name].sigma for name, gap in gaps.items()
-                        if name in answer.floors[0]}  # fmt: skip
-    return table
+    stages = {"nominal": findings.problem.floor * findings.nominal_residual}
+    for stage, base in (("tuned", findings.tuned), ("with_effect", findings.current)):
+        if base is not None:
+            stages[stage] = base.problem.floor * base.score.residual
+    return {
+        stage: {name: float(np.sqrt(square)) for name, square in findings.problem.by_channel(left**2).items()}
+        for stage, left in stages.items()
+    }
 
 
 def _ranked(entry: Ranked) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from slider_drilling.gap.attribute import (
     Findings,
     Progress,
     attribute,
+    gaps_before,
     start_findings,
     total_closed,
     tune_nuisance,
@@ -125,6 +126,7 @@ def conclude(findings: Findings, runtime: float) -> Answer:
     closed, interval = total_closed(findings)
     site, shares = likely_site(findings)
     tuned, current = findings.tuned, findings.current
+    nominal, retuned = gaps_before(findings)
     accepted = tuple(contender.effect.name for contender in findings.accepted)
     ranking = rank(findings)
     return Answer(
@@ -133,14 +135,14 @@ def conclude(findings: Findings, runtime: float) -> Answer:
         site=site if conclusion not in ("none", "parameters") else None,
         site_shares=shares,
         effects=accepted,
-        nominal=float(np.sqrt(findings.nominal)),
-        tuned=float(np.sqrt(tuned.score.gap_squared)) if tuned else float("nan"),
+        nominal=nominal,
+        tuned=retuned,
         with_effect=float(np.sqrt(current.score.gap_squared)) if current else float("nan"),
         closed=closed,
         closed_interval=interval,
         threshold=float(np.sqrt(findings.threshold.gap_squared)) if findings.threshold else float("nan"),
         floors=findings.problem.floors,
-        where=locate(findings.problem, tuned) if tuned else None,
+        where=locate(tuned) if tuned else None,
         ranking=ranking,
         manoeuvre=None if findings.partial else next_manoeuvre(findings),
         parameters=dict(current.fit.values) if current else {},
@@ -159,13 +161,13 @@ def rank(findings: Findings) -> tuple[Ranked, ...]:
         entries.append(_ranked(contender, turn + 1, tuple(findings.groups.get(contender.effect.name, {}))))
     named = {entry.effect for entry in entries}
     first = findings.rounds[0] if findings.rounds else []
-    for contender in sorted(first, key=lambda c: (not c.physical, c.score.robust)):
+    for contender in sorted(first, key=lambda c: (not c.physical, c.score.surprise)):
         if contender.effect.name not in named:
             mates = tuple(name for name, group in findings.groups.items() if contender.effect.name in group)
             entries.append(_ranked(contender, 1, mates))
             named.add(contender.effect.name)
     if findings.tuned is not None and findings.screened:
-        now = findings.problem.robust_gap(findings.tuned.fit.residual)
+        now = findings.tuned.fit.cost
         for candidate in findings.screened[0]:
             if candidate.effect.name not in named and now > 1.0:
                 nothing = (float("nan"), float("nan"))
@@ -192,7 +194,7 @@ def sentence(
     tuned, current = findings.tuned, findings.current
     if conclusion == "inconclusive" or tuned is None or current is None:
         return "No conclusion: " + ("; ".join(findings.remarks) or "the fits did not converge") + "."
-    gaps = f"E = {np.sqrt(findings.nominal):.2f} as given, {np.sqrt(tuned.score.gap_squared):.2f} re-tuned"
+    gaps = "E = {:.2f} as given, {:.2f} re-tuned".format(*gaps_before(findings))
     if conclusion == "none":
         return f"The model as given explains the log down to its noise ({gaps})."
     if conclusion == "parameters":

@@ -121,8 +121,8 @@ def held_out(problem: Problem, fit: Fit, folds: Folds) -> tuple[Array, Array]:
 class HeldOut:
     """A fit's score on held-out stretches.
 
-    residual (N,); gap_squared: its E^2; resampled: (BOOTSTRAPS,) of that; robust, robust_resampled: the same under the
-    fit's own loss and weights, which is what every decision rests on: E^2 itself can hang on a single far-off angle.
+    residual (N,); gap_squared: its E^2; resampled: (BOOTSTRAPS,) of that; robust: the same under the fit's own loss and
+    weights; surprise, surprise_resampled: robust and the price of the floors, which is what models are compared by.
     by_channel: mean loss of each channel.
     """
 
@@ -130,16 +130,18 @@ class HeldOut:
     gap_squared: float
     resampled: Array
     robust: float
-    robust_resampled: Array
+    surprise: float
+    surprise_resampled: Array
     by_channel: dict[str, float]
 
 
 def score_held_out(problem: Problem, fit: Fit, folds: Folds, bootstrap: Bootstrap) -> HeldOut:
     """Refit without each fold and score on it."""
     residual, loss = held_out(problem, fit, folds)
+    weight, priced = problem.weight**2, loss + problem.price
     return HeldOut(
         residual, problem.gap_squared(residual), bootstrap.means(residual**2, problem.score),
-        float(problem.weight**2 @ loss), bootstrap.means(loss, problem.weight**2), problem.by_channel(loss),
+        float(weight @ loss), float(weight @ priced), bootstrap.means(priced, weight), problem.by_channel(loss),
     )  # fmt: skip
 
 

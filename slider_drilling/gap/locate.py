@@ -31,8 +31,9 @@ class Where:
     depth: list[dict[str, float]]
 
 
-def locate(problem: Problem, base: Base) -> Where:
+def locate(base: Base) -> Where:
     """Split the held-out gap of a fit."""
+    problem = base.problem
     energy = problem.score * base.score.residual**2
     total = float(energy.sum())
     channel = {
@@ -157,7 +158,7 @@ def likely_site(findings: Findings) -> tuple[str | None, dict[str, float]]:
     tuned = findings.tuned
     if tuned is None or not findings.screened:
         return None, {}
-    gap = max(findings.problem.robust_gap(tuned.fit.residual) - 1.0, 1e-9)
+    gap = max(tuned.fit.cost - 1.0, 1e-9)
     best: dict[str, float] = {}
     for candidate in findings.screened[0]:
         share = (gap + 1.0 - candidate.predicted) / gap

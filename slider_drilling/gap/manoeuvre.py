@@ -40,7 +40,7 @@ def next_manoeuvre(findings: Findings) -> NextManoeuvre | None:
     best = max(distances, key=lambda description: distances[description])
     return NextManoeuvre(
         best, dict(offered[best].settings), (first.effect.name, second.effect.name), distances[best],
-        _apart(findings.problem, first.fit.residual - second.fit.residual, first.fit.jacobian), distances,
+        _now(first, second), distances,
     )  # fmt: skip
 
 
@@ -55,6 +55,12 @@ def _rivals(findings: Findings) -> tuple[Contender, Contender] | None:
     group = findings.groups.get(first.effect.name, {})
     rival = next((contender for contender in contenders if contender.effect.name in group), None)
     return None if rival is None else (first, rival)
+
+
+def _now(first: Contender, second: Contender) -> float:
+    """How far two fits differ in the log at hand, in the floors of the first."""
+    other = second.problem.in_floors_of(first.problem, second.fit.residual)
+    return _apart(first.problem, first.fit.residual - other, first.fit.jacobian)
 
 
 def _problem(findings: Findings, manoeuvre: Manoeuvre) -> Problem:

@@ -202,25 +202,24 @@ def _traces(diagnosis: Diagnosis) -> str:
 
     findings = diagnosis.answer.findings
     problem = findings.problem
-    stages = [("as given", findings.nominal_residual, _GREY)]
-    if findings.tuned is not None:
-        stages.append(("re-tuned", findings.tuned.score.residual, _BLUE))
-    if findings.current is not None and findings.accepted:
-        stages.append(("with effect", findings.current.score.residual, _GREEN))
+    stages = [("as given", problem.floor * findings.nominal_residual, _GREY)]
+    bases = [("re-tuned", findings.tuned, _BLUE)]
+    if findings.accepted:
+        bases.append(("with effect", findings.current, _GREEN))
+    stages += [(name, base.problem.floor * base.score.residual, colour) for name, base, colour in bases if base]
     channels = [(index, channel) for index, run in enumerate(problem.model.runs) for channel in run.channels]
     figure = make_subplots(rows=2 * len(channels), cols=1, shared_xaxes=True, vertical_spacing=0.015)
     for place, (index, channel) in enumerate(channels):
         factor, unit = _SHOWN[channel.unit]
-        sigma = problem.floors[index][channel.name].sigma
         part = problem.slices[index, channel.name]
         keep = slice(None, None, max(channel.time.size // _MOST_POINTS, 1))
         rows = [("measured", factor * channel.measured, "#000000")]
-        rows += [(name, factor * (channel.measured - sigma * held[part]), colour) for name, held, colour in stages]
+        rows += [(name, factor * (channel.measured - left[part]), colour) for name, left, colour in stages]
         _lines(
             figure, 2 * place + 1, np.round(channel.time[keep], 2), [(n, v[keep], c) for n, v, c in rows], place == 0
         )
-        left = [(name, factor * sigma * held[part][keep], colour) for name, held, colour in stages]
-        _lines(figure, 2 * place + 2, np.round(channel.time[keep], 2), left, False)
+        below = [(name, factor * left[part][keep], colour) for name, left, colour in stages]
+        _lines(figure, 2 * place + 2, np.round(channel.time[keep], 2), below, False)
         figure.update_yaxes(title_text=f"{channel.name.replace('_', ' ')}<br>{unit}", row=2 * place + 1, col=1)
         figure.update_yaxes(title_text=f"residual<br>{unit}", row=2 * place + 2, col=1)
     figure.update_xaxes(title_text="time, s", row=2 * len(channels), col=1)

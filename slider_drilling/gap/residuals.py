@@ -7,7 +7,7 @@ counts alike, however often it is sampled.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,8 +30,9 @@ class Problem:
     """A model with its noise floors; everything stacked has length N, over runs, then channels, then samples.
 
     run, channel: (N,) indices into model.runs and ``channel_names``; time: (N,) s; score: (N,) with
-    ``sum(score * r^2) = E^2``; weight: (N,) the fit's weight of r, near sqrt(score) but tempered; step_size: noise
-    floors beyond which a missed step costs by its logarithm.
+    ``sum(score * r^2) = E^2``; weight: (N,) the fit's weight of r, near sqrt(score) but tempered; noise: (N,)
+    the sensor's noise floor in the channel's unit; floor: (N,) the same with what cannot be foretold (`foretold`), the
+    unit of every residual; step_size: noise floors beyond which a missed step costs by its logarithm.
     """
 
     model: Model
@@ -43,6 +44,8 @@ class Problem:
     score: Array
     weight: Array
     slices: dict[tuple[int, str], slice]
+    noise: Array
+    floor: Array
     step_size: float = ROBUST
 
     def set_of(self, values: Values, run: int) -> dict[str, float]:
@@ -63,8 +66,8 @@ class Problem:
         for index, run in enumerate(self.model.runs):
             simulated = self.model.simulate(index, [self.set_of(values, index) for values in sets])
             for channel in run.channels:
-                sigma = self.floors[index][channel.name].sigma
-                stacked[:, self.slices[index, channel.name]] = simulated[channel.name] / sigma
+                part = self.slices[index, channel.name]
+                stacked[:, part] = simulated[channel.name] / self.floor[part]
         return stacked
 
     def against_log(self, simulated: Array) -> Array:
@@ -72,8 +75,8 @@ class Problem:
         residual = np.empty_like(simulated)
         for index, run in enumerate(self.model.runs):
             for channel in run.channels:
-                part, sigma = self.slices[index, channel.name], self.floors[index][channel.name].sigma
-                residual[..., part] = channel.residual(simulated[..., part] * sigma) / sigma
+                part = self.slices[index, channel.name]
+                residual[..., part] = channel.residual(simulated[..., part] * self.floor[part]) / self.floor[part]
         return residual
 
     def residuals(self, sets: Sequence[Values]) -> Array:
@@ -92,11 +95,19 @@ class Problem:
         for (run, name), part in self.slices.items():
             channel = next(c for c in self.model.runs[run].channels if c.name == name)
             if channel.accumulates:
-                turn = None if channel.period is None else channel.period / self.floors[run][name].sigma
-                loss[..., part], pull[..., part] = _stepwise(residual[..., part], turn, self.step_size)
+                whole = residual[..., part]
+                if channel.period is not None:
+                    whole = np.unwrap(whole * self.floor[part], period=channel.period) / self.floor[part]
+                loss[..., part], pull[..., part] = _stepwise(whole, self.step_size)
         mapped = np.sign(pull) * np.sqrt(loss)
         small = np.abs(mapped) < 1e-3
         return np.where(small, residual, mapped), np.where(small, 1.0, pull / np.where(small, 1.0, mapped))
+
+    @property
+    def price(self) -> Array:
+        """(N,) what a floor above the noise costs: the normalisation of a normal density, so that no model gains by
+        foretelling less than it could (a proper score: Gneiting and Raftery, J. Am. Stat. Assoc. 102, 2007)."""
+        return 2.0 * np.log(self.floor / self.noise)
 
     def reweighted(self, residual: Array) -> Array:
         """(N,) weights with which least squares, linearised at this residual, is the robust fit."""
@@ -105,13 +116,21 @@ class Problem:
         share = np.where(near, 1.0, mapped * slope / np.where(near, 1.0, residual))
         return self.weight * np.sqrt(np.clip(share, 0.0, 1.0))
 
+    def foretold(self, spread: Array) -> Problem:
+        """The same with floors that hold, besides the sensors' noise, what no simulation can foretell: (N,) sigma."""
+        return replace(self, floor=np.hypot(self.noise, spread))
+
+    def in_floors_of(self, other: Problem, residual: Array) -> Array:
+        """A residual (N,) of this problem in the floors of another."""
+        return residual * (self.floor / other.floor)
+
     def gap_squared(self, residual: Array) -> float:
         """E^2 of one residual (N,)."""
         return float(self.score @ residual**2)
 
     def robust_gap(self, residual: Array) -> float:
-        """As `gap_squared` with the fit's loss and weights: what decides between explanations."""
-        return float(self.weight**2 @ self.robust(residual)[0] ** 2)
+        """As `gap_squared` with the fit's loss and weights, and the floors' price: what decides between models."""
+        return float(self.weight**2 @ (self.robust(residual)[0] ** 2 + self.price))
 
     def by_channel(self, squares: Array) -> dict[str, float]:
         """Mean over each channel's runs of squares (N,): of a residual's, its E_c^2."""
@@ -132,12 +151,11 @@ class Problem:
         return expanded
 
 
-def _stepwise(residual: Array, turn: float | None, step_size: float) -> tuple[Array, Array]:
-    """Loss and half its derivative, (..., n), of a channel that accumulates; turn: noise floors, of a wrapped one."""
+def _stepwise(residual: Array, step_size: float) -> tuple[Array, Array]:
+    """Loss and half its derivative, (..., n), of a channel that accumulates."""
     loss, pull = np.empty_like(residual), np.empty_like(residual)
     for index in np.ndindex(residual.shape[:-1]):
-        whole = residual[index] if turn is None else np.unwrap(residual[index], period=turn)
-        loss[index], pull[index] = missed_steps(whole, step_size)
+        loss[index], pull[index] = missed_steps(residual[index], step_size)
     return loss, pull
 
 
@@ -159,12 +177,13 @@ def build_problem(model: Model, floors: Sequence[dict[str, NoiseFloor]]) -> Prob
     run_of = np.concatenate([np.full(time.size, run) for run, _, time in pieces])
     channel_of = np.concatenate([np.full(time.size, channel) for _, channel, time in pieces])
     size = np.concatenate([np.full(time.size, time.size) for _, _, time in pieces])
+    floor = np.concatenate([np.full(time.size, floors[run][names[c]].sigma) for run, c, time in pieces])
     score = 1.0 / (len(pieces) * size)
     tempered = size ** (FIT_TEMPER - 1.0)
     weight = np.sqrt(tempered / tempered.sum())
     return Problem(
         model, tuple(floors), tuple(names), run_of, channel_of,
-        np.concatenate([time for _, _, time in pieces]), score, weight, slices,
+        np.concatenate([time for _, _, time in pieces]), score, weight, slices, floor, floor,
     )  # fmt: skip
 
 

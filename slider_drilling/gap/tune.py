@@ -80,7 +80,10 @@ def fit_exactly(problem: Problem, parameters: Sequence[Parameter], start: Values
 def first_part(problem: Problem, share: float) -> Problem:
     """The problem of the first part of the runs: of a shortened model where there is one, else by weight."""
     if isinstance(problem.model, Shortened):
-        return build_problem(problem.model.shortened(share), problem.floors)
+        part = build_problem(problem.model.shortened(share), problem.floors)
+        floor = np.concatenate([problem.floor[problem.slices[key]][: own.stop - own.start]
+                                for key, own in part.slices.items()])  # fmt: skip
+        return replace(part, floor=floor, step_size=problem.step_size)
     weight = problem.weight.copy()
     for index, run in enumerate(problem.model.runs):
         weight[(problem.run == index) & (problem.time > run.time[0] + share * run.duration)] = 0.0

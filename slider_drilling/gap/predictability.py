@@ -1,0 +1,52 @@
+"""What a simulation cannot foretell, because the smallest change of its parameters changes it beyond all measure.
+
+A bit that breaks free and spins stops at an angle that hangs on everything before: no model, however right, tells it.
+What follows is evidence for or against a model only as far as the model itself is sure of it. The measure is how far
+the mean of two simulations, a little to either side in the parameters, lies from the one between them: nothing where
+the model follows smoothly, as much as they scatter where it does not.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from slider_drilling.gap.fit import Fit
+from slider_drilling.gap.model import Array
+from slider_drilling.gap.residuals import Problem
+
+# Pairs of neighbours; their distance in units of each parameter's scale, that of the fit's own derivatives.
+_PAIRS = 8
+_STEP = 0.2
+# A neighbourhood in time, as a share of the run, over which the scatter of so few is averaged.
+_WINDOW = 0.025
+
+
+def foresee(problem: Problem, fit: Fit) -> Problem:
+    """The problem with the floors of this fit, where the model is made exact."""
+    problem.anchor(fit.values)
+    return problem.foretold(unpredictable(problem, fit))
+
+
+def unpredictable(problem: Problem, fit: Fit, seed: int = 0) -> Array:
+    """(N,) standard deviation, in each channel's unit, of what the model at a fit cannot foretell."""
+    generator = np.random.default_rng(seed)
+    parameters = fit.parameters
+    here = np.array([fit.values[p.name] for p in parameters])
+    step = _STEP * np.array([p.scale for p in parameters])
+    low, high = np.array([p.lower for p in parameters]), np.array([p.upper for p in parameters])
+    step = np.minimum(step, 0.5 * (high - low))
+    # Both neighbours lie inside the bounds.
+    middle = np.clip(here, low + step, high - step)
+    moves = generator.choice([-1.0, 1.0], size=(_PAIRS, here.size)) * step
+    sets = [fit.values | dict(zip((p.name for p in parameters), point, strict=True))
+            for point in (middle, *(middle + moves), *(middle - moves))]  # fmt: skip
+    simulated = problem.simulate(sets) * problem.floor
+    bend = 0.5 * (simulated[1 : 1 + _PAIRS] + simulated[1 + _PAIRS :]) - simulated[0]
+    # Of three alike but independent simulations this has 1.5 times the variance of one.
+    variance = np.mean(bend**2, axis=0) / 1.5
+    for part in problem.slices.values():
+        size = part.stop - part.start
+        variance[part] = uniform_filter1d(variance[part], max(3, 2 * round(0.5 * _WINDOW * size) + 1), mode="nearest")
+    # A running mean can end a rounding error below zero.
+    return np.sqrt(np.maximum(variance, 0.0))
