@@ -15,7 +15,7 @@ from slider_drilling.gap.fit import Fit
 from slider_drilling.gap.model import Array
 from slider_drilling.gap.residuals import Problem
 
-# Pairs of neighbours; their distance in units of each parameter's scale, that of the fit's own derivatives.
+# Pairs of neighbours; their largest distance in units of each parameter's scale, that of the fit's own derivatives.
 _PAIRS = 8
 _STEP = 0.2
 # A neighbourhood in time, as a share of the run, over which the scatter of so few is averaged.
@@ -39,6 +39,7 @@ def unpredictable(problem: Problem, fit: Fit, seed: int = 0) -> Array:
     # Both neighbours lie inside the bounds.
     middle = np.clip(here, low + step, high - step)
     moves = generator.choice([-1.0, 1.0], size=(_PAIRS, here.size)) * step
+    moves *= generator.uniform(0.5, 1.0, size=moves.shape)
     sets = [fit.values | dict(zip((p.name for p in parameters), point, strict=True))
             for point in (middle, *(middle + moves), *(middle - moves))]  # fmt: skip
     simulated = problem.simulate(sets) * problem.floor
