@@ -23,11 +23,11 @@ from slider_drilling.gap.null import Threshold, noise_sample, null_threshold
 from slider_drilling.gap.predictability import foresee
 from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import Candidate, screen
+from slider_drilling.gap.survivors import chosen, favoured
 from slider_drilling.gap.together import add_together
 from slider_drilling.gap.tune import GROWTH, SMOOTH, fit_growing, scattered, sharpen
 
 MAX_EFFECTS = 3
-SURVIVORS = 4
 SCATTER_KEPT = 3
 # A tuning is better when its cost falls by more than fits from different starts scatter.
 _BETTER = 0.98
@@ -36,8 +36,6 @@ _MUCH_BETTER = 0.8
 ENOUGH = 3
 # So many of the best are taken to the end before one is preferred to another.
 POLISHED = 2
-# A candidate whose best scan point promises less than this share of the gap is not worth a fit.
-_PROMISE = 0.04
 Progress = Callable[[str, float], None]
 
 
@@ -172,12 +170,12 @@ def _add_one(
     findings.screened.append(candidates)
     contenders: list[Contender] = []
     findings.rounds.append(contenders)
-    survivors = _survivors(base, candidates)
-    favoured = _favoured(base, survivors)
+    survivors = chosen(base, candidates)
+    thorough = favoured(base, survivors)
     for index, candidate in enumerate(survivors):
         progress(f"fitting {candidate.effect.name}", begin + 0.03 + 0.24 * index / len(survivors))
         problem.anchor(base.fit.values)
-        own, best, agree = fit_candidate(problem, base, candidate, scatter=scatter, thorough=candidate in favoured)
+        own, best, agree = fit_candidate(problem, base, candidate, scatter=scatter, thorough=candidate in thorough)
         better = _retuned(base, best)
         if better is not None:
             much = better.cost < _MUCH_BETTER * base.fit.cost
@@ -257,21 +255,6 @@ def _rebase(findings: Findings, better: Fit, turn: int) -> Base:
     if turn == 0:
         findings.tuned = findings.current
     return findings.current
-
-
-def _survivors(base: Base, candidates: Sequence[Candidate]) -> list[Candidate]:
-    """The candidates that promise enough, at least two and at most SURVIVORS."""
-    now = base.fit.cost
-    enough = [c for c in candidates if now - c.predicted >= _PROMISE * max(now - 1.0, 0.0)]
-    return enough[:SURVIVORS] if len(enough) >= 2 else list(candidates[:2])
-
-
-def _favoured(base: Base, survivors: Sequence[Candidate]) -> list[Candidate]:
-    """The candidates that promise at least half of what the best one does, worth a thorough search."""
-    now = base.fit.cost
-    if now <= SMOOTH:
-        return []
-    return [c for c in survivors if now - c.predicted >= 0.5 * (now - survivors[0].predicted)]
 
 
 def _group(base: Base, winner: Contender, contenders: Sequence[Contender]) -> dict[str, str]:

@@ -96,7 +96,7 @@ def fit_candidate(
     whole, each with its own floors, else only the best of them does. The model is left exact at the best.
     """
     parameters: list[Parameter] = [*base.fit.parameters, *candidate.effect.parameters]
-    tried = [*_starts(problem, base, candidate), *scattered(problem, parameters, base.fit.values, scatter, STARTS)]
+    tried = [*_starts(base, candidate), *scattered(problem, parameters, base.fit.values, scatter, STARTS)]
 
     first, longer, whole = GROWTH
 
@@ -133,16 +133,19 @@ def _agree(amplitude: Parameter, gain: float, fits: Sequence[Fit]) -> bool:
     return True
 
 
-def _starts(problem: Problem, base: Base, candidate: Candidate) -> list[dict[str, float]]:
-    """The best projection, and the best scan points with the nuisance where it was before it was tuned.
+def _starts(base: Base, candidate: Candidate) -> list[dict[str, float]]:
+    """The best projection, and the best scan points with the nuisance where it was before it was tuned."""
+    return [candidate.starts[0], *(untuned(base, point) for point in candidate.points[: STARTS - 1])]
+
+
+def untuned(base: Base, point: Values) -> dict[str, float]:
+    """An effect's values with the nuisance where it was before it was tuned.
 
     A tuned nuisance has bent itself to do the effect's work; from there the way to the truth can be barred.
     """
+    problem = base.problem
     free = {parameter.name: parameter.nominal for parameter in problem.free(problem.model.nuisance)}
-    starts = [candidate.starts[0]]
-    for point in candidate.points[: STARTS - 1]:
-        starts.append(base.fit.values | free | point)
-    return starts
+    return base.fit.values | free | dict(point)
 
 
 def judge(
