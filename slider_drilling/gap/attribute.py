@@ -25,7 +25,7 @@ from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import Candidate, screen
 from slider_drilling.gap.survivors import chosen, favoured
 from slider_drilling.gap.together import add_together
-from slider_drilling.gap.tune import GROWTH, SMOOTH, fit_growing, scattered, sharpen
+from slider_drilling.gap.tune import GROWTH, fit_growing, scattered, sharpen
 
 MAX_EFFECTS = 3
 SCATTER_KEPT = 3
@@ -143,10 +143,8 @@ def tune_nuisance(
         fits.append(fit_growing(problem, parameters, start, shares=GROWTH[:1]))
     best = min(fits, key=lambda result: result.cost)
     progress("re-tuning", 0.12)
-    shaken = GROWTH[1:] if thorough else ()
+    shaken = GROWTH[2:] if thorough else ()
     best = fit_growing(problem, parameters, best.values, iterations=8, shares=GROWTH[1:], shaken=shaken)
-    if thorough and best.cost > SMOOTH:
-        best = sharpen(problem, best)
     if thorough and not scatter:
         problem, best = settle(problem, best)
     findings.tuned = make_base(problem, findings.folds, findings.bootstrap, best)

@@ -116,19 +116,20 @@ def fit_candidate(
     ends.sort(key=lambda entry: entry[1].cost)
     own, best = ends[0]
     own.anchor(best.values)
-    return own, best, _agree(candidate.effect.parameters[0], base.fit.cost - best.cost, [fit for _, fit in ends])
+    return own, best, _agree(candidate.effect, base.fit.cost - best.cost, [fit for _, fit in ends])
 
 
-def _agree(amplitude: Parameter, gain: float, fits: Sequence[Fit]) -> bool:
+def _agree(effect: Effect, gain: float, fits: Sequence[Fit]) -> bool:
     """Whether the fits that come close to the best one have an amplitude of its sign and half to twice its size.
 
     A start that ended in a clearly worse place has found another minimum, not another answer.
     """
+    amplitude = effect.parameters[0]
     size = fits[0].values[amplitude.name] - amplitude.nominal
     for other in fits[1:]:
         close = other.cost - fits[0].cost <= _ANOTHER * gain
         ratio = (other.values[amplitude.name] - amplitude.nominal) / size if size != 0.0 else float("inf")
-        if close and not 0.5 <= ratio <= 2.0:
+        if close and not 0.5 <= (abs(ratio) if effect.either_sign else ratio) <= 2.0:
             return False
     return True
 

@@ -18,6 +18,7 @@ COARSE = 32
 FINE = 100
 FINER = 1.6  # times the fine mesh: what `discretisation` compares it with
 _THREADS = 2
+_REMEMBERED = 16
 
 
 @dataclass
@@ -39,7 +40,9 @@ class DrillString:
     coarse: int = COARSE
     fine: int = FINE
     _correction: list[dict[str, Array]] = field(default_factory=list, repr=False)
-    _anchored: list[dict[str, float]] = field(default_factory=list, repr=False)
+    _known: dict[tuple[int, tuple[tuple[str, float], ...]], dict[str, Array]] = field(
+        default_factory=dict, init=False, repr=False
+    )
 
     def simulate(self, run: int, sets: Sequence[Values]) -> Mapping[str, Array]:
         """Channels (K, n) on the coarse mesh plus the anchor's correction."""
@@ -51,14 +54,16 @@ class DrillString:
 
     def anchor(self, values: Sequence[Values]) -> None:
         """Make `simulate` equal the fine mesh at these values, one set per run."""
-        if self._correction and list(values) == self._anchored:
-            return
-        corrections = []
-        for run, own in enumerate(values):
-            fine = self._channels(run, [own], self.fine)
-            coarse = self._channels(run, [own], self.coarse)
-            corrections.append({name: fine[name][0] - coarse[name][0] for name in fine})
-        self._correction, self._anchored = corrections, [dict(own) for own in values]
+        self._correction = [self._added(run, tuple(sorted(own.items()))) for run, own in enumerate(values)]
+
+    def _added(self, run: int, values: tuple[tuple[str, float], ...]) -> dict[str, Array]:
+        """What the fine mesh adds to each channel of a run; a search comes back to the same few places."""
+        if (run, values) not in self._known:
+            while len(self._known) >= _REMEMBERED:
+                self._known.pop(next(iter(self._known)))
+            fine, coarse = (self._channels(run, [dict(values)], elements) for elements in (self.fine, self.coarse))
+            self._known[run, values] = {name: fine[name][0] - coarse[name][0] for name in fine}
+        return self._known[run, values]
 
     def shortened(self, share: float) -> DrillString:
         """The first part of every run; whatever the anchor knew of it is kept."""
@@ -77,7 +82,7 @@ class DrillString:
                 corrections.append(
                     {channel.name: self._correction[index][channel.name][: channel.time.size] for channel in kept}
                 )
-        return replace(self, runs=tuple(runs), commands=tuple(commands), _correction=corrections, _anchored=[])
+        return replace(self, runs=tuple(runs), commands=tuple(commands), _correction=corrections)
 
     def manoeuvres(self) -> list[Manoeuvre]:
         """Runs that could be made next, see `slider_drilling.gap.next_runs`."""

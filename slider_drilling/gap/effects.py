@@ -15,17 +15,20 @@ from slider_drilling.gap.model import Effect, Parameter
 _ANY_WAVE_S = (6.0, 9.0, 13.0)
 
 
-def catalogue(length: float, duration: float, wave_periods: Sequence[float] = _ANY_WAVE_S) -> tuple[Effect, ...]:
+def catalogue(
+    length: float, duration: float, wave_periods: Sequence[float] = _ANY_WAVE_S, tool_frequencies: Sequence[float] = ()
+) -> tuple[Effect, ...]:
     """The fifteen effects of spec gap.md, and torque read at the motor.
 
     length: m, of the string; duration: s, of the log.
     wave_periods: s, where a search for heave begins (peaks of the log's own spectrum: over 400 s a wave's phase is
     lost if its period is off by a per cent).
+    tool_frequencies: Hz, that a tool in the string must have by the log's own spectrum, empty where that tells nothing.
     """
     return (
         *_contact_laws(),
         _cuttings_bed(length),
-        *_along_the_string(length),
+        *_along_the_string(length, tool_frequencies),
         _heave(wave_periods),
         *_motor_and_bit(duration),
         *_torque_reading(),
@@ -111,7 +114,7 @@ def _cuttings_bed(length: float) -> Effect:
     )  # fmt: skip
 
 
-def _along_the_string(length: float) -> tuple[Effect, ...]:
+def _along_the_string(length: float, tool_frequencies: Sequence[float]) -> tuple[Effect, ...]:
     return (
         Effect(
             "top_drive_backlash", "top_drive",
@@ -128,10 +131,12 @@ def _along_the_string(length: float) -> tuple[Effect, ...]:
             "axial_oscillation_tool", "string",
             (
                 Parameter("axial_oscillation_tool.force", 0.0, 0.0, 2e5, 2000.0, "N"),
-                Parameter("axial_oscillation_tool.frequency", 15.0, 3.0, 40.0, 1.0, "Hz"),
+                # A frequency read off a line is known to a turn of the phase over the log.
+                Parameter("axial_oscillation_tool.frequency", 15.0, 3.0, 40.0, 1e-3 if tool_frequencies else 1.0, "Hz"),
                 Parameter("axial_oscillation_tool.depth", 0.7 * length, 0.0, length, 0.02 * length, "m"),
             ),
-            scan=tuple((2e4, hertz, share * length) for share in (0.45, 0.65, 0.85) for hertz in (8.0, 16.0)),
+            scan=tuple((2e4, hertz, share * length) for share in (0.45, 0.65, 0.85)
+                       for hertz in tool_frequencies or (8.0, 16.0)),
             law="force sin(2 pi frequency t) at one depth",
         ),
     )  # fmt: skip
@@ -146,7 +151,7 @@ def _heave(wave_periods: Sequence[float]) -> Effect:
             Parameter("heave.phase", 0.0, -7.0, 7.0, 0.2, "rad"),
         ),
         scan=tuple((0.1, period, phase) for period in wave_periods for phase in (0.3, 1.9)),
-        law="block + amplitude sin(2 pi t / period + phase)",
+        law="block + amplitude sin(2 pi t / period + phase)", either_sign=True,
     )  # fmt: skip
 
 

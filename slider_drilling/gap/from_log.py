@@ -13,7 +13,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.gap.drill_string import DrillString, depth_probes, nuisance_parameters
 from slider_drilling.gap.effects import aging_with_memory, catalogue
 from slider_drilling.gap.health import unusable
-from slider_drilling.gap.model import Run
+from slider_drilling.gap.model import Array, Run
 from slider_drilling.gap.replay import measured_channels
 from slider_drilling.gap.user_effects import UserEffect
 from slider_drilling.log import RigLog
@@ -21,6 +21,10 @@ from slider_drilling.rig import Rig
 
 # N/m: an off-bottom bit; the plant's rig file has no "not on bottom", but rock this soft takes no weight.
 _NO_ROCK = 1.0
+# Hz, above which neither rocking nor the sea moves a hook load; how far a line stands out; where tools vibrate.
+_FAST_HZ, _SHARP, _TOOLS_HZ = 0.4, 100.0, (5.0, 30.0)
+# Spectra are taken this many times as fine as the log is long.
+_PADDING = 8
 # What a rotary start-up holds together: the drive's own torque, and friction that falls with speed and with the rest
 # that is broken.
 STICK_SLIP = ("torque_at_motor", "stribeck", "static_aging")
@@ -55,7 +59,7 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
         raise InputError(f"{logs[0].source}: no channel can be used: {'; '.join(remarks)}")
     length, duration = rig.string.length, max(run.duration for run in runs)
     users = {user.effect.name: user for user in user_effects}
-    effects = catalogue(length, duration, wave_periods(runs[0]))
+    effects = catalogue(length, duration, wave_periods(runs[0]), tool_frequencies(runs[0]))
     effects = tuple(effect for effect in effects if _can_be_seen(effect.name, names, off_bottom))
     alone = names == ["surface_torque"]
     if alone:
@@ -100,20 +104,37 @@ def string_bands(rig: Rig) -> tuple[tuple[str, float, float], ...]:
 
 def wave_periods(run: Run) -> tuple[float, ...]:
     """Periods s at which hook load (else torque) has its sharpest lines between 4 and 40 s: where heave may be."""
+    frequency, power = _spectrum(run)
+    inside = np.flatnonzero((frequency > 1.0 / 40.0) & (frequency < 1.0 / 4.0))
+    peaks = [i for i in inside[1:-1] if power[i] >= power[i - 1] and power[i] >= power[i + 1]]
+    peaks.sort(key=lambda i: -power[i])
+    return tuple(float(1.0 / frequency[i]) for i in peaks[:6]) if len(peaks) >= 2 else (6.0, 9.0, 13.0)
+
+
+def tool_frequencies(run: Run) -> tuple[float, ...]:
+    """Frequencies Hz that an axial oscillation tool may have by the sharpest fast line of the hook load; none without.
+
+    Such a tool is faster than hook loads are sampled: a line stands for every frequency that it is an alias of.
+    """
+    frequency, power = _spectrum(run)
+    fast = frequency > _FAST_HZ
+    if not fast.any() or power[fast].max() < _SHARP * np.median(power[fast]):
+        return ()
+    line = float(frequency[fast][np.argmax(power[fast])])
+    rate = 2.0 * float(frequency[-1])
+    aliases = {abs(turn * rate + sign * line) for turn in range(4) for sign in (-1.0, 1.0)}
+    return tuple(sorted(hertz for hertz in aliases if _TOOLS_HZ[0] < hertz < _TOOLS_HZ[1]))
+
+
+def _spectrum(run: Run) -> tuple[Array, Array]:
+    """Frequencies Hz and power of the hook load (else torque) without its slow course; empty where it is too short."""
     by_name = {channel.name: channel for channel in run.channels}
     channel = by_name.get("hook_load") or by_name.get("surface_torque")
-    fallback = (6.0, 9.0, 13.0)
     if channel is None or channel.time.size < 400:
-        return fallback
+        return np.empty(0), np.empty(0)
     interval = (channel.time[-1] - channel.time[0]) / (channel.time.size - 1)
-    padded = 4 * channel.time.size
+    padded = _PADDING * channel.time.size
     trend = np.polynomial.Polynomial.fit(channel.time, channel.measured, 5)(channel.time)
     taper = np.hanning(channel.time.size)
     power = np.abs(np.fft.rfft((channel.measured - trend) * taper, padded)) ** 2
-    frequency = np.fft.rfftfreq(padded, interval)
-    inside = np.flatnonzero((frequency > 1.0 / 40.0) & (frequency < 1.0 / 4.0))
-    if inside.size < 20:
-        return fallback
-    peaks = [i for i in inside[1:-1] if power[i] >= power[i - 1] and power[i] >= power[i + 1]]
-    peaks.sort(key=lambda i: -power[i])
-    return tuple(float(1.0 / frequency[i]) for i in peaks[:6]) if len(peaks) >= 2 else fallback
+    return np.fft.rfftfreq(padded, interval), power

@@ -48,7 +48,8 @@ class Effect:
     parameters: first the amplitude (neutral at its nominal), then shape parameters. scan: full parameter values
     at which the score test probes, all away from neutral and from the bounds; the fits start from the best of
     them, so at least three. physical: the range of the amplitude that the effect's name stands for; a fit that
-    leaves it is reported as ``nonphysical``, the shape it has.
+    leaves it is reported as ``nonphysical``, the shape it has. either_sign: the amplitude's other sign is the same
+    effect with another shape (a wave half a period on).
     """
 
     name: str
@@ -58,6 +59,7 @@ class Effect:
     physical: tuple[float, float] = (-float("inf"), float("inf"))
     nonphysical: str = "its opposite"
     law: str = ""
+    either_sign: bool = False
 
     def __post_init__(self) -> None:
         if len(self.scan) < 3:

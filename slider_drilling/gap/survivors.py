@@ -31,7 +31,7 @@ def favoured(base: Base, survivors: Sequence[Candidate]) -> list[Candidate]:
     """The candidates that promise at least half of what the best one does, worth a thorough search."""
     if base.fit.cost <= SMOOTH:
         return []
-    most = max(_promise(base, candidate) for candidate in survivors)
+    most = max((_promise(base, candidate) for candidate in survivors), default=0.0)
     return [candidate for candidate in survivors if _promise(base, candidate) >= 0.5 * most]
 
 

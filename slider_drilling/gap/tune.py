@@ -31,7 +31,7 @@ def fit_growing(
     shares: Sequence[float] = GROWTH,
     shaken: Sequence[float] = (),
 ) -> Fit:
-    """`fit` on a growing first part of the runs; the model is made exact before each, and at the best of the last.
+    """`fit` on a growing first part of the runs; the model is made exact before each, and at the end of whole runs.
 
     What happens late hangs on everything before it: a string that breaks free once too often early on leaves every
     later angle wrong, and a fit of the whole run from there finds no way back. shaken: the shares after which follows
@@ -49,7 +49,8 @@ def fit_growing(
         best, reached = min(found, key=lambda entry: entry.cost), share
         values = best.values
     assert best is not None
-    problem.anchor(best.values)
+    if reached >= 1.0:
+        problem.anchor(best.values)
     return best
 
 
