@@ -9,21 +9,20 @@ from slider_drilling.gap.screen import Candidate
 from slider_drilling.gap.tune import GROWTH, SMOOTH, fit_growing
 
 SURVIVORS = 4
-# A candidate whose best scan point promises less than this share of the gap is not worth a fit for that.
-_PROMISE = 0.04
+# So many of them by the score test, where it promises at least this share of the gap; the rest by short fits.
+_PROMISED, _PROMISE = 2, 0.04
 
 
 def chosen(base: Base, candidates: Sequence[Candidate]) -> list[Candidate]:
-    """SURVIVORS of the candidates: first, in their order, those that promise enough.
+    """SURVIVORS of the candidates: the most promising by the score test, then those whose short fits cost least.
 
-    A nuisance that has bent itself to do an effect's work leaves the score test nothing to see; the rest are therefore
-    those whose fit of the first part of the runs, from an untuned nuisance, costs least.
+    The score test sees what shows late, and what bends nothing else; but a nuisance that has bent itself to do an
+    effect's work leaves it nothing to see. A fit of the first part of the runs from an untuned nuisance does see that.
     """
-    enough = [c for c in candidates if _promise(base, c) >= _PROMISE * max(base.fit.cost - 1.0, 0.0)][:SURVIVORS]
-    others = [candidate for candidate in candidates if candidate not in enough]
-    if len(enough) < SURVIVORS:
-        costs = {candidate.effect.name: _short(base, candidate) for candidate in others}
-        others.sort(key=lambda candidate: costs[candidate.effect.name])
+    enough = [c for c in candidates if _promise(base, c) >= _PROMISE * max(base.fit.cost - 1.0, 0.0)][:_PROMISED]
+    costs = {id(candidate): _short(base, candidate) for candidate in candidates if candidate not in enough}
+    others = [candidate for candidate in candidates if id(candidate) in costs]
+    others.sort(key=lambda candidate: costs[id(candidate)])
     return enough + others[: SURVIVORS - len(enough)]
 
 
