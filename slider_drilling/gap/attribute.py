@@ -173,7 +173,7 @@ def _add_one(
     for index, candidate in enumerate(survivors):
         progress(f"fitting {candidate.effect.name}", begin + 0.03 + 0.24 * index / len(survivors))
         problem.anchor(base.fit.values)
-        own, best, agree = fit_candidate(problem, base, candidate, scatter=scatter, thorough=candidate in thorough)
+        own, best, agree = fit_candidate(base, candidate, scatter=scatter, thorough=candidate in thorough)
         better = _retuned(base, best)
         if better is not None:
             much = better.cost < _MUCH_BETTER * base.fit.cost

@@ -82,7 +82,6 @@ def closed_share(base: float, with_effect: float) -> float:
 
 
 def fit_candidate(
-    problem: Problem,
     base: Base,
     candidate: Candidate,
     *,
@@ -95,6 +94,7 @@ def fit_candidate(
     Every start is tried on the first part of the runs, the favourites for longer. thorough: the favourites go on to the
     whole, each with its own floors, else only the best of them does. The model is left exact at the best.
     """
+    problem = base.problem
     parameters: list[Parameter] = [*base.fit.parameters, *candidate.effect.parameters]
     tried = [*_starts(base, candidate), *scattered(problem, parameters, base.fit.values, scatter, STARTS)]
 
