@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from slider_drilling.gap import Channel, Effect, Parameter, Run, explain
-from slider_drilling.gap.attribute import gaps_before, start_findings
+from slider_drilling.gap.findings import gaps_before, start_findings
 from slider_drilling.gap.held_out import make_folds
 from slider_drilling.gap.noise import NoiseFloor, cycle_starts, difference_noise, noise_floor
 from slider_drilling.gap.residuals import build_problem

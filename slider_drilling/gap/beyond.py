@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.gap.attribute import Findings
+from slider_drilling.gap.findings import Findings
 from slider_drilling.gap.model import Model
 from slider_drilling.gap.residuals import build_problem
 

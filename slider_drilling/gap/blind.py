@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from slider_drilling.gap.attribute import attribute, start_findings, total_closed
+from slider_drilling.gap.attribute import attribute
 from slider_drilling.gap.diagnosis import Diagnosis, diagnose
+from slider_drilling.gap.findings import start_findings, total_closed
 from slider_drilling.gap.residuals import build_problem
 from slider_drilling.gap.sealed import (
     Law,

@@ -14,13 +14,13 @@ import numpy as np
 
 from slider_drilling import __version__
 from slider_drilling.errors import InputError
-from slider_drilling.gap.attribute import Progress
 from slider_drilling.gap.beyond import Beyond, look_beyond
 from slider_drilling.gap.drill_string import rig_with
 from slider_drilling.gap.explain import Answer, Ranked, explain
 from slider_drilling.gap.from_log import Prepared, prepare
 from slider_drilling.gap.health import contradictions, too_little_excitation
 from slider_drilling.gap.model import Effect
+from slider_drilling.gap.turn import Progress
 from slider_drilling.gap.user_effects import UserEffect
 from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig, dump_rig

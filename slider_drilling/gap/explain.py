@@ -8,22 +8,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from slider_drilling.gap.attribute import (
-    Findings,
-    Progress,
-    attribute,
-    gaps_before,
-    start_findings,
-    total_closed,
-    tune_nuisance,
-    verdict,
-)  # fmt: skip
+from slider_drilling.gap.attribute import attribute, tune_nuisance
 from slider_drilling.gap.contender import Contender
+from slider_drilling.gap.findings import Findings, gaps_before, start_findings, total_closed, verdict
 from slider_drilling.gap.locate import Where, likely_site, locate
 from slider_drilling.gap.manoeuvre import NextManoeuvre, next_manoeuvre
 from slider_drilling.gap.model import Effect, Model, Values
 from slider_drilling.gap.noise import NoiseFloor, lowered, noise_floor
 from slider_drilling.gap.residuals import build_problem
+from slider_drilling.gap.turn import Progress
 
 
 @dataclass(frozen=True)

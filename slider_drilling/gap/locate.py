@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.gap.attribute import Findings
 from slider_drilling.gap.contender import Base
+from slider_drilling.gap.findings import Findings
 from slider_drilling.gap.fit import Fit
 from slider_drilling.gap.model import Array, Probed, Run
 from slider_drilling.gap.noise import cycle_period

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.gap.attribute import Findings
 from slider_drilling.gap.contender import Contender
+from slider_drilling.gap.findings import Findings
 from slider_drilling.gap.model import Array, Manoeuvre, Manoeuvring
 from slider_drilling.gap.residuals import Problem, build_problem
 

@@ -11,22 +11,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import differential_evolution
 from scipy.stats import qmc
 
 from slider_drilling.gap.contender import Base, Contender, judge, make_base
+from slider_drilling.gap.findings import Findings
 from slider_drilling.gap.fit import Fit
 from slider_drilling.gap.held_out import Bootstrap, Folds
 from slider_drilling.gap.model import Anchored, Array, Effect, Parameter, Together, Values
 from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import screen
 from slider_drilling.gap.tune import fit_growing
-
-if TYPE_CHECKING:
-    from slider_drilling.gap.attribute import Findings
 
 POPULATION = 128
 GENERATIONS = 40

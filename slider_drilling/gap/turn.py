@@ -1,0 +1,157 @@
+"""One turn of the attribution: screen, fit the survivors, accept the best that passes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+from slider_drilling.gap.contender import Base, Contender, fit_candidate, indistinguishable, judge, make_base
+from slider_drilling.gap.findings import Findings
+from slider_drilling.gap.fit import Fit
+from slider_drilling.gap.model import Effect
+from slider_drilling.gap.predictability import foresee
+from slider_drilling.gap.residuals import Problem
+from slider_drilling.gap.screen import Candidate, screen
+from slider_drilling.gap.survivors import chosen, favoured
+from slider_drilling.gap.tune import GROWTH, fit_growing, sharpen
+
+# A tuning is better when its cost falls by more than fits from different starts scatter.
+_BETTER = 0.98
+_MUCH_BETTER = 0.8
+# Once one candidate explains the log down to its noise, only so many are fitted in all: it and its rivals.
+ENOUGH = 3
+# So many of the best are taken to the end before one is preferred to another.
+POLISHED = 2
+Progress = Callable[[str, float], None]
+
+
+@dataclass
+class _Turn:
+    """What one turn works on. number: 0 for the first effect; candidates: by how many acceptance is corrected."""
+
+    findings: Findings
+    base: Base
+    number: int
+    candidates: int
+    contenders: list[Contender] = field(default_factory=list)
+
+    def compare(self, candidate: Candidate, thorough: bool, scatter: int) -> bool:
+        """Fit one candidate and judge it; whether its fit has turned up a much better tuning without it."""
+        self.base.problem.anchor(self.base.fit.values)
+        own, best, agree = fit_candidate(self.base, candidate, scatter=scatter, thorough=thorough)
+        much = self.retune(best, ())
+        own.anchor(best.values)
+        findings = self.findings
+        self.contenders.append(
+            judge(own, findings.folds, findings.bootstrap, self.base, candidate.effect, best, agree, self.candidates)
+        )
+        return much
+
+    def retune(self, other: Fit, shaken: Sequence[float]) -> bool:
+        """Put a better fit without the candidate in the base's place; whether it was much better.
+
+        Searched for from where the candidate's fit left the rest: a candidate must not win because its search found a
+        better tuning that needs no effect at all. shaken: so that this one is searched for as the candidate was.
+        """
+        base, findings = self.base, self.findings
+        start = {name: other.values[name] for name in base.fit.values}
+        again = fit_growing(base.problem, base.fit.parameters, start, iterations=6, shares=(1.0,), shaken=shaken)
+        if again.cost >= _BETTER * base.fit.cost:
+            return False
+        own, polished = settle(findings.problem, again)
+        self.base = findings.current = make_base(own, findings.folds, findings.bootstrap, polished)
+        if self.number == 0:
+            findings.tuned = findings.current
+        self.contenders[:] = [self.again(contender) for contender in self.contenders]
+        return again.cost < _MUCH_BETTER * base.fit.cost
+
+    def again(self, contender: Contender) -> Contender:
+        """A contender judged against the base as it is now."""
+        findings, own = self.findings, contender.problem
+        own.anchor(contender.fit.values)
+        return judge(
+            own, findings.folds, findings.bootstrap, self.base, contender.effect, contender.fit,
+            contender.starts_agree, self.candidates,
+        )  # fmt: skip
+
+    def winner(self) -> Contender | None:
+        """The best that passes, once the best few are fitted to the end."""
+        self.contenders.sort(key=lambda contender: contender.score.surprise)
+        for index, contender in enumerate(self.contenders[:POLISHED]):
+            own, fine = settle(contender.problem, contender.fit)
+            self.contenders[index] = self.again(replace(contender, problem=own, fit=fine))
+        self.contenders.sort(key=lambda contender: contender.score.surprise)
+        return self.best()
+
+    def best(self) -> Contender | None:
+        """The first that passes every test."""
+        return next((contender for contender in self.contenders if contender.accepted), None)
+
+    def explained(self) -> bool:
+        """Whether one that passes leaves noise alone, and enough rivals have been seen."""
+        done = any(c.accepted and self.findings.at_floor(c.score) for c in self.contenders)
+        return done and len(self.contenders) >= ENOUGH
+
+
+def add_one(
+    findings: Findings, catalogue: Sequence[Effect], number: int, scatter: int, progress: Progress, restarts: int = 1
+) -> bool:
+    """Screen everything not yet accepted, fit the survivors, accept the best that passes. False when none does.
+
+    Where a candidate's fit turns up a much better tuning, the screening was done at the wrong place and starts again.
+    """
+    base = findings.current
+    assert base is not None
+    names = {contender.effect.name for contender in findings.accepted}
+    begin = 0.18 + 0.27 * number
+    progress("screening", begin)
+    screened = screen(base.problem, base.fit, [effect for effect in catalogue if effect.name not in names])
+    turn = _Turn(findings, base, number, len(catalogue))
+    findings.screened.append(screened)
+    findings.rounds.append(turn.contenders)
+    survivors = chosen(base, screened)
+    thorough = favoured(base, survivors)
+    for index, candidate in enumerate(survivors):
+        progress(f"fitting {candidate.effect.name}", begin + 0.03 + 0.24 * index / len(survivors))
+        elsewhere = turn.compare(candidate, candidate in thorough, scatter)
+        if findings.at_floor(turn.base.score):
+            return False
+        if elsewhere and restarts > 0:
+            findings.screened.pop()
+            findings.rounds.pop()
+            return add_one(findings, catalogue, number, scatter, progress, restarts - 1)
+        if turn.explained():
+            break
+    return _accept(turn, turn.winner())
+
+
+def _accept(turn: _Turn, winner: Contender | None) -> bool:
+    """Accept a winner, unless a tuning that is searched for as hard does without it."""
+    if winner is not None:
+        turn.retune(winner.fit, GROWTH[2:])
+        winner = turn.best()
+    findings = turn.findings
+    if winner is None or findings.at_floor(turn.base.score):
+        return False
+    findings.groups[winner.effect.name] = _group(turn.base, winner, turn.contenders)
+    findings.accepted.append(winner)
+    sharper = sharpen(winner.problem, winner.fit)
+    findings.current = make_base(winner.problem, findings.folds, findings.bootstrap, sharper)
+    return True
+
+
+def settle(problem: Problem, found: Fit) -> tuple[Problem, Fit]:
+    """The problem in a fit's own floors, and the fit once more in them."""
+    own = foresee(problem, found)
+    return own, fit_growing(own, found.parameters, found.values, iterations=6, shares=(1.0,))
+
+
+def _group(base: Base, winner: Contender, contenders: Sequence[Contender]) -> dict[str, str]:
+    group = {}
+    for other in contenders:
+        if other is winner or not other.physical or other.gain_bound <= 0.0:
+            continue
+        why = indistinguishable(base, winner, other)
+        if why is not None:
+            group[other.effect.name] = why
+    return group
