@@ -116,10 +116,10 @@ def fit_candidate(
     ends.sort(key=lambda entry: entry[1].cost)
     own, best = ends[0]
     own.anchor(best.values)
-    return own, best, _agree(candidate.effect, base.fit.cost - best.cost, [fit for _, fit in ends])
+    return own, best, agree(candidate.effect, base.fit.cost - best.cost, [fit for _, fit in ends])
 
 
-def _agree(effect: Effect, gain: float, fits: Sequence[Fit]) -> bool:
+def agree(effect: Effect, gain: float, fits: Sequence[Fit]) -> bool:
     """Whether the fits that come close to the best one have an amplitude of its sign and half to twice its size.
 
     A start that ended in a clearly worse place has found another minimum, not another answer.
@@ -172,7 +172,7 @@ def judge(
         reasons.append(f"gain not certain: its lower bound is {bound:.3g} at alpha = {ALPHA:g}/{candidates}")
     if gain < LEAST_GAIN * (base.score.surprise - 1.0):
         reasons.append("closes less than 5 % of the held-out gap")
-    if closed <= 0.0:
+    if not _shrinks(base, problem, score):
         reasons.append("the gap itself does not shrink")
     if not physical:
         reasons.append(f"fit is not physical: it has the shape of {effect.nonphysical}")
@@ -181,6 +181,13 @@ def judge(
     return Contender(
         effect, problem, best, score, closed, interval, gain, bound, starts_agree, physical, tuple(reasons)
     )
+
+
+def _shrinks(base: Base, problem: Problem, score: HeldOut) -> bool:
+    """Whether the gap with every channel alike shrinks, in the loss that no single far-off angle decides."""
+    before, after = base.problem.in_floors_of(problem, base.score.residual), score.residual
+    fall = problem.robust(before)[0] ** 2 - problem.robust(after)[0] ** 2
+    return float(problem.score @ fall) > 0.0
 
 
 def share_closed(

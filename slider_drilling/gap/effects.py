@@ -137,7 +137,7 @@ def _along_the_string(length: float, tool_frequencies: Sequence[float]) -> tuple
             ),
             scan=tuple((2e4, hertz, share * length) for share in (0.45, 0.65, 0.85)
                        for hertz in tool_frequencies or (8.0, 16.0)),
-            law="force sin(2 pi frequency t) at one depth",
+            law="force sin(2 pi frequency t) at one depth", marked=bool(tool_frequencies),
         ),
     )  # fmt: skip
 

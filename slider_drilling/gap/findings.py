@@ -8,8 +8,9 @@ import numpy as np
 
 from slider_drilling.gap.contender import Base, Contender, share_closed
 from slider_drilling.gap.held_out import Bootstrap, Folds, HeldOut, make_folds
-from slider_drilling.gap.model import Anchored, Array
+from slider_drilling.gap.model import Array
 from slider_drilling.gap.null import Threshold, noise_sample, null_threshold
+from slider_drilling.gap.predictability import unsettled
 from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import Candidate
 
@@ -62,12 +63,7 @@ def set_threshold(findings: Findings, seed: int) -> None:
     base = findings.current
     assert base is not None
     problem = base.problem
-    error = np.zeros(problem.time.size)
-    if isinstance(problem.model, Anchored):
-        runs = range(len(problem.model.runs))
-        differences = problem.model.discretisation([problem.set_of(base.fit.values, run) for run in runs])
-        for (run, name), part in problem.slices.items():
-            error[part] = differences[run][name] / problem.floor[part]
+    error = unsettled(problem, base.fit) / problem.floor
     noise = noise_sample(problem, base.fit.residual)
     findings.threshold = null_threshold(problem, base.fit, findings.folds, noise, error, seed=seed)
 

@@ -68,23 +68,25 @@ def make_folds(problem: Problem) -> Folds:
 def fold_steps(problem: Problem, fit: Fit, folds: Folds) -> Array:
     """(FOLDS, p) scaled parameter steps that refit to everything outside each fold, linearised at the fit.
 
-    Steps are held inside the bounds.
+    Steps are held inside the bounds. What belongs to the run stays: how it began is told by its beginning alone, and a
+    refit without that would only show that nothing else tells it.
     """
+    refitted = np.array([not p.per_run for p in fit.parameters], dtype=bool)
+    own = [p for p in fit.parameters if not p.per_run]
     weight = problem.reweighted(fit.residual)
-    rows = weight[:, None] * fit.jacobian
+    rows = weight[:, None] * fit.jacobian[:, refitted]
     right = weight * fit.residual
-    size = rows.shape[1]
-    prior = prior_rows(fit.parameters) ** 2
-    offset = np.array([(fit.values[p.name] - p.nominal) / p.scale for p in fit.parameters])
-    lower = np.array([(p.lower - p.nominal) / p.scale for p in fit.parameters]) - offset
-    upper = np.array([(p.upper - p.nominal) / p.scale for p in fit.parameters]) - offset
-    steps = np.zeros((FOLDS, size))
+    prior = prior_rows(own) ** 2
+    offset = np.array([(fit.values[p.name] - p.nominal) / p.scale for p in own])
+    lower = np.array([(p.lower - p.nominal) / p.scale for p in own]) - offset
+    upper = np.array([(p.upper - p.nominal) / p.scale for p in own]) - offset
+    steps = np.zeros((FOLDS, len(fit.parameters)))
     for fold in range(FOLDS):
         kept = folds.of != fold
         normal = rows[kept].T @ rows[kept] + np.diag(prior)
         gradient = rows[kept].T @ right[kept] + prior * offset
-        ridge = 1e-9 * np.trace(normal) / max(size, 1)
-        steps[fold] = np.clip(-np.linalg.solve(normal + ridge * np.eye(size), gradient), lower, upper)
+        ridge = 1e-9 * np.trace(normal) / max(len(own), 1)
+        steps[fold, refitted] = np.clip(-np.linalg.solve(normal + ridge * np.eye(len(own)), gradient), lower, upper)
     return steps
 
 

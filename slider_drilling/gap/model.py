@@ -49,7 +49,8 @@ class Effect:
     at which the score test probes, all away from neutral and from the bounds; the fits start from the best of
     them, so at least three. physical: the range of the amplitude that the effect's name stands for; a fit that
     leaves it is reported as ``nonphysical``, the shape it has. either_sign: the amplitude's other sign is the same
-    effect with another shape (a wave half a period on).
+    effect with another shape (a wave half a period on). marked: the log bears a mark that little else leaves; it is
+    fitted whatever the score test says.
     """
 
     name: str
@@ -60,6 +61,7 @@ class Effect:
     nonphysical: str = "its opposite"
     law: str = ""
     either_sign: bool = False
+    marked: bool = False
 
     def __post_init__(self) -> None:
         if len(self.scan) < 3:

@@ -41,8 +41,10 @@ def null_threshold(
     generator = np.random.default_rng(seed)
     # A step that the mesh misses must not bend the refits: it does not bend the fits either.
     weight = problem.reweighted(model_error)
-    rows = weight[:, None] * fit.jacobian
-    prior = np.diag(prior_rows(fit.parameters) ** 2)
+    refitted = [index for index, parameter in enumerate(fit.parameters) if not parameter.per_run]
+    jacobian = fit.jacobian[:, refitted]
+    rows = weight[:, None] * jacobian
+    prior = np.diag(prior_rows([fit.parameters[index] for index in refitted]) ** 2)
     inverses = [np.linalg.pinv(rows[folds.of != fold].T @ rows[folds.of != fold] + prior) for fold in range(FOLDS)]
     squared, robust = np.empty(draws), np.empty(draws)
     channels = {name: np.empty(draws) for name in problem.channel_names}
@@ -52,7 +54,7 @@ def null_threshold(
         by_fold = np.stack([pulls[folds.of == fold].sum(axis=0) for fold in range(FOLDS)])
         whole = by_fold.sum(axis=0)
         steps = np.stack([-inverse @ (whole - own) for inverse, own in zip(inverses, by_fold, strict=True)])
-        predicted = synthetic + np.einsum("np,np->n", fit.jacobian, steps[folds.of])
+        predicted = synthetic + np.einsum("np,np->n", jacobian, steps[folds.of])
         predicted *= _floor_error(problem, generator)
         loss = problem.robust(predicted)[0] ** 2
         squared[draw], robust[draw] = problem.gap_squared(predicted), float(problem.weight**2 @ loss)

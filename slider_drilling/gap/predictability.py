@@ -3,7 +3,8 @@
 A bit that breaks free and spins stops at an angle that hangs on everything before: no model, however right, tells it.
 What follows is evidence for or against a model only as far as the model itself is sure of it. The measure is how far
 the mean of two simulations, a little to either side in the parameters, lies from the one between them: nothing where
-the model follows smoothly, as much as they scatter where it does not.
+the model follows smoothly, as much as they scatter where it does not. In a channel that accumulates, what a finer
+simulation would change is added.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from slider_drilling.gap.fit import Fit
-from slider_drilling.gap.model import Array
+from slider_drilling.gap.model import Anchored, Array
 from slider_drilling.gap.residuals import Problem
 
 # Pairs of neighbours; their largest distance in units of each parameter's scale, that of the fit's own derivatives.
@@ -43,11 +44,37 @@ def unpredictable(problem: Problem, fit: Fit, seed: int = 0) -> Array:
     sets = [fit.values | dict(zip((p.name for p in parameters), point, strict=True))
             for point in (middle, *(middle + moves), *(middle - moves))]  # fmt: skip
     simulated = problem.simulate(sets) * problem.floor
-    bend = 0.5 * (simulated[1 : 1 + _PAIRS] + simulated[1 + _PAIRS :]) - simulated[0]
+    apart = _within_half_a_turn(problem, simulated[1:] - simulated[0])
+    bend = 0.5 * (apart[:_PAIRS] + apart[_PAIRS:])
     # Of three alike but independent simulations this has 1.5 times the variance of one.
     variance = np.mean(bend**2, axis=0) / 1.5
-    for part in problem.slices.values():
+    finer = unsettled(problem, fit)
+    for (run, name), part in problem.slices.items():
+        # Elsewhere the mesh's error is the same for every model and tells none from another.
+        if problem.channel_of(run, name).accumulates:
+            variance[part] += finer[part] ** 2
         size = part.stop - part.start
         variance[part] = uniform_filter1d(variance[part], max(3, 2 * round(0.5 * _WINDOW * size) + 1), mode="nearest")
     # A running mean can end a rounding error below zero.
     return np.sqrt(np.maximum(variance, 0.0))
+
+
+def unsettled(problem: Problem, fit: Fit) -> Array:
+    """(N,) by how much, in each channel's unit, a finer simulation differs."""
+    difference = np.zeros_like(problem.floor)
+    if isinstance(problem.model, Anchored):
+        values = [problem.set_of(fit.values, run) for run in range(len(problem.model.runs))]
+        finer = problem.model.discretisation(values)
+        for (run, name), part in problem.slices.items():
+            difference[part] = finer[run][name]
+    return _within_half_a_turn(problem, difference)
+
+
+def _within_half_a_turn(problem: Problem, difference: Array) -> Array:
+    """Differences (..., N) of simulations without the whole turns of channels that wrap."""
+    wrapped = difference.copy()
+    for (run, name), part in problem.slices.items():
+        period = problem.channel_of(run, name).period
+        if period is not None:
+            wrapped[..., part] -= period * np.round(wrapped[..., part] / period)
+    return wrapped

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slider_drilling.gap.missed_steps import missed_steps
-from slider_drilling.gap.model import Anchored, Array, Model, Parameter, Values
+from slider_drilling.gap.model import Anchored, Array, Channel, Model, Parameter, Values
 from slider_drilling.gap.noise import NoiseFloor
 
 # A fit weighs channels between E^2 (0: every channel alike) and likelihood (1: every sample alike). Pure E^2 lets
@@ -55,6 +55,10 @@ class Problem:
         chosen |= {name[: -len(suffix)]: value for name, value in values.items() if name.endswith(suffix)}
         return chosen
 
+    def channel_of(self, run: int, name: str) -> Channel:
+        """A run's channel by its name."""
+        return next(channel for channel in self.model.runs[run].channels if channel.name == name)
+
     def anchor(self, values: Values) -> None:
         """Make the model exact at these values, where it is one that can be."""
         if isinstance(self.model, Anchored):
@@ -93,7 +97,7 @@ class Problem:
         loss = 2.0 * ROBUST**2 * (stretch - 1.0)
         pull = residual / stretch
         for (run, name), part in self.slices.items():
-            channel = next(c for c in self.model.runs[run].channels if c.name == name)
+            channel = self.channel_of(run, name)
             if channel.accumulates:
                 whole = residual[..., part]
                 if channel.period is not None:

@@ -14,16 +14,18 @@ _PROMISED, _PROMISE = 2, 0.04
 
 
 def chosen(base: Base, candidates: Sequence[Candidate]) -> list[Candidate]:
-    """SURVIVORS of the candidates: the most promising by the score test, then those whose short fits cost least.
+    """What the log bears a mark of, and SURVIVORS of the other candidates.
 
-    The score test sees what shows late, and what bends nothing else; but a nuisance that has bent itself to do an
-    effect's work leaves it nothing to see. A fit of the first part of the runs from an untuned nuisance does see that.
+    Of these first the most promising by the score test, then those whose short fits cost least. The score test sees
+    what shows late, and what bends nothing else; but a nuisance that has bent itself to do an effect's work leaves it
+    nothing to see. A fit of the first part of the runs from an untuned nuisance does see that.
     """
-    enough = [c for c in candidates if _promise(base, c) >= _PROMISE * max(base.fit.cost - 1.0, 0.0)][:_PROMISED]
-    costs = {id(candidate): _short(base, candidate) for candidate in candidates if candidate not in enough}
-    others = [candidate for candidate in candidates if id(candidate) in costs]
-    others.sort(key=lambda candidate: costs[id(candidate)])
-    return enough + others[: SURVIVORS - len(enough)]
+    marked = [candidate for candidate in candidates if candidate.effect.marked]
+    rest = [candidate for candidate in candidates if not candidate.effect.marked]
+    enough = [c for c in rest if _promise(base, c) >= _PROMISE * max(base.fit.cost - 1.0, 0.0)][:_PROMISED]
+    short = [(_short(base, candidate), place) for place, candidate in enumerate(rest) if candidate not in enough]
+    best = [rest[place] for _, place in sorted(short)]
+    return marked + enough + best[: SURVIVORS - len(enough)]
 
 
 def favoured(base: Base, survivors: Sequence[Candidate]) -> list[Candidate]:
