@@ -11,8 +11,8 @@ from slider_drilling.gap.findings import Findings, set_threshold
 from slider_drilling.gap.fit import Fit, fit
 from slider_drilling.gap.model import Effect, Parameter, Values
 from slider_drilling.gap.together import add_together
-from slider_drilling.gap.tune import GROWTH, fit_growing, scattered
-from slider_drilling.gap.turn import Progress, add_one, settle
+from slider_drilling.gap.tune import GROWTH, fit_growing, scattered, settle
+from slider_drilling.gap.turn import Progress, add_one
 
 MAX_EFFECTS = 3
 SCATTER_KEPT = 3

@@ -13,7 +13,7 @@ from slider_drilling.gap.model import Effect, Parameter, Values
 from slider_drilling.gap.predictability import foresee
 from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import Candidate
-from slider_drilling.gap.tune import GROWTH, fit_growing, scattered
+from slider_drilling.gap.tune import GROWTH, fit_growing, scattered, settle
 
 ALPHA = 0.05
 LEAST_GAIN = 0.05
@@ -113,10 +113,17 @@ def fit_candidate(
             own = foresee(own, found)
             found = fit_growing(own, parameters, found.values, iterations=iterations, shares=(share,))
         ends.append((own, found))
-    ends.sort(key=lambda entry: entry[1].cost)
-    own, best = ends[0]
+    if not _one_answer(candidate.effect, base, ends):
+        # They may only be still on their way.
+        ends = [settle(own, found) for own, found in ends]
+    own, best = min(ends, key=lambda entry: entry[1].cost)
     own.anchor(best.values)
-    return own, best, agree(candidate.effect, base.fit.cost - best.cost, [fit for _, fit in ends])
+    return own, best, _one_answer(candidate.effect, base, ends)
+
+
+def _one_answer(effect: Effect, base: Base, ends: Sequence[tuple[Problem, Fit]]) -> bool:
+    fits = sorted((found for _, found in ends), key=lambda found: found.cost)
+    return agree(effect, base.fit.cost - fits[0].cost, fits)
 
 
 def agree(effect: Effect, gain: float, fits: Sequence[Fit]) -> bool:

@@ -10,6 +10,7 @@ from scipy.stats import qmc
 
 from slider_drilling.gap.fit import Fit, fit
 from slider_drilling.gap.model import Parameter, Shortened, Values
+from slider_drilling.gap.predictability import foresee
 from slider_drilling.gap.residuals import Problem, build_problem
 from slider_drilling.gap.shake import shake
 
@@ -67,6 +68,12 @@ def sharpen(problem: Problem, found: Fit) -> Fit:
         return replace(sharper, cost=cost)
     problem.anchor(found.values)
     return found
+
+
+def settle(problem: Problem, found: Fit) -> tuple[Problem, Fit]:
+    """The problem in a fit's own floors, and the fit once more in them."""
+    own = foresee(problem, found)
+    return own, fit_growing(own, found.parameters, found.values, iterations=6, shares=(1.0,))
 
 
 def fit_exactly(problem: Problem, parameters: Sequence[Parameter], start: Values, iterations: int) -> Fit:

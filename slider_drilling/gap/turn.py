@@ -9,11 +9,9 @@ from slider_drilling.gap.contender import Base, Contender, fit_candidate, indist
 from slider_drilling.gap.findings import Findings
 from slider_drilling.gap.fit import Fit
 from slider_drilling.gap.model import Effect
-from slider_drilling.gap.predictability import foresee
-from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import Candidate, screen
 from slider_drilling.gap.survivors import chosen, favoured
-from slider_drilling.gap.tune import GROWTH, fit_growing, sharpen
+from slider_drilling.gap.tune import GROWTH, fit_growing, settle, sharpen
 
 # A tuning is better when its cost falls by more than fits from different starts scatter.
 _BETTER = 0.98
@@ -138,12 +136,6 @@ def _accept(turn: _Turn, winner: Contender | None) -> bool:
     sharper = sharpen(winner.problem, winner.fit)
     findings.current = make_base(winner.problem, findings.folds, findings.bootstrap, sharper)
     return True
-
-
-def settle(problem: Problem, found: Fit) -> tuple[Problem, Fit]:
-    """The problem in a fit's own floors, and the fit once more in them."""
-    own = foresee(problem, found)
-    return own, fit_growing(own, found.parameters, found.values, iterations=6, shares=(1.0,))
 
 
 def _group(base: Base, winner: Contender, contenders: Sequence[Contender]) -> dict[str, str]:
