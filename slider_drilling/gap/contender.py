@@ -23,7 +23,7 @@ FAVOURITES = 2
 # Interval reported for the gap closed: 95 %, two-sided.
 _INTERVAL = (0.025, 0.975)
 # A start's fit is another answer where it lacks less than this share of the best one's gain.
-_ANOTHER = 0.15
+_ANOTHER = 0.05
 
 
 @dataclass(frozen=True, eq=False)
