@@ -29,7 +29,8 @@ PAGE = """<!doctype html>
 <p class="verdict"><b>{{ verdict | replace("_", " ") }}{% if partial %} (partial){% endif %}</b><br>{{ sentence }}</p>
 {% if remarks %}<ul>{% for line in remarks %}<li>{{ line }}</li>{% endfor %}</ul>{% endif %}
 <h2>How large</h2>
-<p>E is the RMS difference in noise floors; 1 is a perfect model, {{ threshold }} is what noise alone can reach.
+<p>E is the RMS difference in noise floors (with what the final model itself cannot foretell, after a bit has broken
+free); 1 is a perfect model, {{ threshold }} is what noise alone can reach.
 Held out: every stretch is scored by parameters fitted without it.</p>
 {{ waterfall | safe }}
 <table><tr><th>channel</th><th>noise floor</th><th>from</th><th>nominal</th><th>re-tuned</th><th>with effect</th></tr>
