@@ -17,6 +17,8 @@ from slider_drilling.gap.tune import GROWTH, fit_growing, scattered, settle
 
 ALPHA = 0.05
 LEAST_GAIN = 0.05
+# Of the amplitude's scale. A still smaller effect changes when a bit breaks free, no more, and so does any other.
+LEAST_SIZE = 0.5
 STARTS = 5
 # So many of the starts are followed further.
 FAVOURITES = 2
@@ -181,6 +183,9 @@ def judge(
         reasons.append("closes less than 5 % of the held-out gap")
     if not _shrinks(base, problem, score):
         reasons.append("the gap itself does not shrink")
+    free = effect.parameters[0]
+    if abs(amplitude - free.nominal) < LEAST_SIZE * free.scale:
+        reasons.append(f"vanishing size: less than half of {free.scale:g} {free.unit}")
     if not physical:
         reasons.append(f"fit is not physical: it has the shape of {effect.nonphysical}")
     if not starts_agree:
