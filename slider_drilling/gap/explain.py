@@ -199,6 +199,8 @@ def sentence(
         rivals = findings.groups.get(contender.effect.name, {})
         names.append(contender.effect.name + (f" (or {', '.join(rivals)}: not told apart)" if rivals else ""))
     share = "" if np.isnan(closed) else f" and closes {closed:.2f} [{interval[0]:.2f}, {interval[1]:.2f}] of the gap"
+    if closed <= 0.0:
+        share = " by the loss that decides, in which a missed spin of the bit counts once; E itself does not fall"
     end = "" if conclusion == "effect" else "; something structured remains"
     gaps += f", {np.sqrt(current.score.gap_squared):.2f} with it"
     return f"{' and '.join(names)} explains the gap{share} ({gaps}){end}."
