@@ -107,5 +107,5 @@ def _try_removing(findings: Findings, seed: int) -> None:
 
 
 def _worse_than_nominal(findings: Findings, tuned: Base) -> bool:
-    nominal = findings.problem.in_floors_of(tuned.problem, findings.nominal_residual)
+    nominal = findings.nominal_in(tuned.problem)
     return tuned.problem.gap_squared(tuned.fit.residual) > tuned.problem.gap_squared(nominal)

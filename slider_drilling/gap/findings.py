@@ -49,6 +49,10 @@ class Findings:
         tuned, threshold = self.tuned, self.tuned_threshold
         return tuned is not None and threshold is not None and threshold.holds(tuned.score)
 
+    def nominal_in(self, problem: Problem) -> Array:
+        """(N,) the nominal model's residual in the floors of another problem."""
+        return self.problem.in_floors_of(problem, self.nominal_residual)
+
 
 def start_findings(problem: Problem, seed: int) -> Findings:
     """The nominal model's residual and the resamples that every later score shares."""
@@ -86,7 +90,7 @@ def gaps_before(findings: Findings) -> tuple[float, float]:
     if tuned is None or findings.current is None:
         return float(np.sqrt(problem.gap_squared(findings.nominal_residual))), float("nan")
     final = findings.current.problem
-    nominal = problem.in_floors_of(final, findings.nominal_residual)
+    nominal = findings.nominal_in(final)
     before = tuned.problem.in_floors_of(final, tuned.score.residual)
     return float(np.sqrt(final.gap_squared(nominal))), float(np.sqrt(final.gap_squared(before)))
 
@@ -100,7 +104,7 @@ def verdict(findings: Findings) -> str:
     if findings.accepted:
         return "effect" if current.score.robust <= threshold.robust else "effect_and_unknown"
     problem = tuned.problem
-    loss = problem.robust(findings.problem.in_floors_of(problem, findings.nominal_residual))[0] ** 2
+    loss = problem.robust(findings.nominal_in(problem))[0] ** 2
     if float(problem.weight**2 @ loss) <= at_first.robust and not at_first.above(problem.by_channel(loss)):
         return "none"
     if tuned.score.robust <= at_first.robust:
