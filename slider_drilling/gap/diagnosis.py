@@ -17,6 +17,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.gap.beyond import Beyond, look_beyond
 from slider_drilling.gap.drill_string import rig_with
 from slider_drilling.gap.explain import Answer, Ranked, explain
+from slider_drilling.gap.findings import left_by_stage
 from slider_drilling.gap.from_log import Prepared, prepare
 from slider_drilling.gap.health import contradictions, too_little_excitation
 from slider_drilling.gap.model import Effect
@@ -170,14 +171,10 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
 
 def rms_by_stage(answer: Answer) -> dict[str, dict[str, float]]:
     """RMS of each channel in engineering units (SI) at each stage; held out where parameters were fitted."""
-    findings = answer.findings
-    stages = {"nominal": findings.problem.floor * findings.nominal_residual}
-    for stage, base in (("tuned", findings.tuned), ("with_effect", findings.current)):
-        if base is not None:
-            stages[stage] = base.problem.floor * base.score.residual
+    problem = answer.findings.problem
     return {
-        stage: {name: float(np.sqrt(square)) for name, square in findings.problem.by_channel(left**2).items()}
-        for stage, left in stages.items()
+        stage: {name: float(np.sqrt(square)) for name, square in problem.by_channel(left**2).items()}
+        for stage, left in left_by_stage(answer.findings).items()
     }
 
 

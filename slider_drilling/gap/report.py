@@ -7,11 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slider_drilling.gap.findings import left_by_stage
+
 if TYPE_CHECKING:
     from slider_drilling.gap.diagnosis import Diagnosis
 
 _SHOWN = {"N m": (1e-3, "kN m"), "N": (1e-3, "kN"), "Pa": (1e-5, "bar"), "rad": (180.0 / np.pi, "deg")}
 _BLUE, _RED, _GREEN, _GREY = "#0072b2", "#d55e00", "#009e73", "#7f7f7f"
+_STAGES = {"nominal": "as given", "tuned": "re-tuned", "with_effect": "with effect"}
+_COLOURS = {"nominal": _GREY, "tuned": _BLUE, "with_effect": _GREEN}
 _MOST_POINTS = 1500
 
 PAGE = """<!doctype html>
@@ -85,9 +89,9 @@ def _waterfall(diagnosis: Diagnosis) -> str:
     import plotly.graph_objects as go
 
     answer = diagnosis.answer
-    names = ["as given", "re-tuned", "with effect"] if answer.effects else ["as given", "re-tuned"]
+    names = list(_STAGES.values())[: 3 if answer.effects else 2]
     values = [answer.nominal, answer.tuned, answer.with_effect][: len(names)]
-    figure = go.Figure(go.Bar(x=names, y=values, marker_color=[_GREY, _BLUE, _GREEN][: len(names)],
+    figure = go.Figure(go.Bar(x=names, y=values, marker_color=list(_COLOURS.values())[: len(names)],
                               text=[f"{value:.2f}" for value in values], textposition="outside"))  # fmt: skip
     figure.add_hline(y=answer.threshold, line_dash="dot", annotation_text="noise alone")
     figure.update_yaxes(title_text="E, noise floors", type="log" if max(values) > 8.0 else "linear")
@@ -105,14 +109,11 @@ def _channel_rows(diagnosis: Diagnosis) -> list[list[str]]:
         factor, unit = _SHOWN[channel.unit]
         floor = answer.floors[0][channel.name]
         row = [channel.name.replace("_", " "), f"{floor.sigma * factor:.3g} {unit}", floor.method]
-        for stage in ("nominal", "tuned", "with_effect"):
+        for stage in _STAGES:
             value = stages.get(stage, {}).get(channel.name)
             row.append("-" if value is None else f"{value * factor:.3g} {unit}")
         rows.append(row)
     return rows
-
-
-_STAGES = {"nominal": "as given", "tuned": "re-tuned", "with_effect": "with effect"}
 
 
 def simulated_table(diagnosis: Diagnosis) -> tuple[list[str], list[list[str]]]:
@@ -203,11 +204,11 @@ def _traces(diagnosis: Diagnosis) -> str:
 
     findings = diagnosis.answer.findings
     problem = findings.problem
-    stages = [("as given", problem.floor * findings.nominal_residual, _GREY)]
-    bases = [("re-tuned", findings.tuned, _BLUE)]
-    if findings.accepted:
-        bases.append(("with effect", findings.current, _GREEN))
-    stages += [(name, base.problem.floor * base.score.residual, colour) for name, base, colour in bases if base]
+    stages = [
+        (_STAGES[stage], left, _COLOURS[stage])
+        for stage, left in left_by_stage(findings).items()
+        if stage != "with_effect" or findings.accepted
+    ]
     channels = [(index, channel) for index, run in enumerate(problem.model.runs) for channel in run.channels]
     figure = make_subplots(rows=2 * len(channels), cols=1, shared_xaxes=True, vertical_spacing=0.015)
     for place, (index, channel) in enumerate(channels):
