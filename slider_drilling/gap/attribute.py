@@ -83,7 +83,7 @@ def tune_nuisance(
     best = fit_growing(problem, parameters, best.values, iterations=8, shares=GROWTH[1:], shaken=shaken)
     if thorough and not scatter:
         problem, best = settle(problem, best)
-    findings.tuned = make_base(problem, findings.folds, findings.bootstrap, best)
+    findings.tuned = make_base(problem, findings.bootstrap, best)
     findings.current = findings.tuned
 
 
@@ -96,7 +96,7 @@ def _try_removing(findings: Findings, seed: int) -> None:
         parameters: list[Parameter] = [p for p in current.fit.parameters if p.name not in own]
         start = {name: value for name, value in current.fit.values.items() if name not in own}
         problem, found = settle(current.problem, fit(current.problem, parameters, start, iterations=6))
-        without = make_base(problem, findings.folds, findings.bootstrap, found)
+        without = make_base(problem, findings.bootstrap, found)
         missed = without.score.surprise_resampled - current.score.surprise_resampled
         if float(np.quantile(missed, 0.05)) > 0.0 and without.score.surprise > current.score.surprise:
             continue

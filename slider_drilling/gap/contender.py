@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slider_drilling.gap.fit import Fit
-from slider_drilling.gap.held_out import Bootstrap, Folds, HeldOut, score_held_out
+from slider_drilling.gap.held_out import Bootstrap, HeldOut, score_held_out
 from slider_drilling.gap.model import Effect, Parameter, Values
 from slider_drilling.gap.predictability import foresee
 from slider_drilling.gap.residuals import Problem
@@ -73,9 +73,9 @@ class Base:
     score: HeldOut
 
 
-def make_base(problem: Problem, folds: Folds, bootstrap: Bootstrap, best: Fit) -> Base:
+def make_base(problem: Problem, bootstrap: Bootstrap, best: Fit) -> Base:
     """Score a fit on held-out stretches."""
-    return Base(problem, best, score_held_out(problem, best, folds, bootstrap))
+    return Base(problem, best, score_held_out(problem, best, bootstrap))
 
 
 def closed_share(base: float, with_effect: float) -> float:
@@ -160,7 +160,6 @@ def untuned(base: Base, point: Values) -> dict[str, float]:
 
 def judge(
     problem: Problem,
-    folds: Folds,
     bootstrap: Bootstrap,
     base: Base,
     effect: Effect,
@@ -169,7 +168,7 @@ def judge(
     candidates: int,
 ) -> Contender:
     """Score a fitted effect on held-out stretches and apply the tests of spec gap.md; problem: in the fit's floors."""
-    score = score_held_out(problem, best, folds, bootstrap)
+    score = score_held_out(problem, best, bootstrap)
     gain = base.score.surprise - score.surprise
     bound = float(np.quantile(base.score.surprise_resampled - score.surprise_resampled, ALPHA / candidates))
     closed, interval = share_closed(bootstrap, base, problem, score)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from slider_drilling.gap.contender import Base, Contender, share_closed
-from slider_drilling.gap.held_out import Bootstrap, Folds, HeldOut, make_folds
+from slider_drilling.gap.held_out import Bootstrap, HeldOut, make_folds
 from slider_drilling.gap.model import Array
 from slider_drilling.gap.null import Threshold, noise_sample, null_threshold
 from slider_drilling.gap.predictability import unsettled
@@ -24,7 +24,6 @@ class Findings:
     """
 
     problem: Problem
-    folds: Folds
     bootstrap: Bootstrap
     nominal_residual: Array
     tuned: Base | None = None
@@ -56,10 +55,9 @@ class Findings:
 
 def start_findings(problem: Problem, seed: int) -> Findings:
     """The nominal model's residual and the resamples that every later score shares."""
-    folds = make_folds(problem)
     problem.anchor({})
     residual = problem.residuals([{}])[0]
-    return Findings(problem, folds, Bootstrap(problem, folds, seed), residual)
+    return Findings(problem, Bootstrap(problem, make_folds(problem), seed), residual)
 
 
 def set_threshold(findings: Findings, seed: int) -> None:
@@ -69,7 +67,7 @@ def set_threshold(findings: Findings, seed: int) -> None:
     problem = base.problem
     error = unsettled(problem, base.fit) / problem.floor
     noise = noise_sample(problem, base.fit.residual)
-    findings.threshold = null_threshold(problem, base.fit, findings.folds, noise, error, seed=seed)
+    findings.threshold = null_threshold(problem, base.fit, findings.bootstrap.folds, noise, error, seed=seed)
 
 
 def total_closed(findings: Findings) -> tuple[float, tuple[float, float]]:

@@ -137,9 +137,9 @@ class HeldOut:
     by_channel: dict[str, float]
 
 
-def score_held_out(problem: Problem, fit: Fit, folds: Folds, bootstrap: Bootstrap) -> HeldOut:
-    """Refit without each fold and score on it."""
-    residual, loss = held_out(problem, fit, folds)
+def score_held_out(problem: Problem, fit: Fit, bootstrap: Bootstrap) -> HeldOut:
+    """Refit without each of the bootstrap's folds and score on it."""
+    residual, loss = held_out(problem, fit, bootstrap.folds)
     weight, priced = problem.weight**2, loss + problem.price
     return HeldOut(
         residual, problem.gap_squared(residual), bootstrap.means(residual**2, problem.score),

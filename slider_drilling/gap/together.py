@@ -19,7 +19,7 @@ from scipy.stats import qmc
 from slider_drilling.gap.contender import Base, Contender, judge, make_base
 from slider_drilling.gap.findings import Findings
 from slider_drilling.gap.fit import Fit
-from slider_drilling.gap.held_out import Bootstrap, Folds
+from slider_drilling.gap.held_out import Bootstrap
 from slider_drilling.gap.model import Anchored, Array, Effect, Parameter, Together, Values
 from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import screen
@@ -126,9 +126,7 @@ def add_together(
     if base is None or len(effects) < 2 or findings.at_floor(base.score):
         return False
     findings.screened.append(screen(problem, base.fit, catalogue))
-    joint = fit_together(
-        problem, findings.folds, findings.bootstrap, base, effects, len(catalogue), seed=seed, progress=progress
-    )
+    joint = fit_together(problem, findings.bootstrap, base, effects, len(catalogue), seed=seed, progress=progress)
     findings.rounds.append(list(joint.tried))
     if not joint.accepted:
         findings.screened.pop()
@@ -136,13 +134,12 @@ def add_together(
         return False
     findings.accepted.extend(joint.accepted)
     problem.anchor(joint.fit.values)
-    findings.current = make_base(problem, findings.folds, findings.bootstrap, joint.fit)
+    findings.current = make_base(problem, findings.bootstrap, joint.fit)
     return True
 
 
 def fit_together(
     problem: Problem,
-    folds: Folds,
     bootstrap: Bootstrap,
     base: Base,
     effects: Sequence[Effect],
@@ -173,7 +170,7 @@ def fit_together(
     gain = base.fit.cost - fits[best].cost
     agree = fits[1 - best].cost - fits[best].cost <= _AGREEMENT * gain
     return _without_the_unneeded(
-        problem, folds, bootstrap, base, list(effects), fits[best], populations[best], agree, candidates, seed, progress
+        problem, bootstrap, base, list(effects), fits[best], populations[best], agree, candidates, seed, progress
     )
 
 
@@ -213,7 +210,6 @@ def _polished(problem: Problem, base: Base, effects: Sequence[Effect], starts: S
 
 def _without_the_unneeded(
     problem: Problem,
-    folds: Folds,
     bootstrap: Bootstrap,
     base: Base,
     effects: list[Effect],
@@ -234,9 +230,9 @@ def _without_the_unneeded(
         evolved, _ = evolve(problem, box, base.fit.values, population[:, kept], _AGAIN, seed, lambda: None)
         starts = [{n: whole.values[n] for n in box.names}, *_starts(problem, box, base.fit.values, evolved)]
         without = _polished(problem, base, rest, starts)
-        reference = make_base(problem, folds, bootstrap, without)
+        reference = make_base(problem, bootstrap, without)
         problem.anchor(whole.values)
-        contender = judge(problem, folds, bootstrap, reference, effect, whole, agree, candidates)
+        contender = judge(problem, bootstrap, reference, effect, whole, agree, candidates)
         tried.append(contender)
         if contender.accepted:
             needed[effect.name] = contender

@@ -39,9 +39,8 @@ class _Turn:
         own, best, agree = fit_candidate(self.base, candidate, scatter=scatter, thorough=thorough)
         much = self.retune(best, ())
         own.anchor(best.values)
-        findings = self.findings
         self.contenders.append(
-            judge(own, findings.folds, findings.bootstrap, self.base, candidate.effect, best, agree, self.candidates)
+            judge(own, self.findings.bootstrap, self.base, candidate.effect, best, agree, self.candidates)
         )
         return much
 
@@ -57,7 +56,7 @@ class _Turn:
         if again.cost >= _BETTER * base.fit.cost:
             return False
         own, polished = settle(findings.problem, again)
-        self.base = findings.current = make_base(own, findings.folds, findings.bootstrap, polished)
+        self.base = findings.current = make_base(own, findings.bootstrap, polished)
         if self.number == 0:
             findings.tuned = findings.current
         self.contenders[:] = [self.again(contender) for contender in self.contenders]
@@ -65,11 +64,11 @@ class _Turn:
 
     def again(self, contender: Contender) -> Contender:
         """A contender judged against the base as it is now."""
-        findings, own = self.findings, contender.problem
+        own = contender.problem
         own.anchor(contender.fit.values)
         return judge(
-            own, findings.folds, findings.bootstrap, self.base, contender.effect, contender.fit,
-            contender.starts_agree, self.candidates,
+            own, self.findings.bootstrap, self.base, contender.effect, contender.fit, contender.starts_agree,
+            self.candidates,
         )  # fmt: skip
 
     def winner(self) -> Contender | None:
@@ -134,7 +133,7 @@ def _accept(turn: _Turn, winner: Contender | None) -> bool:
     findings.groups[winner.effect.name] = _group(turn.base, winner, turn.contenders)
     findings.accepted.append(winner)
     sharper = sharpen(winner.problem, winner.fit)
-    findings.current = make_base(winner.problem, findings.folds, findings.bootstrap, sharper)
+    findings.current = make_base(winner.problem, findings.bootstrap, sharper)
     return True
 
 
