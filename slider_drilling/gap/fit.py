@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from slider_drilling.gap.model import Array, Parameter, Values
@@ -33,6 +34,11 @@ class Fit:
     jacobian: Array
     cost: float
     converged: bool
+
+    @property
+    def refitted(self) -> NDArray[np.bool_]:
+        """(p,) whether a refit without a stretch of the run frees the parameter: what belongs to the run stays."""
+        return np.array([not parameter.per_run for parameter in self.parameters], dtype=bool)
 
 
 class _Objective:

@@ -7,6 +7,7 @@ simulated for real, so only the refit is linearised, never the score.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,8 +72,8 @@ def fold_steps(problem: Problem, fit: Fit, folds: Folds) -> Array:
     Steps are held inside the bounds. What belongs to the run stays: how it began is told by its beginning alone, and a
     refit without that would only show that nothing else tells it.
     """
-    refitted = np.array([not p.per_run for p in fit.parameters], dtype=bool)
-    own = [p for p in fit.parameters if not p.per_run]
+    refitted = fit.refitted
+    own = list(compress(fit.parameters, refitted))
     weight = problem.reweighted(fit.residual)
     rows = weight[:, None] * fit.jacobian[:, refitted]
     right = weight * fit.residual

@@ -41,10 +41,9 @@ def null_threshold(
     generator = np.random.default_rng(seed)
     # A step that the mesh misses must not bend the refits: it does not bend the fits either.
     weight = problem.reweighted(model_error)
-    refitted = [index for index, parameter in enumerate(fit.parameters) if not parameter.per_run]
-    jacobian = fit.jacobian[:, refitted]
+    jacobian = fit.jacobian[:, fit.refitted]
     rows = weight[:, None] * jacobian
-    prior = np.diag(prior_rows([fit.parameters[index] for index in refitted]) ** 2)
+    prior = np.diag(prior_rows(fit.parameters)[fit.refitted] ** 2)
     inverses = [np.linalg.pinv(rows[folds.of != fold].T @ rows[folds.of != fold] + prior) for fold in range(FOLDS)]
     squared, robust = np.empty(draws), np.empty(draws)
     channels = {name: np.empty(draws) for name in problem.channel_names}
