@@ -78,11 +78,6 @@ def make_base(problem: Problem, bootstrap: Bootstrap, best: Fit) -> Base:
     return Base(problem, best, score_held_out(problem, best, bootstrap))
 
 
-def closed_share(base: float, with_effect: float) -> float:
-    """``1 - (E_with^2 - 1) / (E_base^2 - 1)``; NaN where the base leaves nothing to close."""
-    return 1.0 - (with_effect - 1.0) / (base - 1.0) if base > 1.0 else float("nan")
-
-
 def fit_candidate(
     base: Base,
     candidate: Candidate,
@@ -204,9 +199,9 @@ def _shrinks(base: Base, problem: Problem, score: HeldOut) -> bool:
 def share_closed(
     bootstrap: Bootstrap, base: Base, problem: Problem, score: HeldOut
 ) -> tuple[float, tuple[float, float]]:
-    """Share of the base's gap that a fit closes, with its interval, in the floors of that fit's problem.
+    """``1 - (E_fit^2 - 1) / (E_base^2 - 1)``, the share of the base's gap that a fit closes, with its interval.
 
-    NaN where the base leaves nothing to close.
+    In the floors of the fit's problem. NaN where the base leaves nothing to close.
     """
     residual = base.problem.in_floors_of(problem, base.score.residual)
     gap_squared = problem.gap_squared(residual)
@@ -216,7 +211,7 @@ def share_closed(
         return float("nan"), (float("nan"), float("nan"))
     shares = 1.0 - (after[left] - 1.0) / (before[left] - 1.0)
     low, high = (float(np.quantile(shares, level)) for level in _INTERVAL)
-    return closed_share(gap_squared, score.gap_squared), (low, high)
+    return 1.0 - (score.gap_squared - 1.0) / (gap_squared - 1.0), (low, high)
 
 
 def indistinguishable(base: Base, winner: Contender, other: Contender) -> str | None:
