@@ -12,11 +12,12 @@ import numpy as np
 
 from slider_drilling.gap.model import Effect, Parameter
 
-_ANY_WAVE_S = (6.0, 9.0, 13.0)
+# Periods of waves at sea, where the log itself shows no line.
+ANY_WAVE_S = (6.0, 9.0, 13.0)
 
 
 def catalogue(
-    length: float, duration: float, wave_periods: Sequence[float] = _ANY_WAVE_S, tool_frequencies: Sequence[float] = ()
+    length: float, duration: float, wave_periods: Sequence[float] = ANY_WAVE_S, tool_frequencies: Sequence[float] = ()
 ) -> tuple[Effect, ...]:
     """The fifteen effects of spec gap.md, and torque read at the motor.
 

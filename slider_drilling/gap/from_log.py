@@ -11,7 +11,7 @@ from slider_drilling.drillstring import Commands
 from slider_drilling.drillstring.from_log import commands_from_log
 from slider_drilling.errors import InputError
 from slider_drilling.gap.drill_string import DrillString, depth_probes, nuisance_parameters
-from slider_drilling.gap.effects import aging_with_memory, catalogue
+from slider_drilling.gap.effects import ANY_WAVE_S, aging_with_memory, catalogue
 from slider_drilling.gap.health import unusable
 from slider_drilling.gap.model import Array, Run
 from slider_drilling.gap.replay import measured_channels
@@ -108,7 +108,7 @@ def wave_periods(run: Run) -> tuple[float, ...]:
     inside = np.flatnonzero((frequency > 1.0 / 40.0) & (frequency < 1.0 / 4.0))
     peaks = [i for i in inside[1:-1] if power[i] >= power[i - 1] and power[i] >= power[i + 1]]
     peaks.sort(key=lambda i: -power[i])
-    return tuple(float(1.0 / frequency[i]) for i in peaks[:6]) if len(peaks) >= 2 else (6.0, 9.0, 13.0)
+    return tuple(float(1.0 / frequency[i]) for i in peaks[:6]) if len(peaks) >= 2 else ANY_WAVE_S
 
 
 def tool_frequencies(run: Run) -> tuple[float, ...]:
