@@ -13,11 +13,11 @@ from slider_drilling.analysis.cycles import Breakover, Cycle, breakover, rocking
 from slider_drilling.analysis.friction import ELEMENTS, FrictionFit, fit_friction
 from slider_drilling.drillstring.zones import Zones
 from slider_drilling.errors import InputError
+from slider_drilling.gap.progress import Progress
 from slider_drilling.log.series import RigLog
 from slider_drilling.rig import Rig
 
 Array = NDArray[np.float64]
-Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)

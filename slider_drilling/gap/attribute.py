@@ -10,9 +10,10 @@ from slider_drilling.gap.contender import Base, make_base
 from slider_drilling.gap.findings import Findings, set_threshold
 from slider_drilling.gap.fit import Fit, fit
 from slider_drilling.gap.model import Effect, Parameter, Values
+from slider_drilling.gap.progress import Progress
 from slider_drilling.gap.together import add_together
 from slider_drilling.gap.tune import GROWTH, fit_growing, scattered, settle
-from slider_drilling.gap.turn import Progress, add_one
+from slider_drilling.gap.turn import add_one
 
 MAX_EFFECTS = 3
 SCATTER_KEPT = 3

@@ -13,6 +13,7 @@ import numpy as np
 from slider_drilling.gap.attribute import attribute
 from slider_drilling.gap.diagnosis import Diagnosis, diagnose
 from slider_drilling.gap.findings import start_findings, total_closed
+from slider_drilling.gap.progress import Progress
 from slider_drilling.gap.residuals import build_problem
 from slider_drilling.gap.sealed import (
     Law,
@@ -128,7 +129,7 @@ def blind_check(
     base: Rig,
     folder: Path,
     said: Callable[[Scored], None] = lambda scored: None,
-    progress: Callable[[str, float], None] = lambda stage, share: None,
+    progress: Progress = lambda stage, share: None,
 ) -> list[Scored]:
     """Seal, diagnose and score every name at every seed. Logs are kept in the folder, opened seals in seals.json."""
     results: list[Scored] = []

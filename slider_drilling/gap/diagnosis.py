@@ -21,7 +21,7 @@ from slider_drilling.gap.findings import left_by_stage
 from slider_drilling.gap.from_log import Prepared, prepare
 from slider_drilling.gap.health import contradictions, too_little_excitation
 from slider_drilling.gap.model import Effect
-from slider_drilling.gap.turn import Progress
+from slider_drilling.gap.progress import Progress
 from slider_drilling.gap.user_effects import UserEffect
 from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig, dump_rig

@@ -15,8 +15,8 @@ from slider_drilling.gap.locate import Where, likely_site, locate
 from slider_drilling.gap.manoeuvre import NextManoeuvre, next_manoeuvre
 from slider_drilling.gap.model import Effect, Model, Values
 from slider_drilling.gap.noise import NoiseFloor, lowered, noise_floor
+from slider_drilling.gap.progress import Progress
 from slider_drilling.gap.residuals import build_problem
-from slider_drilling.gap.turn import Progress
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from slider_drilling.gap.findings import Findings
 from slider_drilling.gap.fit import Fit
 from slider_drilling.gap.held_out import Bootstrap
 from slider_drilling.gap.model import Anchored, Array, Effect, Parameter, Together, Values
+from slider_drilling.gap.progress import Progress
 from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import screen
 from slider_drilling.gap.tune import fit_growing
@@ -115,9 +116,7 @@ def costs_of(problem: Problem, sets: Sequence[Values]) -> Array:
     return np.where(np.isfinite(costs), costs, 1e12)
 
 
-def add_together(
-    findings: Findings, catalogue: Sequence[Effect], seed: int, progress: Callable[[str, float], None]
-) -> bool:
+def add_together(findings: Findings, catalogue: Sequence[Effect], seed: int, progress: Progress) -> bool:
     """Put what `fit_together` finds into the findings; False where the model names nothing or nothing is accepted."""
     problem, base = findings.problem, findings.current
     model = problem.model
@@ -146,7 +145,7 @@ def fit_together(
     candidates: int,
     *,
     seed: int = 0,
-    progress: Callable[[str, float], None] = lambda stage, share: None,
+    progress: Progress = lambda stage, share: None,
 ) -> Joint:
     """Free the effects together and keep those that held-out data misses.
 
@@ -218,7 +217,7 @@ def _without_the_unneeded(
     agree: bool,
     candidates: int,
     seed: int,
-    progress: Callable[[str, float], None],
+    progress: Progress,
 ) -> Joint:
     tried: list[Contender] = []
     needed: dict[str, Contender] = {}

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from slider_drilling.gap.contender import Base, Contender, fit_candidate, indistinguishable, judge, make_base
 from slider_drilling.gap.findings import Findings
 from slider_drilling.gap.fit import Fit
 from slider_drilling.gap.model import Effect
+from slider_drilling.gap.progress import Progress
 from slider_drilling.gap.screen import Candidate, screen
 from slider_drilling.gap.survivors import chosen, favoured
 from slider_drilling.gap.tune import GROWTH, fit_growing, settle, sharpen
@@ -20,7 +21,6 @@ _MUCH_BETTER = 0.8
 ENOUGH = 3
 # So many of the best are taken to the end before one is preferred to another.
 POLISHED = 2
-Progress = Callable[[str, float], None]
 
 
 @dataclass
