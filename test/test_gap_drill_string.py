@@ -228,6 +228,27 @@ def test_anchor_makes_the_coarse_mesh_exact(tmp_path):
     assert part == pytest.approx(fine[: part.size], abs=1e-6)
 
 
+def test_the_fine_mesh_is_run_once_for_the_anchor_and_the_discretisation(tmp_path, monkeypatch):
+    log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))
+    model = replace(prepare([log], short_rig()).model, coarse=12, fine=40)
+    values = {"friction_2": 1.1, "friction_1": 0.9}
+    finer, fine = (replace(model, coarse=elements).simulate(0, [values]) for elements in (64, 40))
+    meshes = []
+    whole = drill_string.simulate_on_threads
+
+    def counted(rigs, commands, elements, starts):
+        meshes.append(elements)
+        return whole(rigs, commands, elements, starts)
+
+    monkeypatch.setattr(drill_string, "simulate_on_threads", counted)
+    model.anchor([values])
+    (difference,) = model.discretisation([values])
+    assert sorted(meshes) == [12, 40, 64]
+    assert set(difference) == set(finer)
+    for name, change in difference.items():
+        assert np.array_equal(change, finer[name][0] - fine[name][0])
+
+
 @pytest.mark.parametrize("name", [*CATALOGUE, *OUTSIDE])
 def test_sealed_laws_change_what_the_sensors_see(name):
     rig = short_rig()

@@ -21,6 +21,14 @@ _THREADS = 2
 _REMEMBERED = 16
 
 
+@dataclass(frozen=True)
+class _Exact:
+    """Channels of a run at one parameter set on the fine mesh, and what that adds to the coarse one, each (n,)."""
+
+    fine: dict[str, Array]
+    added: dict[str, Array]
+
+
 @dataclass
 class DrillString:
     """See `slider_drilling.gap.model.Model`, `Anchored` and `Probed`.
@@ -40,7 +48,7 @@ class DrillString:
     coarse: int = COARSE
     fine: int = FINE
     _correction: list[dict[str, Array]] = field(default_factory=list, repr=False)
-    _known: dict[tuple[int, tuple[tuple[str, float], ...]], dict[str, Array]] = field(
+    _known: dict[tuple[int, tuple[tuple[str, float], ...]], _Exact] = field(
         default_factory=dict, init=False, repr=False
     )
 
@@ -54,16 +62,19 @@ class DrillString:
 
     def anchor(self, values: Sequence[Values]) -> None:
         """Make `simulate` equal the fine mesh at these values, one set per run."""
-        self._correction = [self._added(run, tuple(sorted(own.items()))) for run, own in enumerate(values)]
+        self._correction = [self._exact(run, own).added for run, own in enumerate(values)]
 
-    def _added(self, run: int, values: tuple[tuple[str, float], ...]) -> dict[str, Array]:
-        """What the fine mesh adds to each channel of a run; a search comes back to the same few places."""
-        if (run, values) not in self._known:
+    def _exact(self, run: int, values: Values) -> _Exact:
+        """A run on the fine mesh, remembered: a search comes back to the same few places."""
+        place = run, tuple(sorted(values.items()))
+        if place not in self._known:
             while len(self._known) >= _REMEMBERED:
                 self._known.pop(next(iter(self._known)))
-            fine, coarse = (self._channels(run, [dict(values)], elements) for elements in (self.fine, self.coarse))
-            self._known[run, values] = {name: fine[name][0] - coarse[name][0] for name in fine}
-        return self._known[run, values]
+            fine, coarse = (self._channels(run, [values], elements) for elements in (self.fine, self.coarse))
+            self._known[place] = _Exact(
+                {name: rows[0] for name, rows in fine.items()}, {name: fine[name][0] - coarse[name][0] for name in fine}
+            )
+        return self._known[place]
 
     def shortened(self, share: float) -> DrillString:
         """The first part of every run; whatever the anchor knew of it is kept."""
@@ -95,8 +106,9 @@ class DrillString:
         differences = []
         for run, own in enumerate(values):
             finer = self._channels(run, [own], round(FINER * self.fine))
-            fine = self._channels(run, [own], self.fine)
-            differences.append({name: finer[name][0] - fine[name][0] for name in fine})
+            # As a rule the anchor has just been there.
+            fine = self._exact(run, own).fine
+            differences.append({name: finer[name][0] - fine[name] for name in fine})
         return differences
 
     def _channels(self, run: int, sets: Sequence[Values], elements: int) -> dict[str, Array]:
