@@ -5,10 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from slider_drilling.gap.contender import Base, agree
+from slider_drilling.gap.contender import Base, agree, judge, make_base
 from slider_drilling.gap.effects import catalogue
 from slider_drilling.gap.fit import Fit, fit
 from slider_drilling.gap.from_log import tool_frequencies
+from slider_drilling.gap.held_out import Bootstrap, make_folds
 from slider_drilling.gap.model import Channel, Effect, Parameter, Run
 from slider_drilling.gap.noise import NoiseFloor
 from slider_drilling.gap.residuals import build_problem
@@ -73,8 +74,8 @@ class Ramps:
         return {"height": np.stack(rows)}
 
 
-def ramp(name, marked=False):
-    slope = Parameter(f"{name}.slope", 0.0, -5.0, 5.0, 0.01)
+def ramp(name, marked=False, unit="-"):
+    slope = Parameter(f"{name}.slope", 0.0, -5.0, 5.0, 0.01, unit)
     return Effect(name, "contact", (slope,), ((0.05,), (0.2,), (1.0,)), marked=marked)
 
 
@@ -91,3 +92,18 @@ def test_marked_promising_and_quickly_fitted_candidates_survive():
     assert survivors[0] == "marked"
     # What shows late is in no short fit: the score test alone sees it.
     assert "late" in survivors[1:3]
+
+
+@pytest.mark.parametrize(("unit", "size"), [("-", "0.01"), ("m/s", "0.01 m/s")])
+def test_a_vanishing_size_is_refused_in_its_unit(unit, size):
+    time = TIME[::10]
+    effect = ramp("idle", unit=unit)
+    measured = np.random.default_rng(2).normal(0.0, 1.0, time.size)
+    run = Run("ramps", time, np.sin(time), (Channel("height", time, measured),))
+    problem = build_problem(Ramps((run,), effects=(effect,)), [{"height": NoiseFloor(1.0, "declared")}])
+    bootstrap = Bootstrap(problem, make_folds(problem), 0)
+    nuisance = problem.free(problem.model.nuisance)
+    base = make_base(problem, bootstrap, fit(problem, nuisance, {}))
+    found = fit(problem, [*nuisance, *effect.parameters], {})
+    contender = judge(problem, bootstrap, base, effect, found, starts_agree=True, candidates=1)
+    assert f"vanishing size: less than half of {size}" in contender.reasons

@@ -168,7 +168,8 @@ def judge(
     bound = float(np.quantile(base.score.surprise_resampled - score.surprise_resampled, ALPHA / candidates))
     closed, interval = share_closed(bootstrap, base, problem, score)
     low, high = effect.physical
-    amplitude = best.values[effect.parameters[0].name]
+    free = effect.parameters[0]
+    amplitude = best.values[free.name]
     physical = low <= amplitude <= high
     reasons = []
     if bound <= 0.0:
@@ -177,9 +178,9 @@ def judge(
         reasons.append("closes less than 5 % of the held-out gap")
     if not _shrinks(base, problem, score):
         reasons.append("the gap itself does not shrink")
-    free = effect.parameters[0]
     if abs(amplitude - free.nominal) < LEAST_SIZE * free.scale:
-        reasons.append(f"vanishing size: less than half of {free.scale:g} {free.unit}")
+        unit = "" if free.unit == "-" else f" {free.unit}"
+        reasons.append(f"vanishing size: less than half of {free.scale:g}{unit}")
     if not physical:
         reasons.append(f"fit is not physical: it has the shape of {effect.nonphysical}")
     if not starts_agree:
