@@ -1,7 +1,11 @@
 """ROS tests that meet neither each other nor anything else on the machine."""
 
 import os
+import subprocess
+import time
 import uuid
+from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -25,3 +29,20 @@ def namespace(monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     monkeypatch.setenv("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
     return f"/rig_{uuid.uuid4().hex[:12]}"
+
+
+@pytest.fixture
+def wait_for_bytes() -> Callable[[Path, int, subprocess.Popen], Path]:
+    """Waits until a recording process has written so much into a folder; gives the file that it is writing."""
+
+    def wait(folder: Path, size: int, process: subprocess.Popen) -> Path:
+        end = time.monotonic() + 100.0
+        while time.monotonic() < end and process.poll() is None:
+            for path in folder.glob(".*.part"):
+                if path.stat().st_size >= size:
+                    return path
+            time.sleep(0.02)
+        there = [path.name for path in folder.iterdir()]
+        raise AssertionError(f"no log of {size} bytes in {folder}: {there}; exit code {process.poll()}")
+
+    return wait

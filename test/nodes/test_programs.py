@@ -66,17 +66,6 @@ def start(namespace: str, tmp_path: Path) -> Iterator[object]:
             program.process.communicate()
 
 
-def wait_for_bytes(folder: Path, size: int) -> Path:
-    """The file that a recorder is writing, once it holds this much."""
-    end = time.monotonic() + DEADLINE
-    while time.monotonic() < end:
-        for path in folder.glob(".*.part"):
-            if path.stat().st_size >= size:
-                return path
-        time.sleep(0.02)
-    raise AssertionError(f"no log of {size} bytes in {folder}: {[p.name for p in folder.iterdir()]}")
-
-
 def test_three_processes_in_lockstep(start, tmp_path):
     """The simulator ends after its duration, the others when told; nothing is lost between them."""
     recorder = start("recorder", directory=tmp_path, file="run.mcap", use_sim_time=True)
@@ -95,11 +84,11 @@ def test_three_processes_in_lockstep(start, tmp_path):
 
 @pytest.mark.parametrize("signals", [[signal.SIGINT], [signal.SIGINT, signal.SIGINT], [signal.SIGTERM]],
                          ids=["interrupt", "interrupt twice", "terminate"])
-def test_a_recorder_that_is_told_to_end_finishes_its_log(signals, start, tmp_path):
+def test_a_recorder_that_is_told_to_end_finishes_its_log(signals, start, wait_for_bytes, tmp_path):
     start("rocking_controller", use_sim_time=True)
     recorder = start("recorder", directory=tmp_path, file="run.mcap", use_sim_time=True)
     start("friction_simulator", elements=20, minimum_subscribers=2)
-    wait_for_bytes(tmp_path, 100_000)
+    wait_for_bytes(tmp_path, 100_000, recorder.process)
     for number in signals:
         recorder.process.send_signal(number)
     assert recorder.end() == 0, recorder.said
@@ -110,11 +99,11 @@ def test_a_recorder_that_is_told_to_end_finishes_its_log(signals, start, tmp_pat
     assert log.top_drive is not None and log.top_drive.time[-1] > 5.0
 
 
-def test_a_recorder_that_is_killed_leaves_a_log_that_can_be_read(start, tmp_path):
+def test_a_recorder_that_is_killed_leaves_a_log_that_can_be_read(start, wait_for_bytes, tmp_path):
     start("rocking_controller", use_sim_time=True)
     recorder = start("recorder", directory=tmp_path, file="run.mcap", use_sim_time=True)
     start("friction_simulator", elements=20, minimum_subscribers=2)
-    path = wait_for_bytes(tmp_path, 100_000)
+    path = wait_for_bytes(tmp_path, 100_000, recorder.process)
     recorder.process.kill()
     assert recorder.end() == -signal.SIGKILL
     log = read_log(path)

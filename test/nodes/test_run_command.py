@@ -6,7 +6,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -84,13 +83,10 @@ def test_target_is_what_was_asked_for(recorded):
     assert np.degrees(read_log(recorded[0]).tool_face_target.position[0]) == pytest.approx(45.0)
 
 
-def test_an_interrupted_run_keeps_its_log(environment, tmp_path):
+def test_an_interrupted_run_keeps_its_log(environment, wait_for_bytes, tmp_path):
     arguments = command("run", "--speed", 20, "--duration", 1e6, "--elements", 20, "--record", tmp_path)
     process = subprocess.Popen(arguments, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    end = time.monotonic() + 100.0
-    while not any(path.stat().st_size > 50_000 for path in tmp_path.glob(".*.part")):
-        assert time.monotonic() < end and process.poll() is None
-        time.sleep(0.02)
+    wait_for_bytes(tmp_path, 50_000, process)
     process.send_signal(signal.SIGINT)
     process.send_signal(signal.SIGINT)
     out, said = process.communicate(timeout=100.0)
