@@ -27,7 +27,7 @@ from slider_drilling.gap.screen import screen
 from slider_drilling.gap.tune import fit_growing
 
 POPULATION = 128
-GENERATIONS = 40
+GENERATIONS = 80
 # So many of a population go on to least squares, no two of them nearer than this in the unit cube.
 POLISHED = 3
 _APART = 0.2
@@ -125,7 +125,7 @@ def add_together(findings: Findings, catalogue: Sequence[Effect], seed: int, pro
     if base is None or len(effects) < 2 or findings.at_floor(base.score):
         return False
     findings.screened.append(screen(problem, base.fit, catalogue))
-    joint = fit_together(problem, findings.bootstrap, base, effects, len(catalogue), seed=seed, progress=progress)
+    joint = fit_together(problem, findings.bootstrap, base, effects, seed=seed, progress=progress)
     findings.rounds.append(list(joint.tried))
     if not joint.accepted:
         findings.screened.pop()
@@ -142,14 +142,13 @@ def fit_together(
     bootstrap: Bootstrap,
     base: Base,
     effects: Sequence[Effect],
-    candidates: int,
     *,
     seed: int = 0,
     progress: Progress = lambda stage, share: None,
 ) -> Joint:
     """Free the effects together and keep those that held-out data misses.
 
-    base: the tuned model without any of them. candidates: by how many names acceptance is corrected.
+    base: the tuned model without any of them. Acceptance is corrected by the number of effects: no other is tried.
     """
     fits, populations = [], []
     for turn in (0, 1):
@@ -169,7 +168,7 @@ def fit_together(
     gain = base.fit.cost - fits[best].cost
     agree = fits[1 - best].cost - fits[best].cost <= _AGREEMENT * gain
     return _without_the_unneeded(
-        problem, bootstrap, base, list(effects), fits[best], populations[best], agree, candidates, seed, progress
+        problem, bootstrap, base, list(effects), fits[best], populations[best], agree, seed, progress
     )
 
 
@@ -215,10 +214,10 @@ def _without_the_unneeded(
     whole: Fit,
     population: Array,
     agree: bool,
-    candidates: int,
     seed: int,
     progress: Progress,
 ) -> Joint:
+    candidates = len(effects)
     tried: list[Contender] = []
     needed: dict[str, Contender] = {}
     for place, effect in enumerate(list(effects)):
