@@ -107,7 +107,7 @@ def axial_oscillation_tool(generator: np.random.Generator, rig: Rig, size: float
     depth, hertz = rig.string.length * generator.uniform(0.6, 0.85), generator.uniform(10.0, 18.0)
 
     def values(time: float) -> dict[str, float]:
-        return {"axial_oscillation_tool.force": 3e4 * size, "axial_oscillation_tool.depth": depth,
+        return {"axial_oscillation_tool.force": 2e3 * size, "axial_oscillation_tool.depth": depth,
                 "axial_oscillation_tool.frequency": hertz * (0.97 if 200.0 < time < 235.0 else 1.0)}  # fmt: skip
 
     return Law("axial_oscillation_tool", "string", True, values=values, varies=True)
