@@ -14,7 +14,7 @@ from slider_drilling.gap.model import Channel, Effect, Parameter, Run
 from slider_drilling.gap.noise import NoiseFloor
 from slider_drilling.gap.residuals import build_problem
 from slider_drilling.gap.screen import screen
-from slider_drilling.gap.survivors import SURVIVORS, chosen
+from slider_drilling.gap.survivors import SURVIVORS, survivors
 
 TIME = np.arange(0.0, 400.0, 0.1)
 
@@ -87,11 +87,13 @@ def test_marked_promising_and_quickly_fitted_candidates_survive():
     run = Run("ramps", time, np.sin(time), (Channel("height", time, measured),))
     problem = build_problem(Ramps((run,), effects=effects), [{"height": NoiseFloor(1.0, "declared")}])
     base = Base(problem, fit(problem, problem.free(problem.model.nuisance), {}), None)
-    survivors = [candidate.effect.name for candidate in chosen(base, screen(problem, base.fit, effects))]
-    assert len(survivors) == SURVIVORS + 1
-    assert survivors[0] == "marked"
+    chosen = survivors(base, screen(problem, base.fit, effects))
+    names = [survivor.candidate.effect.name for survivor in chosen]
+    assert len(names) == SURVIVORS + 1
+    assert names[0] == "marked"
     # What shows late is in no short fit: the score test alone sees it.
-    assert "late" in survivors[1:3]
+    assert "late" in names[1:3]
+    assert chosen[names.index("late")].thorough
 
 
 @pytest.mark.parametrize(("unit", "size"), [("-", "0.01"), ("m/s", "0.01 m/s")])

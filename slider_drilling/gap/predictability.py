@@ -29,8 +29,24 @@ def foresee(problem: Problem, fit: Fit) -> Problem:
     return problem.foretold(unpredictable(problem, fit))
 
 
-def unpredictable(problem: Problem, fit: Fit, seed: int = 0) -> Array:
+def glimpse(problem: Problem, fit: Fit) -> Problem:
+    """As `foresee`, by the neighbours alone and with the model as it is anchored."""
+    return problem.foretold(_bend(problem, fit))
+
+
+def unpredictable(problem: Problem, fit: Fit) -> Array:
     """(N,) standard deviation, in each channel's unit, of what the model at a fit cannot foretell."""
+    spread = _bend(problem, fit)
+    finer = unsettled(problem, fit)
+    for (run, name), part in problem.slices.items():
+        # Elsewhere the mesh's error is the same for every model and tells none from another.
+        if problem.channel_of(run, name).accumulates:
+            spread[part] = np.hypot(spread[part], _averaged(finer[part]))
+    return spread
+
+
+def _bend(problem: Problem, fit: Fit, seed: int = 0) -> Array:
+    """(N,) standard deviation of what neighbours in the parameters do otherwise."""
     generator = np.random.default_rng(seed)
     parameters = fit.parameters
     here = np.array([fit.values[p.name] for p in parameters])
@@ -48,15 +64,17 @@ def unpredictable(problem: Problem, fit: Fit, seed: int = 0) -> Array:
     bend = 0.5 * (apart[:_PAIRS] + apart[_PAIRS:])
     # Of three alike but independent simulations this has 1.5 times the variance of one.
     variance = np.mean(bend**2, axis=0) / 1.5
-    finer = unsettled(problem, fit)
-    for (run, name), part in problem.slices.items():
-        # Elsewhere the mesh's error is the same for every model and tells none from another.
-        if problem.channel_of(run, name).accumulates:
-            variance[part] += finer[part] ** 2
-        size = part.stop - part.start
-        variance[part] = uniform_filter1d(variance[part], max(3, 2 * round(0.5 * _WINDOW * size) + 1), mode="nearest")
+    spread = np.sqrt(variance)
+    for part in problem.slices.values():
+        spread[part] = _averaged(spread[part])
+    return spread
+
+
+def _averaged(spread: Array) -> Array:
+    """Root of the running mean square of one channel's spread (n,)."""
+    window = max(3, 2 * round(0.5 * _WINDOW * spread.size) + 1)
     # A running mean can end a rounding error below zero.
-    return np.sqrt(np.maximum(variance, 0.0))
+    return np.sqrt(np.maximum(uniform_filter1d(spread**2, window, mode="nearest"), 0.0))
 
 
 def unsettled(problem: Problem, fit: Fit) -> Array:

@@ -7,26 +7,38 @@ the data would allow finds the parameters with which it does so when the log say
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import cholesky, solve_triangular
 
 from slider_drilling.gap.fit import Fit, prior_rows
-from slider_drilling.gap.model import Array
+from slider_drilling.gap.model import Anchored, Array
 from slider_drilling.gap.residuals import Problem
 
 # The first population costs this share more than the fit, if the problem were smooth.
 _SPREAD = 0.05
 _POPULATION = 20
+# Where the model is rough the spread is at least this, in units of the parameters' scales: over less than that its cost
+# is the luck of when the string breaks free, beyond it follows the parameters.
+_LEAST, _FAR = 0.3, 24
 
 
-def shake(problem: Problem, fit: Fit, *, generations: int = 8, seed: int = 0) -> dict[str, float]:
+def roam(problem: Problem, fit: Fit, *, seed: int = 0) -> dict[str, float]:
+    """As `shake`, further and on the cheap model: what an exact run adds at one place says nothing of another here."""
+    if isinstance(problem.model, Anchored):
+        problem.model.anchor([])
+    return shake(problem, fit, generations=_FAR, least=_LEAST, seed=seed)
+
+
+def shake(
+    problem: Problem, fit: Fit, *, generations: int = 8, least: float = 0.0, seed: int = 0
+) -> dict[str, float]:
     """The best parameter values that CMA-ES finds near a fit, the fit's own if none is better.
 
-    Coordinates are those in which the fit's linearised cost is round. The model stays anchored as it was.
+    Coordinates are those in which the fit's linearised cost is round. least: spread to begin with in every direction,
+    units of the parameters' scales. The model stays anchored as it was.
     """
     from cma import CMAEvolutionStrategy
 
     parameters = fit.parameters
-    back = _round_coordinates(problem, fit)
+    back = _round_coordinates(problem, fit, least)
     scale, lower, upper, nominal = (
         np.array([getattr(p, field) for p in parameters]) for field in ("scale", "lower", "upper", "nominal")
     )
@@ -43,7 +55,7 @@ def shake(problem: Problem, fit: Fit, *, generations: int = 8, seed: int = 0) ->
 
     best, lowest = start, float(costs(start[None])[0])
     options = {"popsize": _POPULATION, "seed": seed + 1, "verbose": -9, "maxiter": generations}
-    search = CMAEvolutionStrategy(np.zeros(start.size), np.sqrt(_SPREAD * fit.cost / start.size), options)
+    search = CMAEvolutionStrategy(np.zeros(start.size), 1.0, options)
     while not search.stop():
         points = search.ask()
         trials = np.clip(start + scale * (np.asarray(points) @ back.T), lower, upper)
@@ -54,10 +66,12 @@ def shake(problem: Problem, fit: Fit, *, generations: int = 8, seed: int = 0) ->
     return values(best)
 
 
-def _round_coordinates(problem: Problem, fit: Fit) -> Array:
-    """(p, p) matrix from coordinates in which the linearised cost is ``|z|^2`` to the scaled parameters."""
+def _round_coordinates(problem: Problem, fit: Fit, least: float) -> Array:
+    """(p, p) matrix from coordinates in which the search begins round and of size one to the scaled parameters."""
     _, slope = problem.robust(fit.residual)
     rows = (problem.weight * slope)[:, None] * fit.jacobian
     hessian = rows.T @ rows + np.diag(prior_rows(fit.parameters) ** 2)
     hessian += 1e-4 * np.trace(hessian) / len(hessian) * np.eye(len(hessian))
-    return np.asarray(solve_triangular(cholesky(hessian, lower=True), np.eye(len(hessian)), lower=True, trans="T"))
+    curvature, directions = np.linalg.eigh(hessian)
+    spread = np.sqrt(_SPREAD * fit.cost / len(hessian) / curvature)
+    return np.asarray(directions * np.maximum(spread, least))

@@ -3,37 +3,47 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
 
 from slider_drilling.gap.contender import Base, untuned
+from slider_drilling.gap.predictability import glimpse
+from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import Candidate
-from slider_drilling.gap.tune import GROWTH, SMOOTH, fit_growing
+from slider_drilling.gap.tune import GROWTH, SMOOTH, first_part, fit_exactly
 
 SURVIVORS = 4
 # So many of them by the score test, where it promises at least this share of the gap; the rest by short fits.
 _PROMISED, _PROMISE = 2, 0.04
 
 
-def chosen(base: Base, candidates: Sequence[Candidate]) -> list[Candidate]:
+@dataclass(frozen=True)
+class Survivor:
+    """A candidate to be fitted; thorough: it is one of the likeliest, worth a search that takes longer."""
+
+    candidate: Candidate
+    thorough: bool
+
+
+def survivors(base: Base, candidates: Sequence[Candidate]) -> list[Survivor]:
     """What the log bears a mark of, and SURVIVORS of the other candidates.
 
-    Of these first the most promising by the score test, then those whose short fits cost least. The score test sees
-    what shows late, and what bends nothing else; but a nuisance that has bent itself to do an effect's work leaves it
-    nothing to see. A fit of the first part of the runs from an untuned nuisance does see that.
+    Of these first the most promising by the score test, then those that a short fit leaves least surprised. The score
+    test sees what shows late, and what bends nothing else; but a nuisance that has bent itself to do an effect's work
+    leaves it nothing to see. A fit of the first part of the runs from an untuned nuisance does see that. Thorough are
+    those that promise at least half of what the best one does, and the first of the short fits.
     """
     marked = [candidate for candidate in candidates if candidate.effect.marked]
     rest = [candidate for candidate in candidates if not candidate.effect.marked]
     enough = [c for c in rest if _promise(base, c) >= _PROMISE * max(base.fit.cost - 1.0, 0.0)][:_PROMISED]
-    short = [(_short(base, candidate), place) for place, candidate in enumerate(rest) if candidate not in enough]
-    best = [rest[place] for _, place in sorted(short)]
-    return marked + enough + best[: SURVIVORS - len(enough)]
-
-
-def favoured(base: Base, survivors: Sequence[Candidate]) -> list[Candidate]:
-    """The candidates that promise at least half of what the best one does, worth a thorough search."""
-    if base.fit.cost <= SMOOTH:
-        return []
-    most = max((_promise(base, candidate) for candidate in survivors), default=0.0)
-    return [candidate for candidate in survivors if _promise(base, candidate) >= 0.5 * most]
+    part = first_part(base.problem, GROWTH[0])
+    surprise = {candidate.effect.name: _short(base, part, candidate) for candidate in rest}
+    short = sorted(rest, key=lambda candidate: surprise[candidate.effect.name])
+    chosen = marked + enough + [c for c in short if c not in enough][: SURVIVORS - len(enough)]
+    most = max((_promise(base, candidate) for candidate in chosen), default=0.0)
+    worth = base.fit.cost > SMOOTH
+    return [Survivor(c, worth and (_promise(base, c) >= 0.5 * most or c is short[0])) for c in chosen]
 
 
 def _promise(base: Base, candidate: Candidate) -> float:
@@ -41,8 +51,11 @@ def _promise(base: Base, candidate: Candidate) -> float:
     return base.fit.cost - candidate.predicted
 
 
-def _short(base: Base, candidate: Candidate) -> float:
-    """Cost of a fit of the first part of the runs."""
+def _short(base: Base, part: Problem, candidate: Candidate) -> float:
+    """Surprise that a fit of the first part leaves, from the best of the effect's scan points."""
+    starts = [untuned(base, point) for point in candidate.points]
+    costs = [part.robust_gap(residual) for residual in part.residuals(starts)]
     parameters = [*base.fit.parameters, *candidate.effect.parameters]
-    start = untuned(base, candidate.points[0])
-    return fit_growing(base.problem, parameters, start, iterations=4, shares=GROWTH[:1]).cost
+    found = fit_exactly(part, parameters, starts[int(np.argmin(costs))], 4)
+    own = glimpse(part, found)
+    return own.robust_gap(part.in_floors_of(own, found.residual))

@@ -20,7 +20,7 @@ GROWTH = (0.4, 0.7, 1.0)
 # Where the fit leaves no more cost than this, there is nothing to search for.
 SMOOTH = 1.1
 # Times that `sharpen` takes the size of a forgiven step, and of the cost that it may add elsewhere.
-_STRICT, _CONTENT = 8.0, 1.03
+_STRICT, CONTENT = 8.0, 1.03
 
 
 def fit_growing(
@@ -64,10 +64,18 @@ def sharpen(problem: Problem, found: Fit) -> Fit:
     sharper = fit_growing(strict, found.parameters, found.values, iterations=6, shares=(1.0,), shaken=(1.0,))
     cost = problem.robust_gap(sharper.residual)
     better = problem.gap_squared(sharper.residual) < problem.gap_squared(found.residual)
-    if better and cost <= _CONTENT * found.cost:
+    if better and cost <= CONTENT * found.cost:
         return replace(sharper, cost=cost)
     problem.anchor(found.values)
     return found
+
+
+def foreseen(problem: Problem, found: Fit) -> tuple[Problem, Fit]:
+    """The problem in a fit's own floors, and the same fit in them."""
+    own = foresee(problem, found)
+    residual = problem.in_floors_of(own, found.residual)
+    jacobian = found.jacobian * (problem.floor / own.floor)[:, None]
+    return own, replace(found, residual=residual, jacobian=jacobian, cost=own.robust_gap(residual))
 
 
 def settle(problem: Problem, found: Fit) -> tuple[Problem, Fit]:

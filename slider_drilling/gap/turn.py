@@ -10,9 +10,9 @@ from slider_drilling.gap.findings import Findings
 from slider_drilling.gap.fit import Fit
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.progress import Progress
-from slider_drilling.gap.screen import Candidate, screen
-from slider_drilling.gap.survivors import chosen, favoured
-from slider_drilling.gap.tune import GROWTH, fit_growing, settle, sharpen
+from slider_drilling.gap.screen import screen
+from slider_drilling.gap.survivors import Survivor, survivors
+from slider_drilling.gap.tune import CONTENT, GROWTH, fit_growing, foreseen, settle, sharpen
 
 # A tuning is better when its cost falls by more than fits from different starts scatter.
 _BETTER = 0.98
@@ -33,10 +33,11 @@ class _Turn:
     candidates: int
     contenders: list[Contender] = field(default_factory=list)
 
-    def compare(self, candidate: Candidate, thorough: bool, scatter: int) -> bool:
+    def compare(self, survivor: Survivor, scatter: int) -> bool:
         """Fit one candidate and judge it; whether its fit has turned up a much better tuning without it."""
+        candidate = survivor.candidate
         self.base.problem.anchor(self.base.fit.values)
-        own, best, agree = fit_candidate(self.base, candidate, scatter=scatter, thorough=thorough)
+        own, best, agree = fit_candidate(self.base, candidate, scatter=scatter, thorough=survivor.thorough)
         much = self.retune(best, ())
         own.anchor(best.values)
         self.contenders.append(
@@ -74,11 +75,17 @@ class _Turn:
     def winner(self) -> Contender | None:
         """The best that passes, once the best few are fitted to the end."""
         self.contenders.sort(key=lambda contender: contender.score.surprise)
-        for index, contender in enumerate(self.contenders[:POLISHED]):
-            own, fine = settle(contender.problem, contender.fit)
-            self.contenders[index] = self.again(replace(contender, problem=own, fit=fine))
+        self.contenders[:POLISHED] = [self.polished(contender) for contender in self.contenders[:POLISHED]]
         self.contenders.sort(key=lambda contender: contender.score.surprise)
         return self.best()
+
+    def polished(self, contender: Contender) -> Contender:
+        """Fitted to the end, with missed steps priced higher where held-out stretches do not speak against that."""
+        own, fine = settle(contender.problem, contender.fit)
+        settled = self.again(replace(contender, problem=own, fit=fine))
+        own, fine = foreseen(own, sharpen(own, fine))
+        sharper = self.again(replace(contender, problem=own, fit=fine))
+        return sharper if sharper.score.surprise <= CONTENT * settled.score.surprise else settled
 
     def best(self) -> Contender | None:
         """The first that passes every test."""
@@ -106,11 +113,10 @@ def add_one(
     turn = _Turn(findings, base, number, len(catalogue))
     findings.screened.append(screened)
     findings.rounds.append(turn.contenders)
-    survivors = chosen(base, screened)
-    thorough = favoured(base, survivors)
-    for index, candidate in enumerate(survivors):
-        progress(f"fitting {candidate.effect.name}", begin + 0.03 + 0.24 * index / len(survivors))
-        elsewhere = turn.compare(candidate, candidate in thorough, scatter)
+    chosen = survivors(base, screened)
+    for index, survivor in enumerate(chosen):
+        progress(f"fitting {survivor.candidate.effect.name}", begin + 0.03 + 0.24 * index / len(chosen))
+        elsewhere = turn.compare(survivor, scatter)
         if findings.at_floor(turn.base.score):
             return False
         if elsewhere and restarts > 0:
@@ -132,8 +138,8 @@ def _accept(turn: _Turn, winner: Contender | None) -> bool:
         return False
     findings.groups[winner.effect.name] = _group(turn.base, winner, turn.contenders)
     findings.accepted.append(winner)
-    sharper = sharpen(winner.problem, winner.fit)
-    findings.current = make_base(winner.problem, findings.bootstrap, sharper)
+    findings.current = Base(winner.problem, winner.fit, winner.score)
+    winner.problem.anchor(winner.fit.values)
     return True
 
 
