@@ -118,6 +118,7 @@ def test_what_follows_the_fitted_part_is_measured_and_never_fitted():
         expected = 0.05 if signal is measured else np.hypot(0.7, 0.05)
         assert beyond.rest["tuned"]["signal"] == pytest.approx(expected, rel=0.1)
         assert beyond.freed == {"nominal": 0, "tuned": 1}
+        assert np.sqrt(np.mean(beyond.left["tuned"] ** 2)) == pytest.approx(beyond.whole["tuned"]["signal"])
     assert found[0].tuned.fit.values == found[1].tuned.fit.values
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from slider_drilling.gap.findings import Findings
-from slider_drilling.gap.model import Model
-from slider_drilling.gap.residuals import build_problem
+from slider_drilling.gap.model import Array, Model
+from slider_drilling.gap.residuals import Problem, build_problem
 
 Rms = dict[str, dict[str, float]]
 
@@ -27,6 +28,12 @@ class Beyond:
     rest: Rms
     whole: Rms
     freed: dict[str, int]
+    problem: Problem = field(repr=False)
+    left: dict[str, Array] = field(repr=False)
+
+    def figures(self) -> dict[str, Any]:
+        """The plain numbers of it."""
+        return {name: getattr(self, name) for name in ("share", "fitted", "rest", "whole", "freed")}
 
 
 def look_beyond(model: Model, findings: Findings, share: float) -> Beyond:
@@ -41,13 +48,13 @@ def look_beyond(model: Model, findings: Findings, share: float) -> Beyond:
     ends = np.array([run.time[0] + share * run.duration for run in model.runs])
     seen = problem.time <= ends[problem.run]
     parts: dict[str, Rms] = {"fitted": {}, "rest": {}, "whole": {}}
+    left = {}
     for stage, values in stages.items():
         problem.anchor(values)
-        residual = problem.residuals([values])[0]
-        residual *= problem.floor
+        left[stage] = residual = problem.floor * problem.residuals([values])[0]
         for place, kept in (("fitted", seen), ("rest", ~seen), ("whole", np.ones_like(seen))):
             for index, name in enumerate(problem.channel_names):
                 here = kept & (problem.channel == index)
                 if here.any():
                     parts[place].setdefault(stage, {})[name] = float(np.sqrt(np.mean(residual[here] ** 2)))
-    return Beyond(share, parts["fitted"], parts["rest"], parts["whole"], freed)
+    return Beyond(share, parts["fitted"], parts["rest"], parts["whole"], freed, problem, left)

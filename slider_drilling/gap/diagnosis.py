@@ -6,7 +6,7 @@ import json
 import os
 import tempfile
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,6 @@ from slider_drilling.errors import InputError
 from slider_drilling.gap.beyond import Beyond, look_beyond
 from slider_drilling.gap.drill_string import rig_with
 from slider_drilling.gap.explain import Answer, Ranked, explain
-from slider_drilling.gap.findings import left_by_stage
 from slider_drilling.gap.from_log import Prepared, prepare
 from slider_drilling.gap.health import contradictions, too_little_excitation
 from slider_drilling.gap.model import Effect
@@ -149,7 +148,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             "noise_method": {name: floor.method for name, floor in answer.floors[0].items()},
             "rms": rms_by_stage(answer),
         },
-        "simulated": asdict(diagnosis.beyond),
+        "simulated": diagnosis.beyond.figures(),
         "where": None if where is None else {
             "channel": where.channel, "phase": where.phase, "band": where.band, "time": where.time,
             "depth": where.depth,
@@ -171,10 +170,16 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
 
 def rms_by_stage(answer: Answer) -> dict[str, dict[str, float]]:
     """RMS of each channel in engineering units (SI) at each stage; held out where parameters were fitted."""
-    problem = answer.findings.problem
+    findings = answer.findings
+    problem = findings.problem
+    left = {"nominal": problem.floor * findings.nominal_residual}
+    if findings.tuned is not None:
+        left["tuned"] = findings.tuned.problem.floor * findings.tuned.score.residual
+    if findings.current is not None and findings.accepted:
+        left["with_effect"] = findings.current.problem.floor * findings.current.score.residual
     return {
-        stage: {name: float(np.sqrt(square)) for name, square in problem.by_channel(left**2).items()}
-        for stage, left in left_by_stage(answer.findings).items()
+        stage: {name: float(np.sqrt(square)) for name, square in problem.by_channel(residual**2).items()}
+        for stage, residual in left.items()
     }
 
 

@@ -93,15 +93,6 @@ def gaps_before(findings: Findings) -> tuple[float, float]:
     return float(np.sqrt(final.gap_squared(nominal))), float(np.sqrt(final.gap_squared(before)))
 
 
-def left_by_stage(findings: Findings) -> dict[str, Array]:
-    """(N,) residual in the channels' units, nominal and, as far as there are fits, tuned and with_effect (held out)."""
-    left = {"nominal": findings.problem.floor * findings.nominal_residual}
-    for stage, base in (("tuned", findings.tuned), ("with_effect", findings.current)):
-        if base is not None:
-            left[stage] = base.problem.floor * base.score.residual
-    return left
-
-
 def verdict(findings: Findings) -> str:
     """One of the six verdicts of spec gap.md."""
     tuned, current = findings.tuned, findings.current

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slider_drilling.gap.findings import left_by_stage
-
 if TYPE_CHECKING:
     from slider_drilling.gap.diagnosis import Diagnosis
 
@@ -55,7 +53,9 @@ the log{% endif %}.</p>
 {% if manoeuvre %}<h2>What to do next</h2><p>{{ manoeuvre }}</p>{% endif %}
 {% if would_help %}<p>With more channels more could be told apart:</p>
 <ul>{% for line in would_help %}<li>{{ line }}</li>{% endfor %}</ul>{% endif %}
-<h2>Measured and simulated</h2>{{ traces | safe }}
+<h2>Measured and simulated</h2>
+<p>One simulation of the whole log with each stage's parameters{% if beyond %}; what follows the dotted line was not
+fitted{% endif %}.</p>{{ traces | safe }}
 <h2>Parameters</h2><table>{% for name, value in parameters %}<tr><td>{{ name }}</td><td class="n">{{ value }}</td></tr>
 {% endfor %}</table><p class="dim">Took {{ runtime }} s.</p></body></html>
 """
@@ -202,13 +202,9 @@ def _manoeuvre(diagnosis: Diagnosis) -> str:
 def _traces(diagnosis: Diagnosis) -> str:
     from plotly.subplots import make_subplots
 
-    findings = diagnosis.answer.findings
-    problem = findings.problem
-    stages = [
-        (_STAGES[stage], left, _COLOURS[stage])
-        for stage, left in left_by_stage(findings).items()
-        if stage != "with_effect" or findings.accepted
-    ]
+    beyond = diagnosis.beyond
+    problem = beyond.problem
+    stages = [(_STAGES[stage], left, _COLOURS[stage]) for stage, left in beyond.left.items()]
     channels = [(index, channel) for index, run in enumerate(problem.model.runs) for channel in run.channels]
     figure = make_subplots(rows=2 * len(channels), cols=1, shared_xaxes=True, vertical_spacing=0.015)
     for place, (index, channel) in enumerate(channels):
@@ -225,6 +221,9 @@ def _traces(diagnosis: Diagnosis) -> str:
         figure.update_yaxes(title_text=f"{channel.name.replace('_', ' ')}<br>{unit}", row=2 * place + 1, col=1)
         figure.update_yaxes(title_text=f"residual<br>{unit}", row=2 * place + 2, col=1)
     figure.update_xaxes(title_text="time, s", row=2 * len(channels), col=1)
+    if beyond.rest and len(problem.model.runs) == 1:
+        run = problem.model.runs[0]
+        figure.add_vline(x=run.time[0] + beyond.share * run.duration, line_dash="dot")
     figure.update_layout(height=300 * len(channels) + 80, legend={"orientation": "h", "y": 1.04}, hovermode="x unified")
     return _html(figure.update_traces(line_width=1.0))
 
