@@ -127,18 +127,6 @@ def test_noise_floor_from_repeats_and_from_differences():
     assert difference_noise(channel.measured) == pytest.approx(2.0, rel=0.1)
 
 
-def test_a_line_is_no_noise():
-    generator = np.random.default_rng(7)
-    time = np.arange(0.0, 400.0, 0.1)
-    noise = generator.normal(0.0, 2.0, time.size)
-    shaken = noise + (10.0 + 3.0 * np.sin(0.2 * time)) * np.sin(2 * np.pi * 3.8 * time)
-    run = Run("run", time, np.sin(0.3 * time), ())
-    assert difference_noise(shaken) > 5.0
-    floor = noise_floor(Channel("force", time, shaken), run)
-    assert (floor.method, floor.sigma) == ("spectrum", pytest.approx(2.0, rel=0.1))
-    assert noise_floor(Channel("force", time, noise), run).method == "differences"
-
-
 def test_coloured_noise_is_seen_by_cycles():
     generator = np.random.default_rng(5)
     time = np.arange(0.0, 600.0, 0.1)

@@ -1,8 +1,7 @@
 """The noise floor of a channel, from the log itself.
 
 Where the excitation repeats, what differs from cycle to cycle is noise (per frequency bin, corrected for the
-cycles that the mean and the drift were taken from); elsewhere robust high-order differences, or what lies beneath the
-lines of the spectrum where it has such.
+cycles that the mean and the drift were taken from); elsewhere robust high-order differences.
 """
 
 from __future__ import annotations
@@ -25,13 +24,11 @@ _CYCLE_MATCH = 0.03
 # spread of the two estimates themselves.
 _COLOURED = 1.25
 _AGREE = 1.3
-# Differences must show this much more than the spectrum does beneath its lines before these count as signal.
-_LINES = 1.5
 
 
 @dataclass(frozen=True)
 class NoiseFloor:
-    """sigma in the channel's unit; method ``cycles``, ``differences``, ``spectrum``, ``declared`` or ``resolution``.
+    """sigma in the channel's unit; method ``cycles``, ``differences``, ``declared`` or ``resolution``.
 
     lag_correlation: of neighbouring samples of the noise (0 for white); uncertainty: relative standard deviation of
     sigma^2; differences, cycles: the two estimates behind it, NaN where the log gives none.
@@ -51,22 +48,6 @@ def difference_noise(values: Array) -> float:
         return float("nan")
     difference = np.diff(values, n=4)
     return float(_MAD * np.median(np.abs(difference)) / np.sqrt(_FOURTH_DIFFERENCE))
-
-
-def noise_beneath_lines(values: Array) -> float:
-    """Standard deviation of white noise under a signal of few frequencies, values (n,): median of the upper half band.
-
-    A tool that shakes the string all the time looks like noise to differences; it is a line, and noise has none.
-    """
-    if values.size < 100:
-        return float("nan")
-    taper = np.hanning(values.size - 2)
-    power = np.abs(np.fft.rfft(np.diff(values, n=2) * taper)) ** 2 / np.sum(taper**2)
-    frequency = np.fft.rfftfreq(taper.size)
-    gain = np.abs(1.0 - np.exp(-2j * np.pi * frequency)) ** 4
-    upper = frequency > 0.25
-    # The power of white noise is exponentially distributed over the bins.
-    return float(np.sqrt(np.median(power[upper] / gain[upper]) / np.log(2.0)))
 
 
 def cycle_starts(time: Array, excitation: Array) -> list[Array]:
@@ -132,17 +113,15 @@ def noise_floor(channel: Channel, run: Run) -> NoiseFloor:
         if channel.declared_noise is None:
             raise ValueError(f"channel {channel.name}: too few samples to tell its noise, and none is declared")
         return NoiseFloor(float(np.hypot(channel.declared_noise, quantum)), "declared")
-    differences, beneath = difference_noise(channel.measured), noise_beneath_lines(channel.measured)
-    known = float(np.sqrt(2.0 * _MEDIAN_COST / channel.measured.size))
-    if quantum < beneath < differences / _LINES:
-        return NoiseFloor(beneath, "spectrum", 0.0, known, differences)
+    differences = difference_noise(channel.measured)
     cycles, colour, uncertainty = cycle_noise(channel, cycle_starts(run.time, run.excitation))
     # Differences also see the signal's own kinks, cycles also what drifts: the lower one is nearer the noise, unless
     # the cycles show clearly more, and agree on it.
     if cycles > _COLOURED * differences or 0.0 < cycles < differences:
         return NoiseFloor(max(cycles, quantum), "cycles", max(colour, 0.0), uncertainty, differences, cycles)
     if max(differences, quantum) > 0.0:
-        return NoiseFloor(max(differences, quantum), "differences", 0.0, known, differences, cycles)
+        uncertainty = float(np.sqrt(2.0 * _MEDIAN_COST / channel.measured.size))
+        return NoiseFloor(max(differences, quantum), "differences", 0.0, uncertainty, differences, cycles)
     return NoiseFloor(_smallest_step(channel.measured), "resolution", 0.0, 0.0, differences, cycles)
 
 
