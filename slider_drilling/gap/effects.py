@@ -116,6 +116,7 @@ def _cuttings_bed(length: float) -> Effect:
 
 
 def _along_the_string(length: float, tool_frequencies: Sequence[float]) -> tuple[Effect, ...]:
+    shares = np.linspace(0.3, 0.96, 12) if tool_frequencies else (0.45, 0.65, 0.85)
     return (
         Effect(
             "top_drive_backlash", "top_drive",
@@ -136,8 +137,8 @@ def _along_the_string(length: float, tool_frequencies: Sequence[float]) -> tuple
                 Parameter("axial_oscillation_tool.frequency", 15.0, 3.0, 40.0, 1e-3 if tool_frequencies else 1.0, "Hz"),
                 Parameter("axial_oscillation_tool.depth", 0.7 * length, 0.0, length, 0.02 * length, "m"),
             ),
-            scan=tuple((2e4, hertz, share * length) for share in (0.45, 0.65, 0.85)
-                       for hertz in tool_frequencies or (8.0, 16.0)),
+            # Waves of 300 m: what reaches the surface changes over a fraction of that.
+            scan=tuple((4e3, hertz, share * length) for share in shares for hertz in tool_frequencies or (8.0, 16.0)),
             law="force sin(2 pi frequency t) at one depth", marked=bool(tool_frequencies),
         ),
     )  # fmt: skip

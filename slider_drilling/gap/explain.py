@@ -164,7 +164,7 @@ def rank(findings: Findings) -> tuple[Ranked, ...]:
         for candidate in findings.screened[0]:
             if candidate.effect.name not in named and now > 1.0:
                 nothing = (float("nan"), float("nan"))
-                share = (now - candidate.predicted) / (now - 1.0)
+                share = candidate.promise / (now - 1.0)
                 entries.append(
                     Ranked(
                         candidate.effect.name, candidate.effect.site, share, nothing, {}, False, False, True, False, 1

@@ -161,7 +161,7 @@ def likely_site(findings: Findings) -> tuple[str | None, dict[str, float]]:
     gap = max(tuned.fit.cost - 1.0, 1e-9)
     best: dict[str, float] = {}
     for candidate in findings.screened[0]:
-        share = (gap + 1.0 - candidate.predicted) / gap
+        share = candidate.promise / gap
         best[candidate.effect.site] = max(best.get(candidate.effect.site, -np.inf), share)
     for contender in findings.rounds[0] if findings.rounds else []:
         best[contender.effect.site] = max(best.get(contender.effect.site, -np.inf), contender.closed)

@@ -22,12 +22,14 @@ _SLACK = 1e-6
 class Candidate:
     """An effect as the score test sees it.
 
-    predicted: robust E^2 that the best scan point promises once the nuisance follows; starts: parameter values
-    (nuisance included) to begin fits from, most promising first; points: the effect's own values there as scanned.
+    predicted: robust E^2 that the best scan point promises once the nuisance follows; promise: by how much that is less
+    than what the nuisance promises alone; starts: parameter values (nuisance included) to begin fits from, most
+    promising first; points: the effect's own values there as scanned.
     """
 
     effect: Effect
     predicted: float
+    promise: float
     starts: tuple[dict[str, float], ...]
     points: tuple[dict[str, float], ...]
 
@@ -45,6 +47,8 @@ def screen(problem: Problem, fit: Fit, effects: Sequence[Effect]) -> list[Candid
     weight = problem.reweighted(fit.residual)
     rows = weight[:, None] * fit.jacobian
     prior = np.diag(prior_rows(fit.parameters))
+    alone, _ = _project(weight, rows, prior, fit, np.zeros_like(weight), 0.0)
+    without = problem.robust_gap(fit.residual + fit.jacobian @ alone)
     for (effect, point), change in zip(points, changes, strict=True):
         amplitude = effect.parameters[0]
         shortest = -_LONGEST if amplitude.lower < amplitude.nominal < amplitude.upper else 0.0
@@ -56,7 +60,8 @@ def screen(problem: Problem, fit: Fit, effects: Sequence[Effect]) -> list[Candid
     for effect in effects:
         ordered = sorted(scored[effect.name], key=lambda entry: entry[0])
         starts, scanned = tuple(entry[1] for entry in ordered), tuple(entry[2] for entry in ordered)
-        found.append(Candidate(effect, ordered[0][0], starts, scanned))
+        predicted = ordered[0][0]
+        found.append(Candidate(effect, predicted, without - predicted, starts, scanned))
     return sorted(found, key=lambda candidate: candidate.predicted)
 
 

@@ -18,6 +18,8 @@ _POPULATION = 20
 # Where the model is rough the spread is at least this, in units of the parameters' scales: over less than that its cost
 # is the luck of when the string breaks free, beyond it follows the parameters.
 _LEAST, _FAR = 0.3, 24
+# No direction is searched further out than this, however little the fit says of it.
+_MOST = 5.0
 
 
 def roam(problem: Problem, fit: Fit, *, seed: int = 0) -> dict[str, float]:
@@ -74,4 +76,4 @@ def _round_coordinates(problem: Problem, fit: Fit, least: float) -> Array:
     hessian += 1e-4 * np.trace(hessian) / len(hessian) * np.eye(len(hessian))
     curvature, directions = np.linalg.eigh(hessian)
     spread = np.sqrt(_SPREAD * fit.cost / len(hessian) / curvature)
-    return np.asarray(directions * np.maximum(spread, least))
+    return np.asarray(directions * np.clip(spread, least, _MOST))

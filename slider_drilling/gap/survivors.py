@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from slider_drilling.gap.contender import Base, untuned
+from slider_drilling.gap.model import Parameter, Values
 from slider_drilling.gap.predictability import glimpse
 from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import Candidate
 from slider_drilling.gap.tune import GROWTH, SMOOTH, first_part, fit_exactly
 
 SURVIVORS = 4
-# So many of them by the score test, where it promises at least this share of the gap; the rest by short fits.
+# So many of them by the score test and as many by short fits, each where it promises at least this share of the gap.
 _PROMISED, _PROMISE = 2, 0.04
 
 
@@ -27,35 +28,40 @@ class Survivor:
 
 
 def survivors(base: Base, candidates: Sequence[Candidate]) -> list[Survivor]:
-    """What the log bears a mark of, and SURVIVORS of the other candidates.
+    """What the log bears a mark of, and at most SURVIVORS of the other candidates, one at least.
 
     Of these first the most promising by the score test, then those that a short fit leaves least surprised. The score
     test sees what shows late, and what bends nothing else; but a nuisance that has bent itself to do an effect's work
     leaves it nothing to see. A fit of the first part of the runs from an untuned nuisance does see that. Thorough are
-    those that promise at least half of what the best one does, and the first of the short fits.
+    the marked, those that promise at least half of what the best one does, and the first of the short fits.
     """
     marked = [candidate for candidate in candidates if candidate.effect.marked]
     rest = [candidate for candidate in candidates if not candidate.effect.marked]
-    enough = [c for c in rest if _promise(base, c) >= _PROMISE * max(base.fit.cost - 1.0, 0.0)][:_PROMISED]
+    promising = [c for c in rest if c.promise >= _PROMISE * max(base.fit.cost - 1.0, 0.0)]
     part = first_part(base.problem, GROWTH[0])
+    without = _surprise(base, part, base.fit.values, ())
     surprise = {candidate.effect.name: _short(base, part, candidate) for candidate in rest}
     short = sorted(rest, key=lambda candidate: surprise[candidate.effect.name])
-    chosen = marked + enough + [c for c in short if c not in enough][: SURVIVORS - len(enough)]
-    most = max((_promise(base, candidate) for candidate in chosen), default=0.0)
-    worth = base.fit.cost > SMOOTH
-    return [Survivor(c, worth and (_promise(base, c) >= 0.5 * most or c is short[0])) for c in chosen]
-
-
-def _promise(base: Base, candidate: Candidate) -> float:
-    """By how much the score test says that the cost would fall."""
-    return base.fit.cost - candidate.predicted
+    enough = without - _PROMISE * max(without - 1.0, 0.0)
+    better = [c for c in short if surprise[c.effect.name] < enough]
+    first = promising[:_PROMISED]
+    second = [c for c in better if c not in first][: SURVIVORS - len(first)]
+    third = [c for c in promising[_PROMISED:] if c not in second][: SURVIVORS - len(first) - len(second)]
+    chosen = marked + (first + second + third or short[:1])
+    most = max((candidate.promise for candidate in chosen), default=0.0)
+    likely = [c for c in chosen if c.effect.marked or c.promise >= 0.5 * most or c is short[0]]
+    return [Survivor(c, base.fit.cost > SMOOTH and c in likely) for c in chosen]
 
 
 def _short(base: Base, part: Problem, candidate: Candidate) -> float:
     """Surprise that a fit of the first part leaves, from the best of the effect's scan points."""
     starts = [untuned(base, point) for point in candidate.points]
+    part.anchor(base.fit.values)
     costs = [part.robust_gap(residual) for residual in part.residuals(starts)]
-    parameters = [*base.fit.parameters, *candidate.effect.parameters]
-    found = fit_exactly(part, parameters, starts[int(np.argmin(costs))], 4)
+    return _surprise(base, part, starts[int(np.argmin(costs))], candidate.effect.parameters)
+
+
+def _surprise(base: Base, part: Problem, start: Values, added: Sequence[Parameter]) -> float:
+    found = fit_exactly(part, [*base.fit.parameters, *added], start, 4)
     own = glimpse(part, found)
     return own.robust_gap(part.in_floors_of(own, found.residual))
