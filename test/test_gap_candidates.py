@@ -34,8 +34,12 @@ def test_a_tool_faster_than_the_log_is_among_its_aliases(hertz):
     assert {point[1] for point in tool.scan} == set(found)
 
 
-def test_noise_has_no_line():
-    assert tool_frequencies(hook_load_run(13.7, 0.0)) == ()
+def test_noise_has_no_line_and_without_a_hook_load_nobody_knows():
+    silent = hook_load_run(13.7, 0.0)
+    assert tool_frequencies(silent) == ()
+    (channel,) = silent.channels
+    assert tool_frequencies(replace(silent, channels=(replace(channel, name="surface_torque"),))) is None
+    assert tool_frequencies(replace(silent, channels=())) is None
     tool = next(e for e in catalogue(4000.0, 400.0) if e.name == "axial_oscillation_tool")
     assert not tool.marked
 

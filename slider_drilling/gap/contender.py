@@ -10,19 +10,16 @@ import numpy as np
 from slider_drilling.gap.fit import Fit
 from slider_drilling.gap.held_out import Bootstrap, HeldOut, score_held_out
 from slider_drilling.gap.model import Effect, Parameter, Values
-from slider_drilling.gap.predictability import foresee, glimpse
+from slider_drilling.gap.predictability import foresee
 from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import Candidate
-from slider_drilling.gap.shake import roam
-from slider_drilling.gap.tune import GROWTH, first_part, fit_exactly, fit_growing, scattered, settle
+from slider_drilling.gap.tune import GROWTH, first_part, fit_growing, roamed, scattered, settle
 
 ALPHA = 0.05
 LEAST_GAIN = 0.05
 # Of the amplitude's scale. A still smaller effect changes when a bit breaks free, no more, and so does any other.
 LEAST_SIZE = 0.5
 STARTS = 5
-# A price of the floors, at a fit of the first part, above which derivatives say little of where to go.
-ROUGH = 0.1
 # So many of the starts are followed further.
 FAVOURITES = 2
 # Interval reported for the gap closed: 95 %, two-sided.
@@ -107,7 +104,7 @@ def fit_candidate(
     fits = best_of(tried, (first,))
     if thorough:
         part = first_part(problem, first)
-        fits = [_roamed(part, found, iterations) for found in fits[:FAVOURITES]]
+        fits = [roamed(part, found, iterations) for found in fits[:FAVOURITES]]
     fits = best_of([found.values for found in fits[:FAVOURITES]], (first, first))
     ends = []
     for start in fits if thorough else fits[:1]:
@@ -122,16 +119,6 @@ def fit_candidate(
     own, best = min(ends, key=lambda entry: entry[1].cost)
     own.anchor(best.values)
     return own, best, _one_answer(candidate.effect, base, ends)
-
-
-def _roamed(problem: Problem, found: Fit, iterations: int) -> Fit:
-    """A fit, or what a wide search around it finds where it stands on rough ground."""
-    problem.anchor(found.values)
-    own = glimpse(problem, found)
-    if float(own.weight**2 @ own.price) <= ROUGH:
-        return found
-    other = fit_exactly(problem, found.parameters, roam(problem, found), iterations)
-    return min(found, other, key=lambda entry: entry.cost)
 
 
 def _one_answer(effect: Effect, base: Base, ends: Sequence[tuple[Problem, Fit]]) -> bool:
@@ -207,10 +194,12 @@ def judge(
 
 
 def _shrinks(base: Base, problem: Problem, score: HeldOut) -> bool:
-    """Whether the gap with every channel alike shrinks, in the loss that no single far-off angle decides."""
-    before, after = base.problem.in_floors_of(problem, base.score.residual), score.residual
-    fall = problem.robust(before)[0] ** 2 - problem.robust(after)[0] ** 2
-    return float(problem.score @ fall) > 0.0
+    """Whether the surprise shrinks too with every channel alike, each model in its own floors."""
+    return _alike(problem, score) < _alike(base.problem, base.score)
+
+
+def _alike(problem: Problem, score: HeldOut) -> float:
+    return float(problem.score @ (problem.robust(score.residual)[0] ** 2 + problem.price))
 
 
 def share_closed(

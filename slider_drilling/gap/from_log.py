@@ -22,7 +22,7 @@ from slider_drilling.rig import Rig
 # N/m: an off-bottom bit; the plant's rig file has no "not on bottom", but rock this soft takes no weight.
 _NO_ROCK = 1.0
 # Hz, above which neither rocking nor the sea moves a hook load; how far a line stands out; where tools vibrate.
-_FAST_HZ, _SHARP, _TOOLS_HZ = 0.4, 100.0, (5.0, 30.0)
+_FAST_HZ, _SHARP, _TOOLS_HZ = 0.4, 40.0, (5.0, 30.0)
 # Spectra are taken this many times as fine as the log is long.
 _PADDING = 8
 # What a rotary start-up holds together: the drive's own torque, and friction that falls with speed and with the rest
@@ -59,8 +59,12 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
         raise InputError(f"{logs[0].source}: no channel can be used: {'; '.join(remarks)}")
     length, duration = rig.string.length, max(run.duration for run in runs)
     users = {user.effect.name: user for user in user_effects}
-    effects = catalogue(length, duration, wave_periods(runs[0]), tool_frequencies(runs[0]))
+    tools = tool_frequencies(runs[0])
+    effects = catalogue(length, duration, wave_periods(runs[0]), tools or ())
     effects = tuple(effect for effect in effects if _can_be_seen(effect.name, names, off_bottom))
+    if tools == ():
+        effects = tuple(effect for effect in effects if effect.name != "axial_oscillation_tool")
+        remarks.append("no line in the hook load: axial_oscillation_tool is not looked for")
     alone = names == ["surface_torque"]
     if alone:
         effects = tuple(aging_with_memory() if effect.name == "static_aging" else effect for effect in effects)
@@ -111,14 +115,17 @@ def wave_periods(run: Run) -> tuple[float, ...]:
     return tuple(float(1.0 / frequency[i]) for i in peaks[:6]) if len(peaks) >= 2 else ANY_WAVE_S
 
 
-def tool_frequencies(run: Run) -> tuple[float, ...]:
-    """Frequencies Hz that an axial oscillation tool may have by the sharpest fast line of the hook load; none without.
+def tool_frequencies(run: Run) -> tuple[float, ...] | None:
+    """Frequencies Hz that an axial oscillation tool may have by the sharpest fast line of the hook load.
 
-    Such a tool is faster than hook loads are sampled: a line stands for every frequency that it is an alias of.
+    Such a tool is faster than hook loads are sampled: a line stands for every frequency that it is an alias of. Empty
+    where no line stands out, so that no tool shakes the string; None where the hook load is none or too slow to tell.
     """
     frequency, power = _spectrum(run)
     fast = frequency > _FAST_HZ
-    if not fast.any() or power[fast].max() < _SHARP * np.median(power[fast]):
+    if not fast.any() or not any(channel.name == "hook_load" for channel in run.channels):
+        return None
+    if power[fast].max() < _SHARP * np.median(power[fast]):
         return ()
     line = float(frequency[fast][np.argmax(power[fast])])
     rate = 2.0 * float(frequency[-1])

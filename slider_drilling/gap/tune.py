@@ -10,13 +10,15 @@ from scipy.stats import qmc
 
 from slider_drilling.gap.fit import Fit, fit
 from slider_drilling.gap.model import Parameter, Shortened, Values
-from slider_drilling.gap.predictability import foresee
+from slider_drilling.gap.predictability import foresee, glimpse
 from slider_drilling.gap.residuals import Problem, build_problem
-from slider_drilling.gap.shake import shake
+from slider_drilling.gap.shake import roam, shake
 
 _SCATTER_BATCH = 64
 # Shares of the runs that a fit from afar grows over.
 GROWTH = (0.4, 0.7, 1.0)
+# A price of the floors above which derivatives say little of where to go.
+ROUGH = 0.1
 # Where the fit leaves no more cost than this, there is nothing to search for.
 SMOOTH = 1.1
 # Times that `sharpen` takes the size of a forgiven step, and of the cost that it may add elsewhere.
@@ -53,6 +55,16 @@ def fit_growing(
     if reached >= 1.0:
         problem.anchor(best.values)
     return best
+
+
+def roamed(problem: Problem, found: Fit, iterations: int) -> Fit:
+    """A fit, or what a wide search around it finds where it stands on rough ground."""
+    problem.anchor(found.values)
+    own = glimpse(problem, found)
+    if float(own.weight**2 @ own.price) <= ROUGH:
+        return found
+    other = fit_exactly(problem, found.parameters, roam(problem, found), iterations)
+    return min(found, other, key=lambda entry: entry.cost)
 
 
 def sharpen(problem: Problem, found: Fit) -> Fit:

@@ -12,8 +12,10 @@ from slider_drilling.gap.model import Effect
 from slider_drilling.gap.progress import Progress
 from slider_drilling.gap.screen import screen
 from slider_drilling.gap.survivors import Survivor, survivors
-from slider_drilling.gap.tune import CONTENT, GROWTH, fit_growing, foreseen, settle, sharpen
+from slider_drilling.gap.tune import CONTENT, GROWTH, fit_growing, foreseen, roamed, settle, sharpen
 
+# Of least squares where a search has been.
+_ITERATIONS = 6
 # A tuning is better when its cost falls by more than fits from different starts scatter.
 _BETTER = 0.98
 _MUCH_BETTER = 0.8
@@ -53,7 +55,9 @@ class _Turn:
         """
         base, findings = self.base, self.findings
         start = {name: other.values[name] for name in base.fit.values}
-        again = fit_growing(base.problem, base.fit.parameters, start, iterations=6, shares=(1.0,), shaken=shaken)
+        again = fit_growing(
+            base.problem, base.fit.parameters, start, iterations=_ITERATIONS, shares=(1.0,), shaken=shaken
+        )
         if again.cost >= _BETTER * base.fit.cost:
             return False
         own, polished = settle(findings.problem, again)
@@ -80,8 +84,11 @@ class _Turn:
         return self.best()
 
     def polished(self, contender: Contender) -> Contender:
-        """Fitted to the end, with missed steps priced higher where held-out stretches do not speak against that."""
+        """Searched for widely on rough ground, then with missed steps priced higher where held-out stretches allow."""
         own, fine = settle(contender.problem, contender.fit)
+        wider = roamed(own, fine, _ITERATIONS)
+        if wider is not fine:
+            own, fine = settle(own, wider)
         settled = self.again(replace(contender, problem=own, fit=fine))
         own, fine = foreseen(own, sharpen(own, fine))
         sharper = self.again(replace(contender, problem=own, fit=fine))
