@@ -142,8 +142,18 @@ def agree(effect: Effect, gain: float, fits: Sequence[Fit]) -> bool:
 
 
 def _starts(base: Base, candidate: Candidate) -> list[dict[str, float]]:
-    """The best projection, and the best scan points with the nuisance where it was before it was tuned."""
-    return [candidate.starts[0], *(untuned(base, point) for point in candidate.points[: STARTS - 1])]
+    """The best projection, and scan points with the nuisance where it was before it was tuned.
+
+    Of these half are those that cost least as they are, half those whose projection is best: a tuned nuisance that has
+    bent itself around a bed of cuttings projects it to another depth.
+    """
+    problem = base.problem
+    problem.anchor(base.fit.values)
+    scanned = [untuned(base, point) for point in candidate.points]
+    costs = [problem.robust_gap(residual) for residual in problem.residuals(scanned)]
+    cheapest = [int(index) for index in np.argsort(costs)[: STARTS // 2]]
+    others = [index for index in range(len(scanned)) if index not in cheapest]
+    return [candidate.starts[0], *(scanned[index] for index in [*cheapest, *others][: STARTS - 1])]
 
 
 def untuned(base: Base, point: Values) -> dict[str, float]:
