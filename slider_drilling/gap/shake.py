@@ -14,10 +14,9 @@ from slider_drilling.gap.residuals import Problem
 
 # The first population costs this share more than the fit, if the problem were smooth.
 _SPREAD = 0.05
-_POPULATION = 20
 # Where the model is rough the spread is at least this, in units of the parameters' scales: over less than that its cost
 # is the luck of when the string breaks free, beyond it follows the parameters.
-_LEAST, _FAR = 0.3, 24
+_LEAST, _FAR, _MANY = 0.3, 24, 40
 # No direction is searched further out than this, however little the fit says of it.
 _MOST = 5.0
 
@@ -26,11 +25,11 @@ def roam(problem: Problem, fit: Fit, *, seed: int = 0) -> dict[str, float]:
     """As `shake`, further and on the cheap model: what an exact run adds at one place says nothing of another here."""
     if isinstance(problem.model, Anchored):
         problem.model.anchor([])
-    return shake(problem, fit, generations=_FAR, least=_LEAST, seed=seed)
+    return shake(problem, fit, generations=_FAR, population=_MANY, least=_LEAST, seed=seed)
 
 
 def shake(
-    problem: Problem, fit: Fit, *, generations: int = 8, least: float = 0.0, seed: int = 0
+    problem: Problem, fit: Fit, *, generations: int = 8, population: int = 20, least: float = 0.0, seed: int = 0
 ) -> dict[str, float]:
     """The best parameter values that CMA-ES finds near a fit, the fit's own if none is better.
 
@@ -56,7 +55,7 @@ def shake(
         return away + np.array([problem.robust_gap(residual) for residual in residuals])
 
     best, lowest = start, float(costs(start[None])[0])
-    options = {"popsize": _POPULATION, "seed": seed + 1, "verbose": -9, "maxiter": generations}
+    options = {"popsize": population, "seed": seed + 1, "verbose": -9, "maxiter": generations}
     search = CMAEvolutionStrategy(np.zeros(start.size), 1.0, options)
     while not search.stop():
         points = search.ask()

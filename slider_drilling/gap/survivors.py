@@ -8,14 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from slider_drilling.gap.contender import Base, untuned
-from slider_drilling.gap.model import Parameter, Values
 from slider_drilling.gap.predictability import glimpse
 from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import Candidate
 from slider_drilling.gap.tune import GROWTH, SMOOTH, first_part, fit_exactly
 
 SURVIVORS = 4
-# So many of them by the score test and as many by short fits, each where it promises at least this share of the gap.
+# So many of them by the score test, where it promises at least this share of the gap; the rest by short fits.
 _PROMISED, _PROMISE = 2, 0.04
 
 
@@ -28,7 +27,7 @@ class Survivor:
 
 
 def survivors(base: Base, candidates: Sequence[Candidate]) -> list[Survivor]:
-    """What the log bears a mark of, and at most SURVIVORS of the other candidates, one at least.
+    """What the log bears a mark of, and SURVIVORS of the other candidates.
 
     Of these first the most promising by the score test, then those that a short fit leaves least surprised. The score
     test sees what shows late, and what bends nothing else; but a nuisance that has bent itself to do an effect's work
@@ -39,15 +38,10 @@ def survivors(base: Base, candidates: Sequence[Candidate]) -> list[Survivor]:
     rest = [candidate for candidate in candidates if not candidate.effect.marked]
     promising = [c for c in rest if c.promise >= _PROMISE * max(base.fit.cost - 1.0, 0.0)]
     part = first_part(base.problem, GROWTH[0])
-    without = _surprise(base, part, base.fit.values, ())
     surprise = {candidate.effect.name: _short(base, part, candidate) for candidate in rest}
     short = sorted(rest, key=lambda candidate: surprise[candidate.effect.name])
-    enough = without - _PROMISE * max(without - 1.0, 0.0)
-    better = [c for c in short if surprise[c.effect.name] < enough]
     first = promising[:_PROMISED]
-    second = [c for c in better if c not in first][: SURVIVORS - len(first)]
-    third = [c for c in promising[_PROMISED:] if c not in second][: SURVIVORS - len(first) - len(second)]
-    chosen = marked + (first + second + third or short[:1])
+    chosen = marked + first + [c for c in short if c not in first][: SURVIVORS - len(first)]
     most = max((candidate.promise for candidate in chosen), default=0.0)
     likely = [c for c in chosen if c.effect.marked or c.promise >= 0.5 * most or c is short[0]]
     return [Survivor(c, base.fit.cost > SMOOTH and c in likely) for c in chosen]
@@ -58,10 +52,7 @@ def _short(base: Base, part: Problem, candidate: Candidate) -> float:
     starts = [untuned(base, point) for point in candidate.points]
     part.anchor(base.fit.values)
     costs = [part.robust_gap(residual) for residual in part.residuals(starts)]
-    return _surprise(base, part, starts[int(np.argmin(costs))], candidate.effect.parameters)
-
-
-def _surprise(base: Base, part: Problem, start: Values, added: Sequence[Parameter]) -> float:
-    found = fit_exactly(part, [*base.fit.parameters, *added], start, 4)
+    parameters = [*base.fit.parameters, *candidate.effect.parameters]
+    found = fit_exactly(part, parameters, starts[int(np.argmin(costs))], 4)
     own = glimpse(part, found)
     return own.robust_gap(part.in_floors_of(own, found.residual))

@@ -84,15 +84,22 @@ class _Turn:
         return self.best()
 
     def polished(self, contender: Contender) -> Contender:
-        """Searched for widely on rough ground, then with missed steps priced higher where held-out stretches allow."""
+        """Fitted to the end, from where it stands and, on rough ground, from what a wide search around that finds."""
         own, fine = settle(contender.problem, contender.fit)
-        wider = roamed(own, fine, _ITERATIONS)
-        if wider is not fine:
-            own, fine = settle(own, wider)
-        settled = self.again(replace(contender, problem=own, fit=fine))
+        found = roamed(own, fine, _ITERATIONS)
+        fits = [fine] if found is fine else [fine, found]
+        ends = [self.settled(replace(contender, problem=own), start) for start in fits]
+        least = min(end.score.surprise for end in ends)
+        # Of ends that are as good, a bit that points where the log says is worth more than its luck elsewhere.
+        return min((e for e in ends if e.score.surprise <= CONTENT * least), key=lambda end: end.score.gap_squared)
+
+    def settled(self, contender: Contender, found: Fit) -> Contender:
+        """A contender at another fit in its own floors, missed steps priced higher where held-out stretches allow."""
+        own, fine = settle(contender.problem, found)
+        plain = self.again(replace(contender, problem=own, fit=fine))
         own, fine = foreseen(own, sharpen(own, fine))
         sharper = self.again(replace(contender, problem=own, fit=fine))
-        return sharper if sharper.score.surprise <= CONTENT * settled.score.surprise else settled
+        return sharper if sharper.score.surprise <= CONTENT * plain.score.surprise else plain
 
     def best(self) -> Contender | None:
         """The first that passes every test."""
