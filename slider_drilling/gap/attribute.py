@@ -12,7 +12,7 @@ from slider_drilling.gap.fit import Fit, fit
 from slider_drilling.gap.model import Effect, Parameter, Values
 from slider_drilling.gap.progress import Progress
 from slider_drilling.gap.together import add_together
-from slider_drilling.gap.tune import GROWTH, fit_growing, scattered, settle
+from slider_drilling.gap.tune import GROWTH, begun_again, fit_growing, scattered, settle
 from slider_drilling.gap.turn import add_one
 
 MAX_EFFECTS = 3
@@ -82,6 +82,7 @@ def tune_nuisance(
     progress("re-tuning", 0.12)
     shaken = GROWTH[2:] if thorough else ()
     best = fit_growing(problem, parameters, best.values, iterations=8, shares=GROWTH[1:], shaken=shaken)
+    best = begun_again(problem, best)
     if thorough and not scatter:
         problem, best = settle(problem, best)
     findings.tuned = make_base(problem, findings.bootstrap, best)

@@ -12,7 +12,7 @@ from slider_drilling.gap.model import Effect
 from slider_drilling.gap.progress import Progress
 from slider_drilling.gap.screen import screen
 from slider_drilling.gap.survivors import Survivor, survivors
-from slider_drilling.gap.tune import CONTENT, GROWTH, fit_growing, foreseen, roamed, settle, sharpen
+from slider_drilling.gap.tune import CONTENT, GROWTH, begun_again, fit_growing, foreseen, roamed, settle, sharpen
 
 # Of least squares where a search has been.
 _ITERATIONS = 6
@@ -86,6 +86,7 @@ class _Turn:
     def polished(self, contender: Contender) -> Contender:
         """Fitted to the end, from where it stands and, on rough ground, from what a wide search around that finds."""
         own, fine = settle(contender.problem, contender.fit)
+        fine = begun_again(own, fine)
         found = roamed(own, fine, _ITERATIONS)
         fits = [fine] if found is fine else [fine, found]
         ends = [self.settled(replace(contender, problem=own), start) for start in fits]
