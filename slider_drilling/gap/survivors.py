@@ -13,7 +13,7 @@ from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import Candidate
 from slider_drilling.gap.tune import GROWTH, SMOOTH, first_part, fit_exactly
 
-SURVIVORS = 4
+SURVIVORS = 5
 # So many of them by the score test, where it promises at least this share of the gap; the rest by short fits.
 _PROMISED, _PROMISE = 2, 0.04
 
@@ -48,11 +48,14 @@ def survivors(base: Base, candidates: Sequence[Candidate]) -> list[Survivor]:
 
 
 def _short(base: Base, part: Problem, candidate: Candidate) -> float:
-    """Surprise that a fit of the first part leaves, from the best of the effect's scan points."""
+    """Surprise that a fit of the first part leaves, from the scan point that costs least or that projects best."""
     starts = [untuned(base, point) for point in candidate.points]
     part.anchor(base.fit.values)
     costs = [part.robust_gap(residual) for residual in part.residuals(starts)]
     parameters = [*base.fit.parameters, *candidate.effect.parameters]
-    found = fit_exactly(part, parameters, starts[int(np.argmin(costs))], 4)
-    own = glimpse(part, found)
-    return own.robust_gap(part.in_floors_of(own, found.residual))
+    least = []
+    for index in {0, int(np.argmin(costs))}:
+        found = fit_exactly(part, parameters, starts[index], 4)
+        own = glimpse(part, found)
+        least.append(own.robust_gap(part.in_floors_of(own, found.residual)))
+    return min(least)
