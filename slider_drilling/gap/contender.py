@@ -147,23 +147,23 @@ def _starts(base: Base, candidate: Candidate) -> list[dict[str, float]]:
     Of these half are those that cost least as they are, half those whose projection is best: a tuned nuisance that has
     bent itself around a bed of cuttings projects it to another depth.
     """
-    problem = base.problem
-    problem.anchor(base.fit.values)
-    scanned = [untuned(base, point) for point in candidate.points]
-    costs = [problem.robust_gap(residual) for residual in problem.residuals(scanned)]
+    points, costs = untuned(base, base.problem, candidate)
     cheapest = [int(index) for index in np.argsort(costs)[: STARTS // 2]]
-    others = [index for index in range(len(scanned)) if index not in cheapest]
-    return [candidate.starts[0], *(scanned[index] for index in [*cheapest, *others][: STARTS - 1])]
+    others = [index for index in range(len(points)) if index not in cheapest]
+    return [candidate.starts[0], *(points[index] for index in [*cheapest, *others][: STARTS - 1])]
 
 
-def untuned(base: Base, point: Values) -> dict[str, float]:
-    """An effect's values with the nuisance where it was before it was tuned.
+def untuned(base: Base, problem: Problem, candidate: Candidate) -> tuple[list[dict[str, float]], list[float]]:
+    """The scan points with the nuisance where it was before it was tuned, and what they cost.
+
+    problem: the base's, or the first part of it; left exact at the base's fit.
 
     A tuned nuisance has bent itself to do the effect's work; from there the way to the truth can be barred.
     """
-    problem = base.problem
     free = {parameter.name: parameter.nominal for parameter in problem.free(problem.model.nuisance)}
-    return base.fit.values | free | dict(point)
+    points = [base.fit.values | free | point for point in candidate.points]
+    problem.anchor(base.fit.values)
+    return points, [problem.robust_gap(residual) for residual in problem.residuals(points)]
 
 
 def judge(

@@ -61,9 +61,8 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
     users = {user.effect.name: user for user in user_effects}
     tools = tool_frequencies(runs[0])
     effects = catalogue(length, duration, wave_periods(runs[0]), tools or ())
-    effects = tuple(effect for effect in effects if _can_be_seen(effect.name, names, off_bottom))
+    effects = tuple(effect for effect in effects if _can_be_seen(effect.name, names, off_bottom, tools))
     if tools == ():
-        effects = tuple(effect for effect in effects if effect.name != "axial_oscillation_tool")
         remarks.append("no line in the hook load: axial_oscillation_tool is not looked for")
     alone = names == ["surface_torque"]
     if alone:
@@ -77,8 +76,10 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
     return Prepared(model, tuple(remarks))
 
 
-def _can_be_seen(effect: str, channels: Sequence[str], off_bottom: bool) -> bool:
-    """Effects whose law acts on nothing that this log holds are no candidates."""
+def _can_be_seen(effect: str, channels: Sequence[str], off_bottom: bool, tools: Sequence[float] | None) -> bool:
+    """Effects whose law acts on nothing that this log holds are no candidates; tools: of `tool_frequencies`."""
+    if effect == "axial_oscillation_tool":
+        return tools != ()
     if effect in ("torque_sensor_lag", "torque_sensor_bias", "torque_at_motor"):
         return "surface_torque" in channels
     if effect == "torsional_compliance":

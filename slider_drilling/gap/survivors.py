@@ -49,9 +49,7 @@ def survivors(base: Base, candidates: Sequence[Candidate]) -> list[Survivor]:
 
 def _short(base: Base, part: Problem, candidate: Candidate) -> float:
     """Surprise that a fit of the first part leaves, from the scan point that costs least or that projects best."""
-    starts = [untuned(base, point) for point in candidate.points]
-    part.anchor(base.fit.values)
-    costs = [part.robust_gap(residual) for residual in part.residuals(starts)]
+    starts, costs = untuned(base, part, candidate)
     parameters = [*base.fit.parameters, *candidate.effect.parameters]
     least = []
     for index in {0, int(np.argmin(costs))}:
