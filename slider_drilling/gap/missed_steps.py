@@ -14,14 +14,18 @@ the logarithm is approached by repeating that with each step's own slope (Candes
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import solveh_banded
 
+from slider_drilling.compiler import njit
 from slider_drilling.gap.model import Array
 
 _TURNS = 50     # of the active set; it settles in a handful
 _REPRICED = 4   # times that the slopes follow the steps found
 
+# A search asks for thousands of these a second, each a few dozen samples long.
+_compiled = njit(cache=True, error_model="numpy", nogil=True)
 
+
+@_compiled
 def missed_steps(residual: Array, free: float) -> tuple[Array, Array]:
     """The loss (n,) of each sample, its own step's price included, and half the loss's derivative (n,).
 
@@ -33,11 +37,13 @@ def missed_steps(residual: Array, free: float) -> tuple[Array, Array]:
         path = step_path(residual, free / (1.0 + np.abs(steps) / free))
         if not path.any():
             break
-        steps = np.diff(path, prepend=0.0)
+        steps[0] = path[0]
+        steps[1:] = np.diff(path)
     rest = residual - path
     return rest**2 + 2.0 * free**2 * np.log1p(np.abs(steps) / free), rest
 
 
+@_compiled
 def step_path(residual: Array, bound: Array) -> Array:
     """p (n,) that minimises ``|r - p|^2 / 2 + sum bound_k |p_k - p_(k-1)|`` with ``p_(-1) = 0``; bound (n,) above zero.
 
@@ -45,10 +51,11 @@ def step_path(residual: Array, bound: Array) -> Array:
     settles for sure since D D' is an M-matrix (Hintermueller, Ito and Kunisch, SIAM J. Optim. 13, 2002).
     """
     # Without bounds u is the sum of all residuals from k on: within them no step is worth its price.
-    dual = np.cumsum(residual[::-1])[::-1]
+    dual = np.cumsum(residual[::-1])[::-1].copy()
     if np.all(np.abs(dual) <= bound):
         return np.zeros_like(residual)
-    slope = np.diff(residual, prepend=0.0)
+    slope = residual.copy()
+    slope[1:] -= residual[:-1]
     held = np.where(np.abs(dual) > bound, np.sign(dual), 0.0)
     for _ in range(_TURNS):
         dual = _solve(slope, held, bound)
@@ -58,24 +65,36 @@ def step_path(residual: Array, bound: Array) -> Array:
         if np.array_equal(now, held):
             break
         held = now
-    dual = np.clip(dual, -bound, bound)
-    return residual - (dual - np.append(dual[1:], 0.0))
+    dual = np.minimum(np.maximum(dual, -bound), bound)
+    path = residual - dual
+    path[:-1] += dual[1:]
+    return path
 
 
+@_compiled
 def _solve(slope: Array, held: Array, bound: Array) -> Array:
-    """u with ``(D D' u)_k = slope_k`` where it is free, and at its bound where it is held."""
-    if slope.size == 1:
-        return np.where(held == 0.0, slope, bound * held)
-    free = held == 0.0
-    diagonal = np.where(free, 2.0, 1.0)
-    diagonal[0] = 1.0
-    linked = free[1:] & free[:-1]
-    right = np.where(free, slope, bound * held)
-    right[1:] += np.where(free[1:] & ~free[:-1], (bound * held)[:-1], 0.0)
-    right[:-1] += np.where(free[:-1] & ~free[1:], (bound * held)[1:], 0.0)
-    return np.asarray(solveh_banded(np.stack([np.append(0.0, np.where(linked, -1.0, 0.0)), diagonal]), right))
+    """u with ``(D D' u)_k = slope_k`` where it is free, and at its bound where it is held.
+
+    Held ones cut the tridiagonal system into pieces, each solved by elimination from its left end to its right.
+    """
+    size = slope.size
+    dual, pivot = bound * held, np.ones(size)
+    for k in range(size):
+        if held[k] != 0.0:
+            continue
+        dual[k] = slope[k]
+        pivot[k] = 1.0 if k == 0 else 2.0
+        if k > 0:
+            dual[k] += dual[k - 1] / pivot[k - 1]
+            if held[k - 1] == 0.0:
+                pivot[k] -= 1.0 / pivot[k - 1]
+    for k in range(size - 1, -1, -1):
+        if held[k] == 0.0:
+            dual[k] = (dual[k] + (dual[k + 1] if k + 1 < size else 0.0)) / pivot[k]
+    return dual
 
 
+@_compiled
 def _normal(dual: Array) -> Array:
     """D D' u."""
     product = 2.0 * dual
