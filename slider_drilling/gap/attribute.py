@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from slider_drilling.gap.contender import Base, make_base
-from slider_drilling.gap.findings import Findings, set_threshold
-from slider_drilling.gap.fit import Fit, fit
-from slider_drilling.gap.model import Effect, Parameter, Values
+from slider_drilling.gap.findings import Findings, set_threshold, threshold_of
+from slider_drilling.gap.fit import Fit
+from slider_drilling.gap.held_out import HeldOut
+from slider_drilling.gap.model import Effect, Parameter, Refinable, Values
+from slider_drilling.gap.null import Threshold
 from slider_drilling.gap.progress import Progress
 from slider_drilling.gap.together import add_together
-from slider_drilling.gap.tune import GROWTH, begun_again, fit_growing, scattered, settle
+from slider_drilling.gap.tune import GROWTH, SMOOTH, begun_again, fit_growing, scattered, settle
 from slider_drilling.gap.turn import add_one
 
 MAX_EFFECTS = 3
-SCATTER_KEPT = 3
+# Points spread over where a rig may lie, how many of them tuning begins from, how many of its ends are followed.
+_SPREAD, _KEPT, _FOLLOWED = 64, 4, 2
 
 
 def attribute(
@@ -43,10 +47,11 @@ def attribute(
             set_threshold(findings, seed)
             catalogue = []
         for turn in range(MAX_EFFECTS):
-            assert findings.current is not None
-            if findings.at_floor(findings.current.score) or not catalogue:
+            # A second effect is looked for only where the log as a whole asks for one.
+            if _at_floor(findings, seed, whole=bool(findings.accepted)) or not catalogue:
                 break
             if not add_one(findings, catalogue, turn, scatter, progress):
+                _at_floor(findings, seed, whole=True)
                 break
             set_threshold(findings, seed)
             if len(findings.accepted) > 1:
@@ -64,25 +69,65 @@ def attribute(
     return findings
 
 
+def _at_floor(findings: Findings, seed: int, whole: bool = False) -> bool:
+    """Whether the current model leaves noise alone; where it leaves little more, it is refined before that is told.
+
+    whole: all channels together are enough; else each by itself.
+    """
+    base = findings.current
+    assert base is not None and findings.threshold is not None
+
+    def reached(score: HeldOut, threshold: Threshold) -> bool:
+        return score.robust <= threshold.robust and (whole or threshold.holds(score))
+
+    if reached(base.score, findings.threshold):
+        return True
+    model = base.problem.model
+    if base.fit.cost > SMOOTH or not isinstance(model, Refinable):
+        return False
+    problem = replace(base.problem, model=model.refined())
+    found = fit_growing(problem, base.fit.parameters, base.fit.values, iterations=8, shares=(1.0,))
+    problem, found = settle(problem, found)
+    closer = make_base(problem, findings.bootstrap, found)
+    threshold = threshold_of(findings, closer, seed)
+    if not reached(closer.score, threshold):
+        return False
+    findings.current, findings.threshold = closer, threshold
+    if not findings.accepted:
+        findings.tuned, findings.tuned_threshold = closer, threshold
+    return True
+
+
 def tune_nuisance(
     findings: Findings, starts: Sequence[Values], progress: Progress, scatter: int = 0, thorough: bool = True
 ) -> None:
     """Re-fit the nuisance from every start, over a growing part of the runs, and anchor the model there.
 
-    thorough: with a search besides least squares.
+    Where the first part is not explained down to its noise from these, it is tried from points spread over where a rig
+    may lie: what sticks and slips leaves least squares more than one place to end in. thorough: with a search besides.
     """
     problem = findings.problem
     parameters = problem.free(problem.model.nuisance)
-    starts = [*starts, *scattered(problem, parameters, {}, scatter, SCATTER_KEPT)]
-    fits: list[Fit] = []
-    for index, start in enumerate(starts):
-        progress("re-tuning", 0.02 + 0.1 * index / len(starts))
-        fits.append(fit_growing(problem, parameters, start, shares=GROWTH[:1]))
-    best = min(fits, key=lambda result: result.cost)
-    progress("re-tuning", 0.12)
     shaken = GROWTH[2:] if thorough else ()
-    best = fit_growing(problem, parameters, best.values, iterations=8, shares=GROWTH[1:], shaken=shaken)
-    best = begun_again(problem, best)
+
+    def first_fits(starts: Sequence[Values]) -> list[Fit]:
+        return [fit_growing(problem, parameters, start, shares=GROWTH[:1]) for start in starts]
+
+    progress("re-tuning", 0.02)
+    fits = first_fits(starts)
+    if min(found.cost for found in fits) > SMOOTH:
+        progress("re-tuning from elsewhere", 0.04)
+        fits += first_fits(scattered(problem, parameters, {}, scatter or _SPREAD, _KEPT))
+    fits.sort(key=lambda found: found.cost)
+    progress("re-tuning", 0.1)
+    ends: list[Fit] = []
+    for start in fits[:_FOLLOWED]:
+        whole = fit_growing(problem, parameters, start.values, iterations=8, shares=GROWTH[1:], shaken=shaken)
+        ends.append(begun_again(problem, whole))
+        if ends[-1].cost <= SMOOTH:
+            break
+    best = min(ends, key=lambda found: found.cost)
+    problem.anchor(best.values)
     if thorough and not scatter:
         problem, best = settle(problem, best)
     findings.tuned = make_base(problem, findings.bootstrap, best)
@@ -97,7 +142,8 @@ def _try_removing(findings: Findings, seed: int) -> None:
         own = {parameter.name for parameter in contender.effect.parameters}
         parameters: list[Parameter] = [p for p in current.fit.parameters if p.name not in own]
         start = {name: value for name, value in current.fit.values.items() if name not in own}
-        problem, found = settle(current.problem, fit(current.problem, parameters, start, iterations=6))
+        found = fit_growing(current.problem, parameters, start, iterations=6, shares=(1.0,), shaken=(1.0,))
+        problem, found = settle(current.problem, found)
         without = make_base(problem, findings.bootstrap, found)
         missed = without.score.surprise_resampled - current.score.surprise_resampled
         if float(np.quantile(missed, 0.05)) > 0.0 and without.score.surprise > current.score.surprise:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,13 +14,15 @@ from slider_drilling.gap.model import Effect, Parameter, Values
 from slider_drilling.gap.predictability import foresee
 from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import Candidate
-from slider_drilling.gap.tune import GROWTH, first_part, fit_growing, roamed, scattered, settle
+from slider_drilling.gap.tune import GROWTH, first_part, fit_growing, roamed, scattered, settle, spread_out
 
 ALPHA = 0.05
 LEAST_GAIN = 0.05
 # Of the amplitude's scale. A still smaller effect changes when a bit breaks free, no more, and so does any other.
 LEAST_SIZE = 0.5
-STARTS = 5
+STARTS = 6
+# Points with a nuisance somewhere else that are looked at for each candidate.
+_ELSEWHERE = 32
 # So many of the starts are followed further.
 FAVOURITES = 2
 # Interval reported for the gap closed: 95 %, two-sided.
@@ -28,13 +31,17 @@ _INTERVAL = (0.025, 0.975)
 _ANOTHER = 0.05
 
 
+End = tuple[Problem, Fit]
+"""Where a search has ended: a fit, and the problem with its floors."""
+
+
 @dataclass(frozen=True, eq=False)
 class Contender:
     """An effect fitted jointly with the nuisance and the effects already accepted.
 
     problem: with the floors of its own fit. closed, interval: of the gap that the base left (NaN where there is none),
     both in these floors. gain, gain_bound: fall of the held-out surprise from the base's, and its lower bound at alpha
-    over the number of candidates.
+    over the number of candidates. others: where else its search has ended, with the floors of each.
     """
 
     effect: Effect
@@ -48,6 +55,7 @@ class Contender:
     starts_agree: bool
     physical: bool
     reasons: tuple[str, ...]
+    others: tuple[End, ...] = ()
 
     @property
     def accepted(self) -> bool:
@@ -85,11 +93,13 @@ def fit_candidate(
     iterations: int = 5,
     scatter: int = 0,
     thorough: bool = True,
-) -> tuple[Problem, Fit, bool]:
-    """The best fit over the starts with the problem in its floors, and whether no other start says something else.
+) -> tuple[list[End], bool]:
+    """Where the starts lead to, best first, and whether all that come close to the best say the same.
 
     Every start is tried on the first part of the runs, the favourites for longer. thorough: the favourites go on to the
-    whole, each with its own floors, else only the best of them does. The model is left exact at the best.
+    whole, each with its own floors, else only the best of them does. Where none fits better than the base, growing has
+    lost what that has found late in the runs, and the whole is fitted at once from the best projection. The model is
+    left exact at the best.
     """
     problem = base.problem
     parameters: list[Parameter] = [*base.fit.parameters, *candidate.effect.parameters]
@@ -106,22 +116,26 @@ def fit_candidate(
         part = first_part(problem, first)
         fits = [roamed(part, found, iterations) for found in fits[:FAVOURITES]]
     fits = best_of([found.values for found in fits[:FAVOURITES]], (first, first))
-    ends = []
+    ends: list[End] = []
     for start in fits if thorough else fits[:1]:
         own, found = problem, start
         for share in (longer, whole):
             own = foresee(own, found)
             found = fit_growing(own, parameters, found.values, iterations=iterations, shares=(share,))
         ends.append((own, found))
+    if min(found.cost for _, found in ends) >= base.fit.cost:
+        found = fit_growing(problem, parameters, candidate.starts[0], iterations=iterations, shares=(whole,))
+        ends.append(settle(problem, found))
     if not _one_answer(candidate.effect, base, ends):
         # They may only be still on their way.
         ends = [settle(own, found) for own, found in ends]
-    own, best = min(ends, key=lambda entry: entry[1].cost)
+    ends.sort(key=lambda end: end[1].cost)
+    own, best = ends[0]
     own.anchor(best.values)
-    return own, best, _one_answer(candidate.effect, base, ends)
+    return ends, _one_answer(candidate.effect, base, ends)
 
 
-def _one_answer(effect: Effect, base: Base, ends: Sequence[tuple[Problem, Fit]]) -> bool:
+def _one_answer(effect: Effect, base: Base, ends: Sequence[End]) -> bool:
     fits = sorted((found for _, found in ends), key=lambda found: found.cost)
     return agree(effect, base.fit.cost - fits[0].cost, fits)
 
@@ -144,24 +158,29 @@ def agree(effect: Effect, gain: float, fits: Sequence[Fit]) -> bool:
 def _starts(base: Base, candidate: Candidate) -> list[dict[str, float]]:
     """The best projection, and scan points with the nuisance where it was before it was tuned.
 
-    Of these half are those that cost least as they are, half those whose projection is best: a tuned nuisance that has
-    bent itself around a bed of cuttings projects it to another depth.
+    Half of these are those that cost least as they are, with a nuisance somewhere else; half those whose projection is
+    best: a tuned nuisance that has bent itself around a bed of cuttings projects it to another depth.
     """
     points, costs = untuned(base, base.problem, candidate)
     cheapest = [int(index) for index in np.argsort(costs)[: STARTS // 2]]
-    others = [index for index in range(len(points)) if index not in cheapest]
+    others = [index for index in range(len(candidate.points)) if index not in cheapest]
     return [candidate.starts[0], *(points[index] for index in [*cheapest, *others][: STARTS - 1])]
 
 
 def untuned(base: Base, problem: Problem, candidate: Candidate) -> tuple[list[dict[str, float]], list[float]]:
-    """The scan points with the nuisance where it was before it was tuned, and what they cost.
+    """Where to begin without the tuned nuisance, and what each place costs.
 
-    problem: the base's, or the first part of it; left exact at the base's fit.
+    First the scan points with a nominal nuisance, best projection first, then scan points with one that is off as rigs
+    are. problem: the base's, or the first part of it; left exact at the base's fit.
 
     A tuned nuisance has bent itself to do the effect's work; from there the way to the truth can be barred.
     """
-    free = {parameter.name: parameter.nominal for parameter in problem.free(problem.model.nuisance)}
-    points = [base.fit.values | free | point for point in candidate.points]
+    nuisance = problem.free(problem.model.nuisance)
+    nominal = {parameter.name: parameter.nominal for parameter in nuisance}
+    elsewhere = spread_out([parameter for parameter in nuisance if not parameter.per_run], _ELSEWHERE, 1.0)
+    turns = itertools.cycle(candidate.points)
+    points = [base.fit.values | nominal | point for point in candidate.points]
+    points += [base.fit.values | nominal | off | point for off, point in zip(elsewhere, turns, strict=False)]
     problem.anchor(base.fit.values)
     return points, [problem.robust_gap(residual) for residual in problem.residuals(points)]
 

@@ -14,8 +14,9 @@ from slider_drilling.gap.model import Array, Effect, Manoeuvre, Parameter, Run, 
 from slider_drilling.gap.user_effects import UserEffect, combined_modifiers
 from slider_drilling.rig import FrictionInterval, Rig
 
-COARSE = 32
-FINE = 100
+COARSE, FINE = 32, 100
+# Of a refined model.
+_COARSE, _FINE = 60, 160
 FINER = 1.6  # times the fine mesh: what `discretisation` compares it with
 _THREADS = 2
 _REMEMBERED = 16
@@ -31,7 +32,7 @@ class _Exact:
 
 @dataclass
 class DrillString:
-    """See `slider_drilling.gap.model.Model`, `Anchored` and `Probed`.
+    """See `slider_drilling.gap.model.Model`, `Anchored`, `Refinable` and `Probed`.
 
     Simulations run on a coarse mesh; `anchor` measures what the fine mesh adds at one parameter set, and that
     difference is added until the next anchor. rig: with the log's nominal parameters; commands: one per run.
@@ -94,6 +95,10 @@ class DrillString:
                     {channel.name: self._correction[index][channel.name][: channel.time.size] for channel in kept}
                 )
         return replace(self, runs=tuple(runs), commands=tuple(commands), _correction=corrections)
+
+    def refined(self) -> DrillString:
+        """The same runs on finer meshes."""
+        return replace(self, coarse=_COARSE, fine=_FINE, _correction=[])
 
     def manoeuvres(self) -> list[Manoeuvre]:
         """Runs that could be made next, see `slider_drilling.gap.next_runs`."""

@@ -60,14 +60,18 @@ def start_findings(problem: Problem, seed: int) -> Findings:
     return Findings(problem, Bootstrap(problem, make_folds(problem), seed), residual)
 
 
-def set_threshold(findings: Findings, seed: int) -> None:
-    """c0 at the current fit."""
-    base = findings.current
-    assert base is not None
+def threshold_of(findings: Findings, base: Base, seed: int) -> Threshold:
+    """c0 at a fit."""
     problem = base.problem
     error = unsettled(problem, base.fit) / problem.floor
     noise = noise_sample(problem, base.fit.residual)
-    findings.threshold = null_threshold(problem, base.fit, findings.bootstrap.folds, noise, error, seed=seed)
+    return null_threshold(problem, base.fit, findings.bootstrap.folds, noise, error, seed=seed)
+
+
+def set_threshold(findings: Findings, seed: int) -> None:
+    """c0 at the current fit."""
+    assert findings.current is not None
+    findings.threshold = threshold_of(findings, findings.current, seed)
 
 
 def total_closed(findings: Findings) -> tuple[float, tuple[float, float]]:

@@ -159,6 +159,14 @@ class Anchored(Protocol):
 
 
 @runtime_checkable
+class Refinable(Protocol):
+    """A model that can be asked for better simulations, at their cost."""
+
+    def refined(self) -> Model:
+        """The same model with a smaller error of its own: asked for where what a fit leaves may be that error."""
+
+
+@runtime_checkable
 class Shortened(Protocol):
     """A model that can be asked for the first part of its runs only, at that part's cost."""
 

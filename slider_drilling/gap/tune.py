@@ -133,24 +133,27 @@ def first_part(problem: Problem, share: float) -> Problem:
 
 
 def scattered(
-    problem: Problem, parameters: Sequence[Parameter], base: Values, count: int, keep: int, seed: int = 0
+    problem: Problem, parameters: Sequence[Parameter], base: Values, count: int, keep: int
 ) -> list[dict[str, float]]:
     """The best ``keep`` of ``count`` points spread evenly over where the parameters may plausibly lie.
 
-    Within two spreads of nominal, or between the bounds where no spread is known. For records whose residual has
-    many local minima: with stick-slip a wrong phase costs more than a wrong amplitude.
+    For records whose residual has many local minima: with stick-slip a wrong phase costs more than a wrong amplitude.
     """
-    if count == 0:
-        return []
-    low = np.array([max(p.lower, p.nominal - 2.0 * p.spread) for p in parameters])
-    high = np.array([min(p.upper, p.nominal + 2.0 * p.spread) for p in parameters])
-    unit = qmc.Sobol(len(parameters), seed=seed).random(count)
-    points = [
-        dict(base) | {p.name: float(v) for p, v in zip(parameters, row, strict=True)}
-        for row in low + (high - low) * unit
-    ]
+    points = [dict(base) | point for point in spread_out(parameters, count, 2.0)]
     costs = np.empty(count)
     for begin in range(0, count, _SCATTER_BATCH):
         residuals = problem.residuals(points[begin : begin + _SCATTER_BATCH])
         costs[begin : begin + _SCATTER_BATCH] = [problem.robust_gap(residual) for residual in residuals]
     return [points[index] for index in np.argsort(costs)[:keep]]
+
+
+def spread_out(parameters: Sequence[Parameter], count: int, spreads: float) -> list[dict[str, float]]:
+    """Points (Sobol) within so many spreads of nominal, or between the bounds where no spread is known."""
+    if count == 0 or not parameters:
+        return [{}] * count
+    low = np.array([max(p.lower, p.nominal - spreads * p.spread) for p in parameters])
+    high = np.array([min(p.upper, p.nominal + spreads * p.spread) for p in parameters])
+    unit = qmc.Sobol(len(parameters), seed=0).random(count)
+    return [
+        {p.name: float(v) for p, v in zip(parameters, row, strict=True)} for row in low + (high - low) * unit
+    ]

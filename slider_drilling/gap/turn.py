@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from slider_drilling.gap.contender import Base, Contender, fit_candidate, indistinguishable, judge, make_base
+from slider_drilling.gap.contender import Base, Contender, End, fit_candidate, indistinguishable, judge, make_base
 from slider_drilling.gap.findings import Findings
 from slider_drilling.gap.fit import Fit
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.progress import Progress
+from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import screen
 from slider_drilling.gap.survivors import Survivor, survivors
 from slider_drilling.gap.tune import CONTENT, GROWTH, begun_again, fit_growing, foreseen, roamed, settle, sharpen
@@ -21,8 +22,12 @@ _BETTER = 0.98
 _MUCH_BETTER = 0.8
 # Once one candidate explains the log down to its noise, only so many are fitted in all: it and its rivals.
 ENOUGH = 3
+# Times that an end is followed further.
+_FOLLOWED = 3
 # So many of the best are taken to the end before one is preferred to another.
 POLISHED = 2
+# One that leaves so many times what the polished best leaves beyond noise is not taken further.
+_FAR_BEHIND = 2.0
 
 
 @dataclass
@@ -39,12 +44,12 @@ class _Turn:
         """Fit one candidate and judge it; whether its fit has turned up a much better tuning without it."""
         candidate = survivor.candidate
         self.base.problem.anchor(self.base.fit.values)
-        own, best, agree = fit_candidate(self.base, candidate, scatter=scatter, thorough=survivor.thorough)
+        ends, agree = fit_candidate(self.base, candidate, scatter=scatter, thorough=survivor.thorough)
+        own, best = ends[0]
         much = self.retune(best, ())
         own.anchor(best.values)
-        self.contenders.append(
-            judge(own, self.findings.bootstrap, self.base, candidate.effect, best, agree, self.candidates)
-        )
+        judged = judge(own, self.findings.bootstrap, self.base, candidate.effect, best, agree, self.candidates)
+        self.contenders.append(replace(judged, others=tuple(ends[1:])))
         return much
 
     def retune(self, other: Fit, shaken: Sequence[float]) -> bool:
@@ -71,28 +76,53 @@ class _Turn:
         """A contender judged against the base as it is now."""
         own = contender.problem
         own.anchor(contender.fit.values)
-        return judge(
+        judged = judge(
             own, self.findings.bootstrap, self.base, contender.effect, contender.fit, contender.starts_agree,
             self.candidates,
         )  # fmt: skip
+        return replace(judged, others=contender.others)
 
     def winner(self) -> Contender | None:
         """The best that passes, once the best few are fitted to the end."""
         self.contenders.sort(key=lambda contender: contender.score.surprise)
-        self.contenders[:POLISHED] = [self.polished(contender) for contender in self.contenders[:POLISHED]]
+        for index, contender in enumerate(self.contenders[:POLISHED]):
+            leader = self.contenders[0]
+            if index > 0 and contender.score.surprise - 1.0 > _FAR_BEHIND * (leader.score.surprise - 1.0):
+                break
+            # What fits no better than the model without it is lost in its search, and polishing finds no way back.
+            if contender.fit.cost < self.base.fit.cost:
+                self.contenders[index] = self.polished(contender, contender.others if contender is leader else ())
         self.contenders.sort(key=lambda contender: contender.score.surprise)
         return self.best()
 
-    def polished(self, contender: Contender) -> Contender:
-        """Fitted to the end, from where it stands and, on rough ground, from what a wide search around that finds."""
-        own, fine = settle(contender.problem, contender.fit)
-        fine = begun_again(own, fine)
+    def polished(self, contender: Contender, others: Sequence[End]) -> Contender:
+        """Fitted to the end, from where it stands and, on rough ground, from what a wide search around that finds.
+
+        others: further ends of its search to begin from.
+        """
+        own, fine = self.begun(contender.problem, contender.fit)
         found = roamed(own, fine, _ITERATIONS)
-        fits = [fine] if found is fine else [fine, found]
-        ends = [self.settled(replace(contender, problem=own), start) for start in fits]
+        fits = [(own, fine)] if found is fine else [(own, fine), (own, found)]
+        fits += [self.begun(*end) for end in others]
+        ends = [self.followed(replace(contender, problem=problem), start) for problem, start in fits]
         least = min(end.score.surprise for end in ends)
         # Of ends that are as good, a bit that points where the log says is worth more than its luck elsewhere.
         return min((e for e in ends if e.score.surprise <= CONTENT * least), key=lambda end: end.score.gap_squared)
+
+    def begun(self, problem: Problem, found: Fit) -> End:
+        """A fit in its own floors, and begun again."""
+        own, fine = settle(problem, found)
+        return own, begun_again(own, fine)
+
+    def followed(self, contender: Contender, found: Fit) -> Contender:
+        """Settled for as long as that leaves clearly less surprise."""
+        best = self.settled(contender, found)
+        for _ in range(_FOLLOWED):
+            further = self.settled(best, best.fit)
+            if further.score.surprise > _BETTER * best.score.surprise:
+                break
+            best = further
+        return best
 
     def settled(self, contender: Contender, found: Fit) -> Contender:
         """A contender at another fit in its own floors, missed steps priced higher where held-out stretches allow."""
