@@ -228,6 +228,19 @@ def test_anchor_makes_the_coarse_mesh_exact(tmp_path):
     assert part == pytest.approx(fine[: part.size], abs=1e-6)
 
 
+def test_a_refined_model_is_nearer_to_a_still_finer_one(tmp_path):
+    rig = short_rig()
+    log = read_log(write_run(tmp_path / "run.mcap", rig, rocking(40.0)))
+    model = prepare([log], rig).model
+    truth = simulate(rig, model.commands[0], 300).surface_torque
+    errors = []
+    for each in (model, model.refined()):
+        each.anchor([{}])
+        errors.append(np.std(each.simulate(0, [{}])["surface_torque"][0] - truth))
+    assert errors[1] < 0.75 * errors[0]
+    assert (model.coarse, model.fine) == (drill_string.COARSE, drill_string.FINE)
+
+
 def test_the_fine_mesh_is_run_once_for_the_anchor_and_the_discretisation(tmp_path, monkeypatch):
     log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))
     model = replace(prepare([log], short_rig()).model, coarse=12, fine=40)
