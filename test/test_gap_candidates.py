@@ -83,21 +83,35 @@ def ramp(name, marked=False, unit="-"):
     return Effect(name, "contact", (slope,), ((0.05,), (0.2,), (1.0,)), marked=marked)
 
 
-def test_marked_promising_and_quickly_fitted_candidates_survive():
-    time = TIME[::10]
+def ramps(measured):
+    """A base that explains no ramp, and its candidates."""
     names = ["early", "b", "c", "d", "e", "f", "late", "marked"]
     effects = tuple(ramp(name, name == "marked") for name in names)
-    measured = 0.3 * np.clip(time - 180.0, 0.0, None) + np.random.default_rng(2).normal(0.0, 1.0, time.size)
-    run = Run("ramps", time, np.sin(time), (Channel("height", time, measured),))
+    run = Run("ramps", RAMPING, np.sin(RAMPING), (Channel("height", RAMPING, measured),))
     problem = build_problem(Ramps((run,), effects=effects), [{"height": NoiseFloor(1.0, "declared")}])
     base = Base(problem, fit(problem, problem.free(problem.model.nuisance), {}), None)
-    chosen = survivors(base, screen(problem, base.fit, effects))
+    return base, screen(problem, base.fit, effects)
+
+
+RAMPING = TIME[::10]
+NOISE = np.random.default_rng(2).normal(0.0, 1.0, RAMPING.size)
+LATE = 0.3 * np.clip(RAMPING - 180.0, 0.0, None)
+
+
+def test_marked_promising_and_quickly_fitted_candidates_survive():
+    chosen = survivors(*ramps(LATE + NOISE))
     names = [survivor.candidate.effect.name for survivor in chosen]
     assert len(names) == SURVIVORS + 1
     assert names[0] == "marked"
     # What shows late is in no short fit: the score test alone sees it.
     assert "late" in names[1:3]
     assert chosen[names.index("late")].thorough
+
+
+def test_beside_an_accepted_effect_only_what_promises_or_foretells_is_fitted():
+    assert "late" in [s.candidate.effect.name for s in survivors(*ramps(LATE + NOISE), further=True)]
+    no_ramp = 2.0 * np.sin(3.0 * RAMPING)
+    assert [s.candidate.effect.name for s in survivors(*ramps(no_ramp + NOISE), further=True)] == ["marked"]
 
 
 @pytest.mark.parametrize(("unit", "size"), [("-", "0.01"), ("m/s", "0.01 m/s")])

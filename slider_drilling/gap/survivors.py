@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slider_drilling.gap.contender import Base, untuned
+from slider_drilling.gap.fit import Fit
 from slider_drilling.gap.predictability import glimpse
 from slider_drilling.gap.residuals import Problem
 from slider_drilling.gap.screen import Candidate
@@ -16,6 +17,8 @@ from slider_drilling.gap.tune import GROWTH, SMOOTH, first_part, fit_exactly
 SURVIVORS = 5
 # So many of them by the score test, where it promises at least this share of the gap; the rest by short fits.
 _PROMISED, _PROMISE = 2, 0.04
+# A short fit that leaves more than this share of what the model without the effect leaves is one parameter's luck.
+_BETTER = 0.98
 
 
 @dataclass(frozen=True)
@@ -26,8 +29,11 @@ class Survivor:
     thorough: bool
 
 
-def survivors(base: Base, candidates: Sequence[Candidate]) -> list[Survivor]:
+def survivors(base: Base, candidates: Sequence[Candidate], further: bool = False) -> list[Survivor]:
     """What the log bears a mark of, and SURVIVORS of the other candidates.
+
+    further: an effect has been accepted already; one beside it must promise something, or foretell the first part
+    clearly better than the model without it.
 
     Of these first the most promising by the score test, then those that a short fit leaves least surprised. The score
     test sees what shows late, and what bends nothing else; but a nuisance that has bent itself to do an effect's work
@@ -41,9 +47,12 @@ def survivors(base: Base, candidates: Sequence[Candidate]) -> list[Survivor]:
     surprise = {candidate.effect.name: _short(base, part, candidate) for candidate in rest}
     short = sorted(rest, key=lambda candidate: surprise[candidate.effect.name])
     first = promising[:_PROMISED]
+    if further:
+        here = _surprise(part, base.fit)
+        short = [candidate for candidate in short if surprise[candidate.effect.name] < _BETTER * here]
     chosen = marked + first + [c for c in short if c not in first][: SURVIVORS - len(first)]
     most = max((candidate.promise for candidate in chosen), default=0.0)
-    likely = [c for c in chosen if c.effect.marked or c.promise >= 0.5 * most or c is short[0]]
+    likely = [c for c in chosen if c.effect.marked or c.promise >= 0.5 * most or c in short[:1]]
     return [Survivor(c, base.fit.cost > SMOOTH and c in likely) for c in chosen]
 
 
@@ -53,7 +62,12 @@ def _short(base: Base, part: Problem, candidate: Candidate) -> float:
     parameters = [*base.fit.parameters, *candidate.effect.parameters]
     least = []
     for index in {0, int(np.argmin(costs))}:
-        found = fit_exactly(part, parameters, starts[index], 4)
-        own = glimpse(part, found)
-        least.append(own.robust_gap(part.in_floors_of(own, found.residual)))
+        least.append(_surprise(part, fit_exactly(part, parameters, starts[index], 4)))
     return min(least)
+
+
+def _surprise(part: Problem, found: Fit) -> float:
+    """What a fit leaves of the first part, in its own floors."""
+    part.anchor(found.values)
+    own = glimpse(part, found)
+    return own.robust_gap(own.residuals([found.values])[0])

@@ -158,7 +158,7 @@ def add_one(
     turn = _Turn(findings, base, number, len(catalogue))
     findings.screened.append(screened)
     findings.rounds.append(turn.contenders)
-    chosen = survivors(base, screened)
+    chosen = survivors(base, screened, further=number > 0)
     for index, survivor in enumerate(chosen):
         progress(f"fitting {survivor.candidate.effect.name}", begin + 0.03 + 0.24 * index / len(chosen))
         elsewhere = turn.compare(survivor, scatter)
