@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from slider_drilling.gap import Channel, Parameter, Run, explain
+from slider_drilling.gap.explain import Ranked
 from slider_drilling.gap.noise import NoiseFloor
 from slider_drilling.gap.residuals import build_problem
 from slider_drilling.gap.tune import fit_growing, spread_out
@@ -71,6 +72,14 @@ def test_what_the_mesh_leaves_is_no_gap(made, verdict):
     answer = explain(made(recorded(0.02 * TIME)), floors=FLOORS)
     assert answer.verdict == verdict
     assert (answer.tuned < 1.01) == (verdict == "parameters")
+
+
+def test_shares_are_dashes_where_there_is_nothing_to_close():
+    none = float("nan")
+    tried = Ranked("heave", "draw_works", none, (none, none), {}, True, False, True, True, 1)
+    assert tried.shown() == ("-", "-")
+    assert replace(tried, closed=0.5, interval=(0.1, 0.7)).shown() == ("0.50", "0.10 to 0.70")
+    assert replace(tried, closed=0.5, fitted=False).shown() == ("0.50", "screened only")
 
 
 def test_points_are_spread_over_so_many_spreads_or_the_bounds():

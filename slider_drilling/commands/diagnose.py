@@ -80,10 +80,8 @@ def _print(diagnosis: Diagnosis) -> None:
     stdout().print(f"[bold]{diagnosis.verdict}[/bold]: {diagnosis.sentence}", highlight=False)
     table = Table("effect", "site", "gap closed", "95 %", "parameters", "not told apart from")
     for entry in answer.ranking:
-        low, high = entry.interval
         settings = ", ".join(f"{name.rpartition('.')[2]} {value:.4g}" for name, value in entry.parameters.items())
-        interval = f"{low:.2f} to {high:.2f}" if entry.fitted else "screened only"
-        table.add_row(entry.effect, entry.site, f"{entry.closed:.2f}", interval, settings, ", ".join(entry.group))
+        table.add_row(entry.effect, entry.site, *entry.shown(), settings, ", ".join(entry.group))
     if answer.ranking:
         stdout().print(table)
     _print_simulated(diagnosis)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -40,6 +40,12 @@ class Ranked:
     round: int
     group: tuple[str, ...] = ()
     reasons: tuple[str, ...] = ()
+
+    def shown(self) -> tuple[str, str]:
+        """The share closed and its interval as text; a dash where there is nothing to close."""
+        low, high = self.interval
+        interval = "screened only" if not self.fitted else "-" if np.isnan(low) else f"{low:.2f} to {high:.2f}"
+        return "-" if np.isnan(self.closed) else f"{self.closed:.2f}", interval
 
 
 @dataclass(frozen=True)
@@ -147,7 +153,10 @@ def conclude(findings: Findings, runtime: float) -> Answer:
 
 
 def rank(findings: Findings) -> tuple[Ranked, ...]:
-    """Accepted effects first, in the order of acceptance, then what was fitted, then what was only screened."""
+    """Accepted effects first, in the order of acceptance, then what was fitted, then what was only screened.
+
+    Without shares where re-tuning leaves nothing to close.
+    """
     entries: list[Ranked] = []
     for contender in findings.accepted:
         turn = next(i for i, contenders in enumerate(findings.rounds) if contender in contenders)
@@ -170,6 +179,9 @@ def rank(findings: Findings) -> tuple[Ranked, ...]:
                         candidate.effect.name, candidate.effect.site, share, nothing, {}, False, False, True, False, 1
                     )
                 )
+    if findings.nothing_left and not findings.accepted:
+        nowhere = float("nan"), float("nan")
+        entries = [replace(entry, closed=float("nan"), interval=nowhere) for entry in entries]
     return tuple(entries)
 
 

@@ -48,6 +48,12 @@ class Findings:
         tuned, threshold = self.tuned, self.tuned_threshold
         return tuned is not None and threshold is not None and threshold.holds(tuned.score)
 
+    @property
+    def nothing_left(self) -> bool:
+        """Whether the tuned model, all channels together, leaves what noise alone would."""
+        tuned, threshold = self.tuned, self.tuned_threshold
+        return tuned is not None and threshold is not None and tuned.score.robust <= threshold.robust
+
     def nominal_in(self, problem: Problem) -> Array:
         """(N,) the nominal model's residual in the floors of another problem."""
         return self.problem.in_floors_of(problem, self.nominal_residual)
@@ -109,7 +115,7 @@ def verdict(findings: Findings) -> str:
     loss = problem.robust(findings.nominal_in(problem))[0] ** 2
     if float(problem.weight**2 @ loss) <= at_first.robust and not at_first.above(problem.by_channel(loss)):
         return "none"
-    if tuned.score.robust <= at_first.robust:
+    if findings.nothing_left:
         return "parameters"
     if findings.partial or (not tuned.fit.converged and not findings.rounds):
         return "inconclusive"

@@ -160,12 +160,9 @@ def _where(diagnosis: Diagnosis) -> str:
 def _ranking_rows(diagnosis: Diagnosis) -> list[list[str]]:
     rows = []
     for entry in diagnosis.answer.ranking:
-        low, high = entry.interval
-        share = "-" if np.isnan(entry.closed) else f"{entry.closed:.2f}"
-        interval = "screened only" if not entry.fitted else f"{low:.2f} to {high:.2f}"
         settings = ", ".join(f"{name.rpartition('.')[2]} {value:.4g}" for name, value in entry.parameters.items())
         judged = "accepted" if entry.accepted else "; ".join(entry.reasons)
-        rows.append([entry.effect, entry.site, share, interval, settings, ", ".join(entry.group), judged])
+        rows.append([entry.effect, entry.site, *entry.shown(), settings, ", ".join(entry.group), judged])
     return rows
 
 
