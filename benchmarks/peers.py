@@ -16,10 +16,10 @@ import numpy as np
 
 from slider_drilling.bench.clock import wall_seconds
 from slider_drilling.bench.work import example_rig
-from slider_drilling.drillstring.mesh import build_mesh
-from slider_drilling.drillstring.torque_drag import static_loads
-from slider_drilling.drillstring.well import Course
 from slider_drilling.rig import Rig
+from slider_drilling.wellbore.course import Course
+from slider_drilling.wellbore.mesh import build_mesh
+from slider_drilling.wellbore.static_loads import static_loads
 
 FRICTION = 0.25
 STATION = 20.0  # m

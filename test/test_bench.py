@@ -19,9 +19,9 @@ from slider_drilling.bench.work import Rocked, example_rig, rocking, variants
 from slider_drilling.commands.bench import command
 from slider_drilling.control import FixedRocking
 from slider_drilling.drillstring import VirtualRig, simulate
-from slider_drilling.drillstring.mesh import build_mesh
-from slider_drilling.drillstring.torque_drag import static_loads
 from slider_drilling.log import read_log
+from slider_drilling.wellbore.mesh import build_mesh
+from slider_drilling.wellbore.static_loads import static_loads
 
 ASKED = ("single_ns_per_element_step", "batch_ns_per_element_step", "real_time_factor", "closed_loop_real_time_factor",
          "recorder_messages_per_s", "diagnose_s", "help_s")  # fmt: skip

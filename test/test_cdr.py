@@ -10,9 +10,9 @@ from mcap.records import Schema
 from mcap_ros2.decoder import DecoderFactory
 
 from slider_drilling.errors import InputError
-from slider_drilling.log import cdr
-from slider_drilling.log.schemas import SCHEMAS
-from slider_drilling.log.topics import DIAGNOSTIC_ARRAY, FLUID_PRESSURE, JOINT_STATE, WRENCH_STAMPED
+from slider_drilling.messages import cdr
+from slider_drilling.messages.schemas import SCHEMAS
+from slider_drilling.messages.topics import DIAGNOSTIC_ARRAY, FLUID_PRESSURE, JOINT_STATE, WRENCH_STAMPED
 
 STAMPS = st.integers(0, 2**31 * 10**9 - 1)
 VALUES = st.none() | st.floats(allow_nan=False)

@@ -13,9 +13,9 @@ from numba import njit
 
 from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.drillstring import Commands, Modifiers, Start, assemble, kernel, simulate, simulate_batch
-from slider_drilling.drillstring.mesh import GRAVITY, build_mesh
 from slider_drilling.effects import Effects, StaticAging, Stribeck
 from slider_drilling.rig import load_rig
+from slider_drilling.wellbore.mesh import GRAVITY, build_mesh
 
 RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
 PUMP = RIG.hydraulics.reference_flow / RIG.mud_pump.displacement

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from slider_drilling.diagnosis.catalogue import catalogue
+from slider_drilling.diagnosis.situation import tool_frequencies
 from slider_drilling.gap.contender import Base, agree, judge, make_base
-from slider_drilling.gap.effects import catalogue
 from slider_drilling.gap.fit import Fit, fit
-from slider_drilling.gap.from_log import tool_frequencies
 from slider_drilling.gap.held_out import Bootstrap, make_folds
 from slider_drilling.gap.model import Channel, Effect, Parameter, Run
 from slider_drilling.gap.noise import NoiseFloor

@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from slider_drilling.blind.laws import CATALOGUE, OUTSIDE, no_effect
+from slider_drilling.blind.sealed import run_sealed, write_sealed
+from slider_drilling.diagnosis import drill_string
+from slider_drilling.diagnosis.catalogue import catalogue
+from slider_drilling.diagnosis.diagnose import as_json, diagnose, tuned_rig
+from slider_drilling.diagnosis.drill_string import depth_probes, rig_with
+from slider_drilling.diagnosis.health import contradictions, too_little_excitation, unusable
+from slider_drilling.diagnosis.situation import prepare
 from slider_drilling.drillstring import Commands, simulate
 from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
-from slider_drilling.gap import drill_string
-from slider_drilling.gap.diagnosis import as_json, diagnose, tuned_rig
-from slider_drilling.gap.drill_string import depth_probes, rig_with
-from slider_drilling.gap.effects import catalogue
-from slider_drilling.gap.from_log import prepare
-from slider_drilling.gap.health import contradictions, too_little_excitation, unusable
 from slider_drilling.gap.model import Channel, Run
-from slider_drilling.gap.sealed import run_sealed, write_sealed
-from slider_drilling.gap.sealed_laws import CATALOGUE, OUTSIDE, no_effect
 from slider_drilling.log import read_log
 from slider_drilling.rig import FrictionInterval, Section, load_rig, parse_rig
 from slider_drilling.share import share_file

@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from slider_drilling.diagnosis.diagnose import diagnose
+from slider_drilling.diagnosis.situation import STICK_SLIP, prepare
 from slider_drilling.errors import InputError
 from slider_drilling.gap import Channel, Effect, Parameter, Run, explain, together
 from slider_drilling.gap.beyond import look_beyond
-from slider_drilling.gap.diagnosis import diagnose
 from slider_drilling.gap.findings import Findings, start_findings
-from slider_drilling.gap.from_log import STICK_SLIP, prepare
 from slider_drilling.gap.noise import NoiseFloor
 from slider_drilling.gap.residuals import build_problem
 from slider_drilling.log import read_log

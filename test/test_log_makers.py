@@ -11,8 +11,8 @@ from mcap_ros2.writer import Writer as Ros2Writer
 
 from slider_drilling.errors import InputError
 from slider_drilling.log import TOPICS, LogWriter, read_log
-from slider_drilling.log.schemas import SCHEMAS
-from slider_drilling.log.topics import JOINT_STATE, canonical_type, namespace_of
+from slider_drilling.messages.schemas import SCHEMAS
+from slider_drilling.messages.topics import JOINT_STATE, canonical_type, namespace_of
 
 
 def joint(stamp_s: float, name: str = "top_drive", *values: float) -> dict[str, object]:

@@ -10,7 +10,7 @@ import pytest
 
 from slider_drilling import __version__
 from slider_drilling.errors import InputError
-from slider_drilling.log.topics import FLUID_PRESSURE, JOINT_STATE, TOPICS, WRENCH_STAMPED
+from slider_drilling.messages.topics import FLUID_PRESSURE, JOINT_STATE, TOPICS, WRENCH_STAMPED
 from slider_drilling.share import share_file
 
 

@@ -12,9 +12,9 @@ import pytest
 from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.control.torque_and_drag import TorqueAndDrag
 from slider_drilling.drillstring import Commands, simulate
-from slider_drilling.drillstring.torque_drag import static_loads
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig, load_rig
+from slider_drilling.wellbore.static_loads import static_loads
 
 RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
 RADIUS = 0.127 / 2

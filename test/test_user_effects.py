@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from slider_drilling.diagnosis.user_effects import combined_modifiers, load_effect
 from slider_drilling.errors import InputError
-from slider_drilling.gap.user_effects import combined_modifiers, load_effect
 from slider_drilling.rig import load_rig
 from slider_drilling.share import share_file
 

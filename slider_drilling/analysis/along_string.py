@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from slider_drilling.analysis.cycles import Cycle
 from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.drillstring import Commands, Plant, Profile, Start
-from slider_drilling.drillstring.mesh import friction_factors
 from slider_drilling.drillstring.zones import Zones, turning_friction, zones_from_motion, zones_in_closed_form
 from slider_drilling.rig import Rig
+from slider_drilling.wellbore.mesh import friction_factors
 
 Array = NDArray[np.float64]
 

@@ -76,8 +76,9 @@ def _without_topics() -> float:
 
 def _without_dds() -> float:
     """Messages a second that go into a log when nobody has to send them."""
-    from slider_drilling.log import LogWriter, cdr
-    from slider_drilling.log.topics import JOINT_STATE
+    from slider_drilling.log import LogWriter
+    from slider_drilling.messages import cdr
+    from slider_drilling.messages.topics import JOINT_STATE
 
     count = 20_000
     with tempfile.TemporaryDirectory() as folder, LogWriter(Path(folder) / "bench.mcap") as writer:

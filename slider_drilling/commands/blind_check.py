@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from slider_drilling.gap.blind import Scored
+    from slider_drilling.blind.check import Scored
 
 
 @click.command(epilog="Example:\n\n  slider-drilling blind-check --effect stribeck --effect none -o blind")
@@ -31,11 +31,11 @@ def command(names: tuple[str, ...], seeds: int, first_seed: int, rig_path: Path 
 
     import json
 
+    from slider_drilling.blind.check import blind_check, totals
+    from slider_drilling.blind.laws import CATALOGUE, OUTSIDE
     from slider_drilling.console import stderr, stdout
     from slider_drilling.errors import InputError
-    from slider_drilling.gap.blind import blind_check, totals
     from slider_drilling.gap.progress import progress_bar
-    from slider_drilling.gap.sealed_laws import CATALOGUE, OUTSIDE
     from slider_drilling.rig import load_rig
     from slider_drilling.share import share_file
 

@@ -11,7 +11,7 @@ import click
 from slider_drilling.commands.options import namespace_option
 
 if TYPE_CHECKING:
-    from slider_drilling.gap.diagnosis import Diagnosis
+    from slider_drilling.diagnosis.diagnose import Diagnosis
 
 
 @click.command(epilog="Example:\n\n  slider-drilling diagnose run.mcap -o diagnosis")
@@ -44,10 +44,10 @@ def command(
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
     from slider_drilling.console import stderr, stdout
+    from slider_drilling.diagnosis.diagnose import diagnose, write_diagnosis
+    from slider_drilling.diagnosis.user_effects import installed_effects, load_effect
     from slider_drilling.errors import InputError
-    from slider_drilling.gap.diagnosis import diagnose, write_diagnosis
     from slider_drilling.gap.progress import progress_bar
-    from slider_drilling.gap.user_effects import installed_effects, load_effect
     from slider_drilling.log import read_log
     from slider_drilling.rig import load_rig
 
@@ -93,7 +93,7 @@ def _print_simulated(diagnosis: Diagnosis) -> None:
     from rich.table import Table
 
     from slider_drilling.console import stdout
-    from slider_drilling.gap.report import simulated_table
+    from slider_drilling.diagnosis.page import simulated_table
 
     heads, rows = simulated_table(diagnosis)
     table = Table(*heads, title="RMS error of one simulation of the log")

@@ -11,7 +11,7 @@ import click
 from slider_drilling.commands.options import namespace_option
 
 if TYPE_CHECKING:
-    from slider_drilling.gap.replay import Replay
+    from slider_drilling.diagnosis.replay import Replay
 
 
 @click.command(epilog="Example:\n\n  slider-drilling replay run.mcap --rig rig.yaml -o simulated.mcap")
@@ -25,9 +25,9 @@ def command(
     log: Path, rig_path: Path | None, output: Path | None, elements: int, namespace: str | None, as_json: bool
 ) -> None:
     """Drive the plant with LOG's commands from its first sample; print how far it lands from LOG's channels."""
+    from slider_drilling.diagnosis.replay import replay
     from slider_drilling.drillstring.to_log import write_simulated
     from slider_drilling.errors import InputError
-    from slider_drilling.gap.replay import replay
     from slider_drilling.log import read_log
 
     if not 10 <= elements <= 5000:

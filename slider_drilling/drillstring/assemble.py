@@ -10,7 +10,9 @@ import numpy as np
 
 from slider_drilling.contact import friction_table
 from slider_drilling.drillstring.layout import Array, Curve, Elements, Lanes, State, padded
-from slider_drilling.drillstring.mesh import (
+from slider_drilling.errors import InputError
+from slider_drilling.rig import Contact, Rig
+from slider_drilling.wellbore.mesh import (
     GRAVITY,
     Mesh,
     average_over_elements,
@@ -18,8 +20,6 @@ from slider_drilling.drillstring.mesh import (
     friction_factors,
     open_hole_share,
 )
-from slider_drilling.errors import InputError
-from slider_drilling.rig import Contact, Rig
 
 _POLYNOMIAL_DEGREE = 7
 _POLYNOMIAL_ERROR = 1e-5  # of 1 / mu, relative; beyond it (a kink between two wear modes) the kernel reads the table

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slider_drilling.drillstring.layout import Array, Curve, Elements, State
-from slider_drilling.drillstring.mesh import Mesh
+from slider_drilling.wellbore.mesh import Mesh
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ import numpy as np
 
 from slider_drilling.drillstring.record import Commands, Response
 from slider_drilling.drillstring.sensors import wrap
-from slider_drilling.log.topics import TOPICS
 from slider_drilling.log.write import LogWriter
+from slider_drilling.messages.topics import TOPICS
 from slider_drilling.rig import Rig, dump_rig
 
 

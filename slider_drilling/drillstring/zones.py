@@ -15,9 +15,9 @@ import numpy as np
 
 from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.drillstring.layout import Array
-from slider_drilling.drillstring.mesh import friction_factors
 from slider_drilling.drillstring.profile import Profile
 from slider_drilling.drillstring.simulate import Plant
+from slider_drilling.wellbore.mesh import friction_factors
 
 PRE_SLIDING_SWING = 0.16
 """rad, by which 5 in pipe turns over the contact's pre-sliding length of 10 mm (mu / grip, model.md section 2)."""

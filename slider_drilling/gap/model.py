@@ -1,6 +1,6 @@
 """What the gap engine asks of a model: runs with channels, parameters, effects, and a batched simulation.
 
-The engine knows nothing else. The drill string (`slider_drilling.gap.drill_string`) is one such model, the
+The engine knows nothing else. The drill string (`slider_drilling.diagnosis.drill_string`) is one such model, the
 motor-driven slide of ``docs/examples/motor_slide.py`` another.
 """
 

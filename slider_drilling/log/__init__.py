@@ -4,8 +4,8 @@ from slider_drilling.log.read import read_log
 from slider_drilling.log.save import save_log
 from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
 from slider_drilling.log.table import read_table
-from slider_drilling.log.topics import DIAGNOSTICS, TOPICS, Topic
 from slider_drilling.log.write import LogWriter, Status
+from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS, Topic
 
 __all__ = [
     "DIAGNOSTICS",

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from slider_drilling.log import cdr
-from slider_drilling.log.topics import FLUID_PRESSURE, JOINT_STATE, Topic
+from slider_drilling.messages import cdr
+from slider_drilling.messages.topics import FLUID_PRESSURE, JOINT_STATE, Topic
 
 NAN = float("nan")
 # The stamp in ns, then what the series holds: position, velocity, effort, or value, variance, nothing.

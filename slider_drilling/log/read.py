@@ -16,7 +16,7 @@ from slider_drilling.files import read_text
 from slider_drilling.log.container import Container
 from slider_drilling.log.decode import Row, row_decoder
 from slider_drilling.log.series import Array, JointSeries, RigLog, ScalarSeries
-from slider_drilling.log.topics import CLOCKS, JOINT_STATE, SURFACE, TOPICS, canonical_type, namespace_of
+from slider_drilling.messages.topics import CLOCKS, JOINT_STATE, SURFACE, TOPICS, canonical_type, namespace_of
 
 # A log whose clock differs from its stamps' by more was recorded on another clock (wall against simulated time).
 OTHER_CLOCK = 10.0

@@ -7,8 +7,8 @@ import os
 from collections.abc import Callable
 
 from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
-from slider_drilling.log.topics import FLUID_PRESSURE, TOPICS
 from slider_drilling.log.write import LogWriter
+from slider_drilling.messages.topics import FLUID_PRESSURE, TOPICS
 
 # When, which series, which sample of it.
 Entry = tuple[float, str, int]

@@ -7,7 +7,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from slider_drilling.log.series import Array, JointSeries, RigLog
-from slider_drilling.log.topics import TOPICS
+from slider_drilling.messages.topics import TOPICS
 
 # Units of position, velocity and effort, or of the value.
 UNITS = {

@@ -17,7 +17,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.files import read_text
 from slider_drilling.log.mapping import CHANNELS, ISO_TIME, Layout, Mapping, load_mapping
 from slider_drilling.log.series import Array, JointSeries, RigLog, ScalarSeries
-from slider_drilling.log.topics import CLOCKS, JOINT_STATE, TOPICS
+from slider_drilling.messages.topics import CLOCKS, JOINT_STATE, TOPICS
 from slider_drilling.rig import parse_rig
 
 Words = dict[str, list[str]]

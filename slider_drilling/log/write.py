@@ -16,9 +16,9 @@ from mcap.writer import Writer
 from slider_drilling import __version__
 from slider_drilling.errors import InputError
 from slider_drilling.files import begin_file, end_file
-from slider_drilling.log import cdr
-from slider_drilling.log.schemas import SCHEMAS
-from slider_drilling.log.topics import DIAGNOSTIC_ARRAY, FLUID_PRESSURE, JOINT_STATE, WRENCH_STAMPED
+from slider_drilling.messages import cdr
+from slider_drilling.messages.schemas import SCHEMAS
+from slider_drilling.messages.topics import DIAGNOSTIC_ARRAY, FLUID_PRESSURE, JOINT_STATE, WRENCH_STAMPED
 
 # A killed run loses the open chunk: this much is about five seconds of a rig's channels at 10 Hz.
 CHUNK_BYTES = 64 * 1024

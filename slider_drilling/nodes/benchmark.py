@@ -36,8 +36,8 @@ def recorder() -> dict[str, float]:
     from rclpy.node import Node
     from rclpy.parameter import Parameter
 
-    from slider_drilling.log import cdr
-    from slider_drilling.log.topics import TOPICS
+    from slider_drilling.messages import cdr
+    from slider_drilling.messages.topics import TOPICS
     from slider_drilling.nodes import link
     from slider_drilling.nodes.halt import Halt
     from slider_drilling.nodes.recorder import Recorder

@@ -14,8 +14,8 @@ from std_msgs.msg import String
 
 from slider_drilling.drillstring import VirtualRig
 from slider_drilling.errors import InputError
-from slider_drilling.log import cdr
-from slider_drilling.log.topics import TOPICS
+from slider_drilling.messages import cdr
+from slider_drilling.messages.topics import TOPICS
 from slider_drilling.nodes import link
 from slider_drilling.nodes.command_inbox import BLOCK, PUMP, TOP_DRIVE, CommandInbox
 from slider_drilling.nodes.halt import Halt

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from rclpy.node import Node
 
 from slider_drilling.control.protocol import Level, Status
-from slider_drilling.log import cdr
-from slider_drilling.log.topics import DIAGNOSTICS
+from slider_drilling.messages import cdr
+from slider_drilling.messages.topics import DIAGNOSTICS
 from slider_drilling.nodes import link
 
 PERIOD_NS = 1_000_000_000

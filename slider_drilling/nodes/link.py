@@ -13,7 +13,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
-from slider_drilling.log.topics import JOINT_STATE, Topic
+from slider_drilling.messages.topics import JOINT_STATE, Topic
 
 # The one topic beside those of a log: a controller's pump speed has to reach the rig.
 PUMP_COMMAND = Topic("mud_pump/command", JOINT_STATE, "mud_pump")
@@ -42,7 +42,7 @@ def message_class(kind: str) -> Any:
 
 
 def publisher(node: Node, topic: Topic, qos: QoSProfile = RELIABLE) -> Publisher:
-    """A publisher, to be given the bytes of `slider_drilling.log.cdr`."""
+    """A publisher, to be given the bytes of `slider_drilling.messages.cdr`."""
     return node.create_publisher(message_class(topic.type), topic.name, qos)
 
 

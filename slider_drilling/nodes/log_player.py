@@ -16,9 +16,9 @@ from std_msgs.msg import String
 
 from slider_drilling.control.protocol import Level, Status
 from slider_drilling.errors import InputError
-from slider_drilling.log import cdr
 from slider_drilling.log.container import Container
-from slider_drilling.log.topics import TOPICS, Topic, canonical_type, namespace_of
+from slider_drilling.messages import cdr
+from slider_drilling.messages.topics import TOPICS, Topic, canonical_type, namespace_of
 from slider_drilling.nodes import link
 from slider_drilling.nodes.halt import Halt
 from slider_drilling.nodes.health import Health

@@ -17,7 +17,7 @@ from std_msgs.msg import String
 
 from slider_drilling.errors import InputError
 from slider_drilling.log import LogWriter
-from slider_drilling.log.topics import DIAGNOSTICS, TOPICS, Topic
+from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS, Topic
 from slider_drilling.nodes import link
 from slider_drilling.nodes.halt import Halt
 from slider_drilling.nodes.health import Health, Level, Status

@@ -17,8 +17,8 @@ from rclpy.publisher import Publisher
 from slider_drilling.control.load import DEFAULT, load_controller, step_checked
 from slider_drilling.control.protocol import AdjustableController, ReportingController, TargetedController
 from slider_drilling.errors import InputError
-from slider_drilling.log import cdr
-from slider_drilling.log.topics import TOPICS
+from slider_drilling.messages import cdr
+from slider_drilling.messages.topics import TOPICS
 from slider_drilling.nodes import link
 from slider_drilling.nodes.halt import Halt
 from slider_drilling.nodes.health import Health, Level, Status

@@ -163,7 +163,8 @@ def test_a_player_in_a_loop_begins_again(make, log):
 
 
 def test_a_target_on_its_topic_becomes_the_controllers(make):
-    from slider_drilling.log import TOPICS, cdr
+    from slider_drilling.messages import cdr
+    from slider_drilling.messages.topics import TOPICS
     from slider_drilling.nodes import link
 
     controller = make(RockingController)
@@ -175,7 +176,8 @@ def test_a_target_on_its_topic_becomes_the_controllers(make):
 
 def test_a_rig_that_goes_silent_stops_the_block(make):
     """The controller is stepped on, without measurements, as soon as they are stale; its commands then say stop."""
-    from slider_drilling.log import TOPICS, cdr
+    from slider_drilling.messages import cdr
+    from slider_drilling.messages.topics import TOPICS
     from slider_drilling.nodes import link
 
     controller = make(RockingController, stale_after=0.2, controller=FIXED)

@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from slider_drilling.diagnosis.catalogue import ANY_WAVE_S, aging_with_memory, catalogue
+from slider_drilling.diagnosis.drill_string import DrillString, depth_probes, nuisance_parameters
+from slider_drilling.diagnosis.health import unusable
+from slider_drilling.diagnosis.replay import measured_channels
+from slider_drilling.diagnosis.user_effects import UserEffect
 from slider_drilling.drillstring import Commands
 from slider_drilling.drillstring.from_log import commands_from_log
 from slider_drilling.errors import InputError
-from slider_drilling.gap.drill_string import DrillString, depth_probes, nuisance_parameters
-from slider_drilling.gap.effects import ANY_WAVE_S, aging_with_memory, catalogue
-from slider_drilling.gap.health import unusable
 from slider_drilling.gap.model import Array, Run
-from slider_drilling.gap.replay import measured_channels
-from slider_drilling.gap.user_effects import UserEffect
 from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig
 

@@ -88,7 +88,7 @@ def contradictions(log: RigLog, rig: Rig) -> list[str]:
 
 def hanging_weight(rig: Rig) -> float:
     """Buoyed weight N of the string along its well."""
-    from slider_drilling.drillstring.mesh import GRAVITY, build_mesh
+    from slider_drilling.wellbore.mesh import GRAVITY, build_mesh
 
     mesh = build_mesh(rig, 100)
     per_metre = (rig.string.density - rig.mud.density) * GRAVITY * mesh.area

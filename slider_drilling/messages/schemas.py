@@ -6,7 +6,7 @@ the file may be ros2msg, ros2idl or missing.
 
 from __future__ import annotations
 
-from slider_drilling.log.topics import DIAGNOSTIC_ARRAY, FLUID_PRESSURE, JOINT_STATE, WRENCH_STAMPED
+from slider_drilling.messages.topics import DIAGNOSTIC_ARRAY, FLUID_PRESSURE, JOINT_STATE, WRENCH_STAMPED
 
 _TIME = """\
 # Seconds and nanoseconds of ROS time.

@@ -10,12 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from slider_drilling.gap.attribute import attribute
-from slider_drilling.gap.diagnosis import Diagnosis, diagnose
-from slider_drilling.gap.findings import start_findings, total_closed
-from slider_drilling.gap.progress import Progress
-from slider_drilling.gap.residuals import build_problem
-from slider_drilling.gap.sealed import (
+from slider_drilling.blind.laws import CATALOGUE, OUTSIDE, no_effect
+from slider_drilling.blind.sealed import (
     Law,
     random_commands,
     random_nuisance,
@@ -24,7 +20,11 @@ from slider_drilling.gap.sealed import (
     size_in_noise,
     write_sealed,
 )
-from slider_drilling.gap.sealed_laws import CATALOGUE, OUTSIDE, no_effect
+from slider_drilling.diagnosis.diagnose import Diagnosis, diagnose
+from slider_drilling.gap.attribute import attribute
+from slider_drilling.gap.findings import start_findings, total_closed
+from slider_drilling.gap.progress import Progress
+from slider_drilling.gap.residuals import build_problem
 from slider_drilling.log import read_log
 from slider_drilling.rig import Rig
 

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
+from slider_drilling.diagnosis.drill_string import rig_with
 from slider_drilling.drillstring import Commands, Modifiers, Plant, Response
-from slider_drilling.drillstring.mesh import build_mesh
 from slider_drilling.drillstring.sensors import quantise, wrap
-from slider_drilling.gap.drill_string import rig_with
 from slider_drilling.gap.model import Array
-from slider_drilling.log.topics import TOPICS
 from slider_drilling.log.write import LogWriter
+from slider_drilling.messages.topics import TOPICS
 from slider_drilling.rig import FrictionInterval, Rig, Section, dump_rig
+from slider_drilling.wellbore.mesh import build_mesh
 
 SEALED_ELEMENTS = 260
 _CHUNK_S = 8.0

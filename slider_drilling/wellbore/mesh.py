@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.drillstring.well import Array, Course
 from slider_drilling.rig import Rig
+from slider_drilling.wellbore.course import Array, Course
 
 GRAVITY = 9.81  # m/s2; the reference logs' hanging weight tells 9.81 from 9.80665
 

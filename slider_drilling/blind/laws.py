@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from slider_drilling.blind.sealed import Law
 from slider_drilling.drillstring import Commands, Response
 from slider_drilling.gap.model import Array
-from slider_drilling.gap.sealed import Law
 from slider_drilling.rig import Rig
 
 Make = Callable[[np.random.Generator, Rig, float], Law]

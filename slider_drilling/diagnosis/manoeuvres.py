@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from slider_drilling.diagnosis.drill_string import DrillString
 from slider_drilling.drillstring import Commands
-from slider_drilling.gap.drill_string import DrillString
 from slider_drilling.gap.model import Array, Manoeuvre, Run
 
 _DURATION_S = 100.0

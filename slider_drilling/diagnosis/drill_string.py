@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
 from slider_drilling.drillstring import Commands, Response, Start, simulate_batch
 from slider_drilling.effects import Effects
 from slider_drilling.gap.model import Array, Effect, Manoeuvre, Parameter, Run, Values
-from slider_drilling.gap.user_effects import UserEffect, combined_modifiers
 from slider_drilling.rig import FrictionInterval, Rig
 
 COARSE, FINE = 32, 100
@@ -101,8 +101,8 @@ class DrillString:
         return replace(self, coarse=_COARSE, fine=_FINE, _correction=[])
 
     def manoeuvres(self) -> list[Manoeuvre]:
-        """Runs that could be made next, see `slider_drilling.gap.next_runs`."""
-        from slider_drilling.gap.next_runs import manoeuvres
+        """Runs that could be made next, see `slider_drilling.diagnosis.manoeuvres`."""
+        from slider_drilling.diagnosis.manoeuvres import manoeuvres
 
         return manoeuvres(self)
 

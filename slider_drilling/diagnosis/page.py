@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from slider_drilling.gap.diagnosis import Diagnosis
+    from slider_drilling.diagnosis.diagnose import Diagnosis
 
 _SHOWN = {"N m": (1e-3, "kN m"), "N": (1e-3, "kN"), "Pa": (1e-5, "bar"), "rad": (180.0 / np.pi, "deg")}
 _BLUE, _RED, _GREEN, _GREY = "#0072b2", "#d55e00", "#009e73", "#7f7f7f"
@@ -100,7 +100,7 @@ def _waterfall(diagnosis: Diagnosis) -> str:
 
 
 def _channel_rows(diagnosis: Diagnosis) -> list[list[str]]:
-    from slider_drilling.gap.diagnosis import rms_by_stage
+    from slider_drilling.diagnosis.diagnose import rms_by_stage
 
     answer = diagnosis.answer
     stages = rms_by_stage(answer)

@@ -20,10 +20,10 @@ import numpy as np
 
 from slider_drilling.compiler import COMPILE, njit
 from slider_drilling.contact import friction_coefficient_of_direction
-from slider_drilling.drillstring.layout import Array
-from slider_drilling.drillstring.mesh import GRAVITY, Mesh, build_mesh, friction_factors
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
+from slider_drilling.wellbore.course import Array
+from slider_drilling.wellbore.mesh import GRAVITY, Mesh, build_mesh, friction_factors
 
 _ITERATIONS = 50
 _CLOSE = 1e-12  # relative; the midpoint's tension converges by a factor of mu * bend / 2 an iteration

@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 
 from slider_drilling import __version__
+from slider_drilling.diagnosis.drill_string import rig_with
+from slider_drilling.diagnosis.health import contradictions, too_little_excitation
+from slider_drilling.diagnosis.situation import Prepared, prepare
+from slider_drilling.diagnosis.user_effects import UserEffect
 from slider_drilling.errors import InputError
 from slider_drilling.gap.beyond import Beyond, look_beyond
-from slider_drilling.gap.drill_string import rig_with
 from slider_drilling.gap.explain import Answer, Ranked, explain
-from slider_drilling.gap.from_log import Prepared, prepare
-from slider_drilling.gap.health import contradictions, too_little_excitation
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.progress import Progress
-from slider_drilling.gap.user_effects import UserEffect
 from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig, dump_rig
 
@@ -209,7 +209,7 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:
 
     Each is written under a temporary name and renamed. Raises OSError where the folder cannot be written.
     """
-    from slider_drilling.gap.report import report_page
+    from slider_drilling.diagnosis.page import report_page
 
     folder.mkdir(parents=True, exist_ok=True)
     contents = {

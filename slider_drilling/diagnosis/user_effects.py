@@ -16,10 +16,10 @@ from typing import Protocol
 import numpy as np
 
 from slider_drilling.drillstring import Commands, Modifiers
-from slider_drilling.drillstring.mesh import build_mesh
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Array, Effect, Values
 from slider_drilling.rig import Rig
+from slider_drilling.wellbore.mesh import build_mesh
 
 GROUP = "slider_drilling.effects"
 

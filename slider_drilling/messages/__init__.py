@@ -1,0 +1,1 @@
+"""What nodes publish and logs hold: topics, schemas, and CDR bytes. No ROS needed."""
