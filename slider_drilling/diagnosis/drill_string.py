@@ -9,16 +9,19 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
-from slider_drilling.drillstring import Commands, Response, Start, simulate_batch
+from slider_drilling.drillstring import Commands, Observer, Response, Start, simulate_batch
 from slider_drilling.effects import Effects
-from slider_drilling.gap.model import Array, Effect, Manoeuvre, Parameter, Run, Values
+from slider_drilling.gap.model import Array, Effect, How, Manoeuvre, Parameter, Run, Values
 from slider_drilling.rig import FrictionInterval, Rig
 
 COARSE, FINE = 32, 100
+# Elements of each fidelity.
+MESHES = (32, 100, 160)
 # Of a refined model.
 _COARSE, _FINE = 60, 160
 FINER = 1.6  # times the fine mesh: what `discretisation` compares it with
 _THREADS = 2
+_SPLIT = 40
 _REMEMBERED = 16
 
 
@@ -53,8 +56,30 @@ class DrillString:
         default_factory=dict, init=False, repr=False
     )
 
-    def simulate(self, run: int, sets: Sequence[Values]) -> Mapping[str, Array]:
+    @property
+    def pulled(self) -> str:
+        """See `slider_drilling.gap.model.Pulled`."""
+        return "surface_torque"
+
+    def fed(self, run: int, measured: Array) -> DrillString:
+        """See `slider_drilling.gap.model.Pulled`."""
+        channels = tuple(
+            replace(channel, measured=measured) if channel.name == self.pulled else channel
+            for channel in self.runs[run].channels
+        )
+        runs = list(self.runs)
+        runs[run] = replace(runs[run], channels=channels)
+        return replace(self, runs=tuple(runs))
+
+    @property
+    def finest(self) -> int:
+        """See `slider_drilling.gap.model.Graded`."""
+        return len(MESHES) - 1
+
+    def simulate(self, run: int, sets: Sequence[Values], how: How | None = None) -> Mapping[str, Array]:
         """Channels (K, n) on the coarse mesh plus the anchor's correction."""
+        if how is not None:
+            return self._channels(run, sets, MESHES[how.fidelity], how.pull)
         channels = self._channels(run, sets, self.coarse)
         if self._correction:
             for name, extra in self._correction[run].items():
@@ -116,8 +141,8 @@ class DrillString:
             differences.append({name: finer[name][0] - fine[name] for name in fine})
         return differences
 
-    def _channels(self, run: int, sets: Sequence[Values], elements: int) -> dict[str, Array]:
-        responses = self._responses(run, sets, elements)
+    def _channels(self, run: int, sets: Sequence[Values], elements: int, pull: float = 0.0) -> dict[str, Array]:
+        responses = self._responses(run, sets, elements, self._observer(run, pull))
         found: dict[str, Array] = {}
         for channel in self.runs[run].channels:
             lag = sensor_lag(self.rig, channel.name)
@@ -134,33 +159,46 @@ class DrillString:
     def _switched_on(self, values: Values) -> list[UserEffect]:
         return [user for name, user in self.user_effects.items() if user.effect.parameters[0].name in values]
 
-    def _responses(self, run: int, sets: Sequence[Values], elements: int) -> list[Response]:
+    def _observer(self, run: int, pull: float) -> Observer | None:
+        measured = [channel for channel in self.runs[run].channels if channel.name == self.pulled]
+        if pull == 0.0 or not measured:
+            return None
+        time = self.commands[run].time
+        return Observer(np.interp(time, measured[0].time, measured[0].measured), pull)
+
+    def _responses(
+        self, run: int, sets: Sequence[Values], elements: int, observer: Observer | None = None
+    ) -> list[Response]:
         rigs = [rig_with(self.rig, values) for values in sets]
         starts = [start_with(values) for values in sets]
         users = [self._switched_on(values) for values in sets]
         if not any(users):
-            return simulate_on_threads(rigs, self.commands[run], elements, starts)
+            return simulate_on_threads(rigs, self.commands[run], elements, starts, observer)
         responses = []
         for rig, start, own, values in zip(rigs, starts, users, sets, strict=True):
             commands = self.commands[run]
             for user in own:
                 commands = user.commands(commands, values)
             extra = combined_modifiers(own, rig, elements, values)
-            responses += simulate_batch([rig], commands, elements, [start], [extra])
+            responses += simulate_batch([rig], commands, elements, [start], [extra], observer=observer)
         return responses
 
 
 def simulate_on_threads(
-    rigs: Sequence[Rig], commands: Commands, elements: int, starts: Sequence[Start]
+    rigs: Sequence[Rig],
+    commands: Commands,
+    elements: int,
+    starts: Sequence[Start],
+    observer: Observer | None = None,
 ) -> list[Response]:
     """One batch split over the cores (the kernel runs without the interpreter's lock)."""
-    if len(rigs) < 4:
-        return simulate_batch(rigs, commands, elements, starts)
+    if len(rigs) < _SPLIT:
+        return simulate_batch(rigs, commands, elements, starts, observer=observer)
     share = int(np.ceil(len(rigs) / _THREADS))
 
     def run(begin: int) -> list[Response]:
         end = begin + share
-        return simulate_batch(rigs[begin:end], commands, elements, starts[begin:end])
+        return simulate_batch(rigs[begin:end], commands, elements, starts[begin:end], observer=observer)
 
     with ThreadPoolExecutor(_THREADS) as pool:
         answers = pool.map(run, range(0, len(rigs), share))

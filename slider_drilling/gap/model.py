@@ -125,6 +125,43 @@ class Run:
         return float(self.time[-1] - self.time[0])
 
 
+@dataclass(frozen=True)
+class How:
+    """How a model is asked to simulate. What it has no use for it may ignore.
+
+    fidelity: 0 the cheapest, up to the model's own finest; pull: gain of a weak observer that feeds the pulled
+    channel's measurement back, 0 a free run (see `Pulled`).
+    """
+
+    fidelity: int = 0
+    pull: float = 0.0
+
+
+@runtime_checkable
+class Pulled(Protocol):
+    """A model with a weak observer: while it is fitted, a measured channel may pull a little at what is simulated.
+
+    A free run of what sticks and slips loses phase, and its cost is full of holes; a passive pull makes the same cost
+    smooth. The error of the pulled channel shrinks by 1 + pull.
+    """
+
+    @property
+    def pulled(self) -> str:
+        """Name of the channel that is fed back."""
+
+    def fed(self, run: int, measured: Array) -> Pulled:
+        """The same model with other measurements (n,) of that channel in one run."""
+
+
+@runtime_checkable
+class Graded(Protocol):
+    """A model with simulations of several fidelities."""
+
+    @property
+    def finest(self) -> int:
+        """The highest fidelity that `How` may ask for."""
+
+
 class Model(Protocol):
     """Anything that can be simulated for many parameter sets at once."""
 

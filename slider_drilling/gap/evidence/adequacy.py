@@ -1,0 +1,114 @@
+"""Whether what a model leaves is what it would leave if it were the truth.
+
+Replicates are made with the model itself: parameters as well as the log tells them, its finest simulation, and the
+channels' noise. What the cheaper simulation that was fitted leaves of such a replicate is its error of discretisation,
+what cannot be foretold, and noise; a gap beyond that is structure.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import t as student
+
+from slider_drilling.gap.evidence.score import Score, squares_of
+from slider_drilling.gap.model import Array, Graded, How, Pulled
+from slider_drilling.gap.problem.problem import Problem
+from slider_drilling.gap.search.least_squares import Fit
+
+REPLICATES = 8
+LEVEL = 0.01
+# Relative standard deviation of a floor that comes from differences of few samples.
+_FLOOR_SPREAD = 2.0
+
+
+@dataclass(frozen=True)
+class Adequacy:
+    """threshold: E that the model would leave of its own replicates at the stated level; by_channel: likewise;
+    beyond: channels that are above theirs; adequate: whether neither the whole nor a channel is above.
+    """
+
+    threshold: float
+    by_channel: dict[str, float]
+    beyond: tuple[str, ...]
+    adequate: bool
+
+
+def adequacy(problem: Problem, found: Fit, score: Score, seed: int) -> Adequacy:
+    """Compare the held-out gap of a fit with what it leaves of its own replicates."""
+    generator = np.random.default_rng([seed, 7])
+    left = [squares_of(problem, residual) for residual in _replicates(problem, found, generator)]
+    names = dict.fromkeys(piece.name for piece in problem.pieces)
+    whole = np.array([np.mean([np.mean(squares[piece.rows]) for piece in problem.pieces]) for squares in left])
+    channels = {}
+    for name in names:
+        own = [piece for piece in problem.pieces if piece.name == name]
+        draws = np.array([np.mean([np.mean(squares[piece.rows]) for piece in own]) for squares in left])
+        channels[name] = _upper(draws, LEVEL / len(names))
+    beyond = tuple(name for name, value in score.by_channel.items() if value > channels[name])
+    threshold = _upper(whole, LEVEL)
+    return Adequacy(threshold, channels, beyond, score.gap <= threshold and not beyond)
+
+
+def _upper(squares: Array, level: float) -> float:
+    """E that a further draw exceeds at the level, by the logarithms of the draws."""
+    logs = np.log(squares)
+    spread = float(np.std(logs, ddof=1)) * np.sqrt(1.0 + 1.0 / logs.size)
+    return float(np.exp(0.5 * (np.mean(logs) + student.ppf(1.0 - level, logs.size - 1) * spread)))
+
+
+def _replicates(problem: Problem, found: Fit, generator: np.random.Generator) -> list[Array]:
+    """Residuals (N,) that the problem leaves of replicates of its own fit."""
+    finest = problem.model.finest if isinstance(problem.model, Graded) else 0
+    sets = _nearby(problem, found, generator)
+    truths = problem.simulate(sets, How(finest, 0.0))
+    samples = [truth + _noise(problem, generator) for truth in truths]
+    if problem.how.pull == 0.0 or not isinstance(problem.model, Pulled):
+        return [_wrapped(problem, sample - found.simulated) for sample in samples]
+    left = []
+    for sample in samples:
+        fed = problem.model
+        for piece in problem.pieces:
+            if piece.name == problem.model.pulled:
+                fed = fed.fed(piece.run, sample[piece.rows] * piece.noise)
+        own = replace(problem, model=fed, correction=np.zeros(problem.size))
+        left.append(_wrapped(problem, sample - own.simulate([found.values], replace(problem.how, fidelity=finest))[0]))
+    return left
+
+
+def _nearby(problem: Problem, found: Fit, generator: np.random.Generator) -> list[dict[str, float]]:
+    """Parameter sets as likely as the fit's, by its curvature."""
+    if not found.parameters:
+        return [found.values] * REPLICATES
+    _, rows = problem.whitened(found.residual, found.jacobian, found.discrepancy)
+    normal = rows @ rows.T
+    normal[np.diag_indices_from(normal)] += 1.0
+    factor = np.linalg.cholesky(normal)
+    sets = []
+    for _ in range(REPLICATES):
+        step = np.linalg.solve(factor.T, generator.normal(size=len(found.parameters)))
+        moved = {
+            p.name: float(np.clip(found.values[p.name] + p.scale * change, p.lower, p.upper))
+            for p, change in zip(found.parameters, step, strict=True)
+        }
+        sets.append(found.values | moved)
+    return sets
+
+
+def _noise(problem: Problem, generator: np.random.Generator) -> Array:
+    noise = np.empty(problem.size)
+    for piece in problem.pieces:
+        count = piece.channel.time.size
+        off = 1.0 + generator.normal() * _FLOOR_SPREAD / np.sqrt(count)
+        noise[piece.rows] = off * generator.normal(size=count)
+    return noise
+
+
+def _wrapped(problem: Problem, residual: Array) -> Array:
+    for piece in problem.pieces:
+        if piece.channel.period is not None:
+            turn = piece.channel.period / piece.noise
+            part = residual[piece.rows]
+            residual[piece.rows] = part - turn * np.round(part / turn)
+    return residual
