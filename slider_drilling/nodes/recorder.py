@@ -46,8 +46,8 @@ class Recorder(Node):
         self._halt = halt
         values = declare(self, PARAMETERS)
         rig_text = rig_of(values["rig"])[1] if values["rig"] else None
-        self.path = _log_path(Path(values["directory"]), values["file"])
-        self._writer = LogWriter(self.path, rig_text, "slider_drilling recorder", values["notes"])
+        self._writer = _begin(Path(values["directory"]), values["file"], rig_text, values["notes"])
+        self.path = self._writer.path
         self._has_rig = rig_text is not None
         self.messages = 0
         self.lost = 0
@@ -58,7 +58,7 @@ class Recorder(Node):
         self._health = Health(self)
         self.get_logger().info(f"recording to {self.path}")
         self._subscribe()
-        self._timer = self.create_timer(1.0, self._on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._timer = self.create_timer(FLUSH_PERIOD, self._on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def is_connected(self, nodes: int) -> bool:
         """Whether every topic of a log has a publisher here, and `diagnostics` one of every node."""
@@ -118,6 +118,12 @@ class Recorder(Node):
         return Status(Level.OK, "log", "recording", values)
 
     def _on_timer(self) -> None:
+        # What came in before all fell silent must not wait for the next message to be written.
+        try:
+            self._writer.flush()
+        except InputError as error:
+            self._halt.fail(error)
+            return
         quiet = time.monotonic() - self._last_message
         if quiet > QUIET and not self._halt.requested:
             what = f"nothing comes on {self.resolve_topic_name('top_drive/joint_states')} for {quiet:.0f} s"
@@ -133,17 +139,18 @@ class Recorder(Node):
         self._writer.discard()
 
 
-def _log_path(directory: Path, name: str) -> Path:
-    """Where the log goes; the folder is made. Raises InputError where it cannot be, or the file is there."""
-    if not name:
-        name = f"slide_{datetime.datetime.now().astimezone():%Y%m%d_%H%M%S}.mcap"
-    if Path(name).name != name or not name.endswith(".mcap"):
+def _begin(directory: Path, name: str, rig_text: str | None, notes: str) -> LogWriter:
+    """Begin the log; the folder is made. Raises InputError where it cannot be, or a file of that name is there."""
+    if name and (Path(name).name != name or not name.endswith(".mcap")):
         raise InputError(f"recorder: parameter file = {name!r}: must be a name ending in .mcap, without a folder")
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{directory}: cannot make this folder for logs: {error.strerror}") from None
-    path = directory / name
-    if path.exists():
-        raise InputError(f"{path}: is there already; give another name")
-    return path
+    own = f"slide_{datetime.datetime.now().astimezone():%Y%m%d_%H%M%S}"
+    for candidate in [name] if name else itertools.chain([f"{own}.mcap"], (f"{own}_{k}.mcap" for k in range(2, 100))):
+        path = directory / candidate
+        if name or not path.exists():
+            with contextlib.suppress(FileExistsError):
+                return LogWriter(path, rig_text, "slider_drilling recorder", notes)
+    raise InputError(f"{directory}: holds a hundred logs named {own} already; give another folder")
