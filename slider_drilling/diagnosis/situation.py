@@ -67,7 +67,7 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
     alone = names == ["surface_torque"]
     if alone:
         effects = tuple(aging_with_memory() if effect.name == "static_aging" else effect for effect in effects)
-        remarks.append("torque alone: the string's stiffness is re-tuned; a torque_sensor_gain looks like friction there")
+        remarks.append("torque alone: the string's stiffness is re-tuned, a gain of the sensor is taken for friction")
     model = DrillString(
         rig, tuple(runs), tuple(commands), nuisance_parameters(rig, names),
         (*effects, *(user.effect for user in user_effects)), users, depth_probes(length),
