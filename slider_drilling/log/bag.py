@@ -6,7 +6,7 @@ import contextlib
 import datetime
 import os
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +14,10 @@ import yaml
 
 from slider_drilling.errors import InputError
 from slider_drilling.files import write_whole
-from slider_drilling.log.write import LogWriter
+from slider_drilling.log.write import LogWriter, Written
 
 METADATA = "metadata.yaml"
+NOTHING = Written(0, 0, {})
 VERSION = 9  # of metadata.yaml: ROS 2 Jazzy and later
 
 
@@ -52,20 +53,10 @@ class Settings:
 
 @dataclass
 class Part:
-    """One file of a bag: ns of its first and last message by log time, how many, of which topic."""
+    """One file of a bag; written: what is in it, as of the last time that metadata.yaml was written."""
 
     name: str
-    first: int = 0
-    last: int = 0
-    messages: int = 0
-    counts: Counter[str] = field(default_factory=Counter)
-
-    def add(self, topic: str, log_time: int) -> None:
-        """Count one message."""
-        self.first = log_time if not self.messages else min(self.first, log_time)
-        self.last = max(self.last, log_time)
-        self.messages += 1
-        self.counts[topic] += 1
+    written: Written = NOTHING
 
 
 class Bag:
@@ -84,6 +75,8 @@ class Bag:
         self.folder, self.is_bag = _take_folder(directory, self._stem, named=bool(file))
         self._inside = self.folder != directory
         self._parts: list[Part] = []
+        self._declared: set[str] = set()
+        self._part_began: int | None = None
         try:
             self._begin_part()
         except BaseException:
@@ -101,15 +94,13 @@ class Bag:
 
     def message(self, topic: str, data: bytes, log_time: int, sequence: int | None = None) -> None:
         """Add a message of a declared topic as it came; log_time: ns; sequence: counts lost ones too."""
-        part = self._parts[-1]
-        if part.messages and self._is_full(log_time - part.first):
+        if self._is_full(log_time):
             self.split()
-            part = self._parts[-1]
         recorded = self._topics[topic]
-        if topic not in part.counts:
+        if topic not in self._declared:
+            self._declared.add(topic)
             self._writer.declare(topic, recorded.kind, recorded.schema, recorded.channel_metadata())
         self._writer.message(topic, recorded.kind, data, log_time, log_time, sequence)
-        part.add(topic, log_time)
 
     def attach_rig(self, rig_text: str) -> None:
         """Add the rig file, to this part and to those that follow. Raises InputError."""
@@ -127,6 +118,7 @@ class Bag:
     def split(self) -> None:
         """Go on in a new part. Raises InputError."""
         self._writer.close()
+        self._parts[-1].written = self._writer.written()
         self._begin_part()
 
     def close(self) -> None:
@@ -134,6 +126,7 @@ class Bag:
         try:
             self._writer.close()
         finally:
+            self._parts[-1].written = self._writer.written()
             # The messages are what counts: where the disk is full, metadata.yaml stays as the part's beginning left it.
             with contextlib.suppress(InputError):
                 self._write_metadata()
@@ -143,10 +136,13 @@ class Bag:
         self._writer.discard()
         self._forget()
 
-    def _is_full(self, span: int) -> bool:
+    def _is_full(self, log_time: int) -> bool:
         limits = self._settings
+        if self._part_began is None:
+            self._part_began = log_time
+            return False
         return bool(limits.split_bytes and self._writer.size >= limits.split_bytes) or bool(
-            limits.split_s and span >= limits.split_s * 1e9
+            limits.split_s and log_time - self._part_began >= limits.split_s * 1e9
         )
 
     def _begin_part(self) -> None:
@@ -155,6 +151,8 @@ class Bag:
         settings = self._settings
         self._writer = LogWriter(self.folder / name, self._rig_text, settings.recorded_by, settings.notes)
         self._parts.append(Part(name))
+        self._declared.clear()
+        self._part_began = None
         self._write_metadata()
 
     def _write_metadata(self) -> None:
@@ -200,9 +198,9 @@ def _take_metadata(folder: Path) -> bool:
 
 def _metadata(parts: list[Part], topics: dict[str, Recorded]) -> dict[str, Any]:
     """What metadata.yaml says."""
-    filled = [part for part in parts if part.messages]
-    first, last = min((part.first for part in filled), default=0), max((part.last for part in filled), default=0)
-    counts: Counter[str] = sum((part.counts for part in parts), Counter())
+    filled = [part.written for part in parts if part.written.counts]
+    first, last = min((one.first for one in filled), default=0), max((one.last for one in filled), default=0)
+    counts = sum((Counter(one.counts) for one in filled), Counter[str]())
     listed = [
         {
             "topic_metadata": {
@@ -227,9 +225,9 @@ def _metadata(parts: list[Part], topics: dict[str, Recorded]) -> dict[str, Any]:
             "files": [
                 {
                     "path": part.name,
-                    "starting_time": {"nanoseconds_since_epoch": part.first},
-                    "duration": {"nanoseconds": part.last - part.first},
-                    "message_count": part.messages,
+                    "starting_time": {"nanoseconds_since_epoch": part.written.first},
+                    "duration": {"nanoseconds": part.written.last - part.written.first},
+                    "message_count": sum(part.written.counts.values()),
                 }
                 for part in parts
             ],

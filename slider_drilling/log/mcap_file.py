@@ -95,9 +95,9 @@ class OpenChunk:
 class McapFile:
     """Writes one MCAP file on an open descriptor, which becomes its own.
 
-    Messages gather in a chunk that is written when it is full or by `flush`; `messages` and `until` (log time, ns)
-    count those that are in the file. Every method but `finish` raises OSError where a write fails; what is in the
-    file stays readable then and the file can still be finished.
+    Messages gather in a chunk that is written when it is full or by `flush`. Those that are in the file: `messages`,
+    `counts` by channel, log times from `first` to `until`, ns. Every method raises OSError where a write fails; what
+    is in the file stays readable then and the file can still be finished.
     """
 
     def __init__(self, descriptor: int, library: str) -> None:
@@ -109,7 +109,7 @@ class McapFile:
         self._chunks: list[ChunkIndex] = []
         self._attachments: list[AttachmentIndex] = []
         self._metadata: list[MetadataIndex] = []
-        self._counts: dict[int, int] = defaultdict(int)
+        self.counts: dict[int, int] = defaultdict(int)
         self.messages = 0
         self.first, self.until = 0, 0
         try:
@@ -198,7 +198,7 @@ class McapFile:
             self.until = max(self.until, chunk.last)
             self.messages += chunk.count
             for channel_id, entries in chunk.index.items():
-                self._counts[channel_id] += len(entries)
+                self.counts[channel_id] += len(entries)
 
     def finish(self) -> None:
         """End and close the file. Raises OSError where something does not fit: what does is in it then.
@@ -229,7 +229,7 @@ class McapFile:
         """The summary section, that begins at `start`, and the footer."""
         statistics = Statistics(
             attachment_count=len(self._attachments), channel_count=len(self._channels),
-            channel_message_counts=dict(self._counts), chunk_count=len(self._chunks), message_count=self.messages,
+            channel_message_counts=dict(self.counts), chunk_count=len(self._chunks), message_count=self.messages,
             message_start_time=self.first, message_end_time=self.until, metadata_count=len(self._metadata),
             schema_count=len(self._schemas),
         )  # fmt: skip

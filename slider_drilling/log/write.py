@@ -35,6 +35,15 @@ class Status:
     values: tuple[tuple[str, str], ...] = ()
 
 
+@dataclass(frozen=True)
+class Written:
+    """What a file holds: log times of its first and last message, ns, and how many there are of each topic."""
+
+    first: int
+    last: int
+    counts: dict[str, int]
+
+
 def nanoseconds(seconds: float) -> int:
     """Whole ns of a time in s."""
     return round(seconds * 1e9)
@@ -94,6 +103,11 @@ class LogWriter:
     def size(self) -> int:
         """Bytes so far, about."""
         return self._file.size
+
+    def written(self) -> Written:
+        """What is safe in the file."""
+        file, topics = self._file, {number: topic for topic, number in self._channels.items()}
+        return Written(file.first, file.until, {topics[number]: count for number, count in file.counts.items()})
 
     def attach_rig(self, rig_text: str) -> None:
         """Add the rig file, where it was not known when the log was begun."""
