@@ -117,11 +117,6 @@ def build(cls: type[T], raw: Any, source: str, path: str = "", ranges: Mapping[s
     return cls(**values)
 
 
-def check_ranges(value: Any, source: str) -> None:
-    """Check a dataclass that was made otherwise than by `build`, and those within it. Raises InputError as it does."""
-    build(type(value), plain(value), source)
-
-
 def plain(value: Any) -> Any:
     """Dataclasses and tuples as the dicts and lists that YAML writes; the inverse of `build`."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):

@@ -129,9 +129,9 @@ def test_what_no_rig_is_gets_one_line(right: str, wrong: str, said: str | None) 
 @pytest.mark.parametrize(
     ("effects", "said"),
     [
-        ("cuttings_bed: {factor: 2.0, top: 2000.0, bottom: 1000.0}", "cuttings_bed.top = 2000: not above its bottom"),
-        ("cuttings_bed: {factor: 2.0, top: 4100.0, bottom: 4200.0}", "cuttings_bed.top = 4100: below the bit"),
-        ("axial_oscillation_tool: {force: 1000.0, depth: 5000.0}", "tool.depth = 5000: below the bit"),
+        ("cuttings_bed: {factor: 2.0, top: 2000.0, bottom: 1000.0}", "lies nowhere, from top = 2000 to bottom"),
+        ("cuttings_bed: {factor: 2.0, top: 4100.0, bottom: 4200.0}", "cuttings_bed.top = 4100: below the string's end"),
+        ("axial_oscillation_tool: {force: 1000.0, depth: 5000.0}", "tool.depth = 5000: give where in the string"),
         ("motor_wear: {torque_loss: -50.0}", "motor_wear.torque_loss = -50.0: must be at least -1"),
     ],
 )  # fmt: skip
@@ -236,6 +236,8 @@ def test_whatever_a_fit_may_end_at_can_be_read_back(path: Path) -> None:
                 values = effect.values(effect.scan[0]) | {parameter.name: end}
                 if parameter.name in ("cuttings_bed.top", "cuttings_bed.bottom"):
                     values |= {"cuttings_bed.top": 0.0, "cuttings_bed.bottom": rig.string.length}
+                elif parameter.name == "axial_oscillation_tool.depth":
+                    values[parameter.name] = max(end, 1.0)  # at 0 m is where the file says nothing of it
                 check_rig(rig_with(rig, values))
 
 

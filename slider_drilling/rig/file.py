@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from typing import Any
 
 import yaml
 
@@ -10,7 +11,7 @@ from slider_drilling.effects import Effects
 from slider_drilling.files import read_text
 from slider_drilling.rig.parts import Rig
 from slider_drilling.rig.relations import check_relations
-from slider_drilling.schema import build, check_ranges, plain
+from slider_drilling.schema import build, plain
 from slider_drilling.yaml_tree import parse_yaml
 
 LONGEST = 1_000_000
@@ -24,7 +25,12 @@ def load_rig(path: str | os.PathLike[str]) -> Rig:
 
 def parse_rig(text: str, source: str = "rig") -> Rig:
     """A rig from YAML text; ``source`` names it in errors. Raises InputError."""
-    rig = build(Rig, parse_yaml(text, source), source)
+    return rig_of_tree(parse_yaml(text, source), source)
+
+
+def rig_of_tree(tree: Any, source: str = "rig") -> Rig:
+    """A rig from keys and values as YAML gives them; ``source`` names it in errors. Raises InputError."""
+    rig = build(Rig, tree, source)
     check_relations(rig, source)
     return rig
 
@@ -34,8 +40,7 @@ def check_rig(rig: Rig, source: str = "rig") -> Rig:
 
     A rig made in code is not checked: fits try numbers that no file may hold, thousands of times a second.
     """
-    check_ranges(rig, source)
-    check_relations(rig, source)
+    rig_of_tree(plain(rig), source)
     return rig
 
 

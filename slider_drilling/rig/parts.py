@@ -6,10 +6,13 @@ Names and units are those of ``config/rig.example.yaml``: SI, and degrees for th
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
 
+from slider_drilling.changes import changed
 from slider_drilling.effects import Effects
-from slider_drilling.schema import Range, block, quantity, rows_of
+from slider_drilling.schema import Range, block, plain, quantity, rows_of
 
 SCHEMA = "slider_drilling/rig/1"
 DEEPEST = 20_000.0
@@ -181,3 +184,20 @@ class Rig:
     sensors: Sensors
     schema: str = SCHEMA
     effects: Effects = Effects()
+
+    def with_(self, changes: Mapping[str, Any] | None = None, /, **blocks: Any) -> Rig:
+        """This rig with some values changed, checked as a rig file is.
+
+        changes: path -> value, such as ``{"mud.density": 1100.0, "string.sections[0].length": 3900.0}``; blocks: the
+        same as nested mappings, such as ``mud={"density": 1100.0}``. Raises InputError naming key, value and range.
+        """
+        from slider_drilling.rig.file import rig_of_tree
+
+        return rig_of_tree(changed(plain(self), {**(changes or {}), **blocks}, "rig"))
+
+    def __repr__(self) -> str:
+        on = [field.name for field in fields(Effects) if getattr(self.effects, field.name) != field.default]
+        return (
+            f"Rig({self.string.length:g} m of string in a {self.well.hole_diameter:g} m hole, "
+            f"effects: {', '.join(on) or 'none'})"
+        )

@@ -146,13 +146,15 @@ def _check_bit_and_motor(rig: Rig, source: str) -> None:
 def _check_effects(rig: Rig, source: str) -> None:
     effects, length = rig.effects, rig.string.length
     bed, tool = effects.cuttings_bed, effects.axial_oscillation_tool
-    if bed.factor != 1.0 and bed.top >= bed.bottom:
-        raise InputError(f"{source}: effects.cuttings_bed.top = {bed.top:g}: not above its bottom at {bed.bottom:g} m")
-    if bed.factor != 1.0 and bed.top >= length:
+    if bed.factor != 1.0 and bed.bottom <= bed.top:
         raise InputError(
-            f"{source}: effects.cuttings_bed.top = {bed.top:g}: below the bit at {length:g} m, where no pipe is"
+            f"{source}: effects.cuttings_bed.factor = {bed.factor:g}: lies nowhere, from top = {bed.top:g} to bottom = "
+            f"{bed.bottom:g} m; give both in m of measured depth, bottom below top"
         )
-    if tool.force > 0.0 and tool.depth > length + _CLOSE:
+    if bed.factor != 1.0 and bed.top >= length:
+        raise InputError(f"{source}: effects.cuttings_bed.top = {bed.top:g}: below the string's end at {length:g} m")
+    if tool.force > 0.0 and not 0.0 < tool.depth <= length:
         raise InputError(
-            f"{source}: effects.axial_oscillation_tool.depth = {tool.depth:g}: below the bit at {length:g} m"
+            f"{source}: effects.axial_oscillation_tool.depth = {tool.depth:g}: give where in the string it sits, "
+            f"above 0 and at most {length:g} m of measured depth"
         )
