@@ -10,8 +10,8 @@ import yaml
 
 from slider_drilling.errors import InputError
 from slider_drilling.files import read_text
-from slider_drilling.log.units import si_value
 from slider_drilling.schema import build, quantity
+from slider_drilling.units import si_value
 
 SCHEMA = "slider_drilling/csv/1"
 ISO_TIME = "iso8601"
