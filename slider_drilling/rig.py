@@ -7,10 +7,13 @@ from __future__ import annotations
 
 import math
 import os
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
 
 import yaml
 
+from slider_drilling.changes import changed
 from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
 from slider_drilling.files import read_text
@@ -169,6 +172,21 @@ class Rig:
     schema: str = SCHEMA
     effects: Effects = Effects()
 
+    def with_(self, changes: Mapping[str, Any] | None = None, /, **blocks: Any) -> Rig:
+        """This rig with some values changed, checked as a rig file is.
+
+        changes: path -> value, such as ``{"mud.density": 1100.0, "string.sections[0].length": 3900.0}``; blocks: the
+        same as nested mappings, such as ``mud={"density": 1100.0}``. Raises InputError naming key, value and range.
+        """
+        return rig_of_tree(changed(plain(self), {**(changes or {}), **blocks}, "rig"))
+
+    def __repr__(self) -> str:
+        on = [field.name for field in fields(Effects) if getattr(self.effects, field.name) != field.default]
+        return (
+            f"Rig({self.string.length:g} m of string in a {self.well.hole_diameter:g} m hole, "
+            f"effects: {', '.join(on) or 'none'})"
+        )
+
 
 def load_rig(path: str | os.PathLike[str]) -> Rig:
     """Read a rig file. Raises InputError naming file, key and value for anything that cannot be used."""
@@ -181,11 +199,17 @@ def parse_rig(text: str, source: str = "rig") -> Rig:
         raw = yaml.safe_load(text)
     except yaml.YAMLError as error:
         raise InputError(f"{source}: not YAML: {' '.join(str(error).split())}") from None
-    rig = build(Rig, raw, source)
+    return rig_of_tree(raw, source)
+
+
+def rig_of_tree(tree: Any, source: str = "rig") -> Rig:
+    """A rig from keys and values as YAML gives them; ``source`` names it in errors. Raises InputError."""
+    rig = build(Rig, tree, source)
     _check_schema(rig, source)
     _check_well(rig, source)
     _check_string(rig, source)
     _check_asperity(rig, source)
+    _check_effects(rig, source)
     return rig
 
 
@@ -249,6 +273,23 @@ def _check_string(rig: Rig, source: str) -> None:
     if rig.string.density <= rig.mud.density:
         raise InputError(
             f"{source}: string.density = {rig.string.density:g}: must exceed the mud's {rig.mud.density:g} kg/m3"
+        )
+
+
+def _check_effects(rig: Rig, source: str) -> None:
+    """Effects that are switched on act somewhere on this string."""
+    length, bed, tool = rig.string.length, rig.effects.cuttings_bed, rig.effects.axial_oscillation_tool
+    if bed.factor != 1.0 and bed.bottom <= bed.top:
+        raise InputError(
+            f"{source}: effects.cuttings_bed.factor = {bed.factor:g}: lies nowhere, from top = {bed.top:g} to bottom = "
+            f"{bed.bottom:g} m; give both in m of measured depth, bottom below top"
+        )
+    if bed.factor != 1.0 and bed.top >= length:
+        raise InputError(f"{source}: effects.cuttings_bed.top = {bed.top:g}: below the string's end at {length:g} m")
+    if tool.force > 0.0 and not 0.0 < tool.depth <= length:
+        raise InputError(
+            f"{source}: effects.axial_oscillation_tool.depth = {tool.depth:g}: give where in the string it sits, "
+            f"above 0 and at most {length:g} m of measured depth"
         )
 
 
