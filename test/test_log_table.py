@@ -17,8 +17,8 @@ from slider_drilling.cli import COMMANDS
 from slider_drilling.commands.import_table import command
 from slider_drilling.errors import InputError
 from slider_drilling.log import read_log, read_table, save_log
-from slider_drilling.log.units import KINDS, si_value
 from slider_drilling.share import share_file
+from slider_drilling.units import KINDS, si_value
 
 BASE: dict[str, Any] = {
     "schema": "slider_drilling/csv/1",
@@ -60,7 +60,7 @@ def test_units_against_their_definitions(unit: str, kind: str, value: float) -> 
 
 def test_first_unit_of_every_kind_is_si() -> None:
     assert {next(iter(units)) for units in KINDS.values()} == {
-        "s", "rad", "rad/s", "m", "m/s", "N", "N m", "Pa", "m3/s",
+        "s", "rad", "rad/s", "m", "m/s", "N", "N m", "Pa", "m3/s", "J", "kg/m3", "N/m",
     }  # fmt: skip
     assert all(next(iter(units.values())) == 1.0 for units in KINDS.values())
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from slider_drilling.errors import InputError
 from slider_drilling.files import read_text
-from slider_drilling.log.units import si_value
 from slider_drilling.schema import build, quantity
+from slider_drilling.units import si_value
 from slider_drilling.yaml_tree import parse_yaml
 
 SCHEMA = "slider_drilling/csv/1"
