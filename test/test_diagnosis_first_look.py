@@ -16,11 +16,9 @@ from slider_drilling.drillstring import Commands, simulate
 from slider_drilling.errors import InputError
 from slider_drilling.log import RigLog, read_log
 from slider_drilling.log.series import JointSeries, ScalarSeries
-from slider_drilling.log.units import KINDS
 from slider_drilling.rig import FrictionInterval, Rig, Section, load_rig
 from slider_drilling.share import share_file
-
-NAMES = ("time", "top_drive_angle", "top_drive_speed", "block_position", "block_speed", "pump_speed")
+from slider_drilling.units import KINDS
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import numpy as np
 from slider_drilling.diagnosis.first_look.expected import Expected
 from slider_drilling.diagnosis.first_look.finding import Finding
 from slider_drilling.log import RigLog
-from slider_drilling.log.units import KINDS
+from slider_drilling.units import KINDS
 
 # SI unit, and the unit that a driller reads it in with its factor.
 _READ = {"surface_torque": ("torque", "kN m"), "hook_load": ("force", "kN"), "standpipe_pressure": ("pressure", "bar")}

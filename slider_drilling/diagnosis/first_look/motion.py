@@ -6,12 +6,13 @@ import numpy as np
 
 from slider_drilling.diagnosis.first_look.finding import Finding
 from slider_drilling.log import RigLog
-from slider_drilling.log.units import KINDS
 from slider_drilling.rig import Rig
+from slider_drilling.units import KINDS
 
 _CLOSE = 0.1  # how near a ratio must be to that of two units
-_ALIKE = 0.9  # correlation of speed and slope that makes their ratio mean something
 _BEYOND = 1.5  # times the drive's limit of speed
+_SPEEDS = {name: KINDS["angular speed"][name] for name in ("deg/s", "rpm", "rev/s")}
+_ANGLES = {name: KINDS["angle"][name] for name in ("deg", "rev")}
 
 
 def look_at_motion(log: RigLog, rig: Rig) -> list[Finding]:
@@ -47,8 +48,8 @@ def _disagreement(slope: np.ndarray, speed: np.ndarray) -> str | None:
         return f"the top drive's speed is {ratio:.2f} times the slope of its angle: one of the two has its sign turned"
     if 0.8 < ratio < 1.25:
         return None
-    speeds = [name for name, si in KINDS["angular speed"].items() if abs(ratio * si - 1.0) < _CLOSE and name != "spm"]
-    angles = [name for name, si in KINDS["angle"].items() if abs(ratio / si - 1.0) < _CLOSE]
+    speeds = [name for name, si in _SPEEDS.items() if abs(ratio * si - 1.0) < _CLOSE]
+    angles = [name for name, si in _ANGLES.items() if abs(ratio / si - 1.0) < _CLOSE]
     says = f"the top drive's speed is {ratio:.4g} times the slope of its angle"
     if speeds:
         return f"{says}: the speed looks like {' or '.join(speeds)}, rad/s is wanted"
@@ -76,7 +77,7 @@ def _too_fast(slope: np.ndarray, speed: np.ndarray, rig: Rig) -> list[Finding]:
     fastest, limit = float(np.quantile(np.abs(known), 0.99)), rig.top_drive.max_speed
     if fastest <= _BEYOND * limit:
         return []
-    units = [name for name, si in KINDS["angular speed"].items() if name != "spm" and fastest * si <= limit]
+    units = [name for name, si in _SPEEDS.items() if fastest * si <= limit]
     looks = f"; it looks like {' or '.join(units)}" if units else ""
     text = f"the top drive turns at {fastest:.4g} rad/s, the rig file's top_drive.max_speed is {limit:g} rad/s{looks}"
     return [Finding("refuse", "top_drive", text)]
