@@ -119,6 +119,13 @@ class FormationChange:
 
 
 @dataclass(frozen=True)
+class TorqueSensorGain:
+    """The torque reading is off by a factor: ``torque (1 + gain)``."""
+
+    gain: float = quantity("-", 0.0, above=-1.0)
+
+
+@dataclass(frozen=True)
 class TorqueSensorLag:
     """The torque reading follows the torque with this first-order time constant."""
 
@@ -146,7 +153,10 @@ class TorqueAtMotor:
 
 @dataclass(frozen=True)
 class Effects:
-    """Every effect of the catalogue; the defaults are neutral."""
+    """Every effect of the catalogue; the defaults are neutral.
+
+    What is read of a torque passes `torque_at_motor`, then gain, bias and lag of its sensor, in this order.
+    """
 
     stribeck: Stribeck = Stribeck()
     viscous_drag: ViscousDrag = ViscousDrag()
@@ -161,6 +171,7 @@ class Effects:
     heave: Heave = Heave()
     motor_wear: MotorWear = MotorWear()
     formation_change: FormationChange = FormationChange()
+    torque_sensor_gain: TorqueSensorGain = TorqueSensorGain()
     torque_sensor_lag: TorqueSensorLag = TorqueSensorLag()
     torque_sensor_bias: TorqueSensorBias = TorqueSensorBias()
     torque_at_motor: TorqueAtMotor = TorqueAtMotor()

@@ -186,6 +186,7 @@ def parse_rig(text: str, source: str = "rig") -> Rig:
     _check_well(rig, source)
     _check_string(rig, source)
     _check_asperity(rig, source)
+    _check_effects(rig, source)
     return rig
 
 
@@ -249,6 +250,23 @@ def _check_string(rig: Rig, source: str) -> None:
     if rig.string.density <= rig.mud.density:
         raise InputError(
             f"{source}: string.density = {rig.string.density:g}: must exceed the mud's {rig.mud.density:g} kg/m3"
+        )
+
+
+def _check_effects(rig: Rig, source: str) -> None:
+    """Effects that are switched on act somewhere on this string."""
+    length, bed, tool = rig.string.length, rig.effects.cuttings_bed, rig.effects.axial_oscillation_tool
+    if bed.factor != 1.0 and bed.bottom <= bed.top:
+        raise InputError(
+            f"{source}: effects.cuttings_bed.factor = {bed.factor:g}: lies nowhere, from top = {bed.top:g} to bottom = "
+            f"{bed.bottom:g} m; give both in m of measured depth, bottom below top"
+        )
+    if bed.factor != 1.0 and bed.top >= length:
+        raise InputError(f"{source}: effects.cuttings_bed.top = {bed.top:g}: below the string's end at {length:g} m")
+    if tool.force > 0.0 and not 0.0 < tool.depth <= length:
+        raise InputError(
+            f"{source}: effects.axial_oscillation_tool.depth = {tool.depth:g}: give where in the string it sits, "
+            f"above 0 and at most {length:g} m of measured depth"
         )
 
 

@@ -67,7 +67,7 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
     alone = names == ["surface_torque"]
     if alone:
         effects = tuple(aging_with_memory() if effect.name == "static_aging" else effect for effect in effects)
-        remarks.append("torque alone: the string's stiffness is re-tuned, not looked for as an effect")
+        remarks.append("torque alone: the string's stiffness is re-tuned, a gain of the sensor is taken for friction")
     model = DrillString(
         rig, tuple(runs), tuple(commands), nuisance_parameters(rig, names),
         (*effects, *(user.effect for user in user_effects)), users, depth_probes(length),
@@ -82,7 +82,8 @@ def _can_be_seen(effect: str, channels: Sequence[str], off_bottom: bool, tools: 
         return tools != ()
     if effect in ("torque_sensor_lag", "torque_sensor_bias", "torque_at_motor"):
         return "surface_torque" in channels
-    if effect == "torsional_compliance":
+    if effect in ("torsional_compliance", "torque_sensor_gain"):
+        # Friction and stiffness that are re-tuned scale such a torque too.
         return list(channels) != ["surface_torque"]
     if effect in ("motor_wear", "formation_change"):
         return not off_bottom
