@@ -72,11 +72,16 @@ class LogWriter:
     read_log and `mcap recover` read up to the last complete chunk.
 
     Stamps are s of the rig's (or the simulation's) clock; log_time_s is when the message arrived, the stamp if not
-    given. Topics get a leading slash if they have none. Raises InputError where the file cannot be written.
+    given; started is when the recording began, now if not given. Topics get a leading slash if they have none. Raises InputError where the file cannot be written.
     """
 
     def __init__(
-        self, path: str | os.PathLike[str], rig_text: str | None = None, recorded_by: str = "", notes: str = ""
+        self,
+        path: str | os.PathLike[str],
+        rig_text: str | None = None,
+        recorded_by: str = "",
+        notes: str = "",
+        started: datetime.datetime | None = None,
     ) -> None:
         self.path = Path(path)
         if self.path.is_dir():
@@ -93,7 +98,7 @@ class LogWriter:
         try:
             self._writer = Writer(cast(IO[bytes], self._file), chunk_size=CHUNK_BYTES)
             self._writer.start(profile="ros2", library=f"slider_drilling {__version__}")
-            self._describe(rig_text, recorded_by, notes)
+            self._describe(rig_text, recorded_by, notes, started)
         except OSError as error:
             raise self._failed(error) from None
 
@@ -104,12 +109,14 @@ class LogWriter:
         except OSError as error:
             raise self._failed(error) from None
 
-    def _describe(self, rig_text: str | None, recorded_by: str, notes: str) -> None:
+    def _describe(
+        self, rig_text: str | None, recorded_by: str, notes: str, started: datetime.datetime | None
+    ) -> None:
         """The rig file and the metadata record, at the front so that a broken-off file has them too."""
         if rig_text is not None:
             self.attach_rig(rig_text)
-        now = datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
-        record = {"version": __version__, "recorded_by": recorded_by, "start_time": now, "notes": notes}
+        begun = (started or datetime.datetime.now(datetime.timezone.utc)).isoformat(timespec="seconds")
+        record = {"version": __version__, "recorded_by": recorded_by, "start_time": begun, "notes": notes}
         self._writer.add_metadata("slider_drilling", record)
 
     def joint_state(
