@@ -1,0 +1,142 @@
+"""The blind check: seal logs, diagnose them from the logs alone, open the seals, score."""
+
+from __future__ import annotations
+
+import datetime
+import json
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from slider_drilling.blind.answer import Answer, answer_of, diagnose_job, read_answer
+from slider_drilling.blind.label import Label, read_labels
+from slider_drilling.blind.oracle import oracle_job
+from slider_drilling.blind.plan import Case
+from slider_drilling.blind.score import Scored, score
+from slider_drilling.blind.seal import seal_job
+from slider_drilling.blind.tally import plain, tally
+from slider_drilling.campaign.code import code_version
+from slider_drilling.campaign.job import Job
+from slider_drilling.campaign.results import Result, Results
+from slider_drilling.campaign.run import Ran
+from slider_drilling.errors import InputError
+from slider_drilling.files import write_whole
+
+SCHEMA = "slider_drilling/blind/1"
+LOGS, LABELS, RESULTS, ANSWERS = "logs", "labels", "results", "answers"
+
+Run = Callable[[str, Sequence[Job], Path], Ran]
+"""(what is done, jobs, folder of their results) -> what became of them."""
+
+
+@dataclass
+class Checked:
+    """Scored cases; ran: of each stage that was run, in order, so that the last one says whether it was stopped."""
+
+    cases: list[Scored]
+    ran: list[Ran]
+
+    @property
+    def code(self) -> int:
+        """Exit code, see `Ran.code`."""
+        return max((ran.code for ran in self.ran), default=0)
+
+
+def seal(cases: Sequence[Case], rig: Path, folder: Path, run: Run) -> Ran:
+    """Make the logs in ``folder/logs``, and what is in them in ``folder/labels``."""
+    logs, labels = folder / LOGS, folder / LABELS
+    for made in (logs, labels):
+        made.mkdir(parents=True, exist_ok=True)
+    # Only its owner may look; the diagnosing processes are kept out besides, whoever runs them.
+    labels.chmod(0o700)
+    return run("sealing", [seal_job(case, rig, logs, labels) for case in cases], labels / "made")
+
+
+def check(sealed: Path, output: Path, stems: Sequence[str] | None, seed: int, oracle: bool, run: Run) -> Checked:
+    """Diagnose the sealed logs of a folder, all of them or those named, and score what has labels."""
+    logs = _logs(sealed, stems)
+    closed = (str((sealed / LABELS).resolve()),)
+    results = Results(output / RESULTS)
+    jobs = [diagnose_job(log, seed, closed) for log in logs]
+    ran = [run("diagnosing", jobs, results.folder)]
+    keys = dict(zip((log.stem for log in logs), ran[0].keys, strict=True))
+    answers = {stem: result for stem, key in keys.items() if (result := _result(results, key)) is not None}
+    for stem, result in answers.items():
+        _write(output / ANSWERS / f"{stem}.json", result.tree)
+    labels = read_labels(sealed / LABELS) if (sealed / LABELS).is_dir() else {}
+    known = {stem: label for stem, label in labels.items() if stem in keys}
+    truth: dict[str, float] = {}
+    if oracle and not ran[0].stopped:
+        fitted, truth = _oracles(known, logs, seed, closed, results, run)
+        ran.append(fitted)
+    cases = []
+    for stem, label in known.items():
+        failed = stem not in answers and results.error(keys[stem]) is not None
+        if stem in answers or failed:
+            cases.append(_scored(label, answers.get(stem), stem, truth.get(stem, math.nan)))
+    return Checked(cases, ran)
+
+
+def score_answers(labels: Path, answers: Path) -> list[Scored]:
+    """Score diagnosis.json files, ``LOG.json`` or ``LOG/diagnosis.json``, of whatever made them."""
+    cases = []
+    for stem, label in read_labels(labels).items():
+        for path in (answers / f"{stem}.json", answers / stem / "diagnosis.json"):
+            if path.is_file():
+                cases.append(score(label, read_answer(path)))
+                break
+    if not cases:
+        raise InputError(f"{answers}: holds no answer to any of the logs labelled in {labels}")
+    return cases
+
+
+def as_json(cases: Sequence[Scored], options: dict[str, Any]) -> dict[str, Any]:
+    """The tree of blind.json."""
+    rows = [{**asdict(case), "right": case.right} for case in cases]
+    date = datetime.datetime.now(datetime.timezone.utc).date().isoformat()
+    tree = {"schema": SCHEMA, "date": date, "code": code_version(), "options": options,
+            "totals": asdict(tally(cases)), "cases": rows}  # fmt: skip
+    found: dict[str, Any] = plain(tree)
+    return found
+
+
+def _logs(sealed: Path, stems: Sequence[str] | None) -> list[Path]:
+    found = sorted((sealed / LOGS).glob("*.mcap"))
+    if stems is not None:
+        found = [path for path in found if path.stem in stems]
+    if not found:
+        raise InputError(f"{sealed / LOGS}: holds no sealed logs (*.mcap); make some with `blind-check --seal-only`")
+    return found
+
+
+def _oracles(
+    labels: dict[str, Label], logs: Sequence[Path], seed: int, closed: tuple[str, ...], results: Results, run: Run
+) -> tuple[Ran, dict[str, float]]:
+    by_stem = {log.stem: log for log in logs}
+    known = {stem: label for stem, label in labels.items() if label.kind in ("single", "two")}
+    jobs = [oracle_job(by_stem[stem], label.effects, seed, closed) for stem, label in known.items()]
+    ran = run("fitting the truth", jobs, results.folder)
+    shares = {}
+    for stem, key in zip(known, ran.keys, strict=True):
+        result = _result(results, key)
+        if result is not None and result.tree["closed"] is not None:
+            shares[stem] = float(result.tree["closed"])
+    return ran, shares
+
+
+def _result(results: Results, key: str) -> Result | None:
+    return results.read(key) if results.path(key).is_file() else None
+
+
+def _scored(label: Label, result: Result | None, stem: str, oracle: float) -> Scored:
+    if result is None:
+        return score(label, None)
+    answer: Answer = answer_of(result.tree, f"answer to {stem}")
+    return score(label, answer, oracle, result.cpu, result.wall)
+
+
+def _write(path: Path, tree: dict[str, Any]) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(path, (json.dumps(tree, indent=1, allow_nan=False) + "\n").encode("utf-8"))
