@@ -11,6 +11,7 @@ from slider_drilling.drillstring import Commands, Response
 from slider_drilling.drillstring.layout import Array
 from slider_drilling.rig import Rig
 
+
 def _steady(name: str, site: str, **values: float) -> Law:
     named = {f"{name}.{parameter}": value for parameter, value in values.items()}
     return Law(name, site, True, values=lambda at: named)

@@ -90,14 +90,13 @@ def _sizes(found: Tally) -> Table:
 
 
 def _curves(found: Tally) -> Chart:
-    lines = []
+    lines: list[Line] = []
     for name, row in found.by_size.items():
         sizes = sorted(row, key=float)
         counts = [row[size] for size in sizes]
-        lines.append(Line(name, np.array([float(size) for size in sizes]),
-                          np.array([count.count / count.of for count in counts]), "dots",
-                          low=np.array([count.low for count in counts], dtype=float),
-                          high=np.array([count.high for count in counts], dtype=float), hidden=len(lines) >= 4))  # fmt: skip
+        x, y = np.array([float(size) for size in sizes]), np.array([count.count / count.of for count in counts])
+        low, high = (np.array([getattr(count, end) for count in counts], dtype=float) for end in ("low", "high"))
+        lines.append(Line(name, x, y, "dots", low=low, high=high, hidden=len(lines) >= 4))
     return Chart("Share named", "size in noise floors", (Panel("named", tuple(lines), limits=(0.0, 1.0)),), x_log=True)
 
 

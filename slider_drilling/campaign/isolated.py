@@ -45,7 +45,7 @@ class Processes:
 
 class _Process:
     def __init__(self) -> None:
-        self._said = tempfile.TemporaryFile()
+        self._said = tempfile.TemporaryFile()  # noqa: SIM115  closed by `_obituary`, or with this process
         self._process = subprocess.Popen(
             [sys.executable, "-m", "slider_drilling.campaign.worker"],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._said, text=True, encoding="utf-8",

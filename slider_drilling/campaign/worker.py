@@ -26,11 +26,8 @@ from slider_drilling.campaign.seal import closed
 from slider_drilling.errors import InputError
 
 # One thread each: there is a process for every core. Before numpy is imported.
-ONE_THREAD = {
-    name: "1"
-    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS",
-                 "VECLIB_MAXIMUM_THREADS")
-}  # fmt: skip
+_LIBRARIES = ("OPENBLAS", "OMP", "MKL", "NUMBA")
+ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in _LIBRARIES}
 
 
 def as_line(job: Job, key: str, folder: Path) -> str:

@@ -45,7 +45,7 @@ Examples:
 @click.option("--logs", "sealed", type=click.Path(path_type=Path, exists=True, file_okay=False),
               help="Diagnose and score the logs that are sealed in this folder already.")  # fmt: skip
 @click.option("--answers", type=click.Path(path_type=Path, exists=True, file_okay=False),
-              help="With --logs: score the LOG.json or LOG/diagnosis.json of this folder, diagnose nothing.")  # fmt: skip
+              help="With --logs: score LOG.json or LOG/diagnosis.json of this folder, diagnose nothing.")  # fmt: skip
 @click.option("--oracle/--no-oracle", default=True, show_default=True, help="Fit the true effect alone, to compare.")
 @jobs_option
 @scheduler_option

@@ -72,7 +72,8 @@ class LogWriter:
     read_log and `mcap recover` read up to the last complete chunk.
 
     Stamps are s of the rig's (or the simulation's) clock; log_time_s is when the message arrived, the stamp if not
-    given; started is when the recording began, now if not given. Topics get a leading slash if they have none. Raises InputError where the file cannot be written.
+    given; started is when the recording began, now if not given. Topics get a leading slash if they have none. Raises
+    InputError where the file cannot be written.
     """
 
     def __init__(
