@@ -1,7 +1,8 @@
 """Controllers on the virtual rig, without DDS: fixed scenarios, scored on truth."""
 
-from slider_drilling.closed_loop.run import Outcome, Trace, run_all, run_scenario
+from slider_drilling.closed_loop.run import Outcome, run_all, run_scenario
 from slider_drilling.closed_loop.scenario import SCENARIOS, WELLS, Scenario
 from slider_drilling.closed_loop.score import Score, score
+from slider_drilling.closed_loop.trace import Trace
 
 __all__ = ["SCENARIOS", "WELLS", "Outcome", "Scenario", "Score", "Trace", "run_all", "run_scenario", "score"]

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slider_drilling.closed_loop.contenders import ABOUT, BASELINES, UNDER_TEST
-from slider_drilling.closed_loop.run import Array, Outcome, Trace
+from slider_drilling.closed_loop.run import Outcome
 from slider_drilling.closed_loop.scenario import Scenario
 from slider_drilling.closed_loop.score import ALLOWED, HELD, WITHIN_DEG, Score, error_deg
+from slider_drilling.closed_loop.trace import Array, Trace
 from slider_drilling.files import write_whole
 
 _COLOURS = {UNDER_TEST: "#00798c", "no_rocking": "#7b8794", "fixed_rocking": "#edae49", "shifted_rocking": "#d1495b"}

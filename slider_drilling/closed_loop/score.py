@@ -8,13 +8,11 @@ for every contender, whether it had set the tool-face or not.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from slider_drilling.closed_loop.run import Array, Trace
-    from slider_drilling.closed_loop.scenario import Scenario
+from slider_drilling.closed_loop.scenario import Scenario
+from slider_drilling.closed_loop.trace import Array, Trace
 
 WITHIN_DEG = 15.0
 HELD = 60.0       # s within, to count as set
