@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.closed_loop.contenders import BASELINES, UNDER_TEST, build
+from slider_drilling.closed_loop.contenders import BASELINES, LIMITS, UNDER_TEST, build, seen
 from slider_drilling.closed_loop.faulty_rig import FaultyRig
 from slider_drilling.closed_loop.scenario import Scenario
+from slider_drilling.closed_loop.scenarios import DAILY
 from slider_drilling.closed_loop.score import Score, score
 from slider_drilling.closed_loop.trace import Trace
 from slider_drilling.control.load import DEFAULT, step_checked
@@ -35,7 +36,7 @@ def run_scenario(
 ) -> Outcome:
     """Drive one contender through a scenario. `name`: module:Class of the controller under test. Raises InputError."""
     rig = FaultyRig(scenario, seed, elements)
-    controller = build(contender, scenario, scenario.believed_rig(), name)
+    controller = build(contender, scenario, name)
     measurements = rig.rig.measurements
     targeted = controller if isinstance(controller, TargetedController) else None
     reporting = controller if isinstance(controller, ReportingController) else None
@@ -44,7 +45,7 @@ def run_scenario(
         target = math.radians(scenario.target_at(measurements.time))
         if targeted is not None:
             targeted.tool_face_target = target
-        command = step_checked(controller, measurements)
+        command = step_checked(controller, seen(contender, measurements, rig.rig.truth))
         measurements = rig.step(command)
         truth = rig.rig.truth
         if reporting is not None:
@@ -56,14 +57,21 @@ def run_scenario(
     return Outcome(scenario, contender, score(scenario, trace), trace)
 
 
-def run_all(scenarios: Sequence[Scenario], seed: int, elements: int, name: str, jobs: int) -> Iterator[Outcome]:
-    """Every contender through every scenario, as they end. Raises InputError."""
+def run_all(
+    pairs: Sequence[tuple[Scenario, str]], seed: int, elements: int, name: str, jobs: int
+) -> Iterator[Outcome]:
+    """Each contender through its scenario, as they end. Raises InputError."""
     from joblib import Parallel, delayed
 
-    tasks = [(scenario, contender) for scenario in scenarios for contender in (UNDER_TEST, *BASELINES)]
     parallel = Parallel(n_jobs=jobs, return_as="generator_unordered")
     one = delayed(run_scenario)
-    yield from parallel(one(scenario, contender, seed, elements, name) for scenario, contender in tasks)
+    yield from parallel(one(scenario, contender, seed, elements, name) for scenario, contender in pairs)
+
+
+def tasks(scenarios: Sequence[Scenario]) -> list[tuple[Scenario, str]]:
+    """Each scenario with its contenders: the baselines, which know nothing that could be wrong, in the daily ones."""
+    return [(scenario, contender) for scenario in scenarios
+            for contender in (UNDER_TEST, *LIMITS, *(BASELINES if scenario in DAILY else ()))]
 
 
 class _Events:
