@@ -140,7 +140,7 @@ def initial_state(
     compliance = np.cumsum(1.0 / torsional_spring, axis=0)
     rotation = np.full((count + 2, width), drive[0])
     rotation[1:-1] += compliance / compliance[-1] * np.array([s.twist for s in starts])
-    torque = torsional_spring[0] * (rotation[0] - rotation[1])
+    torque = c.torque_scale * torsional_spring[0] * (rotation[0] - rotation[1])
     flow = np.maximum(drive[4] * c.pump_displacement, 0.0) / c.reference_flow
     circulation = c.circulating_pressure * flow**1.8
     delay = round(rigs[0].string.length / rigs[0].mud.sound_speed / dt)
@@ -235,6 +235,7 @@ def _lane_of_one(rig: Rig, mesh: Mesh, dt: float) -> dict[str, float]:
         "circulating_pressure": hydraulics.reference_pressure * heavier,
         "reference_flow": hydraulics.reference_flow,
         "pressure_gain": _gain(dt, hydraulics.lag),
+        "torque_scale": 1.0 + effects.torque_sensor_gain.gain,
         "torque_gain": _gain(dt, effects.torque_sensor_lag.lag),
         "torque_bias": effects.torque_sensor_bias.bias,
         "motor_inertia": effects.torque_at_motor.inertia,
