@@ -74,14 +74,23 @@ def test_truth_differs_from_belief_only_as_said():
 
 
 def test_friction_by_angle_follows_each_pipe():
-    """Twice the friction from half a turn on: while the whole string turns slowly, torque doubles once all are past."""
-    torque = []
-    rig = VirtualRig(HOLD.true_rig(), elements=20, friction_of_angle=lambda angle: np.where(angle < math.pi, 1.0, 2.0))
-    for k in range(1, 1200):
-        torque.append(rig.step(RigCommand(0.05 * k, 0.5, 0.0, 12.3)).surface_torque)
-        if abs(rig.profile().rotation[-1]) < 3.0 and rig.profile().rotation[-1] > 0.5:
-            before = torque[-1]
-    assert np.mean(torque[-100:]) == pytest.approx(2.0 * before, rel=0.15)
+    """A string that rubs twice as hard beyond 80 rad of its own angle takes twice the torque once it is all there."""
+    torque, seen_angles = {}, []
+
+    def rub(angle):
+        seen_angles.append(angle.copy())
+        return np.where(angle < 80.0, 1.0, 2.0)
+
+    rig = VirtualRig(HOLD.true_rig(), elements=20, friction_of_angle=rub)
+    for k in range(1, 2400):
+        measured = rig.step(RigCommand(0.1 * k, 1.0, 0.0, 12.3))
+        if abs(measured.time - 70.0) < 5.0:
+            assert np.all(seen_angles[-1] < 80.0)
+        torque[round(measured.time, 1)] = measured.surface_torque
+    assert np.all(seen_angles[-1] > 80.0) and len(seen_angles[-1]) == 20
+    early = np.mean([value for time, value in torque.items() if 65.0 < time < 75.0])
+    late = np.mean([value for time, value in torque.items() if time > 230.0])
+    assert late == pytest.approx(2.0 * early, rel=0.05)
 
 
 def test_oracle_sees_the_truth_and_is_told_it():
