@@ -83,15 +83,15 @@ def _chosen(only: tuple[str, ...]) -> list[Scenario]:
 
 
 def _run(scenarios: list[Scenario], seed: int, elements: int, name: str, jobs: int) -> list[Outcome]:
-    from slider_drilling.closed_loop import run_all
-    from slider_drilling.closed_loop.contenders import BASELINES
+    from slider_drilling.closed_loop import run_all, tasks
     from slider_drilling.console import progress_bar
 
     outcomes: list[Outcome] = []
     with progress_bar("{task.description}", "{task.completed}/{task.total}") as progress:
-        task = progress.add_task("slides", total=len(scenarios) * (1 + len(BASELINES)))
+        pairs = tasks(scenarios)
+        task = progress.add_task("slides", total=len(pairs))
         try:
-            for outcome in run_all(scenarios, seed, elements, name, jobs):
+            for outcome in run_all(pairs, seed, elements, name, jobs):
                 outcomes.append(outcome)
                 progress.advance(task)
         except KeyboardInterrupt:
@@ -103,10 +103,12 @@ def _run(scenarios: list[Scenario], seed: int, elements: int, name: str, jobs: i
 def _print(rows: list[dict[str, Outcome]]) -> None:
     from rich.table import Table
 
-    from slider_drilling.closed_loop.report import HEADS, cells
+    from slider_drilling.closed_loop.report import BRIEF, brief_cells
     from slider_drilling.console import stdout
 
-    table = Table(*HEADS)
+    table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
+    for head in BRIEF:
+        table.add_column(head, justify="left" if head == BRIEF[0] else "right", no_wrap=True)
     for row in rows:
-        table.add_row(*cells(row))
+        table.add_row(*brief_cells(row))
     stdout().print(table)
