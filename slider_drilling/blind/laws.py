@@ -145,6 +145,16 @@ def formation_change(generator: np.random.Generator, rig: Rig, size: float) -> L
     return Law("formation_change", "bit", True, values=values, varies=True)
 
 
+def torque_sensor_gain(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+    """A factor that falls a little towards large torques."""
+
+    def read(response: Response) -> Response:
+        torque = response.surface_torque
+        return replace(response, surface_torque=torque * (1.0 + 0.2 * size / (1.0 + np.abs(torque) / 2e5)))
+
+    return Law("torque_sensor_gain", "sensor", True, sensors=read)
+
+
 def torque_sensor_lag(generator: np.random.Generator, rig: Rig, size: float) -> Law:
     """Two equal lags in series."""
 
@@ -205,12 +215,6 @@ def soft_contact(generator: np.random.Generator, rig: Rig, size: float) -> Law:
     return Law("soft_contact", "contact", False, rig=change)
 
 
-def torque_sensor_gain(generator: np.random.Generator, rig: Rig, size: float) -> Law:
-    """A torque reading that is off by a factor. Outside the catalogue."""
-    return Law("torque_sensor_gain", "sensor", False,
-               sensors=lambda r: replace(r, surface_torque=(1.0 + 0.2 * size) * r.surface_torque))  # fmt: skip
-
-
 def slipping_encoder(generator: np.random.Generator, rig: Rig, size: float) -> Law:
     """The drive turns less than its encoder says. Outside the catalogue."""
 
@@ -236,10 +240,10 @@ CATALOGUE: dict[str, Make] = {
     for make in (
         stribeck, viscous_drag, static_aging, buckling_contact, cuttings_bed, tortuosity, friction_drift,
         top_drive_backlash, torsional_compliance, axial_oscillation_tool, heave, motor_wear, formation_change,
-        torque_sensor_lag, torque_sensor_bias, torque_at_motor,
+        torque_sensor_gain, torque_sensor_lag, torque_sensor_bias, torque_at_motor,
     )
 }  # fmt: skip
 OUTSIDE: dict[str, Make] = {
     make.__name__: make
-    for make in (tilted_asperities, soft_contact, torque_sensor_gain, slipping_encoder, breathing_friction)
+    for make in (tilted_asperities, soft_contact, slipping_encoder, breathing_friction)
 }

@@ -96,6 +96,19 @@ def clock(stamp_ns: int) -> bytes:
     return _CLOCK.pack(_LITTLE, *divmod(stamp_ns, _NANO))
 
 
+def read_clock(data: bytes) -> int:
+    """The time, ns, of a rosgraph_msgs/Clock. Raises InputError where the bytes are none."""
+    return stamp_of(data)
+
+
+def read_string(data: bytes) -> str:
+    """The text of a std_msgs/String. Raises InputError where the bytes are none."""
+    try:
+        return _Reader(data).text()
+    except struct.error:
+        raise InputError(f"{len(data)} bytes that are no String") from None
+
+
 def diagnostic_array(stamp_ns: int, status: Sequence[tuple[int, str, str, str, Sequence[tuple[str, str]]]]) -> bytes:
     """diagnostic_msgs/DiagnosticArray of (level, name, message, hardware_id, values) each."""
     out = bytearray(struct.pack(_STAMPED, _LITTLE, *divmod(stamp_ns, _NANO), *_FRAMED))

@@ -41,7 +41,7 @@ def wait_for_bytes() -> Callable[[Path, int, subprocess.Popen], Path]:
     def wait(folder: Path, size: int, process: subprocess.Popen) -> Path:
         end = time.monotonic() + 100.0
         while time.monotonic() < end and process.poll() is None:
-            for path in folder.glob(".*.part"):
+            for path in folder.rglob("*.mcap"):
                 if path.stat().st_size >= size:
                     return path
             time.sleep(0.02)

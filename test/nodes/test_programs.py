@@ -34,7 +34,7 @@ def test_a_recorder_that_is_told_to_end_finishes_its_log(signals, start, wait_fo
         recorder.process.send_signal(number)
     assert recorder.end() == 0, recorder.said
     assert "Traceback" not in recorder.said
-    assert [path.name for path in tmp_path.iterdir()] == ["run.mcap"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["metadata.yaml", "run.mcap"]
     log = read_log(tmp_path / "run.mcap")
     assert log.notes == ()
     assert log.top_drive is not None and log.top_drive.time[-1] > 5.0
