@@ -192,8 +192,10 @@ def test_a_result_that_is_none_is_refused_in_one_line(tmp_path):
 SCRIPT = """
 import sys
 from pathlib import Path
+from slider_drilling.interrupts import raise_on_signals
 from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.run import Where, run_jobs
+raise_on_signals()
 folder = Path(sys.argv[1])
 where = Where(2, *sys.argv[2:3])
 jobs = [Job("squares_of_files:square", f"of {n}", {"number": str(folder / f"number_{n}")}, {"sleep": 0.4})

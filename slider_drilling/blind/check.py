@@ -22,7 +22,7 @@ from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.results import Result, Results
 from slider_drilling.campaign.run import Ran
 from slider_drilling.errors import InputError
-from slider_drilling.files import write_whole
+from slider_drilling.files import make_folder, write_whole
 
 SCHEMA = "slider_drilling/blind/1"
 LOGS, LABELS, RESULTS, ANSWERS = "logs", "labels", "results", "answers"
@@ -47,8 +47,8 @@ class Checked:
 def seal(cases: Sequence[Case], rig: Path, folder: Path, run: Run) -> Ran:
     """Make the logs in ``folder/logs``, and what is in them in ``folder/labels``."""
     logs, labels = folder / LOGS, folder / LABELS
-    for made in (logs, labels):
-        made.mkdir(parents=True, exist_ok=True)
+    make_folder(logs)
+    make_folder(labels)
     # Only its owner may look; the diagnosing processes are kept out besides, whoever runs them.
     labels.chmod(0o700)
     return run("sealing", [seal_job(case, rig, logs, labels) for case in cases], labels / "made")
@@ -138,5 +138,5 @@ def _scored(label: Label, result: Result | None, stem: str, oracle: float) -> Sc
 
 
 def _write(path: Path, tree: dict[str, Any]) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     write_whole(path, (json.dumps(tree, indent=1, allow_nan=False) + "\n").encode("utf-8"))

@@ -69,7 +69,7 @@ def write_sealed(
     count = commands.time.size
     driven, lowered, pumped, pressed = (_received(count, recorder, generator) for _ in range(4))
     drive, works, pump = TOPICS["top_drive"], TOPICS["draw_works"], TOPICS["mud_pump"]
-    with LogWriter(path, rig_text=dump_rig(rig), recorded_by="a rig's recorder", started=_RECORDED) as writer:
+    with LogWriter(path, rig_text=dump_rig(rig), recorded_by="a rig", whole=True, started=_RECORDED) as writer:
         for k, stamp in enumerate(commands.time):
             time = float(stamp)
             if driven[k]:

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import contextlib
-import signal
-import threading
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 from slider_drilling.campaign.isolated import Processes, run_here
 from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.results import Results
 from slider_drilling.errors import InputError
+from slider_drilling.files import make_folder
+from slider_drilling.interrupts import exit_code
 
 
 @dataclass(frozen=True)
@@ -79,25 +77,21 @@ def run_jobs(
     made or the scheduler not be reached.
     """
     results = Results(folder)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot make this folder: {error.strerror}") from None
+    make_folder(folder)
     keys = [job.key() for job in jobs]
     wanted = dict(zip(keys, jobs, strict=True))
     left = {key: job for key, job in wanted.items() if not results.done(key, job)}
     ran = Ran(keys, kept=len(wanted) - len(left))
     begin(len(left))
     try:
-        with _terminated_as_interrupt(ran):
-            for job, key, why in _run(left, results, where):
-                if why is None:
-                    ran.done += 1
-                else:
-                    ran.failed[key] = why
-                said(job, key, why)
+        for job, key, why in _run(left, results, where):
+            if why is None:
+                ran.done += 1
+            else:
+                ran.failed[key] = why
+            said(job, key, why)
     except KeyboardInterrupt:
-        ran.stopped, ran.why = ran.stopped or 130, "interrupted"
+        ran.stopped, ran.why = exit_code() or 130, "interrupted"
     except _Lost as lost:
         ran.stopped, ran.why = 3, str(lost)
     return ran
@@ -172,21 +166,3 @@ def _on_cluster(left: dict[str, Job], results: Results, where: Where) -> Iterato
 
 def _send(folder: str, job: Job, key: str) -> tuple[Job, str, str | None]:
     return run_here(job, key, folder)
-
-
-@contextlib.contextmanager
-def _terminated_as_interrupt(ran: Ran) -> Iterator[None]:
-    """SIGTERM ends a campaign as an interrupt does, with its own exit code."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def end(number: int, frame: FrameType | None) -> None:
-        ran.stopped = 128 + number
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGTERM, end)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)

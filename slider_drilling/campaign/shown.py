@@ -26,8 +26,8 @@ def run_shown(
             if why is None:
                 said(job, key)
             else:
-                stderr().print(f"{what}: {job.name} failed: {why}", highlight=False, markup=False)
+                stderr().print(f"{what}: {job.name} failed: {why}")
 
         ran = run_jobs(jobs, folder, where, ended, lambda count: bar.update(task, total=count))
-    stderr().print(f"{what}: {ran.sentence()}", highlight=False, markup=False)
+    stderr().print(f"{what}: {ran.sentence()}")
     return ran

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from slider_drilling.commands.options import jobs_option, scheduler_option
+from slider_drilling.commands.options import jobs_option, scheduler_option, seeds
 
 if TYPE_CHECKING:
     from slider_drilling.blind.score import Scored
@@ -29,7 +29,7 @@ Examples:
 
 @click.command(epilog=EXAMPLES)
 @click.option("--cases", default=20, show_default=True, type=click.IntRange(1, 100000), help="Sealed logs.")
-@click.option("--seed", default=1, show_default=True, type=click.IntRange(0, 10**6),
+@click.option("--seed", default=1, show_default=True, type=seeds,
               help="Another one gives other wells, noise and forms of every law.")  # fmt: skip
 @click.option("--effects", default="", metavar="NAME,...",
               help="Seal these only: effects, laws from outside, `none`, `two`; all of them if not given.")  # fmt: skip
@@ -67,10 +67,13 @@ def command(
     from slider_drilling.campaign.run import Where
     from slider_drilling.campaign.shown import run_shown
     from slider_drilling.errors import InputError
+    from slider_drilling.files import make_folder, prepare_outputs
     from slider_drilling.share import share_file
 
     if answers is not None and sealed is None:
         raise InputError("--answers: give the folder of the sealed logs with --logs")
+    make_folder(output)
+    prepare_outputs((output / "blind.json", output / "blind.html"), (rig_path,))
     where = Where(jobs, scheduler)
 
     def run(what: str, work: Sequence[Job], folder: Path) -> Ran:
@@ -122,14 +125,13 @@ def _report(cases: Sequence[Scored], options: dict[str, Any], output: Path) -> N
         click.echo(f"{output}: nothing to score: no answer has a label")
         return
     for case in cases:
-        stdout().print(_line(case), highlight=False, markup=False)
+        stdout().print(_line(case))
     tree = as_json(cases, options)
-    output.mkdir(parents=True, exist_ok=True)
     write_whole(output / "blind.json", (json.dumps(tree, indent=1) + "\n").encode("utf-8"))
     write_blind_page(output / "blind.html", cases, tree)
     _print_totals(cases)
     for name in ("blind.json", "blind.html"):
-        stdout().print(f"wrote {output / name}", highlight=False, markup=False)
+        stdout().print(f"wrote {output / name}")
 
 
 def _line(case: Scored) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import click
 
 namespace_option = click.option(
@@ -17,3 +19,10 @@ scheduler_option = click.option(
     "--scheduler", default="", metavar="ADDRESS",
     help="Run on the workers of this dask.distributed scheduler (tcp://HOST:8786) instead.",
 )  # fmt: skip
+
+seeds = click.IntRange(0, 2**31 - 1)
+
+
+def finite(value: float | None) -> float | None:
+    """The number for JSON, which has none that is not finite: None then."""
+    return value if value is not None and math.isfinite(value) else None

@@ -65,9 +65,9 @@ def command(
     from slider_drilling.nodes.session import Plan
 
     if rig is not None:
-        from slider_drilling.rig import load_rig
+        from slider_drilling.rig import check_duration, load_rig
 
-        load_rig(rig)
+        check_duration(load_rig(rig), duration, str(rig))
     with tempfile.TemporaryDirectory(prefix="slider_drilling_") as scratch:
         plan = Plan(
             rig="" if rig is None else str(rig), duration=duration, speed=speed,
@@ -122,10 +122,10 @@ def _tell(outcome: Outcome, keep: bool) -> None:
         more = (("took", f"{outcome.wall:.1f} s, {outcome.simulated / outcome.wall:.1f} times real time"),)
     stdout().print(summary_table(summary, more))
     for note in log.notes:
-        stderr().print(f"{outcome.log.name}: {note}", highlight=False)
+        stderr().print(f"{outcome.log.name}: {note}")
     if keep:
         page, picture = (outcome.log.with_suffix(suffix) for suffix in (".html", ".png"))
         write_page(page, log, summary, more)
         write_picture(picture, log)
         for path in (outcome.log, page, picture):
-            stdout().print(f"wrote {path}", highlight=False)
+            stdout().print(f"wrote {path}")
