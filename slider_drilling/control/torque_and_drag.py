@@ -106,7 +106,7 @@ class TorqueAndDrag:
         left = np.maximum(max(reactive_torque, 0.0) / scale - (self._torque[-1] - self._torque), 0.0)
         steps = 0.5 * (left[1:] + left[:-1]) * np.diff(self._compliance)
         behind = np.interp(depth, self._depth, np.concatenate([[0.0], np.cumsum(steps)]))
-        return scale * np.where(depth < reach, swing, 0.0), scale * behind
+        return scale * np.where(depth <= reach, swing, 0.0), scale * behind
 
     def _torque_at(self, depth: NDArray[np.float64] | float) -> NDArray[np.float64]:
         return np.asarray(np.interp(depth, self._depth, self._torque), dtype=np.float64)

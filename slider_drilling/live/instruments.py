@@ -9,7 +9,7 @@ from nicegui.element import Element
 from slider_drilling.live.state import MOST_ROWS, WINDOW
 
 
-class Instruments(Element, component="instruments.js", esm={"slider-drilling-live": "script"}):  # type: ignore[misc]
+class Instruments(Element, component="instruments.js", esm={"slider-drilling-live": "script"}):
     """Drawn in the browser from the frames that it is given."""
 
     def __init__(self) -> None:

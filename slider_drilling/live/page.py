@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from nicegui import ui
 
-from slider_drilling.control.protocol import Level
+from slider_drilling.control.protocol import Level, Status
 from slider_drilling.live.desk import Desk, Record, Rock, SetParameter, SetTarget, Wish
 from slider_drilling.live.frame import Along, dial_json, rocking_json, rows_json
 from slider_drilling.live.instruments import Instruments
@@ -49,7 +50,7 @@ class View:
             self._make_controls()
             with ui.element("div").classes("sd-card"):
                 ui.label("Interlocks and health").classes("sd-heading")
-                self._status_rows = ui.column().classes("q-gutter-none").style("gap: 0; width: 100%").props("data-name=statuses")
+                self._status_rows = ui.element("div").props("data-name=statuses")
         ui.timer(FRAME, self._frame)
         ui.timer(SLOW, self._slow)
 
@@ -58,15 +59,16 @@ class View:
             ui.label("Controls").classes("sd-heading")
             with ui.element("div").classes("sd-row"):
                 self._target = ui.number("new target, deg", min=-180, max=180, step=5, format="%.1f").props(
-                    "dense outlined").style("width: 9.5rem").props("data-name=target")
-                ui.button("Set target", on_click=self._set_target).props("dense no-caps unelevated").props("data-name=set-target")
+                    "dense outlined data-name=target").style("width: 9.5rem")
+                ui.button("Set target", on_click=self._set_target).props(
+                    "dense no-caps unelevated data-name=set-target")
             with ui.element("div").classes("sd-row"):
                 ui.button("Start rocking", icon="play_arrow", on_click=lambda: self._ask(Rock(True))).props(
-                    "dense no-caps outline").props("data-name=start")
+                    "dense no-caps outline data-name=start")
                 ui.button("Stop rocking", icon="stop", on_click=lambda: self._ask(Rock(False))).props(
-                    "dense no-caps outline color=negative").props("data-name=stop")
+                    "dense no-caps unelevated color=negative data-name=stop")
                 self._record = ui.button("Record", icon="fiber_manual_record", on_click=self._toggle_record).props(
-                    "dense no-caps outline").props("data-name=record")
+                    "dense no-caps outline data-name=record")
             with ui.expansion("Parameters, changed while the nodes run").classes("full-width").props("dense"):
                 self._settings = ui.element("div").classes("sd-settings").props("data-name=settings")
 
@@ -119,7 +121,7 @@ class View:
 
     def _show_statuses(self) -> None:
         statuses = self._state.statuses()
-        wanted = [(one.level, one.name, one.message) for one in statuses]
+        wanted = [(one.level, _title(one.name, statuses), one.message) for one in statuses]
         if wanted == self._shown_statuses:
             return
         self._shown_statuses = wanted
@@ -129,7 +131,7 @@ class View:
                 icon, colour = _MARKS[Level(level)]
                 with ui.element("div").classes("sd-status"):
                     ui.icon(icon).classes(colour).style("font-size: 1.15rem")
-                    ui.label(name.partition(": ")[2].replace("_", " ") or name)
+                    ui.label(name)
                     ui.label(message).classes(colour if level else "")
 
     def _show_settings(self) -> None:
@@ -148,10 +150,19 @@ class View:
             value = field.value
             if value is not None and value != self._values[one.node, one.name]:
                 self._ask(SetParameter(one.node, one.name, float(value)))
+            # Until the node says otherwise, this is not its value.
+            self._values[one.node, one.name] = math.nan
 
         with self._settings:
-            field = ui.number(f"{one.name.replace('_', ' ')}{unit}", value=one.value).props("dense")
+            field = ui.number(f"{one.name.replace('_', ' ')}{unit}", value=one.value, format="%.6g").props("dense")
             field.tooltip(f"{one.about}; {one.low:g} to {one.high:g} ({one.node})")
             field.props(f"data-name=parameter-{one.name}")
             field.on("blur", change).on("keydown.enter", change)
         return field
+
+
+def _title(name: str, statuses: Sequence[Status]) -> str:
+    """What a status is about, with its node where another node has one of the same."""
+    node, _, what = name.partition(": ")
+    alone = sum(one.name.endswith(f": {what}") for one in statuses) == 1
+    return (what if what and alone else f"{what} ({node})" if what else name).replace("_", " ")

@@ -20,6 +20,7 @@ MOST_ROWS = 6000     # of the strips, whatever the rate
 MOST_DOTS = 30       # tool-faces on the dial
 MOST_STATUSES = 64
 MOST_NOTICES = 20
+STALE = 2.0          # s after which a pressure is no longer shown
 _AT_ONCE = 1e-6      # s, filter of differential pressure: none
 
 
@@ -77,7 +78,7 @@ class LiveState:
         self._settings: dict[tuple[str, str], Setting] = {}
         self._rig: Rig | None = None
         self._motor: DifferentialPressure | None = None
-        self._pressure = self._pump = self._previous = math.nan
+        self._pressure = self._pump = (math.nan, math.nan)
         self.target = math.nan            # rad
         self.truth: float | None = None   # rad, of the bit, in a simulation
         self.recording: bool | None = None   # None: nobody has said
@@ -92,27 +93,32 @@ class LiveState:
         """The rig file, None until it has come."""
         return self._rig
 
-    def take_pressure(self, pressure: float) -> None:
-        """Standpipe pressure, Pa."""
-        self._pressure = pressure
+    def take_pressure(self, time: float, pressure: float) -> None:
+        """Standpipe pressure: s, Pa."""
+        self._pressure = (time, pressure)
 
-    def take_pump(self, speed: float) -> None:
-        """Crank speed of the pump, rad/s."""
-        self._pump = speed
+    def take_pump(self, time: float, speed: float) -> None:
+        """Crank speed of the pump: s, rad/s."""
+        self._pump = (time, speed)
 
     def take_top_drive(self, time: float, angle: float, torque: float) -> None:
         """One sample of the top drive, the last to come of its stamp: s, rad, N m. A clock set back begins anew."""
         with self._lock:
             if self._rows and time < self._rows[-1].time:
                 self._begin_anew()
-            pressure = math.nan
-            if self._motor is not None:
-                self._motor.update(self._pressure, self._pump, 1.0)
-                pressure = self._motor.quick
-            self._rows.append(Row(time, torque, pressure, angle))
+            self._rows.append(Row(time, torque, self._across_motor(time), angle))
             self._count += 1
             while self._rows[0].time < time - WINDOW:
                 self._rows.popleft()
+
+    def _across_motor(self, time: float) -> float:
+        """Differential pressure, Pa; NaN where what it takes has not come lately."""
+        newest = (self._pressure, self._pump)
+        known = all(math.isfinite(value) and abs(time - since) <= STALE for since, value in newest)
+        if self._motor is None or not known:
+            return math.nan
+        self._motor.update(self._pressure[1], self._pump[1], 1.0)
+        return self._motor.quick
 
     def _begin_anew(self) -> None:
         self._rows.clear()

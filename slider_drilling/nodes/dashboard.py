@@ -48,7 +48,7 @@ class Dashboard(Node):
         values = declare(self, PARAMETERS)
         self.state, self._desk = LiveState(), Desk()
         self._subscribe()
-        self._services: dict[tuple[str, str], Any] = {}
+        self._clients_of: dict[tuple[str, str], Any] = {}
         self._described: dict[str, list[Setting]] = {}
         wall = Clock(clock_type=ClockType.STEADY_TIME)
         self._timers = [self.create_timer(_WISHES, self._grant, clock=wall),
@@ -91,7 +91,7 @@ class Dashboard(Node):
         self.state.take_top_drive(time, angle, torque)
 
     def _on_pump(self, time: float, angle: float, speed: float) -> None:
-        self.state.take_pump(speed)
+        self.state.take_pump(time, speed)
 
     def _on_tool_face(self, measured_at: float, angle: float, torque: float) -> None:
         if math.isfinite(angle):
@@ -105,11 +105,11 @@ class Dashboard(Node):
 
     def _on_pressure(self, data: bytes) -> None:
         try:
-            _, pressure, _ = cdr.read_fluid_pressure(data)
+            stamp_ns, pressure, _ = cdr.read_fluid_pressure(data)
         except InputError as error:
             self.get_logger().warning(f"standpipe_pressure: {error}", throttle_duration_sec=5.0)
             return
-        self.state.take_pressure(pressure)
+        self.state.take_pressure(stamp_ns / 1e9, pressure)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         statuses = []
@@ -137,7 +137,7 @@ class Dashboard(Node):
             elif isinstance(wish, SetParameter):
                 self._set(wish.node, wish.name, wish.value, f"{wish.name} = {wish.value:g}")
             elif isinstance(wish, Rock):
-                self._trigger("start_rocking" if wish.on else "stop_rocking")
+                self._trigger(f"{CONTROLLER}/{'start_rocking' if wish.on else 'stop_rocking'}")
             elif isinstance(wish, Record):
                 self._trigger(f"{RECORDER}/{'resume' if wish.on else 'pause'}")
 
@@ -161,9 +161,9 @@ class Dashboard(Node):
     def _call(self, kind: Any, service: str, request: Any, done: Callable[[Future], None], quiet: bool = False) -> None:
         """Call a service whose server is there; say so where it is not."""
         key = (service, kind.__name__)
-        if key not in self._services:
-            self._services[key] = self.create_client(kind, service)
-        client = self._services[key]
+        if key not in self._clients_of:
+            self._clients_of[key] = self.create_client(kind, service)
+        client = self._clients_of[key]
         if client.service_is_ready():
             client.call_async(request).add_done_callback(done)
         elif not quiet:
@@ -189,6 +189,8 @@ class Dashboard(Node):
         for one in future.result().descriptors:
             if one.type != ParameterType.PARAMETER_DOUBLE or one.read_only or not one.floating_point_range:
                 continue
+            if one.name == "tool_face_target":
+                continue   # the page has a control of its own for it
             limits = one.floating_point_range[0]
             about, _, unit = one.description.rpartition(" [")
             found.append(Setting(node, one.name, math.nan, unit.rstrip("]") if about else "-",

@@ -1,5 +1,5 @@
 // The string along its hole, coloured by zone, and beside it how far each depth turns.
-import { begin, line, text, ticks } from "./paint.js";
+import { begin, legend, line, text, ticks } from "./paint.js";
 
 export function drawAlong(canvas, hole, turning) {
   const sheet = begin(canvas);
@@ -14,7 +14,7 @@ export function drawAlong(canvas, hole, turning) {
   const twist = stacked ? [0, 0.5 * height - 6, width, 0.5 * height - 18] : [0.54 * width, 0, 0.46 * width, height - 24];
   drawSection(pen, c, hole, turning, section);
   drawTwist(pen, c, hole, turning, twist);
-  legend(pen, c, hole, turning, width, height);
+  zones(pen, c, hole, turning, width, height);
 }
 
 function zone(depth, turning, c) {
@@ -78,7 +78,7 @@ function drawTwist(pen, c, hole, turning, [left, top, wide, tall]) {
   }
 }
 
-function legend(pen, c, hole, turning, width, height) {
+function zones(pen, c, hole, turning, width, height) {
   const most = hole.depth[hole.depth.length - 1];
   const known = turning.rocked_to !== null && turning.rocked_to !== undefined;
   const from = (a, b) => known ? ` ${Math.round(a)}–${Math.round(b)} m` : "";
@@ -88,8 +88,5 @@ function legend(pen, c, hole, turning, width, height) {
     [still ? `● still${from(turning.rocked_to, turning.reactive_from)}` : "● still: none", c.still],
     [`● reactive${from(turning.reactive_from, most)}`, c.reactive],
   ];
-  const size = width < 420 ? 10 : 11;
-  entries.forEach(([words, colour], k) => {
-    text(pen, words, width * (k + 0.5) / 3, height - 9, { size, colour, align: "center" });
-  });
+  legend(pen, entries, width, height - 9);
 }

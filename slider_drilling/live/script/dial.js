@@ -1,5 +1,5 @@
 // The tool-face dial: 0 deg (high side) on top, clockwise positive, as on a driller's display.
-import { begin, text } from "./paint.js";
+import { begin, legend, text } from "./paint.js";
 
 const FADE = 240; // s, after which a measured tool-face has faded
 
@@ -41,7 +41,6 @@ export function drawDial(canvas, dial) {
     pen.globalAlpha = 1;
     needle(pen, at, dial.estimate, r, c.estimate, 3);
   }
-  if (dial.target !== null) mark(pen, at, dial.target, r, c.target);
   for (const [age, deg] of dial.measured) {
     if (deg === null || age > FADE) continue;
     pen.globalAlpha = 0.08 + 0.92 * (1 - age / FADE);
@@ -58,7 +57,10 @@ export function drawDial(canvas, dial) {
     pen.arc(...at(dial.truth, r), 7, 0, 2 * Math.PI);
     pen.stroke();
   }
-  legend(pen, width, height, c, dial);
+  if (dial.target !== null) mark(pen, at, dial.target, r, c);
+  const entries = [["● target", c.target], ["● estimate ±1, 2 σ", c.estimate], ["● MWD", c.measured]];
+  if (dial.truth !== null) entries.push(["○ truth", c.truth]);
+  legend(pen, entries, width, height - 9);
 }
 
 function needle(pen, at, deg, r, colour, width) {
@@ -70,21 +72,16 @@ function needle(pen, at, deg, r, colour, width) {
   pen.stroke();
 }
 
-function mark(pen, at, deg, r, colour) {
-  pen.fillStyle = colour;
+// A wedge from outside onto the ring, so that no dot hides it.
+function mark(pen, at, deg, r, c) {
   pen.beginPath();
-  pen.moveTo(...at(deg, r - 2));
-  pen.lineTo(...at(deg - 5, r - 20));
-  pen.lineTo(...at(deg + 5, r - 20));
+  pen.moveTo(...at(deg, r - 14));
+  pen.lineTo(...at(deg - 5, r + 4));
+  pen.lineTo(...at(deg + 5, r + 4));
   pen.closePath();
+  pen.fillStyle = c.target;
   pen.fill();
-}
-
-function legend(pen, width, height, c, dial) {
-  const entries = [["target", c.target], ["estimate ±1, 2 σ", c.estimate], ["MWD", c.measured]];
-  if (dial.truth !== null) entries.push(["truth", c.truth]);
-  const step = width / entries.length;
-  entries.forEach(([name, colour], k) => {
-    text(pen, `● ${name}`, step * (k + 0.5), height - 9, { size: 11, colour, align: "center" });
-  });
+  pen.strokeStyle = c.paper;
+  pen.lineWidth = 1.5;
+  pen.stroke();
 }

@@ -3,6 +3,7 @@
 export function colours() {
   const dark = document.body.classList.contains("body--dark");
   return {
+    paper: dark ? "#121212" : "#ffffff",
     text: dark ? "#e6e9ee" : "#1c2733",
     faint: dark ? "#9aa5b1" : "#53606e",
     grid: dark ? "#38424e" : "#d9dfe6",
@@ -63,4 +64,21 @@ export function ticks(low, high, count) {
   const found = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(k * step);
   return found.map((one) => Math.abs(one) < 1e-9 * step ? 0 : one);
+}
+
+// Entries (words, colour) on one line, in a smaller script where they would not fit.
+export function legend(pen, entries, width, y) {
+  const gap = 14;
+  let size = 11.5, widths, total;
+  do {
+    size -= 0.5;
+    pen.font = `${size}px system-ui, sans-serif`;
+    widths = entries.map(([words]) => pen.measureText(words).width);
+    total = widths.reduce((sum, one) => sum + one, gap * (entries.length - 1));
+  } while (total > width - 4 && size > 8);
+  let x = Math.max((width - total) / 2, 2);
+  entries.forEach(([words, colour], k) => {
+    text(pen, words, x, y, { size, colour });
+    x += widths[k] + gap;
+  });
 }
