@@ -14,6 +14,12 @@ namespace_option = click.option(
     "--namespace", help="Whose topics to read, where the log holds several rigs'; / for none."
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout: SI units, rad.")
+seeds = click.IntRange(0, 2**31 - 1)
+
+
+def finite(value: float | None) -> float | None:
+    """The number for JSON, which has none that is not finite: None then."""
+    return value if value is not None and math.isfinite(value) else None
 
 
 def print_json(tree: Mapping[str, Any]) -> None:

@@ -80,12 +80,16 @@ def command(
     from slider_drilling.nodes import environment
 
     environment.prepare()
+    from slider_drilling.api.rigs import load_rig
     from slider_drilling.commands.changes import change
     from slider_drilling.live.serve import Address
     from slider_drilling.nodes.session import Plan
+    from slider_drilling.rig import check_duration
 
     with tempfile.TemporaryDirectory(prefix="slider_drilling_") as scratch:
         changed = change(rig, sets, effects, controller, Path(scratch))
+        if duration > 0.0:
+            check_duration(load_rig(changed.rig or None), duration, changed.rig or "the example well")
         plan = Plan(
             rig=changed.rig, plant=changed.plant, duration=duration,
             speed=(1.0 if live else 0.0) if speed is None else speed,
@@ -116,7 +120,7 @@ def _run(plan: Plan) -> Outcome:
     from slider_drilling.nodes.session import run
 
     def announce(address: str) -> None:
-        stderr().print(f"live page: {address}  (Ctrl-C ends the run)", highlight=False)
+        stderr().print(f"live page: {address}  (Ctrl-C ends the run)")
 
     if plan.live is not None:
         # No bar: the page shows how far the run is, and Ctrl-C is its end.
@@ -146,7 +150,7 @@ def _tell(outcome: Outcome, keep: bool, as_json: bool) -> None:
     if not as_json:
         stdout().print(summary_table(summary, more))
     for note in log.notes:
-        stderr().print(f"{outcome.log.name}: {note}", highlight=False)
+        stderr().print(f"{outcome.log.name}: {note}")
     paths: list[Path] = []
     if keep:
         page, picture = (outcome.log.with_suffix(suffix) for suffix in (".html", ".png"))
@@ -158,4 +162,4 @@ def _tell(outcome: Outcome, keep: bool, as_json: bool) -> None:
         print_json({**figures, "summary": asdict(summary), "wrote": paths})
         return
     for path in paths:
-        stdout().print(f"wrote {path}", highlight=False)
+        stdout().print(f"wrote {path}")

@@ -18,3 +18,8 @@ def rig_of(path: str) -> tuple[Rig, str]:
     source = Path(path) if path else share_file(EXAMPLE)
     text = read_text(source, "rig file")
     return parse_rig(text, str(source)), text
+
+
+def name_of(path: str) -> str:
+    """What a rig is called in `diagnostics`: its file's name."""
+    return Path(path or "rig.example.yaml").stem
