@@ -121,7 +121,7 @@ def test_rotation_along_the_string_agrees_with_reach_and_twist() -> None:
     assert swing[0] == pytest.approx(12.0)
     assert depth[swing > 1e-3][-1] == pytest.approx(belief.reach(12.0, 1.3), abs=60.0)
     assert (np.diff(swing) <= 1e-9).all() and (np.diff(behind) >= -1e-12).all()
-    assert (behind[depth < belief.zones(12.0, 3000.0, 1.3).reactive - 10.0] == 0.0).all()
+    assert (behind[depth < belief.zones(12.0, 3000.0, 1.3).reactive_from - 10.0] == 0.0).all()
     # All of the string is freed: what is left of the amplitude reaches the bit.
     assert belief.rotation_along(depth, 60.0, 0.0, 1.0)[0][-1] == pytest.approx(60.0 - belief.full_amplitude(1.0))
 
