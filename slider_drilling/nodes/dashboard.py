@@ -154,7 +154,8 @@ class Dashboard(Node):
     def _trigger(self, service: str) -> None:
         def done(future: Future) -> None:
             answer = future.result()
-            self.state.tell(f"{service.replace('_', ' ')}: {answer.message or 'done'}", answer.success)
+            what = service.rpartition("/")[2].replace("_", " ")
+            self.state.tell(f"{what}: {answer.message or 'done'}", answer.success)
 
         self._call(Trigger, service, Trigger.Request(), done)
 

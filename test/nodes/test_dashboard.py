@@ -100,15 +100,19 @@ def test_graph_is_shown_and_follows_the_page(graph: list[Node]) -> None:
          lambda: state.target == -1.0)
     assert controller.get_parameter("gain").value == 1.5
     assert controller.get_parameter("tool_face_target").value == -1.0
+    desk.ask(Rock(False))
+    turn(graph, told("stop rocking: "), lambda: controller.get_parameter("rocking").value == 0.0)
+    desk.ask(Rock(True))
+    turn(graph, lambda: controller.get_parameter("rocking").value == 1.0)
     assert all(math.isfinite(one.value) for one in state.settings())
 
 
 def test_what_no_node_offers_is_said(graph: list[Node]) -> None:
     board = graph[0]
     board._server.desk.ask(Record(True))
-    board._server.desk.ask(Rock(False))
-    turn([board], lambda: board.state.last_notice == 2)
-    assert all("no node offers it" in one.text and not one.good for one in board.state.notices_after(0))
+    turn([board], lambda: board.state.last_notice == 1)
+    (notice,) = board.state.notices_after(0)
+    assert (notice.text, notice.good) == ("recorder/resume: no node offers it", False)
 
 
 def test_run_with_a_live_page(namespace: str, repository: Path, tmp_path: Path) -> None:
