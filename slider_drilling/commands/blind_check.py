@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from slider_drilling.commands.options import jobs_option, scheduler_option, seeds
+from slider_drilling.commands.campaign_options import jobs_option, scheduler_option
+from slider_drilling.commands.options import seeds
 
 if TYPE_CHECKING:
     from slider_drilling.blind.score import Scored

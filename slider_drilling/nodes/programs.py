@@ -17,6 +17,7 @@ NODES = {
     "rocking_controller": ("slider_drilling.nodes.rocking_controller", "RockingController"),
     "recorder": ("slider_drilling.nodes.recorder", "Recorder"),
     "log_player": ("slider_drilling.nodes.log_player", "LogPlayer"),
+    "dashboard": ("slider_drilling.nodes.dashboard", "Dashboard"),
 }
 
 
@@ -49,6 +50,11 @@ def recorder() -> None:
 def log_player() -> None:
     """Entry point of `log_player`."""
     _main("log_player")
+
+
+def dashboard() -> None:
+    """Entry point of `dashboard`."""
+    _main("dashboard")
 
 
 def _main(name: str) -> None:
