@@ -83,6 +83,7 @@ def seal(name: str, seed: int, base: Rig, folder: Path) -> tuple[Path, Law, floa
 def score(diagnosis: Diagnosis, law: Law, size: float) -> Scored:
     """Open the seal."""
     answer = diagnosis.answer
+    assert answer is not None, "the first look stopped at a sealed log"
     first = answer.ranking[0] if answer.ranking and answer.effects else None
     group = first.group if first is not None else ()
     named_right = first is not None and law.name in (first.effect, *group)
@@ -110,8 +111,10 @@ def score(diagnosis: Diagnosis, law: Law, size: float) -> Scored:
 def _oracle(diagnosis: Diagnosis, law: Law) -> float:
     """Gap closed when the true effect, alone, is fitted to the same log."""
     answer = diagnosis.answer
+    assert answer is not None, "the first look stopped at a sealed log"
     if answer.effects == (law.name,):
         return answer.closed
+    assert diagnosis.prepared is not None
     model = diagnosis.prepared.model
     true = [effect for effect in model.effects if effect.name == law.name]
     findings = start_findings(build_problem(model, answer.floors), 0)

@@ -23,8 +23,13 @@ if TYPE_CHECKING:
 @click.option("--seed", default=0, show_default=True, help="Of the bootstrap; the same seed gives the same answer.")
 @click.option("--only", multiple=True, metavar="NAME", help="Consider only this effect of the catalogue; repeatable.")
 @click.option("--effect", "effects", multiple=True, metavar="MODULE:CLASS", help="An effect of your own; repeatable.")
-@click.option("--until", default=1.0, show_default=True, metavar="SHARE",
-              help="Fit only this first share of every log (0.67: two thirds) and show what the rest then leaves.")
+@click.option(
+    "--until",
+    default=1.0,
+    show_default=True,
+    metavar="SHARE",
+    help="Fit only this first share of every log (0.67: two thirds) and show what the rest then leaves.",
+)
 def command(
     logs: tuple[Path, ...],
     rig_path: Path | None,
@@ -44,7 +49,8 @@ def command(
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
     from slider_drilling.console import stderr, stdout
-    from slider_drilling.diagnosis.diagnose import diagnose, write_diagnosis
+    from slider_drilling.diagnosis.diagnose import diagnose
+    from slider_drilling.diagnosis.save import write_diagnosis
     from slider_drilling.diagnosis.user_effects import installed_effects, load_effect
     from slider_drilling.errors import InputError
     from slider_drilling.gap.progress import progress_bar
@@ -75,28 +81,32 @@ def _print(diagnosis: Diagnosis) -> None:
     from rich.table import Table
 
     from slider_drilling.console import stderr, stdout
+    from slider_drilling.diagnosis import words
+    from slider_drilling.diagnosis.page import amount, simulated_rows
+    from slider_drilling.pages import Amount
+    from slider_drilling.units import SI
 
-    answer = diagnosis.answer
-    stdout().print(f"[bold]{diagnosis.verdict}[/bold]: {diagnosis.sentence}", highlight=False)
-    table = Table("effect", "site", "gap closed", "95 %", "parameters", "not told apart from")
-    for entry in answer.ranking:
-        settings = ", ".join(f"{name.rpartition('.')[2]} {value:.4g}" for name, value in entry.parameters.items())
-        table.add_row(entry.effect, entry.site, *entry.shown(), settings, ", ".join(entry.group))
-    if answer.ranking:
+    outcome, origin = diagnosis.outcome, diagnosis.origin
+    stdout().print(f"[bold]{diagnosis.driller}[/bold]", highlight=False)
+    stdout().print(diagnosis.sentence, highlight=False)
+    stdout().print(f"rig file: {origin.name} ({origin.source})", highlight=False)
+    table = Table("effect", "site", "closes [95 %]", "fitted", "not told apart from", "standing")
+    fitted_ones, others = words.fitted_and_not(outcome)
+    for entry in fitted_ones:
+        told = {name: amount(fitted.value, fitted.unit) for name, fitted in entry.parameters.items()}
+        settings = ", ".join(f"{name.rpartition('.')[2]} {SI.text(one.value, one.unit)}" for name, one in told.items())
+        standing = words.standing(entry)
+        colour = f"[green]{standing}[/green]" if entry.in_answer else standing
+        table.add_row(entry.effect, entry.site, words.share(entry), settings, ", ".join(entry.group), colour)
+    if fitted_ones:
         stdout().print(table)
-    _print_simulated(diagnosis)
-    for sentence in (*diagnosis.remarks, *answer.remarks):
+    if others:
+        stdout().print(others, highlight=False)
+    heads, rows = simulated_rows(outcome)
+    if rows:
+        errors = Table(*heads, title="RMS error of one simulation of the log")
+        for row in rows:
+            errors.add_row(*(SI.text(cell.value, cell.unit) if isinstance(cell, Amount) else str(cell) for cell in row))
+        stdout().print(errors)
+    for sentence in diagnosis.remarks:
         stderr().print(f"note: {sentence}", highlight=False)
-
-
-def _print_simulated(diagnosis: Diagnosis) -> None:
-    from rich.table import Table
-
-    from slider_drilling.console import stdout
-    from slider_drilling.diagnosis.page import simulated_table
-
-    heads, rows = simulated_table(diagnosis)
-    table = Table(*heads, title="RMS error of one simulation of the log")
-    for row in rows:
-        table.add_row(*row)
-    stdout().print(table)
