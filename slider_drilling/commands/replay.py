@@ -25,33 +25,39 @@ def command(
     log: Path, rig_path: Path | None, output: Path | None, elements: int, namespace: str | None, as_json: bool
 ) -> None:
     """Drive the plant with LOG's commands from its first sample; print how far it lands from LOG's channels."""
+    from slider_drilling.commands.options import finite
+    from slider_drilling.console import stderr
     from slider_drilling.diagnosis.replay import replay
     from slider_drilling.drillstring.to_log import write_simulated
     from slider_drilling.errors import InputError
+    from slider_drilling.files import prepare_outputs
     from slider_drilling.log import read_log
 
     if not 10 <= elements <= 5000:
         raise InputError(f"--elements = {elements}: must be within 10 to 5000")
+    prepare_outputs(() if output is None else (output,), (log, rig_path))
     record = read_log(log, rig_path, namespace)
     rig = record.rig()
     run = replay(record, rig, elements)
     if output is not None:
         write_simulated(output, rig, run.commands, run.response, record.start, f"replay of {log}")
     channels = {
-        name: {"rms": comparison.rms, "rms_over_noise": comparison.rms_over_noise}
+        name: {"rms": finite(comparison.rms), "rms_over_noise": finite(comparison.rms_over_noise)}
         for name, comparison in run.channels.items()
     }
     if as_json:
-        print(json.dumps({"channels": channels, "assumed": run.assumed, "notes": record.notes}, indent=1))
+        tree = {"channels": channels, "assumed": run.assumed, "notes": record.notes}
+        print(json.dumps(tree, indent=1, allow_nan=False))
         return
     _print(run)
     for sentence in (*record.notes, *run.assumed):
-        click.echo(f"note: {sentence}", err=True)
+        stderr().print(f"note: {sentence}")
 
 
 def _print(run: Replay) -> None:
-    from rich.console import Console
     from rich.table import Table
+
+    from slider_drilling.console import stdout
 
     table = Table("channel", "samples", "RMS difference", "over noise")
     shown = {"N m": (1.0, "N m"), "Pa": (1e-3, "kPa"), "N": (1e-3, "kN"), "rad": (57.29577951308232, "deg")}
@@ -64,4 +70,4 @@ def _print(run: Replay) -> None:
             f"{comparison.rms * factor:.4g} {unit}",
             "-" if ratio is None else f"{ratio:.3g}",
         )
-    Console().print(table)
+    stdout().print(table)

@@ -35,7 +35,10 @@ Examples:
     "--jobs", default=2, show_default=True, type=click.IntRange(1, 64), help="Studies run at a time by `all`."
 )
 def command(name: str | None, listing: bool, output: Path, jobs: int) -> None:
-    """Run study NAME, or `all`: writes NAME.html, NAME.png, NAME.csv and NAME.json."""
+    """Run study NAME, or `all`: writes NAME.html, NAME.png, NAME.csv and NAME.json.
+
+    Ctrl-C (or SIGTERM) keeps the studies that have ended; the exit code is then 130 (143).
+    """
     from slider_drilling.errors import InputError
     from slider_drilling.tools.catalogue import STUDIES
 
@@ -54,19 +57,27 @@ def _run(names: list[str], output: Path, jobs: int) -> None:
     from joblib import Parallel, delayed
     from rich.progress import Progress, SpinnerColumn, TimeElapsedColumn
 
-    from slider_drilling.console import progress_bar
+    from slider_drilling.console import progress_bar, stderr
+    from slider_drilling.files import prepare_outputs
+    from slider_drilling.tools.render import study_files
 
-    output.mkdir(parents=True, exist_ok=True)
+    prepare_outputs(path for name in names for path in study_files(name, output))
     columns = (SpinnerColumn(), *Progress.get_default_columns(), TimeElapsedColumn())
     finished: dict[str, Study] = {}
     with progress_bar(*columns) as progress:
         task = progress.add_task("studies" if len(names) > 1 else names[0], total=len(names))
         work = Parallel(n_jobs=min(jobs, len(names)), return_as="generator_unordered")
-        for study in work(delayed(_run_one)(name, output) for name in names):
-            finished[study.name] = study
-            progress.advance(task)
+        try:
+            for study in work(delayed(_run_one)(name, output) for name in names):
+                finished[study.name] = study
+                progress.advance(task)
+        except KeyboardInterrupt:
+            if not finished:
+                raise
+            stderr().print(f"interrupted: {len(finished)} of {len(names)} studies")
     for name in names:
-        _print(finished[name], output)
+        if name in finished:
+            _print(finished[name], output)
 
 
 def _run_one(name: str, output: Path) -> Study:
@@ -79,6 +90,8 @@ def _run_one(name: str, output: Path) -> Study:
 
 
 def _print(study: Study, output: Path) -> None:
-    click.echo(f"{study.name}: {output / study.name}.html, .png, .csv, .json")
+    from slider_drilling.console import stdout
+
+    stdout().print(f"{study.name}: {output / study.name}.html, .png, .csv, .json")
     for claim in study.claims:
-        click.echo(f"  {'holds        ' if claim.holds else 'does not hold'}  {claim.claim}")
+        stdout().print(f"  {'holds        ' if claim.holds else 'does not hold'}  {claim.claim}")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slider_drilling import __version__
-from slider_drilling.files import write_whole
+from slider_drilling.files import make_folder, write_whole
 from slider_drilling.tools.study import Chart, Line, Map, Study
 
 if TYPE_CHECKING:
@@ -24,13 +24,19 @@ CONFIG = {"responsive": True, "displaylogo": False}
 MODE_COLOURS = ("#56b4e9", "#e69f00", "#009e73", "#dddddd")
 
 
+def study_files(name: str, directory: Path) -> list[Path]:
+    """What `write_study` writes for a study of this name; the directory is made. Raises InputError."""
+    make_folder(directory)
+    return [directory / f"{name}.{suffix}" for suffix in ("json", "csv", "png", "html")]
+
+
 def write_study(study: Study, directory: Path, findings: dict[str, Any] | None = None) -> list[Path]:
     """Write NAME.json, NAME.csv, NAME.png and NAME.html into a directory, which is made; the four paths.
 
     findings: what NAME.json holds instead of the claims. Each file is written under a temporary name and renamed.
-    Raises OSError where the directory cannot be made, InputError where a file cannot be written.
+    Raises InputError where the directory cannot be made or a file cannot be written.
     """
-    directory.mkdir(parents=True, exist_ok=True)
+    make_folder(directory)
     contents = {
         "json": (
             json.dumps(as_json(study) if findings is None else findings, indent=1, allow_nan=False) + "\n"
