@@ -32,11 +32,12 @@ class FrictionInterval:
 
 @dataclass(frozen=True)
 class Well:
-    """Survey rows are (measured depth m, inclination deg, azimuth deg)."""
+    """Survey rows are (measured depth m, inclination deg, azimuth deg); name: what pages call the well."""
 
     survey: tuple[tuple[float, float, float], ...]
     hole_diameter: float = quantity("m", above=0.0)
     friction_intervals: tuple[FrictionInterval, ...] = ()
+    name: str = ""
 
 
 @dataclass(frozen=True)
@@ -219,6 +220,8 @@ def dump_rig(rig: Rig) -> str:
     effects = {name: block for name, block in tree.pop("effects").items() if block != plain(getattr(Effects(), name))}
     if effects:
         tree["effects"] = effects
+    if not rig.well.name:
+        del tree["well"]["name"]
     return yaml.safe_dump({"schema": tree.pop("schema"), **tree}, sort_keys=False)
 
 

@@ -73,8 +73,10 @@ class RigLog:
     mud_pump: JointSeries | None = None
     mwd_tool_face: JointSeries | None = None
     tool_face_target: JointSeries | None = None
+    bit_depth: JointSeries | None = None
     truth_bit: JointSeries | None = None
     truth_weight_on_bit: ScalarSeries | None = None
+    truth_depth: JointSeries | None = None
 
     def __repr__(self) -> str:
         there = [name for name, value in vars(self).items() if isinstance(value, (JointSeries, ScalarSeries))]

@@ -90,8 +90,8 @@ class FrictionSimulator(Node):
 
     def _make_topics(self) -> None:
         self._clock_publisher = link.publisher(self, link.CLOCK)
-        names = ("mwd_tool_face", "truth_bit", "truth_weight_on_bit", "standpipe_pressure", "mud_pump", "draw_works",
-                 "top_drive")
+        names = ("mwd_tool_face", "truth_bit", "truth_weight_on_bit", "truth_depth", "standpipe_pressure", "mud_pump",
+                 "draw_works", "top_drive")
         self._publishers_of = {name: link.publisher(self, TOPICS[name]) for name in names}
         topics = (TOPICS["top_drive_command"], TOPICS["draw_works_command"], link.PUMP_COMMAND)
         self._command_subscriptions = {
@@ -222,6 +222,7 @@ class FrictionSimulator(Node):
         out["truth_bit"].publish(
             cdr.joint_state(stamp, "bit", truth.tool_face, truth.tool_face_rate, truth.bit_torque))
         out["truth_weight_on_bit"].publish(cdr.wrench_stamped(stamp, (truth.weight_on_bit, 0.0, 0.0)))
+        out["truth_depth"].publish(cdr.joint_state(stamp, "bit", truth.bit_depth, truth.rate_of_penetration))
         variance = self._rig.sensors.standpipe_pressure.noise ** 2
         out["standpipe_pressure"].publish(cdr.fluid_pressure(stamp, measurements.standpipe_pressure, variance))
         out["mud_pump"].publish(cdr.joint_state(stamp, "mud_pump", None, measurements.pump_speed))
