@@ -9,10 +9,17 @@ from pathlib import Path
 from slider_drilling.errors import InputError
 
 
-def read_text(path: str | os.PathLike[str], what: str) -> str:
-    """A UTF-8 file's text; ``what`` it should be, such as "rig file", goes into errors. Raises InputError."""
+def read_text(path: str | os.PathLike[str], what: str, longest: int | None = None) -> str:
+    """A UTF-8 file's text; ``what`` it should be, such as "rig file", goes into errors.
+
+    longest: bytes that such a file has at most. Raises InputError.
+    """
     try:
-        return Path(path).read_text(encoding="utf-8-sig")
+        with open(path, "rb") as file:
+            content = file.read(-1 if longest is None else longest + 1)
+        if longest is not None and len(content) > longest:
+            raise InputError(f"{path}: longer than {longest / 1e6:g} MB, which no {what} is; check the path")
+        return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except FileNotFoundError:
         raise InputError(f"{path}: no such {what}; check the path") from None
     except OSError as error:

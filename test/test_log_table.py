@@ -152,7 +152,7 @@ def test_flow_needs_the_rig(tmp_path: Path) -> None:
         ("t,torque\n0,1\n", {"time": {"column": "t", "unit": "iso8601"}}, "line 2: column 't' = '0': not a time"),
         ("t,torque\n0,1\n", {"delimiter": ""}, "delimiter = ''"),
         ("t,torque\n0,1\n", {"skip_lines": -1}, "skip_lines = -1"),
-        ("t,torque\n0,1\n", {"skip_lines": "2"}, "skip_lines = '2': expected int"),
+        ("t,torque\n0,1\n", {"skip_lines": "2"}, "skip_lines = '2': expected a whole number"),
         ("t,torque\n0,1\n", {"colums": []}, "colums: unknown key"),
         ("t,torque\n0,1\n", {"channels": {}}, "channels: missing"),
         ("t,torque\n0,1\n", {"channels": {"torque": {}}}, r"channels\.torque: unknown channel"),

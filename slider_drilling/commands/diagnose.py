@@ -85,7 +85,7 @@ def _print(diagnosis: Diagnosis) -> None:
     if answer.ranking:
         stdout().print(table)
     _print_simulated(diagnosis)
-    for sentence in (*diagnosis.prepared.remarks, *answer.remarks, *diagnosis.contradictions):
+    for sentence in (*diagnosis.remarks, *answer.remarks):
         stderr().print(f"note: {sentence}", highlight=False)
 
 

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING
 
 import click
 
+from slider_drilling.commands.options import units_option
 from slider_drilling.errors import InputError
 
 if TYPE_CHECKING:
     from slider_drilling.nodes.session import Outcome, Plan
+    from slider_drilling.units import Units
 
 EXAMPLES = """\
 Examples:
@@ -50,9 +52,10 @@ class Speed(click.ParamType):
 @click.option("--controller", help="module:Class of another controller, built as Class(rig).")
 @click.option("--seed", default=0, show_default=True, help="Seed of the sensor noise.")
 @click.option("--elements", default=200, show_default=True, help="Elements of the string, 10 to 5000.")
+@units_option
 def command(
     rig: Path | None, duration: float, speed: float, record: Path | None, target: float | None,
-    controller: str | None, seed: int, elements: int,
+    controller: str | None, seed: int, elements: int, units: Units,
 ) -> int:
     """Slide the well: friction simulator, rocking controller and recorder over ROS 2 topics, then what happened.
 
@@ -76,7 +79,7 @@ def command(
             controller=controller, seed=seed, elements=elements,
         )
         outcome = _run(plan)
-        _tell(outcome, keep=record is not None)
+        _tell(outcome, keep=record is not None, units=units)
     return 130 if outcome.interrupted else 0
 
 
@@ -105,7 +108,7 @@ def _run(plan: Plan) -> Outcome:
         return run(plan, lambda simulated: progress.update(task, completed=simulated, description="sliding"))
 
 
-def _tell(outcome: Outcome, keep: bool) -> None:
+def _tell(outcome: Outcome, keep: bool, units: Units) -> None:
     """The summary; page and picture beside a log that is kept."""
     from slider_drilling.console import stderr, stdout
     from slider_drilling.log import read_log
@@ -120,12 +123,12 @@ def _tell(outcome: Outcome, keep: bool) -> None:
     more: tuple[tuple[str, str], ...] = ()
     if outcome.wall > 0.0:
         more = (("took", f"{outcome.wall:.1f} s, {outcome.simulated / outcome.wall:.1f} times real time"),)
-    stdout().print(summary_table(summary, more))
+    stdout().print(summary_table(summary, more, units))
     for note in log.notes:
         stderr().print(f"{outcome.log.name}: {note}", highlight=False)
     if keep:
         page, picture = (outcome.log.with_suffix(suffix) for suffix in (".html", ".png"))
-        write_page(page, log, summary, more)
-        write_picture(picture, log)
+        write_page(page, log, summary, more, units)
+        write_picture(picture, log, units)
         for path in (outcome.log, page, picture):
             stdout().print(f"wrote {path}", highlight=False)

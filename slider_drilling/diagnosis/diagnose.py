@@ -14,7 +14,7 @@ import numpy as np
 
 from slider_drilling import __version__
 from slider_drilling.diagnosis.drill_string import rig_with
-from slider_drilling.diagnosis.health import contradictions, too_little_excitation
+from slider_drilling.diagnosis.first_look import FirstLook, first_look
 from slider_drilling.diagnosis.situation import Prepared, prepare
 from slider_drilling.diagnosis.user_effects import UserEffect
 from slider_drilling.errors import InputError
@@ -45,8 +45,14 @@ class Diagnosis:
     beyond: Beyond
     verdict: str
     sentence: str
-    contradictions: tuple[str, ...]
+    looks: tuple[FirstLook, ...]
     would_help: tuple[str, ...]
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What was noticed of the logs before any fit."""
+        noticed = [f"{look.log.source}: {f.text}" for look in self.looks for f in look.findings if f.weight != "refuse"]
+        return (*noticed, *self.prepared.remarks)
 
 
 def diagnose(
@@ -63,32 +69,35 @@ def diagnose(
 
     only: names of the effects to consider, all that the log can show if empty. until: the first share of every log
     that is fitted; what follows is only looked at in the end (`Diagnosis.beyond`).
-    A rig file that the log contradicts, or a log that excites too little, makes the verdict ``inconclusive``
-    whatever the fits say.
+    What the first look refuses is an InputError before anything is fitted; logs that excite too little make the verdict
+    ``inconclusive`` whatever the fits say.
     """
     if not 0.0 < until <= 1.0:
         raise InputError(f"--until {until:g}: must be above 0 and at most 1")
+    looks = tuple(first_look(log, rig) for log in logs)
+    for look in looks:
+        look.refuse()
+    logs = [look.log for look in looks]
     prepared = prepare(logs, rig, user_effects)
     whole = prepared.model
     model = whole if until == 1.0 else whole.shortened(until)
     prepared = replace(prepared, model=model)
-    against = [sentence for log in logs for sentence in contradictions(log, rig)]
-    idle = [why for run in model.runs if (why := too_little_excitation(run))]
-    nothing = len(idle) == len(model.runs)
+    idle = [why for look in looks for why in look.texts("stop")]
+    nothing = all(look.texts("stop") for look in looks)
     candidates = [] if nothing else _candidates(prepared, only)
     # A record of torque alone is short to simulate and often stick-slip: worth a search before the fits.
     alone = {channel.name for run in model.runs for channel in run.channels} == {"surface_torque"}
     scatter = SCATTER if alone else 0
     answer = explain(model, seed=seed, starts=_starts(prepared), effects=candidates, scatter=scatter, progress=progress)
     verdict, sentence = answer.verdict, answer.sentence
-    if nothing or (against and verdict not in ("none", "parameters")):
+    if nothing:
         verdict = "inconclusive"
-        sentence = f"No conclusion: {'; '.join(idle if nothing else against)}. Fits alone would say: {answer.sentence}"
+        sentence = f"No conclusion: {'; '.join(idle)}."
     seen = {channel.name for run in model.runs for channel in run.channels}
     would_help = tuple(sentence for name, sentence in _MORE.items() if name not in seen)
     return Diagnosis(
         tuple(log.source for log in logs), rig, prepared, answer, look_beyond(whole, answer.findings, until),
-        verdict, sentence, tuple(against), would_help,
+        verdict, sentence, looks, would_help,
     )  # fmt: skip
 
 
@@ -160,7 +169,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             "others": manoeuvre.others,
         },
         "tuned_parameters": answer.parameters,
-        "remarks": [*diagnosis.prepared.remarks, *answer.remarks, *diagnosis.contradictions],
+        "remarks": [*diagnosis.remarks, *answer.remarks],
         "would_help": list(diagnosis.would_help),
         "runtime_s": answer.runtime,
     }  # fmt: skip

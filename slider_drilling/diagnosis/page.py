@@ -71,7 +71,7 @@ def report_page(diagnosis: Diagnosis) -> str:
     return template.render(
         logs=diagnosis.logs, verdict=diagnosis.verdict, sentence=diagnosis.sentence, partial=answer.partial,
         colour=calm.get(diagnosis.verdict, _RED), threshold=f"{answer.threshold:.2f}",
-        remarks=[*diagnosis.prepared.remarks, *answer.remarks, *diagnosis.contradictions],
+        remarks=[*diagnosis.remarks, *answer.remarks],
         waterfall=_waterfall(diagnosis), channels=_channel_rows(diagnosis), where=_where(diagnosis),
         ranking=_ranking_rows(diagnosis), intervals=_intervals(diagnosis), manoeuvre=_manoeuvre(diagnosis),
         would_help=diagnosis.would_help, traces=_traces(diagnosis),

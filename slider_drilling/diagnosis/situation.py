@@ -9,6 +9,7 @@ import numpy as np
 
 from slider_drilling.diagnosis.catalogue import ANY_WAVE_S, aging_with_memory, catalogue
 from slider_drilling.diagnosis.drill_string import DrillString, depth_probes, nuisance_parameters
+from slider_drilling.diagnosis.first_look.expected import NO_ROCK
 from slider_drilling.diagnosis.health import unusable
 from slider_drilling.diagnosis.replay import measured_channels
 from slider_drilling.diagnosis.user_effects import UserEffect
@@ -19,8 +20,6 @@ from slider_drilling.gap.model import Array, Run
 from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig
 
-# N/m: an off-bottom bit; the plant's rig file has no "not on bottom", but rock this soft takes no weight.
-_NO_ROCK = 1.0
 # Hz, above which neither rocking nor the sea moves a hook load; how far a line stands out; where tools vibrate.
 _FAST_HZ, _SHARP, _TOOLS_HZ = 0.4, 40.0, (5.0, 30.0)
 # Spectra are taken this many times as fine as the log is long.
@@ -47,7 +46,7 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
     runs, commands = [], []
     off_bottom = all(log.draw_works is None and log.standpipe_pressure is None for log in logs)
     if off_bottom:
-        rig = replace(rig, bit=replace(rig.bit, depth_of_cut_stiffness=_NO_ROCK))
+        rig = replace(rig, bit=replace(rig.bit, depth_of_cut_stiffness=NO_ROCK))
         remarks.append("neither draw-works nor standpipe pressure in the log: taken as off bottom")
     for log in logs:
         driven = commands_from_log(log, rig)

@@ -33,7 +33,8 @@ def depth_charts(log: RigLog) -> tuple[Chart, ...]:
         found = _binned(values[0], values[1], passed)
         if np.isfinite(found).any():
             charts.append(_chart(title, label, middle, found[1], found[0], found[2]))
-    return tuple(charts)
+    tool_face = _tool_faces(log, edges, passed)
+    return (*charts, tool_face) if tool_face is not None else tuple(charts)
 
 
 def _rising(hole: Array, time: Array) -> tuple[Array, Array]:
@@ -54,11 +55,20 @@ def _channels(log: RigLog) -> list[tuple[str, str, tuple[Array, Array]]]:
     if log.standpipe_pressure is not None:
         pressure = log.standpipe_pressure
         found.append(("Standpipe pressure", "standpipe pressure, bar", (pressure.time, pressure.value / 1e5)))
-    if log.mwd_tool_face is not None:
-        mwd = log.mwd_tool_face
-        turned = 180.0 - (180.0 - np.degrees(mwd.position)) % 360.0
-        found.append(("MWD tool-face", "tool-face, deg", (mwd.time, turned)))
     return found
+
+
+def _tool_faces(log: RigLog, depth: Array, passed: Array) -> Chart | None:
+    """Each MWD tool-face where the bit was when it was measured."""
+    if log.mwd_tool_face is None:
+        return None
+    mwd = log.mwd_tool_face
+    inside = (mwd.time >= passed[0]) & (mwd.time <= passed[-1])
+    if not inside.any():
+        return None
+    turned = 180.0 - (180.0 - np.degrees(mwd.position[inside])) % 360.0
+    dots = Line("MWD", turned, np.interp(mwd.time[inside], passed, depth), "dots", RED)
+    return Chart("Tool-face", "MWD tool-face, deg", (Panel("bit depth, m", (dots,), down=True),))
 
 
 def _binned(time: Array, value: Array, edges: Array) -> Array:

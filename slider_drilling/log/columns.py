@@ -38,7 +38,8 @@ def columns_of(log: RigLog) -> Columns:
 
 def _of_joint(key: str, series: JointSeries) -> list[Sampled]:
     names = NAMES.get(key, (f"{key}_position", f"{key}_velocity", f"{key}_effort"))
-    arrays, units = (series.position, series.velocity, series.effort), _LENGTH if "works" in key or "depth" in key else _ANGLE
+    arrays = (series.position, series.velocity, series.effort)
+    units = _LENGTH if "works" in key or "depth" in key else _ANGLE
     return [Sampled(name, unit, series.time, array) for name, unit, array in zip(names, units, arrays, strict=True)]
 
 

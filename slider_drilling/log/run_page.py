@@ -9,7 +9,7 @@ import numpy as np
 from slider_drilling.errors import InputError
 from slider_drilling.files import write_whole
 from slider_drilling.log.by_depth import depth_charts
-from slider_drilling.log.run_summary import RunSummary, rows, target_at
+from slider_drilling.log.run_summary import RunSummary, held_words, rows, target_at
 from slider_drilling.log.series import Array, RigLog
 from slider_drilling.pages import Chart, Lead, Line, Page, Panel, Section, Table
 from slider_drilling.pages import write_page as write
@@ -61,8 +61,7 @@ def _torque(log: RigLog) -> Panel:
         lines.append(Line("measured", log.top_drive.time, log.top_drive.effort / 1e3, colour=BLUE))
     if log.truth_bit is not None:
         lines.append(Line("truth", log.truth_bit.time, log.truth_bit.effort / 1e3, colour=GREY))
-    return Panel("torque at surface and (truth) at the bit, kN m", tuple(lines)) if len(lines) > 1 else Panel(
-        "surface torque, kN m", tuple(lines))  # fmt: skip
+    return Panel("torque at surface and bit, kN m" if len(lines) > 1 else "surface torque, kN m", tuple(lines))
 
 
 def _one(title: str, name: str, time: Array | None, value: Array | None, colour: str) -> Panel:
@@ -121,7 +120,7 @@ def page(log: RigLog, summary: RunSummary, more: tuple[tuple[str, str], ...] = (
     if summary.drilled is not None and not summary.idle and summary.drilled.source != "block":
         sections.append(Section("By depth", depth_charts(log)))
     facts = [("log", Path(log.source).name)]
-    facts += [(key.replace("_", " "), value) for key, value in log.metadata.items() if value and key != "notes"]
+    facts += [(key.replace("_", " "), log.metadata[key]) for key in ("recorded_by", "version") if log.metadata.get(key)]
     notes = (*((log.metadata["notes"],) if log.metadata.get("notes") else ()), *log.notes)
     return Page("Run", title(log, units), tuple(sections), tuple(facts), _lead(summary, units), notes)
 
@@ -134,10 +133,8 @@ def _lead(summary: RunSummary, units: Units) -> Lead | None:
     if found is not None and found.source != "block":
         said.append(f"Drilled {units.text(found.metres, 'm')} at {units.text(found.rate * 3600.0, 'm/h')}.")
     if hold is not None:
-        error = f"{np.degrees(hold.mean_error):.1f} deg"
-        said.append(f"The tool-face was {error} off its target on average and within 15 deg of it "
-                    f"{100.0 * hold.on_target:.0f} % of the time ({hold.source}).")  # fmt: skip
-    good = hold is None or hold.on_target >= 0.8
+        said.append(f"Tool-face set {held_words(hold.targets[-1])} ({hold.source}).")
+    good = hold is None or all(one.set_after is not None and one.lost_after is None for one in hold.targets)
     return Lead(" ".join(said), "good" if good else "bad") if said else None
 
 

@@ -246,13 +246,14 @@ def _hold_rows(hold: ToolFaceHold, idle: bool) -> list[tuple[str, str]]:
              ("tool-face within 15 deg", f"{100.0 * hold.on_target:.0f} % of the time")]  # fmt: skip
     for one in hold.targets:
         which = f" at {np.degrees(one.target):.0f} deg" if len(hold.targets) > 1 else ""
-        found.append((f"tool-face set{which}", _held_words(one)))
+        found.append((f"tool-face set{which}", held_words(one)))
     return found
 
 
-def _held_words(one: TargetHold) -> str:
+def held_words(one: TargetHold) -> str:
+    """How one target was held, to follow "set"."""
     if one.set_after is None or one.error_once_set is None:
-        return "not within 15 deg for 60 s"
+        return "never: not within 15 deg for 60 s"
     error = f"{np.degrees(one.error_once_set):.1f} deg mean error"
     if one.lost_after is None:
         return f"after {one.set_after:.0f} s, {error} from there"

@@ -100,10 +100,10 @@ class RigLog:
 
     def plot(self) -> plotly.graph_objects.Figure:
         """Tool-face, top drive, torque, pressure, hook load and weight on bit against time, in field units."""
-        from slider_drilling.log.figure import time_figure
-        from slider_drilling.log.run_page import panels
+        from slider_drilling.log.run_page import chart
+        from slider_drilling.pages.notebook import plotly_figure
 
-        return time_figure(panels(self))
+        return plotly_figure(chart(self))
 
     def _columns(self) -> Columns:
         from slider_drilling.log.columns import columns_of
