@@ -130,7 +130,7 @@ def test_round_marks_on_logarithmic_axes() -> None:
 
 def test_numbers_keep_what_a_screen_can_show() -> None:
     assert numbers(np.array([4000.123456, 4000.654321])) == [4000.123456, 4000.654321]
-    assert numbers(np.array([0.0123456789, 1000.123456])) == [0.01235, 1000.123]
+    assert numbers(np.array([0.0123456789, 1000.123456])) == [0.01235, 1000.12]
     assert numbers(np.array([1e-6, np.nan, 1e3])) == [1e-6, None, 1000.0]
 
 

@@ -11,13 +11,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slider_drilling.closed_loop.contenders import ABOUT, BASELINES, UNDER_TEST
-from slider_drilling.closed_loop.run import Array, Outcome, Trace
+from slider_drilling.closed_loop.contenders import ABOUT, BASELINES, INFORMED, LIMITS, ORACLE, UNDER_TEST
+from slider_drilling.closed_loop.run import Outcome
 from slider_drilling.closed_loop.scenario import Scenario
 from slider_drilling.closed_loop.score import ALLOWED, HELD, WITHIN_DEG, Score, error_deg
+from slider_drilling.closed_loop.trace import Array, Trace
 from slider_drilling.files import write_whole
 
-_COLOURS = {UNDER_TEST: "#00798c", "no_rocking": "#7b8794", "fixed_rocking": "#edae49", "shifted_rocking": "#d1495b"}
+_COLOURS = {UNDER_TEST: "#00798c", INFORMED: "#7a5195", ORACLE: "#2f4b7c",
+            "no_rocking": "#7b8794", "fixed_rocking": "#edae49", "shifted_rocking": "#d1495b"}
 _STRETCHES = 150   # of a trace, each drawn by its least and its greatest value
 PAGE = """\
 <!doctype html>
@@ -40,8 +42,9 @@ degrees for {{ held }} s without a break. Peak torque is of either sign.</p>
 <footer>seed {{ seed }}, {{ elements }} elements</footer>
 </body></html>
 """
-HEADS = ("scenario", "well", "mean |error| deg", "no rocking", "fixed", "shifted", "within 15 deg %", "set s",
-         "peak torque kN m", "WOB spread kN", "ROP m/h")
+HEADS = ("scenario", "well", "mean |error| deg", "95 % below", "within 15 deg %", "set s", "informed", "oracle",
+         "no rocking", "fixed", "shifted", "peak torque kN m", "WOB spread kN", "ROP m/h")
+BRIEF = ("scenario", "mean", "95 %", "in 15", "set s", "informed", "oracle", "kN m", "m/h")
 
 
 def by_scenario(outcomes: Sequence[Outcome], scenarios: Sequence[Scenario]) -> list[dict[str, Outcome]]:
@@ -52,14 +55,14 @@ def by_scenario(outcomes: Sequence[Outcome], scenarios: Sequence[Scenario]) -> l
 
 
 def as_json(rows: Sequence[dict[str, Outcome]], name: str, seed: int, elements: int) -> dict[str, Any]:
-    """The figures of every scenario, each with those of the baselines; NaN becomes null."""
+    """The figures of every scenario, each with those of the other contenders; NaN becomes null."""
     scenarios = []
     for row in rows:
         scenario = row[UNDER_TEST].scenario
         head = {"name": scenario.name, "well": scenario.well, "about": scenario.about,
                 "mwd_period_s": scenario.mwd_period}
-        baselines = {key: _figures(row[key].score) for key in BASELINES if key in row}
-        scenarios.append({**head, **_figures(row[UNDER_TEST].score), **baselines})
+        others = {key: _figures(row[key].score) for key in (*LIMITS, *BASELINES) if key in row}
+        scenarios.append({**head, **_figures(row[UNDER_TEST].score), **others})
     return {"schema": "slider_drilling/closed_loop/1", "controller": name, "seed": seed, "elements": elements,
             "scenarios": scenarios}
 
@@ -70,13 +73,27 @@ def _figures(score: Score) -> dict[str, float | None]:
 
 
 def cells(row: dict[str, Outcome]) -> list[str]:
-    """One line of the table: a cell for each of `HEADS`."""
+    """One line of the page's table: a cell for each of `HEADS`."""
     scenario, own = row[UNDER_TEST].scenario, row[UNDER_TEST].score
-    others = [f"{row[key].score.mean_abs_error_deg:.1f}" if key in row else "" for key in BASELINES]
-    set_after = "never" if own.time_to_set_s is None else f"{own.time_to_set_s:.0f}"
-    return [scenario.name, scenario.well, f"{own.mean_abs_error_deg:.2f}", *others,
-            f"{100.0 * own.within_15_deg:.1f}", set_after, f"{own.peak_torque_n_m / 1e3:.2f}",
-            f"{own.weight_spread_n / 1e3:.1f}", f"{own.rop_m_h:.2f}"]
+    return [scenario.name, scenario.well, f"{own.mean_abs_error_deg:.2f}", f"{own.p95_abs_error_deg:.1f}",
+            f"{100.0 * own.within_15_deg:.1f}", _set_after(own), *(_mean(row, key) for key in (*LIMITS, *BASELINES)),
+            f"{own.peak_torque_n_m / 1e3:.2f}", f"{own.weight_spread_n / 1e3:.1f}", f"{own.rop_m_h:.2f}"]
+
+
+def brief_cells(row: dict[str, Outcome]) -> list[str]:
+    """One line of the terminal's table, which fits 80 columns: a cell for each of `BRIEF`."""
+    own = row[UNDER_TEST].score
+    return [row[UNDER_TEST].scenario.name, f"{own.mean_abs_error_deg:.2f}", f"{own.p95_abs_error_deg:.1f}",
+            f"{100.0 * own.within_15_deg:.1f}", _set_after(own), *(_mean(row, key) for key in LIMITS),
+            f"{own.peak_torque_n_m / 1e3:.1f}", f"{own.rop_m_h:.1f}"]
+
+
+def _mean(row: dict[str, Outcome], contender: str) -> str:
+    return f"{row[contender].score.mean_abs_error_deg:.2f}" if contender in row else ""
+
+
+def _set_after(own: Score) -> str:
+    return "never" if own.time_to_set_s is None else f"{own.time_to_set_s:.0f}"
 
 
 def write_page(path: Path, rows: Sequence[dict[str, Outcome]], name: str, seed: int, elements: int) -> None:

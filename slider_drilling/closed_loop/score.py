@@ -8,13 +8,11 @@ for every contender, whether it had set the tool-face or not.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from slider_drilling.closed_loop.run import Array, Trace
-    from slider_drilling.closed_loop.scenario import Scenario
+from slider_drilling.closed_loop.scenario import Scenario
+from slider_drilling.closed_loop.trace import Array, Trace
 
 WITHIN_DEG = 15.0
 HELD = 60.0       # s within, to count as set
@@ -23,11 +21,12 @@ ALLOWED = 240.0   # s for setting
 
 @dataclass(frozen=True)
 class Score:
-    """mean_abs_error_deg, within_15_deg (share of time): after setting; time_to_set_s: the slowest of the scenario's
-    targets, None where one was never set; peak_torque_n_m: of either sign; make_up_n_m, back_off_n_m: the most to the
-    right and to the left; weight_spread_n: one standard deviation after setting; rop_m_h: likewise."""
+    """mean_abs_error_deg, p95_abs_error_deg, within_15_deg (share of time): after setting; time_to_set_s: the slowest
+    of the scenario's targets, None where one was never set; peak_torque_n_m: of either sign; make_up_n_m, back_off_n_m:
+    the most to the right and to the left; weight_spread_n: one standard deviation after setting; rop_m_h: likewise."""
 
     mean_abs_error_deg: float
+    p95_abs_error_deg: float
     within_15_deg: float
     time_to_set_s: float | None
     peak_torque_n_m: float
@@ -58,6 +57,7 @@ def score(scenario: Scenario, trace: Trace) -> Score:
     span = trace.time[scored]
     return Score(
         mean_abs_error_deg=float(np.mean(np.abs(error[scored]))),
+        p95_abs_error_deg=float(np.percentile(np.abs(error[scored]), 95.0)),
         within_15_deg=float(np.mean(np.abs(error[scored]) <= WITHIN_DEG)),
         time_to_set_s=max(known) if len(known) == len(times) else None,
         peak_torque_n_m=float(np.max(np.abs(trace.surface_torque))),

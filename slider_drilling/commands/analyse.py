@@ -24,17 +24,17 @@ if TYPE_CHECKING:
 @units_option
 def command(log: Path, output: Path, rig_path: Path | None, elements: int, units: Units) -> None:
     """Friction per hole interval, breakover, friction work, axial friction, zones and weight transfer in LOG."""
-    from rich.progress import Progress
-
     from slider_drilling.analysis.analyse import analyse
     from slider_drilling.analysis.report import findings, page
-    from slider_drilling.console import stderr
+    from slider_drilling.console import progress_bar, stderr, stdout
+    from slider_drilling.files import prepare_outputs
     from slider_drilling.log import read_log
-    from slider_drilling.tools.render import write_study
+    from slider_drilling.tools.render import study_files, write_study
 
+    prepare_outputs(study_files("analysis", output), (log, rig_path))
     record = read_log(log, rig_path)
     rig = None if record.rig_text is None else record.rig()
-    with Progress(console=stderr(), transient=True) as progress:
+    with progress_bar() as progress:
         task = progress.add_task("reading", total=1.0)
 
         def report(step: str, share: float) -> None:
@@ -42,11 +42,11 @@ def command(log: Path, output: Path, rig_path: Path | None, elements: int, units
 
         found = analyse(record, rig, elements, report)
     shown = page(found, units)
-    write_study(shown, output, findings(found), units)
     for table in shown.tables:
-        click.echo(table.title)
+        stdout().print(table.title)
         for row in table.rows:
-            click.echo("  " + "   ".join(row))
+            stdout().print("  " + "   ".join(row))
     for sentence in found.not_found:
-        click.echo(f"not found: {sentence}", err=True)
-    click.echo(f"{output / 'analysis.html'}, .png, .csv, .json")
+        stderr().print(f"not found: {sentence}")
+    write_study(shown, output, findings(found), units)
+    stdout().print(f"{output / 'analysis.html'}, .png, .csv, .json")

@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING
 
 import click
 
+from slider_drilling.commands.options import seeds as seed_range
+
 if TYPE_CHECKING:
     from slider_drilling.blind.check import Scored
 
 
 @click.command(epilog="Example:\n\n  slider-drilling blind-check --effect stribeck --effect none -o blind")
 @click.option("--effect", "names", multiple=True, help="What to seal; repeatable; everything if not given.")
-@click.option("--seeds", default=1, show_default=True, help="Logs of each.")
-@click.option("--first-seed", default=1, show_default=True, help="Of the first log of each.")
+@click.option("--seeds", default=1, show_default=True, type=click.IntRange(1, 10**6), help="Logs of each.")
+@click.option("--first-seed", default=1, show_default=True, type=seed_range, help="Of the first log of each.")
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file that wells are varied from.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), default="blind", show_default=True,
               help="Folder for the logs, seals.json and blind_check.json.")  # fmt: skip
@@ -35,6 +37,7 @@ def command(names: tuple[str, ...], seeds: int, first_seed: int, rig_path: Path 
     from slider_drilling.blind.laws import CATALOGUE, OUTSIDE
     from slider_drilling.console import stderr, stdout
     from slider_drilling.errors import InputError
+    from slider_drilling.files import make_folder, prepare_outputs, write_whole
     from slider_drilling.gap.progress import progress_bar
     from slider_drilling.rig import load_rig
     from slider_drilling.share import share_file
@@ -43,22 +46,19 @@ def command(names: tuple[str, ...], seeds: int, first_seed: int, rig_path: Path 
     for name in names:
         if name not in known:
             raise InputError(f"--effect {name}: not one of {', '.join(known)}")
-    if seeds < 1:
-        raise InputError(f"--seeds = {seeds}: give at least 1")
     base = load_rig(rig_path if rig_path is not None else share_file("config/rig.example.yaml"))
-    output.mkdir(parents=True, exist_ok=True)
+    make_folder(output)
+    prepare_outputs((output / "seals.json", output / "blind_check.json"), (rig_path,))
     with progress_bar(stderr()) as progress:
         results = blind_check(
             names or known, range(first_seed, first_seed + seeds), base, output,
-            lambda scored: stdout().print(_line(scored), highlight=False), progress,
+            lambda scored: stdout().print(_line(scored)), progress,
         )  # fmt: skip
     tally = totals(results)
-    temporary = output / ".blind_check.json"
-    temporary.write_text(json.dumps(tally, indent=1), encoding="utf-8")
-    temporary.replace(output / "blind_check.json")
+    write_whole(output / "blind_check.json", json.dumps(tally, indent=1).encode("utf-8"))
     for name, value in tally.items():
         if name != "confusion":
-            stdout().print(f"{name.replace('_', ' ')}: {value[0]} of {value[1]}", highlight=False)
+            stdout().print(f"{name.replace('_', ' ')}: {value[0]} of {value[1]}")
 
 
 def _line(scored: Scored) -> str:

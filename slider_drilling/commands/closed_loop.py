@@ -34,10 +34,15 @@ def command(
     output: Path | None, as_json_text: bool, name: str, only: tuple[str, ...], listing: bool, elements: int, seed: int,
     jobs: int,
 ) -> None:
-    """Hold the tool-face through every scenario; compare with no rocking and with fixed rocking."""
+    """Hold the tool-face through every scenario; compare with no rocking and with fixed rocking.
+
+    Ctrl-C (or SIGTERM) keeps the scenarios that have ended; the exit code is then 130 (143).
+    """
     from slider_drilling.closed_loop import SCENARIOS, report
+    from slider_drilling.console import stderr
     from slider_drilling.control.load import DEFAULT
     from slider_drilling.errors import InputError
+    from slider_drilling.files import make_folder, prepare_outputs, write_whole
 
     if not 10 <= elements <= 5000:
         raise InputError(f"--elements = {elements}: must be within 10 to 5000")
@@ -47,21 +52,23 @@ def command(
         return
     scenarios = _chosen(only)
     if output is not None:
-        output.mkdir(parents=True, exist_ok=True)
+        make_folder(output)
+        prepare_outputs((output / "closed_loop.json", output / "closed_loop.html"))
     name = name or DEFAULT
     outcomes = _run(scenarios, seed, elements, name, jobs)
     rows = report.by_scenario(outcomes, scenarios)
     figures = report.as_json(rows, name, seed, elements)
+    figures["partial"] = len(rows) < len(scenarios)
     text = json.dumps(figures, indent=1)
-    if output is not None:
-        from slider_drilling.files import write_whole
-
-        write_whole(output / "closed_loop.json", text.encode("utf-8"))
-        report.write_page(output / "closed_loop.html", rows, name, seed, elements)
     if as_json_text:
         click.echo(text)
     else:
         _print(rows)
+    if figures["partial"]:
+        stderr().print(f"interrupted: {len(rows)} of {len(scenarios)} scenarios")
+    if output is not None:
+        write_whole(output / "closed_loop.json", text.encode("utf-8"))
+        report.write_page(output / "closed_loop.html", rows, name, seed, elements)
 
 
 def _chosen(only: tuple[str, ...]) -> list[Scenario]:
@@ -76,26 +83,32 @@ def _chosen(only: tuple[str, ...]) -> list[Scenario]:
 
 
 def _run(scenarios: list[Scenario], seed: int, elements: int, name: str, jobs: int) -> list[Outcome]:
-    from slider_drilling.closed_loop import run_all
-    from slider_drilling.closed_loop.contenders import BASELINES
+    from slider_drilling.closed_loop import run_all, tasks
     from slider_drilling.console import progress_bar
 
-    outcomes = []
+    outcomes: list[Outcome] = []
     with progress_bar("{task.description}", "{task.completed}/{task.total}") as progress:
-        task = progress.add_task("slides", total=len(scenarios) * (1 + len(BASELINES)))
-        for outcome in run_all(scenarios, seed, elements, name, jobs):
-            outcomes.append(outcome)
-            progress.advance(task)
+        pairs = tasks(scenarios)
+        task = progress.add_task("slides", total=len(pairs))
+        try:
+            for outcome in run_all(pairs, seed, elements, name, jobs):
+                outcomes.append(outcome)
+                progress.advance(task)
+        except KeyboardInterrupt:
+            if not outcomes:
+                raise
     return outcomes
 
 
 def _print(rows: list[dict[str, Outcome]]) -> None:
     from rich.table import Table
 
-    from slider_drilling.closed_loop.report import HEADS, cells
+    from slider_drilling.closed_loop.report import BRIEF, brief_cells
     from slider_drilling.console import stdout
 
-    table = Table(*HEADS)
+    table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
+    for head in BRIEF:
+        table.add_column(head, justify="left" if head == BRIEF[0] else "right", no_wrap=True)
     for row in rows:
-        table.add_row(*cells(row))
+        table.add_row(*brief_cells(row))
     stdout().print(table)

@@ -29,13 +29,18 @@ def command(
     as_json: bool, units: Units,
 ) -> None:
     """Drive the plant with LOG's commands from its first sample; print how far it lands from LOG's channels."""
+    from slider_drilling.commands.options import finite
+    from slider_drilling.console import stderr, stdout
     from slider_drilling.diagnosis.replay import replay
     from slider_drilling.drillstring.to_log import write_simulated
     from slider_drilling.errors import InputError
+    from slider_drilling.files import prepare_outputs
     from slider_drilling.log import read_log
 
     if not 10 <= elements <= 5000:
         raise InputError(f"--elements = {elements}: must be within 10 to 5000")
+    written = [path for path in (output, page) if path is not None]
+    prepare_outputs(written, (log, rig_path))
     record = read_log(log, rig_path, namespace)
     rig = record.rig()
     run = replay(record, rig, elements)
@@ -47,18 +52,18 @@ def command(
 
         write_page(page, replay_page(record, run, units, (*record.notes, *run.assumed)), units)
     channels = {
-        name: {"rms": comparison.rms, "rms_over_noise": comparison.rms_over_noise}
+        name: {"rms": finite(comparison.rms), "rms_over_noise": finite(comparison.rms_over_noise)}
         for name, comparison in run.channels.items()
     }
     if as_json:
-        print(json.dumps({"channels": channels, "assumed": run.assumed, "notes": record.notes}, indent=1))
+        tree = {"channels": channels, "assumed": run.assumed, "notes": record.notes}
+        print(json.dumps(tree, indent=1, allow_nan=False))
         return
     _print(run, units)
     for sentence in (*record.notes, *run.assumed):
-        click.echo(f"note: {sentence}", err=True)
-    for path in (output, page):
-        if path is not None:
-            click.echo(f"wrote {path}")
+        stderr().print(f"note: {sentence}")
+    for path in written:
+        stdout().print(f"wrote {path}")
 
 
 def _print(run: Replay, units: Units) -> None:

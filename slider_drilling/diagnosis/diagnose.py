@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,6 +16,7 @@ from slider_drilling.diagnosis.first_look import FirstLook, first_look
 from slider_drilling.diagnosis.situation import Prepared, prepare
 from slider_drilling.diagnosis.user_effects import UserEffect
 from slider_drilling.errors import InputError
+from slider_drilling.files import make_folder, write_whole
 from slider_drilling.gap.beyond import Beyond, look_beyond
 from slider_drilling.gap.explain import Answer, Ranked, explain
 from slider_drilling.gap.model import Effect
@@ -26,6 +25,7 @@ from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig, dump_rig
 
 SCATTER = 512
+FILES = ("diagnosis.json", "rig.tuned.yaml", "report.html")
 SCHEMA = "slider_drilling/diagnosis/1"
 _MORE = {
     "hook_load": "draw-works joint states (hook load) would show axial friction, heave and weight on bit",
@@ -216,27 +216,16 @@ def _without_nan(tree: Any) -> Any:
 def write_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:
     """Write diagnosis.json, rig.tuned.yaml and report.html into a folder, which is made; the three paths.
 
-    Each is written under a temporary name and renamed. Raises OSError where the folder cannot be written.
+    Each is written under a temporary name and renamed. Raises InputError where the folder cannot be written.
     """
     from slider_drilling.diagnosis.page import report_page
 
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     contents = {
         "diagnosis.json": json.dumps(as_json(diagnosis), indent=1, allow_nan=False) + "\n",
         "rig.tuned.yaml": dump_rig(tuned_rig(diagnosis)),
         "report.html": report_page(diagnosis),
     }
-    return [_write(folder / name, text) for name, text in contents.items()]
-
-
-def _write(path: Path, text: str) -> Path:
-    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
-        raise
-    return path
+    for name, text in contents.items():
+        write_whole(folder / name, text.encode("utf-8"))
+    return [folder / name for name in contents]

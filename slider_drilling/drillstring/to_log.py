@@ -18,7 +18,7 @@ def write_simulated(path: Path, rig: Rig, commands: Commands, response: Response
 
     The MWD samples the true tool-face every period and surface has it latency later.
     """
-    with LogWriter(path, dump_rig(rig), "slider-drilling replay", notes) as writer:
+    with LogWriter(path, dump_rig(rig), "slider-drilling replay", notes, whole=True) as writer:
         origin = start - response.time[0]
         arrivals = _mwd(rig, response)
         for k, time in enumerate(response.time):

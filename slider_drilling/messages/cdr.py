@@ -18,8 +18,22 @@ from slider_drilling.errors import InputError
 NAN = float("nan")
 _LITTLE = b"\x00\x01\x00\x00"
 _NANO = 1_000_000_000
-# header, sec, nanosec, empty frame_id (length 1, its zero, padding)
-_STAMPED = "<4siIIB3x"
+# header, sec, nanosec, frame_id: its length, its text, padding
+FRAME = "rig_floor"  # the frame of every reading of a rig: depths and lifts are counted from there
+_FRAMES = (FRAME, "")  # what the quick ways read; any other frame is read the long way
+
+
+def _stamped(frame: str) -> str:
+    """Layout of a header in this frame."""
+    return f"<4siII{len(frame) + 1}s{-(len(frame) + 1) % 4}x"
+
+
+@functools.cache
+def _framed(frame: str) -> tuple[int, bytes]:
+    return len(frame) + 1, frame.encode() + b"\x00"
+
+
+_STAMPED, _FRAMED = _stamped(FRAME), _framed(FRAME)
 
 
 def _padding(length: int, alignment: int) -> int:
@@ -28,10 +42,12 @@ def _padding(length: int, alignment: int) -> int:
 
 
 @functools.cache
-def _joint_layout(name: str, present: tuple[bool, ...]) -> tuple[struct.Struct, bytes, tuple[int, ...]]:
+def _joint_layout(
+    name: str, present: tuple[bool, ...], frame: str = FRAME
+) -> tuple[struct.Struct, bytes, tuple[int, ...]]:
     """Layout of a JointState of one joint that holds the quantities present: struct, name, counts."""
     text = name.encode() + b"\x00"
-    layout = f"{_STAMPED}II{len(text)}s"
+    layout = f"{_stamped(frame)}II{len(text)}s"
     layout += f"{_padding(struct.calcsize(layout), 4)}x"
     for there in present:
         layout += "I"
@@ -51,13 +67,14 @@ def joint_state(
         values.append(count)
         if value is not None:
             values.append(value)
-    return layout.pack(_LITTLE, sec, nanosec, 1, 0, 1, len(text), text, *values)
+    return layout.pack(_LITTLE, sec, nanosec, *_FRAMED, 1, len(text), text, *values)
 
 
 # What a rig's messages hold of position, velocity and effort; anything else is read the long way.
 _PRESENT = ((True, True, True), (True, True, False), (False, True, False), (True, False, False))
 
 _PRESSURE = struct.Struct(_STAMPED + "dd")
+_PRESSURES = [(frame, struct.Struct(_stamped(frame) + "dd")) for frame in _FRAMES]
 _WRENCH = struct.Struct(_STAMPED + "6d")
 _CLOCK = struct.Struct("<4siI")
 
@@ -65,13 +82,13 @@ _CLOCK = struct.Struct("<4siI")
 def fluid_pressure(stamp_ns: int, pressure: float, variance: float) -> bytes:
     """sensor_msgs/FluidPressure, Pa and Pa2; a variance of 0 is an unknown one."""
     sec, nanosec = divmod(stamp_ns, _NANO)
-    return _PRESSURE.pack(_LITTLE, sec, nanosec, 1, 0, pressure, variance)
+    return _PRESSURE.pack(_LITTLE, sec, nanosec, *_FRAMED, pressure, variance)
 
 
 def wrench_stamped(stamp_ns: int, force: Sequence[float], torque: Sequence[float] = (0.0, 0.0, 0.0)) -> bytes:
     """geometry_msgs/WrenchStamped: a force (x, y, z), N, and a torque, N m."""
     sec, nanosec = divmod(stamp_ns, _NANO)
-    return _WRENCH.pack(_LITTLE, sec, nanosec, 1, 0, *force, *torque)
+    return _WRENCH.pack(_LITTLE, sec, nanosec, *_FRAMED, *force, *torque)
 
 
 def clock(stamp_ns: int) -> bytes:
@@ -79,9 +96,22 @@ def clock(stamp_ns: int) -> bytes:
     return _CLOCK.pack(_LITTLE, *divmod(stamp_ns, _NANO))
 
 
+def read_clock(data: bytes) -> int:
+    """The time, ns, of a rosgraph_msgs/Clock. Raises InputError where the bytes are none."""
+    return stamp_of(data)
+
+
+def read_string(data: bytes) -> str:
+    """The text of a std_msgs/String. Raises InputError where the bytes are none."""
+    try:
+        return _Reader(data).text()
+    except struct.error:
+        raise InputError(f"{len(data)} bytes that are no String") from None
+
+
 def diagnostic_array(stamp_ns: int, status: Sequence[tuple[int, str, str, str, Sequence[tuple[str, str]]]]) -> bytes:
     """diagnostic_msgs/DiagnosticArray of (level, name, message, hardware_id, values) each."""
-    out = bytearray(struct.pack(_STAMPED, _LITTLE, *divmod(stamp_ns, _NANO), 1, 0))
+    out = bytearray(struct.pack(_STAMPED, _LITTLE, *divmod(stamp_ns, _NANO), *_FRAMED))
     _put_count(out, len(status))
     for level, name, message, hardware_id, values in status:
         out.append(level)
@@ -163,14 +193,16 @@ def read_joint_state(data: bytes, joint: str) -> tuple[int, float, float, float]
     Raises InputError where the bytes are no JointState or hold several joints of other names.
     """
     try:
-        for present in _PRESENT:
-            layout, text, counts = _joint_layout(joint, present)
-            if len(data) != layout.size:
-                continue
-            head, sec, nanosec, frame, zero, names, length, name, *rest = layout.unpack(data)
-            values = [rest.pop(1 + k) if there else NAN for k, there in enumerate(present)]
-            if (head, frame, zero, names, length, name, *rest) == (_LITTLE, 1, 0, 1, len(text), text, *counts):
-                return sec * _NANO + nanosec, values[0], values[1], values[2]
+        for frame in _FRAMES:
+            for present in _PRESENT:
+                layout, text, counts = _joint_layout(joint, present, frame)
+                if len(data) != layout.size:
+                    continue
+                head, sec, nanosec, size, framed, names, length, name, *rest = layout.unpack(data)
+                values = [rest.pop(1 + k) if there else NAN for k, there in enumerate(present)]
+                expected = (_LITTLE, *_framed(frame), 1, len(text), text, *counts)
+                if (head, size, framed, names, length, name, *rest) == expected:
+                    return sec * _NANO + nanosec, values[0], values[1], values[2]
         return _read_any_joint_state(data, joint)
     except struct.error as error:
         raise InputError(f"{joint}: {len(data)} bytes that are no JointState: {error}") from None
@@ -195,10 +227,11 @@ def _read_any_joint_state(data: bytes, joint: str) -> tuple[int, float, float, f
 def read_fluid_pressure(data: bytes) -> tuple[int, float, float]:
     """Stamp ns, pressure Pa and variance Pa2. Raises InputError where the bytes are no FluidPressure."""
     try:
-        if len(data) == _PRESSURE.size:
-            head, sec, nanosec, frame, zero, pressure, variance = _PRESSURE.unpack(data)
-            if (head, frame, zero) == (_LITTLE, 1, 0):
-                return sec * _NANO + nanosec, pressure, variance
+        for frame, layout in _PRESSURES:
+            if len(data) == layout.size:
+                head, sec, nanosec, size, framed, pressure, variance = layout.unpack(data)
+                if (head, size, framed) == (_LITTLE, *_framed(frame)):
+                    return sec * _NANO + nanosec, pressure, variance
         reader = _Reader(data)
         stamp = reader.stamp()
         reader.text()

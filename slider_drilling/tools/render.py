@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from slider_drilling import __version__
-from slider_drilling.files import write_whole
+from slider_drilling.files import make_folder, write_whole
 from slider_drilling.pages import page_html, write_page
 from slider_drilling.pages.picture import picture
 from slider_drilling.tools.page import drawn, index_page, study_page
@@ -22,6 +22,12 @@ from slider_drilling.units import SI, Units
 SCHEMA = "slider_drilling/study/1"
 
 
+def study_files(name: str, directory: Path) -> list[Path]:
+    """What `write_study` writes for a study of this name; the directory is made. Raises InputError."""
+    make_folder(directory)
+    return [directory / f"{name}.{suffix}" for suffix in ("json", "csv", "png", "html")]
+
+
 def write_study(
     study: Study, directory: Path, findings: dict[str, Any] | None = None, units: Units = SI
 ) -> list[Path]:
@@ -29,9 +35,9 @@ def write_study(
 
     findings: what NAME.json holds instead of the claims; units: of the page and the picture. Each file is written under
     a temporary name and renamed.
-    Raises OSError where the directory cannot be made, InputError where a file cannot be written.
+    Raises InputError where the directory cannot be made or a file cannot be written.
     """
-    directory.mkdir(parents=True, exist_ok=True)
+    make_folder(directory)
     contents = {
         "json": (
             json.dumps(as_json(study) if findings is None else findings, indent=1, allow_nan=False) + "\n"
