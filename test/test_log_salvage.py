@@ -78,7 +78,8 @@ def test_a_damaged_first_chunk_loses_no_channel(tmp_path: Path) -> None:
     path.write_bytes(damaged)
     log = read_log(path)
     assert check(log) > STEPS * (len(chunks) - 2) / len(chunks)
-    assert log.standpipe_pressure is not None and len(log.standpipe_pressure.time) == len(log.top_drive.time)
+    assert log.standpipe_pressure is not None and log.top_drive is not None
+    assert abs(len(log.standpipe_pressure.time) - len(log.top_drive.time)) <= 1
     assert any("a damaged chunk was left out: a gap of" in note for note in log.notes)
 
 
