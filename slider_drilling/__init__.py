@@ -2,6 +2,51 @@
 
 Everything inside is SI and radians; positive axial is down-hole, positive rotation is clockwise
 looking down-hole.
+
+`import slider_drilling as sd` offers what `__all__` names, each imported when it is first used:
+
+    run = sd.simulate(sd.load_rig(), "slider_drilling.control:SlideController", 300.0)
 """
 
+import importlib
+from typing import Any
+
 __version__ = "0.1.0"
+
+# Where each name of the public face is; `__init__.pyi` has their types.
+_FACE = {
+    "Batch": "api.batches",
+    "Commands": "drillstring",
+    "Diagnosed": "api.diagnoses",
+    "InputError": "errors",
+    "Measurements": "signals",
+    "Replayed": "api.comparisons",
+    "Rig": "rig",
+    "RigCommand": "signals",
+    "RigLog": "log",
+    "Run": "api.runs",
+    "Start": "drillstring",
+    "Studied": "api.studies",
+    "batch": "api.batches",
+    "diagnose": "api.diagnoses",
+    "load_rig": "api.rigs",
+    "planted": "api.planting",
+    "read_log": "log",
+    "replay": "api.comparisons",
+    "rocking": "api.motion",
+    "simulate": "api.runs",
+    "study": "api.studies",
+}
+__all__ = ["__version__", *_FACE]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _FACE:
+        raise AttributeError(f"module 'slider_drilling' has no attribute {name!r}")
+    value = getattr(importlib.import_module(f"slider_drilling.{_FACE[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_FACE})

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
+import io
 import os
 import sys
 from collections.abc import Mapping
@@ -13,6 +15,8 @@ import click
 
 from slider_drilling import __version__
 from slider_drilling.errors import InputError
+from slider_drilling.interrupts import exit_code, raise_on_signals
+from slider_drilling.printable import printable
 
 EXAMPLES = """\
 Examples:
@@ -80,14 +84,16 @@ def group() -> None:
 
 def fail(message: str, code: int) -> NoReturn:
     """One line on stderr, whatever the message held, and the exit code."""
-    print(" ".join(message.split()), file=sys.stderr)
+    with contextlib.suppress(OSError):
+        print(printable(" ".join(message.split())), file=sys.stderr, flush=True)
     raise SystemExit(code)
 
 
 def run_group(command: click.Group, arguments: list[str] | None = None) -> None:
-    """Run a command group and end the process: 0, 2 for the user's mistake, 130 for an interrupt."""
+    """Run a command group and end the process: 0, 2 for the user's mistake, 128 and its number for a signal."""
     try:
         outcome = command.main(args=arguments, prog_name="slider-drilling", standalone_mode=False)
+        sys.stdout.flush()
     except InputError as error:
         fail(str(error), 2)
     except click.UsageError as error:
@@ -96,17 +102,44 @@ def run_group(command: click.Group, arguments: list[str] | None = None) -> None:
     except click.ClickException as error:
         fail(error.format_message(), 2)
     except (KeyboardInterrupt, click.Abort):
-        fail("interrupted", 130)
+        fail("interrupted", exit_code() or 130)
     except BrokenPipeError:
-        # Whoever read our output has left; the interpreter's own flush at exit must not complain of it.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        # Whoever read our output has left.
+        _say_no_more()
         raise SystemExit(1) from None
+    except MemoryError:
+        fail("slider-drilling: not enough memory; give it less to do at once", 2)
     except OSError as error:
+        _say_no_more()
         where = error.filename if error.filename is not None else "slider-drilling"
         fail(f"{where}: {error.strerror or error}", 2)
-    raise SystemExit(outcome if isinstance(outcome, int) else 0)
+    # What a signal cut short is whole on disk and says that it is partial; so does the code.
+    raise SystemExit(exit_code() or (outcome if isinstance(outcome, int) else 0))
+
+
+def _say_no_more() -> None:
+    """Let the interpreter's own flush at exit not complain again of an output that takes nothing more."""
+    with contextlib.suppress(OSError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _open_streams() -> None:
+    """Have all three, whatever the process was started with, and write any name to them.
+
+    A file opened where no output is would get the number that libraries print to.
+    """
+    while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:
+        os.set_inheritable(descriptor, True)
+    os.close(descriptor)
+    sys.stdout = sys.stdout or os.fdopen(1, "w", closefd=False)
+    sys.stderr = sys.stderr or os.fdopen(2, "w", closefd=False)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def main() -> None:
     """Entry point of `slider-drilling` and of `python -m slider_drilling`."""
+    _open_streams()
+    raise_on_signals()
     run_group(group)

@@ -74,7 +74,7 @@ class _Announcement(Listener):
     def _say(sentence: str) -> None:
         from slider_drilling.console import stderr
 
-        stderr().print(sentence, highlight=False)
+        stderr().print(sentence)
 
 
 def _set_up() -> None:

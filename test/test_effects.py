@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slider_drilling.drillstring import Commands, Plant, simulate
+from slider_drilling.drillstring import Commands, Plant, Start, simulate
 from slider_drilling.drillstring.kernel import decay
 from slider_drilling.effects import (
     AxialOscillationTool,
@@ -25,6 +25,7 @@ from slider_drilling.effects import (
     TopDriveBacklash,
     TorqueAtMotor,
     TorqueSensorBias,
+    TorqueSensorGain,
     TorqueSensorLag,
     TorsionalCompliance,
     Tortuosity,
@@ -89,6 +90,7 @@ def damping_torque(speed: float) -> float:
         {"heave": Heave(0.0, 7.0, 1.0)},
         {"motor_wear": MotorWear(0.0, 0.0)},
         {"formation_change": FormationChange(1.0, 3.0)},
+        {"torque_sensor_gain": TorqueSensorGain(0.0)},
         {"torque_sensor_lag": TorqueSensorLag(0.0)},
         {"torque_sensor_bias": TorqueSensorBias(0.0)},
         {"torque_at_motor": TorqueAtMotor(0.0, 0.0)},
@@ -343,6 +345,39 @@ def test_biased_torque_sensor_is_off_by_its_bias_and_nothing_else_changes():
     biased = simulate(with_effect(EXAMPLE, torque_sensor_bias=TorqueSensorBias(250.0)), run, 40)
     assert biased.surface_torque - true.surface_torque == pytest.approx(250.0)
     assert np.array_equal(biased.hook_load, true.hook_load)
+
+
+def test_a_torque_sensor_with_a_wrong_gain_scales_its_reading_and_nothing_else():
+    run = commands(10.0, speed=1.0, block_speed=0.003)
+    true = simulate(EXAMPLE, run, 40)
+    read = simulate(with_effect(EXAMPLE, torque_sensor_gain=TorqueSensorGain(-0.2)), run, 40)
+    assert read.surface_torque == pytest.approx(0.8 * true.surface_torque, rel=1e-12, abs=1e-9)
+    assert np.ptp(true.surface_torque) > 1000.0
+    for name in ("hook_load", "tool_face", "standpipe_pressure"):
+        assert np.array_equal(getattr(read, name), getattr(true, name))
+
+
+def test_what_is_read_of_a_torque_passes_gain_then_bias_then_lag():
+    """Of a wound string: the first reading is settled, so the lag must begin at the scaled torque."""
+    run, start = commands(10.0, speed=1.0), Start(twist=-3.0)
+    lagging = with_effect(EXAMPLE, torque_sensor_lag=TorqueSensorLag(0.7))
+    gain, bias = 0.25, 300.0
+    all_three = with_effect(
+        lagging, torque_sensor_gain=TorqueSensorGain(gain), torque_sensor_bias=TorqueSensorBias(bias)
+    )
+    lagged, read = (simulate(rig, run, 40, start).surface_torque for rig in (lagging, all_three))
+    assert abs(lagged[0]) > 500.0
+    assert read == pytest.approx((1.0 + gain) * lagged + bias, rel=1e-9)
+
+
+def test_a_torque_read_at_the_motor_is_scaled_with_what_turns_the_drive():
+    run = commands(10.0, speed=1.0, rise=2.0)
+    at_motor = with_effect(EXAMPLE, torque_at_motor=TorqueAtMotor(800.0, 200.0))
+    true, read = (
+        simulate(rig, run, 40).surface_torque
+        for rig in (at_motor, with_effect(at_motor, torque_sensor_gain=TorqueSensorGain(0.1)))
+    )
+    assert read == pytest.approx(1.1 * true, rel=1e-9)
 
 
 def test_torque_read_at_the_motor_holds_what_turns_the_drive_itself():

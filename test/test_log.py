@@ -1,9 +1,11 @@
 """Logs written and read back, and how a log that is not finished ends."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -129,20 +131,67 @@ def test_log_without_rig_says_what_to_do(tmp_path: Path) -> None:
         read_log(path).rig()
 
 
-def test_error_inside_leaves_no_file(tmp_path: Path) -> None:
-    with pytest.raises(ZeroDivisionError), LogWriter(tmp_path / "run.mcap"):
-        raise ZeroDivisionError
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_interrupt_inside_leaves_a_whole_log(tmp_path: Path) -> None:
+@pytest.mark.parametrize("error", [ZeroDivisionError, KeyboardInterrupt])
+def test_what_was_recorded_is_kept_whatever_ends_it(tmp_path: Path, error: type[BaseException]) -> None:
     path = tmp_path / "run.mcap"
-    with pytest.raises(KeyboardInterrupt), LogWriter(path) as writer:
+    with pytest.raises(error), LogWriter(path) as writer:
         writer.joint_state("top_drive/joint_states", 1.0, "top_drive", 0.0, 0.0, 0.0)
-        raise KeyboardInterrupt
+        raise error
     log = read_log(path)
     assert log.notes == () and log.top_drive is not None
     assert [file.name for file in tmp_path.iterdir()] == ["run.mcap"]
+
+
+@pytest.mark.parametrize("error", [ZeroDivisionError, KeyboardInterrupt])
+def test_a_log_made_from_another_is_whole_or_absent(tmp_path: Path, error: type[BaseException]) -> None:
+    path = tmp_path / "run.mcap"
+    write_example(path, seconds=1)
+    before = path.read_bytes()
+    with pytest.raises(error), LogWriter(path, whole=True) as writer:
+        writer.joint_state("top_drive/joint_states", 1.0, "top_drive", 0.0, 0.0, 0.0)
+        assert path.read_bytes() == before
+        raise error
+    assert path.read_bytes() == before
+    assert [file.name for file in tmp_path.iterdir()] == ["run.mcap"]
+
+
+def test_a_recording_takes_its_name_when_it_begins(tmp_path: Path) -> None:
+    with LogWriter(tmp_path / "run.mcap") as writer:
+        writer.joint_state("top_drive/joint_states", 1.0, "top_drive", 7.0, 0.0, 0.0)
+        assert (tmp_path / "run.mcap").stat().st_mode & 0o044
+        with pytest.raises(InputError, match=r"run\.mcap: is there already; give another name"):
+            LogWriter(tmp_path / "run.mcap")
+    assert read_log(tmp_path / "run.mcap").top_drive.position == [7.0]  # type: ignore[union-attr]
+
+
+def hidden_bytes(folder: Path) -> int:
+    """Of the file that is to become a log."""
+    try:
+        return sum(part.stat().st_size for part in folder.glob(".run.mcap.*"))
+    except FileNotFoundError:
+        return 0
+
+
+def test_interrupted_import_leaves_the_log_that_was_there(tmp_path: Path) -> None:
+    """A real process, interrupted while it writes: the older log of that name stays as it was."""
+    rows = "".join(f"{k * 0.01:.2f},{k},1\n" for k in range(40_000))
+    (tmp_path / "table.csv").write_text("t,angle,torque\n" + rows)
+    (tmp_path / "map.yaml").write_text(
+        "schema: slider_drilling/csv/1\ntime: {column: t, unit: s}\nchannels:\n"
+        "  top_drive_angle: {column: angle, unit: rad}\n  surface_torque: {column: torque, unit: N m}\n")
+    output = tmp_path / "run.mcap"
+    write_example(output, seconds=1)
+    before = output.read_bytes()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "slider_drilling", "import", "table.csv", "--mapping", "map.yaml", "-o", "run.mcap"],
+        cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}, stderr=subprocess.PIPE)
+    while process.poll() is None and hidden_bytes(tmp_path) < 10_000:
+        time.sleep(0.005)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert (process.returncode, said.strip()) == (130, b"interrupted")
+    assert output.read_bytes() == before
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["map.yaml", "run.mcap", "table.csv"]
 
 
 def test_unreachable_folder_is_one_line(tmp_path: Path) -> None:
@@ -155,49 +204,80 @@ def test_folder_as_a_log_and_times_before_zero_are_refused(tmp_path: Path) -> No
         LogWriter(tmp_path)
     with pytest.raises(InputError, match="/tool_face/target: logged at -1 s"), LogWriter(tmp_path / "a.mcap") as writer:
         writer.joint_state("tool_face/target", -1.0, "tool_face", 0.0)
-    assert list(tmp_path.iterdir()) == []
 
 
-def test_full_disk_leaves_nothing(tmp_path: Path) -> None:
-    # A limit on the size of files stands in for the disk: writing past it fails just as it does there.
-    program = (
-        "import resource, signal, sys\nfrom slider_drilling.errors import InputError\n"
-        "from slider_drilling.log import LogWriter\n"
-        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
-        "resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))\n"
-        "import random\nrandom.seed(1)\n"
-        "try:\n"
-        "    with LogWriter(sys.argv[1]) as writer:\n"
-        "        for step in range(20_000):\n"
-        "            writer.joint_state('top_drive/joint_states', step * 0.1, 'top_drive', *[random.random()] * 3)\n"
-        "except InputError as error:\n"
-        "    print(error)\n"
-    )
-    command = [sys.executable, "-c", program, str(tmp_path / "run.mcap")]
+FULL_DISK = """
+import random, resource, signal, sys
+from slider_drilling.errors import InputError
+from slider_drilling.log import LogWriter
+random.seed(1)
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), -1))
+try:
+    with LogWriter(sys.argv[1], rig_text="schema: x", whole=sys.argv[3] == "whole") as writer:
+        for step in range(20_000):
+            if step == 18_000 and sys.argv[3] == "freed":
+                resource.setrlimit(resource.RLIMIT_FSIZE, (-1, -1))
+            writer.joint_state("top_drive/joint_states", step * 0.1, "top_drive", step, *[random.random()] * 2)
+except InputError as error:
+    print(error)
+"""
+
+
+def fill_disk(path: Path, size: int, how: str = "record") -> str:
+    """Write a log past a limit on the size of files, which fails just as a full disk does; what is said of it."""
+    command = [sys.executable, "-c", FULL_DISK, str(path), str(size), how]
     answer = subprocess.run(command, cwd=Path(__file__).parents[1], capture_output=True, text=True, timeout=120)
     assert answer.stderr == ""
-    assert answer.stdout == f"{tmp_path / 'run.mcap'}: cannot write this log: File too large\n"
+    return answer.stdout
+
+
+@pytest.mark.parametrize("size", [150_000, 300_000, 300_001, 300_040, 333_333])
+def test_full_disk_keeps_what_was_written(tmp_path: Path, size: int) -> None:
+    path = tmp_path / "run.mcap"
+    said = fill_disk(path, size)
+    found = re.fullmatch(
+        re.escape(f"{path}: cannot write this log: File too large; ")
+        + r"(\d+) messages over ([\d.]+) s are safe in it, the (\d+) after them are lost\n", said)
+    assert found, said
+    log = read_log(path)
+    assert log.rig_text == "schema: x" and log.top_drive is not None
+    np.testing.assert_array_equal(log.top_drive.position, np.arange(int(found[1])))
+    assert log.top_drive.time[-1] == pytest.approx(float(found[2]), abs=0.06)
+    assert int(found[1]) > 1000 and 0 < int(found[3]) < 2000
+    assert log.notes == ()
+
+
+def test_full_disk_leaves_no_copy_and_no_empty_log(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    assert fill_disk(path, 150_000, "whole") == f"{path}: cannot write this log: File too large\n"
+    assert fill_disk(path, 100) == f"{path}: cannot write this log: File too large\n"
     assert list(tmp_path.iterdir()) == []
 
 
-def test_killed_run_leaves_a_readable_file(tmp_path: Path) -> None:
+def test_killed_recording_loses_the_last_second_at_most(tmp_path: Path) -> None:
     program = (
-        "import os, signal, sys\nfrom slider_drilling.log import LogWriter\n"
+        "import sys, time\nfrom slider_drilling.log import LogWriter\n"
         "writer = LogWriter(sys.argv[1], rig_text='schema: x')\n"
-        "for step in range(3000):\n"
-        "    writer.joint_state('top_drive/joint_states', step * 0.1, 'top_drive', step, 0.0, 0.0)\n"
-        "os.kill(os.getpid(), signal.SIGKILL)\n"
+        "while True:\n"
+        "    now = time.time()\n"
+        "    writer.joint_state('top_drive/joint_states', now, 'top_drive', now, 0.0, 0.0)\n"
+        "    print(now, flush=True)\n"
+        "    time.sleep(0.02)\n"
     )
-    command = [sys.executable, "-c", program, str(tmp_path / "run.mcap")]
-    answer = subprocess.run(command, cwd=Path(__file__).parents[1], capture_output=True, timeout=120)
-    assert answer.returncode == -signal.SIGKILL
-    (left,) = tmp_path.iterdir()
-    assert left.name.startswith(".run.mcap.") and left.suffix == ".part"
-    log = read_log(left)
-    assert log.rig_text == "schema: x"
-    assert log.top_drive is not None
-    assert 2000 < len(log.top_drive.time) <= 3000
-    np.testing.assert_array_equal(log.top_drive.position, np.arange(len(log.top_drive.time)))
+    path = tmp_path / "run.mcap"
+    process = subprocess.Popen([sys.executable, "-c", program, str(path)], cwd=Path(__file__).parents[1],
+                               stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    first = float(process.stdout.readline())
+    time.sleep(1.7)
+    process.kill()
+    written = [first, *map(float, process.stdout.read().split())]
+    process.wait()
+    log = read_log(path)
+    assert log.rig_text == "schema: x" and log.top_drive is not None
+    np.testing.assert_array_equal(log.top_drive.position, written[: len(log.top_drive.position)])
+    assert written[-1] - log.top_drive.position[-1] < 1.0
     assert any("breaks off" in note for note in log.notes)
 
 

@@ -17,8 +17,8 @@ from slider_drilling.cli import COMMANDS
 from slider_drilling.commands.import_table import command
 from slider_drilling.errors import InputError
 from slider_drilling.log import read_log, read_table, save_log
-from slider_drilling.log.units import KINDS, si_value
 from slider_drilling.share import share_file
+from slider_drilling.units import KINDS, si_value
 
 BASE: dict[str, Any] = {
     "schema": "slider_drilling/csv/1",
@@ -60,7 +60,7 @@ def test_units_against_their_definitions(unit: str, kind: str, value: float) -> 
 
 def test_first_unit_of_every_kind_is_si() -> None:
     assert {next(iter(units)) for units in KINDS.values()} == {
-        "s", "rad", "rad/s", "m", "m/s", "N", "N m", "Pa", "m3/s",
+        "s", "rad", "rad/s", "m", "m/s", "N", "N m", "Pa", "m3/s", "J", "kg/m3", "N/m",
     }  # fmt: skip
     assert all(next(iter(units.values())) == 1.0 for units in KINDS.values())
 
@@ -152,7 +152,7 @@ def test_flow_needs_the_rig(tmp_path: Path) -> None:
         ("t,torque\n0,1\n", {"time": {"column": "t", "unit": "iso8601"}}, "line 2: column 't' = '0': not a time"),
         ("t,torque\n0,1\n", {"delimiter": ""}, "delimiter = ''"),
         ("t,torque\n0,1\n", {"skip_lines": -1}, "skip_lines = -1"),
-        ("t,torque\n0,1\n", {"skip_lines": "2"}, "skip_lines = '2': expected int"),
+        ("t,torque\n0,1\n", {"skip_lines": "2"}, "skip_lines = '2': expected a whole number"),
         ("t,torque\n0,1\n", {"colums": []}, "colums: unknown key"),
         ("t,torque\n0,1\n", {"channels": {}}, "channels: missing"),
         ("t,torque\n0,1\n", {"channels": {"torque": {}}}, r"channels\.torque: unknown channel"),

@@ -107,6 +107,24 @@ def test_friction_is_that_of_the_contact_for_the_direction_of_slip():
     assert static_loads(rig, rotation_speed=1.0).surface_torque == pytest.approx(across * WEIGHT * 4000.0 * RADIUS)
 
 
+def test_effects_that_press_or_grip_are_in_the_static_loads():
+    """Weightless straight pipe under 100 kN: buckled it presses with r F^2 / (4 E I), in a bed it takes twice that."""
+    rig = in_well((0.0, 90.0, 0.0), (4000.0, 90.0, 0.0), mud_density=RIG.string.density)
+    turned = {"rotation_speed": 1.0, "weight_on_bit": 1e5, "friction_coefficient": 0.3}
+    assert static_loads(rig, **turned).surface_torque == pytest.approx(0.0, abs=1e-6)
+    buckled = dataclasses.replace(rig.effects, buckling_contact=dataclasses.replace(
+        rig.effects.buckling_contact, factor=2.0))
+    bending = 4.0 * rig.string.youngs_modulus * math.pi / 64.0 * (0.127**4 - 0.1086**4)
+    pressed = 2.0 * 0.5 * (rig.well.hole_diameter - 0.127) / bending * 1e10
+    alone = static_loads(dataclasses.replace(rig, effects=buckled), **turned)
+    assert alone.side_force == pytest.approx(pressed, rel=1e-6)
+    assert alone.surface_torque == pytest.approx(0.3 * pressed * 4000.0 * RADIUS, rel=1e-6)
+    bed = dataclasses.replace(buckled, cuttings_bed=dataclasses.replace(
+        rig.effects.cuttings_bed, factor=2.0, top=1000.0, bottom=3000.0))
+    both = static_loads(dataclasses.replace(rig, effects=bed), **turned)
+    assert both.surface_torque == pytest.approx(1.5 * alone.surface_torque, rel=1e-6)
+
+
 def lowered(rig: Rig, speed: float) -> float:
     """Hook load of the moving plant after it has been lowered for two minutes."""
     pump = RIG.hydraulics.reference_flow / RIG.mud_pump.displacement
@@ -135,7 +153,7 @@ def test_says_what_it_cannot_use(name, value):
 @pytest.mark.parametrize("name", ["rig.short.yaml", "rig.example.yaml", "rig.long.yaml"])
 @pytest.mark.parametrize("weight_on_bit", [0.0, 8e4])
 def test_what_the_controller_believes_is_what_the_plant_says(name, weight_on_bit):
-    """Control keeps a soft string of its own, without drag: for a string that only turns it must be this one."""
+    """Control's belief is of a string that only turns."""
     rig = load_rig(Path(__file__).parents[1] / "config" / name)
     believed = TorqueAndDrag(rig, 0.235, weight_on_bit)
     loads = static_loads(rig, rotation_speed=1.0, weight_on_bit=weight_on_bit, friction_coefficient=0.235, elements=400)

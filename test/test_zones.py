@@ -10,12 +10,9 @@ import numpy as np
 import pytest
 
 from slider_drilling.drillstring import Commands, Plant
-from slider_drilling.drillstring.zones import (
-    turning_friction,
-    zones_from_motion,
-    zones_in_closed_form,
-)
+from slider_drilling.drillstring.zones import turning_friction, zones_from_motion
 from slider_drilling.rig import load_rig
+from slider_drilling.wellbore.zones import zones_in_closed_form
 
 RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
 
@@ -46,7 +43,7 @@ def test_uniform_horizontal_pipe_by_hand():
     plant.advance(Commands(*(np.zeros(1) for _ in range(6))))
     profile = plant.profile()
     per_metre = 2.0
-    zones = zones_in_closed_form(profile, per_metre * profile.length, 1000.0, 300.0)
+    zones = zones_in_closed_form(profile.length, per_metre * profile.length, 1000.0, 300.0)
     assert zones.rocked_to == pytest.approx(500.0)
     assert zones.reactive_from == pytest.approx(4000.0 - 150.0)
     assert zones.static_length == pytest.approx(3350.0)
@@ -56,7 +53,7 @@ def test_more_torque_than_friction_leaves_no_static_zone():
     plant = Plant(RIG)
     plant.advance(Commands(*(np.zeros(1) for _ in range(6))))
     profile = plant.profile()
-    zones = zones_in_closed_form(profile, 0.1 * profile.length, 1e4, 1e4)
+    zones = zones_in_closed_form(profile.length, 0.1 * profile.length, 1e4, 1e4)
     assert (zones.rocked_to, zones.reactive_from, zones.static_length) == (4000.0, 0.0, 0.0)
 
 
@@ -64,6 +61,6 @@ def test_more_torque_than_friction_leaves_no_static_zone():
 def test_slow_rocking_reaches_as_deep_as_the_closed_form_says(amplitude):
     plant, rotation, torque, surface = rocked(amplitude, period=120.0)
     profile = plant.profile()
-    predicted = zones_in_closed_form(profile, turning_friction(plant, profile), 0.5 * np.ptp(surface), 1.0)
+    predicted = zones_in_closed_form(profile.length, turning_friction(plant, profile), 0.5 * np.ptp(surface), 1.0)
     measured = zones_from_motion(profile.measured_depth, rotation, torque, 1.0)
     assert measured.rocked_to == pytest.approx(predicted.rocked_to, rel=0.03)

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from slider_drilling.analysis.cycles import Cycle
 from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.drillstring import Commands, Plant, Profile, Start
-from slider_drilling.drillstring.zones import Zones, turning_friction, zones_from_motion, zones_in_closed_form
+from slider_drilling.drillstring.zones import turning_friction, zones_from_motion
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.mesh import friction_factors
+from slider_drilling.wellbore.zones import Zones, zones_in_closed_form
 
 Array = NDArray[np.float64]
 
@@ -116,7 +117,7 @@ def zones_over_time(history: StringHistory, cycles: list[Cycle]) -> list[tuple[f
             continue
         reactive = float(np.mean(history.bit_torque[inside]))
         seen = zones_from_motion(history.measured_depth, history.rotation[inside], history.torque[inside], reactive)
-        closed = zones_in_closed_form(history.last, history.turning, 0.0, reactive)
+        closed = zones_in_closed_form(history.last.length, history.turning, 0.0, reactive)
         found.append((0.5 * (cycle.start + cycle.end), Zones(seen.rocked_to, closed.reactive_from)))
     return found
 

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from slider_drilling.analysis.along_string import StringHistory, follow, without_rocking, zones_over_time
 from slider_drilling.analysis.cycles import Breakover, Cycle, breakover, rocking_cycles
 from slider_drilling.analysis.friction import ELEMENTS, FrictionFit, fit_friction
-from slider_drilling.drillstring.zones import Zones
 from slider_drilling.errors import InputError
 from slider_drilling.gap.progress import Progress
 from slider_drilling.log.series import RigLog
 from slider_drilling.rig import Rig
+from slider_drilling.wellbore.zones import Zones
 
 Array = NDArray[np.float64]
 

@@ -1,7 +1,10 @@
 """Controllers on the virtual rig, without DDS: fixed scenarios, scored on truth."""
 
-from slider_drilling.closed_loop.run import Outcome, Trace, run_all, run_scenario
-from slider_drilling.closed_loop.scenario import SCENARIOS, WELLS, Scenario
+from slider_drilling.closed_loop.run import Outcome, run_all, run_scenario, tasks
+from slider_drilling.closed_loop.scenario import WELLS, Scenario
+from slider_drilling.closed_loop.scenarios import SCENARIOS
 from slider_drilling.closed_loop.score import Score, score
+from slider_drilling.closed_loop.trace import Trace
 
-__all__ = ["SCENARIOS", "WELLS", "Outcome", "Scenario", "Score", "Trace", "run_all", "run_scenario", "score"]
+__all__ = ["SCENARIOS", "WELLS", "Outcome", "Scenario", "Score", "Trace", "run_all", "run_scenario", "score",
+           "tasks"]

@@ -3,29 +3,38 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 from slider_drilling.closed_loop.scenario import Scenario
 from slider_drilling.control import FixedRocking, SlideController, SlideSettings
 from slider_drilling.control.fixed_rocking import settings_for
 from slider_drilling.control.load import DEFAULT, load_controller
 from slider_drilling.control.protocol import Controller
-from slider_drilling.rig import Rig
+from slider_drilling.drillstring import Truth
+from slider_drilling.rig import Mwd, Rig
+from slider_drilling.signals import Measurements, MwdSample
 
 UNDER_TEST = "controller"
 NO_ROCKING = "no_rocking"
 FIXED_ROCKING = "fixed_rocking"
 SHIFTED_ROCKING = "shifted_rocking"
+INFORMED = "informed"
+ORACLE = "oracle"
 BASELINES = (NO_ROCKING, FIXED_ROCKING, SHIFTED_ROCKING)
+LIMITS = (INFORMED, ORACLE)
 ABOUT = {
     UNDER_TEST: "the controller under test",
+    INFORMED: "the same with the true rig file: what not knowing the rig costs",
+    ORACLE: "the same with the true rig file and the true tool-face at 10 Hz: what MWD costs beside",
     NO_ROCKING: "top drive held still",
     FIXED_ROCKING: "constant rocking, no tool-face control",
     SHIFTED_ROCKING: "constant rocking, centre shifted by a tenth of the last error",
 }
 
 
-def build(contender: str, scenario: Scenario, rig: Rig, name: str = DEFAULT) -> Controller:
+def build(contender: str, scenario: Scenario, name: str = DEFAULT) -> Controller:
     """The contender for this scenario; `name` is the module:Class under test. Raises InputError."""
+    rig = believed_rig(contender, scenario)
     fixed = settings_for(rig)
     if contender == NO_ROCKING:
         return FixedRocking(rig, dataclasses.replace(fixed, amplitude=0.0, shift_gain=0.0))
@@ -37,3 +46,22 @@ def build(contender: str, scenario: Scenario, rig: Rig, name: str = DEFAULT) -> 
         return load_controller(name, rig)
     limits = {"make_up_torque_limit": scenario.make_up_limit, "back_off_torque_limit": scenario.back_off_limit}
     return SlideController(rig, dataclasses.replace(SlideSettings(), **{k: v for k, v in limits.items() if v}))
+
+
+def believed_rig(contender: str, scenario: Scenario) -> Rig:
+    """What the contender is told of its rig. Raises InputError where the installation lacks the rig file."""
+    if contender not in LIMITS:
+        return scenario.believed_rig()
+    rig = scenario.true_rig()
+    if contender == INFORMED:
+        return rig
+    prompt = Mwd(period=1.0 / rig.sensors.rate, latency=0.0, noise=0.0, resolution=0.0)
+    return dataclasses.replace(rig, sensors=dataclasses.replace(rig.sensors, mwd=prompt))
+
+
+def seen(contender: str, measurements: Measurements, truth: Truth) -> Measurements:
+    """What the contender is shown of a sample: the oracle sees the true tool-face in each."""
+    if contender != ORACLE:
+        return measurements
+    tool_face = math.remainder(truth.tool_face, 2.0 * math.pi)
+    return dataclasses.replace(measurements, mwd=(MwdSample(truth.time, truth.time, tool_face),))

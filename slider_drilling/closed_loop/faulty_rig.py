@@ -1,4 +1,4 @@
-"""A virtual rig with a scenario's faults: MWD samples lost or wrong, a block that slips."""
+"""A virtual rig with a scenario's faults: MWD samples lost or wrong, a block that slips, pipe that rubs to one side."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ class FaultyRig:
     """Steps like `VirtualRig`; the faults have a generator of their own, so every contender meets the same."""
 
     def __init__(self, scenario: Scenario, seed: int, elements: int):
-        self.rig = VirtualRig(scenario.true_rig(), seed, elements, scenario.start)
+        share = scenario.angle_friction
+        keyed = (lambda angle: 1.0 + share * np.cos(angle)) if share else None
+        self.rig = VirtualRig(scenario.true_rig(), seed, elements, scenario.start, friction_of_angle=keyed)
         self._scenario = scenario
         self._random = np.random.default_rng((seed, 1))
 

@@ -7,34 +7,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from slider_drilling.closed_loop.contenders import BASELINES, UNDER_TEST, build
+from slider_drilling.closed_loop.contenders import BASELINES, LIMITS, UNDER_TEST, build, seen
 from slider_drilling.closed_loop.faulty_rig import FaultyRig
 from slider_drilling.closed_loop.scenario import Scenario
+from slider_drilling.closed_loop.scenarios import DAILY
 from slider_drilling.closed_loop.score import Score, score
-from slider_drilling.control.load import DEFAULT, step_checked
-from slider_drilling.control.protocol import ReportingController, TargetedController
-
-Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Trace:
-    """What happened, at the sensors' rate: time s; target, tool_face rad (unwrapped truth); top_drive_angle rad;
-    surface_torque N m without noise; weight_on_bit N; rate_of_penetration m/s; events: (s, level, name, message) of
-    each change of an interlock."""
-
-    time: Array
-    target: Array
-    tool_face: Array
-    top_drive_angle: Array
-    surface_torque: Array
-    weight_on_bit: Array
-    rate_of_penetration: Array
-    bit_depth: Array
-    events: tuple[tuple[float, str, str, str], ...]
-
+from slider_drilling.closed_loop.trace import Trace
+from slider_drilling.control.load import DEFAULT, set_target, statuses_of, step_checked
+from slider_drilling.control.protocol import Controller
 
 _COLUMNS = ("time", "target", "tool_face", "top_drive_angle", "surface_torque", "weight_on_bit",
             "rate_of_penetration", "bit_depth")
@@ -55,18 +36,16 @@ def run_scenario(
 ) -> Outcome:
     """Drive one contender through a scenario. `name`: module:Class of the controller under test. Raises InputError."""
     rig = FaultyRig(scenario, seed, elements)
-    controller = build(contender, scenario, scenario.believed_rig(), name)
+    controller = build(contender, scenario, name)
     measurements = rig.rig.measurements
     rows, events = [], _Events()
     for _ in range(round(scenario.duration / rig.rig.interval)):
         target = math.radians(scenario.target_at(measurements.time))
-        if isinstance(controller, TargetedController):
-            controller.tool_face_target = target
-        command = step_checked(controller, measurements)
+        set_target(controller, target)
+        command = step_checked(controller, seen(contender, measurements, rig.rig.truth))
         measurements = rig.step(command)
         truth = rig.rig.truth
-        if isinstance(controller, ReportingController):
-            events.take(measurements.time, controller)
+        events.take(measurements.time, controller)
         rows.append((truth.time, target, truth.tool_face, measurements.top_drive_angle, truth.surface_torque,
                      truth.weight_on_bit, truth.rate_of_penetration, truth.bit_depth))
     columns = dict(zip(_COLUMNS, np.array(rows).T, strict=True))
@@ -74,14 +53,21 @@ def run_scenario(
     return Outcome(scenario, contender, score(scenario, trace), trace)
 
 
-def run_all(scenarios: Sequence[Scenario], seed: int, elements: int, name: str, jobs: int) -> Iterator[Outcome]:
-    """Every contender through every scenario, as they end. Raises InputError."""
+def run_all(
+    pairs: Sequence[tuple[Scenario, str]], seed: int, elements: int, name: str, jobs: int
+) -> Iterator[Outcome]:
+    """Each contender through its scenario, as they end. Raises InputError."""
     from joblib import Parallel, delayed
 
-    tasks = [(scenario, contender) for scenario in scenarios for contender in (UNDER_TEST, *BASELINES)]
     parallel = Parallel(n_jobs=jobs, return_as="generator_unordered")
     one = delayed(run_scenario)
-    yield from parallel(one(scenario, contender, seed, elements, name) for scenario, contender in tasks)
+    yield from parallel(one(scenario, contender, seed, elements, name) for scenario, contender in pairs)
+
+
+def tasks(scenarios: Sequence[Scenario]) -> list[tuple[Scenario, str]]:
+    """Each scenario with its contenders: the baselines, which know nothing that could be wrong, in the daily ones."""
+    return [(scenario, contender) for scenario in scenarios
+            for contender in (UNDER_TEST, *LIMITS, *(BASELINES if scenario in DAILY else ()))]
 
 
 class _Events:
@@ -92,11 +78,11 @@ class _Events:
         self._levels: dict[str, str] = {}
         self._next = 0.0
 
-    def take(self, time: float, controller: ReportingController) -> None:
+    def take(self, time: float, controller: Controller) -> None:
         if time < self._next:
             return
         self._next = time + 1.0
-        for status in controller.status():
+        for status in statuses_of(controller):
             if self._levels.get(status.name, "OK") != status.level.name:
                 self.seen.append((time, status.level.name, status.name, status.message))
             self._levels[status.name] = status.level.name

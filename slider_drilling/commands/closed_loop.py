@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING
 
 import click
 
+from slider_drilling.commands.options import units_option
+
 if TYPE_CHECKING:
     from slider_drilling.closed_loop import Outcome, Scenario
+    from slider_drilling.units import Units
 
 EXAMPLES = """\
 Examples:
@@ -30,14 +33,22 @@ Examples:
 @click.option("--elements", default=200, show_default=True, help="Elements of the string, 10 to 5000.")
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(min=0), help="Of sensor noise and faults.")
 @click.option("--jobs", default=2, show_default=True, type=click.IntRange(1, 64), help="Processes.")
+@units_option
 def command(
     output: Path | None, as_json_text: bool, name: str, only: tuple[str, ...], listing: bool, elements: int, seed: int,
-    jobs: int,
+    jobs: int, units: Units,
 ) -> None:
-    """Hold the tool-face through every scenario; compare with no rocking and with fixed rocking."""
+    """Hold the tool-face through every scenario; compare with no rocking and with fixed rocking.
+
+    Ctrl-C (or SIGTERM) keeps the scenarios that have ended; the exit code is then 130 (143).
+    """
     from slider_drilling.closed_loop import SCENARIOS, report
+    from slider_drilling.closed_loop.page import closed_loop_page
+    from slider_drilling.console import stderr, stdout
     from slider_drilling.control.load import DEFAULT
     from slider_drilling.errors import InputError
+    from slider_drilling.files import make_folder, prepare_outputs, write_whole
+    from slider_drilling.pages import write_page
 
     if not 10 <= elements <= 5000:
         raise InputError(f"--elements = {elements}: must be within 10 to 5000")
@@ -47,21 +58,26 @@ def command(
         return
     scenarios = _chosen(only)
     if output is not None:
-        output.mkdir(parents=True, exist_ok=True)
+        make_folder(output)
+        prepare_outputs((output / "closed_loop.json", output / "closed_loop.html"))
     name = name or DEFAULT
     outcomes = _run(scenarios, seed, elements, name, jobs)
     rows = report.by_scenario(outcomes, scenarios)
     figures = report.as_json(rows, name, seed, elements)
+    figures["partial"] = len(rows) < len(scenarios)
     text = json.dumps(figures, indent=1)
-    if output is not None:
-        from slider_drilling.files import write_whole
-
-        write_whole(output / "closed_loop.json", text.encode("utf-8"))
-        report.write_page(output / "closed_loop.html", rows, name, seed, elements)
     if as_json_text:
         click.echo(text)
     else:
-        _print(rows)
+        _print(rows, units)
+    if figures["partial"]:
+        stderr().print(f"interrupted: {len(rows)} of {len(scenarios)} scenarios")
+    if output is not None:
+        write_whole(output / "closed_loop.json", text.encode("utf-8"))
+        write_page(output / "closed_loop.html", closed_loop_page(rows, name, seed, elements), units)
+        if not as_json_text:
+            for suffix in ("json", "html"):
+                stdout().print(f"wrote {output / 'closed_loop'}.{suffix}")
 
 
 def _chosen(only: tuple[str, ...]) -> list[Scenario]:
@@ -76,26 +92,32 @@ def _chosen(only: tuple[str, ...]) -> list[Scenario]:
 
 
 def _run(scenarios: list[Scenario], seed: int, elements: int, name: str, jobs: int) -> list[Outcome]:
-    from slider_drilling.closed_loop import run_all
-    from slider_drilling.closed_loop.contenders import BASELINES
+    from slider_drilling.closed_loop import run_all, tasks
     from slider_drilling.console import progress_bar
 
-    outcomes = []
+    outcomes: list[Outcome] = []
     with progress_bar("{task.description}", "{task.completed}/{task.total}") as progress:
-        task = progress.add_task("slides", total=len(scenarios) * (1 + len(BASELINES)))
-        for outcome in run_all(scenarios, seed, elements, name, jobs):
-            outcomes.append(outcome)
-            progress.advance(task)
+        pairs = tasks(scenarios)
+        task = progress.add_task("slides", total=len(pairs))
+        try:
+            for outcome in run_all(pairs, seed, elements, name, jobs):
+                outcomes.append(outcome)
+                progress.advance(task)
+        except KeyboardInterrupt:
+            if not outcomes:
+                raise
     return outcomes
 
 
-def _print(rows: list[dict[str, Outcome]]) -> None:
+def _print(rows: list[dict[str, Outcome]], units: Units) -> None:
     from rich.table import Table
 
-    from slider_drilling.closed_loop.report import HEADS, cells
+    from slider_drilling.closed_loop.report import brief_cells, brief_heads
     from slider_drilling.console import stdout
 
-    table = Table(*HEADS)
+    table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
+    for place, head in enumerate(brief_heads(units)):
+        table.add_column(head, justify="right" if place else "left", no_wrap=True)
     for row in rows:
-        table.add_row(*cells(row))
+        table.add_row(*brief_cells(row, units))
     stdout().print(table)

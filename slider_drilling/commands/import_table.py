@@ -45,12 +45,15 @@ def command(
 ) -> None:
     """Turn the CSV table DATA into an MCAP log, in SI units, and list what it holds."""
     from slider_drilling.console import progress_bar, stderr, stdout
+    from slider_drilling.files import prepare_outputs
     from slider_drilling.log import read_table, save_log
     from slider_drilling.log.summary import summary_table
+    from slider_drilling.printable import is_text
     from slider_drilling.rig import load_rig
 
-    if output.resolve() == data.resolve():
-        raise InputError(f"{output}: is the table itself; choose another name for the log")
+    prepare_outputs((output,), (data, mapping, rig))
+    if not is_text(notes):
+        raise InputError("--notes: not UTF-8 text; write it in UTF-8")
     if rig is not None:
         load_rig(rig)
     with progress_bar() as progress:
@@ -65,6 +68,6 @@ def command(
             progress=lambda done, total: progress.update(task, completed=done, total=total),
         )
     for note in log.notes:
-        stderr().print(f"{data.name}: {note}", highlight=False)
+        stderr().print(f"{data.name}: {note}")
     stdout().print(summary_table(log))
-    stdout().print(f"wrote {output}", highlight=False)
+    stdout().print(f"wrote {output}")

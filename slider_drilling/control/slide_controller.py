@@ -16,10 +16,11 @@ from slider_drilling.control.settings import check
 from slider_drilling.control.slide_settings import SlideSettings
 from slider_drilling.control.stroke_means import StrokeMeans
 from slider_drilling.control.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
-from slider_drilling.control.torque_and_drag import TorqueAndDrag, Zones
+from slider_drilling.control.torque_and_drag import TorqueAndDrag
 from slider_drilling.control.torque_turn import TorqueTurn
 from slider_drilling.control.watch import Watch
 from slider_drilling.signals import Measurements, RigCommand
+from slider_drilling.wellbore.zones import Zones
 
 if TYPE_CHECKING:
     from slider_drilling.rig import Rig
@@ -175,7 +176,7 @@ class SlideController:
 
     def _carried(self) -> float:
         """Share of the string's compliance that carries the mean torque of surface; half of the static zone does."""
-        return 0.5 + 0.5 * self._belief.compliance_at(self.zones().rocking) / self._belief.compliance
+        return 0.5 + 0.5 * self._belief.compliance_at(self.zones().rocked_to) / self._belief.compliance
 
     def _fresh(self, channel: str) -> float:
         """This sample's value of a channel, NaN where it has none."""
@@ -336,10 +337,11 @@ class SlideController:
 
     def _reach_status(self) -> Status:
         zones = self.zones()
-        values = (("rocking_m", f"{zones.rocking:.0f}"), ("static_m", f"{zones.static:.0f}"),
-                  ("reactive_from_m", f"{zones.reactive:.0f}"), ("amplitude_rad", f"{self._amplitude:.2f}"),
+        values = (("rocking_m", f"{zones.rocked_to:.0f}"), ("static_m", f"{zones.static_length:.0f}"),
+                  ("reactive_from_m", f"{zones.reactive_from:.0f}"), ("amplitude_rad", f"{self._amplitude:.2f}"),
                   ("period_s", f"{self._period_now():.1f}"), ("friction_over_belief", f"{self._finder.scale:.2f}"),
                   ("friction_one_sigma", f"{self._finder.spread:.2f}"),
                   ("breakover_torque_n_m", f"{self._finder.breakover_torque:.0f}"),
                   ("share_of_pressure_wanted", f"{self._pressure_share:.2f}"))
-        return Status(Level.OK, "reach", f"rocking reaches {zones.rocking:.0f} m of {zones.bit:.0f} m", values)
+        message = f"rocking reaches {zones.rocked_to:.0f} m of {self._belief.bit_depth:.0f} m"
+        return Status(Level.OK, "reach", message, values)

@@ -14,32 +14,20 @@ absorbed by `scale`, which is corrected from the breakover torque that surface s
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slider_drilling.wellbore.mesh import build_mesh, torsional_compliances
+from slider_drilling.wellbore.static_loads import static_loads
+from slider_drilling.wellbore.zones import Zones, zones_in_closed_form
+
 if TYPE_CHECKING:
     from slider_drilling.rig import Rig
 
-_GRAVITY = 9.80665  # m/s2
-_SPACING = 10.0     # m between the depths at which the belief is held
+_SPACING = 10.0  # m between the depths at which the belief is held
 _SCALES = (0.1, 10.0)
-
-
-@dataclass(frozen=True)
-class Zones:
-    """Measured depths, m: rocking is felt down to `rocking`, reactive torque up to `reactive`; bit at `bit`."""
-
-    rocking: float
-    reactive: float
-    bit: float
-
-    @property
-    def static(self) -> float:
-        """Length of the string between the two that neither reaches, m; 0 where they overlap."""
-        return max(self.reactive - self.rocking, 0.0)
 
 
 class TorqueAndDrag:
@@ -50,22 +38,17 @@ class TorqueAndDrag:
     """
 
     def __init__(self, rig: Rig, friction_factor: float, weight_on_bit: float):
-        count = max(round(rig.string.length / _SPACING), 2) + 1
-        depth = np.linspace(0.0, rig.string.length, count, dtype=np.float64)
-        middle = 0.5 * (depth[1:] + depth[:-1])
-        length = np.diff(depth)
-        radius, torsion, weight = _sections(rig, middle)
-        side_force = _side_force(rig, middle, length, weight, weight_on_bit)
-        interval = _interval_factor(rig, middle)
-        gradient = friction_factor * interval * side_force * radius
-        self._depth = depth
-        self._torque = np.concatenate([[0.0], np.cumsum(gradient * length)])
-        compliance = np.concatenate([[0.0], np.cumsum(length / torsion)])
+        mesh = build_mesh(rig, max(round(rig.string.length / _SPACING), 2))
+        loads = static_loads(rig, rotation_speed=1.0, weight_on_bit=weight_on_bit,
+                             friction_coefficient=friction_factor, mesh=mesh)
+        self._depth = loads.measured_depth
+        self._torque = loads.torque[0] - loads.torque
+        compliance = np.concatenate([[0.0], np.cumsum(torsional_compliances(rig, mesh))])
         taken = 0.5 * (self._torque[1:] + self._torque[:-1]) * np.diff(compliance)
         self._twist = self._torque * compliance - np.concatenate([[0.0], np.cumsum(taken)])
         self._compliance = compliance
         self.compliance = float(compliance[-1])
-        self.bit_depth = float(depth[-1])
+        self.bit_depth = float(self._depth[-1])
         self.travel_time = self.bit_depth / math.sqrt(rig.string.shear_modulus / rig.string.density)
 
     def full_amplitude(self, scale: float) -> float:
@@ -86,9 +69,30 @@ class TorqueAndDrag:
 
     def zones(self, amplitude: float, reactive_torque: float, scale: float) -> Zones:
         """The three zones at this half-amplitude (rad) and reactive torque (N m)."""
-        above = self._torque[-1] - max(reactive_torque, 0.0) / scale
-        reactive = float(np.interp(above, self._torque, self._depth)) if above > 0.0 else 0.0
-        return Zones(self.reach(amplitude, scale), reactive, self.bit_depth)
+        rocked = self.breakover_torque(amplitude, scale) / scale
+        return zones_in_closed_form(np.diff(self._depth), np.diff(self._torque), rocked,
+                                    max(reactive_torque, 0.0) / scale)
+
+    def rotation_along(
+        self, depth: NDArray[np.float64], amplitude: float, reactive_torque: float, scale: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """How the string turns at these measured depths (n,) m, two arrays (n,) of rad.
+
+        The half-amplitude that is left of rocking of this half-amplitude (rad), and by how much the pipe there stays
+        behind the middle of rocking because of the reactive torque (N m).
+        """
+        reach = self.reach(amplitude, scale)
+        torque, compliance = self._torque_at(depth), np.interp(depth, self._depth, self._compliance)
+        sheared = torque * compliance - np.interp(depth, self._depth, self._twist)   # int Q dC from the top
+        freed = self._torque_at(reach)
+        swing = np.maximum(amplitude / scale - (freed * compliance - sheared), 0.0)
+        left = np.maximum(max(reactive_torque, 0.0) / scale - (self._torque[-1] - self._torque), 0.0)
+        steps = 0.5 * (left[1:] + left[:-1]) * np.diff(self._compliance)
+        behind = np.interp(depth, self._depth, np.concatenate([[0.0], np.cumsum(steps)]))
+        return scale * np.where(depth <= reach, swing, 0.0), scale * behind
+
+    def _torque_at(self, depth: NDArray[np.float64] | float) -> NDArray[np.float64]:
+        return np.asarray(np.interp(depth, self._depth, self._torque), dtype=np.float64)
 
     def scale_from(self, amplitude: float, breakover_torque: float) -> float:
         """The scale at which a stroke of this half-amplitude (rad) ends at this torque (N m), within 0.1 to 10."""
@@ -101,37 +105,3 @@ class TorqueAndDrag:
                 high = middle
         return math.sqrt(low * high)
 
-
-def _sections(rig: Rig, depth: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
-    """Outer radius (m), GJ (N m2) and buoyed weight (N/m) of the string at each depth."""
-    ends = np.cumsum([section.length for section in rig.string.sections])
-    index = np.minimum(np.searchsorted(ends, depth), len(ends) - 1)
-    outer = np.array([section.outer_diameter for section in rig.string.sections])[index]
-    inner = np.array([section.inner_diameter for section in rig.string.sections])[index]
-    torsion = rig.string.shear_modulus * math.pi / 32.0 * (outer**4 - inner**4)
-    area = math.pi / 4.0 * (outer**2 - inner**2)
-    return outer / 2.0, torsion, area * (rig.string.density - rig.mud.density) * _GRAVITY
-
-
-def _side_force(
-    rig: Rig, depth: NDArray[np.float64], length: NDArray[np.float64], weight: NDArray[np.float64],
-    weight_on_bit: float,
-) -> NDArray[np.float64]:
-    """Johancsik's side force per metre (N/m) of the rotating string; model.md section 3."""
-    stations = np.array(rig.well.survey)
-    inclination, azimuth = np.radians(stations[:, 1]), np.unwrap(np.radians(stations[:, 2]))
-    angle = np.interp(depth, stations[:, 0], inclination)
-    edges = np.concatenate([[0.0], np.cumsum(length)])
-    build = np.diff(np.interp(edges, stations[:, 0], inclination)) / length
-    turn = np.diff(np.interp(edges, stations[:, 0], azimuth)) / length
-    hanging = weight * np.cos(angle) * length
-    tension = np.cumsum(hanging[::-1])[::-1] - 0.5 * hanging - weight_on_bit
-    return np.hypot(weight * np.sin(angle) - tension * build, tension * np.sin(angle) * turn)
-
-
-def _interval_factor(rig: Rig, depth: NDArray[np.float64]) -> NDArray[np.float64]:
-    if not rig.well.friction_intervals:
-        return np.ones_like(depth)
-    ends = [interval.to for interval in rig.well.friction_intervals]
-    factors = np.array([interval.factor for interval in rig.well.friction_intervals])
-    return factors[np.minimum(np.searchsorted(ends, depth), len(ends) - 1)]

@@ -19,7 +19,7 @@ ANY_WAVE_S = (6.0, 9.0, 13.0)
 def catalogue(
     length: float, duration: float, wave_periods: Sequence[float] = ANY_WAVE_S, tool_frequencies: Sequence[float] = ()
 ) -> tuple[Effect, ...]:
-    """The fifteen effects of spec gap.md, and torque read at the motor.
+    """Every effect of `slider_drilling.effects`, contact first.
 
     length: m, of the string; duration: s, of the log.
     wave_periods: s, where a search for heave begins (peaks of the log's own spectrum: over 400 s a wave's phase is
@@ -189,6 +189,11 @@ def _motor_and_bit(duration: float) -> tuple[Effect, ...]:
 
 def _torque_reading() -> tuple[Effect, ...]:
     return (
+        Effect(
+            "torque_sensor_gain", "sensor",
+            (Parameter("torque_sensor_gain.gain", 0.0, -0.6, 1.5, 0.01),),
+            scan=((0.05,), (-0.05,), (0.2,), (-0.2,)), law="torque (1 + gain)",
+        ),
         Effect(
             "torque_sensor_lag", "sensor",
             (Parameter("torque_sensor_lag.lag", 0.0, 0.0, 8.0, 0.05, "s"),),

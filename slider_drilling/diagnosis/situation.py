@@ -9,9 +9,10 @@ import numpy as np
 
 from slider_drilling.diagnosis.catalogue import ANY_WAVE_S, aging_with_memory, catalogue
 from slider_drilling.diagnosis.drill_string import DrillString, depth_probes, nuisance_parameters
+from slider_drilling.diagnosis.first_look.expected import NO_ROCK
 from slider_drilling.diagnosis.health import unusable
 from slider_drilling.diagnosis.replay import measured_channels
-from slider_drilling.diagnosis.user_effects import UserEffect
+from slider_drilling.diagnosis.user_effects import UserEffect, guarded, try_effects
 from slider_drilling.drillstring import Commands
 from slider_drilling.drillstring.from_log import commands_from_log
 from slider_drilling.errors import InputError
@@ -19,8 +20,6 @@ from slider_drilling.gap.model import Array, Run
 from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig
 
-# N/m: an off-bottom bit; the plant's rig file has no "not on bottom", but rock this soft takes no weight.
-_NO_ROCK = 1.0
 # Hz, above which neither rocking nor the sea moves a hook load; how far a line stands out; where tools vibrate.
 _FAST_HZ, _SHARP, _TOOLS_HZ = 0.4, 40.0, (5.0, 30.0)
 # Spectra are taken this many times as fine as the log is long.
@@ -47,7 +46,7 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
     runs, commands = [], []
     off_bottom = all(log.draw_works is None and log.standpipe_pressure is None for log in logs)
     if off_bottom:
-        rig = replace(rig, bit=replace(rig.bit, depth_of_cut_stiffness=_NO_ROCK))
+        rig = replace(rig, bit=replace(rig.bit, depth_of_cut_stiffness=NO_ROCK))
         remarks.append("neither draw-works nor standpipe pressure in the log: taken as off bottom")
     for log in logs:
         driven = commands_from_log(log, rig)
@@ -58,18 +57,22 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
     if not names:
         raise InputError(f"{logs[0].source}: no channel can be used: {'; '.join(remarks)}")
     length, duration = rig.string.length, max(run.duration for run in runs)
-    users = {user.effect.name: user for user in user_effects}
     tools = tool_frequencies(runs[0])
     effects = catalogue(length, duration, wave_periods(runs[0]), tools or ())
+    nuisance = nuisance_parameters(rig, names)
+    own = [guarded(effect) for effect in user_effects]
+    taken = [parameter.name for effect in effects for parameter in effect.parameters]
+    try_effects(own, [*(effect.name for effect in effects), *taken, *(one.name for one in nuisance)], rig, commands[0])
+    users = {user.effect.name: user for user in own}
     effects = tuple(effect for effect in effects if _can_be_seen(effect.name, names, off_bottom, tools))
     if tools == ():
         remarks.append("no line in the hook load: axial_oscillation_tool is not looked for")
     alone = names == ["surface_torque"]
     if alone:
         effects = tuple(aging_with_memory() if effect.name == "static_aging" else effect for effect in effects)
-        remarks.append("torque alone: the string's stiffness is re-tuned, not looked for as an effect")
+        remarks.append("torque alone: the string's stiffness is re-tuned, a gain of the sensor is taken for friction")
     model = DrillString(
-        rig, tuple(runs), tuple(commands), nuisance_parameters(rig, names),
+        rig, tuple(runs), tuple(commands), nuisance,
         (*effects, *(user.effect for user in user_effects)), users, depth_probes(length),
         STICK_SLIP if alone else (),
     )  # fmt: skip
@@ -82,7 +85,8 @@ def _can_be_seen(effect: str, channels: Sequence[str], off_bottom: bool, tools: 
         return tools != ()
     if effect in ("torque_sensor_lag", "torque_sensor_bias", "torque_at_motor"):
         return "surface_torque" in channels
-    if effect == "torsional_compliance":
+    if effect in ("torsional_compliance", "torque_sensor_gain"):
+        # Friction and stiffness that are re-tuned scale such a torque too.
         return list(channels) != ["surface_torque"]
     if effect in ("motor_wear", "formation_change"):
         return not off_bottom

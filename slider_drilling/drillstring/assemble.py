@@ -15,10 +15,10 @@ from slider_drilling.rig import Contact, Rig
 from slider_drilling.wellbore.mesh import (
     GRAVITY,
     Mesh,
-    average_over_elements,
     build_mesh,
     friction_factors,
     open_hole_share,
+    torsional_compliances,
 )
 
 _POLYNOMIAL_DEGREE = 7
@@ -77,8 +77,7 @@ class Springs:
 def springs(rig: Rig, mesh: Mesh) -> Springs:
     """Half-element springs in series: masses sit at element middles, the top spring is half an element."""
     axial_half = 2.0 * rig.string.youngs_modulus * mesh.area / mesh.length
-    compliance = 1.0 + rig.effects.torsional_compliance.extra
-    torsional_half = 2.0 * rig.string.shear_modulus * mesh.polar_moment / mesh.length / compliance
+    torsional_half = 2.0 / torsional_compliances(rig, mesh)
     return Springs(
         axial=_in_series(axial_half),
         torsional=_in_series(torsional_half),
@@ -155,7 +154,7 @@ def initial_state(
     compliance = np.cumsum(1.0 / torsional_spring, axis=0)
     rotation = np.full((count + 2, width), drive[0])
     rotation[1:-1] += compliance / compliance[-1] * np.array([s.twist for s in starts])
-    torque = torsional_spring[0] * (rotation[0] - rotation[1])
+    torque = c.torque_scale * torsional_spring[0] * (rotation[0] - rotation[1])
     flow = np.maximum(drive[4] * c.pump_displacement, 0.0) / c.reference_flow
     circulation = c.circulating_pressure * flow**1.8
     delay = round(rigs[0].string.length / rigs[0].mud.sound_speed / dt)
@@ -204,11 +203,9 @@ def _elements_of_one(rig: Rig, mesh: Mesh, dt: float, extra: Modifiers) -> Eleme
     axial_decay = 1.0 / (1.0 + dt * (rig.string.axial_damping + drag / s.mass))
     turning = drag * mesh.outer_radius**2 / s.inertia
     torsional_decay = 1.0 / (1.0 + dt * (rig.string.torsional_damping + turning))
-    bed = effects.cuttings_bed
-    covered = average_over_elements(mesh, bed.top, bed.bottom)
     tortuous = effects.tortuosity.curvature * open_hole_share(rig, mesh) + extra.extra_curvature
     bending = 4.0 * rig.string.youngs_modulus * mesh.second_moment
-    factor = friction_factors(rig, mesh) * (1.0 + (bed.factor - 1.0) * covered) * extra.friction_factor
+    factor = friction_factors(rig, mesh) * extra.friction_factor
     grip = _grip(rig.contact)
     return Elements(
         axial_spring=s.axial,
@@ -252,6 +249,7 @@ def _lane_of_one(rig: Rig, mesh: Mesh, dt: float) -> dict[str, float]:
         "circulating_pressure": hydraulics.reference_pressure * heavier,
         "reference_flow": hydraulics.reference_flow,
         "pressure_gain": _gain(dt, hydraulics.lag),
+        "torque_scale": 1.0 + effects.torque_sensor_gain.gain,
         "torque_gain": _gain(dt, effects.torque_sensor_lag.lag),
         "torque_bias": effects.torque_sensor_bias.bias,
         "motor_inertia": effects.torque_at_motor.inertia,

@@ -285,7 +285,10 @@ def sense(lanes, elements, e: Elements, c: Lanes, s: State, out: Array):
 
 @njit(**INNER)
 def sense_torque(lanes, dt, speed, e: Elements, c: Lanes, s: State):
-    """What the top drive feels, or its motor gives, through the torque sensor's lag."""
+    """What the top drive feels, or its motor gives, through the torque sensor's gain and lag.
+
+    `sense` adds the sensor's bias: a constant passes a lag that starts settled unchanged.
+    """
     for k in range(lanes):
         torque = e.torsional_spring[k] * (s.rotation[k] - s.rotation[lanes + k])
         if c.motor_inertia[k] > 0.0 or c.motor_friction[k] > 0.0:
@@ -293,7 +296,7 @@ def sense_torque(lanes, dt, speed, e: Elements, c: Lanes, s: State):
             s.motor_speed[k] += dt * acceleration
             turning = s.motor_speed[k] / math.sqrt(s.motor_speed[k] ** 2 + _STILL * _STILL)
             torque += c.motor_inertia[k] * acceleration + c.motor_friction[k] * turning
-        s.sensed_torque[k] += c.torque_gain[k] * (torque - s.sensed_torque[k])
+        s.sensed_torque[k] += c.torque_gain[k] * (c.torque_scale[k] * torque - s.sensed_torque[k])
 
 
 @njit(**INNER)

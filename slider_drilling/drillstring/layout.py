@@ -76,6 +76,7 @@ class Lanes(NamedTuple):
     circulating_pressure: Array  # Pa at reference_flow, with this mud
     reference_flow: Array  # m3/s
     pressure_gain: Array  # -, 1 - exp(-dt / lag)
+    torque_scale: Array  # -, reading over torque
     torque_gain: Array  # -, of the torque sensor's lag effect
     torque_bias: Array  # N m
     motor_inertia: Array  # kg m2 in a torque that is read at the motor

@@ -10,6 +10,8 @@ import numpy as np
 from slider_drilling.rig import Mwd, Sensor
 from slider_drilling.signals import MwdSample
 
+_RESOLVED = 2.0**52
+
 
 def wrap(angle: float) -> float:
     """The same direction in (-pi, pi]."""
@@ -18,7 +20,9 @@ def wrap(angle: float) -> float:
 
 def quantise(value: float, resolution: float) -> float:
     """The nearest multiple of ``resolution``; the value itself where that is zero."""
-    return round(value / resolution) * resolution if resolution > 0.0 else value
+    steps = value / resolution if resolution > 0.0 else math.inf
+    # Steps that a double does not resolve change nothing, and neither does a value that is no number become one.
+    return round(steps) * resolution if abs(steps) < _RESOLVED else value
 
 
 @dataclass

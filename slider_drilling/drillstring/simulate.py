@@ -19,6 +19,7 @@ from slider_drilling.rig import Rig
 
 ELEMENTS = 200
 """Elements of the example rig at which doubling them changes surface torque by less than 1 % RMS."""
+_LEAST_FACTOR = 1e-9  # of friction: one of zero leaves no length over which the strain of a contact decays
 _LANES_PER_BLOCK = 16  # runs side by side: their arrays of 200 elements just fit a core's second-level cache
 
 
@@ -76,6 +77,10 @@ class Plant:
         """
         channels = self._bundle.advance(commands)
         return Response(commands.time, *(channels[:, row, 0] for row in range(len(CHANNELS))))
+
+    def scale_friction(self, factor: Array) -> None:
+        """Multiply each element's friction by `factor` (n,) from now on, over that of rig file and modifiers."""
+        self._bundle.scale_friction(factor)
 
     def save(self) -> PlantState:
         """A copy of the state; raises ValueError before the first `advance`."""
@@ -163,6 +168,7 @@ class _Bundle:
         self.substeps = substeps or max(1, math.ceil(interval / longest))
         self.dt = interval / self.substeps
         self.elements = assemble.elements(rigs, self.mesh, self.dt, modifiers)
+        self._yielding = self.elements.yielding.copy()
         self.lanes = assemble.lanes(rigs, self.mesh, self.dt, observer)
         self.curve = assemble.friction_curve(rigs[0].contact)
         varies = (self.elements.stribeck_drop, self.elements.aging_growth, self.elements.drift_rate)
@@ -192,6 +198,13 @@ class _Bundle:
             )  # fmt: skip
         self.last = rows[-1].copy()
         return out
+
+    def scale_friction(self, factor: Array) -> None:
+        state, _ = self._started()
+        rows = np.repeat(np.maximum(factor, _LEAST_FACTOR), len(self.rigs))
+        self.elements.yielding[: len(rows)] = self._yielding[: len(rows)] / rows
+        # The kernel takes a run's friction from its state, and renews that from the elements only where it varies.
+        state.yielding[:] = self.elements.yielding
 
     def save(self) -> PlantState:
         state, last = self._started()

@@ -18,7 +18,7 @@ def write_simulated(path: Path, rig: Rig, commands: Commands, response: Response
 
     The MWD samples the true tool-face every period and surface has it latency later.
     """
-    with LogWriter(path, dump_rig(rig), "slider-drilling replay", notes) as writer:
+    with LogWriter(path, dump_rig(rig), "slider-drilling replay", notes, whole=True) as writer:
         origin = start - response.time[0]
         arrivals = _mwd(rig, response)
         for k, time in enumerate(response.time):
@@ -47,6 +47,8 @@ def _write_sample(writer: LogWriter, stamp: float, k: int, commands: Commands, r
         bit.name, stamp, bit.joint, response.tool_face[k], response.tool_face_rate[k], response.bit_torque[k]
     )
     writer.wrench(TOPICS["truth_weight_on_bit"].name, stamp, (response.weight_on_bit[k], 0.0, 0.0))
+    depth = TOPICS["truth_depth"]
+    writer.joint_state(depth.name, stamp, depth.joint, response.bit_depth[k], response.rate_of_penetration[k])
 
 
 def _mwd(rig: Rig, response: Response) -> list[tuple[float, float, float]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from slider_drilling.drillstring.assemble import Modifiers, Start
 from slider_drilling.drillstring.drives import DriveState, follow
+from slider_drilling.drillstring.layout import Array
 from slider_drilling.drillstring.profile import Profile
 from slider_drilling.drillstring.record import Commands, Response
 from slider_drilling.drillstring.sensors import MwdSensor, SurfaceSensor
@@ -53,6 +55,8 @@ class VirtualRig:
     """Steps one sensor period at a time; the same seed and commands give the same run bit for bit.
 
     ``pump_speed`` (rad/s) is that of the pump at the start; by default the one that gives the reference flow.
+    ``friction_of_angle`` turns the angles (n,) rad of the elements into what multiplies their friction (n,), once a
+    sensor period.
     """
 
     def __init__(
@@ -64,8 +68,10 @@ class VirtualRig:
         modifiers: Modifiers = Modifiers(),
         pump_speed: float | None = None,
         substeps: int | None = None,
+        friction_of_angle: Callable[[Array], Array] | None = None,
     ) -> None:
         self.rig = rig
+        self._friction_of_angle = friction_of_angle
         self.interval = 1.0 / rig.sensors.rate
         if pump_speed is None:
             pump_speed = rig.hydraulics.reference_flow / rig.mud_pump.displacement
@@ -84,6 +90,10 @@ class VirtualRig:
         before = self.truth
         self._samples += 1
         self._drives = follow(self._drives, command, before.surface_torque, self.rig.top_drive, self.interval)
+        if self._friction_of_angle is not None:
+            string = self._plant.profile()
+            halfway = string.rotation + 0.5 * self.interval * string.rotation_speed
+            self._plant.scale_friction(self._friction_of_angle(halfway))
         self.truth = self._advance()
         now = (self.truth.time, self.truth.tool_face)
         self.measurements = self._measure(self._mwd.read((before.time, before.tool_face), now, self._random))

@@ -6,15 +6,15 @@ import os
 from dataclasses import dataclass
 from typing import Any
 
-import yaml
-
 from slider_drilling.errors import InputError
 from slider_drilling.files import read_text
-from slider_drilling.log.units import si_value
 from slider_drilling.schema import build, quantity
+from slider_drilling.units import si_value
+from slider_drilling.yaml_tree import parse_yaml
 
 SCHEMA = "slider_drilling/csv/1"
 ISO_TIME = "iso8601"
+LONGEST = 1_000_000  # bytes of a mapping file
 
 # Channel -> the series of RigLog that it goes to, the array there, and the kind of quantity.
 CHANNELS = {
@@ -27,6 +27,7 @@ CHANNELS = {
     "block_speed": ("draw_works", "velocity", "speed"),
     "hook_load": ("draw_works", "effort", "force"),
     "block_speed_command": ("draw_works_command", "velocity", "speed"),
+    "bit_depth": ("bit_depth", "position", "length"),
     "standpipe_pressure": ("standpipe_pressure", "value", "pressure"),
     "pump_speed": ("mud_pump", "velocity", "angular speed"),
     "pump_flow": ("mud_pump", "velocity", "flow"),
@@ -54,7 +55,7 @@ class Column:
     from_first: bool = False
     integral: bool = False
     on_change: bool = False
-    delay: float = quantity("s", 0.0, at_least=0.0)
+    delay: float = quantity("s", 0.0, at_least=0.0, at_most=3600.0, why="from measuring to the table: seconds")
 
 
 @dataclass(frozen=True)
@@ -88,12 +89,7 @@ class Mapping:
 def load_mapping(path: str | os.PathLike[str]) -> Mapping:
     """Read a mapping file; `config/import.example.yaml` says what one holds. Raises InputError."""
     source = str(path)
-    text = read_text(path, "mapping file")
-    try:
-        raw = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise InputError(f"{source}: not YAML: {' '.join(str(error).split())}") from None
-    return parse_mapping(raw, source)
+    return parse_mapping(parse_yaml(read_text(path, "mapping file", LONGEST), source), source)
 
 
 def parse_mapping(raw: Any, source: str) -> Mapping:
@@ -103,8 +99,8 @@ def parse_mapping(raw: Any, source: str) -> Mapping:
     layout = build(Layout, {key: value for key, value in raw.items() if key != "channels"}, source)
     if layout.schema != SCHEMA:
         raise InputError(f"{source}: schema = {layout.schema!r}: this version reads {SCHEMA!r}")
-    if len(layout.delimiter) != 1:
-        raise InputError(f"{source}: delimiter = {layout.delimiter!r}: must be one character")
+    if len(layout.delimiter) != 1 or layout.delimiter in '\r\n" \x00':
+        raise InputError(f"{source}: delimiter = {layout.delimiter!r}: must be one character, no quote and no blank")
     if layout.skip_lines < 0:
         raise InputError(f"{source}: skip_lines = {layout.skip_lines}: must be at least 0")
     channels, scale = {}, {}

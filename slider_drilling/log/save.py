@@ -29,7 +29,7 @@ def save_log(
     entries = sorted(
         (float(arrival), key, index) for key, series in there.items() for index, arrival in enumerate(series.arrival)
     )
-    with LogWriter(path, log.rig_text, recorded_by, notes) as writer:
+    with LogWriter(path, log.rig_text, recorded_by, notes, whole=True) as writer:
         for count, (arrival, key, index) in enumerate(entries):
             _write(writer, log.start, key, there[key], index, arrival)
             if progress is not None and count % 1000 == 0:

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig, parse_rig
+
+if TYPE_CHECKING:
+    import pandas
+    import plotly
+
+    from slider_drilling.columns import Columns
 
 Array = NDArray[np.float64]
 
@@ -64,8 +73,42 @@ class RigLog:
     mud_pump: JointSeries | None = None
     mwd_tool_face: JointSeries | None = None
     tool_face_target: JointSeries | None = None
+    bit_depth: JointSeries | None = None
     truth_bit: JointSeries | None = None
     truth_weight_on_bit: ScalarSeries | None = None
+    truth_depth: JointSeries | None = None
+
+    def __repr__(self) -> str:
+        there = [name for name, value in vars(self).items() if isinstance(value, (JointSeries, ScalarSeries))]
+        ends = [float(getattr(self, name).time[-1]) for name in there if len(getattr(self, name).time)]
+        return f"RigLog({self.source}: {max(ends, default=0.0):.1f} s of {', '.join(there)})"
+
+    def to_frame(self) -> pandas.DataFrame:
+        """Every quantity against time, s, NaN where it has no sample; SI units, in ``attrs["units"]``.
+
+        Raises InputError where pandas is not installed.
+        """
+        return self._columns().to_frame()
+
+    def to_csv(self, path: str | os.PathLike[str]) -> Path:
+        """The same as CSV, units in its heads. Raises InputError."""
+        return self._columns().to_csv(path)
+
+    def to_parquet(self, path: str | os.PathLike[str]) -> Path:
+        """The same as Parquet. Raises InputError, where pandas or pyarrow is not installed too."""
+        return self._columns().to_parquet(path)
+
+    def plot(self) -> plotly.graph_objects.Figure:
+        """Tool-face, top drive, torque, pressure, hook load and weight on bit against time, in field units."""
+        from slider_drilling.log.run_page import chart
+        from slider_drilling.pages.notebook import plotly_figure
+
+        return plotly_figure(chart(self))
+
+    def _columns(self) -> Columns:
+        from slider_drilling.log.columns import columns_of
+
+        return columns_of(self)
 
     @property
     def start(self) -> float:

@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime
 import math
 import os
-from collections.abc import Sequence
+import time
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import IO, cast
-
-from mcap.writer import Writer
 
 from slider_drilling import __version__
 from slider_drilling.errors import InputError
 from slider_drilling.files import begin_file, end_file
+from slider_drilling.log.mcap_file import McapFile
 from slider_drilling.messages import cdr
 from slider_drilling.messages.schemas import SCHEMAS
 from slider_drilling.messages.topics import DIAGNOSTIC_ARRAY, FLUID_PRESSURE, JOINT_STATE, WRENCH_STAMPED
 
-# A killed run loses the open chunk: this much is about five seconds of a rig's channels at 10 Hz.
-CHUNK_BYTES = 64 * 1024
+# What a killed recording may lose, s of wall time: messages are written out at least this often.
+FLUSH_PERIOD = 0.5
 
 
 @dataclass(frozen=True)
@@ -35,28 +35,13 @@ class Status:
     values: tuple[tuple[str, str], ...] = ()
 
 
-class DirectFile:
-    """A file that holds nothing back: a killed run loses the open chunk, a full disk is heard of once."""
+@dataclass(frozen=True)
+class Written:
+    """What a file holds: log times of its first and last message, ns, and how many there are of each topic."""
 
-    def __init__(self, descriptor: int) -> None:
-        self._descriptor = descriptor
-        self._written = 0
-        self._open = True
-
-    def write(self, data: bytes) -> int:
-        rest = memoryview(data)
-        while rest:
-            rest = rest[os.write(self._descriptor, rest) :]
-        self._written += len(data)
-        return len(data)
-
-    def tell(self) -> int:
-        return self._written
-
-    def close(self) -> None:
-        if self._open:
-            self._open = False
-            os.close(self._descriptor)
+    first: int
+    last: int
+    counts: dict[str, int]
 
 
 def nanoseconds(seconds: float) -> int:
@@ -65,52 +50,90 @@ def nanoseconds(seconds: float) -> int:
 
 
 class LogWriter:
-    """Writes one log. Messages go to a file beside the log, which takes the log's name when closed.
+    """Writes one log, under its name from the start: what has come in is kept, whatever ends the recording.
 
-    Use it as a context manager: leaving it closes the log, leaving it through an error (but not through an
-    interrupt) removes what was written. A run that is killed leaves the file `.NAME.*.part` beside the log, which
-    read_log and `mcap recover` read up to the last complete chunk.
+    Use it as a context manager: leaving it closes the log, by an error or an interrupt too. A run that is killed
+    leaves a file without an end, which read_log and `slider-drilling recover` read up to the last FLUSH_PERIOD
+    before the kill; where messages may stay away, call `flush` now and then. The name must not be taken.
+
+    whole: for a log that is made from another: it gets its name when it is closed, in place of whatever had that
+    name; an error or an interrupt leaves nothing.
 
     Stamps are s of the rig's (or the simulation's) clock; log_time_s is when the message arrived, the stamp if not
-    given. Topics get a leading slash if they have none. Raises InputError where the file cannot be written.
+    given; started is when the recording began, now if not given. Topics get a leading slash if they have none. Raises
+    InputError where the file cannot be written, and says what is safe in it.
     """
 
     def __init__(
-        self, path: str | os.PathLike[str], rig_text: str | None = None, recorded_by: str = "", notes: str = ""
+        self,
+        path: str | os.PathLike[str],
+        rig_text: str | None = None,
+        recorded_by: str = "",
+        notes: str = "",
+        *,
+        whole: bool = False,
+        started: datetime.datetime | None = None,
     ) -> None:
         self.path = Path(path)
         if self.path.is_dir():
             raise InputError(f"{self.path}: cannot write this log: it is a folder; name a file in it")
         try:
-            descriptor, self._part = begin_file(self.path)
+            descriptor, self._part = begin_file(self.path) if whole else (_take(self.path), self.path)
+        except FileExistsError:
+            raise InputError(f"{self.path}: is there already; give another name") from None
         except OSError as error:
-            raise self._unwritable(error) from None
-        self._file = DirectFile(descriptor)
+            raise InputError(f"{self.path}: cannot write this log: {error.strerror}") from None
+        self._whole = whole
         self._open = True
+        self._failure = ""
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
         self._sequence: dict[str, int] = {}
+        self._next_flush = math.inf if whole else time.monotonic() + FLUSH_PERIOD
         try:
-            self._writer = Writer(cast(IO[bytes], self._file), chunk_size=CHUNK_BYTES)
-            self._writer.start(profile="ros2", library=f"slider_drilling {__version__}")
-            self._describe(rig_text, recorded_by, notes)
-        except OSError as error:
-            raise self._failed(error) from None
+            self._file = McapFile(descriptor, f"slider_drilling {__version__}")
+            self._describe(rig_text, recorded_by, notes, started)
+        except BaseException as error:
+            # Nothing has been recorded yet: an empty log explains nothing.
+            self._part.unlink(missing_ok=True)
+            if isinstance(error, OSError):
+                raise InputError(f"{self.path}: cannot write this log: {error.strerror}") from None
+            raise
+
+    @property
+    def size(self) -> int:
+        """Bytes so far, about."""
+        return self._file.size
+
+    def written(self) -> Written:
+        """What is safe in the file."""
+        file, topics = self._file, {number: topic for topic, number in self._channels.items()}
+        return Written(file.first, file.until, {topics[number]: count for number, count in file.counts.items()})
 
     def attach_rig(self, rig_text: str) -> None:
         """Add the rig file, where it was not known when the log was begun."""
-        try:
-            self._writer.add_attachment(0, 0, "rig.yaml", "application/yaml", rig_text.encode("utf-8"))
-        except OSError as error:
-            raise self._failed(error) from None
+        with self._failing():
+            self._file.attachment("rig.yaml", "application/yaml", rig_text.encode("utf-8"))
 
-    def _describe(self, rig_text: str | None, recorded_by: str, notes: str) -> None:
+    def attach(self, name: str, media_type: str, data: bytes) -> None:
+        """Add a file of any kind."""
+        with self._failing():
+            self._file.attachment(name, media_type, data)
+
+    def remark(self, name: str, values: dict[str, str]) -> None:
+        """Add a metadata record, beside the one named slider_drilling that every log has."""
+        with self._failing():
+            self._file.metadata(name, values)
+
+    def _describe(
+        self, rig_text: str | None, recorded_by: str, notes: str, started: datetime.datetime | None
+    ) -> None:
         """The rig file and the metadata record, at the front so that a broken-off file has them too."""
         if rig_text is not None:
-            self.attach_rig(rig_text)
-        now = datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
-        record = {"version": __version__, "recorded_by": recorded_by, "start_time": now, "notes": notes}
-        self._writer.add_metadata("slider_drilling", record)
+            self._file.attachment("rig.yaml", "application/yaml", rig_text.encode("utf-8"))
+        begun = (started or datetime.datetime.now(datetime.timezone.utc)).isoformat(timespec="seconds")
+        record = {"version": __version__, "recorded_by": recorded_by, "start_time": begun, "notes": notes}
+        self._file.metadata("slider_drilling", record)
 
     def joint_state(
         self,
@@ -154,42 +177,69 @@ class LogWriter:
         rows = [(one.level, one.name, one.message, one.hardware_id, one.values) for one in status]
         self._write(topic, DIAGNOSTIC_ARRAY, cdr.diagnostic_array(stamp, rows), stamp, log_time_s)
 
-    def message(self, topic: str, kind: str, data: bytes, log_time_ns: int, publish_time_ns: int) -> None:
-        """A message as it came, CDR bytes of a type in SCHEMAS; times are ns, of its arrival and of its sending."""
-        name = topic if topic.startswith("/") else f"/{topic}"
-        if log_time_ns < 0:
-            raise InputError(f"{self.path}: {name}: logged at {log_time_ns * 1e-9:g} s, before the clock's zero")
-        sequence = self._sequence.get(name, 0)
-        self._sequence[name] = sequence + 1
+    def message(
+        self, topic: str, kind: str, data: bytes, log_time_ns: int, publish_time_ns: int, sequence: int | None = None
+    ) -> None:
+        """A message as it came, CDR bytes; times are ns, of its arrival and of its sending.
+
+        kind: a type in SCHEMAS, or any for a topic that `declare` was told of. sequence: counts the topic's messages,
+        those that were lost too; how many there are if not given.
+        """
+        name = _absolute(topic)
+        if not 0 <= log_time_ns < 2**63:
+            raise InputError(f"{self.path}: {name}: logged at {log_time_ns * 1e-9:g} s, not a time of any clock")
+        if name not in self._channels:
+            self.declare(name, kind, SCHEMAS[kind])
+        if sequence is None:
+            sequence = self._sequence.get(name, 0)
+            self._sequence[name] = sequence + 1
+        if not self._open:
+            raise self._closed()
         try:
-            if name not in self._channels:
-                self._channels[name] = self._register(name, kind)
-            self._writer.add_message(self._channels[name], log_time_ns, data, publish_time_ns, sequence)
+            self._file.message(self._channels[name], sequence, log_time_ns, publish_time_ns, data)
         except OSError as error:
             raise self._failed(error) from None
+        if time.monotonic() >= self._next_flush:
+            self.flush()
 
-    def _register(self, topic: str, kind: str) -> int:
-        if kind not in self._schemas:
-            self._schemas[kind] = self._writer.register_schema(kind, "ros2msg", SCHEMAS[kind].encode())
-        return self._writer.register_channel(topic, "cdr", self._schemas[kind])
+    def declare(
+        self, topic: str, kind: str, schema: str, metadata: dict[str, str] | None = None, encoding: str = "ros2msg"
+    ) -> None:
+        """Add a topic: its type as `package/msg/Name`, that type's definition, metadata of its channel."""
+        with self._failing():
+            if kind not in self._schemas:
+                self._schemas[kind] = self._file.schema(kind, encoding, schema.encode())
+            self._channels[_absolute(topic)] = self._file.channel(
+                _absolute(topic), "cdr", self._schemas[kind], metadata or {}
+            )
+
+    def flush(self) -> None:
+        """Write out what has come in: a kill, later, loses nothing of it. Raises InputError where that fails."""
+        with self._failing():
+            self._file.flush()
+        if not self._whole:
+            self._next_flush = time.monotonic() + FLUSH_PERIOD
 
     def close(self) -> None:
-        """Finish the log and give it its name. Raises InputError where that fails; nothing is left then."""
+        """Finish the log. Raises InputError where that fails, saying what is safe; a second time does nothing."""
         if not self._open:
             return
         try:
-            self._writer.finish()
-            self._file.close()
-            end_file(self._part, self.path)
+            self._file.finish()
+            if self._whole:
+                end_file(self._part, self.path)
         except OSError as error:
             raise self._failed(error) from None
+        except BaseException:
+            self.discard()
+            raise
         self._open = False
 
     def discard(self) -> None:
         """Remove what was written; the log gets no file."""
         if self._open:
             self._open = False
-            self._file.close()
+            self._file.abandon()
             self._part.unlink(missing_ok=True)
 
     def __enter__(self) -> LogWriter:
@@ -198,7 +248,7 @@ class LogWriter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if isinstance(error, Exception):
+        if error is not None and self._whole:
             self.discard()
         else:
             self.close()
@@ -207,10 +257,41 @@ class LogWriter:
         logged = stamp if log_time_s is None else nanoseconds(log_time_s)
         self.message(topic, kind, data, logged, logged)
 
-    def _unwritable(self, error: OSError) -> InputError:
-        return InputError(f"{self.path}: cannot write this log: {error.strerror}")
+    @contextlib.contextmanager
+    def _failing(self) -> Iterator[None]:
+        """Turns a write that fails into the end of the log, and one line about it."""
+        if not self._open:
+            raise self._closed()
+        try:
+            yield
+        except OSError as error:
+            raise self._failed(error) from None
+
+    def _closed(self) -> InputError:
+        return InputError(self._failure or f"{self.path}: this log is closed already")
 
     def _failed(self, error: OSError) -> InputError:
-        """Remove the unfinished file, then say why the log cannot be written."""
-        self.discard()
-        return self._unwritable(error)
+        """End the log as far as it goes; why it goes no further, and what is safe."""
+        why = f"{self.path}: cannot write this log: {error.strerror}"
+        if self._whole:
+            self.discard()
+            self._failure = why
+            return InputError(why)
+        self._open = False
+        with contextlib.suppress(OSError):
+            self._file.finish()
+        span = (self._file.until - self._file.first) * 1e-9
+        self._failure = (
+            f"{why}; {self._file.messages} messages over {span:.1f} s are safe in it, "
+            f"the {self._file.pending} after them are lost"
+        )
+        return InputError(self._failure)
+
+
+def _take(path: Path) -> int:
+    """A new file of this name, open for writing. Raises FileExistsError where it is taken, OSError."""
+    return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
+
+
+def _absolute(topic: str) -> str:
+    return topic if topic.startswith("/") else f"/{topic}"

@@ -6,6 +6,8 @@ the file may be ros2msg, ros2idl or missing.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from slider_drilling.messages.topics import DIAGNOSTIC_ARRAY, FLUID_PRESSURE, JOINT_STATE, WRENCH_STAMPED
 
 _TIME = """\
@@ -68,23 +70,23 @@ string value
 """
 
 
-def _joined(own: str, **parts: str) -> str:
-    """A definition followed by those it uses, separated as `ros2 bag` does; keys are package__Name."""
+def joined(own: str, parts: Mapping[str, str]) -> str:
+    """A definition followed by those it uses (`package/Name` -> definition), separated as `ros2 bag` does."""
     separator = "=" * 80
-    used = [f"{separator}\nMSG: {name.replace('__', '/')}\n{text}" for name, text in parts.items()]
+    used = [f"{separator}\nMSG: {name}\n{text}" for name, text in parts.items()]
     return "\n".join([own, *used])
 
 
-_STAMP = {"std_msgs__Header": _HEADER, "builtin_interfaces__Time": _TIME}
+_STAMP = {"std_msgs/Header": _HEADER, "builtin_interfaces/Time": _TIME}
 
 SCHEMAS = {
-    JOINT_STATE: _joined(_JOINT_STATE, **_STAMP),
-    FLUID_PRESSURE: _joined(_FLUID_PRESSURE, **_STAMP),
-    WRENCH_STAMPED: _joined(_WRENCH_STAMPED, **_STAMP, geometry_msgs__Wrench=_WRENCH, geometry_msgs__Vector3=_VECTOR3),
-    DIAGNOSTIC_ARRAY: _joined(
+    JOINT_STATE: joined(_JOINT_STATE, _STAMP),
+    FLUID_PRESSURE: joined(_FLUID_PRESSURE, _STAMP),
+    WRENCH_STAMPED: joined(
+        _WRENCH_STAMPED, {**_STAMP, "geometry_msgs/Wrench": _WRENCH, "geometry_msgs/Vector3": _VECTOR3}
+    ),
+    DIAGNOSTIC_ARRAY: joined(
         _DIAGNOSTIC_ARRAY,
-        **_STAMP,
-        diagnostic_msgs__DiagnosticStatus=_DIAGNOSTIC_STATUS,
-        diagnostic_msgs__KeyValue=_KEY_VALUE,
+        {**_STAMP, "diagnostic_msgs/DiagnosticStatus": _DIAGNOSTIC_STATUS, "diagnostic_msgs/KeyValue": _KEY_VALUE},
     ),
 }

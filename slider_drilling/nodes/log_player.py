@@ -104,7 +104,8 @@ class LogPlayer(Node):
     def _publisher(self, topic: str, namespace: str, encoding: str, kind: str) -> Publisher | None:
         """A publisher for a channel of the log; None, with a warning, where it cannot be played."""
         name = topic.removeprefix(namespace + "/").lstrip("/")
-        if name == "clock":
+        if name in ("clock", link.RIG_DESCRIPTION.name):
+            # The player's own: the clock from the log times, the rig from the log's attachment.
             return None
         if encoding != "cdr" or not kind:
             self.get_logger().warning(f"{topic}: not played: encoded as {encoding!r}, type {kind!r}")

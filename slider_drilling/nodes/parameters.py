@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -17,13 +18,15 @@ from slider_drilling.errors import InputError
 
 @dataclass(frozen=True)
 class Declared:
-    """One parameter: its default gives the type (str, bool, int, float); low and high for numbers; unit.
+    """One parameter: its default gives the type (str, bool, int, float, list of str); low, high for numbers; unit.
+
+    An empty list has no type in ROS 2: a list of one empty text stands for it.
 
     live: it may change while the node runs.
     """
 
     name: str
-    default: str | bool | int | float
+    default: str | bool | int | float | list[str]
     description: str
     unit: str = "-"
     low: float = 0.0
@@ -66,9 +69,20 @@ def declare(node: Node, parameters: Sequence[Declared]) -> dict[str, Any]:
 
 def _reason(parameter: Declared, error: Exception) -> str:
     if isinstance(error, InvalidParameterTypeException):
-        wanted = {str: "text", bool: "true or false", int: "a whole number", float: "a number with a decimal point"}
+        wanted = {str: "text", bool: "true or false", int: "a whole number", float: "a number with a decimal point",
+                  list: "a list of texts"}
         return f"must be {wanted[type(parameter.default)]}, such as {parameter.default!r}"
     return str(error)
+
+
+def warn_of_unknown(node: Node) -> None:
+    """Say which parameters were given that the node does not have, once all of its own are declared."""
+    known = sorted(node._parameters)
+    for name in sorted(node._parameter_overrides):
+        if not node.has_parameter(name) and not name.startswith("qos_overrides."):
+            near = difflib.get_close_matches(name, known, n=1)
+            hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
+            node.get_logger().warning(f"parameter {name} is not known and changes nothing; {hint}")
 
 
 def on_change(node: Node, change: Callable[[dict[str, Any]], None]) -> None:

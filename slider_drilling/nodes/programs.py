@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import importlib
+import itertools
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol, runtime_checkable
 
 from slider_drilling.errors import InputError
@@ -16,6 +17,7 @@ NODES = {
     "rocking_controller": ("slider_drilling.nodes.rocking_controller", "RockingController"),
     "recorder": ("slider_drilling.nodes.recorder", "Recorder"),
     "log_player": ("slider_drilling.nodes.log_player", "LogPlayer"),
+    "dashboard": ("slider_drilling.nodes.dashboard", "Dashboard"),
 }
 
 
@@ -48,6 +50,11 @@ def recorder() -> None:
 def log_player() -> None:
     """Entry point of `log_player`."""
     _main("log_player")
+
+
+def dashboard() -> None:
+    """Entry point of `dashboard`."""
+    _main("dashboard")
 
 
 def _main(name: str) -> None:
@@ -105,9 +112,22 @@ def init(arguments: list[str]) -> None:
         extra = remove_ros_args(arguments)[1:]
         if extra:
             raise InputError(f"{' '.join(extra)}: not understood; parameters are given as --ros-args -p NAME:=VALUE")
-        rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(args=[*arguments, *own_clock(arguments)], signal_handler_options=SignalHandlerOptions.NO)
     except wrong as error:
         raise InputError(f"ROS 2 cannot start: {str(error).splitlines()[0]}") from None
+
+
+def own_clock(arguments: Sequence[str]) -> list[str]:
+    """Further arguments that give a rig in a namespace a clock of its own, in that namespace.
+
+    ROS 2 knows one topic of time, /clock, and two rigs on it spoil each other's time. Who remaps /clock is obeyed.
+    """
+    rules = [rule for flag, rule in itertools.pairwise(arguments) if flag in ("-r", "--remap")]
+    if any(rule.partition(":=")[0].rpartition(":")[2] == "/clock" for rule in rules):
+        return []
+    spaces = [value.strip("/") for rule in rules for name, _, value in [rule.partition(":=")]
+              if name.rpartition(":")[2] == "__ns"]
+    return ["--ros-args", "-r", f"/clock:=/{spaces[0]}/clock"] if spaces and spaces[0] else []
 
 
 def _help(name: str, node_class: Callable[..., Any], parameters: Any) -> str:

@@ -1,115 +1,142 @@
-"""The node `recorder`: writes the rig's topics to an MCAP file as they come."""
+"""The node `recorder`: writes the rig's topics, and any others, to a rosbag2 bag of MCAP files as they come."""
 
 from __future__ import annotations
 
-import datetime
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, cast
 
 from rclpy.clock import Clock, JumpThreshold, ROSClock, TimeJump
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
-from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
-from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from slider_drilling.errors import InputError
-from slider_drilling.log import LogWriter
-from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS, Topic
+from slider_drilling.log.bag import Bag, Settings
+from slider_drilling.log.write import FLUSH_PERIOD
+from slider_drilling.messages import cdr
+from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS
 from slider_drilling.nodes import link
 from slider_drilling.nodes.halt import Halt
 from slider_drilling.nodes.health import Health, Level, Status
-from slider_drilling.nodes.parameters import Declared, declare
+from slider_drilling.nodes.listening import Heard, Listening, Wanted
+from slider_drilling.nodes.parameters import Declared, declare, warn_of_unknown
 from slider_drilling.nodes.rig_parameter import rig_of
 
 PARAMETERS = (
-    Declared("directory", ".", "folder for the log, made where it is missing"),
+    Declared("directory", ".", "folder of the bag, made where it is missing; within it, where it is a bag already"),
     Declared("file", "", "name of the log; empty: slide_ and the time"),
     Declared("rig", "", "path of the rig file to attach; empty: what comes on rig_description"),
     Declared("notes", "", "free text for the log's metadata"),
+    Declared("topics", [""], "further topics to record beside the rig's own"),
+    Declared("regex", "", "record every topic whose whole name fits this expression, too"),
+    Declared("all", False, "record every topic there is"),
+    Declared("exclude", "", "leave out every topic whose whole name fits this expression"),
+    Declared("split_size", 0, "begin another file when one holds so much; 0: never", "byte", 0, 2**62),
+    Declared("split_duration", 0.0, "begin another file after so long, by the log's clock; 0: never", "s", 0.0, 1e9),
+    Declared("paused", False, "begin paused: nothing is recorded before the service resume is called"),
 )
-RECORDED = (*TOPICS.values(), DIAGNOSTICS, link.PUMP_COMMAND)
+RECORDED = (*TOPICS.values(), DIAGNOSTICS, link.PUMP_COMMAND, link.RIG_DESCRIPTION, link.CLOCK)
 QUIET = 5.0  # s of wall time without a message after which the log says so
+LOOK_AROUND = 0.5  # s of wall time between two looks at who publishes what
+# Metadata records beside the one that every log has.
+LOSSES, PAUSES = "slider_drilling_losses", "slider_drilling_pause"
 
 
 class Recorder(Node):
     """Writes every message's bytes under the time of its arrival by this node's clock (simulated, with use_sim_time).
 
-    `close` finishes the file; it must be called whatever ends the program. Raises InputError for a folder or a
-    parameter that cannot be used.
+    messages: how many, not counting the clock, the rig's file and diagnostics. `close` finishes the bag; it must be
+    called whatever ends the program. Raises InputError for a folder or a parameter that cannot be used.
     """
 
     def __init__(self, halt: Halt, **node_options: Any) -> None:
         super().__init__("recorder", **node_options)
         self._halt = halt
         values = declare(self, PARAMETERS)
+        warn_of_unknown(self)
+        wanted = Wanted(tuple(values["topics"]), values["regex"], values["all"], values["exclude"])
         rig_text = rig_of(values["rig"])[1] if values["rig"] else None
-        self.path = _log_path(Path(values["directory"]), values["file"])
-        self._writer = LogWriter(self.path, rig_text, "slider_drilling recorder", values["notes"])
+        settings = Settings(rig_text, "slider_drilling recorder", values["notes"], values["split_size"],
+                            values["split_duration"])
+        self._bag = Bag(Path(values["directory"]), _file_name(values["file"]), settings)
         self._has_rig = rig_text is not None
+        self._paused_at: int | None = None
         self.messages = 0
-        self.lost = 0
         self._simulated_ns = 0
         any_jump = JumpThreshold(min_forward=Duration(nanoseconds=1), min_backward=Duration(nanoseconds=-1))
         self._jumps = self.get_clock().create_jump_callback(any_jump, post_callback=self._on_jump)
         self._last_message = time.monotonic()
         self._health = Health(self)
+        if not self._bag.is_bag:
+            self.get_logger().warning(f"{self._bag.folder} is the bag of another recording: {self.path.name} is "
+                                      "not in its metadata.yaml")
         self.get_logger().info(f"recording to {self.path}")
-        self._subscribe()
-        self._timer = self.create_timer(1.0, self._on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._beat = self.resolve_topic_name(TOPICS["top_drive"].name)
+        self._rig_topic = self.resolve_topic_name(link.RIG_DESCRIPTION.name)
+        self._clock_topic = self.resolve_topic_name(link.CLOCK.name)
+        self._about = {self._rig_topic, self._clock_topic, self.resolve_topic_name(DIAGNOSTICS.name)}
+        self._listening = Listening(self, wanted, self._receive)
+        for topic in RECORDED:
+            self._listening.expect(topic, link.LATCHED if topic is link.RIG_DESCRIPTION else link.RELIABLE)
+        if values["paused"]:
+            self._paused_at = self._now()
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._timers = [self.create_timer(FLUSH_PERIOD, self._on_flush, clock=steady),
+                        self.create_timer(LOOK_AROUND, self._listening.look_around, clock=steady)]
+        self._services = [self.create_service(Trigger, f"~/{name}", serve)
+                          for name, serve in (("pause", self._on_pause), ("resume", self._on_resume),
+                                              ("split", self._on_split))]
+
+    @property
+    def path(self) -> Path:
+        """The file that is being written."""
+        return self._bag.path
+
+    @property
+    def lost(self) -> int:
+        """Messages that were sent to this node and never came."""
+        return self._listening.lost
 
     def is_connected(self, nodes: int) -> bool:
         """Whether every topic of a log has a publisher here, and `diagnostics` one of every node."""
-        wanted = {topic.name: nodes if topic is DIAGNOSTICS else 1 for topic in RECORDED}
-        return all(self._subscriptions_of[name].get_publisher_count() >= count for name, count in wanted.items())
+        optional = (link.RIG_DESCRIPTION, link.CLOCK)
+        wanted = {topic.name: nodes if topic is DIAGNOSTICS else 1 for topic in RECORDED if topic not in optional}
+        return all(self._listening.publishers_of(self.resolve_topic_name(name)) >= count
+                   for name, count in wanted.items())
 
-    def _subscribe(self) -> None:
-        self.create_subscription(String, link.RIG_DESCRIPTION.name, self._on_rig, link.LATCHED)
-        events = SubscriptionEventCallbacks(message_lost=self._on_lost)
-        self._subscriptions_of = {
-            topic.name: self.create_subscription(
-                link.message_class(topic.type), topic.name, self._receiver(topic), link.RELIABLE,
-                event_callbacks=events, raw=True)
-            for topic in RECORDED
-        }
-
-    def _receiver(self, topic: Topic) -> Callable[[bytes], None]:
-        name, kind = self.resolve_topic_name(topic.name), topic.type
-        is_beat = topic is TOPICS["top_drive"]
+    def _now(self) -> int:
+        # Simulated time stands still between two messages of /clock, and asking for it is dear.
         clock = cast(ROSClock, self.get_clock())
+        return self._simulated_ns if clock.ros_time_is_active else clock.now().nanoseconds
 
-        def receive(data: bytes) -> None:
-            # Simulated time stands still between two messages of /clock, and asking for it is dear.
-            now = self._simulated_ns if clock.ros_time_is_active else clock.now().nanoseconds
-            try:
-                self._writer.message(name, kind, data, now, now)
-            except InputError as error:
-                self._halt.fail(error)
+    def _receive(self, heard: Heard) -> None:
+        """Write one message."""
+        now = self._now()
+        try:
+            if heard.topic == self._clock_topic:
+                # Whether a second subscription to the clock hears of a step before this one or after is left open.
+                now = max(0, cdr.read_clock(heard.data))
+            elif heard.topic == self._rig_topic and not self._has_rig:
+                self._bag.attach_rig(cdr.read_string(heard.data))
+                self._has_rig = True
+            if self._paused_at is not None:
                 return
-            self.messages += 1
-            if is_beat:
-                self._last_message = time.monotonic()
-                if self._health.is_due(now):
-                    self._health.publish(now, [self._status()])
-
-        return receive
+            if heard.described is not None:
+                self._bag.declare(heard.described)
+            self._bag.message(heard.topic, heard.data, now, heard.number)
+        except InputError as error:
+            self._halt.fail(error)
+            return
+        self.messages += heard.topic not in self._about
+        if heard.topic == self._beat:
+            self._last_message = time.monotonic()
+            if self._health.is_due(now):
+                self._health.publish(now, [self._status()])
 
     def _on_jump(self, jump: TimeJump) -> None:
         self._simulated_ns = self.get_clock().now().nanoseconds
-
-    def _on_rig(self, message: String) -> None:
-        if not self._has_rig:
-            self._has_rig = True
-            try:
-                self._writer.attach_rig(message.data)
-            except InputError as error:
-                self._halt.fail(error)
-
-    def _on_lost(self, event: Any) -> None:
-        self.lost += event.total_count_change
-        self.get_logger().error(f"{self.lost} messages lost before they could be written", throttle_duration_sec=5.0)
 
     def _status(self) -> Status:
         values = (("messages", str(self.messages)), ("lost", str(self.lost)))
@@ -117,33 +144,69 @@ class Recorder(Node):
             return Status(Level.ERROR, "log", f"{self.lost} messages are missing in the log", values)
         return Status(Level.OK, "log", "recording", values)
 
-    def _on_timer(self) -> None:
+    def _on_flush(self) -> None:
+        """Write out what came in before all fell silent, and say so when it does."""
+        try:
+            self._bag.flush()
+        except InputError as error:
+            self._halt.fail(error)
+            return
+        if self.lost:
+            self.get_logger().error(f"{self.lost} messages lost before they could be written",
+                                    throttle_duration_sec=5.0)
         quiet = time.monotonic() - self._last_message
-        if quiet > QUIET and not self._halt.requested:
-            what = f"nothing comes on {self.resolve_topic_name('top_drive/joint_states')} for {quiet:.0f} s"
+        if self._paused_at is not None or self._halt.requested:
+            return
+        if quiet > QUIET:
+            what = f"nothing comes on {self._beat} for {quiet:.0f} s"
             self.get_logger().warning(what, throttle_duration_sec=30.0)
-            self._health.publish(self.get_clock().now().nanoseconds, [Status(Level.WARN, "log", what)])
+            now = self._now()
+            if self._health.is_due(now):
+                self._health.publish(now, [Status(Level.WARN, "log", what)])
+
+    def _on_pause(self, request: Trigger.Request, answer: Trigger.Response) -> Trigger.Response:
+        answer.success = self._paused_at is None
+        answer.message = "paused" if answer.success else "is paused already"
+        if answer.success:
+            self._paused_at = self._now()
+        return answer
+
+    def _on_resume(self, request: Trigger.Request, answer: Trigger.Response) -> Trigger.Response:
+        answer.success = self._paused_at is not None
+        answer.message = "recording" if answer.success else "is recording already"
+        if self._paused_at is not None:
+            self._remark(PAUSES, {"from_ns": str(self._paused_at), "to_ns": str(self._now())})
+            self._paused_at = None
+            self._last_message = time.monotonic()
+        return answer
+
+    def _on_split(self, request: Trigger.Request, answer: Trigger.Response) -> Trigger.Response:
+        try:
+            self._bag.split()
+            answer.success, answer.message = True, str(self.path)
+        except InputError as error:
+            answer.success, answer.message = False, str(error)
+            self._halt.fail(error)
+        return answer
+
+    def _remark(self, name: str, values: dict[str, str]) -> None:
+        try:
+            self._bag.remark(name, values)
+        except InputError as error:
+            self._halt.fail(error)
 
     def close(self) -> None:
-        """Finish the log. Raises InputError where that fails."""
-        self._writer.close()
+        """Finish the bag. Raises InputError where that fails; what is safe in it stays."""
+        if self.lost and self._halt.error is None:
+            self._remark(LOSSES, {topic: str(count) for topic, count in self._listening.losses().items()})
+        self._bag.close()
 
     def discard(self) -> None:
         """Leave no log: what was to be recorded never began."""
-        self._writer.discard()
+        self._bag.discard()
 
 
-def _log_path(directory: Path, name: str) -> Path:
-    """Where the log goes; the folder is made. Raises InputError where it cannot be, or the file is there."""
-    if not name:
-        name = f"slide_{datetime.datetime.now().astimezone():%Y%m%d_%H%M%S}.mcap"
-    if Path(name).name != name or not name.endswith(".mcap"):
+def _file_name(name: str) -> str:
+    if name and (Path(name).name != name or not name.endswith(".mcap")):
         raise InputError(f"recorder: parameter file = {name!r}: must be a name ending in .mcap, without a folder")
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{directory}: cannot make this folder for logs: {error.strerror}") from None
-    path = directory / name
-    if path.exists():
-        raise InputError(f"{path}: is there already; give another name")
-    return path
+    return name

@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slider_drilling.drillstring import Commands, Plant
-from slider_drilling.drillstring.zones import Zones, turning_friction, zones_from_motion, zones_in_closed_form
+from slider_drilling.drillstring.zones import turning_friction, zones_from_motion
 from slider_drilling.rig import Rig
 from slider_drilling.tools.study import Chart, Claim, Study, line, rounded
 from slider_drilling.tools.whole_well import ELEMENTS, INTERVAL, example_rig, slide
+from slider_drilling.wellbore.zones import Zones, zones_in_closed_form
 
 RATE = 9.0
 PERIOD = 24.0
@@ -92,7 +93,8 @@ def _reach(rig: Rig, amplitude: float) -> Reach:
         surface_torque=amplitude_of_torque,
         reactive_torque=reactive,
         motion=zones_from_motion(profile.measured_depth, np.array(rotation), np.array(torque), reactive),
-        closed_form=zones_in_closed_form(profile, turning_friction(plant, profile), amplitude_of_torque, reactive),
+        closed_form=zones_in_closed_form(
+            profile.length, turning_friction(plant, profile), amplitude_of_torque, reactive),
         depth=profile.measured_depth,
         swing=np.ptp(np.array(rotation), axis=0),
         held=np.mean(np.array(torque), axis=0),

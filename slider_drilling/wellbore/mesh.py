@@ -78,15 +78,24 @@ def average_over_elements(mesh: Mesh, top: float, bottom: float) -> Array:
 
 
 def friction_factors(rig: Rig, mesh: Mesh) -> Array:
-    """The well's friction factor (n,) of each element, averaged where an interval ends inside it."""
+    """What multiplies the contact's friction (n,): the well's interval and a cuttings bed, averaged where one ends
+    inside an element."""
+    bed = rig.effects.cuttings_bed
+    covered = 1.0 + (bed.factor - 1.0) * average_over_elements(mesh, bed.top, bed.bottom)
     if not rig.well.friction_intervals:
-        return np.ones(mesh.count)
+        return covered
     factors = np.zeros(mesh.count)
     above = 0.0
     for interval in rig.well.friction_intervals:
         factors += interval.factor * average_over_elements(mesh, above, interval.to)
         above = interval.to
-    return factors
+    return factors * covered
+
+
+def torsional_compliances(rig: Rig, mesh: Mesh) -> Array:
+    """Angle (n,) by which each element twists per torque, rad/(N m)."""
+    stiffness = rig.string.shear_modulus * mesh.polar_moment / mesh.length
+    return (1.0 + rig.effects.torsional_compliance.extra) / stiffness
 
 
 def open_hole_share(rig: Rig, mesh: Mesh) -> Array:

@@ -5,7 +5,9 @@ the buoyed weight per metre, w_n the side force and mu the friction of a slip in
 
     dT = (w_b cos t + mu w_n v_down / v) ds   (lowering takes tension away: v_down is minus the axial speed)
     dM = mu w_n R v_around / v ds
-    w_n = sqrt((w_b sin t - T dt/ds)^2 + (T sin t da/ds)^2).
+    w_n = sqrt((w_b sin t - T dt/ds)^2 + (T sin t da/ds)^2) + |T| k_t + k_b min(T, 0)^2,
+
+the last two, of tortuosity and of pipe that buckles, where the rig file has these effects.
 
 Each element is integrated by the implicit midpoint rule, of second order in its length: with 200 elements the
 exponential growth of tension around a quarter turn comes out within 1e-5.
@@ -23,7 +25,7 @@ from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.course import Array
-from slider_drilling.wellbore.mesh import GRAVITY, Mesh, build_mesh, friction_factors
+from slider_drilling.wellbore.mesh import GRAVITY, Mesh, build_mesh, friction_factors, open_hole_share
 
 _ITERATIONS = 50
 _CLOSE = 1e-12  # relative; the midpoint's tension converges by a factor of mu * bend / 2 an iteration
@@ -87,14 +89,24 @@ def static_loads(
     weight = GRAVITY * (rig.string.density - rig.mud.density) * mesh.area * mesh.length
     tension, torque, side = _integrate(
         weight * mesh.cosine, weight * mesh.sine, mesh.vertical_curvature * mesh.length,
-        mesh.lateral_curvature * mesh.length, friction * axial_speed / speed,
+        mesh.lateral_curvature * mesh.length, *_extra_side_force(rig, mesh), friction * axial_speed / speed,
         friction * around / speed * mesh.outer_radius, -weight_on_bit, bit_torque,
     )  # fmt: skip
     return StaticLoads(np.append(mesh.top, mesh.bottom[-1]), tension, torque, side / mesh.length)
 
 
+def _extra_side_force(rig: Rig, mesh: Mesh) -> tuple[Array, Array]:
+    """Of tortuosity, per tension (n,), and of buckled pipe, per squared compression (n,) 1/N, of whole elements."""
+    bending = 4.0 * rig.string.youngs_modulus * mesh.second_moment
+    return (rig.effects.tortuosity.curvature * open_hole_share(rig, mesh) * mesh.length,
+            rig.effects.buckling_contact.factor * mesh.clearance / bending * mesh.length)
+
+
 @njit(**COMPILE | {"_nrt": True})
-def _integrate(weight, side_weight, vertical_bend, lateral_bend, drag, lever, tension_at_bit, torque_at_bit):
+def _integrate(
+    weight, side_weight, vertical_bend, lateral_bend, tortuous_bend, buckling, drag, lever, tension_at_bit,
+    torque_at_bit,
+):
     """Tension and torque (n + 1,) up from the bit, side force (n,) N an element; drag: -, lever: m of torque, of it."""
     n = len(weight)
     tension, torque, side = np.empty(n + 1), np.empty(n + 1), np.empty(n)
@@ -105,7 +117,9 @@ def _integrate(weight, side_weight, vertical_bend, lateral_bend, drag, lever, te
             middle = 0.5 * (tension[i + 1] + top)
             vertical = side_weight[i] - middle * vertical_bend[i]
             lateral = middle * lateral_bend[i]
+            pressed = min(middle, 0.0)
             side[i] = math.sqrt(vertical * vertical + lateral * lateral)
+            side[i] += abs(middle) * tortuous_bend[i] + buckling[i] * pressed * pressed
             before, top = top, tension[i + 1] + weight[i] - drag[i] * side[i]
             if abs(top - before) <= _CLOSE * (abs(top) + side[i]):
                 break

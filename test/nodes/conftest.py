@@ -4,12 +4,15 @@ import os
 import subprocess
 import time
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 pytest.importorskip("rclpy", reason="no ROS 2: pip install '.[ros]' or source one")
+
+from ear import Ear
+from program import Program
 
 from slider_drilling.nodes import environment
 
@@ -38,7 +41,7 @@ def wait_for_bytes() -> Callable[[Path, int, subprocess.Popen], Path]:
     def wait(folder: Path, size: int, process: subprocess.Popen) -> Path:
         end = time.monotonic() + 100.0
         while time.monotonic() < end and process.poll() is None:
-            for path in folder.glob(".*.part"):
+            for path in folder.rglob("*.mcap"):
                 if path.stat().st_size >= size:
                     return path
             time.sleep(0.02)
@@ -46,3 +49,27 @@ def wait_for_bytes() -> Callable[[Path, int, subprocess.Popen], Path]:
         raise AssertionError(f"no log of {size} bytes in {folder}: {there}; exit code {process.poll()}")
 
     return wait
+
+
+@pytest.fixture
+def start(namespace: str, tmp_path: Path) -> Iterator[object]:
+    """Starts programs in one namespace; what is still there at the end is killed."""
+    started: list[Program] = []
+
+    def start_one(name: str, within: str = "", **parameters: object) -> Program:
+        started.append(Program(name, namespace + within, tmp_path, **parameters))
+        return started[-1]
+
+    yield start_one
+    for program in started:
+        if program.process.poll() is None:
+            program.process.kill()
+            program.process.communicate()
+
+
+@pytest.fixture
+def ear(namespace: str) -> Iterator[Ear]:
+    """Hears and says things in the namespace of the programs."""
+    made = Ear(namespace)
+    yield made
+    made.close()

@@ -34,7 +34,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     done = subprocess.run(arguments, env=environment, capture_output=True, text=True, timeout=200, check=False)
     assert done.returncode == 0, done.stderr
     (log,) = folder.glob("*.mcap")
-    assert sorted(path.suffix for path in folder.iterdir()) == [".html", ".mcap", ".png"]
+    assert sorted(path.suffix for path in folder.iterdir()) == [".html", ".mcap", ".png", ".yaml"]
     return log, done.stdout
 
 
@@ -115,7 +115,7 @@ def test_a_mistake_is_one_line_and_exit_code_2(arguments, expected, environment,
 
 
 def test_a_full_disk_is_one_line(recorded, environment, tmp_path):
-    """A limit on the size of files stands for a full disk; the runs before have left the compiled plant on it."""
+    """A limit on the size of files stands for a full disk; what was written before it is there and can be read."""
     code = ("import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
             "resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000));"
             "from slider_drilling.cli import main; main()")
@@ -124,4 +124,8 @@ def test_a_full_disk_is_one_line(recorded, environment, tmp_path):
     assert done.returncode == 2, done.stderr
     lines = [line for line in done.stderr.splitlines() if line.strip() and not line.startswith("[INFO]")]
     assert len(lines) == 1 and "cannot write this log: File too large" in lines[0], done.stderr
-    assert list(tmp_path.iterdir()) == []
+    (path,) = tmp_path.glob("*.mcap")
+    log = read_log(path)
+    said = re.search(r"(\d+) messages over ([\d.]+) s are safe in it", lines[0])
+    assert said and log.notes == () and log.rig_text is not None
+    assert log.top_drive.time[-1] == pytest.approx(float(said[2]), abs=0.15) and log.top_drive.time[-1] > 5.0

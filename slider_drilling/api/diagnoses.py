@@ -1,0 +1,137 @@
+"""Why logs and the simulator part: one thin door to the diagnosis."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slider_drilling.api.comparisons import log_from
+from slider_drilling.api.runs import Run
+from slider_drilling.columns import Columns
+from slider_drilling.diagnosis import diagnose as engine
+from slider_drilling.diagnosis.save import write_diagnosis
+from slider_drilling.errors import InputError
+from slider_drilling.gap.progress import Progress
+from slider_drilling.log import RigLog
+from slider_drilling.rig import Rig
+
+if TYPE_CHECKING:
+    import pandas
+    import plotly
+
+    from slider_drilling.diagnosis.user_effects import UserEffect
+
+LogLike = str | os.PathLike[str] | RigLog | Run
+
+
+@dataclass(frozen=True, repr=False)
+class Diagnosed:
+    """An answer: found is all of it; what matters first is here. tree: what diagnosis.json holds."""
+
+    found: engine.Diagnosis
+    tree: dict[str, Any]
+
+    @property
+    def verdict(self) -> str:
+        """``none``, ``parameters``, ``effect``, ``effect_and_unknown``, ``unknown`` or ``inconclusive``."""
+        return self.found.verdict
+
+    @property
+    def sentence(self) -> str:
+        """The answer in words, with code names and figures."""
+        return self.found.sentence
+
+    @property
+    def driller(self) -> str:
+        """The answer in the words of the rig floor."""
+        return self.found.driller
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Names of the accepted effects, none where there are none."""
+        return tuple(self.tree["effects"])
+
+    @property
+    def tuned_rig(self) -> Rig:
+        """The rig file with the tuned parameters and the effects that were found."""
+        return engine.tuned_rig(self.found)
+
+    def __repr__(self) -> str:
+        return f"Diagnosed({self.verdict}: {self.driller})"
+
+    def columns(self) -> Columns:
+        """The ranking: effect, site, share of the gap closed with its 95 % interval, whether it passed and is in the
+        answer."""
+        ranking = self.tree["ranking"]
+        low, high = ([row["interval"][side] if row["interval"] else None for row in ranking] for side in (0, 1))
+        numbers = {"closed": [row["closed"] for row in ranking], "closed_low": low, "closed_high": high}
+        return Columns({
+            "effect": np.array([row["effect"] for row in ranking], dtype=object),
+            "site": np.array([row["site"] for row in ranking], dtype=object),
+            **{name: np.array(values, dtype=float) for name, values in numbers.items()},
+            **{name: np.array([row[name] for row in ranking], dtype=bool) for name in ("passed", "in_answer")},
+        })  # fmt: skip
+
+    def to_frame(self) -> pandas.DataFrame:
+        """`columns` as a pandas DataFrame. Raises InputError."""
+        return self.columns().to_frame()
+
+    def to_csv(self, path: str | os.PathLike[str]) -> Path:
+        """`columns` as CSV. Raises InputError."""
+        return self.columns().to_csv(path)
+
+    def to_parquet(self, path: str | os.PathLike[str]) -> Path:
+        """`columns` as Parquet. Raises InputError."""
+        return self.columns().to_parquet(path)
+
+    def save(self, folder: str | os.PathLike[str]) -> list[Path]:
+        """Write diagnosis.json, rig.tuned.yaml and report.html into a folder, which is made; the paths.
+
+        Raises InputError where it cannot be written.
+        """
+        return write_diagnosis(self.found, Path(folder))
+
+    def plot(self) -> plotly.graph_objects.Figure:
+        """How much of the gap each effect of the ranking closes, with its 95 % interval."""
+        from slider_drilling.api.plots import bars
+
+        columns = self.columns().values
+        intervals = list(zip(columns["closed_low"], columns["closed_high"], strict=True))
+        return bars(columns["effect"].tolist(), columns["closed"].tolist(), intervals, "share of the gap closed")
+
+
+def diagnose(
+    logs: LogLike | Sequence[LogLike],
+    rig: Rig | None = None,
+    *,
+    only: Sequence[str] = (),
+    effects: Sequence[UserEffect] = (),
+    until: float = 1.0,
+    seed: int = 0,
+    progress: Progress = lambda stage, share: None,
+) -> Diagnosed:
+    """Say where logs of one rig and the simulator part, which effect causes it, and how far it shrinks with it.
+
+    logs: paths, logs or runs; rig: the simulator's rig file, the logs' own if None; only: effects of the catalogue to
+    consider, all if empty; effects: one's own besides; until: share of every log that is fitted; seed: of the
+    bootstrap; progress: told the stage and the share done. Raises InputError.
+    """
+    several = [logs] if isinstance(logs, (str, os.PathLike, RigLog, Run)) else list(logs)
+    if not several:
+        raise InputError("diagnose: no logs: give at least one")
+    records = [log_from(one) for one in several]
+    told = records[0].rig() if rig is None else rig
+    if rig is None:
+        for record in records[1:]:
+            if record.rig() != told:
+                raise InputError(
+                    f"{record.source}: its rig file differs from that of {records[0].source}; "
+                    "give the one to use as rig"
+                )
+    found = engine.diagnose(records, told, seed=seed, user_effects=effects, only=only, until=until, progress=progress)
+    return Diagnosed(found, engine.as_json(found))

@@ -1,0 +1,42 @@
+"""Commands for the simplest slide: steady rocking about a centre while the block is lowered."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slider_drilling.control.rocking import Rocking
+from slider_drilling.drillstring import Commands
+from slider_drilling.errors import InputError
+from slider_drilling.rig import Rig
+
+
+def rocking(
+    rig: Rig,
+    duration: float,
+    *,
+    amplitude: float,
+    period: float,
+    rounding: float = 0.5,
+    centre: float = 0.0,
+    block_speed: float = 0.0025,
+    pump_speed: float | None = None,
+    interval: float | None = None,
+) -> Commands:
+    """Commands that rock the top drive, from rest, with a triangle wave whose peaks are rounded.
+
+    duration: s; amplitude: rad to either side; period: s; rounding: s, half the width of a rounded peak; centre: rad,
+    reached over the first period; block_speed: m/s, positive lowers; pump_speed: rad/s, the one for the reference flow
+    if None; interval: s between samples, that of the rig's sensors if None. Raises InputError.
+    """
+    if not (np.isfinite(duration) and duration > 0.0):
+        raise InputError(f"rocking: duration = {duration} s: must be finite and positive")
+    wave = Rocking(amplitude, period, rounding)
+    step = 1.0 / rig.sensors.rate if interval is None else interval
+    time = step * np.arange(round(duration / step) + 1, dtype=np.float64)
+    angle, speed = np.array([wave.start(t) for t in time]).T
+    # A smooth step: no speed at either end.
+    share = np.clip(time / period, 0.0, 1.0)
+    angle = angle + centre * share**2 * (3.0 - 2.0 * share)
+    speed = speed + centre * 6.0 * share * (1.0 - share) / period
+    pump = rig.hydraulics.reference_flow / rig.mud_pump.displacement if pump_speed is None else pump_speed
+    return Commands(time, angle, speed, block_speed * time, np.full_like(time, block_speed), np.full_like(time, pump))

@@ -1,0 +1,52 @@
+"""An effect put into a plant that its rig file does not show, at a usual size or at one's own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields
+
+from slider_drilling.changes import number
+from slider_drilling.effects import Effects
+from slider_drilling.errors import InputError
+from slider_drilling.rig import Rig
+
+USUAL: dict[str, Callable[[float], dict[str, float]]] = {
+    "stribeck": lambda length: {"drop": 0.3, "speed": 0.05},
+    "viscous_drag": lambda length: {"coefficient": 25.0},
+    "static_aging": lambda length: {"growth": 0.5, "time": 5.0},
+    "buckling_contact": lambda length: {"factor": 1.5},
+    "cuttings_bed": lambda length: {"factor": 1.9, "top": 0.65 * length, "bottom": 0.8 * length},
+    "tortuosity": lambda length: {"curvature": 6e-4},
+    "friction_drift": lambda length: {"rate": 4e-4},
+    "top_drive_backlash": lambda length: {"angle": 0.4},
+    "torsional_compliance": lambda length: {"extra": 0.12},
+    "axial_oscillation_tool": lambda length: {"force": 2e3, "frequency": 15.0, "depth": 0.7 * length},
+    "heave": lambda length: {"amplitude": 0.08, "period": 10.0},
+    "motor_wear": lambda length: {"torque_loss": 0.28, "extra_leak": 0.2},
+    "formation_change": lambda length: {"factor": 1.4, "time": 150.0},
+    "torque_sensor_gain": lambda length: {"gain": 0.1},
+    "torque_sensor_lag": lambda length: {"lag": 0.5},
+    "torque_sensor_bias": lambda length: {"bias": 500.0},
+    "torque_at_motor": lambda length: {"inertia": 900.0, "friction": 200.0},
+}
+"""What a usual amount of each effect is, given the string's length, m; units as in the rig file."""
+
+
+def planted(rig: Rig, effect: str) -> Rig:
+    """The rig with one effect of the catalogue: ``"stribeck"``, or ``"stribeck:drop=0.4,speed=0.05"``.
+
+    Values that are not given have their usual size. Raises InputError for an unknown effect or value.
+    """
+    name, colon, given = effect.partition(":")
+    known = [one.name for one in fields(Effects)]
+    if name not in known:
+        raise InputError(f"effect = {name!r}: no such effect; one of {', '.join(known)}")
+    if name not in USUAL and not colon:
+        raise InputError(f"effect = {name!r}: has no usual size; give its values, as in {name}:KEY=VALUE")
+    values = USUAL[name](rig.string.length) if name in USUAL else {}
+    for pair in given.split(",") if colon else ():
+        key, equals, text = pair.partition("=")
+        if not equals:
+            raise InputError(f"effect = {effect!r}: {pair!r} is not KEY=VALUE")
+        values[key.strip()] = number(text, f"effect {name}: {key.strip()}")
+    return rig.with_({f"effects.{name}": values})

@@ -1,0 +1,27 @@
+"""Plotly figures of what is not a log over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slider_drilling.pages.figures import Bars, Chart, Line, Panel
+from slider_drilling.pages.notebook import plotly_figure
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
+
+def lines(named: Sequence[tuple[str, np.ndarray, np.ndarray]], x_label: str, y_label: str) -> Figure:
+    """One line for each (name, x, y). Raises InputError where plotly is not installed."""
+    drawn = tuple(Line(name, x, y) for name, x, y in named)
+    return plotly_figure(Chart("", x_label, (Panel(y_label, drawn),)))
+
+
+def bars(names: Sequence[str], values: Sequence[float], intervals: Sequence[tuple[float, float]], label: str) -> Figure:
+    """A horizontal bar for each name, the first on top, with its interval."""
+    low, high = np.array(intervals, dtype=float).reshape(-1, 2).T
+    drawn = Bars("", tuple(names), np.asarray(values, dtype=float), low=low, high=high, flat=True)
+    return plotly_figure(Chart("", label, (Panel("effect", (drawn,)),)))

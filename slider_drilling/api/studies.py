@@ -1,0 +1,79 @@
+"""The paper's systems, each with figures, numbers and a verdict on what the paper says."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slider_drilling.columns import Columns
+from slider_drilling.tools.catalogue import run_study
+from slider_drilling.tools.study import Chart, Claim, Study
+
+if TYPE_CHECKING:
+    import pandas
+    import plotly
+
+
+@dataclass(frozen=True, repr=False)
+class Studied:
+    """A study that has run."""
+
+    found: Study
+
+    @property
+    def claims(self) -> tuple[Claim, ...]:
+        """What the paper says, what was measured, and whether it holds."""
+        return self.found.claims
+
+    def __repr__(self) -> str:
+        holding = sum(claim.holds for claim in self.claims)
+        return f"Studied({self.found.name}: {self.found.title}; {holding} of {len(self.claims)} claims hold)"
+
+    def columns(self) -> Columns:
+        """Every point of every curve: figure, series, x and y, whose labels carry their units."""
+        rows = [(chart.title, line.name, chart.x_label, chart.y_label, line)
+                for chart in self.found.figures if isinstance(chart, Chart) for line in chart.lines]
+        lengths = [len(row[-1].x) for row in rows]
+        names = ("figure", "series", "x_label", "y_label")
+        text = {name: np.repeat(np.array([row[k] for row in rows], dtype=object), lengths)
+                for k, name in enumerate(names)}
+        none = np.empty(0)
+        return Columns({**text, "x": np.concatenate([none, *(row[-1].x for row in rows)]),
+                        "y": np.concatenate([none, *(row[-1].y for row in rows)])})
+
+    def to_frame(self) -> pandas.DataFrame:
+        """`columns` as a pandas DataFrame. Raises InputError."""
+        return self.columns().to_frame()
+
+    def to_csv(self, path: str | os.PathLike[str]) -> Path:
+        """`columns` as CSV. Raises InputError."""
+        return self.columns().to_csv(path)
+
+    def to_parquet(self, path: str | os.PathLike[str]) -> Path:
+        """`columns` as Parquet. Raises InputError."""
+        return self.columns().to_parquet(path)
+
+    def save(self, folder: str | os.PathLike[str]) -> list[Path]:
+        """Write NAME.html, NAME.png, NAME.csv and NAME.json into a folder, which is made; the paths.
+
+        Raises InputError, or OSError where the folder cannot be made.
+        """
+        from slider_drilling.tools.render import write_study
+
+        return write_study(self.found, Path(folder))
+
+    def plot(self, index: int = 0) -> plotly.graph_objects.Figure:
+        """One of the study's figures; index: which, from 0. Raises IndexError where there are fewer."""
+        from slider_drilling.pages.notebook import plotly_figure
+        from slider_drilling.tools.page import drawn
+
+        return plotly_figure(drawn(self.found.figures[index]))
+
+
+def study(name: str) -> Studied:
+    """Run a study by its name (``slider-drilling study --list`` has them). Raises InputError for an unknown one."""
+    return Studied(run_study(name))

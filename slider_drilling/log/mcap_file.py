@@ -1,0 +1,252 @@
+"""An MCAP file that grows by whole records, and can be ended in order at any moment, on a full disk too.
+
+The records' encoding is the mcap package's. Its own Writer cannot serve a recording: once a write has failed it
+can neither end the file nor say what is in it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import struct
+import zlib
+from collections import defaultdict
+from dataclasses import dataclass, field
+
+import zstandard
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import (
+    Attachment,
+    AttachmentIndex,
+    Channel,
+    Chunk,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Header,
+    McapRecord,
+    MessageIndex,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+    SummaryOffset,
+)
+
+MAGIC = b"\x89MCAP0\r\n"
+# opcode, length, channel, sequence, log time, publish time; the message's data follows.
+_MESSAGE = struct.Struct("<BQHIQQ")
+_MESSAGE_FIXED = 22
+# A damaged chunk is lost as a whole: this much is some ten seconds of a rig's channels.
+CHUNK_BYTES = 64 * 1024
+
+
+def encoded(record: McapRecord) -> bytes:
+    """The bytes of one record."""
+    builder = RecordBuilder()
+    record.write(builder)
+    return builder.end()
+
+
+class GrowingFile:
+    """A file that only ever holds whole records: a write that fails takes back what it had begun."""
+
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor = descriptor
+        self._open = True
+        self.size = 0
+        self.crc = 0
+
+    def append(self, data: bytes) -> int:
+        """Write it all, and return where it begins. Raises OSError, the file then being as it was."""
+        at, rest = self.size, memoryview(data)
+        try:
+            while rest:
+                rest = rest[os.write(self._descriptor, rest) :]
+        except BaseException:
+            # Without room for the record there may be none for the file's end either, unless this gives some back.
+            with contextlib.suppress(OSError):
+                os.ftruncate(self._descriptor, at)
+                os.lseek(self._descriptor, at, os.SEEK_SET)
+            raise
+        self.size += len(data)
+        self.crc = zlib.crc32(data, self.crc)
+        return at
+
+    def close(self) -> None:
+        """Close it; a second time does nothing. Raises OSError where the system could not keep what was written."""
+        if self._open:
+            self._open = False
+            os.close(self._descriptor)
+
+
+@dataclass
+class OpenChunk:
+    """Messages that are not in the file yet. index: channel -> (log time, place) of each."""
+
+    data: bytearray = field(default_factory=bytearray)
+    index: dict[int, list[tuple[int, int]]] = field(default_factory=lambda: defaultdict(list))
+    first: int = 0
+    last: int = 0
+    count: int = 0
+
+
+class McapFile:
+    """Writes one MCAP file on an open descriptor, which becomes its own.
+
+    Messages gather in a chunk that is written when it is full or by `flush`. Those that are in the file: `messages`,
+    `counts` by channel, log times from `first` to `until`, ns. Every method raises OSError where a write fails; what
+    is in the file stays readable then and the file can still be finished.
+    """
+
+    def __init__(self, descriptor: int, library: str) -> None:
+        self._file = GrowingFile(descriptor)
+        self._compress = zstandard.ZstdCompressor().compress
+        self._chunk = OpenChunk()
+        self._schemas: list[Schema] = []
+        self._channels: list[Channel] = []
+        self._chunks: list[ChunkIndex] = []
+        self._attachments: list[AttachmentIndex] = []
+        self._metadata: list[MetadataIndex] = []
+        self.counts: dict[int, int] = defaultdict(int)
+        self.messages = 0
+        self.first, self.until = 0, 0
+        try:
+            self._file.append(MAGIC + encoded(Header(profile="ros2", library=library)))
+        except BaseException:
+            self._file.close()
+            raise
+
+    @property
+    def size(self) -> int:
+        """Bytes in the file and in the chunk that is still to be compressed."""
+        return self._file.size + len(self._chunk.data)
+
+    @property
+    def pending(self) -> int:
+        """Messages that are not in the file yet."""
+        return self._chunk.count
+
+    def schema(self, name: str, encoding: str, data: bytes) -> int:
+        """Add a schema; its id."""
+        self._schemas.append(Schema(id=len(self._schemas) + 1, name=name, encoding=encoding, data=data))
+        self._chunk.data += encoded(self._schemas[-1])
+        return self._schemas[-1].id
+
+    def channel(self, topic: str, encoding: str, schema_id: int, metadata: dict[str, str]) -> int:
+        """Add a channel; its id. schema_id: 0 for none."""
+        one = Channel(id=len(self._channels) + 1, topic=topic, message_encoding=encoding, metadata=metadata,
+                      schema_id=schema_id)  # fmt: skip
+        self._channels.append(one)
+        self._chunk.data += encoded(one)
+        return one.id
+
+    def message(self, channel_id: int, sequence: int, log_time: int, publish_time: int, data: bytes) -> None:
+        """Add a message, times in ns."""
+        chunk, place = self._chunk, len(self._chunk.data)
+        head = _MESSAGE.pack(
+            Opcode.MESSAGE, _MESSAGE_FIXED + len(data), channel_id, sequence & 0xFFFFFFFF, log_time, publish_time
+        )
+        # The record goes in at once, and first: an interrupt in between leaves a chunk that is whole.
+        chunk.data += head + data
+        chunk.index[channel_id].append((log_time, place))
+        chunk.first = log_time if not chunk.count else min(chunk.first, log_time)
+        chunk.last = max(chunk.last, log_time)
+        chunk.count += 1
+        if len(chunk.data) >= CHUNK_BYTES:
+            self.flush()
+
+    def attachment(self, name: str, media_type: str, data: bytes) -> None:
+        """Add a file, after the messages so far."""
+        self.flush()
+        record = encoded(Attachment(create_time=0, log_time=0, name=name, media_type=media_type, data=data))
+        self._attachments.append(
+            AttachmentIndex(offset=self._file.append(record), length=len(record), log_time=0, create_time=0,
+                            data_size=len(data), name=name, media_type=media_type))  # fmt: skip
+
+    def metadata(self, name: str, values: dict[str, str]) -> None:
+        """Add a metadata record, after the messages so far."""
+        self.flush()
+        record = encoded(Metadata(name=name, metadata=values))
+        self._metadata.append(MetadataIndex(offset=self._file.append(record), length=len(record), name=name))
+
+    def flush(self) -> None:
+        """Write the open chunk: a program that is killed after this loses none of it."""
+        chunk = self._chunk
+        if not chunk.data:
+            return
+        data = bytes(chunk.data)
+        compressed = self._compress(data)
+        record = encoded(
+            Chunk(compression="zstd", data=compressed, message_start_time=chunk.first,
+                  message_end_time=chunk.last, uncompressed_crc=zlib.crc32(data), uncompressed_size=len(data))
+        )  # fmt: skip
+        offsets, indexes = {}, bytearray()
+        for channel_id, entries in chunk.index.items():
+            offsets[channel_id] = self._file.size + len(record) + len(indexes)
+            indexes += encoded(MessageIndex(channel_id=channel_id, records=entries))
+        at = self._file.append(record + bytes(indexes))
+        self._chunk = OpenChunk()
+        self._chunks.append(
+            ChunkIndex(chunk_start_offset=at, chunk_length=len(record), compression="zstd",
+                       compressed_size=len(compressed), uncompressed_size=len(data), message_start_time=chunk.first,
+                       message_end_time=chunk.last, message_index_length=len(indexes), message_index_offsets=offsets)
+        )  # fmt: skip
+        if chunk.count:
+            self.first = min(self.first, chunk.first) if self.messages else chunk.first
+            self.until = max(self.until, chunk.last)
+            self.messages += chunk.count
+            for channel_id, entries in chunk.index.items():
+                self.counts[channel_id] += len(entries)
+
+    def finish(self) -> None:
+        """End and close the file. Raises OSError where something does not fit: what does is in it then.
+
+        A file that can hold no summary is ended without one: any reader still goes through it from the front.
+        """
+        try:
+            try:
+                self.flush()
+            finally:
+                self._end()
+        finally:
+            self._file.close()
+
+    def abandon(self) -> None:
+        """Close the file as it is."""
+        self._file.close()
+
+    def _end(self) -> None:
+        end = encoded(DataEnd(self._file.crc))
+        try:
+            self._file.append(end + self._summary(self._file.size + len(end)) + MAGIC)
+        except OSError:
+            self._file.append(end + encoded(Footer(summary_start=0, summary_offset_start=0, summary_crc=0)) + MAGIC)
+            raise
+
+    def _summary(self, start: int) -> bytes:
+        """The summary section, that begins at `start`, and the footer."""
+        statistics = Statistics(
+            attachment_count=len(self._attachments), channel_count=len(self._channels),
+            channel_message_counts=dict(self.counts), chunk_count=len(self._chunks), message_count=self.messages,
+            message_start_time=self.first, message_end_time=self.until, metadata_count=len(self._metadata),
+            schema_count=len(self._schemas),
+        )  # fmt: skip
+        groups: list[tuple[Opcode, list[McapRecord]]] = [
+            (Opcode.SCHEMA, [*self._schemas]), (Opcode.CHANNEL, [*self._channels]),
+            (Opcode.STATISTICS, [statistics]), (Opcode.CHUNK_INDEX, [*self._chunks]),
+            (Opcode.ATTACHMENT_INDEX, [*self._attachments]), (Opcode.METADATA_INDEX, [*self._metadata]),
+        ]  # fmt: skip
+        out, offsets = bytearray(), bytearray()
+        for opcode, records in groups:
+            group = b"".join(encoded(one) for one in records)
+            if group:
+                offsets += encoded(
+                    SummaryOffset(group_opcode=opcode, group_start=start + len(out), group_length=len(group))
+                )
+            out += group
+        offset_start = start + len(out)
+        out += offsets
+        crc = zlib.crc32(struct.pack("<BQQQ", Opcode.FOOTER, 20, start, offset_start), zlib.crc32(out))
+        return bytes(out) + encoded(Footer(summary_start=start, summary_offset_start=offset_start, summary_crc=crc))

@@ -1,0 +1,53 @@
+"""One look for every page: what a page holds as plain data, its figures, and one template.
+
+A page is described without its units and written in those of the reader:
+
+    from slider_drilling.pages import Amount, Chart, Lead, Line, Page, Panel, Section, Table, Tag, write_page
+    from slider_drilling.units import SI
+
+    page = Page(
+        about="Run",
+        title="Example well, 22 Nov 2026, target 45 deg",
+        facts=(("log", "run.mcap"),),
+        lead=Lead("The tool-face was held within 4 deg.", "good"),
+        sections=(
+            Section("What happened", (
+                "A paragraph of text.",
+                Bullets(("one", "another")),
+                Table(("channel", "noise, N m", "verdict"), (("torque", 120.0, Tag("quiet", "good")),)),
+                Chart("Torque", "time, s", (Panel("surface torque, kN m", (Line("measured", time, torque),)),)),
+            )),
+        ),
+    )
+    write_page(path, page, SI)
+
+* A label that ends in ", UNIT" says what unit the numbers under it are in. The page converts them and the label;
+  `slider_drilling.units` has them. Angles in deg stay, in rad become turns in the field's units.
+* A cell of a table is text, a number (of its column's unit), an `Amount` with a unit of its own, a `Tag` (a word with
+  a tone), a `Link`, or a tuple of these, one below the other. None and NaN are shown as "-".
+* A figure is a `Chart` (panels over one shared x axis, of `Line` and `Bars`) or a `Map`. Colours are names of
+  `colours.py`, so that a page is right in light, in dark and on paper; `picture` draws the same figures as PNG.
+* The page stands alone: style, script and data are inside, compressed, and need no network.
+"""
+
+from slider_drilling.pages.figures import Bars, Chart, Line, Map, Panel, line
+from slider_drilling.pages.page import Amount, Bullets, Lead, Link, Page, Section, Table, Tag, page_html, write_page
+
+__all__ = [
+    "Amount",
+    "Bars",
+    "Bullets",
+    "Chart",
+    "Lead",
+    "Line",
+    "Link",
+    "Map",
+    "Page",
+    "Panel",
+    "Section",
+    "Table",
+    "Tag",
+    "line",
+    "page_html",
+    "write_page",
+]

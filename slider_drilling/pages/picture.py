@@ -1,0 +1,146 @@
+"""The same figures as a PNG, by matplotlib."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slider_drilling.pages.colours import LIGHT, ORDER
+from slider_drilling.pages.figures import Bars, Chart, Figure, Line, Map, Panel, thin
+from slider_drilling.pages.plotly_js import KINDS
+from slider_drilling.units import Units, unit_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import SubFigure
+
+_RULE = "#e0e6ec"
+_STYLES: dict[str, dict[str, Any]] = {
+    "line": {},
+    "dashed": {"linestyle": "--"},
+    "dotted": {"linestyle": ":"},
+    "dots": {"linestyle": "none", "marker": "o", "markersize": 3.5},
+    "steps": {"drawstyle": "steps-post"},
+}
+
+
+def picture(figures: tuple[Figure, ...], units: Units, title: str = "") -> bytes:
+    """PNG of every figure: one below the other where there is one or it has panels, else two a row."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure as Paper
+
+    columns = 1 if len(figures) == 1 else 2
+    rows = [figures[first : first + columns] for first in range(0, len(figures), columns)]
+    heights = [max(_height(figure) for figure in row) for row in rows]
+    width = 11.0 if columns == 1 else 7.0 * columns
+    paper = Paper(figsize=(width, sum(heights) + (0.4 if title else 0.0)), dpi=110, layout="constrained")
+    if title:
+        paper.suptitle(title, fontsize=12)
+    strips = paper.subfigures(len(rows), 1, squeeze=False, height_ratios=heights)[:, 0]
+    for strip, row in zip(strips, rows, strict=True):
+        for place, figure in zip(strip.subfigures(1, columns, squeeze=False)[0], row, strict=False):
+            _draw(place, figure, units)
+    held = io.BytesIO()
+    FigureCanvasAgg(paper).print_png(held)
+    return held.getvalue()
+
+
+def _height(figure: Figure) -> float:
+    return 0.8 + 1.75 * len(figure.panels) if isinstance(figure, Chart) and len(figure.panels) > 1 else 4.4
+
+
+def _draw(place: SubFigure, figure: Figure, units: Units) -> None:
+    place.suptitle(figure.title, fontsize=10.5, x=0.02, ha="left")
+    if isinstance(figure, Map):
+        _map(place.subplots(), figure, units)
+        return
+    ratios = [panel.height for panel in figure.panels]
+    drawn = np.atleast_1d(place.subplots(len(ratios), 1, sharex=True, height_ratios=ratios))
+    x_unit = unit_of(figure.x)[1]
+    for axes, panel in zip(drawn, figure.panels, strict=True):
+        _panel(axes, figure, panel, units)
+        for at, _ in figure.at:
+            axes.axvline(units.value(at, x_unit), color=LIGHT["grey"], lw=0.9, ls=":")
+    drawn[-1].set_xlabel(units.label(figure.x))
+    if figure.x_log:
+        drawn[-1].set_xscale("log")
+    if figure.x_limits is not None:
+        drawn[-1].set_xlim(*(units.value(end, x_unit) for end in figure.x_limits))
+
+
+def _panel(axes: Axes, chart: Chart, panel: Panel, units: Units) -> None:
+    unit = unit_of(panel.y)[1]
+    for number, mark in enumerate(panel.marks):
+        if isinstance(mark, Bars):
+            _bars(axes, mark, chart, panel, number, units)
+        elif not mark.hidden:
+            _line(axes, mark, unit_of(chart.x)[1], unit, LIGHT[mark.colour or ORDER[number % len(ORDER)]], units)
+    if panel.level is not None:
+        axes.axhline(units.value(panel.level[0], unit), color=LIGHT["grey"], lw=0.9, ls=":", label=panel.level[1])
+    if panel.log:
+        axes.set_yscale("log")
+    if panel.limits is not None:
+        axes.set_ylim(*(units.value(end, unit) for end in panel.limits))
+    if panel.down or any(isinstance(mark, Bars) and mark.flat for mark in panel.marks):
+        axes.invert_yaxis()
+    name, told = unit_of(units.label(panel.y))
+    axes.set_ylabel(f"{name}\n{told}" if told else name)
+    if not panel.log and not any(isinstance(mark, Bars) for mark in panel.marks):
+        axes.ticklabel_format(axis="y", useOffset=False)
+    axes.grid(True, color=_RULE, linewidth=0.6)
+    axes.set_axisbelow(True)
+    names = axes.get_legend_handles_labels()[1]
+    if len(names) > 1:
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), fontsize=8, ncols=min(len(names), 4), frameon=False,
+                    borderaxespad=0.1, borderpad=0.1)  # fmt: skip
+
+
+def _line(axes: Axes, mark: Line, x_unit: str, y_unit: str, colour: str, units: Units) -> None:
+    x, y = (mark.x, mark.y) if mark.low is not None else thin(mark.x, mark.y)
+    told = units.value(x, x_unit)
+    if mark.low is not None and mark.high is not None:
+        low, high, middle = (units.value(values, y_unit) for values in (mark.low, mark.high, mark.y))
+        if mark.style == "dots":
+            axes.errorbar(told, middle, [middle - low, high - middle], fmt="none", ecolor=colour, elinewidth=1.1)
+        else:
+            axes.fill_between(told, low, high, color=colour, alpha=0.2, linewidth=0.0)
+    axes.plot(told, units.value(y, y_unit), color=colour, linewidth=1.2, label=mark.name or None, **_STYLES[mark.style])
+
+
+def _bars(axes: Axes, mark: Bars, chart: Chart, panel: Panel, number: int, units: Units) -> None:
+    at_unit, long_unit = (unit_of(label)[1] for label in ((panel.y, chart.x) if mark.flat else (chart.x, panel.y)))
+    at: Any = list(mark.x) if isinstance(mark.x, tuple) else units.value(mark.x, at_unit)
+    colours = [LIGHT[name] for name in mark.colours or (ORDER[number % len(ORDER)],)]
+    long = units.value(mark.y, long_unit)
+    width: Any = 0.65 if mark.width is None else units.value(mark.width, at_unit)
+    base: Any = 0.0 if mark.base is None else units.value(mark.base, long_unit)
+    draw, rest = (axes.barh, {"left": base, "height": width}) if mark.flat else (
+        axes.bar, {"bottom": base, "width": width})  # fmt: skip
+    drawn = draw(at, long, color=colours if len(colours) > 1 else colours[0], label=mark.name or None, **rest)
+    if mark.low is not None and mark.high is not None:
+        ends = [units.value(values, long_unit) for values in (mark.y - mark.low, mark.high - mark.y)]
+        where = {"x": long, "y": at, "xerr": ends} if mark.flat else {"x": at, "y": long, "yerr": ends}
+        axes.errorbar(**where, fmt="none", ecolor=LIGHT["ink"], elinewidth=1.1)
+    if mark.text:
+        axes.bar_label(drawn, list(mark.text), fontsize=8, padding=2)
+
+
+def _map(axes: Axes, figure: Map, units: Units) -> None:
+    from matplotlib.colors import ListedColormap, LogNorm, Normalize
+    from matplotlib.patches import Patch
+
+    shown = ((figure.x, figure.x_label), (figure.y, figure.y_label), (figure.value, figure.value_label))
+    x, y, value = (units.value(values, unit_of(label)[1]) for values, label in shown)
+    axes.set_xlabel(units.label(figure.x_label))
+    axes.set_ylabel(units.label(figure.y_label))
+    if figure.categories:
+        colours = [LIGHT[name] for name in KINDS[: len(figure.categories)]]
+        axes.pcolormesh(x, y, value, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(colours) - 0.5)
+        patches = [Patch(color=colour, label=name) for colour, name in zip(colours, figure.categories, strict=True)]
+        axes.legend(handles=patches, fontsize=8, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False)
+        return
+    norm = LogNorm() if figure.log else Normalize()
+    mesh = axes.pcolormesh(x, y, value, cmap="viridis", shading="nearest", norm=norm)
+    axes.get_figure().colorbar(mesh, ax=axes, label=units.label(figure.value_label))  # type: ignore[union-attr]

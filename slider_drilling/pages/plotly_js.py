@@ -1,0 +1,237 @@
+"""Figures as plotly.js draws them: plain dicts, colours still by name ("@blue"), for a page to theme."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from slider_drilling.pages.colours import AMBER, BLUE, GREEN, GREY, ORDER, SKY
+from slider_drilling.pages.figures import Array, Bars, Chart, Figure, Line, Map, Panel, thin
+from slider_drilling.units import Units, number, unit_of
+
+KINDS = (SKY, AMBER, GREEN, GREY, BLUE)  # colours of a map of categories
+_DASH = {"dashed": "dash", "dotted": "dot"}
+_PANEL, _SINGLE, _BETWEEN = 165.0, 300.0, 38.0  # px: a panel among others, one alone, the room between
+
+
+def drawing(figure: Figure, units: Units) -> dict[str, Any]:
+    """`data` and `layout` for Plotly.react, `legend` (name, colour, style, hidden) and `height`, px."""
+    return _map(figure, units) if isinstance(figure, Map) else _chart(figure, units)
+
+
+def _chart(chart: Chart, units: Units) -> dict[str, Any]:
+    data: list[dict[str, Any]] = []
+    legend: dict[str, dict[str, Any]] = {}
+    shapes: list[dict[str, Any]] = []
+    notes: list[dict[str, Any]] = []
+    heights = [_PANEL * panel.height if len(chart.panels) > 1 else _SINGLE for panel in chart.panels]
+    total = sum(heights) + _BETWEEN * (len(heights) - 1)
+    layout: dict[str, Any] = {"shapes": shapes, "annotations": notes, "barmode": "overlay", "bargap": 0.35,
+                              "hoversubplots": "axis", "hovermode": _hover(chart)}  # fmt: skip
+    top, x_unit = total, unit_of(chart.x)[1]
+    for place, (panel, height) in enumerate(zip(chart.panels, heights, strict=True), start=1):
+        axis, domain = f"y{place if place > 1 else ''}", [max((top - height) / total, 0.0), top / total]
+        for index, mark in enumerate(panel.marks):
+            colour = _colour(mark, index)
+            traces = _traces(mark, chart, panel, units, colour)
+            data += [{**trace, "yaxis": axis, "name": mark.name} for trace in traces]
+            if mark.name:
+                legend.setdefault(mark.name, _entry(mark, colour))
+        layout[f"yaxis{axis[1:]}"] = _axis(panel.marks, panel.limits, panel.y, units, panel.log, panel.down, flat=True)
+        layout[f"yaxis{axis[1:]}"] |= {"domain": domain}
+        beside = f" · dotted: {panel.level[1]}" if panel.level is not None else ""
+        notes.append(_heading(_said(panel.y, units) + beside, domain[1]))
+        if panel.level is not None:
+            shapes.append(_level(units.value(panel.level[0], unit_of(panel.y)[1]), axis))
+        shapes += [_upright(units.value(at, x_unit), axis) for at, _ in chart.at]
+        top -= height + _BETWEEN
+    notes += [_upright_name(units.value(at, x_unit), name, chart.x_log) for at, name in chart.at if name]
+    marks = tuple(mark for panel in chart.panels for mark in panel.marks)
+    layout["xaxis"] = _axis(marks, chart.x_limits, chart.x, units, chart.x_log, False, flat=False)
+    layout["xaxis"] |= {"anchor": axis, "title": {"text": _said(chart.x, units), "standoff": 6}}
+    listed = list(legend.values())
+    return {"data": data, "layout": layout, "legend": listed if len(listed) > 1 else [], "height": total + 70.0}
+
+
+def _hover(chart: Chart) -> str:
+    """One box for all lines where each x has one value of each; the nearest point's where curves turn back."""
+    for mark in (mark for panel in chart.panels for mark in panel.marks):
+        if isinstance(mark, Bars) or bool(np.any(np.diff(mark.x) < 0.0)):
+            return "closest"
+    return "x unified"
+
+
+def _entry(mark: Line | Bars, colour: str) -> dict[str, Any]:
+    style = "bars" if isinstance(mark, Bars) else mark.style
+    return {"name": mark.name, "colour": colour, "style": style, "hidden": isinstance(mark, Line) and mark.hidden}
+
+
+def _colour(mark: Line | Bars, index: int) -> str:
+    named = mark.colours[0] if isinstance(mark, Bars) and mark.colours else getattr(mark, "colour", "")
+    return f"@{named or ORDER[index % len(ORDER)]}"
+
+
+def _said(label: str, units: Units) -> str:
+    told = units.label(label)
+    return told[:1].upper() + told[1:]
+
+
+def numbers(values: Array) -> list[float | None]:
+    """For JSON: rounded to what a screen can show of the values' span, to four digits where they are far smaller (a
+    logarithmic axis shows them too); None for NaN."""
+    there = values[np.isfinite(values)]
+    span = (float(np.ptp(there)) or float(np.abs(there[0]))) if there.size else 0.0
+    decimals = 5 - int(np.floor(np.log10(span))) if span > 0.0 else 0
+
+    def short(value: float) -> float:
+        return round(value, decimals) if abs(value) > 1e-4 * span else float(f"{value:.4g}")
+
+    return [short(value) if np.isfinite(value) else None for value in values.tolist()]
+
+
+def _traces(mark: Line | Bars, chart: Chart, panel: Panel, units: Units, colour: str) -> list[dict[str, Any]]:
+    if isinstance(mark, Bars):
+        return _bars(mark, chart, panel, units, colour)
+    return _line(mark, chart, panel, units, colour)
+
+
+def _line(mark: Line, chart: Chart, panel: Panel, units: Units, colour: str) -> list[dict[str, Any]]:
+    x_unit, y_unit = unit_of(chart.x)[1], unit_of(panel.y)[1]
+    x, y = (mark.x, mark.y) if mark.low is not None else thin(mark.x, mark.y, chart.points)
+    trace: dict[str, Any] = {
+        "type": "scatter", "x": numbers(units.value(x, x_unit)), "y": numbers(units.value(y, y_unit)),
+        "mode": "markers" if mark.style == "dots" else "lines",
+        "line": {"color": colour, "width": 1.5, "dash": _DASH.get(mark.style, "solid"),
+                 "shape": "hv" if mark.style == "steps" else "linear"},
+        "marker": {"color": colour, "size": 6},
+        **({"visible": "legendonly"} if mark.hidden else {}),
+    }  # fmt: skip
+    if mark.low is None or mark.high is None:
+        return [trace]
+    low, high = units.value(mark.low, y_unit), units.value(mark.high, y_unit)
+    if mark.style == "dots":
+        trace["error_y"] = _whiskers(low, units.value(mark.y, y_unit), high, colour)
+        return [trace]
+    edge = {**trace, "line": {"width": 0, "color": colour}, "hoverinfo": "skip"}
+    return [{**edge, "y": numbers(low)},
+            {**edge, "y": numbers(high), "fill": "tonexty", "fillcolor": f"{colour}33"}, trace]  # fmt: skip
+
+
+def _bars(mark: Bars, chart: Chart, panel: Panel, units: Units, colour: str) -> list[dict[str, Any]]:
+    at_unit, long_unit = (unit_of(label)[1] for label in ((panel.y, chart.x) if mark.flat else (chart.x, panel.y)))
+    at = list(mark.x) if isinstance(mark.x, tuple) else numbers(units.value(mark.x, at_unit))
+    along = numbers(units.value(mark.y, long_unit))
+    colours = [f"@{name}" for name in mark.colours] if len(mark.colours) > 1 else colour
+    trace: dict[str, Any] = {
+        "type": "bar", "x": along if mark.flat else at, "y": at if mark.flat else along,
+        "orientation": "h" if mark.flat else "v", "marker": {"color": colours}, "cliponaxis": False,
+    }  # fmt: skip
+    if mark.text:
+        trace |= {"text": list(mark.text), "textposition": "outside"}
+    if mark.width is not None:
+        trace["width"] = numbers(units.value(mark.width, at_unit))
+    if mark.base is not None:
+        trace["base"] = numbers(units.value(mark.base, long_unit))
+    if mark.low is not None and mark.high is not None:
+        low, high, end = (units.value(values, long_unit) for values in (mark.low, mark.high, mark.y))
+        trace["error_x" if mark.flat else "error_y"] = _whiskers(low, end, high, "@ink")
+    return [trace]
+
+
+def _whiskers(low: Array, middle: Array, high: Array, colour: str) -> dict[str, Any]:
+    return {"type": "data", "symmetric": False, "array": numbers(high - middle),
+            "arrayminus": numbers(middle - low), "color": colour, "thickness": 1.4}  # fmt: skip
+
+
+def _axis(
+    marks: tuple[Line | Bars, ...], limits: tuple[float, float] | None, label: str, units: Units, log: bool, down: bool,
+    flat: bool,
+) -> dict[str, Any]:  # fmt: skip
+    """An axis of its data: names read from the top down, tick marks of a logarithmic one at round numbers."""
+    unit = unit_of(label)[1]
+    if any(isinstance(mark, Bars) and mark.flat == flat and isinstance(mark.x, tuple) for mark in marks):
+        return {"automargin": True, "type": "category", "autorange": "reversed" if flat else True}
+    axis: dict[str, Any] = {"automargin": True, "type": "log" if log else "linear", "minexponent": 6}
+    seen = limits or _extent(marks, flat)
+    if log and seen is not None:
+        ticks = round_ticks(*(units.value(end, unit) for end in seen))
+        axis |= {"tickvals": ticks, "ticktext": [number(tick) for tick in ticks]}
+    if limits is None and (flat or log or seen is None or any(isinstance(mark, Bars) for mark in marks)):
+        return {**axis, "autorange": "reversed" if down else True}
+    assert seen is not None
+    ends = [units.value(end, unit) for end in seen]
+    if limits is None:  # room for the dots at the ends
+        room = 0.01 * (ends[1] - ends[0] or 1.0)
+        ends = [ends[0] - room, ends[1] + room]
+    ends = [float(np.log10(end)) for end in ends] if log else ends
+    return {**axis, "range": ends[::-1] if down else ends}
+
+
+def _extent(marks: tuple[Line | Bars, ...], along_y: bool) -> tuple[float, float] | None:
+    """Least and greatest number along this axis; None where there is none."""
+    held = []
+    for mark in marks:
+        upright = isinstance(mark, Line) or not mark.flat
+        values = mark.y if along_y == upright else mark.x
+        if not isinstance(values, tuple):
+            held.append(values[np.isfinite(values)])
+    every = np.concatenate(held) if held else np.empty(0)
+    return (float(every.min()), float(every.max())) if every.size else None
+
+
+def round_ticks(low: float, high: float) -> list[float]:
+    """1, 2 and 5 times powers of ten from just below `low` to just above `high`; powers alone over many decades."""
+    low = max(low, high * 1e-12, 1e-300)
+    decades = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(max(high, low)))) + 1)
+    steps = (1.0,) if len(decades) > 5 else (1.0, 2.0, 5.0)
+    return [tick for decade in decades for tick in (step * 10.0**decade for step in steps) if tick <= 5.0 * high]
+
+
+def _heading(text: str, top: float) -> dict[str, Any]:
+    return {"text": text, "xref": "paper", "yref": "paper", "x": 0, "y": top, "xanchor": "left", "yanchor": "bottom",
+            "showarrow": False, "font": {"size": 12.5}, "yshift": 3}  # fmt: skip
+
+
+def _level(value: float, axis: str) -> dict[str, Any]:
+    return {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "yref": axis, "y0": value, "y1": value,
+            "line": {"color": "@grey", "width": 1, "dash": "dot"}}  # fmt: skip
+
+
+def _upright(at: float, axis: str) -> dict[str, Any]:
+    return {"type": "line", "xref": "x", "yref": f"{axis} domain", "x0": at, "x1": at, "y0": 0, "y1": 1,
+            "line": {"color": "@grey", "width": 1, "dash": "dot"}}  # fmt: skip
+
+
+def _upright_name(at: float, name: str, log: bool) -> dict[str, Any]:
+    return {"text": name, "xref": "x", "x": float(np.log10(at)) if log else at, "yref": "paper", "y": 1,
+            "yanchor": "bottom", "xanchor": "left", "showarrow": False, "font": {"size": 11, "color": "@grey"},
+            "yshift": 3}  # fmt: skip
+
+
+def _map(figure: Map, units: Units) -> dict[str, Any]:
+    told = units.value(figure.value, unit_of(figure.value_label)[1])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        value = np.log10(told) if figure.log else told
+    name = units.label(figure.value_label)
+    bar: dict[str, Any] = {"title": {"text": f"log10 of {name}" if figure.log else name, "side": "right"},
+                           "thickness": 12, "outlinewidth": 0}  # fmt: skip
+    trace: dict[str, Any] = {
+        "type": "heatmap", "x": numbers(units.value(figure.x, unit_of(figure.x_label)[1])),
+        "y": numbers(units.value(figure.y, unit_of(figure.y_label)[1])),
+        "z": [numbers(row) for row in value], "colorscale": "Viridis", "colorbar": bar,
+    }  # fmt: skip
+    legend = []
+    if figure.categories:
+        count = len(figure.categories)
+        steps = [[edge / count, f"@{KINDS[k]}"] for k in range(count) for edge in (k, k + 1)]
+        trace |= {"colorscale": steps, "zmin": -0.5, "zmax": count - 0.5, "showscale": False}
+        legend = [{"name": name, "colour": f"@{KINDS[k]}", "style": "bars", "hidden": False}
+                  for k, name in enumerate(figure.categories)]  # fmt: skip
+    layout = {
+        "xaxis": {"title": {"text": _said(figure.x_label, units), "standoff": 6}, "automargin": True},
+        "yaxis": {"automargin": True},
+        "annotations": [_heading(_said(figure.y_label, units), 1.0)],
+        "shapes": [], "hovermode": "closest",
+    }
+    return {"data": [trace], "layout": layout, "legend": legend, "height": _SINGLE + 70.0}

@@ -1,0 +1,26 @@
+"""The ranges of a rig file's numbers as a table, made from the schema that checks them."""
+
+from __future__ import annotations
+
+from slider_drilling.rig.parts import Rig
+from slider_drilling.schema import rows
+
+HEAD = ("key", "unit", "range", "default", "what the range is of")
+
+
+def ranges_table() -> list[tuple[str, ...]]:
+    """A row of `HEAD` for every number of the rig file."""
+    return [
+        (row.key, row.range.unit, str(row.range), "" if row.default is None else f"{row.default:g}", row.range.why)
+        for row in rows(Rig)
+    ]
+
+
+def ranges_markdown() -> str:
+    """The table as Markdown, for the documentation."""
+    lines = [HEAD, ("---",) * len(HEAD), *((f"`{row[0]}`", *row[1:]) for row in ranges_table())]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+if __name__ == "__main__":
+    print(ranges_markdown(), end="")

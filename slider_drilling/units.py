@@ -1,0 +1,176 @@
+"""Units of the oil field and their SI values: the one place where numbers that are not SI come in or go out."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slider_drilling.errors import InputError
+
+_FOOT = 0.3048
+_POUND_FORCE = 4.4482216152605
+_GALLON = 3.785411784e-3
+_POUND = 0.45359237
+_TURN = 2.0 * math.pi
+
+# Kind of quantity -> unit -> its value in the SI unit, which is the kind's first.
+KINDS: dict[str, dict[str, float]] = {
+    "time": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0, "d": 86400.0},
+    "angle": {"rad": 1.0, "deg": math.pi / 180.0, "rev": _TURN, "turns": _TURN},
+    "angular speed": {
+        "rad/s": 1.0,
+        "deg/s": math.pi / 180.0,
+        "rev/s": _TURN,
+        "rev/min": _TURN / 60.0,
+        "rpm": _TURN / 60.0,
+        # A pump's stroke counter counts turns of its crank.
+        "spm": _TURN / 60.0,
+    },
+    "length": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "ft": _FOOT, "in": _FOOT / 12.0},
+    "speed": {
+        "m/s": 1.0,
+        "m/min": 1.0 / 60.0,
+        "m/h": 1.0 / 3600.0,
+        "ft/s": _FOOT,
+        "ft/min": _FOOT / 60.0,
+        "ft/h": _FOOT / 3600.0,
+    },
+    "force": {
+        "N": 1.0,
+        "daN": 10.0,
+        "kN": 1e3,
+        "kdaN": 1e4,
+        "MN": 1e6,
+        "lbf": _POUND_FORCE,
+        "klbf": 1e3 * _POUND_FORCE,
+        "kgf": 9.80665,
+        "tf": 9806.65,
+    },
+    "torque": {
+        "N m": 1.0,
+        "daN m": 10.0,
+        "kN m": 1e3,
+        "ft lbf": _FOOT * _POUND_FORCE,
+        "kft lbf": 1e3 * _FOOT * _POUND_FORCE,
+        "kgf m": 9.80665,
+    },
+    "pressure": {
+        "Pa": 1.0,
+        "kPa": 1e3,
+        "bar": 1e5,
+        "MPa": 1e6,
+        "psi": _POUND_FORCE / (_FOOT / 12.0) ** 2,
+        "kgf/cm2": 98066.5,
+    },
+    "flow": {
+        "m3/s": 1.0,
+        "m3/min": 1.0 / 60.0,
+        "m3/h": 1.0 / 3600.0,
+        "L/s": 1e-3,
+        "L/min": 1e-3 / 60.0,
+        "gal/min": _GALLON / 60.0,
+        "gpm": _GALLON / 60.0,
+        "bbl/min": 42.0 * _GALLON / 60.0,
+    },
+    "energy": {"J": 1.0, "kJ": 1e3, "ft lbf": _FOOT * _POUND_FORCE, "kft lbf": 1e3 * _FOOT * _POUND_FORCE},
+    "density": {"kg/m3": 1.0, "g/cm3": 1e3, "lb/gal": _POUND / _GALLON},
+    "force per length": {"N/m": 1.0, "kN/m": 1e3, "lbf/ft": _POUND_FORCE / _FOOT},
+}
+
+# What a quantity that is told in the first unit is told in where the oil field's units are asked for.
+_OF_THE_FIELD = {
+    "m": "ft", "mm": "in", "km": "ft",
+    "m/s": "ft/s", "m/min": "ft/min", "m/h": "ft/h",
+    "N": "lbf", "kN": "klbf", "MN": "klbf",
+    "N m": "ft lbf", "kN m": "ft lbf",
+    "Pa": "psi", "kPa": "psi", "bar": "psi", "MPa": "psi",
+    "rad": "turns", "rad/s": "rev/min", "rev/s": "rev/min",
+    "m3/s": "gal/min", "L/s": "gal/min", "L/min": "gal/min",
+    "J": "ft lbf", "kJ": "ft lbf", "kg/m3": "lb/gal", "N/m": "lbf/ft", "kN/m": "lbf/ft",
+}  # fmt: skip
+
+Number = TypeVar("Number", float, NDArray[np.float64])
+
+
+@dataclass(frozen=True)
+class Units:
+    """The units that a page, a plot or a table speaks in: `SI` (m, kN, bar, kN m, rad) or `FIELD` (ft, klbf, psi,
+    ft lbf, turns). Degrees and seconds are the same in both, and so is any unit that is in neither's table.
+    """
+
+    name: str
+
+    def unit(self, unit: str) -> str:
+        """What a quantity told in `unit` is told in here."""
+        return _OF_THE_FIELD.get(unit, unit) if self.name == "field" else unit
+
+    def value(self, value: Number, unit: str) -> Number:
+        """A number or an array of `unit`, told in `self.unit(unit)`."""
+        shown = self.unit(unit)
+        if shown == unit:
+            return value
+        (factor,) = {known[unit] / known[shown] for known in KINDS.values() if unit in known and shown in known}
+        return value * factor
+
+    def text(self, value: float | None, unit: str, digits: int = 3) -> str:
+        """A number of `unit` with the unit it is told in: "12.3 kN m" or "9070 ft lbf"; "-" for None and NaN."""
+        if value is None or math.isnan(value):
+            return "-"
+        return f"{number(self.value(value, unit), digits)} {self.unit(unit)}".rstrip()
+
+    def span(self, low: float, high: float, unit: str, digits: int = 3) -> str:
+        """Two numbers of `unit` and the unit they are told in once: "-4.10 to 12.3 kN m"."""
+        first, last = (number(self.value(one, unit), digits) for one in (low, high))
+        return f"{first} to {last} {self.unit(unit)}".rstrip()
+
+    def label(self, label: str) -> str:
+        """A heading or an axis's label, "name, unit", with the unit it is told in."""
+        name, unit = unit_of(label)
+        return f"{name}, {self.unit(unit)}" if unit else label
+
+
+SI = Units("si")
+FIELD = Units("field")
+UNITS = {units.name: units for units in (SI, FIELD)}
+
+
+def unit_of(label: str) -> tuple[str, str]:
+    """Name and unit of a label "name, unit"; the unit is "" where what follows the comma is none."""
+    name, _, unit = label.rpartition(", ")
+    return (name, unit) if any(unit in known for known in KINDS.values()) else (label, "")
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A number for reading: this many significant digits, none lost before the point, and rounding noise as 0."""
+    if not math.isfinite(value):
+        return "-" if math.isnan(value) else f"{value}"
+    if abs(value) < 1e-12:
+        return "0"
+    exponent = int(f"{value:.{digits - 1}e}".partition("e")[2])
+    if not -4 <= exponent < 7:
+        mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")
+        return f"{mantissa}e{int(power)}"
+    return f"{value:.{max(digits - 1 - exponent, 0)}f}"
+
+
+def si_value(unit: str, kind: str, where: str) -> float:
+    """What one of this unit is in the SI unit of its kind (N m, not ft lbf).
+
+    A dot, hyphen or asterisk between two units means what a space does. Raises InputError, starting with ``where``,
+    for a unit that is not of this kind.
+    """
+    known = KINDS[kind]
+    written = " ".join(unit.replace("·", " ").replace("*", " ").replace("-", " ").replace(".", " ").split())
+    if written in known:
+        return known[written]
+    other = [name for name, units in KINDS.items() if written in units]
+    if other:
+        raise InputError(f"{where}: unit = {unit!r}: is a unit of {other[0]}, not of {kind}; use {', '.join(known)}")
+    near = difflib.get_close_matches(written, known, n=1, cutoff=0.5)
+    hint = f"did you mean {near[0]!r}?" if near else f"use {', '.join(known)}"
+    raise InputError(f"{where}: unit = {unit!r}: not a known unit of {kind}; {hint}")

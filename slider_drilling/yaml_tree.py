@@ -1,0 +1,104 @@
+"""YAML as plain dicts, lists, words and decimal numbers; what YAML 1.1 would quietly make of a value is refused."""
+
+from __future__ import annotations
+
+import re
+import reprlib
+from typing import Any
+
+import yaml
+
+from slider_drilling.errors import InputError
+
+_INTEGER = re.compile(r"[-+]?(0|[1-9][0-9]{0,999})")
+_PREFIX = "tag:yaml.org,2002:"
+_SHOWN = 60  # characters of a value that an error shows
+
+
+def parse_yaml(text: str, source: str) -> Any:
+    """What a YAML text holds; ``source`` names it in errors.
+
+    Numbers are decimal, anything else that YAML 1.1 takes for one (``12:30`` is 750 there, ``010`` is 8) stays text,
+    as dates do. Raises InputError for what is not YAML, a key given twice, a tag, and a list that holds itself.
+    """
+    try:
+        node = yaml.compose(text, Loader=yaml.SafeLoader)
+        return None if node is None else _value(node, source, {}, set())
+    except yaml.YAMLError as error:
+        raise InputError(f"{source}: not YAML: {' '.join(str(error).split())}") from None
+    except RecursionError:
+        raise InputError(f"{source}: not usable: lists or keys nested too deeply") from None
+
+
+def shown(value: Any) -> str:
+    """A value for an error message: on one line, cut where it is long."""
+    shortened = reprlib.Repr()
+    shortened.maxstring = shortened.maxother = shortened.maxlong = _SHOWN
+    shortened.maxlist = shortened.maxdict = 4
+    shortened.maxlevel = 2
+    return shortened.repr(value)
+
+
+def _value(node: yaml.Node, source: str, known: dict[int, Any], above: set[int]) -> Any:
+    """``known``: values of nodes seen before, by identity, as aliases share them; ``above``: the nodes around this."""
+    place = id(node)
+    if place in above:
+        raise InputError(f"{_line(node, source)}: an alias that holds itself; write the values out")
+    if place not in known:
+        if isinstance(node, yaml.ScalarNode):
+            known[place] = _scalar(node, source)
+        elif isinstance(node, yaml.SequenceNode):
+            _check_tag(node, "seq", source)
+            known[place] = [_value(item, source, known, above | {place}) for item in node.value]
+        else:
+            known[place] = _mapping(node, source, known, above | {place})
+    return known[place]
+
+
+def _mapping(node: yaml.Node, source: str, known: dict[int, Any], above: set[int]) -> dict[Any, Any]:
+    _check_tag(node, "map", source)
+    found: dict[Any, Any] = {}
+    for key_node, value_node in node.value:
+        if not isinstance(key_node, yaml.ScalarNode):
+            raise InputError(f"{_line(key_node, source)}: a key must be a word")
+        if key_node.tag == f"{_PREFIX}merge":
+            raise InputError(f"{_line(key_node, source)}: <<: merging keys is not supported; write them out")
+        key = key_node.value
+        if key in found:
+            raise InputError(f"{_line(key_node, source)}: {shown(key)[1:-1]}: given twice; keep one")
+        found[key] = _value(value_node, source, known, above)
+    return found
+
+
+def _scalar(node: yaml.ScalarNode, source: str) -> Any:
+    text: str = node.value
+    kind = node.tag.removeprefix(_PREFIX)
+    if kind == "null":
+        return None
+    if kind == "bool":
+        return text.lower() in ("yes", "true", "on")
+    if kind == "int":
+        return int(text) if _INTEGER.fullmatch(text) else text
+    if kind == "float":
+        return _float(text)
+    if kind in ("str", "timestamp", "value"):
+        return text
+    raise InputError(f"{_line(node, source)}: {shown(text)}: the tag {shown(node.tag)} is not supported; leave it out")
+
+
+def _float(text: str) -> float | str:
+    plain = text.lower().replace(".inf", "inf").replace(".nan", "nan")
+    try:
+        # Underscores and, by YAML 1.1, sixtieths (1:30.5) are within a float's tag.
+        return text if "_" in text else float(plain)
+    except ValueError:
+        return text
+
+
+def _check_tag(node: yaml.Node, kind: str, source: str) -> None:
+    if node.tag != f"{_PREFIX}{kind}":
+        raise InputError(f"{_line(node, source)}: the tag {shown(node.tag)} is not supported; leave it out")
+
+
+def _line(node: yaml.Node, source: str) -> str:
+    return f"{source}: line {node.start_mark.line + 1}"

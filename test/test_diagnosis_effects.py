@@ -1,0 +1,70 @@
+"""The effects block of a rig file: what the page says of it is what the program takes, and a bed lies somewhere."""
+
+import dataclasses
+import re
+from pathlib import Path
+
+import pytest
+import yaml
+
+from slider_drilling.effects import Effects
+from slider_drilling.errors import InputError
+from slider_drilling.rig import dump_rig, load_rig, parse_rig
+from slider_drilling.schema import Range
+
+EXAMPLE = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
+
+
+def allowed(limits: Range) -> str:
+    signs = {"at_least": ">=", "above": ">", "at_most": "<=", "below": "<"}
+    stated = {name: getattr(limits, name) for name in signs if getattr(limits, name) != getattr(Range(), name)}
+    return ", ".join(f"{signs[name]} {value:g}" for name, value in stated.items()) or "any"
+
+
+def in_the_program() -> dict[str, tuple[str, str, str]]:
+    rows = {}
+    for effect in dataclasses.fields(Effects):
+        for parameter in dataclasses.fields(getattr(Effects(), effect.name)):
+            limits = parameter.metadata["range"]
+            rows[f"{effect.name}.{parameter.name}"] = limits.unit, f"{parameter.default:g}", allowed(limits)
+    return rows
+
+
+def test_the_effects_page_states_every_parameter_with_its_unit_default_and_range(repository):
+    page = (repository / "docs" / "effects.md").read_text()
+    rows = re.findall(r"^\| `(\w+\.\w+)` \| ([^|]+) \| ([^|]+) \| ([^|]+) \|$", page, re.MULTILINE)
+    stated = {name: tuple(cell.strip() for cell in cells) for name, *cells in rows}
+    assert len(rows) == len(stated)
+    assert stated == in_the_program()
+    for effect in dataclasses.fields(Effects):
+        assert re.search(rf"^\* `{effect.name}`: ", page, re.MULTILINE), effect.name
+
+
+def test_the_effects_block_of_the_page_is_taken(repository):
+    (block,) = re.findall(r"```yaml\n(.*?)```", (repository / "docs" / "effects.md").read_text(), re.DOTALL)
+    given = yaml.safe_load(block)["effects"]
+    rig = parse_rig(dump_rig(EXAMPLE) + block)
+    for effect, parameters in given.items():
+        for name, value in parameters.items():
+            assert getattr(getattr(rig.effects, effect), name) == value
+
+
+@pytest.mark.parametrize(
+    ("block", "says"),
+    [
+        ("cuttings_bed: {factor: 1.5}", "lies nowhere.*top = 0 to bottom = 0 m"),
+        ("cuttings_bed: {factor: 1.5, top: 2000.0}", "lies nowhere"),
+        ("cuttings_bed: {factor: 0.5, top: 2000.0, bottom: 1500.0}", "lies nowhere"),
+        ("cuttings_bed: {factor: 1.5, top: 9000.0, bottom: 9500.0}", "below the string's end"),
+        ("axial_oscillation_tool: {force: 8000.0}", "where in the string"),
+        ("axial_oscillation_tool: {force: 8000.0, depth: 9000.0}", "depth = 9000.*at most 4000 m"),
+    ],
+)
+def test_an_effect_that_acts_nowhere_is_refused(block, says):
+    with pytest.raises(InputError, match=f"own.yaml: effects.*{says}"):
+        parse_rig(f"{dump_rig(EXAMPLE)}effects: {{{block}}}\n", "own.yaml")
+
+
+@pytest.mark.parametrize("block", ["cuttings_bed: {factor: 1.0}", "axial_oscillation_tool: {force: 0.0}"])
+def test_a_neutral_effect_needs_no_place(block):
+    assert parse_rig(f"{dump_rig(EXAMPLE)}effects: {{{block}}}\n").effects == Effects()

@@ -1,0 +1,284 @@
+"""The first look refuses what cannot be used, masks what no rig makes, and lets every valid log pass."""
+
+from __future__ import annotations
+
+import dataclasses
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slider_drilling.diagnosis.first_look import FirstLook, first_look
+from slider_drilling.diagnosis.first_look.glitches import glitches
+from slider_drilling.drillstring import Commands, simulate
+from slider_drilling.errors import InputError
+from slider_drilling.log import RigLog, read_log
+from slider_drilling.log.series import JointSeries, ScalarSeries
+from slider_drilling.rig import FrictionInterval, Rig, Section, load_rig
+from slider_drilling.share import share_file
+from slider_drilling.units import KINDS
+
+
+@pytest.fixture(scope="module")
+def rig() -> Rig:
+    base = load_rig(share_file("config/rig.example.yaml"))
+    survey = ((0.0, 0.0, 0.0), (300.0, 0.0, 0.0), (700.0, 80.0, 0.0), (1000.0, 88.0, 0.0))
+    pipe, assembly = base.string.sections
+    sections = (
+        Section("pipe", 940.0, pipe.outer_diameter, pipe.inner_diameter),
+        Section("assembly", 60.0, assembly.outer_diameter, assembly.inner_diameter),
+    )
+    intervals = (FrictionInterval(700.0, 0.8), FrictionInterval(1000.0, 1.0))
+    return replace(
+        base,
+        well=replace(base.well, survey=survey, friction_intervals=intervals),
+        string=replace(base.string, sections=sections),
+    )
+
+
+def rocking(duration=80.0, amplitude=5.0, lowering=0.004) -> Commands:
+    time = np.arange(0.0, duration, 0.1)
+    omega = 2.0 * np.pi / 8.0
+    angle, speed = amplitude * (1.0 - np.cos(omega * time)), amplitude * omega * np.sin(omega * time)
+    return Commands(time, angle, speed, lowering * time, lowering + 0.0 * time, 12.3 + 0.0 * time)
+
+
+def recorded(rig: Rig, run: Commands) -> RigLog:
+    response = simulate(rig, run, 40)
+    noise = np.random.default_rng(5)
+    time, size = run.time, run.time.size
+
+    def noisy(values, sigma):
+        return values + sigma * noise.normal(size=size)
+
+    mwd = np.arange(12.0, time[-1], 12.0)
+    face = np.angle(np.exp(1j * np.interp(mwd, time, response.tool_face)))
+    missing, none = np.full(size, np.nan), np.full(mwd.size, np.nan)
+    return RigLog(
+        "run.mcap", 0,
+        top_drive=JointSeries(time, time, run.top_drive_angle, run.top_drive_speed,
+                              noisy(response.surface_torque, 150.0)),
+        draw_works=JointSeries(time, time, run.block_position, run.block_speed, noisy(response.hook_load, 4000.0)),
+        standpipe_pressure=ScalarSeries(time, time, noisy(response.standpipe_pressure, 4e4), missing),
+        mud_pump=JointSeries(time, time, missing, run.pump_speed, missing),
+        mwd_tool_face=JointSeries(mwd, mwd + 6.0, face, none, none),
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def log(rig) -> RigLog:
+    return recorded(rig, rocking())
+
+
+def changed(log: RigLog, series: str, **columns) -> RigLog:
+    """A log with columns of one series put through functions."""
+    own = getattr(log, series)
+    return replace(log, **{series: replace(own, **{k: f(getattr(own, k).copy()) for k, f in columns.items()})})
+
+
+def refused(log: RigLog, rig: Rig) -> str:
+    with pytest.raises(InputError) as caught:
+        first_look(log, rig).refuse()
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def test_a_sound_log_passes_untouched(log, rig):
+    assert first_look(log, rig) == FirstLook(log, ())
+
+
+@pytest.mark.parametrize(
+    ("series", "column", "kind", "unit", "channel"),
+    [
+        ("top_drive", "effort", "torque", "kN m", "surface_torque"),
+        ("top_drive", "effort", "torque", "kft lbf", "surface_torque"),
+        ("draw_works", "effort", "force", "kN", "hook_load"),
+        ("draw_works", "effort", "force", "klbf", "hook_load"),
+        ("draw_works", "effort", "force", "tf", "hook_load"),
+        ("standpipe_pressure", "value", "pressure", "bar", "standpipe_pressure"),
+        ("standpipe_pressure", "value", "pressure", "psi", "standpipe_pressure"),
+        ("standpipe_pressure", "value", "pressure", "MPa", "standpipe_pressure"),
+    ],
+)
+def test_a_channel_in_another_unit_is_refused_and_the_unit_named(log, rig, series, column, kind, unit, channel):
+    text = refused(changed(log, series, **{column: lambda x: x / KINDS[kind][unit]}), rig)
+    assert channel in text
+    assert unit in text.partition("looks like ")[2]
+    assert "import it with that unit" in text
+
+
+@pytest.mark.parametrize(
+    ("column", "factor", "says"),
+    [
+        ("velocity", 30.0 / np.pi, "speed looks like .*rpm"),
+        ("velocity", 180.0 / np.pi, "speed looks like deg/s"),
+        ("position", 180.0 / np.pi, "angle looks like deg"),
+        ("position", 0.5 / np.pi, "angle looks like rev"),
+        ("velocity", -1.0, "sign turned"),
+        ("velocity", 3.0, "not in rad and s"),
+    ],
+)
+def test_angle_and_speed_that_disagree_are_refused(log, rig, column, factor, says):
+    with pytest.raises(InputError, match=says):
+        first_look(changed(log, "top_drive", **{column: lambda x: factor * x}), rig).refuse()
+
+
+def test_a_drive_beyond_its_limit_is_refused(log, rig):
+    both = changed(log, "top_drive", position=lambda x: 60.0 * x, velocity=lambda x: 60.0 * x)
+    assert "max_speed is 12.6" in refused(both, rig)
+    assert "deg/s" in refused(both, rig)
+
+
+def test_tool_face_in_degrees_is_refused(log, rig):
+    assert "looks like deg" in refused(changed(log, "mwd_tool_face", position=lambda x: np.degrees(x) + 90.0), rig)
+
+
+def test_turned_signs_are_refused(log, rig):
+    against = refused(changed(log, "top_drive", effort=lambda x: -x), rig)
+    assert "surface_torque runs against the rotation" in against
+    against = refused(changed(log, "top_drive", position=lambda x: -x, velocity=lambda x: -x), rig)
+    assert "surface_torque runs against the rotation" in against
+    assert "hook_load is negative" in refused(changed(log, "draw_works", effort=lambda x: -x), rig)
+    assert "standpipe_pressure is negative" in refused(changed(log, "standpipe_pressure", value=lambda x: -x), rig)
+    turned = changed(log, "draw_works", position=lambda x: -x, velocity=lambda x: -x)
+    assert "the block rises by 0.32 m" in refused(turned, rig)
+
+
+def test_a_block_that_really_rises_is_left_alone(rig):
+    assert first_look(recorded(rig, rocking(lowering=-0.004)), rig).texts("refuse") == ()
+
+
+def test_an_encoder_that_wraps_is_refused(log, rig):
+    wrapped = changed(log, "top_drive", position=lambda x: np.mod(x, 2.0 * np.pi))
+    assert "encoder that wraps" in refused(wrapped, rig)
+
+
+def test_another_rigs_file_is_refused(log, rig):
+    heavy = replace(rig, string=replace(rig.string, density=3.0 * rig.string.density))
+    assert "hook_load starts at" in refused(log, heavy)
+    assert "cannot belong together" in refused(log, heavy)
+    wide = replace(rig, hydraulics=replace(rig.hydraulics, reference_pressure=1e7, reference_flow=0.01))
+    assert "standpipe_pressure" in refused(log, wide)
+
+
+def test_a_pressure_that_a_worn_motor_and_a_mistuned_flow_explain_is_not_refused(log, rig):
+    for factor in (0.7, 1.4):
+        assert not first_look(changed(log, "standpipe_pressure", value=lambda x, f=factor: f * x), rig).texts("refuse")
+
+
+def test_a_stamp_that_steps_back_and_a_clock_that_was_set_are_refused(log, rig):
+    def back(time):
+        time[300] = time[298]
+        return time
+
+    assert "stamps do not ascend at 1 places" in refused(changed(log, "top_drive", time=back), rig)
+
+    def set_forward(time):
+        time[400:] += 3600.0
+        return time
+
+    leapt = replace(log, top_drive=replace(log.top_drive, time=set_forward(log.top_drive.time.copy())))
+    assert "stamps leap by +3600.0 s" in refused(leapt, rig)
+
+
+def test_dropped_samples_are_said_and_unknown_motion_stops(log, rig):
+    def without(series, begin, end):
+        keep = np.r_[0:begin, end : series.time.size]
+        return type(series)(*(getattr(series, f.name)[keep] for f in dataclasses.fields(series)))
+
+    look = first_look(replace(log, standpipe_pressure=without(log.standpipe_pressure, 100, 130)), rig)
+    assert any("standpipe_pressure: 30 samples (3.8 %)" in text for text in look.texts("note"))
+    assert not look.texts("stop")
+    unlucky = first_look(replace(log, top_drive=without(log.top_drive, 200, 500)), rig)
+    assert any("its motion there is not known" in text for text in unlucky.texts("stop"))
+
+
+def test_a_drive_that_hardly_turns_stops(rig):
+    look = first_look(recorded(rig, rocking(amplitude=0.01)), rig)
+    assert any("too little" in text for text in look.texts("stop"))
+    assert not look.texts("refuse")
+
+
+def test_a_motor_that_stands_still_stops(log, rig):
+    look = first_look(changed(log, "mud_pump", velocity=lambda x: 0.01 * x), rig)
+    assert any("the motor would not turn" in text for text in look.texts("stop"))
+
+
+@pytest.mark.parametrize(
+    ("series", "column", "value"),
+    [
+        ("top_drive", "effort", 1e6),
+        ("top_drive", "effort", -4e4),
+        ("top_drive", "position", 300.0),
+        ("top_drive", "velocity", 80.0),
+        ("draw_works", "effort", 0.0),
+        ("standpipe_pressure", "value", 1e9),
+        ("mud_pump", "velocity", 0.0),
+    ],
+)
+def test_a_single_glitch_is_masked_and_said_and_nothing_else_changes(log, rig, series, column, value):
+    def spoil(values):
+        values[417] = value
+        return values
+
+    look = first_look(changed(log, series, **{column: spoil}), rig)
+    assert [finding.weight for finding in look.findings] == ["note"]
+    assert "1 of 800 samples is no reading of a rig" in look.findings[0].text
+    assert "at 41.7 s" in look.findings[0].text
+    masked = getattr(getattr(look.log, series), column)
+    whole = getattr(getattr(log, series), column)
+    assert np.flatnonzero(np.isnan(masked) & ~np.isnan(whole)).tolist() == [417]
+    assert np.array_equal(np.delete(masked, 417), np.delete(whole, 417))
+
+
+def test_what_a_signal_does_itself_is_no_glitch():
+    random = np.random.default_rng(3)
+    noise = random.normal(size=4000)
+    steps = np.repeat(random.normal(size=40), 100)
+    pulses = np.zeros(4000)
+    for shape, at in (((0.3, 0.7, 1.0, 0.7, 0.3), 900), ((0.4, 1.0, 0.4), 2100)):
+        pulses[at : at + len(shape)] = shape
+    square = np.where(np.arange(4000) % 60 < 30, 0.0, 40.0)
+    slow = 10.0 * np.sin(0.02 * np.arange(4000))
+    rare = np.zeros(4000)
+    rare[::40] = 30.0
+    for signal in (
+        noise,
+        steps,
+        10.0 * pulses + slow + 0.1 * noise,
+        square + noise,
+        rare + noise,
+        np.sin(noise.cumsum()),
+    ):
+        assert not glitches(signal).any()
+    assert np.flatnonzero(glitches(np.where(np.arange(4000) == 77, 1e3, noise))).tolist() == [77]
+    gaps = np.where(np.arange(4000) % 7 == 0, np.nan, noise)
+    gaps[78] = -1e3
+    assert np.flatnonzero(glitches(gaps)).tolist() == [78]
+
+
+def test_every_shared_log_passes(shared_data):
+    paths = [*sorted((shared_data / "logs").glob("*.mcap")), *sorted((shared_data / "field").glob("*.mcap"))]
+    assert len(paths) == 14
+    for path in paths:
+        log = read_log(path)
+        assert first_look(log, log.rig()) == FirstLook(log, ()), path.name
+
+
+def test_a_real_log_with_a_rig_file_that_is_not_its_own_ends_at_once(shared_data, tmp_path):
+    """No well or string of this recording is known; the example's are another rig's."""
+
+    def run(*arguments: object) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "slider_drilling", *map(str, arguments)]
+        return subprocess.run(command, capture_output=True, text=True, timeout=120)
+
+    table, mapping = shared_data / "rig_1hz" / "SampleData1.csv", share_file("config/import.surface_1hz.yaml")
+    made = run("import", table, "--mapping", mapping, "--rows", "14245:15583", "-o", tmp_path / "1.mcap")
+    assert made.returncode == 0, made.stderr
+    rig_file = share_file("config/rig.example.yaml")
+    outcome = run("diagnose", tmp_path / "1.mcap", "--rig", rig_file, "-o", tmp_path / "out")
+    assert outcome.returncode == 2
+    assert "standpipe_pressure is 35.1 bar, by the rig file 289 bar" in outcome.stderr
+    assert len(outcome.stderr.strip().splitlines()) == 1

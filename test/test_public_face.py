@@ -1,0 +1,236 @@
+"""`import slider_drilling as sd`: what it offers, that it is light, and that its results go out unchanged."""
+
+from __future__ import annotations
+
+import ast
+import csv
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import slider_drilling as sd
+from slider_drilling.api.planting import USUAL
+from slider_drilling.effects import Effects
+
+ELEMENTS = 40
+
+
+@pytest.fixture(scope="module")
+def rig() -> sd.Rig:
+    return sd.load_rig()
+
+
+@pytest.fixture(scope="module")
+def run(rig: sd.Rig) -> sd.Run:
+    return sd.simulate(rig, sd.rocking(rig, 30.0, amplitude=10.0, period=15.0), elements=ELEMENTS, seed=3)
+
+
+@pytest.fixture(scope="module")
+def slide(rig: sd.Rig) -> sd.Run:
+    return sd.simulate(rig, "slider_drilling.control:SlideController", 40.0, target=0.5, elements=ELEMENTS)
+
+
+def test_import_is_light(repository: Path) -> None:
+    probe = "import sys, slider_drilling as sd; print(sorted({'numpy', 'numba', 'mcap', 'click'} & set(sys.modules)))"
+    answer = subprocess.run([sys.executable, "-c", probe], cwd=repository, capture_output=True, text=True, timeout=60)
+    assert (answer.stdout.strip(), answer.stderr) == ("[]", "")
+
+
+def test_types_are_stated_for_every_name(repository: Path) -> None:
+    stub = ast.parse((repository / "slider_drilling" / "__init__.pyi").read_text())
+    stated = {alias.asname: node.module for node in stub.body if isinstance(node, ast.ImportFrom)
+              for alias in node.names}  # fmt: skip
+    assert set(stated) == set(sd.__all__) - {"__version__"}
+    for name, module in stated.items():
+        assert module == f"slider_drilling.{sd._FACE[name]}"
+        assert getattr(sd, name).__doc__, name
+        assert name in dir(sd)
+
+
+def test_unknown_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="simulat"):
+        sd.simulat  # noqa: B018
+
+
+def test_rig_from_path_text_and_tree(rig: sd.Rig, repository: Path) -> None:
+    path = repository / "config" / "rig.example.yaml"
+    assert sd.load_rig(path) == sd.load_rig(str(path)) == sd.load_rig(path.read_text()) == rig
+    import yaml
+
+    assert sd.load_rig(yaml.safe_load(path.read_text())) == rig
+    with pytest.raises(sd.InputError, match="no such rig file"):
+        sd.load_rig("nowhere.yaml")
+
+
+def test_nested_changes(rig: sd.Rig) -> None:
+    changed = rig.with_({"string.sections[1].length": np.float64(70.0), "string.sections[0].length": 3930},
+                        mud={"density": 1100}, effects={"stribeck": {"drop": 0.3}})  # fmt: skip
+    assert [section.length for section in changed.string.sections] == [3930.0, 70.0]
+    assert (changed.mud.density, changed.effects.stribeck.drop) == (1100.0, 0.3)
+    assert changed.mud.sound_speed == rig.mud.sound_speed
+    assert rig.mud.density == 1200.0
+    assert rig.with_() == rig
+    assert "stribeck" in repr(changed) and "none" in repr(rig)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"mud.density": -5}, r"rig: mud\.density = -5: must be at least"),
+        ({"string": {"density": -5}}, r"rig: string\.density = -5: must be "),
+        ({"mud.densty": 3}, "did you mean density"),
+        ({"mudd.density": 3}, "did you mean mud"),
+        ({"string.sections[7].length": 1}, "only 2"),
+        ({"mud.density": "heavy"}, r"mud\.density = 'heavy'"),
+        ({"mud.density.x": 1}, "no keys"),
+        ({"mud..density": 1}, "not a key"),
+        ({"well.hole_diameter": 0.1}, "does not fit the hole"),
+    ],
+)
+def test_changes_are_checked(rig: sd.Rig, changes: dict[str, object], said: str) -> None:
+    with pytest.raises(sd.InputError, match=said):
+        rig.with_(changes)
+
+
+def test_run_of_commands(run: sd.Run) -> None:
+    frame = run.to_frame()
+    assert frame.attrs["units"]["surface_torque"] == "N m"
+    np.testing.assert_array_equal(frame["surface_torque"], run.response.surface_torque)
+    noise = (frame["measured_surface_torque"] - frame["surface_torque"]).std()
+    assert noise == pytest.approx(run.rig.sensors.surface_torque.noise, rel=0.2)
+    assert "surface torque" in repr(run) and len(repr(run)) < 200
+    assert len(run.plot().data) > 5
+
+
+def test_run_is_what_the_plant_does(rig: sd.Rig, run: sd.Run) -> None:
+    from slider_drilling.drillstring import simulate
+
+    np.testing.assert_array_equal(run.response.tool_face, simulate(rig, run.commands, ELEMENTS).tool_face)
+    assert run.commands.top_drive_angle.max() == pytest.approx(10.0 - 0.5 * 40.0 / 15.0 * 0.5, abs=0.15)
+
+
+def test_seed_moves_the_sensors_alone(rig: sd.Rig, run: sd.Run) -> None:
+    again, other = (sd.simulate(rig, run.commands, elements=ELEMENTS, seed=seed) for seed in (3, 4))
+    np.testing.assert_array_equal(again.log.top_drive.effort, run.log.top_drive.effort)
+    assert not np.array_equal(other.log.top_drive.effort, run.log.top_drive.effort)
+    np.testing.assert_array_equal(other.response.surface_torque, run.response.surface_torque)
+
+
+def test_saved_log_is_the_log(slide: sd.Run, tmp_path: Path) -> None:
+    path = slide.save(tmp_path / "slide.mcap")
+    log = sd.read_log(path)
+    assert log.rig() == slide.rig
+    np.testing.assert_allclose(log.top_drive.effort, slide.log.top_drive.effort)
+    np.testing.assert_allclose(log.mwd_tool_face.time, slide.log.mwd_tool_face.time, atol=1e-9)
+    np.testing.assert_allclose(log.mwd_tool_face.arrival, slide.log.mwd_tool_face.arrival, atol=1e-9)
+    assert log.tool_face_target.position.tolist() == [0.5]
+    assert list(log.to_frame().columns) == [
+        "top_drive_angle", "top_drive_speed", "surface_torque", "block_position", "block_speed", "hook_load",
+        "standpipe_pressure", "pump_speed", "mwd_tool_face", "tool_face_target", "tool_face", "tool_face_rate",
+        "bit_torque", "weight_on_bit"]  # fmt: skip
+    assert "top_drive" in repr(log) and len(repr(log)) < 300
+
+
+def test_csv_and_parquet_hold_the_frame(slide: sd.Run, tmp_path: Path) -> None:
+    import pandas
+
+    frame = slide.to_frame()
+    with open(slide.to_csv(tmp_path / "slide.csv"), newline="") as file:
+        heads, *rows = list(csv.reader(file))
+    assert heads[:2] == ["time [s]", "top_drive_angle [rad]"]
+    assert len(rows) == len(frame)
+    column = heads.index("hook_load [N]")
+    np.testing.assert_allclose([float(row[column]) for row in rows], frame["hook_load"], rtol=1e-9)
+    pytest.importorskip("pyarrow")
+    pandas.testing.assert_frame_equal(pandas.read_parquet(slide.to_parquet(tmp_path / "slide.parquet")), frame)
+
+
+def test_frames_are_asked_for_in_one_line(slide: sd.Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(sd.InputError, match=r"slider_drilling\[frames\]"):
+        slide.to_frame()
+
+
+def test_batch_of_every_combination(rig: sd.Rig, run: sd.Run) -> None:
+    batch = sd.batch(rig, run.commands, elements=ELEMENTS,
+                     vary={"well.friction_intervals[1].factor": [0.8, 1.2], "bit.aggressiveness": [0.4, 0.6]})
+    assert len(batch) == 4
+    assert batch.labels[1] == {"well.friction_intervals[1].factor": 0.8, "bit.aggressiveness": 0.6}
+    assert batch[1].rig.bit.aggressiveness == 0.6
+    peaks = [np.abs(one.response.surface_torque).max() for one in batch]
+    assert min(peaks[2:]) > max(peaks[:2])
+    assert set(batch.to_frame().reset_index()["run"]) == {0, 1, 2, 3}
+    assert len(batch.plot("hook_load").data) == 4
+    with pytest.raises(sd.InputError, match="channel = 'torque'"):
+        batch.plot("torque")
+
+
+def test_batch_of_different_wells_is_each_by_itself(rig: sd.Rig, run: sd.Run) -> None:
+    short = sd.load_rig("short")
+    batch = sd.batch([rig, short, rig], run.commands, elements=ELEMENTS)
+    alone = sd.simulate(short, run.commands, elements=ELEMENTS)
+    np.testing.assert_allclose(batch[1].response.surface_torque, alone.response.surface_torque)
+    np.testing.assert_array_equal(batch[0].response.tool_face, batch[2].response.tool_face)
+
+
+def test_batch_makes_each_run_a_controller(rig: sd.Rig) -> None:
+    from slider_drilling.control import FixedRocking
+
+    batch = sd.batch([rig, rig], FixedRocking, 5.0, elements=ELEMENTS)
+    np.testing.assert_array_equal(batch[0].response.surface_torque, batch[1].response.surface_torque)
+    with pytest.raises(sd.InputError, match="class"):
+        sd.batch([rig, rig], FixedRocking(rig), 5.0)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("drive", "duration", "said"), [
+    ("nowhere:Mine", 5.0, "cannot be imported"),
+    ("slider_drilling.control:SlideController", None, "needs a duration"),
+    (object(), 5.0, "drives nothing"),
+])  # fmt: skip
+def test_what_drives_nothing_is_refused(rig: sd.Rig, drive: object, duration: float | None, said: str) -> None:
+    with pytest.raises(sd.InputError, match=said):
+        sd.simulate(rig, drive, duration)  # type: ignore[arg-type]
+
+
+def test_replay_of_a_run_leaves_its_noise(run: sd.Run) -> None:
+    replayed = sd.replay(run, elements=ELEMENTS)
+    assert 0.8 < replayed.rms_over_noise["surface_torque"] < 1.2
+    frame = replayed.to_frame()
+    residual = frame["measured_hook_load"] - frame["simulated_hook_load"]
+    assert np.sqrt(np.mean(residual**2)) == pytest.approx(replayed.rms["hook_load"])
+    assert len(replayed.plot().data) == 2
+
+
+def test_planted_effect_shows_in_a_replay_without_it(rig: sd.Rig, run: sd.Run) -> None:
+    planted = sd.simulate(sd.planted(rig, "torque_sensor_bias"), run.commands, elements=ELEMENTS, believed=rig)
+    assert planted.log.rig() == rig
+    assert sd.replay(planted, elements=ELEMENTS).rms["surface_torque"] == pytest.approx(np.hypot(500, 150), rel=0.05)
+
+
+@pytest.mark.parametrize("name", USUAL)
+def test_every_usual_size_acts(rig: sd.Rig, name: str) -> None:
+    assert getattr(sd.planted(rig, name).effects, name) != getattr(Effects(), name)
+
+
+@pytest.mark.parametrize(("effect", "said"), [
+    ("stribek", "no such effect; one of stribeck"),
+    ("stribeck:drop", "not KEY=VALUE"),
+    ("stribeck:drop=much", "expected a number"),
+    ("stribeck:dropp=0.3", "did you mean drop"),
+    ("stribeck:drop=-2", "must be above -1"),
+])  # fmt: skip
+def test_effects_that_cannot_be_planted(rig: sd.Rig, effect: str, said: str) -> None:
+    with pytest.raises(sd.InputError, match=said):
+        sd.planted(rig, effect)
+
+
+def test_study(tmp_path: Path) -> None:
+    studied = sd.study("wear_modes")
+    assert "claims hold" in repr(studied)
+    assert set(studied.to_frame().reset_index()["figure"]) <= {chart.title for chart in studied.found.figures}
+    assert studied.plot().data
+    with pytest.raises(sd.InputError, match="no such study"):
+        sd.study("nothing")

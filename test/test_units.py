@@ -1,0 +1,58 @@
+"""Numbers told in SI's and in the field's units: exact factors, one table."""
+
+import math
+
+import numpy as np
+import pytest
+
+from slider_drilling.units import _OF_THE_FIELD, FIELD, KINDS, SI, number, unit_of
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "told", "in_unit"),
+    [
+        (0.3048, "m", 1.0, "ft"),
+        (4.4482216152605, "kN", 1.0, "klbf"),
+        (1.3558179483314004, "N m", 1.0, "ft lbf"),
+        (1.3558179483314004, "kN m", 1000.0, "ft lbf"),
+        (1.0, "bar", 14.503773773020923, "psi"),
+        (2 * math.pi, "rad", 1.0, "turns"),
+        (90.0, "deg", 90.0, "deg"),
+        (3.785411784, "L/min", 1.0, "gal/min"),
+        (119.82642731689663, "kg/m3", 1.0, "lb/gal"),
+        (30.48, "m/h", 100.0, "ft/h"),
+        (12.0, "s", 12.0, "s"),
+    ],
+)
+def test_the_fields_units(value: float, unit: str, told: float, in_unit: str) -> None:
+    assert FIELD.unit(unit) == in_unit
+    assert FIELD.value(value, unit) == pytest.approx(told, rel=1e-14)
+    assert SI.unit(unit) == unit and SI.value(value, unit) == value
+
+
+def test_every_unit_of_the_field_measures_the_same_kind() -> None:
+    for unit, shown in _OF_THE_FIELD.items():
+        assert [kind for kind, known in KINDS.items() if unit in known and shown in known], (unit, shown)
+
+
+def test_arrays_and_labels() -> None:
+    np.testing.assert_allclose(FIELD.value(np.array([0.3048, 3.048]), "m"), [1.0, 10.0])
+    assert FIELD.label("surface torque, kN m") == "surface torque, ft lbf"
+    assert FIELD.label("E, noise floors") == SI.label("E, noise floors") == "E, noise floors"
+    assert unit_of("hook load, kN") == ("hook load", "kN") and unit_of("friction") == ("friction", "")
+
+
+def test_text() -> None:
+    assert SI.text(12.345, "kN m") == "12.3 kN m" and FIELD.text(12.345, "kN m") == "9105 ft lbf"
+    assert SI.text(None, "m") == SI.text(math.nan, "m") == "-"
+    assert SI.span(-4.1, 12.345, "kN") == "-4.10 to 12.3 kN"
+    assert SI.text(0.5, "") == "0.500"
+
+
+@pytest.mark.parametrize(
+    ("value", "read"),
+    [(3.33e-16, "0"), (0.0, "0"), (9.996, "10.0"), (12345.6, "12346"), (-0.01234, "-0.0123"), (1.234e-5, "1.23e-5"),
+     (2.5e9, "2.50e9"), (math.nan, "-")],
+)  # fmt: skip
+def test_numbers_for_reading(value: float, read: str) -> None:
+    assert number(value) == read
