@@ -139,7 +139,7 @@ def _along_the_string(length: float, tool_frequencies: Sequence[float]) -> tuple
             ),
             # Waves of 300 m: what reaches the surface changes over a fraction of that.
             scan=tuple((4e3, hertz, share * length) for share in shares for hertz in tool_frequencies or (8.0, 16.0)),
-            law="force sin(2 pi frequency t) at one depth", marked=bool(tool_frequencies),
+            law="force sin(2 pi frequency t) at one depth",
         ),
     )  # fmt: skip
 
@@ -159,7 +159,7 @@ def _heave(wave_periods: Sequence[float]) -> Effect:
             for off in (-0.012, -0.006, 0.0, 0.006, 0.012)
             for phase in (0.3, 1.9)
         ),
-        law="block + amplitude sin(2 pi t / period + phase)", either_sign=True,
+        law="block + amplitude sin(2 pi t / period + phase)",
     )  # fmt: skip
 
 

@@ -328,7 +328,8 @@ def advance(
     where ``out`` has a row more.
 
     drive: (m + 1, 6), rows of top-drive angle rad and speed rad/s, block position m and speed m/s, pump speed
-    rad/s, and the surface torque N m measured (see `pull`), ``substeps * dt`` apart, the first one at the present time. out: (m or m + 1, channels, lanes).
+    rad/s, and the surface torque N m measured (see `pull`), ``substeps * dt`` apart, the first one at the present time.
+    out: (m or m + 1, channels, lanes).
     """
     count = len(s.speed)
     above, here, below = slice(0, count), slice(lanes, lanes + count), slice(2 * lanes, 2 * lanes + count)

@@ -124,8 +124,8 @@ def simulate_batch(
     """`simulate` for many parameter sets of one well and string, vectorised across them.
 
     Runs go through the kernel in blocks that fit the cache, on ``workers`` threads. observer: lets the torque that
-    was measured pull weakly at the top drive; its torque is sampled at the commands' times. Raises InputError where the rigs
-    differ in survey, sections, contact or sound speed.
+    was measured pull weakly at the top drive; its torque is sampled at the commands' times. Raises InputError where the
+    rigs differ in survey, sections, contact or sound speed.
     """
     grid = _even_grid(commands.time)
     sampled = commands if grid is commands.time else commands.at(grid)

@@ -8,12 +8,13 @@ what cannot be foretold, and noise; a gap beyond that is structure.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 from scipy.stats import t as student
 
 from slider_drilling.gap.evidence.score import Score, squares_of
-from slider_drilling.gap.model import Array, Graded, How, Pulled
+from slider_drilling.gap.model import Array, Graded, How, Model, Pulled
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit
 
@@ -21,12 +22,15 @@ REPLICATES = 8
 LEVEL = 0.01
 # Relative standard deviation of a floor that comes from differences of few samples.
 _FLOOR_SPREAD = 2.0
+# What two free numbers (size and memory) gain on white noise hardly ever: -2 log p.
+_FREE = 20.0
 
 
 @dataclass(frozen=True)
 class Adequacy:
-    """threshold: E that the model would leave of its own replicates at the stated level; by_channel: likewise;
-    beyond: channels that are above theirs; adequate: whether neither the whole nor a channel is above.
+    """threshold: E that the model would leave of its own replicates at the stated level; by_channel: likewise; beyond:
+    channels that are above theirs, or hold more structure (a discrepancy that pays) than theirs; adequate: whether
+    neither the whole nor a channel is.
     """
 
     threshold: float
@@ -38,7 +42,9 @@ class Adequacy:
 def adequacy(problem: Problem, found: Fit, score: Score, seed: int) -> Adequacy:
     """Compare the held-out gap of a fit with what it leaves of its own replicates."""
     generator = np.random.default_rng([seed, 7])
-    left = [squares_of(problem, residual) for residual in _replicates(problem, found, generator)]
+    residuals = _replicates(problem, found, generator)
+    left = [squares_of(problem, residual) for residual in residuals]
+    limits = _structure_limits(problem, residuals)
     names = dict.fromkeys(piece.name for piece in problem.pieces)
     whole = np.array([np.mean([np.mean(squares[piece.rows]) for piece in problem.pieces]) for squares in left])
     channels = {}
@@ -46,9 +52,20 @@ def adequacy(problem: Problem, found: Fit, score: Score, seed: int) -> Adequacy:
         own = [piece for piece in problem.pieces if piece.name == name]
         draws = np.array([np.mean([np.mean(squares[piece.rows]) for piece in own]) for squares in left])
         channels[name] = _upper(draws, LEVEL / len(names))
-    beyond = tuple(name for name, value in score.by_channel.items() if value > channels[name])
+    structured = {problem.pieces[i].name for i, d in problem.structure(found.residual).items() if d > limits[i]}
+    beyond = tuple(name for name, value in score.by_channel.items() if value > channels[name] or name in structured)
     threshold = _upper(whole, LEVEL)
     return Adequacy(threshold, channels, beyond, score.gap <= threshold and not beyond)
+
+
+def _structure_limits(problem: Problem, residuals: list[Array]) -> dict[int, float]:
+    """By piece, what a discrepancy may pay in replicates of the model at the level shared among the pieces."""
+    draws = [problem.structure(residual) for residual in residuals]
+    limits = {}
+    for index in draws[0]:
+        values = np.array([draw[index] for draw in draws]) + _FREE
+        limits[index] = _upper(values, LEVEL / len(draws[0])) ** 2 - _FREE
+    return limits
 
 
 def _upper(squares: Array, level: float) -> float:
@@ -68,11 +85,11 @@ def _replicates(problem: Problem, found: Fit, generator: np.random.Generator) ->
         return [_wrapped(problem, sample - found.simulated) for sample in samples]
     left = []
     for sample in samples:
-        fed = problem.model
+        fed: Pulled = problem.model
         for piece in problem.pieces:
-            if piece.name == problem.model.pulled:
+            if piece.name == fed.pulled:
                 fed = fed.fed(piece.run, sample[piece.rows] * piece.noise)
-        own = replace(problem, model=fed, correction=np.zeros(problem.size))
+        own = replace(problem, model=cast(Model, fed), correction=np.zeros(problem.size))
         left.append(_wrapped(problem, sample - own.simulate([found.values], replace(problem.how, fidelity=finest))[0]))
     return left
 

@@ -67,7 +67,7 @@ def minus_twice_log(residual: Array, interval: Array, size: float, memory: float
     mean, power, total = 0.0, size * size, 0.0
     kept, gain, price, weight, settled = 1.0, 0.0, 0.0, 1.0, False
     for k in range(residual.size):
-        if k > 0 and abs(interval[k] - interval[k - 1]) > _EVEN * interval[k] or k == 1:
+        if (k > 0 and abs(interval[k] - interval[k - 1]) > _EVEN * interval[k]) or k == 1:
             kept = np.exp(-interval[k] / memory)
             settled = False
         if not settled:

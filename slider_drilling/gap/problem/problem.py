@@ -150,29 +150,36 @@ class Problem:
     ) -> tuple[Array, Array]:
         """Residual (N,) and rows (M, N) so that ``-2 log p`` is the residual's square but for a constant.
 
-        forgiving: false takes what a channel accumulated for one error of its own size throughout, not for missed
-        steps: from afar that shows the way where the likelihood is flat.
+        forgiving: false takes what is left for one error of its own size throughout, neither a discrepancy that
+        forgets nor missed steps: from afar, where the likelihood is flat, that shows the way.
         """
         white, out = np.empty(self.size), np.empty_like(rows)
         for index, piece in enumerate(self.pieces):
             gain = self.gain(piece)
-            part = gain * residual[piece.rows]
-            if piece.channel.accumulates and not forgiving:
+            part, own = gain * residual[piece.rows], gain * rows[:, piece.rows]
+            if not forgiving:
                 whole = self.unwrapped(piece, part)
                 size = max(float(np.sqrt(np.mean(whole**2))), 1.0)
-                white[piece.rows], out[:, piece.rows] = whole / size, gain * rows[:, piece.rows] / size
+                white[piece.rows], out[:, piece.rows] = whole / size, own / size
             elif piece.channel.accumulates:
                 loss, rest = missed_steps(self.unwrapped(piece, part), STEP_SIZE)
                 mapped = np.sign(rest) * np.sqrt(np.maximum(loss, 0.0))
                 tiny = np.abs(mapped) < 1e-3
                 slope = np.where(tiny, 1.0, rest / np.where(tiny, 1.0, mapped))
-                white[piece.rows] = np.where(tiny, rest, mapped)
-                out[:, piece.rows] = gain * slope * rows[:, piece.rows]
+                white[piece.rows], out[:, piece.rows] = np.where(tiny, rest, mapped), slope * own
             else:
-                stacked = np.vstack([part[None], gain * rows[:, piece.rows]])
-                through, _ = whitened(stacked, piece.interval, found[index])
+                through, _ = whitened(np.vstack([part[None], own]), piece.interval, found[index])
                 white[piece.rows], out[:, piece.rows] = through[0], through[1:]
         return white, out
+
+    def structure(self, residual: Array) -> dict[int, float]:
+        """By how much ``-2 log p`` of each piece falls for allowing it a discrepancy: little where it is noise."""
+        found = {}
+        for index, piece in enumerate(self.pieces):
+            if not piece.channel.accumulates:
+                part = self.gain(piece) * residual[piece.rows]
+                found[index] = float(part @ part) - most_likely(part, piece.interval, piece.longest)[0]
+        return found
 
     def gap_squared(self, residual: Array) -> float:
         """E^2: the mean over pieces of each one's mean square in noise units."""

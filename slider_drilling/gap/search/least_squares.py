@@ -99,9 +99,7 @@ def fit(
 class _Space:
     """Scaled coordinates of the free parameters, their bounds and priors."""
 
-    def __init__(
-        self, problem: Problem, parameters: Sequence[Parameter], start: Values, kept: Array | None
-    ) -> None:
+    def __init__(self, problem: Problem, parameters: Sequence[Parameter], start: Values, kept: Array | None) -> None:
         self.problem, self.parameters, self.kept = problem, list(parameters), kept
         names = {parameter.name for parameter in parameters}
         self.fixed = {name: value for name, value in start.items() if name not in names}
@@ -110,7 +108,6 @@ class _Space:
         self.lower = (np.array([parameter.lower for parameter in parameters]) - self.nominal) / self.scale
         self.upper = (np.array([parameter.upper for parameter in parameters]) - self.nominal) / self.scale
         self.prior = prior_weights(self.parameters)
-        self.accumulates = any(piece.channel.accumulates for piece in problem.pieces)
 
     def begin(self, start: Values) -> Array:
         begin = np.array([(start.get(p.name, p.nominal) - p.nominal) / p.scale for p in self.parameters])
@@ -147,21 +144,21 @@ class _Space:
     ) -> list[Array]:
         """Points to try next, inside the bounds; reach: longest share of a Gauss-Newton step."""
         tried = []
-        for forgiving in (True, False) if self.accumulates else (True,):
+        for forgiving in (True, False):
             white, rows = self.problem.whitened(residual, jacobian, found, forgiving)
             if self.kept is not None:
                 white, rows = white * self.kept, rows * self.kept
             normal = rows @ rows.T + np.diag(self.prior**2)
             gradient = rows @ white - self.prior**2 * point
-            full = _bounded_step(normal, gradient, 0.0, self.lower - point, self.upper - point)
+            full = bounded_step(normal, gradient, 0.0, self.lower - point, self.upper - point)
             tried += [reach * length * full for length in (_LENGTHS if forgiving else _LENGTHS[:2])]
             if forgiving:
-                tried.append(reach * _bounded_step(normal, gradient, _DAMPED, self.lower - point, self.upper - point))
+                tried.append(reach * bounded_step(normal, gradient, _DAMPED, self.lower - point, self.upper - point))
         return [np.clip(point + step, self.lower, self.upper) for step in tried]
 
 
-def _bounded_step(normal: Array, gradient: Array, damping: float, low: Array, high: Array) -> Array:
-    """Minimise ``s' (normal + damping diag) s / 2 - gradient' s`` within bounds."""
+def bounded_step(normal: Array, gradient: Array, damping: float, low: Array, high: Array) -> Array:
+    """s (p,) that minimises ``s' (normal + damping diag) s / 2 - gradient' s`` within bounds."""
     diagonal = np.diag(normal)
     ridge = damping * diagonal + 1e-9 * max(float(diagonal.max(initial=0.0)), 1e-30)
     factor = np.linalg.cholesky(normal + np.diag(ridge))

@@ -18,9 +18,9 @@ from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit, fit
 
 # Iterations of each rung; after each but the last, the better share of the sets of effects goes on.
-_RUNGS = (1, 1, 2, 8)
-_KEPT = (0.5, 0.5, 0.5)
-_EACH = (2, 1, 1)  # arms of a set that go on
+_RUNGS = (2, 2, 8)
+_KEPT = (0.6, 0.4)
+_EACH = (2, 1)  # arms of a set that go on
 # Sets that are always followed to the end, as far as there are so many.
 FINALISTS = 4
 _WORKERS = 2
@@ -28,13 +28,14 @@ _WORKERS = 2
 
 @dataclass(frozen=True)
 class Arm:
-    """effects: all that are freed; way: index of the problem it is fitted in; begin: values to start from; fit: as far
-    as it has come.
+    """effects: all that are freed; way: index of the problem it is fitted in; begin: values to start from; near: the
+    fit whose Jacobian serves as its first; fit: as far as it has come.
     """
 
     effects: tuple[Effect, ...]
     way: int
     begin: Values
+    near: Fit
     fit: Fit | None = None
 
     @property
@@ -52,16 +53,16 @@ def parameters_of(problem: Problem, effects: Sequence[Effect]) -> list[Parameter
     return problem.free([*nuisance, *(parameter for effect in effects for parameter in effect.parameters)])
 
 
-def race(problems: Sequence[Problem], bases: Sequence[Fit], arms: Sequence[Arm]) -> list[Arm]:
+def race(problems: Sequence[Problem], arms: Sequence[Arm]) -> list[Arm]:
     """Run the arms; the best of each set of effects that lasted, cheapest first.
 
-    problems: one per way; bases: the fit that the arms of each way began from, whose Jacobian serves as their first.
+    problems: one per way.
     """
     running = list(arms)
     for rung, iterations in enumerate(_RUNGS):
 
         def advance(arm: Arm, iterations: int = iterations, first: bool = rung == 0) -> Arm:
-            return _advanced(problems[arm.way], bases[arm.way], arm, iterations, first)
+            return _advanced(problems[arm.way], arm, iterations, first)
 
         with ThreadPoolExecutor(_WORKERS) as pool:
             running = list(pool.map(advance, running))
@@ -71,12 +72,12 @@ def race(problems: Sequence[Problem], bases: Sequence[Fit], arms: Sequence[Arm])
     return running
 
 
-def _advanced(problem: Problem, base: Fit, arm: Arm, iterations: int, first: bool) -> Arm:
+def _advanced(problem: Problem, arm: Arm, iterations: int, first: bool) -> Arm:
     if arm.fit is not None and arm.fit.settled:
         return arm
     known = None
     if first:
-        known = {parameter.name: row for parameter, row in zip(base.parameters, base.jacobian, strict=True)}
+        known = {parameter.name: row for parameter, row in zip(arm.near.parameters, arm.near.jacobian, strict=True)}
     start = arm.begin if arm.fit is None else arm.fit.values
     found = fit(problem, parameters_of(problem, arm.effects), start, iterations=iterations, known=known)
     before = 0 if arm.fit is None else arm.fit.simulations
