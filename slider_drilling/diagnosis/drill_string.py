@@ -37,11 +37,12 @@ class DrillString:
     user_effects: Mapping[str, UserEffect] = field(default_factory=dict)
     probes: tuple[tuple[Parameter, float, float], ...] = ()
     together: tuple[str, ...] = ()
+    meshes: tuple[int, ...] = MESHES
 
     @property
     def finest(self) -> int:
         """See `Graded`."""
-        return len(MESHES) - 1
+        return len(self.meshes) - 1
 
     @property
     def pulled(self) -> str:
@@ -68,7 +69,7 @@ class DrillString:
 
     def simulate(self, run: int, sets: Sequence[Values], how: How) -> Mapping[str, Array]:
         """Channels (K, n) of K parameter sets."""
-        return self._channels(run, sets, MESHES[how.fidelity], how.pull)
+        return self._channels(run, sets, self.meshes[how.fidelity], how.pull)
 
     def shortened(self, share: float) -> DrillString:
         """The first part of every run."""

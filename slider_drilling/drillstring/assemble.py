@@ -55,13 +55,17 @@ class Start:
 class Observer:
     """A weak observer at the top drive (`kernel.pull`): what a fit simulates with, never a prediction.
 
-    gain: of the string's wave impedance, 0 a free run, 1 takes all that arrives from below; torque: (n,) N m, the
-    torque measured at the commands' times; memory: s, after which constant errors show again.
+    torque: (n,) N m, measured at the commands' times; gain: of the string's wave impedance, 0 a free run, 1 (the most
+    that a step can hold) takes all that arrives from below; memory: s, after which constant errors show again.
     """
 
     torque: Array
     gain: float = 0.3
     memory: float = 5.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.gain <= 1.0:
+            raise ValueError(f"observer: gain {self.gain:g} must be 0 to 1")
 
 
 @dataclass(frozen=True)

@@ -304,7 +304,7 @@ def pull(lanes, dt, measured, c: Lanes, s: State):
     """The weak observer: a torque that was measured turns the drive a little towards the one that is simulated.
 
     ``offset' = gain (measured - sensed) / Z - offset / tau``, Z the string's wave impedance at the top: passive for
-    any gain >= 0, so it takes from what arrives from below and adds nothing.
+    gains from 0 to 1, so it takes from what arrives from below and adds nothing.
     """
     for k in range(lanes):
         if c.pull[k] > 0.0:

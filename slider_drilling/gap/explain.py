@@ -90,7 +90,7 @@ def explain(
     candidates = list(model.effects if effects is None else effects)
     if floors is None:
         floors = [{channel.name: noise_floor(channel) for channel in run.channels} for run in model.runs]
-    state = begin(model, floors, starts, seed, progress)
+    state = begin(model, candidates, floors, starts, seed, progress)
     try:
         while not state.done:
             state = step(state, candidates, _together(model, candidates), seed, progress)
@@ -110,7 +110,7 @@ def conclude(state: State, runtime: float) -> Answer:
         named, state = (), replace(state, current=state.tuned, enough=state.tuned_enough)
     if named:
         verdict = "effect" if enough else "effect_and_unknown"
-    elif enough and not stronger:
+    elif not stronger and (enough or (rival is None and _within(state))):
         verdict = "none" if state.nominal_enough else "parameters"
     else:
         verdict = "unknown"
@@ -123,6 +123,12 @@ def conclude(state: State, runtime: float) -> Answer:
         verdict, site, named, closed, interval, where, rival, None if state.partial else next_manoeuvre(state),
         _remarks(state), runtime, state,
     )  # fmt: skip
+
+
+def _within(state: State) -> bool:
+    """Whether the gap itself, whole and by channel, is within what the model leaves of its own replicates."""
+    limits, score = state.enough, state.tuned.score
+    return score.gap <= limits.threshold and not limits.beyond
 
 
 def _closed(state: State) -> tuple[float, tuple[float, float]]:

@@ -15,8 +15,8 @@ from scipy.stats import qmc
 from slider_drilling.gap.choice.state import Explained, Judged, State, Step
 from slider_drilling.gap.evidence.adequacy import adequacy
 from slider_drilling.gap.evidence.compare import LEVEL, Blocks, beats, gaps, make_blocks, share_closed
-from slider_drilling.gap.evidence.score import Folds, held_out, make_folds, score_of
-from slider_drilling.gap.model import Effect, Graded, How, Model, Parameter, Pulled, Values
+from slider_drilling.gap.evidence.score import Folds, Score, held_out, make_folds, score_of
+from slider_drilling.gap.model import Array, Effect, Graded, How, Model, Parameter, Pulled, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, lowered, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.least_squares import Fit, fit
@@ -34,11 +34,18 @@ MOST_EFFECTS = 3
 _TUNING, _POLISH = 14, 3
 # Of ``-2 log p`` per sample: a fit that loses more on the fine mesh is made there.
 _RECOVERED = 0.02
+# A floor that falls by less is the same.
+_SAME_FLOOR = 0.95
 _SCATTERED, _FOLLOWED = 32, 2
 
 
 def begin(
-    model: Model, floors: Sequence[dict[str, NoiseFloor]], starts: Sequence[Values], seed: int, report: Report
+    model: Model,
+    effects: Sequence[Effect],
+    floors: Sequence[dict[str, NoiseFloor]],
+    starts: Sequence[Values],
+    seed: int,
+    report: Report,
 ) -> State:
     """Re-tune the model and see whether that is enough."""
     report("re-tuning", 0.02)
@@ -49,16 +56,14 @@ def begin(
     blocks = make_blocks(make_folds(free), seed)
     tuned = fit(free, tuned.parameters, tuned.values, iterations=2)
     explained = _explained(free, (), tuned, blocks.folds)
-    enough = adequacy(explained.problem, explained.fit, explained.score, seed)
+    enough = adequacy(explained.problem, explained.fit, explained.score, seed, effects)
     if not enough.adequate:
         report("re-tuning from other starts", 0.06)
         again = _tuned(free, _scattered(free, tuned))
         if again.cost < tuned.cost:
             explained = _explained(free, (), again, blocks.folds)
-            enough = adequacy(explained.problem, explained.fit, explained.score, seed)
-    nominal = free.at({}, _fine(model))
-    residual = nominal.residuals([{}])[0]
-    given = score_of(nominal, residual, replace(explained.fit, discrepancy=nominal.cost(residual)[1]))
+            enough = adequacy(explained.problem, explained.fit, explained.score, seed, effects)
+    given, residual = _as_given(free, explained)
     good = given.gap <= enough.threshold and all(given.by_channel[c] <= v for c, v in enough.by_channel.items())
     ways = (free, free.run_as(How(0, PULL))) if _can_be_pulled(model) else (free,)
     return State(
@@ -91,8 +96,11 @@ def step(
     state = replace(state, simulations=state.simulations + spent)
     if accepted is None:
         return replace(state, steps=(*state.steps, Step(judged, None, (), promised)), done=True)
+    group = _group(state.blocks, accepted, judged)
+    state, accepted = _refloored(state, accepted, len(left))
     enough = adequacy(accepted.explained.problem, accepted.explained.fit, accepted.explained.score, seed)
-    taken = Step(judged, accepted, _group(state.blocks, accepted, judged), promised)
+    judged = tuple(accepted if one.effect.name == accepted.effect.name else one for one in judged)
+    taken = Step(judged, accepted, group, promised)
     return replace(state, current=accepted.explained, enough=enough, steps=(*state.steps, taken), done=enough.adequate)
 
 
@@ -118,6 +126,38 @@ def _judge(state: State, ran: Sequence[Arm], rivals: int, seed: int) -> tuple[St
         judged.append(_verdict(state, explained, rivals))
     judged.sort(key=lambda one: float(np.sum(one.explained.score.density)))
     return state, tuple(judged)
+
+
+def _refloored(state: State, accepted: Judged, rivals: int) -> tuple[State, Judged]:
+    """The same with floors that the better model shows to be lower: its kinks had been taken for noise."""
+    found = accepted.explained
+    floors = _lowered(found.problem, found.fit, state.floors)
+    ratios = [floors[p.run][p.name].sigma / state.floors[p.run][p.name].sigma for p in found.problem.pieces]
+    if min(ratios) > _SAME_FLOOR:
+        return state, accepted
+    free = build_problem(found.problem.model, [sigmas(own) for own in floors])
+    ways = tuple(free.run_as(problem.how) for problem in state.ways)
+    problem = free.run_as(replace(found.problem.how, fidelity=free.how.fidelity))
+    folds = state.blocks.folds
+
+    def again(known: Explained) -> Explained:
+        fitted = fit(problem, known.fit.parameters, known.fit.values, iterations=_POLISH)
+        return _explained(problem, known.effects, fitted, folds)
+
+    tuned = again(state.tuned)
+    current = tuned if state.current is state.tuned else again(state.current)
+    nominal, residual = _as_given(problem, tuned)
+    state = replace(
+        state, floors=floors, ways=ways, tuned=tuned, current=current, nominal=nominal, nominal_residual=residual
+    )
+    return state, _verdict(state, again(found), rivals)
+
+
+def _as_given(problem: Problem, tuned: Explained) -> tuple[Score, Array]:
+    """Score and residual (N,) of the model as given."""
+    exact = problem.at({}, _fine(problem.model))
+    residual = exact.residuals([{}])[0]
+    return score_of(exact, residual, replace(tuned.fit, discrepancy=exact.cost(residual)[1])), residual
 
 
 def _judge_otherwise(state: State, ran: Sequence[Arm], rivals: int, seed: int) -> tuple[State, tuple[Judged, ...]]:
@@ -171,9 +211,7 @@ def _in_way(state: State, problem: Problem, seed: int) -> State:
 
     tuned = again(state.tuned)
     current = tuned if state.current is state.tuned else again(state.current)
-    nominal = problem.at({}, _fine(problem.model))
-    residual = nominal.residuals([{}])[0]
-    given = score_of(nominal, residual, replace(tuned.fit, discrepancy=nominal.cost(residual)[1]))
+    given, residual = _as_given(problem, tuned)
     enough = adequacy(tuned.problem, tuned.fit, tuned.score, seed)
     return replace(state, tuned=tuned, current=current, nominal=given, nominal_residual=residual, tuned_enough=enough)
 
@@ -253,7 +291,8 @@ def _arms(
             by_name = {candidate.effect.name: candidate for candidate in candidates}
             for candidate in candidates:
                 promised[candidate.effect.name] = max(promised.get(candidate.effect.name, 0.0), candidate.promise)
-                arms.append(Arm((*known.effects, candidate.effect), way, candidate.starts[0], base))
+                for start in candidate.starts[: 2 if base is tuned else 1]:
+                    arms.append(Arm((*known.effects, candidate.effect), way, start, base))
             for chosen in together:
                 if all(effect.name in by_name for effect in chosen):
                     arms.append(_joined(known.effects, chosen, by_name, way, base))

@@ -7,6 +7,7 @@ what cannot be foretold, and noise; a gap beyond that is structure.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import cast
 
@@ -14,7 +15,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from slider_drilling.gap.evidence.score import Score, squares_of
-from slider_drilling.gap.model import Array, Graded, How, Model, Pulled
+from slider_drilling.gap.model import Array, Effect, Graded, How, Model, Pulled
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit
 
@@ -39,8 +40,12 @@ class Adequacy:
     adequate: bool
 
 
-def adequacy(problem: Problem, found: Fit, score: Score, seed: int) -> Adequacy:
-    """Compare the held-out gap of a fit with what it leaves of its own replicates."""
+def adequacy(problem: Problem, found: Fit, score: Score, seed: int, effects: Sequence[Effect] = ()) -> Adequacy:
+    """Compare what a fit leaves with what it leaves of its own replicates.
+
+    effects: looked for in what is left (a score test): one that stands out there as in no replicate is reason enough to
+    go on, however small the gap.
+    """
     generator = np.random.default_rng([seed, 7])
     residuals = _replicates(problem, found, generator)
     left = [squares_of(problem, residual) for residual in residuals]
@@ -55,7 +60,35 @@ def adequacy(problem: Problem, found: Fit, score: Score, seed: int) -> Adequacy:
     structured = {problem.pieces[i].name for i, d in problem.structure(found.residual).items() if d > limits[i]}
     beyond = tuple(name for name, value in score.by_channel.items() if value > channels[name] or name in structured)
     threshold = _upper(whole, LEVEL)
-    return Adequacy(threshold, channels, beyond, score.gap <= threshold and not beyond)
+    hidden = bool(effects) and _stands_out(problem, found, residuals, effects)
+    return Adequacy(threshold, channels, beyond, score.gap <= threshold and not beyond and not hidden)
+
+
+def _stands_out(problem: Problem, found: Fit, residuals: list[Array], effects: Sequence[Effect]) -> bool:
+    """Whether some effect's change, beyond what the freed parameters can do, lies along what the fit leaves."""
+    points = [effect.values(point) for effect in effects for point in effect.scan]
+    changes = problem.simulate([found.values | values for values in points]) - found.simulated
+    basis, _ = np.linalg.qr(_plain(problem, found.jacobian).T)
+    rows = _plain(problem, changes)
+    rows -= (rows @ basis) @ basis.T
+    length = np.linalg.norm(rows, axis=1)
+    rows = rows[length > 1e-6] / length[length > 1e-6, None]
+
+    def most(residual: Array) -> float:
+        white = _plain(problem, residual[None])[0]
+        white -= basis @ (basis.T @ white)
+        return float(np.max((rows @ white) ** 2, initial=0.0))
+
+    draws = np.array([most(residual) for residual in residuals])
+    return most(found.residual) > _upper(draws + _FREE, LEVEL) ** 2 - _FREE
+
+
+def _plain(problem: Problem, rows: Array) -> Array:
+    """Rows (M, N) without the channels that accumulate: one missed step there looks like any effect."""
+    kept = rows.copy()
+    for piece in problem.pieces:
+        kept[:, piece.rows] *= 0.0 if piece.channel.accumulates else problem.gain(piece)
+    return kept
 
 
 def _structure_limits(problem: Problem, residuals: list[Array]) -> dict[int, float]:

@@ -31,8 +31,8 @@ def make_blocks(folds: Folds, seed: int) -> Blocks:
         number = int(np.ceil(bins.size / block))
         starts = generator.integers(0, bins.size, size=(RESAMPLES, number))
         drawn = ((starts[:, :, None] + np.arange(block)) % bins.size).reshape(RESAMPLES, -1)[:, : bins.size]
-        for row in range(RESAMPLES):
-            counts[row] += np.bincount(bins[drawn[row]], minlength=total)
+        flat = bins[drawn] + total * np.arange(RESAMPLES)[:, None]
+        counts += np.bincount(flat.ravel(), minlength=counts.size).reshape(counts.shape)
     return Blocks(folds, counts)
 
 

@@ -107,16 +107,20 @@ def _best(residual: Array, interval: Array, sizes: Array, memories: Array) -> tu
     return found
 
 
-def most_likely(residual: Array, interval: Array, longest: float) -> tuple[float, Discrepancy]:
-    """``-2 log p`` of a residual (n,) in noise units under the discrepancy that suits it best, and that discrepancy.
+def memories_of(interval: Array, longest: float) -> Array:
+    """Memories s that a discrepancy may have: from the sampling interval to the longest allowed.
 
-    longest: s, above the sampling interval; a discrepancy with a longer memory would be a change of the model.
+    longest: s; a discrepancy that remembers longer would be a change of the model.
     """
-    if residual.size < 2:
-        return float(residual @ residual), Discrepancy(0.0, longest)
+    if interval.size < 2:
+        return np.array([longest])
     shortest = min(float(np.median(interval[1:])), 0.5 * longest)
-    memories = np.geomspace(shortest, longest, _MEMORIES)
-    cost, size, memory = _best(residual, interval, _SIZES, memories)
+    return np.geomspace(shortest, longest, _MEMORIES)
+
+
+def most_likely(residual: Array, interval: Array, memories: Array) -> tuple[float, Discrepancy]:
+    """``-2 log p`` of a residual (n,) in noise units under the discrepancy that suits it best, and that discrepancy."""
+    cost, size, memory = _best(np.ascontiguousarray(residual), interval, _SIZES, memories)
     return float(cost), Discrepancy(float(size), float(memory))
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from slider_drilling.gap.evidence.likelihood import Discrepancy, most_likely, whitened
+from slider_drilling.gap.evidence.likelihood import Discrepancy, memories_of, most_likely, whitened
 from slider_drilling.gap.model import Array, Channel, How, Model, Parameter, Pulled, Values
 from slider_drilling.gap.problem.missed_steps import missed_steps
 
@@ -21,7 +21,7 @@ class Piece:
     """One channel of one run within the stack.
 
     rows: where it stands in the stack; noise: its standard deviation in the channel's unit; interval: (n,) s between
-    samples; longest: s, the longest memory that a discrepancy may have.
+    samples; memories: s, that a discrepancy may have; pulled: whether the observer feeds it back.
     """
 
     run: int
@@ -29,7 +29,8 @@ class Piece:
     rows: slice
     noise: float
     interval: Array = field(repr=False)
-    longest: float
+    memories: Array = field(repr=False)
+    pulled: bool
 
     @property
     def name(self) -> str:
@@ -112,8 +113,7 @@ class Problem:
 
     def gain(self, piece: Piece) -> float:
         """By how much a piece's residual was shrunk by the observer's pull."""
-        pulled = isinstance(self.model, Pulled) and piece.name == self.model.pulled
-        return 1.0 + self.how.pull if pulled else 1.0
+        return 1.0 + self.how.pull if piece.pulled else 1.0
 
     def cost(self, residual: Array) -> tuple[float, dict[int, Discrepancy]]:
         """``-2 log p`` of a residual (N,), and the discrepancy of each piece that does not accumulate."""
@@ -123,7 +123,7 @@ class Problem:
             if piece.channel.accumulates:
                 total += float(missed_steps(self.unwrapped(piece, part), STEP_SIZE)[0].sum())
             else:
-                cost, found[index] = most_likely(part, piece.interval, piece.longest)
+                cost, found[index] = most_likely(part, piece.interval, piece.memories)
                 total += cost
         return total, found
 
@@ -178,7 +178,7 @@ class Problem:
         for index, piece in enumerate(self.pieces):
             if not piece.channel.accumulates:
                 part = self.gain(piece) * residual[piece.rows]
-                found[index] = float(part @ part) - most_likely(part, piece.interval, piece.longest)[0]
+                found[index] = float(part @ part) - most_likely(part, piece.interval, piece.memories)[0]
         return found
 
     def gap_squared(self, residual: Array) -> float:
@@ -188,13 +188,16 @@ class Problem:
 
 def build_problem(model: Model, noise: Sequence[Mapping[str, float]], how: How = FREE) -> Problem:
     """Stack a model's runs; noise: standard deviation by channel, one mapping a run. ValueError without a channel."""
+    fed = model.pulled if isinstance(model, Pulled) else None
     pieces, start = [], 0
     for index, run in enumerate(model.runs):
         for channel in run.channels:
             rows = slice(start, start + channel.time.size)
             interval = np.diff(channel.time, prepend=channel.time[:1])
             longest = max(run.duration / 20.0, 2.0 * float(np.median(interval[1:])) if interval.size > 1 else 1.0)
-            pieces.append(Piece(index, channel, rows, noise[index][channel.name], interval, longest))
+            memories = memories_of(interval, longest)
+            sigma = noise[index][channel.name]
+            pieces.append(Piece(index, channel, rows, sigma, interval, memories, channel.name == fed))
             start = rows.stop
     if not pieces:
         raise ValueError("no run holds a channel that can be used")
