@@ -15,8 +15,10 @@ from slider_drilling.errors import InputError
 from slider_drilling.files import read_text
 from slider_drilling.log.container import Container
 from slider_drilling.log.decode import Row, row_decoder
+from slider_drilling.log.possible import possible
 from slider_drilling.log.series import Array, JointSeries, RigLog, ScalarSeries
 from slider_drilling.messages.topics import CLOCKS, JOINT_STATE, SURFACE, TOPICS, canonical_type, namespace_of
+from slider_drilling.printable import printable
 
 # A log whose clock differs from its stamps' by more was recorded on another clock (wall against simulated time).
 OTHER_CLOCK = 10.0
@@ -66,7 +68,7 @@ def read_log(
     several rigs'. Truncated and damaged files are read as far as they go; RigLog.notes says so. Raises InputError
     for a file that is missing, no MCAP file, or without any topic of a rig, and for two runs in one log.
     """
-    source = str(path)
+    source = printable(str(path))
     containers = [Container(file) for file in _files(Path(path))]
     sampled: dict[str, Samples] = {}
     ignored: dict[str, str] = {}
@@ -84,7 +86,7 @@ def read_log(
             _check_one_run(chosen[key], source)
     tracks = {key: _track(samples, source, notes) for key, samples in chosen.items()}
     rig_text, rig_source = _rig(source, rig_path, containers, notes)
-    return _assemble(source, tracks, notes, rig_text, rig_source, _metadata(containers))
+    return possible(_assemble(source, tracks, notes, rig_text, rig_source, _metadata(containers)))
 
 
 def _files(path: Path) -> list[Path]:

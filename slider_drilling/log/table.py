@@ -16,10 +16,13 @@ from numpy.typing import NDArray
 from slider_drilling.errors import InputError
 from slider_drilling.files import read_text
 from slider_drilling.log.mapping import CHANNELS, ISO_TIME, Layout, Mapping, load_mapping
+from slider_drilling.log.possible import possible
 from slider_drilling.log.series import Array, JointSeries, RigLog, ScalarSeries
 from slider_drilling.messages.topics import CLOCKS, JOINT_STATE, TOPICS
+from slider_drilling.printable import printable
 from slider_drilling.rig import parse_rig
 
+LAST = 2.0**31  # s since the epoch that a message's stamp can hold: January 2038
 Words = dict[str, list[str]]
 
 
@@ -63,7 +66,13 @@ def read_table(
     start_ns = epoch_ns + round(origin * 1e9)
     if start_ns < 0:
         raise InputError(f"{mapping.source}: start: times begin at {start_ns * 1e-9:g} s; give the table's start time")
-    return RigLog(
+    last = start_ns * 1e-9 + max(float(one.arrival[-1]) for one in series.values())
+    if last >= LAST:
+        raise InputError(
+            f"{mapping.source}: time.unit = {mapping.layout.time.unit!r}: times would end in the year "
+            f"{1970 + last / 31_556_952:.0f}; are they in ms or ns?"
+        )
+    log = RigLog(
         source=table.source,
         start_ns=start_ns,
         rig_text=rig_text,
@@ -72,13 +81,21 @@ def read_table(
         notes=tuple(notes),
         **series,  # type: ignore[arg-type]
     )
+    return possible(log)
 
 
 def _read_words(path: Path, mapping: Mapping, rows: tuple[int, int] | None) -> Table:
     """The columns that the mapping names, as text."""
     layout = mapping.layout
     reader = csv.reader(read_text(path, "table").splitlines()[layout.skip_lines :], delimiter=layout.delimiter)
-    body = [(layout.skip_lines + reader.line_num, row) for row in reader if any(word.strip() for word in row)]
+    body: list[tuple[int, list[str]]] = []
+    try:
+        for row in reader:
+            if any(word.strip() for word in row):
+                body.append((layout.skip_lines + reader.line_num, row))
+    except csv.Error as error:
+        begun = body[-1][0] + 1 if body else layout.skip_lines + 1
+        raise InputError(f"{path}: line {begun}: {error}; is a quote opened there and never closed?") from None
     header = list(layout.names)
     if not header:
         if not body:
@@ -98,7 +115,7 @@ def _read_words(path: Path, mapping: Mapping, rows: tuple[int, int] | None) -> T
         if len(row) != len(header):
             raise InputError(f"{path}: line {line}: {len(row)} cells where {len(header)} columns are named")
     columns = {name: [row[place].strip() for _, row in body] for name, place in places.items()}
-    return Table(str(path), columns, [line for line, _ in body])
+    return Table(printable(str(path)), columns, [line for line, _ in body])
 
 
 def _places(mapping: Mapping, header: list[str], path: Path) -> dict[str, int]:
