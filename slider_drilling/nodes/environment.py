@@ -5,10 +5,13 @@ from __future__ import annotations
 import importlib.util
 import os
 import sys
+from collections.abc import MutableMapping
 from pathlib import Path
 
 from slider_drilling.errors import InputError
+from slider_drilling.share import share_file
 
+LOOPBACK = "config/loopback.xml"  # a profile of Fast DDS
 INSTALL = "install it with `pip install 'slider_drilling[ros]'`, or source a ROS 2 Jazzy (setup.bash)"
 # The wheels' own mark that LD_LIBRARY_PATH is theirs; children inherit it, whichever environment they belong to.
 BOOTSTRAPPED = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"
@@ -19,12 +22,12 @@ def prepare() -> None:
 
     A sourced ROS 2 is taken before the wheels of this Python environment. The dynamic linker reads
     LD_LIBRARY_PATH when a process starts, so where it belongs to another environment the process starts itself
-    again with the right one. Discovery stays on this machine unless ROS_AUTOMATIC_DISCOVERY_RANGE says otherwise.
+    again with the right one. DDS stays on this machine unless ROS_AUTOMATIC_DISCOVERY_RANGE says otherwise.
     """
     spec = importlib.util.find_spec("rclpy")
     if spec is None or spec.origin is None:
         raise InputError(f"ROS 2 is not there: Python at {sys.prefix} has no rclpy; {INSTALL}")
-    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    keep_to_loopback(os.environ)
     wanted = library_path(os.environ.get("LD_LIBRARY_PATH", ""), from_wheels=_within(Path(spec.origin), sys.prefix))
     if wanted is not None:
         _start_again({"LD_LIBRARY_PATH": wanted})
@@ -32,6 +35,23 @@ def prepare() -> None:
         prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
         if sys.prefix not in prefixes:
             os.environ["AMENT_PREFIX_PATH"] = os.pathsep.join([sys.prefix, *filter(None, prefixes)])
+
+
+def keep_to_loopback(variables: MutableMapping[str, str]) -> None:
+    """Have DDS open sockets on the loopback interface alone, unless the variables of the environment say otherwise.
+
+    ROS 2 keeps discovery to this machine with LOCALHOST, but its sockets listen on every interface. A profile of
+    Fast DDS does not; ROS 2's own settings, added to it, would open the others again, and SYSTEM_DEFAULT keeps them out.
+    """
+    if variables.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST") != "LOCALHOST":
+        return
+    variables["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    profile = str(share_file(LOOPBACK))
+    given = {variables.get(f"{name}_DEFAULT_PROFILES_FILE", profile) for name in ("FASTRTPS", "FASTDDS")}
+    if given != {profile} or not variables.get("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp").startswith("rmw_fastrtps"):
+        return
+    variables["FASTRTPS_DEFAULT_PROFILES_FILE"] = profile
+    variables["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "SYSTEM_DEFAULT"
 
 
 def library_path(present: str, from_wheels: bool) -> str | None:

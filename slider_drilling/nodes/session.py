@@ -67,13 +67,14 @@ def _run(plan: Plan, progress: Callable[[float], None], halt: Halt, ending: cont
         ending.callback(node.destroy_node)
         return node
 
+    # The simulator first: where another rig is simulated already, nothing is recorded of that one.
+    simulator = make(FrictionSimulator, rig=plan.rig, speed=float(plan.speed), duration=float(plan.duration),
+                     seed=plan.seed, elements=plan.elements, wait_for_controller=True,
+                     minimum_subscribers=1 if plan.record is None else 2)
     recorder: Recorder | None = None
     if plan.record is not None:
         recorder = make(Recorder, directory=str(plan.record), rig=plan.rig, use_sim_time=True)
         ending.push(functools.partial(_finish, recorder))
-    simulator = make(FrictionSimulator, rig=plan.rig, speed=float(plan.speed), duration=float(plan.duration),
-                     seed=plan.seed, elements=plan.elements, wait_for_controller=True,
-                     minimum_subscribers=1 if recorder is None else 2)
     controller = make(RockingController, rig=plan.rig, use_sim_time=True, tool_face_target=plan.target,
                       controller=plan.controller)
     nodes = [node for node in (simulator, recorder, controller) if node is not None]
