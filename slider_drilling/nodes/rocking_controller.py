@@ -13,8 +13,15 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 
-from slider_drilling.control.load import DEFAULT, load_controller, step_checked
-from slider_drilling.control.protocol import AdjustableController, ReportingController, TargetedController
+from slider_drilling.control.load import (
+    DEFAULT,
+    configure,
+    load_controller,
+    set_target,
+    settings_of,
+    statuses_of,
+    step_checked,
+)
 from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS
@@ -113,22 +120,22 @@ class RockingController(LifecycleNode):
 
     def _build_controller(self) -> None:
         self._controller = load_controller(self._values["controller"], self._rig)
-        if isinstance(self._controller, TargetedController):
-            self._controller.tool_face_target = self._target
+        set_target(self._controller, self._target)
 
     def _declare_settings(self) -> None:
         self._settings: tuple[str, ...] = ()
-        if isinstance(self._controller, AdjustableController):
-            declared = of_settings(self._controller.settings)
-            self._controller.configure(dataclasses.replace(self._controller.settings, **declare(self, declared)))
+        settings = settings_of(self._controller)
+        if settings is not None:
+            declared = of_settings(settings)
+            configure(self._controller, dataclasses.replace(settings, **declare(self, declared)))
             self._settings = tuple(one.name for one in declared)
 
     def _reset(self) -> str:
         """A new controller with the settings and the target of the old one."""
-        settings = self._controller.settings if isinstance(self._controller, AdjustableController) else None
+        settings = settings_of(self._controller)
         self._build_controller()
-        if settings is not None and isinstance(self._controller, AdjustableController):
-            self._controller.configure(settings)
+        if settings is not None:
+            configure(self._controller, settings)
         return f"{self._values['controller']} begins anew"
 
     def _set_rocking(self, share: float) -> str:
@@ -289,11 +296,10 @@ class RockingController(LifecycleNode):
         self._values.update({name: value for name, value in changes.items() if name in self._values})
         if not self._configured:
             return
-        if isinstance(self._controller, AdjustableController):
-            settings = self._controller.settings
-            own = {name: value for name, value in changes.items() if hasattr(settings, name)}
-            if own:
-                self._controller.configure(dataclasses.replace(settings, **own))
+        settings = settings_of(self._controller)
+        own = {name: value for name, value in changes.items() if hasattr(settings, name)}
+        if own:
+            configure(self._controller, dataclasses.replace(settings, **own))
         self._inbox.stale_after = changes.get("stale_after", self._inbox.stale_after)
         if "tool_face_target" in changes:
             self._set_target(changes["tool_face_target"])
@@ -301,8 +307,7 @@ class RockingController(LifecycleNode):
                 self._publish_target(self._stamp_ns)
 
     def _set_target(self, target: float) -> None:
-        if isinstance(self._controller, TargetedController):
-            self._controller.tool_face_target = target
+        set_target(self._controller, target)
         self._target = target
 
     def _publish_target(self, stamp_ns: int) -> None:
@@ -318,5 +323,8 @@ class RockingController(LifecycleNode):
             heard = Status(Level.WARN, "measurements", f"no {', '.join(stale)} for {self._inbox.stale_after:g} s")
         else:
             heard = Status(Level.OK, "measurements", "every surface channel is there")
-        own = self._controller.status() if isinstance(self._controller, ReportingController) else ()
-        return [heard, *own]
+        try:
+            return [heard, *statuses_of(self._controller)]
+        except InputError as error:
+            self._halt.fail(error)
+            return [heard]
