@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import signal
 import sys
 from collections.abc import MutableMapping
 from pathlib import Path
@@ -14,6 +15,8 @@ from slider_drilling.share import share_file
 LOOPBACK = "config/loopback.xml"  # a profile of Fast DDS
 INSTALL = "install it with `pip install 'slider_drilling[ros]'`, or source a ROS 2 Jazzy (setup.bash)"
 # The wheels' own mark that LD_LIBRARY_PATH is theirs; children inherit it, whichever environment they belong to.
+TRIED = "SLIDER_DRILLING_RESTARTED"  # holds the LD_LIBRARY_PATH that a process has started itself again with
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
 BOOTSTRAPPED = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"
 
 
@@ -24,6 +27,8 @@ def prepare() -> None:
     LD_LIBRARY_PATH when a process starts, so where it belongs to another environment the process starts itself
     again with the right one. DDS stays on this machine unless ROS_AUTOMATIC_DISCOVERY_RANGE says otherwise.
     """
+    if TRIED in os.environ:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
     spec = importlib.util.find_spec("rclpy")
     if spec is None or spec.origin is None:
         raise InputError(f"ROS 2 is not there: Python at {sys.prefix} has no rclpy; {INSTALL}")
@@ -40,8 +45,8 @@ def prepare() -> None:
 def keep_to_loopback(variables: MutableMapping[str, str]) -> None:
     """Have DDS open sockets on the loopback interface alone, unless the variables of the environment say otherwise.
 
-    ROS 2 keeps discovery to this machine with LOCALHOST, but its sockets listen on every interface. A profile of
-    Fast DDS does not; ROS 2's own settings, added to it, would open the others again, and SYSTEM_DEFAULT keeps them out.
+    With LOCALHOST ROS 2 keeps discovery to this machine, but its sockets listen on every interface. With a profile of
+    Fast DDS they do not; what ROS 2 adds to it would open the others again, and SYSTEM_DEFAULT keeps that out.
     """
     if variables.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST") != "LOCALHOST":
         return
@@ -81,10 +86,11 @@ def _within(path: Path, folder: str) -> bool:
 
 
 def _start_again(changes: dict[str, str]) -> None:
-    tried = "SLIDER_DRILLING_RESTARTED"
-    if os.environ.get(tried) == changes["LD_LIBRARY_PATH"]:
+    if os.environ.get(TRIED) == changes["LD_LIBRARY_PATH"]:
         raise InputError(f"LD_LIBRARY_PATH: could not be set for {sys.executable}; unset it and try again")
-    environment = {**os.environ, **changes, BOOTSTRAPPED: "1", tried: changes["LD_LIBRARY_PATH"]}
+    environment = {**os.environ, **changes, BOOTSTRAPPED: "1", TRIED: changes["LD_LIBRARY_PATH"]}
     sys.stdout.flush()
     sys.stderr.flush()
+    # A signal waits until the process that begins now can take it: `prepare` lets it through.
+    signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], environment)

@@ -15,9 +15,9 @@ from rclpy.parameter import Parameter
 
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
 from slider_drilling.nodes.halt import Halt
-from slider_drilling.nodes.programs import init
 from slider_drilling.nodes.recorder import Recorder
 from slider_drilling.nodes.rocking_controller import RockingController
+from slider_drilling.nodes.run_node import init
 from slider_drilling.nodes.spin import drain, spin
 
 
