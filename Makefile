@@ -16,12 +16,12 @@ RUN = $(VENV)/bin/
 # as wheels from PyPI.
 SOURCED = import importlib.util, sys; rclpy = importlib.util.find_spec("rclpy"); \
 	sys.exit(rclpy is None or rclpy.origin.startswith(sys.prefix))
-EXTRAS = analysis,frames,identify,test,lint
+EXTRAS = analysis,frames,identify,live,test,lint
 
 HINT = "make: not installed: ROS wheels are for x86-64 Linux and Python 3.10 to 3.13; elsewhere source a ROS 2 Jazzy first"
 
 # What `ros2 run` and `ros2 launch` look for: an editable install has these beside the environment, not in it.
-PROGRAMS = slider-drilling friction_simulator rocking_controller recorder log_player
+PROGRAMS = slider-drilling friction_simulator rocking_controller recorder log_player dashboard
 
 # Left behind by the ROS wheels of another environment, these would load that environment's libraries.
 ifdef _ROS_WHEELS_BOOTSTRAP_COMPLETE

@@ -35,6 +35,11 @@ def log_player() -> None:
     _main("log_player")
 
 
+def dashboard() -> None:
+    """Entry point of `dashboard`."""
+    _main("dashboard")
+
+
 def _main(name: str) -> None:
     """Run the node and end the process: 0 after its work or a signal, 2 for the user's mistake."""
     import sys

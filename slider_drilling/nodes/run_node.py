@@ -24,6 +24,7 @@ NODES = {
     "rocking_controller": ("slider_drilling.nodes.rocking_controller", "RockingController"),
     "recorder": ("slider_drilling.nodes.recorder", "Recorder"),
     "log_player": ("slider_drilling.nodes.log_player", "LogPlayer"),
+    "dashboard": ("slider_drilling.nodes.dashboard", "Dashboard"),
 }
 WRONG_ARGUMENTS = (rclpy_implementation.RCLError, rclpy_implementation.RCLInvalidROSArgsError,
                    rclpy_implementation.UnknownROSArgsError, ROSInterruptException)
