@@ -7,8 +7,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from slider_drilling.blind.laws import CATALOGUE, OUTSIDE, no_effect
-from slider_drilling.blind.sealed import run_sealed, write_sealed
+from slider_drilling.blind.law import no_effect
+from slider_drilling.blind.laws import CATALOGUE
+from slider_drilling.blind.outside import OUTSIDE
+from slider_drilling.blind.plant import Hidden, run_sealed
+from slider_drilling.blind.recording import write_sealed
 from slider_drilling.diagnosis import drill_string
 from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.diagnosis.diagnose import as_json, diagnose, tuned_rig
@@ -258,9 +261,9 @@ def test_sealed_laws_change_what_the_sensors_see(name):
     rig = short_rig()
     commands = rocking(24.0)
     generator = np.random.default_rng(2)
-    plain = run_sealed(rig, {}, no_effect(generator, rig, 1.0), commands)
+    plain = run_sealed(rig, Hidden(), no_effect(generator, rig, 1.0), commands)
     law = {**CATALOGUE, **OUTSIDE}[name](generator, rig, 2.0)
-    changed = run_sealed(rig, {}, law, commands)
+    changed = run_sealed(rig, Hidden(), law, commands)
     assert np.isfinite(changed.surface_torque).all()
     names = ("surface_torque", "hook_load", "standpipe_pressure")
     moved = max(np.max(np.abs(getattr(changed, channel) - getattr(plain, channel))) for channel in names)

@@ -60,8 +60,8 @@ class LogWriter:
     name; an error or an interrupt leaves nothing.
 
     Stamps are s of the rig's (or the simulation's) clock; log_time_s is when the message arrived, the stamp if not
-    given. Topics get a leading slash if they have none. Raises InputError where the file cannot be written, and says
-    what is safe in it.
+    given; started is when the recording began, now if not given. Topics get a leading slash if they have none. Raises
+    InputError where the file cannot be written, and says what is safe in it.
     """
 
     def __init__(
@@ -72,6 +72,7 @@ class LogWriter:
         notes: str = "",
         *,
         whole: bool = False,
+        started: datetime.datetime | None = None,
     ) -> None:
         self.path = Path(path)
         if self.path.is_dir():
@@ -91,7 +92,7 @@ class LogWriter:
         self._next_flush = math.inf if whole else time.monotonic() + FLUSH_PERIOD
         try:
             self._file = McapFile(descriptor, f"slider_drilling {__version__}")
-            self._describe(rig_text, recorded_by, notes)
+            self._describe(rig_text, recorded_by, notes, started)
         except BaseException as error:
             # Nothing has been recorded yet: an empty log explains nothing.
             self._part.unlink(missing_ok=True)
@@ -124,12 +125,14 @@ class LogWriter:
         with self._failing():
             self._file.metadata(name, values)
 
-    def _describe(self, rig_text: str | None, recorded_by: str, notes: str) -> None:
+    def _describe(
+        self, rig_text: str | None, recorded_by: str, notes: str, started: datetime.datetime | None
+    ) -> None:
         """The rig file and the metadata record, at the front so that a broken-off file has them too."""
         if rig_text is not None:
             self._file.attachment("rig.yaml", "application/yaml", rig_text.encode("utf-8"))
-        now = datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
-        record = {"version": __version__, "recorded_by": recorded_by, "start_time": now, "notes": notes}
+        begun = (started or datetime.datetime.now(datetime.timezone.utc)).isoformat(timespec="seconds")
+        record = {"version": __version__, "recorded_by": recorded_by, "start_time": begun, "notes": notes}
         self._file.metadata("slider_drilling", record)
 
     def joint_state(
