@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from slider_drilling.commands.options import tell_written
+
 if TYPE_CHECKING:
     from slider_drilling.closed_loop import Outcome, Scenario
 
@@ -69,6 +71,8 @@ def command(
     if output is not None:
         write_whole(output / "closed_loop.json", text.encode("utf-8"))
         report.write_page(output / "closed_loop.html", rows, name, seed, elements)
+        if not as_json_text:
+            tell_written((output / "closed_loop.json", output / "closed_loop.html"))
 
 
 def _chosen(only: tuple[str, ...]) -> list[Scenario]:

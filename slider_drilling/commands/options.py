@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -37,3 +37,11 @@ def _plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         return _plain(value.tolist())
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def tell_written(paths: Iterable[Path]) -> None:
+    """The last lines of a command that leaves files: one each."""
+    from slider_drilling.console import stdout
+
+    for path in paths:
+        stdout().print(f"wrote {path}")

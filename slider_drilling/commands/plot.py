@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 
 import click
 
-from slider_drilling.commands.options import namespace_option
+from slider_drilling.commands.options import json_option, namespace_option, print_json, tell_written
 
 
 @click.command(epilog="Example:\n\n  slider-drilling plot run.mcap -o pages")
 @click.argument("log", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for both; the log's own if not given.")
 @namespace_option
-def command(log: Path, output: Path | None, namespace: str | None) -> None:
+@json_option
+def command(log: Path, output: Path | None, namespace: str | None, as_json: bool) -> None:
     """Print what happened in LOG; plot it as an HTML page that stands alone, and as PNG."""
     from slider_drilling.console import stderr, stdout
     from slider_drilling.files import make_folder, prepare_outputs
@@ -27,10 +29,13 @@ def command(log: Path, output: Path | None, namespace: str | None) -> None:
     make_folder(folder)
     prepare_outputs((page, picture), (log,))
     summary = summarise(record)
-    stdout().print(summary_table(summary))
+    if not as_json:
+        stdout().print(summary_table(summary))
     for note in record.notes:
         stderr().print(f"{log.name}: {note}")
     write_page(page, record, summary)
     write_picture(picture, record)
-    for path in (page, picture):
-        stdout().print(f"wrote {path}")
+    if as_json:
+        print_json({"log": log, "summary": asdict(summary), "notes": record.notes, "wrote": [page, picture]})
+        return
+    tell_written((page, picture))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, print_json
+from slider_drilling.commands.options import json_option, print_json, tell_written
 from slider_drilling.errors import InputError
 
 if TYPE_CHECKING:
@@ -161,5 +161,4 @@ def _tell(outcome: Outcome, keep: bool, as_json: bool) -> None:
         figures = {"simulated_s": outcome.simulated, "wall_s": outcome.wall, "interrupted": outcome.interrupted}
         print_json({**figures, "summary": asdict(summary), "wrote": paths})
         return
-    for path in paths:
-        stdout().print(f"wrote {path}")
+    tell_written(paths)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from slider_drilling.commands.options import json_option, print_json, tell_written
+
 if TYPE_CHECKING:
     from slider_drilling.tools.study import Study
 
@@ -34,14 +36,20 @@ Examples:
 @click.option(
     "--jobs", default=2, show_default=True, type=click.IntRange(1, 64), help="Studies run at a time by `all`."
 )
-def command(name: str | None, listing: bool, output: Path, jobs: int) -> None:
+@json_option
+def command(name: str | None, listing: bool, output: Path, jobs: int, as_json: bool) -> None:
     """Run study NAME, or `all`: writes NAME.html, NAME.png, NAME.csv and NAME.json.
 
     Ctrl-C (or SIGTERM) keeps the studies that have ended; the exit code is then 130 (143).
     """
     from slider_drilling.errors import InputError
     from slider_drilling.tools.catalogue import STUDIES
+    from slider_drilling.tools.render import as_json as claims_json
+    from slider_drilling.tools.render import study_files
 
+    if listing and as_json:
+        print_json({name: entry.about for name, entry in STUDIES.items()})
+        return
     if listing:
         for entry_name, entry in STUDIES.items():
             click.echo(f"{entry_name:16} {entry.about}")
@@ -50,10 +58,19 @@ def command(name: str | None, listing: bool, output: Path, jobs: int) -> None:
         raise InputError("study: NAME is missing: name a study (see --list), or all")
     if name != "all" and name not in STUDIES:
         raise InputError(f"study: NAME = {name}: no such study; one of {', '.join(STUDIES)}, or all")
-    _run(list(STUDIES) if name == "all" else [name], output, jobs)
+    names = list(STUDIES) if name == "all" else [name]
+    finished = _run(names, output, jobs)
+    ended = [finished[one] for one in names if one in finished]
+    paths = [path for study in ended for path in study_files(study.name, output)]
+    if as_json:
+        print_json({"studies": [claims_json(study) for study in ended], "wrote": paths})
+        return
+    for study in ended:
+        _print(study)
+    tell_written(paths)
 
 
-def _run(names: list[str], output: Path, jobs: int) -> None:
+def _run(names: list[str], output: Path, jobs: int) -> dict[str, Study]:
     from joblib import Parallel, delayed
     from rich.progress import Progress, SpinnerColumn, TimeElapsedColumn
 
@@ -75,9 +92,7 @@ def _run(names: list[str], output: Path, jobs: int) -> None:
             if not finished:
                 raise
             stderr().print(f"interrupted: {len(finished)} of {len(names)} studies")
-    for name in names:
-        if name in finished:
-            _print(finished[name], output)
+    return finished
 
 
 def _run_one(name: str, output: Path) -> Study:
@@ -89,9 +104,9 @@ def _run_one(name: str, output: Path) -> Study:
     return study
 
 
-def _print(study: Study, output: Path) -> None:
+def _print(study: Study) -> None:
     from slider_drilling.console import stdout
 
-    stdout().print(f"{study.name}: {output / study.name}.html, .png, .csv, .json")
+    stdout().print(f"{study.name}: {study.title}")
     for claim in study.claims:
         stdout().print(f"  {'holds        ' if claim.holds else 'does not hold'}  {claim.claim}")
