@@ -48,6 +48,7 @@ COMMANDS: dict[str, Row] = {
     "identify": Row("slider_drilling.commands.identify", "Contact parameters from measured friction."),
     "import": Row("slider_drilling.commands.import_table", "Turn a CSV table of a rig's recorder into an MCAP log."),
     "bench": Row("slider_drilling.commands.bench", "Measure speed, each figure beside a reference."),
+    "completion": Row("slider_drilling.commands.completion", "The script with which a shell completes all this."),
 }
 
 

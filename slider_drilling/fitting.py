@@ -11,17 +11,21 @@ from rich.text import Text
 
 def fitted(table: Table, console: Console) -> RenderableType:
     """The table, its columns set so that no word of it is broken or cut; its rows as lines where that is impossible."""
+    return table if _arrange(table, console, console.width) else _told(table, console)
+
+
+def _arrange(table: Table, console: Console, width: int) -> bool:
+    """Set the columns' widths where that is needed; False where words would have to be broken."""
     wide = console.options.update(width=10_000)
     spans = [_span(column, console) for column in table.columns]
     frame = Measurement.get(console, wide, table).maximum - sum(span.maximum for span in spans)
-    room = console.width - frame
-    if sum(span.maximum for span in spans) <= room:
-        return table
+    room = width - frame
     if sum(span.minimum for span in spans) > room:
-        return _told(table)
-    for column, width in zip(table.columns, _shared(spans, room), strict=True):
-        column.width = width
-    return table
+        return False
+    if sum(span.maximum for span in spans) > room:
+        for column, share in zip(table.columns, _shared(spans, room), strict=True):
+            column.width = share
+    return True
 
 
 def _span(column: Column, console: Console) -> Measurement:
@@ -41,16 +45,17 @@ def _shared(spans: list[Measurement], room: int) -> list[int]:
     return widths
 
 
-def _told(table: Table) -> RenderableType:
-    """Each row as its first cell and, below it, a line for every other cell with the column's head."""
+def _told(table: Table, console: Console) -> RenderableType:
+    """Each row as its first cell and, below it, every other cell beside (or below) its column's head."""
     heads = [column.header for column in table.columns]
     parts: list[RenderableType] = [Text(str(table.title), style="italic")] if table.title else []
-    for cells in zip(*(column.cells for column in table.columns), strict=True):
+    for first, *cells in zip(*(column.cells for column in table.columns), strict=True):
+        pairs = [(head, cell) for head, cell in zip(heads[1:], cells, strict=True) if cell != ""]
         rows = Table.grid(padding=(0, 2, 0, 0))
-        rows.add_column(no_wrap=True)
-        rows.add_column(overflow="fold")
-        for head, cell in zip(heads[1:], cells[1:], strict=True):
-            if not isinstance(cell, str) or cell:
-                rows.add_row(head, cell)
-        parts += [cells[0], Padding(rows, (0, 0, 0, 2))]
+        for pair in pairs:
+            rows.add_row(*pair)
+        fits = _arrange(rows, console, console.width - 2)
+        lines = [Group(head, Padding(cell, (0, 0, 0, 2))) for head, cell in pairs]
+        below: RenderableType = rows if fits else Group(*lines)
+        parts += [first, Padding(below, (0, 0, 0, 2))]
     return Group(*parts)

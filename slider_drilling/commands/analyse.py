@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, print_json, tell_written
+from slider_drilling.commands.options import json_option, print_json, tell_written, units_option
+
+if TYPE_CHECKING:
+    from slider_drilling.units import Units
 
 
 @click.command(epilog="Example:\n\n  slider-drilling analyse run.mcap -o analysis")
@@ -17,8 +21,9 @@ from slider_drilling.commands.options import json_option, print_json, tell_writt
 @click.option(
     "--elements", default=100, show_default=True, type=click.IntRange(10, 5000), help="Elements of the string."
 )
+@units_option
 @json_option
-def command(log: Path, output: Path, rig_path: Path | None, elements: int, as_json: bool) -> None:
+def command(log: Path, output: Path, rig_path: Path | None, elements: int, units: Units, as_json: bool) -> None:
     """Friction per hole interval, breakover, friction work, axial friction, zones and weight transfer in LOG."""
     from rich.table import Table
 
@@ -34,7 +39,7 @@ def command(log: Path, output: Path, rig_path: Path | None, elements: int, as_js
     rig = None if record.rig_text is None else record.rig()
     with stages() as report:
         found = analyse(record, rig, elements, report)
-    shown, tree = page(found), findings(found)
+    shown, tree = page(found, units), findings(found)
     for table in () if as_json else shown.tables:
         lines = Table(*table.header, title=table.title)
         for row in table.rows:
@@ -42,7 +47,7 @@ def command(log: Path, output: Path, rig_path: Path | None, elements: int, as_js
         stdout().print(lines)
     for sentence in found.not_found:
         stderr().print(f"not found: {sentence}")
-    paths = write_study(shown, output, tree)
+    paths = write_study(shown, output, tree, units)
     if as_json:
         print_json({**tree, "wrote": paths})
         return

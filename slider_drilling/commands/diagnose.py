@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import namespace_option, seeds
+from slider_drilling.commands.options import json_option, namespace_option, print_json, seeds, tell_written
 
 if TYPE_CHECKING:
     from slider_drilling.diagnosis.diagnose import Diagnosis
+    from slider_drilling.diagnosis.outcome import Outcome
 
 
 @click.command(epilog="Example:\n\n  slider-drilling diagnose run.mcap -o diagnosis")
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 @click.option("--effect", "effects", multiple=True, metavar="MODULE:CLASS", help="An effect of your own; repeatable.")
 @click.option("--until", default=1.0, show_default=True, metavar="SHARE",
               help="Fit only this first share of every log (0.67: two thirds) and show what the rest then leaves.")
+@json_option
 def command(
     logs: tuple[Path, ...],
     rig_path: Path | None,
@@ -35,6 +37,7 @@ def command(
     only: tuple[str, ...],
     effects: tuple[str, ...],
     until: float,
+    as_json: bool,
 ) -> None:
     """Say where LOGS of one rig and the simulator part, which effect causes it, and how far it shrinks with it.
 
@@ -45,12 +48,11 @@ def command(
     # simulations' threads from a third of the processor.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-    from slider_drilling.console import stderr, stdout
-    from slider_drilling.diagnosis.diagnose import FILES, diagnose, write_diagnosis
+    from slider_drilling.api.diagnoses import diagnose
+    from slider_drilling.console import stages, stderr
+    from slider_drilling.diagnosis.save import FILES
     from slider_drilling.diagnosis.user_effects import installed_effects, load_effect
-    from slider_drilling.errors import InputError
     from slider_drilling.files import check_distinct, make_folder, prepare_outputs
-    from slider_drilling.gap.progress import progress_bar
     from slider_drilling.log import read_log
     from slider_drilling.rig import load_rig
 
@@ -59,46 +61,68 @@ def command(
     check_distinct(logs)
     own = [*installed_effects(), *(load_effect(reference) for reference in effects)]
     records = [read_log(path, rig_path, namespace) for path in logs]
-    rig = load_rig(rig_path) if rig_path is not None else records[0].rig()
-    if rig_path is None and any(record.rig() != rig for record in records[1:]):
-        raise InputError(f"{logs[1]}: its rig file differs from that of {logs[0]}; give the one to use with --rig")
-    with progress_bar(stderr()) as progress:
-        diagnosis = diagnose(records, rig, seed=seed, user_effects=own, only=only, until=until, progress=progress)
+    rig = None if rig_path is None else load_rig(rig_path)
+    with stages() as progress:
+        diagnosed = diagnose(records, rig, only=only, effects=own, until=until, seed=seed, progress=progress)
     for record in records:
         for note in record.notes:
             stderr().print(f"{record.source}: {note}")
-    _print(diagnosis)
-    for path in write_diagnosis(diagnosis, output):
-        stdout().print(f"wrote {path}")
+    paths = diagnosed.save(output)
+    if as_json:
+        print_json({**diagnosed.tree, "wrote": paths})
+        return
+    _print(diagnosed.found)
+    tell_written(paths)
 
 
 def _print(diagnosis: Diagnosis) -> None:
-    from rich.table import Table
     from rich.text import Text
 
     from slider_drilling.console import stderr, stdout
 
-    answer = diagnosis.answer
-    stdout().print(Text.assemble((diagnosis.verdict, "bold"), f": {diagnosis.sentence}"))
-    table = Table("effect", "site", "gap closed", "95 %", "parameters", "not told apart from")
-    for entry in answer.ranking:
-        settings = ", ".join(f"{name.rpartition('.')[2]} {value:.4g}" for name, value in entry.parameters.items())
-        table.add_row(entry.effect, entry.site, *entry.shown(), settings, ", ".join(entry.group))
-    if answer.ranking:
-        stdout().print(table)
-    _print_simulated(diagnosis)
-    for sentence in (*diagnosis.remarks, *answer.remarks):
+    origin = diagnosis.origin
+    stdout().print(Text(diagnosis.driller, "bold"))
+    stdout().print(diagnosis.sentence)
+    stdout().print(f"rig file: {origin.name} ({origin.source})")
+    _print_ranking(diagnosis.outcome)
+    _print_simulated(diagnosis.outcome)
+    for sentence in diagnosis.remarks:
         stderr().print(f"note: {sentence}")
 
 
-def _print_simulated(diagnosis: Diagnosis) -> None:
+def _print_ranking(outcome: Outcome) -> None:
+    from rich.table import Table
+    from rich.text import Text
+
+    from slider_drilling.console import stdout
+    from slider_drilling.diagnosis import words
+    from slider_drilling.diagnosis.phrases import shown
+
+    table = Table("effect", "site", "closes [95 %]", "fitted", "not told apart from", "standing")
+    fitted, others = words.fitted_and_not(outcome)
+    for one in fitted:
+        settings = ", ".join(
+            f"{name.rpartition('.')[2]} {shown(found.value, found.unit)}" for name, found in one.parameters.items()
+        )
+        standing = Text(words.standing(one), "green" if one.in_answer else "")
+        table.add_row(one.effect, one.site, words.share(one), settings, ", ".join(one.group), standing)
+    if fitted:
+        stdout().print(table)
+    if others:
+        stdout().print(others)
+
+
+def _print_simulated(outcome: Outcome) -> None:
     from rich.table import Table
 
     from slider_drilling.console import stdout
-    from slider_drilling.diagnosis.page import simulated_table
+    from slider_drilling.diagnosis.page import simulated_rows
+    from slider_drilling.pages import Amount
+    from slider_drilling.units import SI
 
-    heads, rows = simulated_table(diagnosis)
+    heads, rows = simulated_rows(outcome)
     table = Table(*heads, title="RMS error of one simulation of the log")
     for row in rows:
-        table.add_row(*row)
-    stdout().print(table)
+        table.add_row(*(SI.text(cell.value, cell.unit) if isinstance(cell, Amount) else str(cell) for cell in row))
+    if rows:
+        stdout().print(table)

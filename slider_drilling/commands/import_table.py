@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 
 import click
@@ -72,7 +73,7 @@ def command(
     for note in log.notes:
         stderr().print(f"{data.name}: {note}")
     if as_json:
-        print_json({"contents": contents(log), "notes": log.notes, "wrote": [output]})
+        print_json({"contents": [asdict(one) for one in contents(log)], "notes": log.notes, "wrote": [output]})
         return
     stdout().print(summary_table(log))
     tell_written((output,))

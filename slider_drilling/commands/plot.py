@@ -4,18 +4,23 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, namespace_option, print_json, tell_written
+from slider_drilling.commands.options import json_option, namespace_option, print_json, tell_written, units_option
+
+if TYPE_CHECKING:
+    from slider_drilling.units import Units
 
 
 @click.command(epilog="Example:\n\n  slider-drilling plot run.mcap -o pages")
 @click.argument("log", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for both; the log's own if not given.")
 @namespace_option
+@units_option
 @json_option
-def command(log: Path, output: Path | None, namespace: str | None, as_json: bool) -> None:
+def command(log: Path, output: Path | None, namespace: str | None, units: Units, as_json: bool) -> None:
     """Print what happened in LOG; plot it as an HTML page that stands alone, and as PNG."""
     from slider_drilling.console import stderr, stdout
     from slider_drilling.files import make_folder, prepare_outputs
@@ -30,11 +35,11 @@ def command(log: Path, output: Path | None, namespace: str | None, as_json: bool
     prepare_outputs((page, picture), (log,))
     summary = summarise(record)
     if not as_json:
-        stdout().print(summary_table(summary))
+        stdout().print(summary_table(summary, units=units))
     for note in record.notes:
         stderr().print(f"{log.name}: {note}")
-    write_page(page, record, summary)
-    write_picture(picture, record)
+    write_page(page, record, summary, units=units)
+    write_picture(picture, record, units)
     if as_json:
         print_json({"log": log, "summary": asdict(summary), "notes": record.notes, "wrote": [page, picture]})
         return

@@ -241,8 +241,10 @@ def _assemble(
         mud_pump=joints.get("mud_pump"),
         mwd_tool_face=joints.get("mwd_tool_face"),
         tool_face_target=joints.get("tool_face_target"),
+        bit_depth=joints.get("bit_depth"),
         truth_bit=joints.get("truth_bit"),
         truth_weight_on_bit=scalars.get("truth_weight_on_bit"),
+        truth_depth=joints.get("truth_depth"),
     )
 
 

@@ -38,7 +38,8 @@ class Line:
 class Bars:
     """Bars at names or at numbers (with their widths) along x; flat: along y, the lengths along x.
 
-    colours: one for all or one each; text: what is written at each; base: where each begins, 0 if not given.
+    colours: one for all or one each; text: what is written at each; base: where each begins, 0 if not given; low, high:
+    of an interval around each end.
     """
 
     name: str
@@ -48,6 +49,8 @@ class Bars:
     text: tuple[str, ...] = ()
     width: Array | None = None
     base: Array | None = None
+    low: Array | None = None
+    high: Array | None = None
     flat: bool = False
 
 
