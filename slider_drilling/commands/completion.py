@@ -17,11 +17,10 @@ PROGRAM = "slider-drilling"
 
 @click.command(epilog=EPILOG)
 @click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
-def command(shell: str) -> None:
+@click.pass_context
+def command(context: click.Context, shell: str) -> None:
     """Print the script with which SHELL completes this command line."""
     from click.shell_completion import BashComplete, FishComplete, ZshComplete
 
-    from slider_drilling.cli import group
-
     kind = {"bash": BashComplete, "zsh": ZshComplete, "fish": FishComplete}[shell]
-    click.echo(kind(group, {}, PROGRAM, "_SLIDER_DRILLING_COMPLETE").source())
+    click.echo(kind(context.find_root().command, {}, PROGRAM, "_SLIDER_DRILLING_COMPLETE").source())
