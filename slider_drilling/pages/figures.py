@@ -72,7 +72,8 @@ class Panel:
 @dataclass(frozen=True)
 class Chart:
     """Panels one below the other over one x axis. at: upright lines at these x, each with its name; x_limits as a
-    panel's limits; x_log for a logarithmic axis; wide: takes a page's whole width."""
+    panel's limits; x_log for a logarithmic axis; wide: takes a page's whole width; points: how many a
+    line is thinned to."""
 
     title: str
     x: str
@@ -82,6 +83,7 @@ class Chart:
     x_limits: tuple[float, float] | None = None
     x_log: bool = False
     wide: bool = False
+    points: int = 2000
 
 
 @dataclass(frozen=True)

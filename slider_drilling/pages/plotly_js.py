@@ -98,7 +98,7 @@ def _traces(mark: Line | Bars, chart: Chart, panel: Panel, units: Units, colour:
 
 def _line(mark: Line, chart: Chart, panel: Panel, units: Units, colour: str) -> list[dict[str, Any]]:
     x_unit, y_unit = unit_of(chart.x)[1], unit_of(panel.y)[1]
-    x, y = (mark.x, mark.y) if mark.low is not None else thin(mark.x, mark.y)
+    x, y = (mark.x, mark.y) if mark.low is not None else thin(mark.x, mark.y, chart.points)
     trace: dict[str, Any] = {
         "type": "scatter", "x": numbers(units.value(x, x_unit)), "y": numbers(units.value(y, y_unit)),
         "mode": "markers" if mark.style == "dots" else "lines",
