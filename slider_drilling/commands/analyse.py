@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
+
+from slider_drilling.commands.options import units_option
+
+if TYPE_CHECKING:
+    from slider_drilling.units import Units
 
 
 @click.command(epilog="Example:\n\n  slider-drilling analyse run.mcap -o analysis")
@@ -15,7 +21,8 @@ import click
 @click.option(
     "--elements", default=100, show_default=True, type=click.IntRange(10, 5000), help="Elements of the string."
 )
-def command(log: Path, output: Path, rig_path: Path | None, elements: int) -> None:
+@units_option
+def command(log: Path, output: Path, rig_path: Path | None, elements: int, units: Units) -> None:
     """Friction per hole interval, breakover, friction work, axial friction, zones and weight transfer in LOG."""
     from slider_drilling.analysis.analyse import analyse
     from slider_drilling.analysis.report import findings, page
@@ -34,12 +41,12 @@ def command(log: Path, output: Path, rig_path: Path | None, elements: int) -> No
             progress.update(task, description=step, completed=share)
 
         found = analyse(record, rig, elements, report)
-    shown = page(found)
+    shown = page(found, units)
     for table in shown.tables:
         stdout().print(table.title)
         for row in table.rows:
             stdout().print("  " + "   ".join(row))
     for sentence in found.not_found:
         stderr().print(f"not found: {sentence}")
-    write_study(shown, output, findings(found))
+    write_study(shown, output, findings(found), units)
     stdout().print(f"{output / 'analysis.html'}, .png, .csv, .json")

@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING
 
 import click
 
+from slider_drilling.commands.options import units_option
+
 if TYPE_CHECKING:
     from slider_drilling.closed_loop import Outcome, Scenario
+    from slider_drilling.units import Units
 
 EXAMPLES = """\
 Examples:
@@ -30,19 +33,22 @@ Examples:
 @click.option("--elements", default=200, show_default=True, help="Elements of the string, 10 to 5000.")
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(min=0), help="Of sensor noise and faults.")
 @click.option("--jobs", default=2, show_default=True, type=click.IntRange(1, 64), help="Processes.")
+@units_option
 def command(
     output: Path | None, as_json_text: bool, name: str, only: tuple[str, ...], listing: bool, elements: int, seed: int,
-    jobs: int,
+    jobs: int, units: Units,
 ) -> None:
     """Hold the tool-face through every scenario; compare with no rocking and with fixed rocking.
 
     Ctrl-C (or SIGTERM) keeps the scenarios that have ended; the exit code is then 130 (143).
     """
     from slider_drilling.closed_loop import SCENARIOS, report
-    from slider_drilling.console import stderr
+    from slider_drilling.closed_loop.page import closed_loop_page
+    from slider_drilling.console import stderr, stdout
     from slider_drilling.control.load import DEFAULT
     from slider_drilling.errors import InputError
     from slider_drilling.files import make_folder, prepare_outputs, write_whole
+    from slider_drilling.pages import write_page
 
     if not 10 <= elements <= 5000:
         raise InputError(f"--elements = {elements}: must be within 10 to 5000")
@@ -63,12 +69,15 @@ def command(
     if as_json_text:
         click.echo(text)
     else:
-        _print(rows)
+        _print(rows, units)
     if figures["partial"]:
         stderr().print(f"interrupted: {len(rows)} of {len(scenarios)} scenarios")
     if output is not None:
         write_whole(output / "closed_loop.json", text.encode("utf-8"))
-        report.write_page(output / "closed_loop.html", rows, name, seed, elements)
+        write_page(output / "closed_loop.html", closed_loop_page(rows, name, seed, elements), units)
+        if not as_json_text:
+            for suffix in ("json", "html"):
+                stdout().print(f"wrote {output / 'closed_loop'}.{suffix}")
 
 
 def _chosen(only: tuple[str, ...]) -> list[Scenario]:
@@ -100,15 +109,15 @@ def _run(scenarios: list[Scenario], seed: int, elements: int, name: str, jobs: i
     return outcomes
 
 
-def _print(rows: list[dict[str, Outcome]]) -> None:
+def _print(rows: list[dict[str, Outcome]], units: Units) -> None:
     from rich.table import Table
 
-    from slider_drilling.closed_loop.report import BRIEF, brief_cells
+    from slider_drilling.closed_loop.report import brief_cells, brief_heads
     from slider_drilling.console import stdout
 
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
-    for head in BRIEF:
-        table.add_column(head, justify="left" if head == BRIEF[0] else "right", no_wrap=True)
+    for place, head in enumerate(brief_heads(units)):
+        table.add_column(head, justify="right" if place else "left", no_wrap=True)
     for row in rows:
-        table.add_row(*brief_cells(row))
+        table.add_row(*brief_cells(row, units))
     stdout().print(table)

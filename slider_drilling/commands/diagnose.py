@@ -12,6 +12,7 @@ from slider_drilling.commands.options import namespace_option, seeds
 
 if TYPE_CHECKING:
     from slider_drilling.diagnosis.diagnose import Diagnosis
+    from slider_drilling.diagnosis.outcome import Outcome
 
 
 @click.command(epilog="Example:\n\n  slider-drilling diagnose run.mcap -o diagnosis")
@@ -46,7 +47,8 @@ def command(
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
     from slider_drilling.console import stderr, stdout
-    from slider_drilling.diagnosis.diagnose import FILES, diagnose, write_diagnosis
+    from slider_drilling.diagnosis.diagnose import diagnose
+    from slider_drilling.diagnosis.save import FILES, write_diagnosis
     from slider_drilling.diagnosis.user_effects import installed_effects, load_effect
     from slider_drilling.errors import InputError
     from slider_drilling.files import check_distinct, make_folder, prepare_outputs
@@ -73,32 +75,53 @@ def command(
 
 
 def _print(diagnosis: Diagnosis) -> None:
-    from rich.table import Table
     from rich.text import Text
 
     from slider_drilling.console import stderr, stdout
 
-    answer = diagnosis.answer
-    stdout().print(Text.assemble((diagnosis.verdict, "bold"), f": {diagnosis.sentence}"))
-    table = Table("effect", "site", "gap closed", "95 %", "parameters", "not told apart from")
-    for entry in answer.ranking:
-        settings = ", ".join(f"{name.rpartition('.')[2]} {value:.4g}" for name, value in entry.parameters.items())
-        table.add_row(entry.effect, entry.site, *entry.shown(), settings, ", ".join(entry.group))
-    if answer.ranking:
-        stdout().print(table)
-    _print_simulated(diagnosis)
-    for sentence in (*diagnosis.remarks, *answer.remarks):
+    origin = diagnosis.origin
+    stdout().print(Text(diagnosis.driller, "bold"))
+    stdout().print(diagnosis.sentence)
+    stdout().print(f"rig file: {origin.name} ({origin.source})")
+    _print_ranking(diagnosis.outcome)
+    _print_simulated(diagnosis.outcome)
+    for sentence in diagnosis.remarks:
         stderr().print(f"note: {sentence}")
 
 
-def _print_simulated(diagnosis: Diagnosis) -> None:
+def _print_ranking(outcome: Outcome) -> None:
+    from rich.table import Table
+    from rich.text import Text
+
+    from slider_drilling.console import stdout
+    from slider_drilling.diagnosis import words
+    from slider_drilling.diagnosis.phrases import shown
+
+    table = Table("effect", "site", "closes [95 %]", "fitted", "not told apart from", "standing")
+    fitted, others = words.fitted_and_not(outcome)
+    for one in fitted:
+        settings = ", ".join(
+            f"{name.rpartition('.')[2]} {shown(found.value, found.unit)}" for name, found in one.parameters.items()
+        )
+        standing = Text(words.standing(one), "green" if one.in_answer else "")
+        table.add_row(one.effect, one.site, words.share(one), settings, ", ".join(one.group), standing)
+    if fitted:
+        stdout().print(table)
+    if others:
+        stdout().print(others)
+
+
+def _print_simulated(outcome: Outcome) -> None:
     from rich.table import Table
 
     from slider_drilling.console import stdout
-    from slider_drilling.diagnosis.page import simulated_table
+    from slider_drilling.diagnosis.page import simulated_rows
+    from slider_drilling.pages import Amount
+    from slider_drilling.units import SI
 
-    heads, rows = simulated_table(diagnosis)
+    heads, rows = simulated_rows(outcome)
     table = Table(*heads, title="RMS error of one simulation of the log")
     for row in rows:
-        table.add_row(*row)
-    stdout().print(table)
+        table.add_row(*(SI.text(cell.value, cell.unit) if isinstance(cell, Amount) else str(cell) for cell in row))
+    if rows:
+        stdout().print(table)

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from slider_drilling.commands.options import seeds
+from slider_drilling.commands.options import seeds, units_option
 
 if TYPE_CHECKING:
     from slider_drilling.contact.identify import Data, Identification
     from slider_drilling.rig import Contact
     from slider_drilling.tools.study import Study
+    from slider_drilling.units import Units
 
 EPILOG = """\
 DATA.csv is a table with a header line, in one of two forms.
@@ -48,9 +49,10 @@ UNITS = {"stiffness": "N/m", "minor_axis": "m", "major_axis": "m"}
 @click.option("--generations", type=click.IntRange(1, 10000), default=40, show_default=True)
 @click.option("--seed", type=seeds, default=0, show_default=True)
 @click.option("--jobs", type=click.IntRange(1, 64), default=2, show_default=True, help="Threads.")
+@units_option
 def command(
     data: Path, output: Path, free: tuple[str, ...], height_um: float, shear_factor: float, shape_factor: float,
-    particles: int, generations: int, seed: int, jobs: int,
+    particles: int, generations: int, seed: int, jobs: int, units: Units,
 ) -> None:  # fmt: skip
     """Find kt and the asperity's axes a and b (and, if asked, f and i) from the friction measured in DATA.csv."""
     from rich.progress import Progress, TextColumn
@@ -79,7 +81,7 @@ def command(
             progress=report,
         )  # fmt: skip
     _print(found)
-    write_study(_page(data, measured, found), output, _findings(data, found, seed))
+    write_study(_page(data, measured, found), output, _findings(data, found, seed), units)
     stdout().print(f"{output / 'identify.html'}, .png, .csv, .json")
 
 
@@ -115,18 +117,21 @@ def _page(path: Path, data: Data, found: Identification) -> Study:
     from slider_drilling.tools.study import Chart, Study, Table, line
 
     if isinstance(data, AgainstTime):
-        axis, label = data.time, "time, s"
+        axis, label, against = data.time, "time, s", "samples of friction against time"
         measured, predicted = found.measured[: axis.size], found.predicted[: axis.size]
     else:
+        against = "experiments of friction against velocity"
         axis, label = np.arange(1.0, data.feed.size + 1.0, dtype=np.float64), "experiment (row)"
         measured, predicted = found.measured, found.predicted
     peak = np.abs(measured).max()
     return Study(
         name="identify",
-        title=f"Contact parameters from {path.name}",
+        about="Contact parameters",
+        title=f"{axis.size} {against}",
         settings={
-            "residual RMS, N": f"{found.residual_rms:.4g}",
-            "largest error over peak": f"{found.largest_error:.3f}",
+            "data": path.name,
+            "residual_rms_n": found.residual_rms,
+            "largest_error_over_peak": found.largest_error,
         },
         figures=(
             Chart("Axial friction (Fig. 13)", label, "friction, N",

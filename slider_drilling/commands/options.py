@@ -6,15 +6,31 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    from slider_drilling.units import Units
 
 namespace_option = click.option(
     "--namespace", help="Whose topics to read, where the log holds several rigs'; / for none."
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout: SI units, rad.")
 seeds = click.IntRange(0, 2**31 - 1)
+
+
+def _units(context: click.Context, option: click.Parameter, value: str) -> Units:
+    from slider_drilling.units import UNITS
+
+    return UNITS[value]
+
+
+units_option = click.option(
+    "--units", type=click.Choice(["si", "field"]), default="si", show_default=True, envvar="SLIDER_DRILLING_UNITS",
+    show_envvar=True, callback=_units,
+    help="Of tables, pages and pictures: m, kN, bar, kN m, rad; or ft, klbf, psi, ft lbf, turns.",
+)  # fmt: skip
 
 
 def finite(value: float | None) -> float | None:

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import namespace_option
+from slider_drilling.commands.options import namespace_option, units_option
+
+if TYPE_CHECKING:
+    from slider_drilling.units import Units
 
 
 @click.command(epilog="Example:\n\n  slider-drilling plot run.mcap -o pages")
 @click.argument("log", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for both; the log's own if not given.")
 @namespace_option
-def command(log: Path, output: Path | None, namespace: str | None) -> None:
+@units_option
+def command(log: Path, output: Path | None, namespace: str | None, units: Units) -> None:
     """Print what happened in LOG; plot it as an HTML page that stands alone, and as PNG."""
     from slider_drilling.console import stderr, stdout
     from slider_drilling.files import make_folder, prepare_outputs
@@ -27,10 +32,10 @@ def command(log: Path, output: Path | None, namespace: str | None) -> None:
     make_folder(folder)
     prepare_outputs((page, picture), (log,))
     summary = summarise(record)
-    stdout().print(summary_table(summary))
+    stdout().print(summary_table(summary, units=units))
     for note in record.notes:
         stderr().print(f"{log.name}: {note}")
-    write_page(page, record, summary)
-    write_picture(picture, record)
+    write_page(page, record, summary, units=units)
+    write_picture(picture, record, units)
     for path in (page, picture):
         stdout().print(f"wrote {path}")

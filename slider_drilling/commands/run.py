@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, print_json
+from slider_drilling.commands.options import json_option, print_json, units_option
 from slider_drilling.errors import InputError
 
 if TYPE_CHECKING:
     from slider_drilling.nodes.session import Outcome, Plan
+    from slider_drilling.units import Units
 
 EXAMPLES = """\
 Examples:
@@ -63,10 +64,11 @@ class Speed(click.ParamType):
 @click.option("--live-port", default=8765, show_default=True, help="Its port; 0: a free one.")
 @click.option("--live-token", default="", help="Letters and digits that others need. [default: made up]")
 @json_option
+@units_option
 def command(
     rig: Path | None, duration: float | None, speed: float | None, record: Path | None, target: float | None,
     controller: str | None, seed: int, elements: int, effects: tuple[str, ...], sets: tuple[str, ...], live: bool,
-    live_host: str, live_port: int, live_token: str, as_json: bool,
+    live_host: str, live_port: int, live_token: str, as_json: bool, units: Units,
 ) -> int:  # fmt: skip
     """Slide the well: friction simulator, rocking controller and recorder over ROS 2 topics, then what happened.
 
@@ -99,7 +101,7 @@ def command(
             live=Address(live_host, live_port, live_token).checked() if live else None,
         )
         outcome = _run(plan)
-        _tell(outcome, record is not None, as_json)
+        _tell(outcome, record is not None, as_json, units)
     return 130 if outcome.interrupted else 0
 
 
@@ -132,7 +134,7 @@ def _run(plan: Plan) -> Outcome:
         return run(plan, lambda simulated: progress.update(task, completed=simulated, description="sliding"))
 
 
-def _tell(outcome: Outcome, keep: bool, as_json: bool) -> None:
+def _tell(outcome: Outcome, keep: bool, as_json: bool, units: Units) -> None:
     """The summary; page and picture beside a log that is kept."""
     from slider_drilling.console import stderr, stdout
     from slider_drilling.log import read_log
@@ -148,14 +150,14 @@ def _tell(outcome: Outcome, keep: bool, as_json: bool) -> None:
     if outcome.wall > 0.0:
         more = (("took", f"{outcome.wall:.1f} s, {outcome.simulated / outcome.wall:.1f} times real time"),)
     if not as_json:
-        stdout().print(summary_table(summary, more))
+        stdout().print(summary_table(summary, more, units))
     for note in log.notes:
         stderr().print(f"{outcome.log.name}: {note}")
     paths: list[Path] = []
     if keep:
         page, picture = (outcome.log.with_suffix(suffix) for suffix in (".html", ".png"))
-        write_page(page, log, summary, more)
-        write_picture(picture, log)
+        write_page(page, log, summary, more, units)
+        write_picture(picture, log, units)
         paths = [outcome.log, page, picture]
     if as_json:
         figures = {"simulated_s": outcome.simulated, "wall_s": outcome.wall, "interrupted": outcome.interrupted}

@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING
 
 import click
 
+from slider_drilling.commands.options import units_option
+
 if TYPE_CHECKING:
     from slider_drilling.tools.study import Study
+    from slider_drilling.units import Units
 
 EXAMPLES = """\
 Examples:
@@ -34,8 +37,9 @@ Examples:
 @click.option(
     "--jobs", default=2, show_default=True, type=click.IntRange(1, 64), help="Studies run at a time by `all`."
 )
-def command(name: str | None, listing: bool, output: Path, jobs: int) -> None:
-    """Run study NAME, or `all`: writes NAME.html, NAME.png, NAME.csv and NAME.json.
+@units_option
+def command(name: str | None, listing: bool, output: Path, jobs: int, units: Units) -> None:
+    """Run study NAME, or `all`: writes NAME.html, NAME.png, NAME.csv and NAME.json; for `all` index.html besides.
 
     Ctrl-C (or SIGTERM) keeps the studies that have ended; the exit code is then 130 (143).
     """
@@ -50,14 +54,14 @@ def command(name: str | None, listing: bool, output: Path, jobs: int) -> None:
         raise InputError("study: NAME is missing: name a study (see --list), or all")
     if name != "all" and name not in STUDIES:
         raise InputError(f"study: NAME = {name}: no such study; one of {', '.join(STUDIES)}, or all")
-    _run(list(STUDIES) if name == "all" else [name], output, jobs)
+    _run(list(STUDIES) if name == "all" else [name], output, jobs, units)
 
 
-def _run(names: list[str], output: Path, jobs: int) -> None:
+def _run(names: list[str], output: Path, jobs: int, units: Units) -> None:
     from joblib import Parallel, delayed
     from rich.progress import Progress, SpinnerColumn, TimeElapsedColumn
 
-    from slider_drilling.console import progress_bar, stderr
+    from slider_drilling.console import progress_bar, stderr, stdout
     from slider_drilling.files import prepare_outputs
     from slider_drilling.tools.render import study_files
 
@@ -68,7 +72,7 @@ def _run(names: list[str], output: Path, jobs: int) -> None:
         task = progress.add_task("studies" if len(names) > 1 else names[0], total=len(names))
         work = Parallel(n_jobs=min(jobs, len(names)), return_as="generator_unordered")
         try:
-            for study in work(delayed(_run_one)(name, output) for name in names):
+            for study in work(delayed(_run_one)(name, output, units) for name in names):
                 finished[study.name] = study
                 progress.advance(task)
         except KeyboardInterrupt:
@@ -78,14 +82,19 @@ def _run(names: list[str], output: Path, jobs: int) -> None:
     for name in names:
         if name in finished:
             _print(finished[name], output)
+    if len(names) > 1:
+        from slider_drilling.tools.render import write_index
+
+        index = write_index([finished[name] for name in names if name in finished], output, units)
+        stdout().print(f"all of them: {index}")
 
 
-def _run_one(name: str, output: Path) -> Study:
+def _run_one(name: str, output: Path, units: Units) -> Study:
     from slider_drilling.tools.catalogue import run_study
     from slider_drilling.tools.render import write_study
 
     study = run_study(name)
-    write_study(study, output)
+    write_study(study, output, units=units)
     return study
 
 

@@ -19,8 +19,10 @@ UNITS = {
     "mud_pump": ("rad", "rad/s", "N m"),
     "mwd_tool_face": ("rad", "rad/s", "N m"),
     "tool_face_target": ("rad", "rad/s", "N m"),
+    "bit_depth": ("m", "m/s", "N"),
     "truth_bit": ("rad", "rad/s", "N m"),
     "truth_weight_on_bit": ("N",),
+    "truth_depth": ("m", "m/s", "N"),
 }
 
 

@@ -104,7 +104,7 @@ def read_clock(data: bytes) -> int:
 def read_string(data: bytes) -> str:
     """The text of a std_msgs/String. Raises InputError where the bytes are none."""
     try:
-        return _Reader(data).text()
+        return Reader(data).text()
     except struct.error:
         raise InputError(f"{len(data)} bytes that are no String") from None
 
@@ -135,54 +135,78 @@ def _put_text(out: bytearray, text: str) -> None:
     out += data
 
 
-class _Reader:
-    """Walks through one CDR message of either byte order. Raises struct.error where it breaks off."""
+class Reader:
+    """Walks through one CDR message of either byte order. Raises struct.error where it breaks off.
+
+    at: where the next value begins, before any padding; padding: (first, last) of what lay between values so far.
+    """
 
     def __init__(self, data: bytes) -> None:
         if len(data) < 4 or data[0] != 0 or data[1] not in (0, 1):
             raise InputError(f"not a CDR message: it begins with {data[:4].hex() or 'nothing'}")
         self._data = data
-        self._order = "<" if data[1] else ">"
-        self._at = 4
+        self.order = "<" if data[1] else ">"
+        self.at = 4
+        self.padding: list[tuple[int, int]] = []
+
+    def align(self, size: int) -> None:
+        """Go on to where a value of this size may begin."""
+        gap = _padding(self.at, size)
+        if gap:
+            self.padding.append((self.at, self.at + gap))
+            self.at += gap
 
     def take(self, code: str, size: int) -> int | float:
-        self._at += _padding(self._at, size)
-        (value,) = struct.unpack_from(self._order + code, self._data, self._at)
-        self._at += size
+        self.align(size)
+        (value,) = struct.unpack_from(self.order + code, self._data, self.at)
+        self.at += size
         return value
 
     def count(self) -> int:
         return int(self.take("I", 4))
 
+    def items(self, least: int) -> int:
+        """The count of a sequence whose items have so many bytes at least: no more than the message can hold."""
+        count = self.count()
+        if count * least > len(self._data) - self.at:
+            raise struct.error(f"a sequence of {count} items runs beyond the message")
+        return count
+
     def text(self) -> str:
         length = self.count()
-        if self._at + length > len(self._data):
+        if self.at + length > len(self._data):
             raise struct.error("text runs beyond the message")
-        data = self._data[self._at : self._at + length]
-        self._at += length
+        data = self._data[self.at : self.at + length]
+        self.at += length
         return data.rstrip(b"\x00").decode("utf-8", "replace")
 
     def number(self) -> float:
         return float(self.take("d", 8))
+
+    def skip_doubles(self) -> tuple[int, int]:
+        """Go over a sequence of doubles: where the first is, and how many there are."""
+        count = self.items(8)
+        if count:
+            self.align(8)
+        first = self.at
+        self.at += 8 * count
+        if self.at > len(self._data):
+            raise struct.error("numbers run beyond the message")
+        return first, count
 
     def stamp(self) -> int:
         sec = int(self.take("i", 4))
         return sec * _NANO + int(self.take("I", 4))
 
     def doubles(self) -> tuple[float, ...]:
-        count = self.count()
-        if count == 0:
-            return ()
-        self._at += _padding(self._at, 8)
-        values = struct.unpack_from(f"{self._order}{count}d", self._data, self._at)
-        self._at += 8 * count
-        return values
+        first, count = self.skip_doubles()
+        return struct.unpack_from(f"{self.order}{count}d", self._data, first)
 
 
 def stamp_of(data: bytes) -> int:
     """The stamp, ns, of any message that begins with a header. Raises InputError where it has none."""
     try:
-        return _Reader(data).stamp()
+        return Reader(data).stamp()
     except struct.error:
         raise InputError(f"a message of {len(data)} bytes is too short for a stamp") from None
 
@@ -209,10 +233,10 @@ def read_joint_state(data: bytes, joint: str) -> tuple[int, float, float, float]
 
 
 def _read_any_joint_state(data: bytes, joint: str) -> tuple[int, float, float, float]:
-    reader = _Reader(data)
+    reader = Reader(data)
     stamp = reader.stamp()
     reader.text()
-    names = [reader.text() for _ in range(reader.count())]
+    names = [reader.text() for _ in range(reader.items(4))]
     if joint in names:
         index = names.index(joint)
     elif len(names) <= 1:
@@ -232,7 +256,7 @@ def read_fluid_pressure(data: bytes) -> tuple[int, float, float]:
                 head, sec, nanosec, size, framed, pressure, variance = layout.unpack(data)
                 if (head, size, framed) == (_LITTLE, *_framed(frame)):
                     return sec * _NANO + nanosec, pressure, variance
-        reader = _Reader(data)
+        reader = Reader(data)
         stamp = reader.stamp()
         reader.text()
         return stamp, reader.number(), reader.number()
@@ -243,7 +267,7 @@ def read_fluid_pressure(data: bytes) -> tuple[int, float, float]:
 def read_wrench_stamped(data: bytes) -> tuple[int, tuple[float, ...], tuple[float, ...]]:
     """Stamp ns, force N and torque N m, each (x, y, z). Raises InputError where the bytes are no WrenchStamped."""
     try:
-        reader = _Reader(data)
+        reader = Reader(data)
         stamp = reader.stamp()
         reader.text()
         force, torque = (tuple(reader.number() for _ in range(3)) for _ in range(2))

@@ -13,8 +13,8 @@ from slider_drilling.messages.topics import TOPICS
 from slider_drilling.nodes import link
 from slider_drilling.signals import Measurements
 
-NAMES = ("mwd_tool_face", "truth_bit", "truth_weight_on_bit", "standpipe_pressure", "mud_pump", "draw_works",
-         "top_drive")
+NAMES = ("mwd_tool_face", "truth_bit", "truth_weight_on_bit", "truth_depth", "standpipe_pressure", "mud_pump",
+         "draw_works", "top_drive")
 
 
 class RigTopics:
@@ -47,6 +47,7 @@ class RigTopics:
             (out["truth_bit"], cdr.joint_state(stamp_ns, "bit", truth.tool_face, truth.tool_face_rate,
                                                truth.bit_torque)),
             (out["truth_weight_on_bit"], cdr.wrench_stamped(stamp_ns, (truth.weight_on_bit, 0.0, 0.0))),
+            (out["truth_depth"], cdr.joint_state(stamp_ns, "bit", truth.bit_depth, truth.rate_of_penetration)),
             (out["standpipe_pressure"], cdr.fluid_pressure(stamp_ns, m.standpipe_pressure, self._variance)),
             (out["mud_pump"], cdr.joint_state(stamp_ns, "mud_pump", None, m.pump_speed)),
             (out["draw_works"], cdr.joint_state(stamp_ns, "block", m.block_position, m.block_speed, m.hook_load)),

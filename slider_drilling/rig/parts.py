@@ -39,7 +39,7 @@ class FrictionInterval:
 
 @dataclass(frozen=True)
 class Well:
-    """Survey rows are (measured depth m, inclination deg, azimuth deg)."""
+    """Survey rows are (measured depth m, inclination deg, azimuth deg); name: what pages call the well."""
 
     survey: tuple[tuple[float, float, float], ...] = rows_of(
         **{
@@ -50,6 +50,7 @@ class Well:
     )
     hole_diameter: float = quantity("m", at_least=0.05, at_most=1.5, why="bits of 2 to 60 in; 8 1/2 in is 0.2159 m")
     friction_intervals: tuple[FrictionInterval, ...] = ()
+    name: str = ""
 
 
 @dataclass(frozen=True)
