@@ -78,6 +78,7 @@ def _print(diagnosis: Diagnosis) -> None:
     from rich.text import Text
 
     from slider_drilling.console import stderr, stdout
+    from slider_drilling.diagnosis import words
 
     origin = diagnosis.origin
     stdout().print(Text(diagnosis.driller, "bold"))
@@ -85,6 +86,8 @@ def _print(diagnosis: Diagnosis) -> None:
     stdout().print(f"rig file: {origin.name} ({origin.source})")
     _print_ranking(diagnosis.outcome)
     _print_simulated(diagnosis.outcome)
+    for sentence in words.limits(diagnosis.outcome):
+        stdout().print(sentence)
     for sentence in diagnosis.remarks:
         stderr().print(f"note: {sentence}")
 
