@@ -48,7 +48,10 @@ COMMANDS: dict[str, Row] = {
     "analyse": Row("slider_drilling.commands.analyse", "The friction in a log, and where it acts."),
     "identify": Row("slider_drilling.commands.identify", "Contact parameters from measured friction."),
     "import": Row("slider_drilling.commands.import_table", "Turn a CSV table of a rig's recorder into an MCAP log."),
+    "info": Row("slider_drilling.commands.info", "What a log holds, what it has lost, and what it is good for."),
+    "recover": Row("slider_drilling.commands.recover", "Write what a damaged log still holds to whole logs."),
     "bench": Row("slider_drilling.commands.bench", "Measure speed, each figure beside a reference."),
+    "completion": Row("slider_drilling.commands.completion", "The script with which a shell completes all this."),
 }
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import namespace_option, seeds
+from slider_drilling.commands.options import json_option, namespace_option, print_json, seeds, tell_written
 
 if TYPE_CHECKING:
     from slider_drilling.diagnosis.diagnose import Diagnosis
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 @click.option("--effect", "effects", multiple=True, metavar="MODULE:CLASS", help="An effect of your own; repeatable.")
 @click.option("--until", default=1.0, show_default=True, metavar="SHARE",
               help="Fit only this first share of every log (0.67: two thirds) and show what the rest then leaves.")
+@json_option
 def command(
     logs: tuple[Path, ...],
     rig_path: Path | None,
@@ -36,6 +37,7 @@ def command(
     only: tuple[str, ...],
     effects: tuple[str, ...],
     until: float,
+    as_json: bool,
 ) -> None:
     """Say where LOGS of one rig and the simulator part, which effect causes it, and how far it shrinks with it.
 
@@ -46,13 +48,11 @@ def command(
     # simulations' threads from a third of the processor.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-    from slider_drilling.console import stderr, stdout
-    from slider_drilling.diagnosis.diagnose import diagnose
-    from slider_drilling.diagnosis.save import FILES, write_diagnosis
+    from slider_drilling.api.diagnoses import diagnose
+    from slider_drilling.console import stages, stderr
+    from slider_drilling.diagnosis.save import FILES
     from slider_drilling.diagnosis.user_effects import installed_effects, load_effect
-    from slider_drilling.errors import InputError
     from slider_drilling.files import check_distinct, make_folder, prepare_outputs
-    from slider_drilling.gap.progress import progress_bar
     from slider_drilling.log import read_log
     from slider_drilling.rig import load_rig
 
@@ -61,23 +61,25 @@ def command(
     check_distinct(logs)
     own = [*installed_effects(), *(load_effect(reference) for reference in effects)]
     records = [read_log(path, rig_path, namespace) for path in logs]
-    rig = load_rig(rig_path) if rig_path is not None else records[0].rig()
-    if rig_path is None and any(record.rig() != rig for record in records[1:]):
-        raise InputError(f"{logs[1]}: its rig file differs from that of {logs[0]}; give the one to use with --rig")
-    with progress_bar(stderr()) as progress:
-        diagnosis = diagnose(records, rig, seed=seed, user_effects=own, only=only, until=until, progress=progress)
+    rig = None if rig_path is None else load_rig(rig_path)
+    with stages() as progress:
+        diagnosed = diagnose(records, rig, only=only, effects=own, until=until, seed=seed, progress=progress)
     for record in records:
         for note in record.notes:
             stderr().print(f"{record.source}: {note}")
-    _print(diagnosis)
-    for path in write_diagnosis(diagnosis, output):
-        stdout().print(f"wrote {path}")
+    paths = diagnosed.save(output)
+    if as_json:
+        print_json({**diagnosed.tree, "wrote": paths})
+        return
+    _print(diagnosed.found)
+    tell_written(paths)
 
 
 def _print(diagnosis: Diagnosis) -> None:
     from rich.text import Text
 
     from slider_drilling.console import stderr, stdout
+    from slider_drilling.diagnosis import words
 
     origin = diagnosis.origin
     stdout().print(Text(diagnosis.driller, "bold"))
@@ -85,6 +87,8 @@ def _print(diagnosis: Diagnosis) -> None:
     stdout().print(f"rig file: {origin.name} ({origin.source})")
     _print_ranking(diagnosis.outcome)
     _print_simulated(diagnosis.outcome)
+    for sentence in words.limits(diagnosis.outcome):
+        stdout().print(sentence)
     for sentence in diagnosis.remarks:
         stderr().print(f"note: {sentence}")
 
