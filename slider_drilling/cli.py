@@ -43,11 +43,15 @@ COMMANDS: dict[str, Row] = {
     "replay": Row("slider_drilling.commands.replay", "Drive the plant with a log; compare channel by channel."),
     "diagnose": Row("slider_drilling.commands.diagnose", "Why a run and the simulator differ, and by which effect."),
     "blind-check": Row("slider_drilling.commands.blind_check", "Score the diagnosis on sealed logs of its own making."),
+    "torque-drag": Row("slider_drilling.commands.torque_drag", "Hook load and torque against depth: the broomstick."),
     "study": Row("slider_drilling.commands.study", "The paper's tools: figures, numbers and a verdict on each claim."),
     "analyse": Row("slider_drilling.commands.analyse", "The friction in a log, and where it acts."),
     "identify": Row("slider_drilling.commands.identify", "Contact parameters from measured friction."),
     "import": Row("slider_drilling.commands.import_table", "Turn a CSV table of a rig's recorder into an MCAP log."),
+    "info": Row("slider_drilling.commands.info", "What a log holds, what it has lost, and what it is good for."),
+    "recover": Row("slider_drilling.commands.recover", "Write what a damaged log still holds to whole logs."),
     "bench": Row("slider_drilling.commands.bench", "Measure speed, each figure beside a reference."),
+    "completion": Row("slider_drilling.commands.completion", "The script with which a shell completes all this."),
 }
 
 

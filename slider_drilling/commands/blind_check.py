@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from slider_drilling.commands.campaign_options import jobs_option, scheduler_option
-from slider_drilling.commands.options import seeds
+from slider_drilling.commands.options import seeds, tell_written
 
 if TYPE_CHECKING:
     from slider_drilling.blind.score import Scored
@@ -142,8 +142,7 @@ def _report(cases: Sequence[Scored], options: dict[str, Any], output: Path) -> N
     write_whole(output / "blind.json", (json.dumps(tree, indent=1) + "\n").encode("utf-8"))
     write_blind_page(output / "blind.html", cases, tree)
     _print_totals(cases)
-    for name in ("blind.json", "blind.html"):
-        stdout().print(f"wrote {output / name}")
+    tell_written((output / "blind.json", output / "blind.html"))
 
 
 def _line(case: Scored) -> str:

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from slider_drilling.commands.options import print_json, tell_written
+
 if TYPE_CHECKING:
     from slider_drilling.campaign.logs import Options, Row
     from slider_drilling.campaign.run import Where
@@ -14,13 +16,12 @@ if TYPE_CHECKING:
 PAGE, FILE, RESULTS = "diagnoses.html", "diagnoses.json", "results"
 
 
-def diagnose_each(logs: Sequence[Path], options: Options, where: Where, output: Path) -> int:
+def diagnose_each(logs: Sequence[Path], options: Options, where: Where, output: Path, as_json_text: bool) -> int:
     """Diagnose each log into a folder of its own; the exit code."""
     from slider_drilling.campaign.code import code_version
     from slider_drilling.campaign.logs import as_json, folder_names, log_job, page_of, unfold
     from slider_drilling.campaign.results import Results
     from slider_drilling.campaign.shown import run_shown
-    from slider_drilling.console import stdout
     from slider_drilling.files import make_folder, prepare_outputs, write_whole
     from slider_drilling.pages import write_page
     from slider_drilling.units import SI
@@ -40,9 +41,12 @@ def diagnose_each(logs: Sequence[Path], options: Options, where: Where, output: 
     tree = as_json(rows, code_version())
     write_whole(output / FILE, (json.dumps(tree, indent=1, allow_nan=False) + "\n").encode("utf-8"))
     write_page(output / PAGE, page_of(rows), SI)
-    _print(rows)
-    for written in (FILE, PAGE):
-        stdout().print(f"wrote {output / written}")
+    written = [output / FILE, output / PAGE]
+    if as_json_text:
+        print_json({**tree, "wrote": written})
+    else:
+        _print(rows)
+        tell_written(written)
     return ran.code
 
 

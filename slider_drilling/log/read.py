@@ -157,6 +157,12 @@ def _samples_of(
     return sampled.setdefault(channel.topic, matched) if matched is not None else None
 
 
+def match(topic: str, type_name: str | None) -> str:
+    """The series that a topic is; empty where it is none, or its type is another one."""
+    matched = _match(topic, type_name)
+    return matched.key if isinstance(matched, Samples) else ""
+
+
 def _match(topic: str, type_name: str | None) -> Samples | str | None:
     """Where samples of the topic go; why not, if it looks like a rig's and is not; None for any other topic."""
     for key, known in TOPICS.items():

@@ -100,8 +100,8 @@ class Recorder(Node):
         return self._listening.lost
 
     def is_connected(self, nodes: int) -> bool:
-        """Whether every topic of a log has a publisher here, and `diagnostics` one of every node."""
-        optional = (link.RIG_DESCRIPTION, link.CLOCK)
+        """Whether every topic of a simulated rig's log has a publisher here, and `diagnostics` one of every node."""
+        optional = (link.RIG_DESCRIPTION, link.CLOCK, TOPICS["bit_depth"])
         wanted = {topic.name: nodes if topic is DIAGNOSTICS else 1 for topic in RECORDED if topic not in optional}
         return all(self._listening.publishers_of(self.resolve_topic_name(name)) >= count
                    for name, count in wanted.items())
