@@ -53,7 +53,8 @@ def test_an_answer_depends_on_the_rig_file_and_on_the_users_effect(tmp_path, mon
         "from slider_drilling.diagnosis.user_effects import UserEffect\n"
         "from slider_drilling.gap.model import Effect, Parameter\n"
         "class Mine(UserEffect):\n"
-        "    effect = Effect('mine', 'contact', (Parameter('mine.size', 0.0, 0.0, 1.0, 0.1),), ((0.2,), (0.5,), (0.8,)))\n"
+        "    size = Parameter('mine.size', 0.0, 0.0, 1.0, 0.1)\n"
+        "    effect = Effect('mine', 'contact', (size,), ((0.2,), (0.5,), (0.8,)))\n"
     )
     monkeypatch.syspath_prepend(str(tmp_path))
     reference = "my_effect_of_logs:Mine"
