@@ -47,6 +47,7 @@ COMMANDS: dict[str, Row] = {
     "replay": Row("slider_drilling.commands.replay", "Drive the plant with a log; compare channel by channel."),
     "diagnose": Row("slider_drilling.commands.diagnose", "Why a run and the simulator differ, and by which effect."),
     "blind-check": Row("slider_drilling.commands.blind_check", "Score the diagnosis on sealed logs of its own making."),
+    "torque-drag": Row("slider_drilling.commands.torque_drag", "Hook load and torque against depth: the broomstick."),
     "study": Row("slider_drilling.commands.study", "The paper's tools: figures, numbers and a verdict on each claim."),
     "analyse": Row("slider_drilling.commands.analyse", "The friction in a log, and where it acts."),
     "identify": Row("slider_drilling.commands.identify", "Contact parameters from measured friction."),
