@@ -69,7 +69,7 @@ def read_table(
     if last >= LAST or origin < -LAST:
         raise InputError(
             f"{mapping.source}: time.unit = {mapping.layout.time.unit!r}: times would end in the year "
-            f"{1970 + last / 31_556_952:.6g}; are they in ms or ns?"
+            f"{round(1970 + last / 31_556_952, 0):.6g}; are they in ms or ns?"
         )
     start_ns = epoch_ns + round(origin * 1e9)
     if start_ns < 0:
