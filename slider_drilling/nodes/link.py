@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from ament_index_python import InvalidResourceNameError, get_resource
 from rclpy.duration import Duration
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
@@ -40,9 +41,23 @@ def flush(node: Node, timeout: float = 2.0) -> None:
 
 
 def message_class(kind: str) -> Any:
-    """The class of `package/msg/Name`. Raises ImportError where the package is not installed."""
+    """The class of `package/msg/Name`. Raises ImportError where it is not installed as a message of ROS 2.
+
+    The name may come from a log or from the graph: what is no message package is not imported, which would run it.
+    """
     package, _, name = kind.split("/")
+    try:
+        listed, _ = get_resource("rosidl_interfaces", package)
+    except (LookupError, OSError, InvalidResourceNameError):
+        listed = ""
+    if f"msg/{name}.msg" not in listed.split():
+        raise ImportError(f"{package} is no installed message package with {name}")
     return getattr(importlib.import_module(f"{package}.msg"), name)
+
+
+def begins_with_a_header(kind: str) -> bool:
+    """Whether a message's first field is a std_msgs/Header, whose first is the stamp."""
+    return next(iter(message_class(kind).get_fields_and_field_types().values()), "") == "std_msgs/Header"
 
 
 def publisher(node: Node, topic: Topic, qos: QoSProfile = RELIABLE) -> Publisher:
