@@ -131,7 +131,7 @@ def diagnose(
             if record.rig() != told:
                 raise InputError(
                     f"{record.source}: its rig file differs from that of {records[0].source}; "
-                    "give the one to use as rig"
+                    "give the one to use with --rig (rig=)"
                 )
     found = engine.diagnose(records, told, seed=seed, user_effects=effects, only=only, until=until, progress=progress)
     return Diagnosed(found, engine.as_json(found))

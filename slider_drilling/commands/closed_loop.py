@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import units_option
+from slider_drilling.commands.options import tell_written, units_option
 
 if TYPE_CHECKING:
     from slider_drilling.closed_loop import Outcome, Scenario
@@ -44,7 +44,7 @@ def command(
     """
     from slider_drilling.closed_loop import SCENARIOS, report
     from slider_drilling.closed_loop.page import closed_loop_page
-    from slider_drilling.console import stderr, stdout
+    from slider_drilling.console import stderr
     from slider_drilling.control.load import DEFAULT
     from slider_drilling.errors import InputError
     from slider_drilling.files import make_folder, prepare_outputs, write_whole
@@ -76,8 +76,7 @@ def command(
         write_whole(output / "closed_loop.json", text.encode("utf-8"))
         write_page(output / "closed_loop.html", closed_loop_page(rows, name, seed, elements), units)
         if not as_json_text:
-            for suffix in ("json", "html"):
-                stdout().print(f"wrote {output / 'closed_loop'}.{suffix}")
+            tell_written((output / "closed_loop.json", output / "closed_loop.html"))
 
 
 def _chosen(only: tuple[str, ...]) -> list[Scenario]:
