@@ -28,6 +28,10 @@ Examples:
 """
 
 
+LONGEST = 2000
+"""Characters of an error: what it quotes may be a whole file."""
+
+
 @dataclass(frozen=True)
 class Row:
     """One sub-command: the module that holds its `command`, and the line that `--help` shows for it."""
@@ -88,8 +92,11 @@ def group() -> None:
 
 def fail(message: str, code: int) -> NoReturn:
     """One line on stderr, whatever the message held, and the exit code."""
+    line = printable(" ".join(message.split()))
+    if len(line) > LONGEST:
+        line = f"{line[: LONGEST // 2]} ... {line[-LONGEST // 2 :]}"
     with contextlib.suppress(OSError):
-        print(printable(" ".join(message.split())), file=sys.stderr, flush=True)
+        print(line, file=sys.stderr, flush=True)
     raise SystemExit(code)
 
 

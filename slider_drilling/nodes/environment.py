@@ -6,6 +6,7 @@ import importlib.util
 import os
 import signal
 import sys
+import tempfile
 from collections.abc import MutableMapping
 from pathlib import Path
 
@@ -32,6 +33,9 @@ def prepare() -> None:
     spec = importlib.util.find_spec("rclpy")
     if spec is None or spec.origin is None:
         raise InputError(f"ROS 2 is not there: Python at {sys.prefix} has no rclpy; {INSTALL}")
+    if not {"HOME", "ROS_HOME", "ROS_LOG_DIR"} & set(os.environ):
+        # ROS 2 refuses to start without a place for its logs.
+        os.environ["ROS_LOG_DIR"] = str(Path(tempfile.gettempdir()) / f"slider_drilling_ros_{os.getuid()}")
     keep_to_loopback(os.environ)
     wanted = library_path(os.environ.get("LD_LIBRARY_PATH", ""), from_wheels=_within(Path(spec.origin), sys.prefix))
     if wanted is not None:
