@@ -98,7 +98,7 @@ def test_what_an_unknown_leaves_is_told_with_its_channel_site_and_shape():
     shape = Shape("pressure lost at 2 bar/min", "time, s", "pressure, bar", np.arange(3.0), np.arange(3.0))
     assert "pressure lost at 2 bar/min" in words.driller(replace(outcome, shape=shape))
     remains = replace(worn_motor(), verdict="effect_and_unknown")
-    assert words.driller(remains).startswith("It acts as if: The motor gives 24 % less")
+    assert words.driller(remains).startswith("It acts as if the motor gives 24 % less")
     assert words.driller(remains).endswith("remains, most of it in tool-face.")
 
 
@@ -112,6 +112,21 @@ def test_re_tuning_is_said_to_reach_the_noise_only_where_it_does(tuned, says):
     assert "friction 1 is 1.12 times the file's" in text
     assert ("as closely" in text) == (tuned <= 1.2)
     assert "reaches" not in words.sentence(replace(outcome, verdict="parameters", effects=(), gap=gap))
+
+
+def test_two_effects_are_one_sentence():
+    outcome = worn_motor()
+    both = replace(outcome, effects=("motor_wear", "formation_change"))
+    assert "than the file says, and from 3 s on the rock takes 0.800 times the weight" in words.driller(both)
+
+
+def test_how_far_the_model_foretells_and_what_is_not_held_out_is_said():
+    outcome = replace(worn_motor(), horizon={"tool_face": 35.2}, counts={"simulations": 900, "not_refitted": 2})
+    ahead, missed = words.limits(outcome)
+    assert "tool-face 35 s" in ahead
+    assert missed.startswith("2 stretches could not be refitted")
+    assert words.limits(worn_motor()) == []
+    assert missed in page_html(report_page(diagnosis_of(outcome)), SI)
 
 
 def test_an_answer_of_nothing_says_why():

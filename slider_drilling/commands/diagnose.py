@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from slider_drilling.commands.campaign_options import jobs_option, scheduler_option
 from slider_drilling.commands.options import json_option, namespace_option, print_json, seeds, tell_written
 
 if TYPE_CHECKING:
@@ -15,11 +16,21 @@ if TYPE_CHECKING:
     from slider_drilling.diagnosis.outcome import Outcome
 
 
-@click.command(epilog="Example:\n\n  slider-drilling diagnose run.mcap -o diagnosis")
+EXAMPLES = """\
+Examples:
+
+\b
+  slider-drilling diagnose run.mcap -o diagnosis
+  slider-drilling diagnose logs/ --jobs 4 -o diagnoses
+  slider-drilling diagnose monday.mcap tuesday.mcap --together -o diagnosis
+"""
+
+
+@click.command(epilog=EXAMPLES)
 @click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file instead of the logs' own.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), default="diagnosis", show_default=True,
-              help="Folder for diagnosis.json, report.html and rig.tuned.yaml.")  # fmt: skip
+              help="Folder for diagnosis.json, report.html and rig.tuned.yaml, of several logs one each.")  # fmt: skip
 @namespace_option
 @click.option("--seed", default=0, show_default=True, type=seeds,
               help="Of the bootstrap; the same seed gives the same answer.")  # fmt: skip
@@ -27,6 +38,9 @@ if TYPE_CHECKING:
 @click.option("--effect", "effects", multiple=True, metavar="MODULE:CLASS", help="An effect of your own; repeatable.")
 @click.option("--until", default=1.0, show_default=True, metavar="SHARE",
               help="Fit only this first share of every log (0.67: two thirds) and show what the rest then leaves.")
+@click.option("--together", is_flag=True, help="Fit several logs, of one rig, together, for one answer.")
+@jobs_option
+@scheduler_option
 @json_option
 def command(
     logs: tuple[Path, ...],
@@ -37,18 +51,25 @@ def command(
     only: tuple[str, ...],
     effects: tuple[str, ...],
     until: float,
+    together: bool,
+    jobs: int,
+    scheduler: str,
     as_json: bool,
-) -> None:
-    """Say where LOGS of one rig and the simulator part, which effect causes it, and how far it shrinks with it.
+) -> int:
+    """Say where LOGS and the simulator part, which effect causes it, and how far it shrinks with it.
 
-    Several LOGS are fitted together. Ctrl-C (or SIGTERM) writes the best answer so far, marked partial; the exit code
-    is then 130 (143).
+    Several LOGS, or folders of them, are diagnosed each by itself, with one table and one page over all; Ctrl-C leaves
+    the finished ones, and the same command goes on from there. Of one log, or with --together, Ctrl-C (or SIGTERM)
+    writes the best answer so far, marked partial. The exit code is then 130 (143).
     """
     # Before numpy is imported: its matrices here are small, and threads that wait for work of theirs keep the
     # simulations' threads from a third of the processor.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
     from slider_drilling.api.diagnoses import diagnose
+    from slider_drilling.campaign.logs import Options, find_logs, source_of
+    from slider_drilling.campaign.run import Where
+    from slider_drilling.commands.diagnose_logs import diagnose_each
     from slider_drilling.console import stages, stderr
     from slider_drilling.diagnosis.save import FILES
     from slider_drilling.diagnosis.user_effects import installed_effects, load_effect
@@ -56,9 +77,14 @@ def command(
     from slider_drilling.log import read_log
     from slider_drilling.rig import load_rig
 
+    logs = tuple(find_logs(logs))
+    check_distinct(logs)
+    if len(logs) > 1 and not together:
+        sources = tuple((reference, source_of(reference)) for reference in effects)
+        options = Options(rig_path, namespace, seed, only, sources, until)
+        return diagnose_each(logs, options, Where(jobs, scheduler), output, as_json)
     make_folder(output)
     prepare_outputs([output / name for name in FILES], (*logs, rig_path))
-    check_distinct(logs)
     own = [*installed_effects(), *(load_effect(reference) for reference in effects)]
     records = [read_log(path, rig_path, namespace) for path in logs]
     rig = None if rig_path is None else load_rig(rig_path)
@@ -70,15 +96,17 @@ def command(
     paths = diagnosed.save(output)
     if as_json:
         print_json({**diagnosed.tree, "wrote": paths})
-        return
+        return 0
     _print(diagnosed.found)
     tell_written(paths)
+    return 0
 
 
 def _print(diagnosis: Diagnosis) -> None:
     from rich.text import Text
 
     from slider_drilling.console import stderr, stdout
+    from slider_drilling.diagnosis import words
 
     origin = diagnosis.origin
     stdout().print(Text(diagnosis.driller, "bold"))
@@ -86,6 +114,8 @@ def _print(diagnosis: Diagnosis) -> None:
     stdout().print(f"rig file: {origin.name} ({origin.source})")
     _print_ranking(diagnosis.outcome)
     _print_simulated(diagnosis.outcome)
+    for sentence in words.limits(diagnosis.outcome):
+        stdout().print(sentence)
     for sentence in diagnosis.remarks:
         stderr().print(f"note: {sentence}")
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from slider_drilling.commands.options import json_option, print_json, seeds, tell_written, units_option
+from slider_drilling.printable import printable
 
 if TYPE_CHECKING:
     from slider_drilling.contact.identify import Data, Identification
@@ -63,11 +64,13 @@ def command(
     from slider_drilling.contact.identify import identify
     from slider_drilling.contact.measured import read_measured
     from slider_drilling.files import prepare_outputs
+    from slider_drilling.rig import Contact
+    from slider_drilling.schema import build, plain
     from slider_drilling.tools.render import study_files, write_study
 
     prepare_outputs(study_files("identify", output), (data,))
     held = replace(PAPER.asperity, height=1e-6 * height_um, shape_factor=shape_factor)
-    base = replace(PAPER, asperity=held, shear_factor=shear_factor)
+    base = build(Contact, plain(replace(PAPER, asperity=held, shear_factor=shear_factor)), "identify: contact held")
     friction_table(shear_factor, held)
     measured = read_measured(data)
     columns = (*Progress.get_default_columns(), TextColumn("misfit {task.fields[misfit]}"))
@@ -98,7 +101,7 @@ def _findings(path: Path, found: Identification, seed: int) -> dict[str, Any]:
     }  # fmt: skip
     return {
         "schema": "slider_drilling/identification/1",
-        "data": path.name,
+        "data": printable(path.name),
         "seed": seed,
         "estimates": estimates,
         "contact": _plain(found.contact),
@@ -134,7 +137,7 @@ def _page(path: Path, data: Data, found: Identification) -> Study:
         about="Contact parameters",
         title=f"{axis.size} {against}",
         settings={
-            "data": path.name,
+            "data": printable(path.name),
             "residual_rms_n": found.residual_rms,
             "largest_error_over_peak": found.largest_error,
         },

@@ -33,6 +33,8 @@ def report_page(diagnosis: Diagnosis) -> Page:
         facts.append(("site", outcome.site.replace("_", " ")))
     if outcome.runtime:
         facts.append(("took", f"{outcome.runtime:.0f} s"))
+    if outcome.counts:
+        facts.append(("simulations", f"{outcome.counts['simulations']}"))
     return Page(
         "Where the log and the simulation part", " and ".join(Path(log).stem for log in diagnosis.logs),
         (Section("", (diagnosis.sentence,)), *sections), tuple(facts),
@@ -48,7 +50,9 @@ def _how_large(outcome: Outcome) -> list[Section]:
         "E is the RMS difference of measured and simulated, in noise floors: 1 is a perfect model. Every stretch of "
         "the log is scored by parameters that were fitted without it."
     )
-    return [Section("How large the gap is", (about, waterfall(gap), _channels(outcome), *_simulated(outcome)))]
+    shown: list[str | Chart | Table] = [about, waterfall(gap), _channels(outcome), *_simulated(outcome)]
+    shown += words.limits(outcome)
+    return [Section("How large the gap is", tuple(shown))]
 
 
 def _channels(outcome: Outcome) -> Table:

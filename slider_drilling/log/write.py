@@ -19,6 +19,7 @@ from slider_drilling.log.mcap_file import McapFile
 from slider_drilling.messages import cdr
 from slider_drilling.messages.schemas import SCHEMAS
 from slider_drilling.messages.topics import DIAGNOSTIC_ARRAY, FLUID_PRESSURE, JOINT_STATE, WRENCH_STAMPED
+from slider_drilling.printable import printable
 
 # What a killed recording may lose, s of wall time: messages are written out at least this often.
 FLUSH_PERIOD = 0.5
@@ -133,7 +134,7 @@ class LogWriter:
             self._file.attachment("rig.yaml", "application/yaml", rig_text.encode("utf-8"))
         begun = (started or datetime.datetime.now(datetime.timezone.utc)).isoformat(timespec="seconds")
         record = {"version": __version__, "recorded_by": recorded_by, "start_time": begun, "notes": notes}
-        self._file.metadata("slider_drilling", record)
+        self._file.metadata("slider_drilling", {name: printable(text) for name, text in record.items()})
 
     def joint_state(
         self,

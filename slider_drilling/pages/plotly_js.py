@@ -25,7 +25,8 @@ def _chart(chart: Chart, units: Units) -> dict[str, Any]:
     legend: dict[str, dict[str, Any]] = {}
     shapes: list[dict[str, Any]] = []
     notes: list[dict[str, Any]] = []
-    heights = [_PANEL * panel.height if len(chart.panels) > 1 else _SINGLE for panel in chart.panels]
+    alone = _SINGLE if len(chart.panels) == 1 else _PANEL
+    heights = [alone * panel.height for panel in chart.panels]
     total = sum(heights) + _BETWEEN * (len(heights) - 1)
     layout: dict[str, Any] = {"shapes": shapes, "annotations": notes, "barmode": "overlay", "bargap": 0.35,
                               "hoversubplots": "axis", "hovermode": _hover(chart)}  # fmt: skip
