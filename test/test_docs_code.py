@@ -56,7 +56,7 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_every_page_has_command_lines_to_check() -> None:
-    assert {page.name for page, _ in LINES} >= {"README.md", "quickstart.md", "pages.md", "diagnose.md", "control.md"}
+    assert {page.name for page, _ in LINES} >= {"quickstart.md", "pages.md", "diagnose.md", "control.md"}
     assert {line[0] for _, line in LINES} <= set(COMMANDS)
 
 
