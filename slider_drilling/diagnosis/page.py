@@ -12,7 +12,8 @@ from slider_drilling.diagnosis.phrases import READ
 from slider_drilling.log.run_page import title as title_of
 from slider_drilling.pages import Amount, Bullets, Chart, Lead, Page, Section, Table, Tag
 from slider_drilling.pages.page import Cell, Tone
-from slider_drilling.units import KINDS
+from slider_drilling.pages.titles import well_name
+from slider_drilling.units import KINDS, SI
 
 _TONES: dict[str, Tone] = {"none": "good", "parameters": "good", "effect": "plain"}
 STAGES = {"nominal": "as given", "tuned": "re-tuned", "with_effect": "with what was found"}
@@ -45,6 +46,8 @@ def report_page(diagnosis: Diagnosis) -> Page:
 
 def _title(diagnosis: Diagnosis) -> str:
     logs = [look.log for look in diagnosis.looks]
+    if not logs:
+        return well_name(diagnosis.rig, SI)
     return title_of(logs[0], rig=diagnosis.rig) + (f", and {len(logs) - 1} more" if len(logs) > 1 else "")
 
 
