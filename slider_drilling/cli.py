@@ -28,6 +28,10 @@ Examples:
 """
 
 
+LONGEST = 2000
+"""Characters of an error: what it quotes may be a whole file."""
+
+
 @dataclass(frozen=True)
 class Row:
     """One sub-command: the module that holds its `command`, and the line that `--help` shows for it."""
@@ -43,11 +47,15 @@ COMMANDS: dict[str, Row] = {
     "replay": Row("slider_drilling.commands.replay", "Drive the plant with a log; compare channel by channel."),
     "diagnose": Row("slider_drilling.commands.diagnose", "Why a run and the simulator differ, and by which effect."),
     "blind-check": Row("slider_drilling.commands.blind_check", "Score the diagnosis on sealed logs of its own making."),
+    "torque-drag": Row("slider_drilling.commands.torque_drag", "Hook load and torque against depth: the broomstick."),
     "study": Row("slider_drilling.commands.study", "The paper's tools: figures, numbers and a verdict on each claim."),
     "analyse": Row("slider_drilling.commands.analyse", "The friction in a log, and where it acts."),
     "identify": Row("slider_drilling.commands.identify", "Contact parameters from measured friction."),
     "import": Row("slider_drilling.commands.import_table", "Turn a CSV table of a rig's recorder into an MCAP log."),
+    "info": Row("slider_drilling.commands.info", "What a log holds, what it has lost, and what it is good for."),
+    "recover": Row("slider_drilling.commands.recover", "Write what a damaged log still holds to whole logs."),
     "bench": Row("slider_drilling.commands.bench", "Measure speed, each figure beside a reference."),
+    "completion": Row("slider_drilling.commands.completion", "The script with which a shell completes all this."),
 }
 
 
@@ -84,8 +92,11 @@ def group() -> None:
 
 def fail(message: str, code: int) -> NoReturn:
     """One line on stderr, whatever the message held, and the exit code."""
+    line = printable(" ".join(message.split()))
+    if len(line) > LONGEST:
+        line = f"{line[: LONGEST // 2]} ... {line[-LONGEST // 2 :]}"
     with contextlib.suppress(OSError):
-        print(printable(" ".join(message.split())), file=sys.stderr, flush=True)
+        print(line, file=sys.stderr, flush=True)
     raise SystemExit(code)
 
 

@@ -6,19 +6,19 @@ nor may escapes in them reach the terminal. What is to be bold is given as `rich
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
 from rich.console import Console, ConsoleOptions, RenderableType
-from rich.progress import Progress, ProgressColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.segment import Segment
+from rich.table import Table
 
+from slider_drilling.fitting import fitted
 from slider_drilling.printable import printable
-
-# Columns of a table in a pipe or a file, where no terminal says how wide it is.
-WIDTH = 120
+from slider_drilling.progress_lines import ProgressLines
 
 
 class LiteralConsole(Console):
@@ -33,11 +33,15 @@ class LiteralConsole(Console):
             text, style, control = segment
             yield segment if control else Segment(printable(text), style)
 
+    def print(self, *objects: Any, **how: Any) -> None:
+        """As rich does, tables made to fit."""
+        super().print(*(fitted(one, self) if isinstance(one, Table) else one for one in objects), **how)
+
 
 @cache
 def stdout() -> Console:
-    """Where results go."""
-    return LiteralConsole(width=None if sys.stdout.isatty() else WIDTH)
+    """Where results go; in a pipe or a file 80 columns wide, unless COLUMNS says otherwise."""
+    return LiteralConsole()
 
 
 @cache
@@ -46,6 +50,18 @@ def stderr() -> Console:
     return LiteralConsole(stderr=True)
 
 
-def progress_bar(*columns: ProgressColumn | str) -> Progress:
-    """A bar on stderr that leaves nothing behind, and says nothing where stderr is no terminal."""
-    return Progress(*columns, console=stderr(), transient=True, disable=not stderr().is_terminal)
+def progress_bar(*columns: ProgressColumn | str) -> Progress | ProgressLines:
+    """A bar on stderr that leaves nothing behind; where stderr is no terminal, a line now and then."""
+    if not stderr().is_terminal:
+        return ProgressLines(stderr().print)
+    return Progress(*columns, console=stderr(), transient=True)
+
+
+@contextmanager
+def stages() -> Iterator[Callable[[str, float], None]]:
+    """A ``progress(stage, share)`` that draws a bar on stderr, or prints lines where stderr is no terminal."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TextColumn("left"),
+               TimeRemainingColumn())  # fmt: skip
+    with progress_bar(*columns) as bar:
+        task = bar.add_task("starting", total=1.0)
+        yield lambda stage, share: bar.update(task, description=stage, completed=share)

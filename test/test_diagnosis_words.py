@@ -18,6 +18,7 @@ from slider_drilling.diagnosis.origin import RigOrigin, origin_of, remarks_on
 from slider_drilling.diagnosis.outcome import Candidate, Errors, Fitted, Floor, Gap, Outcome, Shape, Trace, Where
 from slider_drilling.diagnosis.page import report_page, simulated_rows
 from slider_drilling.diagnosis.phrases import phrase
+from slider_drilling.diagnosis.shapes import shape_in_words
 from slider_drilling.diagnosis.tree import as_json
 from slider_drilling.effects import CuttingsBed, Effects
 from slider_drilling.log import RigLog
@@ -98,7 +99,7 @@ def test_what_an_unknown_leaves_is_told_with_its_channel_site_and_shape():
     shape = Shape("pressure lost at 2 bar/min", "time, s", "pressure, bar", np.arange(3.0), np.arange(3.0))
     assert "pressure lost at 2 bar/min" in words.driller(replace(outcome, shape=shape))
     remains = replace(worn_motor(), verdict="effect_and_unknown")
-    assert words.driller(remains).startswith("It acts as if: The motor gives 24 % less")
+    assert words.driller(remains).startswith("It acts as if the motor gives 24 % less")
     assert words.driller(remains).endswith("remains, most of it in tool-face.")
 
 
@@ -112,6 +113,21 @@ def test_re_tuning_is_said_to_reach_the_noise_only_where_it_does(tuned, says):
     assert "friction 1 is 1.12 times the file's" in text
     assert ("as closely" in text) == (tuned <= 1.2)
     assert "reaches" not in words.sentence(replace(outcome, verdict="parameters", effects=(), gap=gap))
+
+
+def test_two_effects_are_one_sentence():
+    outcome = worn_motor()
+    both = replace(outcome, effects=("motor_wear", "formation_change"))
+    assert "than the file says, and from 3 s on the rock takes 0.800 times the weight" in words.driller(both)
+
+
+def test_how_far_the_model_foretells_and_what_is_not_held_out_is_said():
+    outcome = replace(worn_motor(), horizon={"tool_face": 35.2}, counts={"simulations": 900, "not_refitted": 2})
+    ahead, missed = words.limits(outcome)
+    assert "tool-face 35 s" in ahead
+    assert missed.startswith("2 stretches could not be refitted")
+    assert words.limits(worn_motor()) == []
+    assert missed in page_html(report_page(diagnosis_of(outcome)), SI)
 
 
 def test_an_answer_of_nothing_says_why():
@@ -229,3 +245,21 @@ def test_the_rig_file_is_told_with_where_it_came_from():
     assert origin_of([given], bed) == RigOrigin("own.yaml", "given", "e/own.yaml")
     assert origin_of([given], rig) == RigOrigin("the rig given", "given", None)
     assert remarks_on(origin_of([given], rig), [given], rig) == []
+
+
+@pytest.mark.parametrize(
+    ("x_unit", "y_unit", "curve", "says"),
+    [
+        ("s", "Pa", lambda x: -2e5 * x / 60.0, "falls by 2.0 bar a minute"),
+        ("Pa", "Pa", lambda x: 0.03 * x + 1.0, "rises by 3.0 % of itself"),
+        ("rad", "N m", lambda x: -1e4 * x, "falls by 0.17 kN m per deg"),
+        ("m", "-", lambda x: np.where(x > 205.0, 0.4, 0.0), "steps up by 40 % between 171 m and 229 m"),
+        ("m", "-", lambda x: np.exp(-(((x - 229.0) / 60.0) ** 2)), "most, 100 %, at 229 m"),
+        ("s", "N", lambda x: 0.0 * x + 4e3, "by 4.0 kN"),
+    ],
+)
+def test_the_shape_of_an_unknown_is_told_with_its_numbers_and_units(x_unit, y_unit, curve, says):
+    x = np.linspace(0.0, 400.0, 8)
+    told = shape_in_words("reading off", x, x_unit, curve(x), y_unit)
+    assert told.startswith("reading off")
+    assert says in told

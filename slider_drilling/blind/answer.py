@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -36,18 +36,20 @@ class Answer:
         return any(name == other or name in self.groups[other] for other in self.named)
 
 
-def diagnose_job(log: Path, seed: int, closed: tuple[str, ...]) -> Job:
-    """The job that diagnoses one log and can open nothing in the closed folders."""
-    return Job("slider_drilling.blind.answer:diagnose_log", log.stem, {"log": str(log)}, seed=seed, closed=closed)
+def diagnose_job(log: Path, seed: int, only: Sequence[str], closed: tuple[str, ...]) -> Job:
+    """The job that diagnoses one log and can open nothing in the closed folders; only: as `diagnose` has it."""
+    call = "slider_drilling.blind.answer:diagnose_log"
+    return Job(call, log.stem, {"log": str(log)}, {"only": list(only)}, seed, closed=closed)
 
 
 def diagnose_log(job: Job) -> dict[str, Any]:
     """The tree of diagnosis.json for the job's one log."""
-    from slider_drilling.diagnosis.diagnose import as_json, diagnose
+    from slider_drilling.diagnosis.diagnose import diagnose
+    from slider_drilling.diagnosis.tree import as_json
     from slider_drilling.log import read_log
 
     log = read_log(job.inputs["log"])
-    return as_json(diagnose([log], log.rig(), seed=job.seed))
+    return as_json(diagnose([log], log.rig(), seed=job.seed, only=job.options["only"]))
 
 
 def read_answer(path: Path) -> Answer:

@@ -54,12 +54,22 @@ def seal(cases: Sequence[Case], rig: Path, folder: Path, run: Run) -> Ran:
     return run("sealing", [seal_job(case, rig, logs, labels) for case in cases], labels / "made")
 
 
-def check(sealed: Path, output: Path, stems: Sequence[str] | None, seed: int, oracle: bool, run: Run) -> Checked:
+@dataclass(frozen=True)
+class Asked:
+    """How logs are diagnosed. only: candidates, all if empty; seed: of the diagnosis; oracle: whether the truth is
+    fitted too."""
+
+    only: tuple[str, ...] = ()
+    seed: int = 0
+    oracle: bool = True
+
+
+def check(sealed: Path, output: Path, stems: Sequence[str] | None, asked: Asked, run: Run) -> Checked:
     """Diagnose the sealed logs of a folder, all of them or those named, and score what has labels."""
     logs = _logs(sealed, stems)
     closed = (str((sealed / LABELS).resolve()),)
     results = Results(output / RESULTS)
-    jobs = [diagnose_job(log, seed, closed) for log in logs]
+    jobs = [diagnose_job(log, asked.seed, asked.only, closed) for log in logs]
     ran = [run("diagnosing", jobs, results.folder)]
     keys = dict(zip((log.stem for log in logs), ran[0].keys, strict=True))
     answers = {stem: result for stem, key in keys.items() if (result := _result(results, key)) is not None}
@@ -68,8 +78,8 @@ def check(sealed: Path, output: Path, stems: Sequence[str] | None, seed: int, or
     labels = read_labels(sealed / LABELS) if (sealed / LABELS).is_dir() else {}
     known = {stem: label for stem, label in labels.items() if stem in keys}
     truth: dict[str, float] = {}
-    if oracle and not ran[0].stopped:
-        fitted, truth = _oracles(known, logs, seed, closed, results, run)
+    if asked.oracle and not ran[0].stopped:
+        fitted, truth = _oracles(known, logs, asked.seed, closed, results, run)
         ran.append(fitted)
     cases = []
     for stem, label in known.items():

@@ -25,16 +25,21 @@ def fit_truth(job: Job) -> dict[str, Any]:
 
 
 def oracle(log: Path, effects: Sequence[str], seed: int) -> float | None:
-    """Share of the tuned model's gap that the true effects close together, None where there is none to close.
+    """Share of the tuned model's gap that the true effects close together.
 
-    A fit of its own from the log alone, whatever the diagnosis said. Raises InputError where the log cannot show one
-    of the effects.
+    A fit of its own from the log alone, whatever the diagnosis said. None where there is nothing to close, and where
+    the log cannot show one of the effects. Raises InputError where the log cannot be read.
     """
-    from slider_drilling.diagnosis.diagnose import as_json, diagnose
+    from slider_drilling.diagnosis.diagnose import diagnose
+    from slider_drilling.diagnosis.tree import as_json
+    from slider_drilling.errors import InputError
     from slider_drilling.log import read_log
 
     record = read_log(log)
-    tree = as_json(diagnose([record], record.rig(), seed=seed, only=effects))
+    try:
+        tree = as_json(diagnose([record], record.rig(), seed=seed, only=effects))
+    except InputError:
+        return None
     closed: float | None = tree["gap"]["closed"]
     if closed is None and tree["ranking"] and len(effects) == 1:
         # Fitted, and not accepted.

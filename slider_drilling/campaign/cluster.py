@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
+from slider_drilling.campaign.isolated import run_here
+from slider_drilling.campaign.job import Job
 from slider_drilling.errors import InputError
 
 # s, for a first answer and for a first worker.
@@ -23,7 +26,8 @@ def connected(address: str, patience: float) -> Iterator[Any]:
         raise InputError(f"--scheduler {address}: needs `pip install 'slider_drilling[cluster]'`") from None
 
     # A lost scheduler is told of in a line, not in a traceback for each of its connections.
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    for name in ("distributed", "distributed.client", "distributed.core", "distributed.comm"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     deadline = time.monotonic() + patience
     while True:
         try:
@@ -49,9 +53,27 @@ def _await_worker(client: Any, address: str, seconds: float) -> None:
         raise InputError(f"--scheduler {address}: it has no worker; start one with `dask worker {address}`") from None
 
 
-def lost(error: Exception) -> bool:
-    """Whether an exception says that the scheduler is gone."""
-    from distributed import CancelledError
+class LostError(Exception):
+    """The scheduler is gone."""
+
+
+def results_of(client: Any, jobs: Mapping[str, Job], folder: Path) -> Iterator[tuple[str, str | None]]:
+    """Run jobs on the cluster; each one's key and why it has no result, or None, as they end. Raises LostError.
+
+    A job whose worker died is given to another one, which dask does three times.
+    """
+    from distributed import CancelledError, KilledWorker, as_completed
     from distributed.comm.core import CommClosedError
 
-    return isinstance(error, (CancelledError, CommClosedError, OSError))
+    keys = {client.submit(run_here, job, key, str(folder), pure=False): key for key, job in jobs.items()}
+    try:
+        for future in as_completed(list(keys)):
+            try:
+                yield keys[future], future.result()
+            except KilledWorker:
+                yield keys[future], "every worker that took it died"
+    except (CancelledError, CommClosedError, OSError):
+        raise LostError from None
+    finally:
+        for future in keys:
+            future.release()

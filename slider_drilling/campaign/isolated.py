@@ -92,6 +92,6 @@ def _environment() -> dict[str, str]:
 _HERE = Processes()
 
 
-def run_here(job: Job, key: str, folder: str) -> tuple[Job, str, str | None]:
-    """What a cluster's worker is sent: as `Processes.run`, in the processes of that worker."""
-    return job, key, _HERE.run(job, key, Path(folder))
+def run_here(job: Job, key: str, folder: str) -> str | None:
+    """What a cluster's worker is sent: `Processes.run` in the processes of that worker."""
+    return _HERE.run(job, key, Path(folder))

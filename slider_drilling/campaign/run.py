@@ -6,9 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
 
-from slider_drilling.campaign.isolated import Processes, run_here
+from slider_drilling.campaign.isolated import Processes
 from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.results import Results
 from slider_drilling.errors import InputError
@@ -107,10 +106,14 @@ def _run(left: dict[str, Job], results: Results, where: Where) -> Iterator[tuple
     if where.scheduler:
         yield from _on_cluster(left, results, where)
         return
+    from joblib import Parallel, delayed
+
     processes = Processes()
-    one = partial(_run_one, processes, results.folder)
+    one = delayed(partial(_run_one, processes, results.folder))
+    # A thread for each process, which waits for it.
+    parallel = Parallel(where.processes, backend="threading", return_as="generator_unordered", batch_size=1)
     try:
-        yield from _parallel(left, one, {"n_jobs": where.processes, "backend": "threading"})
+        yield from parallel(one(job, key) for key, job in left.items())
     finally:
         processes.stop()
 
@@ -128,41 +131,24 @@ def _recorded(results: Results, key: str, why: str | None) -> str | None:
     return why
 
 
-def _parallel(
-    left: dict[str, Job], one: Callable[[Job, str], tuple[Job, str, str | None]], how: dict[str, Any]
-) -> Iterator[tuple[Job, str, str | None]]:
-    from joblib import Parallel, delayed
-
-    parallel = Parallel(return_as="generator_unordered", batch_size=1, **how)
-    yield from parallel(delayed(one)(job, key) for key, job in left.items())
-
-
 def _on_cluster(left: dict[str, Job], results: Results, where: Where) -> Iterator[tuple[Job, str, str | None]]:
     """Through every loss of the scheduler that does not last longer than `Where.patience`."""
-    from joblib import parallel_config
+    from slider_drilling.campaign.cluster import LostError, connected, results_of
 
-    from slider_drilling.campaign.cluster import connected, lost
-
-    one = partial(_send, str(results.folder.resolve()))
     patience = 0.0
     while left:
         try:
-            with connected(where.scheduler, patience), parallel_config("dask"):
+            with connected(where.scheduler, patience) as client:
                 patience = where.patience
-                for job, key, why in _parallel(left, one, {"n_jobs": -1, "pre_dispatch": "all"}):
+                for key, why in results_of(client, left, results.folder.resolve()):
+                    job = left[key]
                     left = {other: job for other, job in left.items() if other != key}
                     yield job, key, _recorded(results, key, why)
         except InputError as error:
             if not patience:
                 raise
             raise _Lost(str(error)) from None
-        except Exception as error:
-            if not lost(error):
-                raise
-        # What workers wrote although nobody could be told.
-        for key in [key for key, job in left.items() if results.done(key, job)]:
-            yield left.pop(key), key, None
-
-
-def _send(folder: str, job: Job, key: str) -> tuple[Job, str, str | None]:
-    return run_here(job, key, folder)
+        except LostError:
+            # What workers wrote although nobody could be told.
+            for key in [key for key, job in left.items() if results.done(key, job)]:
+                yield left.pop(key), key, None

@@ -32,7 +32,8 @@ def closed_loop_page(rows: Sequence[dict[str, Outcome]], name: str, seed: int, e
     ))  # fmt: skip
     scenarios = tuple(_scenario(row) for row in rows)
     facts = (("seed", str(seed)), ("elements", str(elements)))
-    return Page("Closed loop", f"{name.partition(':')[2] or name} in {len(rows)} scenarios", (table, *scenarios), facts,
+    title = f"{name.partition(':')[2] or name} in {len(rows)} scenario{'' if len(rows) == 1 else 's'}"
+    return Page("Closed loop", title, (table, *scenarios), facts,
                 _lead(rows))  # fmt: skip
 
 
@@ -71,7 +72,7 @@ def _means(rows: Sequence[dict[str, Outcome]]) -> Chart:
     names = tuple(row[UNDER_TEST].scenario.name for row in shown)
     means = np.array([row[UNDER_TEST].score.mean_abs_error_deg for row in shown])
     bars = Bars("", names, means, (BLUE,), tuple(f"{mean:.1f}" for mean in means), flat=True)
-    panel = Panel("scenario", (bars,), height=max(0.09 * len(names), 0.3))
+    panel = Panel("scenario", (bars,), height=max(0.09 * len(names), 0.35))
     return Chart("Mean error of the controller under test", "mean error, deg", (panel,), wide=True)
 
 

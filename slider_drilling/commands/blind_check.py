@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from slider_drilling.commands.campaign_options import jobs_option, scheduler_option
-from slider_drilling.commands.options import seeds
+from slider_drilling.commands.options import seeds, tell_written
 
 if TYPE_CHECKING:
     from slider_drilling.blind.score import Scored
@@ -47,6 +47,7 @@ Examples:
               help="Diagnose and score the logs that are sealed in this folder already.")  # fmt: skip
 @click.option("--answers", type=click.Path(path_type=Path, exists=True, file_okay=False),
               help="With --logs: score LOG.json or LOG/diagnosis.json of this folder, diagnose nothing.")  # fmt: skip
+@click.option("--only", default="", metavar="NAME,...", help="Let the diagnosis consider only these effects.")
 @click.option("--oracle/--no-oracle", default=True, show_default=True, help="Fit the true effect alone, to compare.")
 @jobs_option
 @scheduler_option
@@ -54,8 +55,8 @@ Examples:
               help="Folder for logs, labels, answers, blind.json and blind.html.")  # fmt: skip
 def command(
     cases: int, seed: int, effects: str, sizes: str, wells: str, manoeuvres: str, duration: float,
-    rig_path: Path | None, seal_only: bool, sealed: Path | None, answers: Path | None, oracle: bool, jobs: int,
-    scheduler: str, output: Path,
+    rig_path: Path | None, seal_only: bool, sealed: Path | None, answers: Path | None, only: str, oracle: bool,
+    jobs: int, scheduler: str, output: Path,
 ) -> int:
     """Seal logs, diagnose them from the logs alone, then open the seals and score.
 
@@ -75,6 +76,7 @@ def command(
         raise InputError("--answers: give the folder of the sealed logs with --logs")
     make_folder(output)
     prepare_outputs((output / "blind.json", output / "blind.html"), (rig_path,))
+    _only_known(_names(only))
     where = Where(jobs, scheduler)
 
     def run(what: str, work: Sequence[Job], folder: Path) -> Ran:
@@ -93,14 +95,23 @@ def command(
             return ran.code
         sealed, stems = output, [case.file() for case in drawn]
         options = {"cases": cases, "seed": seed, "effects": effects, "sizes": sizes, "wells": ",".join(chosen),
-                   "manoeuvres": manoeuvres, "duration": duration, "rig": str(rig_path or "")}  # fmt: skip
+                   "manoeuvres": manoeuvres, "duration": duration, "rig": str(rig_path or ""),
+                   "only": only}  # fmt: skip
     if answers is not None:
         _report(check.score_answers(sealed / check.LABELS, answers), options, output)
         return 0
-    # The oracle's seed and the diagnosis's are not the cases': nothing of a case is known to either.
-    checked = check.check(sealed, output, stems, 0, oracle, run)
+    checked = check.check(sealed, output, stems, check.Asked(_names(only), oracle=oracle), run)
     _report(checked.cases, options, output)
     return checked.code
+
+
+def _only_known(names: Sequence[str]) -> None:
+    from slider_drilling.blind.laws import CATALOGUE
+    from slider_drilling.errors import InputError
+
+    for name in names:
+        if name not in CATALOGUE:
+            raise InputError(f"--only {name}: not one of {', '.join(CATALOGUE)}")
 
 
 def _names(text: str) -> tuple[str, ...]:
@@ -131,8 +142,7 @@ def _report(cases: Sequence[Scored], options: dict[str, Any], output: Path) -> N
     write_whole(output / "blind.json", (json.dumps(tree, indent=1) + "\n").encode("utf-8"))
     write_blind_page(output / "blind.html", cases, tree)
     _print_totals(cases)
-    for name in ("blind.json", "blind.html"):
-        stdout().print(f"wrote {output / name}")
+    tell_written((output / "blind.json", output / "blind.html"))
 
 
 def _line(case: Scored) -> str:

@@ -8,18 +8,37 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import namespace_option, seeds
+from slider_drilling.commands.campaign_options import jobs_option, scheduler_option
+from slider_drilling.commands.options import (
+    json_option,
+    namespace_option,
+    print_json,
+    seeds,
+    tell_written,
+    units_option,
+)
 
 if TYPE_CHECKING:
     from slider_drilling.diagnosis.diagnose import Diagnosis
     from slider_drilling.diagnosis.outcome import Outcome
+    from slider_drilling.units import Units
 
 
-@click.command(epilog="Example:\n\n  slider-drilling diagnose run.mcap -o diagnosis")
+EXAMPLES = """\
+Examples:
+
+\b
+  slider-drilling diagnose run.mcap -o diagnosis
+  slider-drilling diagnose logs/ --jobs 4 -o diagnoses
+  slider-drilling diagnose monday.mcap tuesday.mcap --together -o diagnosis
+"""
+
+
+@click.command(epilog=EXAMPLES)
 @click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file instead of the logs' own.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), default="diagnosis", show_default=True,
-              help="Folder for diagnosis.json, report.html and rig.tuned.yaml.")  # fmt: skip
+              help="Folder for diagnosis.json, report.html and rig.tuned.yaml, of several logs one each.")  # fmt: skip
 @namespace_option
 @click.option("--seed", default=0, show_default=True, type=seeds,
               help="Of the bootstrap; the same seed gives the same answer.")  # fmt: skip
@@ -27,6 +46,11 @@ if TYPE_CHECKING:
 @click.option("--effect", "effects", multiple=True, metavar="MODULE:CLASS", help="An effect of your own; repeatable.")
 @click.option("--until", default=1.0, show_default=True, metavar="SHARE",
               help="Fit only this first share of every log (0.67: two thirds) and show what the rest then leaves.")
+@click.option("--together", is_flag=True, help="Fit several logs, of one rig, together, for one answer.")
+@jobs_option
+@scheduler_option
+@json_option
+@units_option
 def command(
     logs: tuple[Path, ...],
     rig_path: Path | None,
@@ -36,60 +60,77 @@ def command(
     only: tuple[str, ...],
     effects: tuple[str, ...],
     until: float,
-) -> None:
-    """Say where LOGS of one rig and the simulator part, which effect causes it, and how far it shrinks with it.
+    together: bool,
+    jobs: int,
+    scheduler: str,
+    as_json: bool,
+    units: Units,
+) -> int:
+    """Say where LOGS and the simulator part, which effect causes it, and how far it shrinks with it.
 
-    Several LOGS are fitted together. Ctrl-C (or SIGTERM) writes the best answer so far, marked partial; the exit code
-    is then 130 (143).
+    Several LOGS, or folders of them, are diagnosed each by itself, with one table and one page over all; Ctrl-C leaves
+    the finished ones, and the same command goes on from there. Of one log, or with --together, Ctrl-C (or SIGTERM)
+    writes the best answer so far, marked partial. The exit code is then 130 (143).
     """
     # Before numpy is imported: its matrices here are small, and threads that wait for work of theirs keep the
     # simulations' threads from a third of the processor.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-    from slider_drilling.console import stderr, stdout
-    from slider_drilling.diagnosis.diagnose import diagnose
-    from slider_drilling.diagnosis.save import FILES, write_diagnosis
+    from slider_drilling.api.diagnoses import diagnose
+    from slider_drilling.campaign.logs import Options, find_logs, source_of
+    from slider_drilling.campaign.run import Where
+    from slider_drilling.commands.diagnose_logs import diagnose_each
+    from slider_drilling.console import stages, stderr
+    from slider_drilling.diagnosis.save import FILES
     from slider_drilling.diagnosis.user_effects import installed_effects, load_effect
-    from slider_drilling.errors import InputError
     from slider_drilling.files import check_distinct, make_folder, prepare_outputs
-    from slider_drilling.gap.progress import progress_bar
     from slider_drilling.log import read_log
     from slider_drilling.rig import load_rig
 
+    logs = tuple(find_logs(logs))
+    check_distinct(logs)
+    if len(logs) > 1 and not together:
+        sources = tuple((reference, source_of(reference)) for reference in effects)
+        options = Options(rig_path, namespace, seed, only, sources, until, units.name)
+        return diagnose_each(logs, options, Where(jobs, scheduler), output, as_json, units)
     make_folder(output)
     prepare_outputs([output / name for name in FILES], (*logs, rig_path))
-    check_distinct(logs)
     own = [*installed_effects(), *(load_effect(reference) for reference in effects)]
     records = [read_log(path, rig_path, namespace) for path in logs]
-    rig = load_rig(rig_path) if rig_path is not None else records[0].rig()
-    if rig_path is None and any(record.rig() != rig for record in records[1:]):
-        raise InputError(f"{logs[1]}: its rig file differs from that of {logs[0]}; give the one to use with --rig")
-    with progress_bar(stderr()) as progress:
-        diagnosis = diagnose(records, rig, seed=seed, user_effects=own, only=only, until=until, progress=progress)
+    rig = None if rig_path is None else load_rig(rig_path)
+    with stages() as progress:
+        diagnosed = diagnose(records, rig, only=only, effects=own, until=until, seed=seed, progress=progress)
     for record in records:
         for note in record.notes:
             stderr().print(f"{record.source}: {note}")
-    _print(diagnosis)
-    for path in write_diagnosis(diagnosis, output):
-        stdout().print(f"wrote {path}")
+    paths = diagnosed.save(output, units)
+    if as_json:
+        print_json({**diagnosed.tree, "wrote": paths})
+        return 0
+    _print(diagnosed.found, units)
+    tell_written(paths)
+    return 0
 
 
-def _print(diagnosis: Diagnosis) -> None:
+def _print(diagnosis: Diagnosis, units: Units) -> None:
     from rich.text import Text
 
     from slider_drilling.console import stderr, stdout
+    from slider_drilling.diagnosis import words
 
     origin = diagnosis.origin
-    stdout().print(Text(diagnosis.driller, "bold"))
-    stdout().print(diagnosis.sentence)
+    stdout().print(Text(units.sentence(diagnosis.driller), "bold"))
+    stdout().print(units.sentence(diagnosis.sentence))
     stdout().print(f"rig file: {origin.name} ({origin.source})")
-    _print_ranking(diagnosis.outcome)
-    _print_simulated(diagnosis.outcome)
+    _print_ranking(diagnosis.outcome, units)
+    _print_simulated(diagnosis.outcome, units)
+    for sentence in words.limits(diagnosis.outcome):
+        stdout().print(units.sentence(sentence))
     for sentence in diagnosis.remarks:
-        stderr().print(f"note: {sentence}")
+        stderr().print(f"note: {units.sentence(sentence)}")
 
 
-def _print_ranking(outcome: Outcome) -> None:
+def _print_ranking(outcome: Outcome, units: Units) -> None:
     from rich.table import Table
     from rich.text import Text
 
@@ -104,24 +145,23 @@ def _print_ranking(outcome: Outcome) -> None:
             f"{name.rpartition('.')[2]} {shown(found.value, found.unit)}" for name, found in one.parameters.items()
         )
         standing = Text(words.standing(one), "green" if one.in_answer else "")
-        table.add_row(one.effect, one.site, words.share(one), settings, ", ".join(one.group), standing)
+        table.add_row(one.effect, one.site, words.share(one), units.sentence(settings), ", ".join(one.group), standing)
     if fitted:
         stdout().print(table)
     if others:
         stdout().print(others)
 
 
-def _print_simulated(outcome: Outcome) -> None:
+def _print_simulated(outcome: Outcome, units: Units) -> None:
     from rich.table import Table
 
     from slider_drilling.console import stdout
     from slider_drilling.diagnosis.page import simulated_rows
     from slider_drilling.pages import Amount
-    from slider_drilling.units import SI
 
     heads, rows = simulated_rows(outcome)
     table = Table(*heads, title="RMS error of one simulation of the log")
     for row in rows:
-        table.add_row(*(SI.text(cell.value, cell.unit) if isinstance(cell, Amount) else str(cell) for cell in row))
+        table.add_row(*(units.text(cell.value, cell.unit) if isinstance(cell, Amount) else str(cell) for cell in row))
     if rows:
         stdout().print(table)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from slider_drilling.commands.options import seeds, units_option
+from slider_drilling.commands.options import json_option, print_json, seeds, tell_written, units_option
+from slider_drilling.printable import printable
 
 if TYPE_CHECKING:
     from slider_drilling.contact.identify import Data, Identification
@@ -49,24 +50,27 @@ UNITS = {"stiffness": "N/m", "minor_axis": "m", "major_axis": "m"}
 @click.option("--generations", type=click.IntRange(1, 10000), default=40, show_default=True)
 @click.option("--seed", type=seeds, default=0, show_default=True)
 @click.option("--jobs", type=click.IntRange(1, 64), default=2, show_default=True, help="Threads.")
+@json_option
 @units_option
 def command(
     data: Path, output: Path, free: tuple[str, ...], height_um: float, shear_factor: float, shape_factor: float,
-    particles: int, generations: int, seed: int, jobs: int, units: Units,
+    particles: int, generations: int, seed: int, jobs: int, as_json: bool, units: Units,
 ) -> None:  # fmt: skip
     """Find kt and the asperity's axes a and b (and, if asked, f and i) from the friction measured in DATA.csv."""
     from rich.progress import Progress, TextColumn
 
-    from slider_drilling.console import progress_bar, stdout
+    from slider_drilling.console import progress_bar
     from slider_drilling.contact import PAPER, friction_table
     from slider_drilling.contact.identify import identify
     from slider_drilling.contact.measured import read_measured
     from slider_drilling.files import prepare_outputs
+    from slider_drilling.rig import Contact
+    from slider_drilling.schema import build, plain
     from slider_drilling.tools.render import study_files, write_study
 
     prepare_outputs(study_files("identify", output), (data,))
     held = replace(PAPER.asperity, height=1e-6 * height_um, shape_factor=shape_factor)
-    base = replace(PAPER, asperity=held, shear_factor=shear_factor)
+    base = build(Contact, plain(replace(PAPER, asperity=held, shear_factor=shear_factor)), "identify: contact held")
     friction_table(shear_factor, held)
     measured = read_measured(data)
     columns = (*Progress.get_default_columns(), TextColumn("misfit {task.fields[misfit]}"))
@@ -80,9 +84,13 @@ def command(
             measured, free=free, base=base, particles=particles, generations=generations, seed=seed, workers=jobs,
             progress=report,
         )  # fmt: skip
+    findings = _findings(data, found, seed)
+    paths = write_study(_page(data, measured, found), output, findings, units)
+    if as_json:
+        print_json({**findings, "wrote": paths})
+        return
     _print(found)
-    write_study(_page(data, measured, found), output, _findings(data, found, seed), units)
-    stdout().print(f"{output / 'identify.html'}, .png, .csv, .json")
+    tell_written(paths)
 
 
 def _findings(path: Path, found: Identification, seed: int) -> dict[str, Any]:
@@ -93,7 +101,7 @@ def _findings(path: Path, found: Identification, seed: int) -> dict[str, Any]:
     }  # fmt: skip
     return {
         "schema": "slider_drilling/identification/1",
-        "data": path.name,
+        "data": printable(path.name),
         "seed": seed,
         "estimates": estimates,
         "contact": _plain(found.contact),
@@ -129,7 +137,7 @@ def _page(path: Path, data: Data, found: Identification) -> Study:
         about="Contact parameters",
         title=f"{axis.size} {against}",
         settings={
-            "data": path.name,
+            "data": printable(path.name),
             "residual_rms_n": found.residual_rms,
             "largest_error_over_peak": found.largest_error,
         },

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -53,3 +53,20 @@ def _plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         return _plain(value.tolist())
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def tell_written(paths: Iterable[Path]) -> None:
+    """The last lines of a command that leaves files: one each."""
+    from slider_drilling.console import stdout
+
+    for path in paths:
+        stdout().print(f"wrote {path}")
+
+
+def effect_names(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
+    """For shells: the effects of the catalogue that begin so."""
+    from dataclasses import fields
+
+    from slider_drilling.effects import Effects
+
+    return [field.name for field in fields(Effects) if field.name.startswith(incomplete)]

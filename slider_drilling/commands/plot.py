@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import namespace_option, units_option
+from slider_drilling.commands.options import json_option, namespace_option, print_json, tell_written, units_option
 
 if TYPE_CHECKING:
     from slider_drilling.units import Units
@@ -18,7 +19,8 @@ if TYPE_CHECKING:
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for both; the log's own if not given.")
 @namespace_option
 @units_option
-def command(log: Path, output: Path | None, namespace: str | None, units: Units) -> None:
+@json_option
+def command(log: Path, output: Path | None, namespace: str | None, units: Units, as_json: bool) -> None:
     """Print what happened in LOG; plot it as an HTML page that stands alone, and as PNG."""
     from slider_drilling.console import stderr, stdout
     from slider_drilling.files import make_folder, prepare_outputs
@@ -32,10 +34,13 @@ def command(log: Path, output: Path | None, namespace: str | None, units: Units)
     make_folder(folder)
     prepare_outputs((page, picture), (log,))
     summary = summarise(record)
-    stdout().print(summary_table(summary, units=units))
+    if not as_json:
+        stdout().print(summary_table(summary, units=units))
     for note in record.notes:
         stderr().print(f"{log.name}: {note}")
     write_page(page, record, summary, units=units)
     write_picture(picture, record, units)
-    for path in (page, picture):
-        stdout().print(f"wrote {path}")
+    if as_json:
+        print_json({"log": log, "summary": asdict(summary), "notes": record.notes, "wrote": [page, picture]})
+        return
+    tell_written((page, picture))

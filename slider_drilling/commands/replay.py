@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import namespace_option, units_option
+from slider_drilling.commands.options import json_option, namespace_option, print_json, tell_written, units_option
 
 if TYPE_CHECKING:
     from slider_drilling.diagnosis.replay import Replay
@@ -22,17 +21,15 @@ if TYPE_CHECKING:
 @click.option("--page", type=click.Path(path_type=Path), help="Write a page of measured over simulated to this file.")
 @click.option("--elements", default=200, show_default=True, help="Elements of the string, 10 to 5000.")
 @namespace_option
-@click.option("--json", "as_json", is_flag=True, help="Print JSON: SI units, rad.")
+@json_option
 @units_option
 def command(
     log: Path, rig_path: Path | None, output: Path | None, page: Path | None, elements: int, namespace: str | None,
     as_json: bool, units: Units,
 ) -> None:
     """Drive the plant with LOG's commands from its first sample; print how far it lands from LOG's channels."""
-    from slider_drilling.commands.options import finite
-    from slider_drilling.console import stderr, stdout
-    from slider_drilling.diagnosis.replay import replay
-    from slider_drilling.drillstring.to_log import write_simulated
+    from slider_drilling.api.comparisons import replay
+    from slider_drilling.console import stderr
     from slider_drilling.errors import InputError
     from slider_drilling.files import prepare_outputs
     from slider_drilling.log import read_log
@@ -42,28 +39,24 @@ def command(
     written = [path for path in (output, page) if path is not None]
     prepare_outputs(written, (log, rig_path))
     record = read_log(log, rig_path, namespace)
-    rig = record.rig()
-    run = replay(record, rig, elements)
+    replayed = replay(record, elements=elements)
+    run = replayed.found
     if output is not None:
-        write_simulated(output, rig, run.commands, run.response, record.start, f"replay of {log}")
+        replayed.save(output)
     if page is not None:
         from slider_drilling.diagnosis.replay_page import replay_page
         from slider_drilling.pages import write_page
 
         write_page(page, replay_page(record, run, units, (*record.notes, *run.assumed)), units)
-    channels = {
-        name: {"rms": finite(comparison.rms), "rms_over_noise": finite(comparison.rms_over_noise)}
-        for name, comparison in run.channels.items()
-    }
     if as_json:
-        tree = {"channels": channels, "assumed": run.assumed, "notes": record.notes}
-        print(json.dumps(tree, indent=1, allow_nan=False))
+        channels = {name: {"rms": rms, "rms_over_noise": replayed.rms_over_noise[name]}
+                    for name, rms in replayed.rms.items()}
+        print_json({"channels": channels, "assumed": run.assumed, "notes": record.notes, "wrote": written})
         return
     _print(run, units)
     for sentence in (*record.notes, *run.assumed):
         stderr().print(f"note: {sentence}")
-    for path in written:
-        stdout().print(f"wrote {path}")
+    tell_written(written)
 
 
 def _print(run: Replay, units: Units) -> None:

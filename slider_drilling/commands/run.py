@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, print_json, units_option
+from slider_drilling.commands.options import effect_names, json_option, print_json, tell_written, units_option
 from slider_drilling.errors import InputError
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ class Speed(click.ParamType):
 @click.option("--controller", help="module:Class of another controller, built as Class(rig).")
 @click.option("--seed", default=0, show_default=True, help="Seed of the sensor noise.")
 @click.option("--elements", default=200, show_default=True, help="Elements of the string, 10 to 5000.")
-@click.option("--effect", "effects", multiple=True, metavar="NAME[:KEY=VALUE,...]",
+@click.option("--effect", "effects", multiple=True, metavar="NAME[:KEY=VALUE,...]", shell_complete=effect_names,
               help="Plant an effect that neither the controller nor the log's rig file knows of; repeatable.")
 @click.option("--set", "sets", multiple=True, metavar="NAME=VALUE",
               help="Change a key of the rig file (mud.density) or a setting of the controller (gain); repeatable.")
@@ -163,5 +163,4 @@ def _tell(outcome: Outcome, keep: bool, as_json: bool, units: Units) -> None:
         figures = {"simulated_s": outcome.simulated, "wall_s": outcome.wall, "interrupted": outcome.interrupted}
         print_json({**figures, "summary": asdict(summary), "wrote": paths})
         return
-    for path in paths:
-        stdout().print(f"wrote {path}")
+    tell_written(paths)

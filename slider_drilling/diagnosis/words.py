@@ -40,8 +40,10 @@ def driller(outcome: Outcome) -> str:
 
 def _found(outcome: Outcome, gap: Gap) -> str:
     found = [one for name in outcome.effects if (one := outcome.candidate(name)) is not None]
-    like = "It acts as if: " if outcome.verdict == "effect_and_unknown" else ""
-    text = like + ". ".join(_named(one) for one in found)
+    clauses = [_named(one) for one in found]
+    text = ", and ".join([*clauses[:1], *(_lower(clause) for clause in clauses[1:])])
+    if outcome.verdict == "effect_and_unknown":
+        text = f"It acts as if {_lower(text)}"
     channel = _most_improved(gap)
     if channel is not None:
         name, errors = channel
@@ -56,6 +58,10 @@ def _found(outcome: Outcome, gap: Gap) -> str:
         where = f", most of it in {plain(rest)}" if rest else ""
         text += f" Something that no known effect explains remains{where}."
     return text
+
+
+def _lower(clause: str) -> str:
+    return clause[:1].lower() + clause[1:]
 
 
 def _named(candidate: Candidate) -> str:
@@ -81,6 +87,21 @@ def share(candidate: Candidate) -> str:
         return "-"
     span = "" if candidate.interval is None else f" [{candidate.interval[0]:.2f}, {candidate.interval[1]:.2f}]"
     return f"{candidate.closed:.2f}{span}"
+
+
+def limits(outcome: Outcome) -> list[str]:
+    """What the answer does not reach: how far ahead the model foretells, and what is not held out."""
+    found = []
+    if outcome.horizon:
+        ahead = ", ".join(f"{plain(name)} {seconds:.0f} s" for name, seconds in outcome.horizon.items())
+        found.append(
+            f"The model foretells so far ahead before its error is as large as the channel's own spread: {ahead}."
+        )
+    missed = (outcome.counts or {}).get("not_refitted", 0)
+    if missed:
+        plural = "stretch" if missed == 1 else "stretches"
+        found.append(f"{missed} {plural} could not be refitted, and are scored by parameters that have seen them.")
+    return found
 
 
 def fitted_and_not(outcome: Outcome) -> tuple[list[Candidate], str]:

@@ -90,9 +90,11 @@ def open_chunk(content: bytes) -> Opened:
     """Unpack a chunk. Raises Unreadable where it is damaged or larger than LARGEST."""
     head = chunk_head(content)
     packed = memoryview(content)[head.data :]
-    if head.size > LARGEST:
-        raise Unreadable(f"of {head.size / 1e6:.0f} MB unpacked, more than the {LARGEST / 1e6:.0f} MB that are opened")
-    data = _unpacked(head, packed)
+    compression = head.compression if head.compression in COMPRESSIONS else _SIGNS.get(bytes(packed[:4]))
+    size = _size(head, compression, packed)
+    if size > LARGEST:
+        raise Unreadable(f"of {size / 1e6:.0f} MB unpacked, more than the {LARGEST / 1e6:.0f} MB that are opened")
+    data = _unpacked(head, compression, size, packed)
     if head.crc and zlib.crc32(data) != head.crc:
         raise Unreadable("damaged")
     if not head.crc and len(data) != head.size:
@@ -103,15 +105,29 @@ def open_chunk(content: bytes) -> Opened:
         raise Unreadable("damaged") from None
 
 
-def _unpacked(head: ChunkHead, packed: memoryview) -> bytes:
-    compression = head.compression if head.compression in COMPRESSIONS else _SIGNS.get(bytes(packed[:4]))
+def _size(head: ChunkHead, compression: str | None, packed: memoryview) -> int:
+    """Bytes that it will unpack to: as zstd's own head says, which the checksum then has to agree with, or the chunk's.
+
+    Raises Unreadable where it is damaged.
+    """
+    if compression == "zstd" and head.crc:
+        try:
+            size = zstandard.frame_content_size(packed)
+        except zstandard.ZstdError:
+            raise Unreadable("damaged") from None
+        if size >= 0:
+            return int(size)
+    return head.size
+
+
+def _unpacked(head: ChunkHead, compression: str | None, size: int, packed: memoryview) -> bytes:
     try:
         if compression == "zstd":
             # Not `decompress`: that allocates whatever size the packed bytes claim.
             with _ZSTD.stream_reader(packed) as reader:
-                return bytes(reader.read(head.size + 1))
+                return bytes(reader.read(size + 1))
         if compression == "lz4":
-            return bytes(lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=head.size + 1))
+            return bytes(lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=size + 1))
     except (*DAMAGE, MemoryError):
         raise Unreadable("damaged") from None
     if compression == "":

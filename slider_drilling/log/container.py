@@ -267,7 +267,7 @@ class Section:
     def _check_data(self, record: Record) -> None:
         """Compare the checksum over all that came before with the one that was written."""
         (written,) = struct.unpack("<I", self._content(record))
-        if written == 0 or self._is_damaged or self._container.moved:
+        if written == 0 or (not self._unchunked and (self._is_damaged or self._container.moved)):
             return
         # Some writers leave the magic out of it.
         if written in (self._source.crc(self._base, record.start), self._source.crc(self._begin, record.start)):

@@ -15,6 +15,7 @@ from slider_drilling.files import read_text
 from slider_drilling.log.chunk import Block
 from slider_drilling.log.container import Container
 from slider_drilling.log.decode import Array, Decoder, Integers
+from slider_drilling.log.possible import possible
 from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
 from slider_drilling.log.tracks import OTHER_CLOCK, SECOND, Track, ordered, within
 from slider_drilling.messages.topics import CLOCKS, JOINT_STATE, SURFACE, TOPICS, canonical_type, namespace_of
@@ -88,7 +89,7 @@ def _read(path: Path, source: str, rig_path: str | os.PathLike[str] | None, name
         tracks[key] = ordered(track, samples.topic, key in SURFACE, moved, source, notes)
     _leave_out_far(tracks, chosen, notes)
     rig_text, rig_source = _rig(source, rig_path, containers, notes)
-    return _assemble(source, tracks, notes, rig_text, rig_source, _metadata(containers))
+    return possible(_assemble(source, tracks, notes, rig_text, rig_source, _metadata(containers)))
 
 
 def _leave_out_far(tracks: dict[str, Track], chosen: dict[str, Samples], notes: list[str]) -> None:
@@ -155,6 +156,12 @@ def _samples_of(
         ignored[channel.topic] = matched
         return None
     return sampled.setdefault(channel.topic, matched) if matched is not None else None
+
+
+def match(topic: str, type_name: str | None) -> str:
+    """The series that a topic is; empty where it is none, or its type is another one."""
+    matched = _match(topic, type_name)
+    return matched.key if isinstance(matched, Samples) else ""
 
 
 def _match(topic: str, type_name: str | None) -> Samples | str | None:

@@ -15,13 +15,17 @@ from types import TracebackType
 from slider_drilling import __version__
 from slider_drilling.errors import InputError
 from slider_drilling.files import begin_file, end_file
-from slider_drilling.log.mcap_file import McapFile
+from slider_drilling.log.mcap_file import CHUNK_BYTES, McapFile
 from slider_drilling.messages import cdr
 from slider_drilling.messages.schemas import SCHEMAS
 from slider_drilling.messages.topics import DIAGNOSTIC_ARRAY, FLUID_PRESSURE, JOINT_STATE, WRENCH_STAMPED
+from slider_drilling.printable import printable
 
 # What a killed recording may lose, s of wall time: messages are written out at least this often.
 FLUSH_PERIOD = 0.5
+# A damaged chunk is lost as a whole: this much is some three seconds of a rig's channels at 10 Hz. A recording's are
+# smaller than its limit by FLUSH_PERIOD, unless so much comes in that they are shorter than that.
+WHOLE_CHUNK = 16 * 1024
 
 
 @dataclass(frozen=True)
@@ -91,7 +95,7 @@ class LogWriter:
         self._sequence: dict[str, int] = {}
         self._next_flush = math.inf if whole else time.monotonic() + FLUSH_PERIOD
         try:
-            self._file = McapFile(descriptor, f"slider_drilling {__version__}")
+            self._file = McapFile(descriptor, f"slider_drilling {__version__}", WHOLE_CHUNK if whole else CHUNK_BYTES)
             self._describe(rig_text, recorded_by, notes, started)
         except BaseException as error:
             # Nothing has been recorded yet: an empty log explains nothing.
@@ -133,7 +137,7 @@ class LogWriter:
             self._file.attachment("rig.yaml", "application/yaml", rig_text.encode("utf-8"))
         begun = (started or datetime.datetime.now(datetime.timezone.utc)).isoformat(timespec="seconds")
         record = {"version": __version__, "recorded_by": recorded_by, "start_time": begun, "notes": notes}
-        self._file.metadata("slider_drilling", record)
+        self._file.metadata("slider_drilling", {name: printable(text) for name, text in record.items()})
 
     def joint_state(
         self,

@@ -23,6 +23,7 @@ from slider_drilling.nodes.managed import AUTOSTART, Transitions
 from slider_drilling.nodes.newcomers import Newcomers
 from slider_drilling.nodes.pace import Pace
 from slider_drilling.nodes.parameters import Declared, declare, on_change
+from slider_drilling.nodes.place import Place
 from slider_drilling.nodes.rig_parameter import RIG, name_of, rig_of
 from slider_drilling.nodes.rig_topics import RigTopics
 from slider_drilling.nodes.services import reset_service, stepping_services
@@ -61,6 +62,7 @@ class FrictionSimulator(LifecycleNode):
         self._values = declare(self, PARAMETERS)
         self.may_start: Callable[[], bool] = lambda: True   # asked before the first sample
         self._transitions = Transitions(self)
+        self._place: Place | None = None     # in the graph, while configured
         self._configured = self._active = self._started = self._paused = False
         self._steps = 0                      # samples still to go while paused
         self._stamp_ns = self._first_ns = round(self._values["start_time"] * 1e9)
@@ -84,6 +86,8 @@ class FrictionSimulator(LifecycleNode):
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Forget the rig and its topics."""
         link.destroy(self, self._own)
+        if self._place is not None:
+            self._place.leave()
         self._configured = self._started = False
         return TransitionCallbackReturn.SUCCESS
 
@@ -96,6 +100,7 @@ class FrictionSimulator(LifecycleNode):
         before = link.entities(self)
         values = self._values = {one.name: self.get_parameter(one.name).value for one in PARAMETERS}
         self._rig, rig_text = rig_of(values["rig"])
+        self._place = Place(self.get_namespace())
         self.get_logger().info("preparing the plant; the first time on a machine it is compiled")
         self._virtual = self._make_rig()
         # The stamp of the rig's time 0, and that of the present and the first sample.
@@ -119,6 +124,12 @@ class FrictionSimulator(LifecycleNode):
         self._timer = self.create_timer(0.02, self._on_timer, clock=self._wall_clock)
         self._own = link.entities(self) - before
         self._configured = True
+
+    def destroy_node(self) -> None:
+        """Leave the graph, and room for another rig in it."""
+        if self._place is not None:
+            self._place.leave()
+        super().destroy_node()
 
     def _activate(self) -> None:
         self._active = True

@@ -13,7 +13,7 @@ Result = TypeVar("Result")
 
 
 class Interrupted(BaseException):
-    """A signal came while a user's code ran; no Exception, so that the code does not swallow it."""
+    """A signal came while nothing was there yet to be ended, or a user's code ran, which is not to swallow it."""
 
 
 class Halt:
@@ -56,6 +56,9 @@ class Halt:
         """
 
         def leave(number: int, frame: FrameType | None) -> None:
+            # A second one would break off the leaving.
+            self.take_signals()
+            self._on_signal(number, frame)
             raise leaving
 
         self._handle_with(leave)

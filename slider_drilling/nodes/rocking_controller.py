@@ -213,7 +213,8 @@ class RockingController(LifecycleNode):
                 return
             self._begin_anew_with_the_rig(reading.stamp_ns)
         for measurements in self._inbox.put(channel, reading):
-            self._heard_ns = self.get_clock().now().nanoseconds
+            # The clock comes on a topic of its own and may lag behind the sample.
+            self._heard_ns = max(self.get_clock().now().nanoseconds, round(measurements.time * 1e9))
             self._silence.heard()
             if self._silent_from is not None:
                 self.get_logger().info(f"the rig is back at {measurements.time:.1f} s")
@@ -268,18 +269,22 @@ class RockingController(LifecycleNode):
             return
         if self._stamp_ns is None:
             return
-        silent_ns = self.get_clock().now().nanoseconds - self._heard_ns
-        if silent_ns > self._inbox.stale_after * 1e9:
-            self._step_blindly(self._stamp_ns, silent_ns)
-        elif silent := self._silence.lasts(self._inbox.stale_after):
+        silent = self._silence.lasts(self._inbox.stale_after)
+        if not self.get_parameter("use_sim_time").value:
+            passed_ns = round(silent * 1e9)
+        else:
+            passed_ns = self.get_clock().now().nanoseconds - self._heard_ns
+        if passed_ns > self._inbox.stale_after * 1e9:
+            self._step_blindly(self._stamp_ns, passed_ns)
+        elif silent:
             self._tell_silence(self._stamp_ns, silent)
 
-    def _step_blindly(self, stamp_ns: int, silent_ns: int) -> None:
+    def _step_blindly(self, stamp_ns: int, passed_ns: int) -> None:
         """The rig's clock goes on without readings: the controller is told that there are none."""
         if self._silent_from is None:
             self._silent_from = stamp_ns / 1e9
             self.get_logger().error(f"the rig is silent since {self._silent_from:.1f} s")
-        now_ns = round(self._silent_from * 1e9) + silent_ns
+        now_ns = round(self._silent_from * 1e9) + passed_ns
         if now_ns - stamp_ns >= 100_000_000:
             self._step(self._inbox.nothing(now_ns))
 

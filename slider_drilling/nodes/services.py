@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.node import Node
-from std_srvs.srv import SetBool, Trigger
+from std_srvs.srv import Trigger
 
 from slider_drilling.errors import InputError
 
@@ -21,12 +21,9 @@ def trigger_service(node: Node, name: str, act: Callable[[], str]) -> None:
 
 
 def stepping_services(node: Node, pause: Callable[[bool], str], step: Callable[[], str]) -> None:
-    """`~/pause` of std_srvs/SetBool and `~/step` of std_srvs/Trigger."""
-
-    def serve(request: Any, response: Any) -> Any:
-        return _answered(response, lambda: pause(request.data))
-
-    node.create_service(SetBool, "~/pause", serve)
+    """`~/pause`, `~/resume` and `~/step` of std_srvs/Trigger; pause: told True to pause, False to go on."""
+    trigger_service(node, "pause", lambda: pause(True))
+    trigger_service(node, "resume", lambda: pause(False))
     trigger_service(node, "step", step)
 
 

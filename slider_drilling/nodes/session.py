@@ -16,10 +16,10 @@ from rclpy.parameter import Parameter
 from slider_drilling.live.serve import Address
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
 from slider_drilling.nodes.halt import Halt
-from slider_drilling.nodes.programs import init
 from slider_drilling.nodes.recorder import Recorder
 from slider_drilling.nodes.rig_parameter import EXAMPLE
 from slider_drilling.nodes.rocking_controller import RockingController
+from slider_drilling.nodes.run_node import init
 from slider_drilling.nodes.spin import drain, spin
 from slider_drilling.share import share_file
 
@@ -91,6 +91,10 @@ def _run(
         ending.callback(node.destroy_node)
         return node
 
+    # The simulator first: where another rig is simulated already, nothing is recorded of that one.
+    simulator = make(FrictionSimulator, rig=plan.plant or plan.rig, speed=float(plan.speed),
+                     duration=float(plan.duration), seed=plan.seed, elements=plan.elements, wait_for_controller=True,
+                     minimum_subscribers=1 + (plan.record is not None) + (plan.live is not None))
     recorder: Recorder | None = None
     if plan.record is not None:
         recorder = make(Recorder, directory=str(plan.record), rig=_told(plan), notes=plan.notes, use_sim_time=True)
@@ -98,9 +102,6 @@ def _run(
     dashboard = None
     if plan.live is not None:
         dashboard = _make_dashboard(make, plan.live, announce)
-    simulator = make(FrictionSimulator, rig=plan.plant or plan.rig, speed=float(plan.speed),
-                     duration=float(plan.duration), seed=plan.seed, elements=plan.elements, wait_for_controller=True,
-                     minimum_subscribers=1 + sum(one is not None for one in (recorder, dashboard)))
     controller = make(RockingController, rig=plan.rig, use_sim_time=True, tool_face_target=plan.target,
                       controller=plan.controller, **plan.settings)
     reporting = [node for node in (simulator, recorder, controller) if node is not None]
