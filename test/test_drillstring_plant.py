@@ -193,7 +193,8 @@ def test_heave_does_not_begin_with_a_jump():
     commands = Commands(time, still, still, still, still, np.full_like(time, 12.3))
     rig = RIG
     heave = dataclasses.replace(rig.effects.heave, amplitude=0.05, period=12.0, phase=0.5 * np.pi)
-    hook = simulate(dataclasses.replace(rig, effects=dataclasses.replace(rig.effects, heave=heave)), commands, 40).hook_load
+    heaving = dataclasses.replace(rig, effects=dataclasses.replace(rig.effects, heave=heave))
+    hook = simulate(heaving, commands, 40).hook_load
     assert abs(hook[1] - hook[0]) < 0.02 * hook[0]
 
 

@@ -134,7 +134,8 @@ if __name__ == "__main__":
 
     withheld = {"stiffness": 21500.0, "friction": 27.0, "damping": 220.0, "stribeck_drop": 0.5, "stribeck_speed": 0.04}
     answer = explain(MotorSlide((record(withheld),)))
-    print(f"{answer.verdict}: {' and '.join(answer.effects)}, E {answer.tuned:.2f} re-tuned, {answer.with_effect:.2f} with it")
+    gap = f"E {answer.tuned:.2f} re-tuned, {answer.with_effect:.2f} with it"
+    print(f"{answer.verdict}: {' and '.join(answer.effects)}, {gap}")
     for entry in answer.judged:
         values = {p.name: round(entry.explained.fit.values[p.name], 4) for p in entry.effect.parameters}
         print(f"  {entry.effect.name:12s} closes {entry.closed:6.2f} {'; '.join(entry.why_not) or 'passed'}  {values}")
