@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from slider_drilling.gap.answer.next_run import NextManoeuvre, next_manoeuvre
+from slider_drilling.gap.answer.sentence import sentence
 from slider_drilling.gap.answer.where import Where, locate
 from slider_drilling.gap.choice.forward import begin, step
 from slider_drilling.gap.choice.state import Judged, State
@@ -57,6 +58,17 @@ class Answer:
     def threshold(self) -> float:
         """E that the final model would leave of its own replicates, 99 times of a hundred."""
         return self.state.enough.threshold
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Everything that was fitted in the final model, by name."""
+        return dict(self.state.current.fit.values)
+
+    @property
+    def sentence(self) -> str:
+        """The verdict with its figures."""
+        gaps = (self.nominal, self.tuned, self.with_effect, self.threshold)
+        return sentence(self.verdict, self.effects, self.site, gaps, self.closed, self.interval)
 
     @property
     def judged(self) -> tuple[Judged, ...]:

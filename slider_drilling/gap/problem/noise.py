@@ -26,7 +26,8 @@ class NoiseFloor:
     """sigma in the channel's unit: what residuals are counted in.
 
     method: ``differences``, ``declared`` or ``resolution``; declared: what somebody states, None if nobody does; seen:
-    what the record shows; excess: seen over declared where that is more than is believed, else None.
+    what the record shows; excess: seen over declared where that is more than is believed, else None; least: what the
+    record's own digits scatter, below which no floor falls.
     """
 
     sigma: float
@@ -34,6 +35,7 @@ class NoiseFloor:
     declared: float | None
     seen: float | None
     excess: float | None = None
+    least: float = 0.0
 
 
 def difference_noise(values: Array) -> float:
@@ -51,20 +53,21 @@ def noise_floor(channel: Channel) -> NoiseFloor:
         if not declared:
             raise ValueError(f"channel {channel.name}: too few samples to tell its noise, and none is declared")
         return NoiseFloor(declared, "declared", declared, None)
-    seen = max(difference_noise(channel.measured), quantum)
-    if seen <= 0.0:
-        return NoiseFloor(_smallest_step(channel.measured), "resolution", declared, 0.0)
-    return _believed(NoiseFloor(seen, "differences", declared, seen))
+    least = max(quantum, _smallest_step(channel.measured))
+    seen = difference_noise(channel.measured)
+    if seen <= least:
+        return NoiseFloor(least, "resolution", declared, seen, least=least)
+    return _believed(NoiseFloor(seen, "differences", declared, seen, least=least))
 
 
 def lowered(floor: NoiseFloor, left: Array) -> NoiseFloor:
     """The floor once a model has taken the signal's own kinks away; left (n,): residual in the channel's unit."""
     if floor.method != "differences" or floor.seen is None:
         return floor
-    reached = difference_noise(left)
-    if not 0.0 < reached < floor.seen:
+    reached = max(difference_noise(left), floor.least)
+    if not reached < floor.seen:
         return floor
-    return _believed(NoiseFloor(reached, "differences", floor.declared, reached))
+    return _believed(replace(floor, sigma=reached, seen=reached, excess=None))
 
 
 def _believed(floor: NoiseFloor) -> NoiseFloor:
@@ -80,7 +83,7 @@ def sigmas(floors: Mapping[str, NoiseFloor]) -> dict[str, float]:
 
 
 def _smallest_step(values: Array) -> float:
-    """Noise-free records still have a last digit: the smallest step between distinct values over sqrt(12)."""
+    """What the last digit of a record scatters: the smallest step between its values over sqrt(12)."""
     steps = np.diff(np.unique(values))
     least = 1e-6 * float(np.std(values)) or 1.0
     return max(float(np.min(steps)) / float(np.sqrt(12.0)), least) if steps.size else least
