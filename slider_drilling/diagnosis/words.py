@@ -8,6 +8,7 @@ from slider_drilling.diagnosis.outcome import Candidate, Errors, Gap, Interval, 
 from slider_drilling.diagnosis.phrases import READ, SITES, phrase, shown
 from slider_drilling.units import number
 
+_WHOLE = 0.995  # of the gap; a model in which luck leaves less than noise does closes more than all of it
 _MOST_TUNED = 3  # parameters named in a sentence
 _TUNED_BY = 0.05  # of a multiple of the rig file's value: less is not worth a word
 _PLAIN = {
@@ -77,6 +78,8 @@ def share_in_words(closed: float | None, interval: Interval | None) -> str:
     """The share of the gap that is closed, where it is one."""
     if closed is None:
         return "the gap shrinks, by how much of it cannot be said"
+    if closed >= _WHOLE:
+        return "the whole gap is closed"
     span = f" [{100.0 * interval[0]:.0f}, {100.0 * interval[1]:.0f}]" if interval is not None else ""
     return f"{100.0 * closed:.0f} %{span} of the gap is closed"
 
