@@ -198,7 +198,7 @@ def test_the_page_begins_with_the_driller_and_marks_only_the_answer_green():
     assert "passed" in html
     assert "own.yaml (given)" in html
     assert "118 deg" in html
-    assert "Looked at but not fitted, for promising less: heave." in html
+    assert "heave: not fitted." in html
     assert "klbf" in page_html(report_page(diagnosis_of(worn_motor())), FIELD)
     assert "No conclusion" in page_html(report_page(diagnosis_of(Outcome("inconclusive"))), SI)
 

@@ -108,10 +108,13 @@ def limits(outcome: Outcome) -> list[str]:
 
 
 def fitted_and_not(outcome: Outcome) -> tuple[list[Candidate], str]:
-    """The candidates of the ranking that were fitted, and one sentence about the others, empty where there are none."""
+    """The candidates of the ranking that were fitted, and why the others were not, "" where there are none."""
     fitted = [one for one in outcome.ranking if one.parameters]
-    others = [one.effect for one in outcome.ranking if not one.parameters]
-    return fitted, f"Looked at but not fitted, for promising less: {', '.join(others)}." if others else ""
+    others: dict[str, list[str]] = {}
+    for one in outcome.ranking:
+        if not one.parameters:
+            others.setdefault("; ".join(one.why_not), []).append(one.effect)
+    return fitted, " ".join(f"{', '.join(names)}: {why}." for why, names in others.items())
 
 
 def standing(candidate: Candidate) -> str:
