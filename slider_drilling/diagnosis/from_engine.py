@@ -93,7 +93,9 @@ def _share(closed: float, interval: Interval, answer: Answer) -> tuple[float | N
 def _ranking(answer: Answer, effects: Sequence[Effect]) -> tuple[Candidate, ...]:
     """Who was fitted to the end, accepted ones first, then who fell behind, most promising first."""
     groups = {step.accepted.effect.name: step.group for step in answer.state.steps if step.accepted is not None}
-    found = [_candidate(one, answer, groups) for one in answer.judged]
+    found: list[Candidate] = []
+    for one in answer.judged:
+        found += [_candidate(one, effect, answer, groups) for effect in _new(one, answer, {c.effect for c in found})]
     named = {one.effect for one in found}
     promised = answer.state.steps[0].promised if answer.state.steps else {}
     rest = sorted((e for e in effects if e.name not in named), key=lambda e: -promised.get(e.name, 0.0))
@@ -103,17 +105,24 @@ def _ranking(answer: Answer, effects: Sequence[Effect]) -> tuple[Candidate, ...]
     return tuple(found)
 
 
-def _candidate(one: Judged, answer: Answer, groups: Mapping[str, tuple[str, ...]]) -> Candidate:
-    name = one.effect.name
+def _new(one: Judged, answer: Answer, told: set[str]) -> list[Effect]:
+    """The effects that a finalist stands for: those that started together, all of them where they are the answer."""
+    if one.explained.names == answer.effects[: len(one.explained.names)]:
+        return [effect for effect in one.explained.effects if effect.name not in told]
+    return [one.effect] if one.effect.name not in told else []
+
+
+def _candidate(one: Judged, effect: Effect, answer: Answer, groups: Mapping[str, tuple[str, ...]]) -> Candidate:
+    name = effect.name
     in_answer = name in answer.effects
     closed, interval = _share(one.closed, one.interval, answer)
     why_not = one.why_not
     if not in_answer and not why_not:
         better = " and ".join(answer.effects) or (answer.rival.words if answer.rival is not None else "")
         why_not = (f"what it explains, {better} explains better" if better else "what remains is no more than noise",)
-    own = {parameter.name: one.explained.fit.values[parameter.name] for parameter in one.effect.parameters}
+    own = {parameter.name: one.explained.fit.values[parameter.name] for parameter in effect.parameters}
     return Candidate(
-        name, one.effect.site, one.passed, in_answer, () if in_answer else why_not, closed, interval,
+        name, effect.site, one.passed, in_answer, () if in_answer else why_not, closed, interval,
         _fitted(one.explained, own), groups.get(name, ()),
     )  # fmt: skip
 

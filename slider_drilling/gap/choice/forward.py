@@ -22,6 +22,7 @@ from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import FINALISTS, Arm, parameters_of, race
 from slider_drilling.gap.search.screen import Candidate, screen
+from slider_drilling.gap.search.wide import wide
 
 Report = Callable[[str, float], None]
 
@@ -296,6 +297,8 @@ def _arms(
             for chosen in together:
                 if all(effect.name in by_name for effect in chosen):
                     arms.append(_joined(known.effects, chosen, by_name, way, base))
+        for chosen in together:
+            arms += _spread_out(problem, tuned, known.effects, chosen, way)
     return arms, promised
 
 
@@ -308,6 +311,20 @@ def _joined(
         own = {parameter.name for parameter in effect.parameters}
         start |= {name: value for name, value in by_name[effect.name].starts[0].items() if name in own}
     return Arm((*known, *chosen), way, start, base)
+
+
+def _spread_out(problem: Problem, tuned: Fit, known: Sequence[Effect], chosen: Sequence[Effect], way: int) -> list[Arm]:
+    """Arms of several effects at once, searched for widely: as long as one is missing the phase is off, and no scan of
+    an effect alone leads there.
+    """
+    spans = {parameter.name: _plausible(parameter) for parameter in tuned.parameters}
+    for effect in chosen:
+        for index, parameter in enumerate(effect.parameters):
+            scanned = [point[index] for point in effect.scan]
+            low, high = min(scanned), max(scanned)
+            spans[parameter.name] = (0.3 * low if low > 0.0 else low, high)
+    found = wide(problem, spans, tuned.values, way + 1)
+    return [Arm((*known, *chosen), way, values, None) for values in found]
 
 
 def _can_be_pulled(model: Model) -> bool:

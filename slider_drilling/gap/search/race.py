@@ -29,13 +29,13 @@ _WORKERS = 2
 @dataclass(frozen=True)
 class Arm:
     """effects: all that are freed; way: index of the problem it is fitted in; begin: values to start from; near: the
-    fit whose Jacobian serves as its first; fit: as far as it has come.
+    fit whose Jacobian serves as its first, None where no fit is; fit: as far as it has come.
     """
 
     effects: tuple[Effect, ...]
     way: int
     begin: Values
-    near: Fit
+    near: Fit | None
     fit: Fit | None = None
 
     @property
@@ -76,7 +76,7 @@ def _advanced(problem: Problem, arm: Arm, iterations: int, first: bool) -> Arm:
     if arm.fit is not None and arm.fit.settled:
         return arm
     known = None
-    if first:
+    if first and arm.near is not None:
         known = {parameter.name: row for parameter, row in zip(arm.near.parameters, arm.near.jacobian, strict=True)}
     start = arm.begin if arm.fit is None else arm.fit.values
     found = fit(problem, parameters_of(problem, arm.effects), start, iterations=iterations, known=known)
