@@ -48,4 +48,5 @@ def _block(match: re.Match[str]) -> str:
 def _inline(match: re.Match[str]) -> str:
     from latex2mathml.converter import convert
 
-    return convert(match[1])
+    # A line that begins with <math> would be taken for a block of its own.
+    return f"<span>{convert(match[1])}</span>"
