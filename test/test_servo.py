@@ -252,6 +252,17 @@ def test_the_real_logs_follow_the_firmwares_law_and_friction_grows_with_load(sha
     assert all(after < before for before, after in zip(plain, loaded, strict=True))
 
 
+def test_what_closes_the_gap_of_one_log_may_widen_that_of_another():
+    # At rest for the tenth of a second that tells the speed at the start.
+    late = np.arange(1500) > 60
+    near, far = (log(3.0, goal=np.where(late, goal, 0.0), enabled=1.0) for goal in (0.3, 1.2))
+    truth = {"load_friction_external.share": 0.3}
+    measured = [replace(made, position=made.swing([truth])[0]) for made in (near, far)]
+    assert servo.closed(measured, {}, truth) > 0.9
+    assert servo.closed(measured, {"load_friction_external.share": 0.29}, {}) < -1.0
+    assert 0.0 < servo.closed(measured[1:], {}, {"load_friction_external.share": 0.2}) < 1.0
+
+
 def test_the_script_says_what_is_wrong_in_one_line(tmp_path):
     outcome = subprocess.run([sys.executable, str(_SOURCE), str(tmp_path / "kp1.csv")], capture_output=True, text=True)
     assert outcome.returncode == 2

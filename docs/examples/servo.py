@@ -297,6 +297,12 @@ def errors(logs: Sequence[Log], values: Values) -> list[float]:
     return [float(np.sqrt(np.mean((log.swing([values])[0] - log.position) ** 2))) for log in logs]
 
 
+def closed(logs: Sequence[Log], before: Values, after: Values) -> float:
+    """Share of the squared error of logs that these values take away from those; below zero where they add to it."""
+    left, was = (sum(error**2 for error in errors(logs, values)) for values in (after, before))
+    return 1.0 - left / was
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Diagnose the logs and print what was found, and what it does to logs that no fit has seen."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -314,11 +320,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     answer = explain(Servo(tuple(logs)), seed=given.seed)
     print(answer.sentence)
+    tuned = answer.state.tuned.fit.values
     for entry in answer.judged:
-        values = ", ".join(f"{p.name} {entry.explained.fit.values[p.name]:.4g}" for p in entry.effect.parameters)
+        found = entry.explained.fit.values
+        values = ", ".join(f"{p.name} {found[p.name]:.4g}" for p in entry.effect.parameters)
         low, high = entry.interval
+        elsewhere = f", of the others' {closed(unseen, tuned, found):.2f}" if unseen else ""
         why = "; ".join(entry.why_not) or "passed"
-        print(f"  {entry.effect.name:24s} closes {entry.closed:6.2f} [{low:.2f}, {high:.2f}]  {values}: {why}")
+        print(
+            f"  {entry.effect.name:24s} closes {entry.closed:.2f} [{low:.2f}, {high:.2f}]{elsewhere}  {values}: {why}"
+        )
+    if unseen:
+        best = max(answer.judged, key=lambda entry: closed(unseen, tuned, entry.explained.fit.values), default=None)
+        if best is not None:
+            print(f"Of the logs that no fit has seen {best.effect.name} closes most: what they tell apart, trust.")
     for title, some in (("fitted", logs), ("not fitted", unseen)):
         for log, before, after in zip(some, errors(some, {}), errors(some, answer.parameters), strict=True):
             print(f"  {title:10s} {log.name:36s} RMS {1e3 * before:6.1f} -> {1e3 * after:6.1f} mrad")

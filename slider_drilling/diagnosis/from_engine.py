@@ -20,6 +20,7 @@ from slider_drilling.diagnosis.outcome import (
     Trace,
     Where,
 )
+from slider_drilling.diagnosis.shapes import shape_in_words
 from slider_drilling.gap.answer.beyond import Beyond
 from slider_drilling.gap.answer.intervals import intervals
 from slider_drilling.gap.choice.state import Explained, Judged
@@ -137,7 +138,8 @@ def _fitted(explained: Explained, values: Mapping[str, float]) -> dict[str, Fitt
 
 
 def _shape(rival: Rival) -> Shape:
-    return Shape(rival.words, rival.x_unit, rival.y_unit, rival.x, rival.y)
+    told = shape_in_words(rival.words, rival.x, rival.x_unit, rival.y, rival.y_unit)
+    return Shape(told, f"x, {rival.x_unit}", f"y, {rival.y_unit}", rival.x, rival.y)
 
 
 def _rms_by_stage(answer: Answer) -> dict[str, dict[str, float]]:
