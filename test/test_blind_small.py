@@ -21,6 +21,7 @@ LEAST_NAMED, MOST_ALARMS = 4, 1
 
 
 @pytest.mark.blind
+@pytest.mark.timeout(1800)
 def test_what_is_large_is_named_and_what_is_not_there_is_not(tmp_path):
     sealed = [Case((name,), SIZE, "own", "steady", seed, 40.0)
               for seed, name in enumerate((*CANDIDATES, *CANDIDATES, CANDIDATES[0]))]  # fmt: skip
