@@ -2,6 +2,7 @@
 #              plot page in out/
 # make install install everything into .venv: analysis, live page, tests
 # make test    install everything, then lint and the whole test suite
+# make blind   ten sealed logs through the diagnosis, which must not get worse
 # make lint    ruff, mypy and the import contract alone
 # make bench   speed, beside references and other programs, written to docs/benchmarks.md
 # make docs    the pages of docs/ as a site in build/site
@@ -19,7 +20,7 @@ RUN = $(VENV)/bin/
 # as wheels from PyPI.
 SOURCED = import importlib.util, sys; rclpy = importlib.util.find_spec("rclpy"); \
 	sys.exit(rclpy is None or rclpy.origin.startswith(sys.prefix))
-EXTRAS = pages,analysis,frames,identify,live,test,lint
+EXTRAS = pages,analysis,cluster,frames,identify,live,test,lint
 
 HINT = "make: not installed: ROS wheels are for x86-64 Linux and Python 3.10 to 3.13; elsewhere source a ROS 2 Jazzy first"
 
@@ -33,7 +34,7 @@ unexport AMENT_PREFIX_PATH
 endif
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
-.PHONY: install demo test lint docs bench clean
+.PHONY: install demo test blind lint docs bench clean
 .DEFAULT_GOAL := demo
 
 # $(call INSTALL,EXTRAS,WHAT): the package with these extras, and ROS 2 where none is sourced; says what it does.
@@ -76,6 +77,9 @@ lint: $(STAMP)
 
 test: lint
 	$(RUN)python -m pytest -n 2
+
+blind: $(STAMP)
+	$(RUN)python -m pytest -m blind -s test/test_blind_small.py
 
 docs: $(STAMP)
 	$(RUN)python -m pip install --quiet --editable '.[docs]'

@@ -158,3 +158,13 @@ def test_the_command_goes_on_from_its_files(tmp_path):
     assert CliRunner().invoke(group, arguments).exit_code == 0
     assert sorted(path.stat().st_mtime_ns for path in (tmp_path / "results").iterdir()) == before
     assert "give the folder" in str(CliRunner().invoke(group, ["closed-loop", "--campaign", "1"]).exception)
+
+
+def test_one_slide_of_a_campaign_is_run_again_with_its_traces(tmp_path):
+    arguments = ["closed-loop", "--slide", "4", "--seed", "1", "--elements", "20", "--jobs", "1", "-o", str(tmp_path)]
+    result = CliRunner().invoke(group, arguments)
+    assert result.exit_code == 0, result.output
+    again = json.loads((tmp_path / "closed_loop.json").read_text())["scenarios"][0]
+    own = slide_of(run_slide(slide_job(4, DEFAULT, Setting(RIG, seed=1, elements=20)))).score
+    assert again["name"] == "slide 4"
+    assert again["mean_abs_error_deg"] == pytest.approx(own.mean_abs_error_deg, abs=1e-4)

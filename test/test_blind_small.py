@@ -1,0 +1,41 @@
+"""A blind check small enough for every change: ten cheap cases, and the accuracy that must not be lost.
+
+Marked `blind`, so that `make test` leaves it out and `make blind` runs it. Cheap: logs of 40 s on the shortest of the
+rig files, effects that only touch what a sensor reads or a motor gives, two candidates.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from slider_drilling.blind import check
+from slider_drilling.blind.plan import Case
+from slider_drilling.blind.tally import tally
+from slider_drilling.campaign.run import Where, run_jobs
+from slider_drilling.share import share_file
+
+CANDIDATES = ("torque_sensor_bias", "motor_wear")
+SIZE = 4.0
+# Of five effects at four noise floors, and of five logs without any.
+LEAST_NAMED, MOST_ALARMS = 4, 1
+
+
+@pytest.mark.blind
+@pytest.mark.timeout(1800)
+def test_what_is_large_is_named_and_what_is_not_there_is_not(tmp_path):
+    sealed = [Case((name,), SIZE, "own", "steady", seed, 40.0)
+              for seed, name in enumerate((*CANDIDATES, *CANDIDATES, CANDIDATES[0]))]  # fmt: skip
+    empty = [Case(("none",), 0.0, "own", "steady", seed, 40.0) for seed in range(10, 15)]
+
+    def run(what, jobs, folder):
+        return run_jobs(jobs, folder, Where(1))
+
+    assert check.seal([*sealed, *empty], share_file("config/rig.short.yaml"), tmp_path, run).code == 0
+    checked = check.check(tmp_path, tmp_path, None, check.Asked(CANDIDATES, oracle=False), run)
+    assert checked.code == 0 and len(checked.cases) == 10
+    found = tally(checked.cases)
+    said = [(case.truth, case.outcome, case.named) for case in checked.cases]
+    assert found.named.count >= LEAST_NAMED, said
+    assert found.false_alarms.count <= MOST_ALARMS, said
+    cost = sum(case.cpu for case in checked.cases)
+    print(f"{cost:.0f} s of processor time in ten diagnoses")
