@@ -16,7 +16,7 @@ from slider_drilling.diagnosis import drill_string
 from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.diagnosis.diagnose import as_json, diagnose, tuned_rig
 from slider_drilling.diagnosis.drill_string import depth_probes, rig_with
-from slider_drilling.diagnosis.health import unusable
+from slider_drilling.diagnosis.first_look.usable import unusable
 from slider_drilling.diagnosis.save import write_diagnosis
 from slider_drilling.diagnosis.situation import prepare
 from slider_drilling.drillstring import Commands, simulate

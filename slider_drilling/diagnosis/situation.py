@@ -10,7 +10,7 @@ import numpy as np
 from slider_drilling.diagnosis.catalogue import ANY_WAVE_S, aging_with_memory, catalogue
 from slider_drilling.diagnosis.drill_string import DrillString, depth_probes, nuisance_parameters
 from slider_drilling.diagnosis.first_look.expected import NO_ROCK
-from slider_drilling.diagnosis.health import unusable
+from slider_drilling.diagnosis.first_look.usable import unusable
 from slider_drilling.diagnosis.replay import measured_channels
 from slider_drilling.diagnosis.user_effects import UserEffect, guarded, try_effects
 from slider_drilling.drillstring import Commands

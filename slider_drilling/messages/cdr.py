@@ -211,6 +211,13 @@ def stamp_of(data: bytes) -> int:
         raise InputError(f"a message of {len(data)} bytes is too short for a stamp") from None
 
 
+def restamped(data: bytes, shift_ns: int) -> bytes:
+    """The same message, one that begins with a header, with its stamp shifted. Raises InputError where it has none."""
+    order = "<" if data[1:2] == b"\x01" else ">"
+    sec, nanosec = divmod(stamp_of(data) + shift_ns, _NANO)
+    return data[:4] + struct.pack(f"{order}iI", sec, nanosec) + data[12:]
+
+
 def read_joint_state(data: bytes, joint: str) -> tuple[int, float, float, float]:
     """Stamp ns, position, velocity, effort of the named joint, or of the only one; NaN where not given.
 

@@ -35,7 +35,6 @@ ARGUMENTS = {
     "respawn": "start a controller or recorder that died again: true or false [true]",
     "discovery": "who sees the nodes: localhost, subnet (other machines, too) or off [localhost]",
     "log": "MCAP log to play",
-    "rate": "seconds of the log a second [1]",
 }
 RANGES = {"": None, "localhost": None, "subnet": "SUBNET", "off": "OFF"}
 
@@ -133,12 +132,15 @@ def _environment(given: Given) -> dict[str, str]:
     return {END_WITH_PARENT: str(os.getpid())} | ({} if found is None else {"ROS_AUTOMATIC_DISCOVERY_RANGE": found})
 
 
-def ended_together(ending: Sequence[Node], others: Iterable[Node]) -> list[LaunchDescriptionEntity]:
+def ended_together(
+    ending: Sequence[Node], others: Iterable[Node], needed: Iterable[Node] = ()
+) -> list[LaunchDescriptionEntity]:
     """The nodes, and what their ends mean: the launch ends with the last of `ending`, and fails where any node failed.
 
-    A node of `others` that crashed is started again by `respawn`; one that says what its user can mend is not.
+    A node of `others` that crashed is started again by `respawn`; one that says what its user can mend is not, nor is
+    one that is `needed`.
     """
-    left = set(ending)
+    left, once = set(ending), {*ending, *needed}
 
     def judge(node: Node) -> Any:
         def on_exit(event: Any, context: LaunchContext) -> list[LaunchDescriptionEntity]:
@@ -147,7 +149,7 @@ def ended_together(ending: Sequence[Node], others: Iterable[Node]) -> list[Launc
                 if code != 0:
                     raise RuntimeError(f"{event.process_name} failed while it ended: exit code {code}")
                 return []
-            if code == MISTAKE or (code != 0 and node in left):
+            if code == MISTAKE or (code != 0 and node in once):
                 # launch returns 1 for an exception alone, and ends the other nodes in order.
                 raise RuntimeError(f"{event.process_name} failed: exit code {code}")
             left.discard(node)
@@ -155,5 +157,5 @@ def ended_together(ending: Sequence[Node], others: Iterable[Node]) -> list[Launc
 
         return on_exit
 
-    nodes = [*ending, *others]
+    nodes = [*once, *others]
     return [*(RegisterEventHandler(OnProcessExit(target_action=node, on_exit=judge(node))) for node in nodes), *nodes]

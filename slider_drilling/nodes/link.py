@@ -7,14 +7,17 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from ament_index_python import InvalidResourceNameError, get_resource
 from rclpy.duration import Duration
 from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.qos_overriding_options import InvalidQosOverridesError, QoSOverridingOptions
 from rclpy.subscription import Subscription
 
+from slider_drilling.errors import InputError
 from slider_drilling.messages.topics import JOINT_STATE, Topic
 
 # The one topic beside those of a log: a controller's pump speed has to reach the rig.
@@ -40,23 +43,49 @@ def flush(node: Node, timeout: float = 2.0) -> None:
 
 
 def message_class(kind: str) -> Any:
-    """The class of `package/msg/Name`. Raises ImportError where the package is not installed."""
+    """The class of `package/msg/Name`. Raises ImportError where it is not installed as a message of ROS 2.
+
+    The name may come from a log or from the graph: what is no message package is not imported, which would run it.
+    """
     package, _, name = kind.split("/")
+    try:
+        listed, _ = get_resource("rosidl_interfaces", package)
+    except (LookupError, OSError, InvalidResourceNameError):
+        listed = ""
+    if f"msg/{name}.msg" not in listed.split():
+        raise ImportError(f"{package} is no installed message package with {name}")
     return getattr(importlib.import_module(f"{package}.msg"), name)
+
+
+def begins_with_a_header(kind: str) -> bool:
+    """Whether a message's first field is a std_msgs/Header, whose first is the stamp."""
+    return next(iter(message_class(kind).get_fields_and_field_types().values()), "") == "std_msgs/Header"
 
 
 def publisher(node: Node, topic: Topic, qos: QoSProfile = RELIABLE) -> Publisher:
     """A publisher, to be given the bytes of `slider_drilling.messages.cdr`; `qos_overrides` parameters count."""
-    return node.create_publisher(message_class(topic.type), topic.name, _copy(qos),
-                                 qos_overriding_options=QoSOverridingOptions.with_default_policies())
+    return _overridable(topic, lambda options: node.create_publisher(
+        message_class(topic.type), topic.name, _copy(qos), qos_overriding_options=options))
 
 
 def subscription(
-    node: Node, topic: Topic, receive: Callable[[bytes], None], qos: QoSProfile = RELIABLE
+    node: Node, topic: Topic, receive: Callable[[bytes], None], qos: QoSProfile = RELIABLE,
+    events: SubscriptionEventCallbacks | None = None,
 ) -> Subscription:
     """A subscription whose callback takes bytes as they came; `qos_overrides` parameters count."""
-    return node.create_subscription(message_class(topic.type), topic.name, receive, _copy(qos), raw=True,
-                                    qos_overriding_options=QoSOverridingOptions.with_default_policies())
+    return _overridable(topic, lambda options: node.create_subscription(
+        message_class(topic.type), topic.name, receive, _copy(qos), raw=True, event_callbacks=events,
+        qos_overriding_options=options))
+
+
+def _overridable(topic: Topic, make: Callable[[QoSOverridingOptions], Any]) -> Any:
+    """What `make` makes. Raises InputError for a `qos_overrides` parameter that cannot be used."""
+    try:
+        return make(QoSOverridingOptions.with_default_policies())
+    except (InvalidQosOverridesError, RuntimeError, InvalidParameterTypeException) as error:
+        if isinstance(error, RuntimeError) and "QoS override" not in str(error):
+            raise
+        raise InputError(f"{topic.name}: qos_overrides: {error}") from None
 
 
 class SensorSubscription:
@@ -71,9 +100,7 @@ class SensorSubscription:
         self._node, self._topic, self._receive = node, topic, receive
         self._best_effort: Subscription | None = None
         events = SubscriptionEventCallbacks(incompatible_qos=self._on_incompatible)
-        self._reliable = node.create_subscription(
-            message_class(topic.type), topic.name, receive, _copy(RELIABLE), raw=True, event_callbacks=events,
-            qos_overriding_options=QoSOverridingOptions.with_default_policies())
+        self._reliable = subscription(node, topic, receive, events=events)
 
     def get_publisher_count(self) -> int:
         """Publishers that are heard."""
