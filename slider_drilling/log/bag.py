@@ -78,9 +78,14 @@ class Bag:
         self._declared: set[str] = set()
         self._part_began: int | None = None
         try:
-            self._begin_part()
+            self._writer = self._begin_part()
         except BaseException:
             self._forget()
+            raise
+        try:
+            self._write_metadata()
+        except BaseException:
+            self.discard()
             raise
 
     @property
@@ -119,7 +124,8 @@ class Bag:
         """Go on in a new part. Raises InputError."""
         self._writer.close()
         self._parts[-1].written = self._writer.written()
-        self._begin_part()
+        self._writer = self._begin_part()
+        self._write_metadata()
 
     def close(self) -> None:
         """Finish the bag. Raises InputError where that fails, saying what is safe."""
@@ -145,15 +151,16 @@ class Bag:
             limits.split_s and log_time - self._part_began >= limits.split_s * 1e9
         )
 
-    def _begin_part(self) -> None:
+    def _begin_part(self) -> LogWriter:
+        """The next part, open for writing."""
         number = len(self._parts)
         name = f"{self._stem}_{number}.mcap" if number else f"{self._stem}.mcap"
         settings = self._settings
-        self._writer = LogWriter(self.folder / name, self._rig_text, settings.recorded_by, settings.notes)
+        writer = LogWriter(self.folder / name, self._rig_text, settings.recorded_by, settings.notes)
         self._parts.append(Part(name))
         self._declared.clear()
         self._part_began = None
-        self._write_metadata()
+        return writer
 
     def _write_metadata(self) -> None:
         if self.is_bag:

@@ -214,8 +214,8 @@ class McapFile:
         finally:
             self._file.close()
 
-    def abandon(self) -> None:
-        """Close the file as it is."""
+    def close(self) -> None:
+        """Close the file as it is, if it is open still."""
         self._file.close()
 
     def _end(self) -> None:

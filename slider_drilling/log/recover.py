@@ -154,15 +154,16 @@ def _write(
         descriptor, part = begin_file(output)
         try:
             file = McapFile(descriptor, f"slider_drilling {__version__}")
-            copy = Copy(file)
-            for number, (container, channel, message) in messages:
-                copy.message(container, channel, message)
-                if number + 1 == end:
-                    break
-            for container in containers:
-                copy.rest(container)
-            file.metadata(RECOVERED, {"from": str(origin), "lost": "; ".join(notes), "version": __version__})
-            file.finish()
+            with contextlib.closing(file):
+                copy = Copy(file)
+                for number, (container, channel, message) in messages:
+                    copy.message(container, channel, message)
+                    if number + 1 == end:
+                        break
+                for container in containers:
+                    copy.rest(container)
+                file.metadata(RECOVERED, {"from": str(origin), "lost": "; ".join(notes), "version": __version__})
+                file.finish()
             end_file(part, output)
         except BaseException:
             with contextlib.suppress(OSError):

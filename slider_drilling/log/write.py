@@ -94,11 +94,15 @@ class LogWriter:
         self._channels: dict[str, int] = {}
         self._sequence: dict[str, int] = {}
         self._next_flush = math.inf if whole else time.monotonic() + FLUSH_PERIOD
+        file: McapFile | None = None
         try:
-            self._file = McapFile(descriptor, f"slider_drilling {__version__}", WHOLE_CHUNK if whole else CHUNK_BYTES)
+            file = McapFile(descriptor, f"slider_drilling {__version__}", WHOLE_CHUNK if whole else CHUNK_BYTES)
+            self._file = file
             self._describe(rig_text, recorded_by, notes, started)
         except BaseException as error:
             # Nothing has been recorded yet: an empty log explains nothing.
+            if file is not None:
+                file.close()
             self._part.unlink(missing_ok=True)
             if isinstance(error, OSError):
                 raise InputError(f"{self.path}: cannot write this log: {error.strerror}") from None
@@ -243,7 +247,7 @@ class LogWriter:
         """Remove what was written; the log gets no file."""
         if self._open:
             self._open = False
-            self._file.abandon()
+            self._file.close()
             self._part.unlink(missing_ok=True)
 
     def __enter__(self) -> LogWriter:
