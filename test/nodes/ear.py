@@ -61,6 +61,12 @@ class Ear:
         """Turn until the rig's samples have come to this time."""
         self.until(lambda: bool(self.heard["top_drive"]) and self.heard["top_drive"][-1][0] >= seconds)
 
+    def listen(self, seconds: float) -> None:
+        """Turn for so long, s."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self._executor.spin_once(timeout_sec=0.02)
+
     @property
     def time(self) -> float:
         """The stamp of the last sample, s."""
