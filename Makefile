@@ -79,7 +79,7 @@ test: lint
 
 docs: $(STAMP)
 	$(RUN)python -m pip install --quiet --editable '.[docs]'
-	$(RUN)mkdocs build --strict
+	NO_MKDOCS_2_WARNING=1 $(RUN)mkdocs build --strict
 
 bench: $(STAMP)
 	$(RUN)python -m pip install --disable-pip-version-check --quiet --editable '.[bench]'

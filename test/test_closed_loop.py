@@ -129,7 +129,7 @@ def test_command_prints_the_schema_and_writes_both_files(tmp_path, monkeypatch):
     monkeypatch.setattr("slider_drilling.closed_loop.run.DAILY", brief)
     outcome = CliRunner().invoke(
         command, ["--json", "-o", str(tmp_path), "--elements", "20", "--jobs", "1"], catch_exceptions=False)
-    figures = json.loads(outcome.output)
+    figures = json.loads(outcome.stdout)
     assert json.loads((tmp_path / "closed_loop.json").read_text()) == figures
     scenario = figures["scenarios"][0]
     asked = {"name", "well", "mwd_period_s", "mean_abs_error_deg", "within_15_deg", "time_to_set_s", "peak_torque_n_m",

@@ -12,7 +12,9 @@ import pytest
 
 from slider_drilling.diagnosis.first_look import FirstLook, first_look
 from slider_drilling.diagnosis.first_look.glitches import glitches
+from slider_drilling.diagnosis.replay import measured_channels
 from slider_drilling.drillstring import Commands, simulate
+from slider_drilling.drillstring.from_log import commands_from_log
 from slider_drilling.errors import InputError
 from slider_drilling.log import RigLog, read_log
 from slider_drilling.log.series import JointSeries, ScalarSeries
@@ -240,6 +242,24 @@ def test_a_single_glitch_is_masked_and_said_and_nothing_else_changes(log, rig, s
     whole = getattr(getattr(log, series), column)
     assert np.flatnonzero(np.isnan(masked) & ~np.isnan(whole)).tolist() == [417]
     assert np.array_equal(np.delete(masked, 417), np.delete(whole, 417))
+
+
+def test_a_glitch_reaches_neither_the_channels_nor_the_commands_of_a_fit(log, rig):
+    """What is fitted differs from the sound log by one missing sample, so that no verdict can hang on it."""
+
+    def spoiled(value):
+        def spoil(values):
+            values[417] = value
+            return values
+
+        return spoil
+
+    bad = changed(changed(log, "top_drive", effort=spoiled(1e6)), "top_drive", position=spoiled(300.0))
+    look = first_look(bad, rig)
+    sound, masked = measured_channels(log, rig), measured_channels(look.log, rig)
+    assert np.array_equal(masked["surface_torque"].measured, np.delete(sound["surface_torque"].measured, 417))
+    driven, by = (commands_from_log(one, rig).commands for one in (log, look.log))
+    assert by.top_drive_angle == pytest.approx(driven.top_drive_angle, abs=0.05)
 
 
 def test_what_a_signal_does_itself_is_no_glitch():

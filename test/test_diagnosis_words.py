@@ -18,6 +18,7 @@ from slider_drilling.diagnosis.origin import RigOrigin, origin_of, remarks_on
 from slider_drilling.diagnosis.outcome import Candidate, Errors, Fitted, Floor, Gap, Outcome, Shape, Trace, Where
 from slider_drilling.diagnosis.page import report_page, simulated_rows
 from slider_drilling.diagnosis.phrases import phrase
+from slider_drilling.diagnosis.shapes import shape_in_words
 from slider_drilling.diagnosis.tree import as_json
 from slider_drilling.effects import CuttingsBed, Effects
 from slider_drilling.log import RigLog
@@ -244,3 +245,21 @@ def test_the_rig_file_is_told_with_where_it_came_from():
     assert origin_of([given], bed) == RigOrigin("own.yaml", "given", "e/own.yaml")
     assert origin_of([given], rig) == RigOrigin("the rig given", "given", None)
     assert remarks_on(origin_of([given], rig), [given], rig) == []
+
+
+@pytest.mark.parametrize(
+    ("x_unit", "y_unit", "curve", "says"),
+    [
+        ("s", "Pa", lambda x: -2e5 * x / 60.0, "falls by 2.0 bar a minute"),
+        ("Pa", "Pa", lambda x: 0.03 * x + 1.0, "rises by 3.0 % of itself"),
+        ("rad", "N m", lambda x: -1e4 * x, "falls by 0.17 kN m per deg"),
+        ("m", "-", lambda x: np.where(x > 205.0, 0.4, 0.0), "steps up by 40 % between 171 m and 229 m"),
+        ("m", "-", lambda x: np.exp(-(((x - 229.0) / 60.0) ** 2)), "most, 100 %, at 229 m"),
+        ("s", "N", lambda x: 0.0 * x + 4e3, "by 4.0 kN"),
+    ],
+)
+def test_the_shape_of_an_unknown_is_told_with_its_numbers_and_units(x_unit, y_unit, curve, says):
+    x = np.linspace(0.0, 400.0, 8)
+    told = shape_in_words("reading off", x, x_unit, curve(x), y_unit)
+    assert told.startswith("reading off")
+    assert says in told

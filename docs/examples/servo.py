@@ -20,7 +20,6 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -240,7 +239,7 @@ class Servo:
         """Each log with its one channel, the angle that the encoder shows."""
         return tuple(_run(log) for log in self.logs)
 
-    def simulate(self, run: int, sets: Sequence[Values], **how: Any) -> Mapping[str, Array]:
+    def simulate(self, run: int, sets: Sequence[Values], how: object = None) -> Mapping[str, Array]:
         """See `slider_drilling.gap.model.Model`; a simulation is so cheap that there is no cheaper one to ask for."""
         return {"position": self.logs[run].swing(sets)}
 

@@ -94,8 +94,8 @@ def torque_drag_page(
     sections = (
         Section("Broomstick", (
             "Hook load and torque off bottom as the string goes in, for each friction coefficient (times the well's "
-            "friction intervals). A slide's weight on bit takes its share of the hook load: points of a log on bottom "
-            "lie that much to the left of slacking off.",
+            "friction intervals). Points of a log on bottom lie to the left by their weight on bit; rocking gives back "
+            "what friction along the hole takes.",
             hook_load_chart(sticks, points), torque_chart(sticks, points),
         )),
         Section("At total depth", (_table(sticks),)),

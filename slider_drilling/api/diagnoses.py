@@ -19,6 +19,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.gap.progress import Progress
 from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig
+from slider_drilling.units import SI, Units
 
 if TYPE_CHECKING:
     import pandas
@@ -89,12 +90,12 @@ class Diagnosed:
         """`columns` as Parquet. Raises InputError."""
         return self.columns().to_parquet(path)
 
-    def save(self, folder: str | os.PathLike[str]) -> list[Path]:
+    def save(self, folder: str | os.PathLike[str], units: Units = SI) -> list[Path]:
         """Write diagnosis.json, rig.tuned.yaml and report.html into a folder, which is made; the paths.
 
-        Raises InputError where it cannot be written.
+        units: of the page, `slider_drilling.units.SI` or `FIELD`. Raises InputError where it cannot be written.
         """
-        return write_diagnosis(self.found, Path(folder))
+        return write_diagnosis(self.found, Path(folder), units)
 
     def plot(self) -> plotly.graph_objects.Figure:
         """How much of the gap each effect of the ranking closes, with its 95 % interval."""

@@ -24,7 +24,8 @@ _TONES: dict[str, Tone] = {"none": "good", "parameters": "good", "effect": "plai
 
 @dataclass(frozen=True)
 class Options:
-    """Of `diagnose`, as `slider_drilling.diagnosis.diagnose` has them; effects: ``module:Class`` and its file each."""
+    """Of `diagnose`, as `slider_drilling.diagnosis.diagnose` has them; effects: ``module:Class`` and its file each;
+    units: of the pages, by name."""
 
     rig: Path | None = None
     namespace: str | None = None
@@ -32,6 +33,7 @@ class Options:
     only: tuple[str, ...] = ()
     effects: tuple[tuple[str, str], ...] = ()
     until: float = 1.0
+    units: str = "si"
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,7 @@ def log_job(log: Path, options: Options) -> Job:
         inputs["rig"] = str(options.rig)
     inputs |= dict(options.effects)
     tree = {"namespace": options.namespace, "only": list(options.only), "until": options.until,
-            "effects": [reference for reference, _ in options.effects]}  # fmt: skip
+            "effects": [reference for reference, _ in options.effects], "units": options.units}  # fmt: skip
     return Job("slider_drilling.campaign.logs:diagnose_log", str(log), inputs, tree, options.seed)
 
 
@@ -106,6 +108,7 @@ def diagnose_log(job: Job) -> dict[str, Any]:
     from slider_drilling.diagnosis.user_effects import installed_effects, load_effect
     from slider_drilling.log import read_log
     from slider_drilling.rig import load_rig
+    from slider_drilling.units import UNITS
 
     options, rig_path = job.options, job.inputs.get("rig")
     own = [*installed_effects(), *(load_effect(reference) for reference in options["effects"])]
@@ -113,7 +116,7 @@ def diagnose_log(job: Job) -> dict[str, Any]:
     rig = load_rig(rig_path) if rig_path is not None else log.rig()
     found = diagnose([log], rig, seed=job.seed, user_effects=own, only=options["only"], until=options["until"])
     with tempfile.TemporaryDirectory() as folder:
-        paths = write_diagnosis(found, Path(folder))
+        paths = write_diagnosis(found, Path(folder), UNITS[options["units"]])
         return {"files": {path.name: path.read_text(encoding="utf-8") for path in paths}}
 
 

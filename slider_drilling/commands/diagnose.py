@@ -9,11 +9,19 @@ from typing import TYPE_CHECKING
 import click
 
 from slider_drilling.commands.campaign_options import jobs_option, scheduler_option
-from slider_drilling.commands.options import json_option, namespace_option, print_json, seeds, tell_written
+from slider_drilling.commands.options import (
+    json_option,
+    namespace_option,
+    print_json,
+    seeds,
+    tell_written,
+    units_option,
+)
 
 if TYPE_CHECKING:
     from slider_drilling.diagnosis.diagnose import Diagnosis
     from slider_drilling.diagnosis.outcome import Outcome
+    from slider_drilling.units import Units
 
 
 EXAMPLES = """\
@@ -42,6 +50,7 @@ Examples:
 @jobs_option
 @scheduler_option
 @json_option
+@units_option
 def command(
     logs: tuple[Path, ...],
     rig_path: Path | None,
@@ -55,6 +64,7 @@ def command(
     jobs: int,
     scheduler: str,
     as_json: bool,
+    units: Units,
 ) -> int:
     """Say where LOGS and the simulator part, which effect causes it, and how far it shrinks with it.
 
@@ -81,8 +91,8 @@ def command(
     check_distinct(logs)
     if len(logs) > 1 and not together:
         sources = tuple((reference, source_of(reference)) for reference in effects)
-        options = Options(rig_path, namespace, seed, only, sources, until)
-        return diagnose_each(logs, options, Where(jobs, scheduler), output, as_json)
+        options = Options(rig_path, namespace, seed, only, sources, until, units.name)
+        return diagnose_each(logs, options, Where(jobs, scheduler), output, as_json, units)
     make_folder(output)
     prepare_outputs([output / name for name in FILES], (*logs, rig_path))
     own = [*installed_effects(), *(load_effect(reference) for reference in effects)]
@@ -93,34 +103,34 @@ def command(
     for record in records:
         for note in record.notes:
             stderr().print(f"{record.source}: {note}")
-    paths = diagnosed.save(output)
+    paths = diagnosed.save(output, units)
     if as_json:
         print_json({**diagnosed.tree, "wrote": paths})
         return 0
-    _print(diagnosed.found)
+    _print(diagnosed.found, units)
     tell_written(paths)
     return 0
 
 
-def _print(diagnosis: Diagnosis) -> None:
+def _print(diagnosis: Diagnosis, units: Units) -> None:
     from rich.text import Text
 
     from slider_drilling.console import stderr, stdout
     from slider_drilling.diagnosis import words
 
     origin = diagnosis.origin
-    stdout().print(Text(diagnosis.driller, "bold"))
-    stdout().print(diagnosis.sentence)
+    stdout().print(Text(units.sentence(diagnosis.driller), "bold"))
+    stdout().print(units.sentence(diagnosis.sentence))
     stdout().print(f"rig file: {origin.name} ({origin.source})")
-    _print_ranking(diagnosis.outcome)
-    _print_simulated(diagnosis.outcome)
+    _print_ranking(diagnosis.outcome, units)
+    _print_simulated(diagnosis.outcome, units)
     for sentence in words.limits(diagnosis.outcome):
-        stdout().print(sentence)
+        stdout().print(units.sentence(sentence))
     for sentence in diagnosis.remarks:
-        stderr().print(f"note: {sentence}")
+        stderr().print(f"note: {units.sentence(sentence)}")
 
 
-def _print_ranking(outcome: Outcome) -> None:
+def _print_ranking(outcome: Outcome, units: Units) -> None:
     from rich.table import Table
     from rich.text import Text
 
@@ -135,24 +145,23 @@ def _print_ranking(outcome: Outcome) -> None:
             f"{name.rpartition('.')[2]} {shown(found.value, found.unit)}" for name, found in one.parameters.items()
         )
         standing = Text(words.standing(one), "green" if one.in_answer else "")
-        table.add_row(one.effect, one.site, words.share(one), settings, ", ".join(one.group), standing)
+        table.add_row(one.effect, one.site, words.share(one), units.sentence(settings), ", ".join(one.group), standing)
     if fitted:
         stdout().print(table)
     if others:
         stdout().print(others)
 
 
-def _print_simulated(outcome: Outcome) -> None:
+def _print_simulated(outcome: Outcome, units: Units) -> None:
     from rich.table import Table
 
     from slider_drilling.console import stdout
     from slider_drilling.diagnosis.page import simulated_rows
     from slider_drilling.pages import Amount
-    from slider_drilling.units import SI
 
     heads, rows = simulated_rows(outcome)
     table = Table(*heads, title="RMS error of one simulation of the log")
     for row in rows:
-        table.add_row(*(SI.text(cell.value, cell.unit) if isinstance(cell, Amount) else str(cell) for cell in row))
+        table.add_row(*(units.text(cell.value, cell.unit) if isinstance(cell, Amount) else str(cell) for cell in row))
     if rows:
         stdout().print(table)

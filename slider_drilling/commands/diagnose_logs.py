@@ -12,11 +12,14 @@ from slider_drilling.commands.options import print_json, tell_written
 if TYPE_CHECKING:
     from slider_drilling.campaign.logs import Options, Row
     from slider_drilling.campaign.run import Where
+    from slider_drilling.units import Units
 
 PAGE, FILE, RESULTS = "diagnoses.html", "diagnoses.json", "results"
 
 
-def diagnose_each(logs: Sequence[Path], options: Options, where: Where, output: Path, as_json_text: bool) -> int:
+def diagnose_each(
+    logs: Sequence[Path], options: Options, where: Where, output: Path, as_json_text: bool, units: Units
+) -> int:
     """Diagnose each log into a folder of its own; the exit code."""
     from slider_drilling.campaign.code import code_version
     from slider_drilling.campaign.logs import as_json, folder_names, log_job, page_of, unfold
@@ -24,7 +27,6 @@ def diagnose_each(logs: Sequence[Path], options: Options, where: Where, output: 
     from slider_drilling.campaign.shown import run_shown
     from slider_drilling.files import make_folder, prepare_outputs, write_whole
     from slider_drilling.pages import write_page
-    from slider_drilling.units import SI
 
     make_folder(output)
     prepare_outputs([output / PAGE, output / FILE], (*logs, options.rig))
@@ -40,7 +42,7 @@ def diagnose_each(logs: Sequence[Path], options: Options, where: Where, output: 
             rows.append(_failed(log, name, why))
     tree = as_json(rows, code_version())
     write_whole(output / FILE, (json.dumps(tree, indent=1, allow_nan=False) + "\n").encode("utf-8"))
-    write_page(output / PAGE, page_of(rows), SI)
+    write_page(output / PAGE, page_of(rows), units)
     written = [output / FILE, output / PAGE]
     if as_json_text:
         print_json({**tree, "wrote": written})

@@ -9,9 +9,11 @@ from slider_drilling.diagnosis.diagnose import Diagnosis
 from slider_drilling.diagnosis.figures import intervals, shape, traces, waterfall, where_charts
 from slider_drilling.diagnosis.outcome import Fitted, Outcome
 from slider_drilling.diagnosis.phrases import READ
+from slider_drilling.log.run_page import title as title_of
 from slider_drilling.pages import Amount, Bullets, Chart, Lead, Page, Section, Table, Tag
 from slider_drilling.pages.page import Cell, Tone
-from slider_drilling.units import KINDS
+from slider_drilling.pages.titles import well_name
+from slider_drilling.units import KINDS, SI
 
 _TONES: dict[str, Tone] = {"none": "good", "parameters": "good", "effect": "plain"}
 STAGES = {"nominal": "as given", "tuned": "re-tuned", "with_effect": "with what was found"}
@@ -36,10 +38,17 @@ def report_page(diagnosis: Diagnosis) -> Page:
     if outcome.counts:
         facts.append(("simulations", f"{outcome.counts['simulations']}"))
     return Page(
-        "Where the log and the simulation part", " and ".join(Path(log).stem for log in diagnosis.logs),
+        "Where the log and the simulation part", _title(diagnosis),
         (Section("", (diagnosis.sentence,)), *sections), tuple(facts),
         Lead(diagnosis.driller, _TONES.get(outcome.verdict, "bad"), word), diagnosis.remarks,
     )  # fmt: skip
+
+
+def _title(diagnosis: Diagnosis) -> str:
+    logs = [look.log for look in diagnosis.looks]
+    if not logs:
+        return well_name(diagnosis.rig, SI)
+    return title_of(logs[0], rig=diagnosis.rig) + (f", and {len(logs) - 1} more" if len(logs) > 1 else "")
 
 
 def _how_large(outcome: Outcome) -> list[Section]:

@@ -60,7 +60,7 @@ class Server:
         application = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
         put_up(state, desk)
         ui.run_with(application, title=TITLE, dark=None, tailwind=False, show_welcome_message=False,
-                    binding_refresh_interval=None, reconnect_timeout=10.0, message_history_length=50)
+                    binding_refresh_interval=None, reconnect_timeout=30.0, message_history_length=50)
         settings = uvicorn.Config(Door(application, address.token or None), log_level="error", access_log=False,
                                   lifespan="on", ws="auto", timeout_graceful_shutdown=1)
         self._server = uvicorn.Server(settings)

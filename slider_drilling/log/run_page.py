@@ -17,6 +17,7 @@ from slider_drilling.pages.colours import AMBER, BLUE, GREEN, GREY, RED
 from slider_drilling.pages.figures import folded
 from slider_drilling.pages.picture import picture
 from slider_drilling.pages.titles import targets, well_name, when
+from slider_drilling.rig import Rig
 from slider_drilling.units import SI, Units
 
 
@@ -101,9 +102,10 @@ def chart(log: RigLog) -> Chart:
     return Chart("Over time", "time, s", panels(log), wide=True)
 
 
-def title(log: RigLog, units: Units = SI) -> str:
-    """Well, time and target."""
-    rig = None if log.rig_text is None else log.rig()
+def title(log: RigLog, units: Units = SI, rig: Rig | None = None) -> str:
+    """Well, time and target; rig: the file that names the well, the log's own if None."""
+    if rig is None and log.rig_text is not None:
+        rig = log.rig()
     asked = () if log.tool_face_target is None else log.tool_face_target.position
     steps = [angle for k, angle in enumerate(asked) if k == 0 or abs(angle - asked[k - 1]) > 1e-6]
     parts = (well_name(rig, units), when(log.start, log.metadata.get("start_time", "")), targets(steps))

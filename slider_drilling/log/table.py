@@ -133,7 +133,7 @@ def _places(mapping: Mapping, header: list[str], path: Path) -> dict[str, int]:
                 often = "no" if name not in header else f"{header.count(name)}"
                 raise InputError(
                     f"{mapping.source}: {where}: column {name!r}: {often} such column in {path}, "
-                    f"which has {', '.join(header)}"
+                    f"which has {' '.join(', '.join(header).split())[:300]}"
                 )
             places[name] = header.index(name)
     return places

@@ -118,7 +118,7 @@ class Dashboard(Node):
             values = tuple((pair.key, pair.value) for pair in one.values)
             statuses.append(Status(Level(min(level, Level.ERROR)), one.name, one.message, values))
             if one.name == f"{RECORDER}: log":
-                self.state.recording = "paused" not in one.message
+                self.state.recording = one.message != "paused"
         self.state.take_statuses(statuses)
 
     def _on_rig(self, message: String) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from slider_drilling.pages.colours import AMBER, BLUE, GREEN, GREY, ORDER, SKY
 from slider_drilling.pages.figures import Array, Bars, Chart, Figure, Line, Map, Panel, thin
-from slider_drilling.units import Units, number, unit_of
+from slider_drilling.units import Units, unit_of
 
 KINDS = (SKY, AMBER, GREEN, GREY, BLUE)  # colours of a map of categories
 _DASH = {"dashed": "dash", "dotted": "dot"}
@@ -157,7 +157,7 @@ def _axis(
     seen = limits or _extent(marks, flat)
     if log and seen is not None:
         ticks = round_ticks(*(units.value(end, unit) for end in seen))
-        axis |= {"tickvals": ticks, "ticktext": [number(tick) for tick in ticks]}
+        axis |= {"tickvals": ticks, "ticktext": [f"{tick:g}" for tick in ticks]}
     if limits is None and (flat or log or seen is None or any(isinstance(mark, Bars) for mark in marks)):
         return {**axis, "autorange": "reversed" if down else True}
     assert seen is not None

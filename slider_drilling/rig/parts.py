@@ -103,7 +103,7 @@ class Contact:
     shear_factor: float = quantity("-", at_least=0.0, below=1.0, why="shear strength of the film over that of the wall")
     stiffness: float = quantity("N/m", at_least=1.0, at_most=1e9, why="of one contact; the paper identifies 42700")
     reference_load: float = quantity("N", at_least=1.0, at_most=1e7, why="that stiffness was identified at")
-    dahl_exponent: float = quantity("-", 1.0, at_least=0.1, at_most=5.0, why="1 is the usual one")
+    dahl_exponent: float = quantity("-", 1.0, at_least=0.25, at_most=4.0, why="1 is the usual one")
 
 
 @dataclass(frozen=True)

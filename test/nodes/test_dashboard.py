@@ -31,6 +31,7 @@ from slider_drilling.log import read_log
 from slider_drilling.nodes import dashboard
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
 from slider_drilling.nodes.halt import Halt
+from slider_drilling.nodes.recorder import Recorder
 from slider_drilling.nodes.rocking_controller import RockingController
 from slider_drilling.nodes.spin import make_executor
 
@@ -105,6 +106,18 @@ def test_graph_is_shown_and_follows_the_page(graph: list[Node]) -> None:
     desk.ask(Rock(True))
     turn(graph, lambda: controller.get_parameter("rocking").value == 1.0)
     assert all(math.isfinite(one.value) for one in state.settings())
+
+
+def test_recording_is_paused_and_goes_on(graph: list[Node], tmp_path: Path) -> None:
+    recorder = Recorder(Halt(), parameter_overrides=[Parameter("directory", value=str(tmp_path))])
+    graph.append(recorder)
+    state, desk = graph[0].state, graph[0]._server.desk
+    turn(graph, lambda: state.recording is True)
+    for on in (False, True):
+        desk.ask(Record(on))
+        turn(graph, lambda: state.recording is on)  # noqa: B023
+    assert [one.text for one in state.notices_after(0)] == ["pause: paused", "resume: recording"]
+    recorder.discard()
 
 
 def test_what_no_node_offers_is_said(graph: list[Node]) -> None:
