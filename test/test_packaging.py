@@ -9,6 +9,7 @@ import pytest
 
 from slider_drilling import __version__
 from slider_drilling.errors import InputError
+from slider_drilling.messages.topics import TOPICS
 from slider_drilling.share import share_file
 
 
