@@ -14,7 +14,7 @@ from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS, Topic
 from slider_drilling.nodes import link
 
-DEADLINE = 60.0  # s, for anything that has to happen
+DEADLINE = 120.0  # s, for anything that has to happen
 KEPT = ("top_drive", "draw_works", "mud_pump", "top_drive_command", "tool_face_target")
 
 
