@@ -9,6 +9,7 @@ import pytest
 
 from slider_drilling import __version__
 from slider_drilling.errors import InputError
+from slider_drilling.messages.topics import TOPICS
 from slider_drilling.share import share_file
 
 
@@ -18,6 +19,39 @@ def test_package_xml_agrees_with_the_package(repository: Path) -> None:
     assert root.findtext("name") == "slider_drilling"
     assert root.findtext("version") == __version__
     assert root.findtext("export/build_type") == "ament_python"
+
+
+def test_package_xml_names_every_ros_package_that_is_imported(repository: Path) -> None:
+    root = ElementTree.parse(repository / "package.xml").getroot()
+    at_run = {one.text for one in root.findall("exec_depend")}
+    at_test = at_run | {one.text for one in root.findall("test_depend")}
+    of_ros = re.compile(
+        r"^\s*(?:from|import) (rclpy|ament_index_python|launch|launch_ros|[a-z_]+_(?:msgs|srvs|interfaces))\b", re.M)
+    for folder, named in (("slider_drilling", at_run), ("launch", at_run), ("test", at_test)):
+        files = list((repository / folder).rglob("*.py"))
+        imported = {name for file in files for name in of_ros.findall(file.read_text())}
+        assert imported <= named, (folder, imported - named)
+    # Messages are also found by their types' names.
+    assert {topic.type.partition("/")[0] for topic in TOPICS.values()} <= at_run
+
+
+def test_package_xml_names_what_pip_installs(repository: Path) -> None:
+    parser = configparser.ConfigParser()
+    parser.read(repository / "setup.cfg")
+    needed = {re.split(r"[<>=~]", line)[0] for line in parser["options"]["install_requires"].split()}
+    root = ElementTree.parse(repository / "package.xml").getroot()
+    named = {one.text.removeprefix("python3-") for one in root.findall("exec_depend")}
+    # mcap and zstandard come with mcap-ros2-support.
+    aliases = {"pyyaml": "yaml", "mcap": "mcap-ros2-support", "zstandard": "mcap-ros2-support"}
+    assert {aliases.get(name, name) for name in needed} <= named
+
+
+def test_the_quality_declaration_states_the_version_and_files_that_exist(repository: Path) -> None:
+    text = (repository / "QUALITY_DECLARATION.md").read_text()
+    assert f"| Version | {__version__}," in text
+    for path in re.findall(r"`([\w.]+(?:/[\w./]*)?)`", text):
+        if "/" in path or path.endswith((".xml", ".cfg")) or path == "LICENSE":
+            assert (repository / path).exists(), path
 
 
 def test_colcon_finds_what_it_needs_in_setup_cfg(repository: Path) -> None:

@@ -63,7 +63,10 @@ def run_node(name: str) -> None:
 def _turn(node_class: Callable[..., Any], halt: Halt) -> None:
     if hasattr(node_class, "close"):
         halt.take_signals()   # its file is begun while it is made, and has to be ended
-    node = node_class(halt)
+    try:
+        node = node_class(halt)
+    except rclpy_implementation.RCLError as error:
+        raise InputError(f"ROS 2 cannot make the node: {str(error).splitlines()[0]}") from None
     halt.take_signals()
     try:
         executor = spin([node], halt)

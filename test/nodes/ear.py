@@ -14,7 +14,7 @@ from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS, Topic
 from slider_drilling.nodes import link
 
-DEADLINE = 60.0  # s, for anything that has to happen
+DEADLINE = 120.0  # s, for anything that has to happen
 KEPT = ("top_drive", "draw_works", "mud_pump", "top_drive_command", "tool_face_target")
 
 
@@ -60,6 +60,12 @@ class Ear:
     def until_time(self, seconds: float) -> None:
         """Turn until the rig's samples have come to this time."""
         self.until(lambda: bool(self.heard["top_drive"]) and self.heard["top_drive"][-1][0] >= seconds)
+
+    def listen(self, seconds: float) -> None:
+        """Turn for so long, s."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self._executor.spin_once(timeout_sec=0.02)
 
     @property
     def time(self) -> float:

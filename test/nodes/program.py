@@ -7,7 +7,7 @@ import sys
 import time
 from pathlib import Path
 
-DEADLINE = 60.0  # s, for anything that a process has to do; a process that needs it all has failed
+DEADLINE = 120.0  # s, for anything that a process has to do; a process that needs it all has failed
 
 
 class Program:

@@ -74,7 +74,7 @@ class Launched:
         return self.output.read_text()
 
     def wait_for(self, *texts: str) -> None:
-        end = time.monotonic() + 60.0
+        end = time.monotonic() + 120.0
         while not all(text in self.said for text in texts):
             assert time.monotonic() < end and self.process.poll() is None, (texts, self.said)
             time.sleep(0.05)
@@ -85,7 +85,7 @@ class Launched:
                 if f"[{program}-" in line and "process started with pid" in line]
 
     def end(self) -> int:
-        return self.process.wait(timeout=60.0)
+        return self.process.wait(timeout=120.0)
 
 
 @pytest.fixture

@@ -1,0 +1,123 @@
+"""The pages of the nodes say what the nodes have: topics, services and parameters, with types, units and ranges."""
+
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+import rclpy
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+
+from slider_drilling.log import LogWriter
+from slider_drilling.nodes import friction_simulator, log_player, recorder, rocking_controller
+from slider_drilling.nodes.halt import Halt
+from slider_drilling.nodes.parameters import Declared, of_settings
+
+MODULES = {
+    "friction_simulator": (friction_simulator, friction_simulator.FrictionSimulator),
+    "rocking_controller": (rocking_controller, rocking_controller.RockingController),
+    "recorder": (recorder, recorder.Recorder),
+    "log_player": (log_player, log_player.LogPlayer),
+}
+# Every node has these; parameters and lifecycles are ROS 2's own to describe.
+COMMON = {"/parameter_events", "/rosout"}
+SERVICES_OF_ROS = re.compile(r"/(\w+_parameters?(_\w+)?|get_\w+|change_state)$")
+KINDS = {str: "text", bool: "bool", int: "int", float: "float", list: "texts"}
+
+
+def rows(page: str, heading: str) -> list[list[str]]:
+    """The cells of a section's table, code marks taken off."""
+    section = page[page.index(f"\n## {heading}") + 1 :].split("\n## ")[0]
+    lines = [line for line in section.splitlines() if line.startswith("|")][2:]
+    return [[cell.strip().strip("`") for cell in line.strip("|").split("|")] for line in lines]
+
+
+def described(parameter: Declared) -> list[str]:
+    """A parameter as its page has it, but for the default."""
+    is_number = isinstance(parameter.default, (int, float)) and not isinstance(parameter.default, bool)
+    limits = f"{parameter.low:g} to {parameter.high:g}" if is_number else ""
+    return [parameter.name, KINDS[type(parameter.default)], parameter.unit, limits, "yes" if parameter.live else "",
+            parameter.description]
+
+
+def default_of(cell: str, parameter: Declared) -> object:
+    """A page's default as a value."""
+    if cell == "empty":
+        return type(parameter.default)([""]) if isinstance(parameter.default, list) else ""
+    return cell == "true" if isinstance(parameter.default, bool) else type(parameter.default)(cell)
+
+
+def check_parameters(listed: list[list[str]], parameters: list[Declared]) -> None:
+    assert [[*row[:2], *row[3:]] for row in listed] == [described(one) for one in parameters]
+    assert [default_of(row[2], one) for row, one in zip(listed, parameters, strict=True)] == [
+        one.default for one in parameters]
+
+
+@pytest.fixture(params=MODULES)
+def node(request, alone, tmp_path) -> Node:
+    log = tmp_path / "played.mcap"
+    with LogWriter(log) as writer:
+        writer.joint_state("top_drive/joint_states", 0.0, "top_drive", 0.0, 0.0, 0.0)
+    given = {"friction_simulator": {"elements": 20}, "recorder": {"directory": str(tmp_path / "bag")},
+             "log_player": {"log": str(log)}}.get(request.param, {})
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    made = MODULES[request.param][1](
+        Halt(), parameter_overrides=[Parameter(name, value=value) for name, value in given.items()])
+    yield made
+    if isinstance(made, recorder.Recorder):
+        made.discard()
+    made.destroy_node()
+    rclpy.try_shutdown()
+
+
+def test_a_page_says_what_its_node_has(node, repository):
+    name = node.get_name()
+    page = (repository / "docs" / "nodes" / f"{name}.md").read_text()
+    check_parameters(rows(page, "Parameters"), list(MODULES[name][0].PARAMETERS))
+    services = {(f"~/{topic.rpartition('/')[2]}", kinds[0].replace("/srv/", "/"))
+                for topic, kinds in node.get_service_names_and_types_by_node(name, "/")
+                if not SERVICES_OF_ROS.search(topic)}
+    assert {(row[0], row[1]) for row in rows(page, "Services")} == services
+    if name == "log_player":
+        return   # its topics are the log's
+    if isinstance(node, rocking_controller.RockingController):
+        node._make_command_publishers()
+        settings = rows(page, "Settings of SlideController")
+        check_parameters(settings, of_settings(node._controller.settings))
+    topics = {(topic if topic == "/clock" else topic[1:], way, kinds[0].replace("/msg/", "/"))
+              for way, found in (("publishes", node.get_publisher_names_and_types_by_node(name, "/")),
+                                 ("listens to", node.get_subscriber_names_and_types_by_node(name, "/")))
+              for topic, kinds in found if topic not in COMMON and not topic.endswith("/transition_event")}
+    assert {tuple(row[:3]) for row in rows(page, "Topics") if row[0] != "/diagnostics"} == topics
+
+
+def test_the_policy_allows_a_node_its_own_topics_and_services_and_nothing_else(node, repository):
+    name = node.get_name()
+    root = ElementTree.parse(repository / "config" / "security" / "policy.xml").getroot()
+    (profile,) = root.findall(f"enclaves/enclave[@path='/slider_drilling/{name}']/profiles/profile")
+    assert (profile.get("ns"), profile.get("node")) == ("/", name)
+
+    def allowed(kind: str, way: str) -> set[str]:
+        found = profile.findall(f"{kind}s[@{way}='ALLOW']/{kind}")
+        return {f"/{name}{one.text[1:]}" if one.text.startswith("~") else f"/{one.text}" for one in found}
+
+    def topics(found: list[tuple[str, list[str]]]) -> set[str]:
+        return {topic for topic, _ in found}
+
+    assert not profile.findall(".//*[@request]") and len(profile) == 3
+    assert allowed("service", "reply") == topics(node.get_service_names_and_types_by_node(name, "/"))
+    if name == "log_player":
+        return   # its topics are the log's, and a rig's samples where it plays commands to one
+    if isinstance(node, rocking_controller.RockingController):
+        node._make_command_publishers()
+    timed = set() if name == "friction_simulator" else {"/clock"}   # use_sim_time
+    assert allowed("topic", "publish") == topics(node.get_publisher_names_and_types_by_node(name, "/"))
+    assert allowed("topic", "subscribe") == topics(node.get_subscriber_names_and_types_by_node(name, "/")) | timed
+
+
+def test_every_node_has_a_page_that_the_nodes_page_links(repository: Path):
+    text = (repository / "docs" / "nodes.md").read_text()
+    for name in MODULES:
+        assert f"(nodes/{name}.md)" in text
