@@ -13,6 +13,7 @@ from slider_drilling.control.auto_driller import AutoDriller, axial_stiffness
 from slider_drilling.control.differential_pressure import DifferentialPressure
 from slider_drilling.control.drag import DragMonitor
 from slider_drilling.control.drive import Motion, RockingDrive, Wish
+from slider_drilling.control.heave import HeaveCompensator
 from slider_drilling.control.learnt_rig import corrected, with_worn_motor
 from slider_drilling.control.limits import HOLD_AFTER, Interlocks, Permission, Stall, StallGuard
 from slider_drilling.control.protocol import Status
@@ -89,6 +90,7 @@ class SlideController:
         self._swing = Swing(math.sqrt(mwd.noise**2 + mwd.resolution**2 / 12.0 + _UNEXPLAINED**2))
         self._drag = DragMonitor(rig, s.friction_factor, self._driller.weight_per_pressure * self._wanted_pressure)
         self._reach = Reach()
+        self._heave = HeaveCompensator(axial_stiffness(rig), s.compensation_speed)
         self._strokes = 0            # of the drive, that the swing knows of
         stall = StallGuard(s.stall_share * rig.motor.max_pressure, _RELEASED_SHARE * self._wanted_pressure)
         self._interlocks = Interlocks(s.make_up_torque_limit, s.back_off_torque_limit, stall,
@@ -119,6 +121,7 @@ class SlideController:
         self._driller.configure(self._rig, s.auto_driller_time, s.max_block_speed)
         self._wanted_pressure = self._pressure_wanted(s)
         self._estimator.filter.response_time = s.response_time
+        self._heave.fastest = s.compensation_speed
         stall = self._interlocks.stall
         stall.limit = s.stall_share * self._rig.motor.max_pressure
         stall.released = _RELEASED_SHARE * self._wanted_pressure
@@ -177,7 +180,9 @@ class SlideController:
         self._permission = self._interlocks.update(watch, waited, self._pressure.quick, self._mwd_age, behind)
         self._rock(drive)
         pump_speed = self._settings.pump_speed or self._reference_pump
-        return RigCommand(drive.angle, drive.speed, self._lower(), pump_speed)
+        moving = self._permission.lower and not self._testing() and not self._drag.locked
+        wave = self._heave.update(self._fresh("hook_load"), self._period_now(), moving, watch.step)
+        return RigCommand(drive.angle, drive.speed, self._lower() + wave, pump_speed)
 
     def _started(self) -> RockingDrive:
         """The reference, which begins at the angle that the top drive has."""
@@ -383,7 +388,8 @@ class SlideController:
             slide_status.of_string(self._estimator),
             slide_status.of_reach(zones, self._belief.bit_depth, self._amplitude, self._period_now(), self._finder,
                                   self._reach, self._swing, self._drag, self._pressure_share),
-            slide_status.of_lock_up(self._drag, zones), *self._interlocks.statuses())
+            slide_status.of_heave(self._heave), slide_status.of_lock_up(self._drag, zones),
+            *self._interlocks.statuses())
 
     def corrected_rig(self) -> Rig:
         """The rig file with what was learnt of the string so far."""

@@ -6,6 +6,7 @@ import math
 
 from slider_drilling.control.amplitude import AmplitudeFinder
 from slider_drilling.control.drag import DragMonitor
+from slider_drilling.control.heave import HeaveCompensator
 from slider_drilling.control.protocol import Level, Status
 from slider_drilling.control.reach import Reach
 from slider_drilling.control.swing import Swing
@@ -60,6 +61,17 @@ def of_reach(zones: Zones, bit_depth: float, amplitude: float, period: float, fi
         return Status(Level.WARN, "reach", f"what pulls does not turn the bit: rocking reaches {zones.rocked_to:.0f} m "
                       f"of {bit_depth:.0f} m as believed", values)
     return Status(Level.OK, "reach", f"rocking reaches {zones.rocked_to:.0f} m of {bit_depth:.0f} m", values)
+
+
+def of_heave(heave: HeaveCompensator) -> Status:
+    """The wave that the hook load shows, and what the block does against it."""
+    if math.isnan(heave.period):
+        return Status(Level.OK, "heave", "no wave in the hook load")
+    values = (("period_s", f"{heave.period:.1f}"), ("compensated_m", f"{heave.amplitude:.3f}"))
+    if heave.fastest <= 0.0 or heave.short:
+        return Status(Level.WARN, "heave", f"a wave of {heave.period:.1f} s is more than the block may follow", values)
+    return Status(Level.OK, "heave", f"a wave of {heave.period:.1f} s: the block moves {heave.amplitude:.2f} m against "
+                  "it", values)
 
 
 def of_lock_up(drag: DragMonitor, zones: Zones) -> Status:
