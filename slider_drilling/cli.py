@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
+import io
 import os
 import sys
 from collections.abc import Mapping
@@ -13,6 +15,8 @@ import click
 
 from slider_drilling import __version__
 from slider_drilling.errors import InputError
+from slider_drilling.interrupts import exit_code, raise_on_signals
+from slider_drilling.printable import printable
 
 EXAMPLES = """\
 Examples:
@@ -22,6 +26,10 @@ Examples:
   slider-drilling import export.csv --mapping mapping.yaml -o log.mcap
   slider-drilling COMMAND --help
 """
+
+
+LONGEST = 2000
+"""Characters of an error: what it quotes may be a whole file."""
 
 
 @dataclass(frozen=True)
@@ -39,11 +47,15 @@ COMMANDS: dict[str, Row] = {
     "replay": Row("slider_drilling.commands.replay", "Drive the plant with a log; compare channel by channel."),
     "diagnose": Row("slider_drilling.commands.diagnose", "Why a run and the simulator differ, and by which effect."),
     "blind-check": Row("slider_drilling.commands.blind_check", "Score the diagnosis on sealed logs of its own making."),
+    "torque-drag": Row("slider_drilling.commands.torque_drag", "Hook load and torque against depth: the broomstick."),
     "study": Row("slider_drilling.commands.study", "The paper's tools: figures, numbers and a verdict on each claim."),
     "analyse": Row("slider_drilling.commands.analyse", "The friction in a log, and where it acts."),
     "identify": Row("slider_drilling.commands.identify", "Contact parameters from measured friction."),
     "import": Row("slider_drilling.commands.import_table", "Turn a CSV table of a rig's recorder into an MCAP log."),
+    "info": Row("slider_drilling.commands.info", "What a log holds, what it has lost, and what it is good for."),
+    "recover": Row("slider_drilling.commands.recover", "Write what a damaged log still holds to whole logs."),
     "bench": Row("slider_drilling.commands.bench", "Measure speed, each figure beside a reference."),
+    "completion": Row("slider_drilling.commands.completion", "The script with which a shell completes all this."),
 }
 
 
@@ -80,14 +92,19 @@ def group() -> None:
 
 def fail(message: str, code: int) -> NoReturn:
     """One line on stderr, whatever the message held, and the exit code."""
-    print(" ".join(message.split()), file=sys.stderr)
+    line = printable(" ".join(message.split()))
+    if len(line) > LONGEST:
+        line = f"{line[: LONGEST // 2]} ... {line[-LONGEST // 2 :]}"
+    with contextlib.suppress(OSError):
+        print(line, file=sys.stderr, flush=True)
     raise SystemExit(code)
 
 
 def run_group(command: click.Group, arguments: list[str] | None = None) -> None:
-    """Run a command group and end the process: 0, 2 for the user's mistake, 130 for an interrupt."""
+    """Run a command group and end the process: 0, 2 for the user's mistake, 128 and its number for a signal."""
     try:
         outcome = command.main(args=arguments, prog_name="slider-drilling", standalone_mode=False)
+        sys.stdout.flush()
     except InputError as error:
         fail(str(error), 2)
     except click.UsageError as error:
@@ -96,17 +113,44 @@ def run_group(command: click.Group, arguments: list[str] | None = None) -> None:
     except click.ClickException as error:
         fail(error.format_message(), 2)
     except (KeyboardInterrupt, click.Abort):
-        fail("interrupted", 130)
+        fail("interrupted", exit_code() or 130)
     except BrokenPipeError:
-        # Whoever read our output has left; the interpreter's own flush at exit must not complain of it.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        # Whoever read our output has left.
+        _say_no_more()
         raise SystemExit(1) from None
+    except MemoryError:
+        fail("slider-drilling: not enough memory; give it less to do at once", 2)
     except OSError as error:
+        _say_no_more()
         where = error.filename if error.filename is not None else "slider-drilling"
         fail(f"{where}: {error.strerror or error}", 2)
-    raise SystemExit(outcome if isinstance(outcome, int) else 0)
+    # What a signal cut short is whole on disk and says that it is partial; so does the code.
+    raise SystemExit(exit_code() or (outcome if isinstance(outcome, int) else 0))
+
+
+def _say_no_more() -> None:
+    """Let the interpreter's own flush at exit not complain again of an output that takes nothing more."""
+    with contextlib.suppress(OSError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _open_streams() -> None:
+    """Have all three, whatever the process was started with, and write any name to them.
+
+    A file opened where no output is would get the number that libraries print to.
+    """
+    while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:
+        os.set_inheritable(descriptor, True)
+    os.close(descriptor)
+    sys.stdout = sys.stdout or os.fdopen(1, "w", closefd=False)
+    sys.stderr = sys.stderr or os.fdopen(2, "w", closefd=False)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def main() -> None:
     """Entry point of `slider-drilling` and of `python -m slider_drilling`."""
+    _open_streams()
+    raise_on_signals()
     run_group(group)

@@ -6,7 +6,9 @@ the cache (numba's own: beside the source where that can be written, else in the
 
 from __future__ import annotations
 
+import contextlib
 import os
+import stat
 import tempfile
 import time
 from collections.abc import Iterator
@@ -19,6 +21,8 @@ from numba import njit
 from numba.core import config
 from numba.core.codegen import get_host_cpu_features
 from numba.core.event import Event, Listener, install_listener
+
+from slider_drilling.errors import InputError
 
 __all__ = ["COMPILE", "INNER", "announced", "njit", "vector_bits"]
 
@@ -74,7 +78,7 @@ class _Announcement(Listener):
     def _say(sentence: str) -> None:
         from slider_drilling.console import stderr
 
-        stderr().print(sentence, highlight=False)
+        stderr().print(sentence)
 
 
 def _set_up() -> None:
@@ -86,11 +90,35 @@ def _set_up() -> None:
         if "+avx512vl" in features:
             # LLVM avoids 512-bit vectors on processors that lower their clock for them; the step gains more than that.
             config.CPU_FEATURES = f"{features},-prefer-256-bit"  # type: ignore[attr-defined]
-    # Where it can write neither beside the source nor at home, numba would end with a traceback. The folder is this
-    # process's own: code from one that others can write to must not be run.
-    places = (Path(__file__).parent, Path(os.path.expanduser("~/.cache")), Path.home())
-    if not config.CACHE_DIR and not any(os.access(place, os.W_OK) for place in places):  # type: ignore[attr-defined]
-        config.CACHE_DIR = tempfile.mkdtemp(prefix="slider_drilling_")  # type: ignore[attr-defined]
+    config.CACHE_DIR = _cache_folder(config.CACHE_DIR)  # type: ignore[attr-defined]
+
+
+def _cache_folder(given: str) -> str:
+    """Where numba is to keep what it compiles: the folder given, its own choice (empty), or one of this user's.
+
+    Raises InputError where the folder given cannot be written; numba would end with a traceback there, as it would
+    where it can write neither beside the source nor at home.
+    """
+    if given:
+        try:
+            os.makedirs(given, exist_ok=True)
+            with tempfile.TemporaryFile(dir=given):
+                return given
+        except OSError as error:
+            raise InputError(
+                f"NUMBA_CACHE_DIR = {given}: cannot be written: {error.strerror}; name a folder of yours, or unset it"
+            ) from None
+    beside, home = Path(__file__).parent, Path(os.path.expanduser("~"))
+    if any(os.access(place, os.W_OK) for place in (beside, home / ".cache", home)):
+        return ""
+    # One folder a user, found again by the next run; code from one that others can write to must not be run.
+    own = Path(tempfile.gettempdir()) / f"slider_drilling_{os.getuid()}"
+    with contextlib.suppress(FileExistsError):
+        own.mkdir(mode=0o700)
+    found = own.lstat()
+    if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or stat.S_IMODE(found.st_mode) & 0o077:
+        raise InputError(f"{own}: not this user's own folder for compiled code; remove it, or set NUMBA_CACHE_DIR")
+    return str(own)
 
 
 _set_up()

@@ -44,7 +44,7 @@ class StaticAging:
 class BucklingContact:
     """Compressed pipe presses on the wall: ``w_n += factor r T^2 / (4 E I)`` for T < 0, r the radial clearance."""
 
-    factor: float = quantity("-", 0.0, at_least=0.0, at_most=100.0, why="1 is a full helix")
+    factor: float = quantity("-", 0.0, at_least=0.0, at_most=20.0, why="1 is a full helix")
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ class AxialOscillationTool:
 class Heave:
     """The block moves with a wave that no command shows: ``amplitude sin(2 pi t / period + phase)``."""
 
-    amplitude: float = quantity("m", 0.0, at_least=0.0, at_most=20.0, why="the highest waves")
+    amplitude: float = quantity("m", 0.0, at_least=0.0, at_most=3.0, why="half of crest to trough")
     period: float = quantity("s", 10.0, at_least=1.0, at_most=600.0, why="waves 3 to 20, tides of a floater more")
     phase: float = quantity("rad", 0.0, at_least=-12.6, at_most=12.6, why="in rad; two turns")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import re
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -94,6 +95,13 @@ _OF_THE_FIELD = {
     "J": "ft lbf", "kJ": "ft lbf", "kg/m3": "lb/gal", "N/m": "lbf/ft", "kN/m": "lbf/ft",
 }  # fmt: skip
 
+_NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
+_QUANTITY = re.compile(
+    rf"(?<![\w.])(?P<numbers>{_NUMBER}(?:(?: to | and | or |, |; ){_NUMBER})*) "
+    rf"(?P<unit>{'|'.join(re.escape(unit) for unit in sorted(_OF_THE_FIELD, key=len, reverse=True) if unit != 'km')})"
+    r"(?![\w/])"
+)
+
 Number = TypeVar("Number", float, NDArray[np.float64])
 
 
@@ -127,6 +135,24 @@ class Units:
         """Two numbers of `unit` and the unit they are told in once: "-4.10 to 12.3 kN m"."""
         first, last = (number(self.value(one, unit), digits) for one in (low, high))
         return f"{first} to {last} {self.unit(unit)}".rstrip()
+
+    def sentence(self, text: str) -> str:
+        """Text with its numbers of SI units told in these: "between 2663 and 3213 m" becomes "between 8737 and
+        10541 ft". Numbers keep their digits."""
+        if self.name == "si":
+            return text
+
+        def told(match: re.Match[str]) -> str:
+            unit = match["unit"]
+            numbers = re.sub(_NUMBER, lambda found: self._again(found[0], unit), match["numbers"])
+            return f"{numbers} {self.unit(unit)}"
+
+        return _QUANTITY.sub(told, text)
+
+    def _again(self, written: str, unit: str) -> str:
+        digits = len(written.lstrip("+-0.").replace(".", "").partition("e")[0])
+        sign = "+" if written.startswith("+") else ""
+        return sign + number(self.value(float(written), unit), max(digits, 2))
 
     def label(self, label: str) -> str:
         """A heading or an axis's label, "name, unit", with the unit it is told in."""

@@ -12,7 +12,7 @@ from slider_drilling.errors import InputError
 
 _INTEGER = re.compile(r"[-+]?(0|[1-9][0-9]{0,999})")
 _PREFIX = "tag:yaml.org,2002:"
-_SHOWN = 60  # characters of a value that an error shows
+_SHOWN = 100  # characters of a value that an error shows
 
 
 def parse_yaml(text: str, source: str) -> Any:

@@ -59,6 +59,17 @@ def test_the_named_joint_is_taken_from_several():
         cdr.read_joint_state(data, "block")
 
 
+def test_every_message_is_in_the_rigs_frame_and_an_empty_one_is_read_as_well():
+    framed = cdr.joint_state(1_500_000_000, "top_drive", 1.0, 2.0, 3.0)
+    assert decoded(JOINT_STATE, framed).header.frame_id == cdr.FRAME
+    assert decoded(FLUID_PRESSURE, cdr.fluid_pressure(0, 1.0, 2.0)).header.frame_id == cdr.FRAME
+    assert decoded(WRENCH_STAMPED, cdr.wrench_stamped(0, (1.0, 2.0, 3.0))).header.frame_id == cdr.FRAME
+    assert decoded(DIAGNOSTIC_ARRAY, cdr.diagnostic_array(0, [])).header.frame_id == cdr.FRAME
+    empty = framed[:12] + b"\x01\0\0\0\0\0\0\0" + framed[28:]
+    assert decoded(JOINT_STATE, empty).header.frame_id == ""
+    assert cdr.read_joint_state(empty, "top_drive") == cdr.read_joint_state(framed, "top_drive")
+
+
 @given(STAMPS, st.floats(allow_nan=False), st.floats(allow_nan=False))
 def test_fluid_pressure(stamp, pressure, variance):
     data = cdr.fluid_pressure(stamp, pressure, variance)
@@ -81,10 +92,10 @@ def test_diagnostic_array():
             for one in message.status] == status
 
 
-@pytest.mark.parametrize("cut", range(0, 84, 3))
+@pytest.mark.parametrize("cut", range(0, 92, 3))
 def test_broken_messages_are_refused(cut):
     data = cdr.joint_state(0, "top_drive", 1.0, 2.0, 3.0)
-    assert len(data) == 84
+    assert len(data) == 92
     with pytest.raises(InputError):
         cdr.read_joint_state(data[:cut], "top_drive")
     if cut < 12:
@@ -94,6 +105,6 @@ def test_broken_messages_are_refused(cut):
 
 def test_a_claimed_length_is_not_believed():
     data = bytearray(cdr.joint_state(0, "top_drive", 1.0))
-    data[24:28] = b"\xff\xff\xff\x7f"
+    data[32:36] = b"\xff\xff\xff\x7f"
     with pytest.raises(InputError, match="no JointState"):
         cdr.read_joint_state(bytes(data), "top_drive")

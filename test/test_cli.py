@@ -145,3 +145,25 @@ def test_reader_that_leaves_early_gets_no_complaint(repository: Path) -> None:
 
 def test_table_rows_have_help() -> None:
     assert all(row.help and len(row.help) < 90 for row in cli.COMMANDS.values())
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_script_names_the_program(repository: Path, shell: str) -> None:
+    answer = run(repository, "completion", shell)
+    assert answer.returncode == 0
+    assert "_SLIDER_DRILLING_COMPLETE" in answer.stdout
+
+
+@pytest.mark.parametrize(("words", "expected"), [
+    ("slider-drilling r", {"run", "replay"}),
+    ("slider-drilling run --effect torque_s", {"torque_sensor_gain", "torque_sensor_lag", "torque_sensor_bias"}),
+    ("slider-drilling study wear", {"wear_modes"}),
+    ("slider-drilling run --liv", {"--live", "--live-host", "--live-port", "--live-token"}),
+])  # fmt: skip
+def test_shell_completes(repository: Path, words: str, expected: set[str]) -> None:
+    environment = {**os.environ, "_SLIDER_DRILLING_COMPLETE": "bash_complete", "COMP_WORDS": words,
+                   "COMP_CWORD": str(len(words.split()) - 1)}
+    answer = subprocess.run([sys.executable, "-m", "slider_drilling"], cwd=repository, env=environment,
+                            capture_output=True, text=True, timeout=120)
+    found = {line.partition(",")[2] for line in answer.stdout.splitlines()}
+    assert expected <= found if words.endswith(" r") else found == expected

@@ -74,7 +74,7 @@ def test_readme_lists_every_topic(repository: Path) -> None:
         assert topic.type.replace("/msg/", "/") in text
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/index.md", "docs/logs.md", "docs/nodes.md", "docs/control.md"])
+@pytest.mark.parametrize("page", ["README.md", "docs/logs.md", "docs/nodes.md", "docs/control.md"])
 def test_files_that_pages_name_exist(repository: Path, page: str) -> None:
     text = (repository / page).read_text()
     named = re.findall(r"`((?:config|slider_drilling|launch)/[\w./]+\.\w+)`", text)

@@ -7,13 +7,17 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from slider_drilling.blind.laws import CATALOGUE, OUTSIDE, no_effect
-from slider_drilling.blind.sealed import run_sealed, write_sealed
+from slider_drilling.blind.law import no_effect
+from slider_drilling.blind.laws import CATALOGUE
+from slider_drilling.blind.outside import OUTSIDE
+from slider_drilling.blind.plant import Hidden, run_sealed
+from slider_drilling.blind.recording import write_sealed
 from slider_drilling.diagnosis import drill_string
 from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.diagnosis.diagnose import as_json, diagnose, tuned_rig
 from slider_drilling.diagnosis.drill_string import depth_probes, rig_with
-from slider_drilling.diagnosis.health import unusable
+from slider_drilling.diagnosis.first_look.usable import unusable
+from slider_drilling.diagnosis.save import write_diagnosis
 from slider_drilling.diagnosis.situation import prepare
 from slider_drilling.drillstring import Commands, simulate
 from slider_drilling.effects import Effects
@@ -77,10 +81,15 @@ def test_a_biased_torque_sensor_is_named_and_the_tuned_rig_replays(tmp_path, coa
     assert diagnosis.answer.site == "sensor"
     tree = as_json(diagnosis)
     assert json.loads(json.dumps(tree, allow_nan=False)) == tree
-    assert tree["schema"] == "slider_drilling/diagnosis/1"
+    assert tree["schema"] == "slider_drilling/diagnosis/2"
+    assert tree["driller"].startswith("The torque reading is 0.")
+    assert tree["ranking"][0]["in_answer"]
+    assert tree["gap"]["rms"]["surface_torque"]["tuned"] > tree["gap"]["rms"]["surface_torque"]["with_effect"]
     assert tree["gap"]["nominal"] > tree["gap"]["tuned"] > tree["gap"]["with_effect"]
-    assert tree["ranking"][0]["parameters"]["bias"] == pytest.approx(700.0, abs=60.0)
-    assert tree["gap"]["noise_floor"]["surface_torque"] == pytest.approx(rig.sensors.surface_torque.noise, rel=0.2)
+    assert tree["ranking"][0]["parameters"]["bias"]["value"] == pytest.approx(700.0, abs=60.0)
+    floor = tree["gap"]["noise_floor"]["surface_torque"]
+    assert floor["declared"] == rig.sensors.surface_torque.noise
+    assert floor["value"] == pytest.approx(floor["declared"], rel=0.2)
     assert tuned_rig(diagnosis).effects.torque_sensor_bias.bias == pytest.approx(700.0, abs=60.0)
 
 
@@ -94,8 +103,9 @@ def test_command_writes_all_three_files(tmp_path, coarse):
     assert tree["verdict"] in ("none", "parameters")
     parse_rig((tmp_path / "out" / "rig.tuned.yaml").read_text(), "rig.tuned.yaml")
     page = (tmp_path / "out" / "report.html").read_text()
-    assert tree["sentence"].replace("'", "&#39;") in page
-    assert "<script src" not in page.split("plotly.js v")[0]
+    assert tree["driller"].replace("'", "&#39;") in page
+    assert "<script src" not in page
+    assert tree["rig"] == {"name": "rig.yaml in run.mcap", "source": "attached", "path": str(path)}
     assert not [p for p in (tmp_path / "out").iterdir() if p.name.startswith(".")]
 
 
@@ -104,8 +114,14 @@ def test_log_that_never_moved_is_inconclusive(tmp_path, coarse):
     log = read_log(path)
     diagnosis = diagnose([log], log.rig())
     assert diagnosis.verdict == "inconclusive"
-    assert "too little" in diagnosis.sentence
-    assert diagnosis.answer.effects == ()
+    assert "too little" in diagnosis.driller
+    assert diagnosis.answer is None
+    paths = write_diagnosis(diagnosis, tmp_path / "out")
+    tree = json.loads(paths[0].read_text())
+    assert tree["verdict"] == "inconclusive"
+    assert tree["gap"]["nominal"] is None
+    assert "too little" in paths[2].read_text()
+    assert tuned_rig(diagnosis) == log.rig()
 
 
 def test_torque_alone_is_enough_to_prepare(tmp_path):
@@ -258,9 +274,9 @@ def test_sealed_laws_change_what_the_sensors_see(name):
     rig = short_rig()
     commands = rocking(24.0)
     generator = np.random.default_rng(2)
-    plain = run_sealed(rig, {}, no_effect(generator, rig, 1.0), commands)
+    plain = run_sealed(rig, Hidden(), no_effect(generator, rig, 1.0), commands)
     law = {**CATALOGUE, **OUTSIDE}[name](generator, rig, 2.0)
-    changed = run_sealed(rig, {}, law, commands)
+    changed = run_sealed(rig, Hidden(), law, commands)
     assert np.isfinite(changed.surface_torque).all()
     names = ("surface_torque", "hook_load", "standpipe_pressure")
     moved = max(np.max(np.abs(getattr(changed, channel) - getattr(plain, channel))) for channel in names)

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from mcap.reader import make_reader
+from mcap.records import ChunkIndex
 
 from slider_drilling.errors import InputError
 from slider_drilling.log import LogWriter, read_log
@@ -79,14 +81,17 @@ def test_overwritten_stretch(whole: bytes, place: Path, where: float, junk: byte
     read_or_refuse(place, (whole[:at] + junk + whole[at + len(junk) :])[: len(whole)])
 
 
-def test_damaged_chunk_is_a_gap(whole: bytes, place: Path) -> None:
-    from mcap.reader import make_reader
-
+def chunks_of(whole: bytes, place: Path) -> list[ChunkIndex]:
+    """Where the chunks of a whole log are."""
     place.write_bytes(whole)
     with place.open("rb") as file:
         summary = make_reader(file).get_summary()
     assert summary is not None and len(summary.chunk_indexes) >= 3
-    middle = summary.chunk_indexes[1]
+    return summary.chunk_indexes
+
+
+def test_damaged_chunk_is_a_gap(whole: bytes, place: Path) -> None:
+    middle = chunks_of(whole, place)[1]
     damaged = bytearray(whole)
     damaged[middle.chunk_start_offset + middle.chunk_length // 2] ^= 0xFF
     count = read_or_refuse(place, bytes(damaged))
@@ -95,18 +100,19 @@ def test_damaged_chunk_is_a_gap(whole: bytes, place: Path) -> None:
 
 
 def test_lost_messages_are_said(whole: bytes, place: Path) -> None:
-    from mcap.reader import make_reader
-
-    place.write_bytes(whole)
-    with place.open("rb") as file:
-        summary = make_reader(file).get_summary()
-    assert summary is not None
-    damaged = bytearray(whole)
-    # An opcode that no reader knows: the record is skipped, and nothing but the summary's count tells.
-    damaged[summary.chunk_indexes[-1].chunk_start_offset] = 0x7F
-    count = read_or_refuse(place, bytes(damaged))
+    chunks = chunks_of(whole, place)
+    first, length = chunks[1].chunk_start_offset, chunks[1].chunk_length + chunks[1].message_index_length
+    count = read_or_refuse(place, whole[:first] + whole[first + length :])
     assert 0 < count < STEPS
     assert any(f"holds {count} messages of the {STEPS}" in note for note in read_log(place).notes)
+
+
+def test_a_chunk_is_known_by_more_than_its_opcode(whole: bytes, place: Path) -> None:
+    for opcode in (0x7F, 0x07, 0x05):
+        damaged = bytearray(whole)
+        damaged[chunks_of(whole, place)[-1].chunk_start_offset] = opcode
+        count = read_or_refuse(place, bytes(damaged))
+        assert count == STEPS or (opcode == 0x05 and count > STEPS / 2 and read_log(place).notes)
 
 
 def test_damaged_rig_file_is_no_rig_file(whole: bytes, place: Path) -> None:

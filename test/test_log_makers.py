@@ -249,6 +249,8 @@ def test_recordings_of_the_reference_rig(shared_data: Path) -> None:
         "tool_face_target": 1,
         "truth_bit": 0,
         "truth_weight_on_bit": 0,
+        "truth_depth": 0,
+        "bit_depth": 0,
     }
     assert log.mwd_tool_face is not None and log.mud_pump is not None
     np.testing.assert_allclose(log.mwd_tool_face.time, 12.0 * np.arange(1, 25), atol=1e-6)

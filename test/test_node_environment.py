@@ -46,3 +46,21 @@ def test_a_path_that_cannot_be_set_is_not_tried_for_ever(own, monkeypatch):
     monkeypatch.setenv("SLIDER_DRILLING_RESTARTED", "/wanted")
     with pytest.raises(InputError, match="LD_LIBRARY_PATH"):
         environment._start_again({"LD_LIBRARY_PATH": "/wanted"})
+
+
+def test_dds_is_kept_to_the_loopback_unless_the_user_says_otherwise():
+    variables = {}
+    environment.keep_to_loopback(variables)
+    assert variables["FASTRTPS_DEFAULT_PROFILES_FILE"].endswith("config/loopback.xml")
+    assert variables["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "SYSTEM_DEFAULT"
+    inherited = variables | {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+    environment.keep_to_loopback(inherited)
+    assert inherited == variables
+    for wider in ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"}):
+        left = dict(wider)
+        environment.keep_to_loopback(left)
+        assert left == wider
+    for other in ({"FASTRTPS_DEFAULT_PROFILES_FILE": "mine.xml"}, {"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}):
+        left = dict(other)
+        environment.keep_to_loopback(left)
+        assert left == other | {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}

@@ -1,12 +1,17 @@
 """What a node makes of messages that come late, twice, out of order, stale or with nonsense in them. No ROS needed."""
 
 import math
+import time
 
 import pytest
 
+from slider_drilling.control.protocol import Level
 from slider_drilling.nodes.command_inbox import BLOCK, PUMP, TOP_DRIVE, CommandInbox
+from slider_drilling.nodes.echoes import Echoes
+from slider_drilling.nodes.newcomers import AGAIN, Newcomers
 from slider_drilling.nodes.pace import Pace
 from slider_drilling.nodes.sample_inbox import Joint, SampleInbox
+from slider_drilling.nodes.silence import Silence
 
 SECOND = 10**9
 
@@ -89,13 +94,22 @@ def test_a_clock_set_back_goes_on():
     assert sample.time == 0.0 and sample.hook_load == 3.0
 
 
-def test_commands_for_a_sample():
-    inbox = CommandInbox(pump_speed=12.0)
+def at(seconds, lockstep=False):
+    """An inbox whose present sample is that of this time."""
+    inbox = CommandInbox(pump_speed=12.0, timeout=1.0, lockstep=lockstep)
+    inbox.now_ns = round(seconds * SECOND)
+    return inbox
+
+
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_commands_for_a_sample(lockstep):
+    inbox = at(0.0, lockstep)
     assert inbox.missing(0, (TOP_DRIVE, BLOCK)) == [TOP_DRIVE, BLOCK]
     held = inbox.command(0, 0.7)
     assert (held.top_drive_angle, held.top_drive_speed, held.block_speed, held.pump_speed) == (0.7, 0.0, 0.0, 12.0)
-    assert inbox.put(TOP_DRIVE, SECOND, 3.0, 2.0) and inbox.put(BLOCK, SECOND, math.nan, 0.01)
-    assert inbox.put(PUMP, SECOND, math.nan, 11.0)
+    inbox.now_ns = SECOND
+    assert inbox.put(TOP_DRIVE, SECOND, 3.0, 2.0) is None
+    assert inbox.put(BLOCK, SECOND, math.nan, 0.01) is None and inbox.put(PUMP, SECOND, math.nan, 11.0) is None
     assert inbox.missing(SECOND, (TOP_DRIVE, BLOCK, PUMP)) == []
     command = inbox.command(SECOND, 0.7)
     assert (command.top_drive_angle, command.top_drive_speed) == (3.0, 2.0)
@@ -103,7 +117,7 @@ def test_commands_for_a_sample():
 
 
 def test_an_unanswered_sample_stands_still_at_the_last_angle():
-    inbox = CommandInbox(pump_speed=12.0)
+    inbox = at(1.0)
     inbox.put(TOP_DRIVE, SECOND, 3.0, 2.0)
     late = inbox.command(2 * SECOND, 2.9)
     assert (late.top_drive_angle, late.top_drive_speed) == (3.0, 0.0)
@@ -113,17 +127,129 @@ def test_an_unanswered_sample_stands_still_at_the_last_angle():
     (TOP_DRIVE, (math.nan, 0.0)), (TOP_DRIVE, (0.0, math.inf)), (BLOCK, (0.0, math.nan)), (PUMP, (math.nan, math.inf)),
 ])
 def test_commands_that_are_not_finite_are_refused(topic, values):
-    inbox = CommandInbox(pump_speed=12.0)
-    assert not inbox.put(topic, SECOND, *values)
+    inbox = at(1.0)
+    assert "not finite" in inbox.put(topic, SECOND, *values).reason
     assert inbox.refused == 1
     assert inbox.missing(0, (topic,)) == [topic]
 
 
 def test_older_commands_are_refused():
-    inbox = CommandInbox(pump_speed=12.0)
+    inbox = at(2.0)
     inbox.put(TOP_DRIVE, 2 * SECOND, 1.0, 0.0)
-    assert not inbox.put(TOP_DRIVE, SECOND, 9.0, 0.0)
+    assert "older" in inbox.put(TOP_DRIVE, 3 * SECOND // 2, 9.0, 0.0).reason
     assert inbox.command(2 * SECOND, 0.0).top_drive_angle == 1.0
+
+
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_a_command_of_the_future_is_an_error_and_the_next_good_one_is_taken(lockstep):
+    """It locked every later command out: they were older than it."""
+    inbox = at(5.0, lockstep)
+    refusal = inbox.put(TOP_DRIVE, time.time_ns(), 9.0, 0.0)
+    assert refusal.level is Level.ERROR
+    assert "ahead of the rig: that is the wall's clock; set use_sim_time" in refusal.reason
+    assert inbox.missing(5 * SECOND, (TOP_DRIVE,)) == [TOP_DRIVE]
+    assert inbox.put(TOP_DRIVE, 5 * SECOND, 1.0, 0.0) is None
+    assert inbox.command(5 * SECOND, 0.0).top_drive_angle == 1.0
+
+
+def test_other_clocks_are_named():
+    inbox = at(1e8)
+    assert "this machine's uptime" in inbox.put(TOP_DRIVE, time.monotonic_ns(), 0.0, 0.0).reason
+    assert "another clock" in inbox.put(TOP_DRIVE, round(2e8) * SECOND, 0.0, 0.0).reason
+    assert "too late" in inbox.put(TOP_DRIVE, round(1e8 - 1.5) * SECOND, 0.0, 0.0).reason
+
+
+def test_a_command_slightly_ahead_in_real_time_locks_nothing_out():
+    inbox = at(5.0)
+    assert inbox.put(TOP_DRIVE, round(5.4 * SECOND), 1.0, 0.0) is None
+    inbox.now_ns = round(5.1 * SECOND)
+    assert inbox.put(TOP_DRIVE, round(5.1 * SECOND), 2.0, 0.0) is None
+    assert inbox.command(inbox.now_ns, 0.0).top_drive_angle == 2.0
+
+
+def test_in_lockstep_no_sample_is_answered_before_it_was_sent():
+    inbox = at(5.0, lockstep=True)
+    assert inbox.put(TOP_DRIVE, round(5.1 * SECOND), 1.0, 0.0).level is Level.ERROR
+
+
+def test_a_command_typed_without_a_stamp_counts_in_real_time():
+    inbox = at(50.0)
+    assert inbox.put(BLOCK, 0, math.nan, 0.02) is None
+    assert inbox.command(inbox.now_ns, 0.0).block_speed == 0.02
+
+
+def test_after_the_timeout_the_block_stops_and_starts_again_with_the_next_command():
+    inbox = at(5.0)
+    for topic in (TOP_DRIVE, BLOCK, PUMP):
+        inbox.put(topic, 5 * SECOND, 3.0, 0.01)
+    inbox.now_ns = 6 * SECOND
+    assert inbox.dead() == [] and inbox.command(inbox.now_ns, 0.0).block_speed == 0.01
+    inbox.now_ns = round(6.1 * SECOND)
+    assert inbox.dead() == [TOP_DRIVE, BLOCK]
+    left = inbox.command(inbox.now_ns, 0.0)
+    assert (left.top_drive_angle, left.top_drive_speed, left.block_speed, left.pump_speed) == (3.0, 0.0, 0.0, 0.01)
+    for topic in (TOP_DRIVE, BLOCK):
+        inbox.put(topic, inbox.now_ns, 3.0, 0.02)
+    assert inbox.dead() == [] and inbox.command(inbox.now_ns, 0.0).block_speed == 0.02
+
+
+def test_in_lockstep_no_time_passes_without_an_answer():
+    inbox = at(5.0, lockstep=True)
+    inbox.put(BLOCK, 5 * SECOND, math.nan, 0.01)
+    inbox.now_ns = 50 * SECOND
+    assert inbox.dead() == [] and inbox.command(inbox.now_ns, 0.0).block_speed == 0.01
+
+
+def test_two_answers_to_one_sample_are_two_controllers_unless_it_was_sent_twice():
+    inbox = at(5.0, lockstep=True)
+    inbox.put(TOP_DRIVE, 5 * SECOND, 1.0, 0.0)
+    assert inbox.rival_ns is None
+    inbox.put(TOP_DRIVE, 5 * SECOND, 1.5, 0.0)
+    assert inbox.rival_ns == 5 * SECOND
+    again = at(5.0, lockstep=True)
+    again.sent_again()
+    again.put(TOP_DRIVE, 5 * SECOND, 1.0, 0.0)
+    again.now_ns = 6 * SECOND
+    again.put(TOP_DRIVE, 5 * SECOND, 1.0, 0.0)
+    assert again.rival_ns is None
+
+
+def test_only_a_controller_that_came_while_one_waits_is_asked_again():
+    there, now = {b"first"}, [0.0]
+    newcomers = Newcomers(lambda: set(there), lambda: now[0])
+    newcomers.begin()
+    assert not newcomers.wait_for(7)
+    there.add(b"second")
+    assert newcomers.wait_for(7)
+    assert not newcomers.wait_for(7)
+    now[0] += AGAIN
+    assert newcomers.wait_for(7)
+    assert not newcomers.wait_for(8), "the sample was answered: the newcomer has heard it"
+
+
+def test_echoes_are_known_by_their_bytes_and_order():
+    echoes = Echoes()
+    assert not echoes.is_own(b"a")
+    for data in (b"a", b"b", b"c"):
+        echoes.sent(data)
+    assert echoes.is_own(b"b"), "what came before it is lost"
+    assert not echoes.is_own(b"a") and not echoes.is_own(b"b")
+    assert echoes.is_own(b"c") and not echoes.is_own(b"c")
+
+
+def test_silence_is_counted_on_the_wall_and_slow_motion_is_none():
+    now = [100.0]
+    silence = Silence(lambda: now[0])
+    assert silence.lasts(1.0) == 0.0
+    silence.heard()
+    now[0] += 1.5
+    assert silence.lasts(1.0) == 1.5
+    now[0] += 8.5
+    silence.heard()
+    now[0] += 25.0
+    assert silence.lasts(1.0) == 0.0, "a sample every ten seconds is slow motion"
+    now[0] += 6.0
+    assert silence.lasts(1.0) == 31.0
 
 
 def test_pace():

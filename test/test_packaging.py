@@ -1,7 +1,6 @@
 """What is installed: the same names and versions in every file that states them, shared files found."""
 
 import configparser
-import json
 import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -10,7 +9,6 @@ import pytest
 
 from slider_drilling import __version__
 from slider_drilling.errors import InputError
-from slider_drilling.messages.topics import FLUID_PRESSURE, JOINT_STATE, TOPICS, WRENCH_STAMPED
 from slider_drilling.share import share_file
 
 
@@ -36,20 +34,6 @@ def test_colcon_finds_what_it_needs_in_setup_cfg(repository: Path) -> None:
 @pytest.mark.parametrize("name", ["rig.example.yaml", "rig.short.yaml", "rig.long.yaml"])
 def test_shared_files_are_found(name: str) -> None:
     assert "schema: slider_drilling/rig/1" in share_file(f"config/{name}").read_text()
-
-
-def test_foxglove_layout_shows_topics_of_a_log() -> None:
-    layout = json.loads(share_file("config/foxglove_layout.json").read_text())
-    fields = {
-        JOINT_STATE: {"position[0]", "velocity[0]", "effort[0]"},
-        FLUID_PRESSURE: {"fluid_pressure"},
-        WRENCH_STAMPED: {"wrench.force.x"},
-    }
-    known = {f"/{topic.name}.{field}" for topic in TOPICS.values() for field in fields[topic.type]}
-    plots = [panel for name, panel in layout["configById"].items() if name.startswith("Plot!")]
-    shown = [path["value"] for panel in plots for path in panel["paths"]]
-    assert shown and set(shown) <= known
-    assert set(re.findall(r'"(\w+!\w+)"', json.dumps(layout["layout"]))) == set(layout["configById"])
 
 
 def test_missing_shared_file_is_the_users_to_mend() -> None:

@@ -31,7 +31,7 @@ from slider_drilling.pages import (
 from slider_drilling.pages.colours import DARK, LIGHT, ORDER
 from slider_drilling.pages.figures import folded, thin
 from slider_drilling.pages.picture import picture
-from slider_drilling.pages.plotly_js import drawing, round_ticks
+from slider_drilling.pages.plotly_js import drawing, numbers, round_ticks
 from slider_drilling.units import FIELD, SI
 
 TIME = np.arange(0.0, 300.0, 0.1)
@@ -126,6 +126,12 @@ def test_whiskers_and_bands() -> None:
 def test_round_marks_on_logarithmic_axes() -> None:
     assert round_ticks(2.3, 11.0) == [1.0, 2.0, 5.0, 10.0, 20.0, 50.0]
     assert round_ticks(1e-6, 1e3) == pytest.approx([10.0**k for k in range(-6, 4)])
+
+
+def test_numbers_keep_what_a_screen_can_show() -> None:
+    assert numbers(np.array([4000.123456, 4000.654321])) == [4000.123456, 4000.654321]
+    assert numbers(np.array([0.0123456789, 1000.123456])) == [0.01235, 1000.12]
+    assert numbers(np.array([1e-6, np.nan, 1e3])) == [1e-6, None, 1000.0]
 
 
 def test_a_missing_value_breaks_the_line_and_the_map() -> None:

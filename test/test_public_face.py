@@ -130,7 +130,7 @@ def test_saved_log_is_the_log(slide: sd.Run, tmp_path: Path) -> None:
     assert list(log.to_frame().columns) == [
         "top_drive_angle", "top_drive_speed", "surface_torque", "block_position", "block_speed", "hook_load",
         "standpipe_pressure", "pump_speed", "mwd_tool_face", "tool_face_target", "tool_face", "tool_face_rate",
-        "bit_torque", "weight_on_bit"]  # fmt: skip
+        "bit_torque", "weight_on_bit", "bit_depth", "rate_of_penetration"]  # fmt: skip
     assert "top_drive" in repr(log) and len(repr(log)) < 300
 
 

@@ -31,7 +31,7 @@ def short_run() -> Commands:
 
 @pytest.mark.parametrize("well", ["base", "short", "long"])
 def test_lands_on_the_reference_rig(shared_data, well):
-    """The figures of issue 2: another implementation, another mesh, no noise."""
+    """Figures of another implementation, another mesh, no noise."""
     log = read_log(shared_data / "logs" / f"nominal_{well}.mcap")
     channels = replay(log, log.rig()).channels
     assert channels["surface_torque"].rms < 60.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +14,13 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from slider_drilling.blind.sealed import random_rig
+from slider_drilling.blind.wells import DRAWN, WELLS
 from slider_drilling.closed_loop import SCENARIOS
 from slider_drilling.control import SlideController
 from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.diagnosis.drill_string import nuisance_parameters, rig_with
 from slider_drilling.drillstring import VirtualRig
+from slider_drilling.drillstring.record import Response, finite
 from slider_drilling.drillstring.sensors import quantise
 from slider_drilling.effects import Effects, FrictionDrift
 from slider_drilling.errors import InputError
@@ -104,7 +105,7 @@ def test_the_outermost_accepted_values_run(key: str) -> None:
         ("rate: 10.0", "rate: 010", "sensors.rate = '010': YAML reads this as text"),
         ("rate: 10.0", "rate: " + "9" * 400, "not a finite number"),
         ("rate: 10.0", "rate: " + "9" * 5000, "YAML reads this as text"),
-        ("rate: 10.0", "rate: 10.0\n  rate: 20.0", "line 38: rate: given twice"),
+        ("rate: 10.0", "rate: 10.0\n  rate: 20.0", ": rate: given twice; keep one"),
         ("name: drill pipe", "name: 2024-13-45", None),
         ("name: drill pipe", "name: !!python/name:os.system x", "is not supported"),
         ("torque_per_pressure: 1.6e-3", "torque_per_pressure: 1.6e-2", "a motor without losses gives"),
@@ -210,7 +211,8 @@ def test_no_text_gives_anything_but_a_rig_or_one_line(text: str) -> None:
 def test_rigs_that_are_shipped_drawn_or_put_into_scenarios_are_rigs(path: Path) -> None:
     base = load_rig(path)
     for seed in range(20):
-        check_rig(random_rig(np.random.default_rng(seed), base))
+        for well in DRAWN:
+            check_rig(WELLS[well](np.random.default_rng(seed), base))
     for scenario in SCENARIOS:
         check_rig(scenario.believed_rig())
         check_rig(scenario.true_rig())
@@ -246,6 +248,38 @@ def test_steps_too_fine_for_a_double_change_nothing() -> None:
     assert quantise(1e308, 1e-9) == 1e308
     assert quantise(math.inf, 1.0) == math.inf
     assert quantise(2.6, 1.0) == 3.0
+
+
+# Found by test/fuzz: each number within its range, and together no string.
+TOGETHER = [
+    {"contact.stiffness": 8.9e8, "contact.dahl_exponent": 0.25},
+    {"contact.reference_load": 1.0},
+    {"well.hole_diameter": 0.652, "effects.buckling_contact.factor": 15.05, "effects.heave.amplitude": 3.0},
+    {"mud.density": 3000.0, "effects.buckling_contact.factor": 20.0, "effects.heave.amplitude": 3.0},
+    {"effects.stribeck.speed": 7.1, "effects.buckling_contact.factor": 4.79, "effects.heave.amplitude": 3.0},
+    {"contact.reference_load": 500.0, "contact.dahl_exponent": 0.25, "string.shear_modulus": 2.0e9},
+]
+
+
+@pytest.mark.parametrize("changes", TOGETHER)
+def test_numbers_that_do_not_go_together_are_refused_or_leave_finite_numbers(changes: dict[str, float]) -> None:
+    try:
+        plant = VirtualRig(load_rig(EXAMPLE).with_(changes), 0, 20)
+        controller = SlideController(plant.rig)
+        for _ in range(30):
+            plant.step(controller.step(plant.measurements))
+    except InputError as error:
+        assert "\n" not in str(error)
+        return
+    assert np.isfinite(plant.truth.surface_torque) and np.isfinite(plant.truth.tool_face)
+
+
+def test_a_run_that_leaves_finite_numbers_says_so() -> None:
+    columns = [np.linspace(0.0, 1.0, 11) for _ in fields(Response)]
+    finite(Response(*columns))
+    columns[3] = np.where(columns[0] > 0.45, np.nan, columns[3])
+    with pytest.raises(InputError, match=r"no finite numbers from 0\.5 s on: the rig file's numbers"):
+        finite(Response(*columns))
 
 
 def test_table_for_the_documentation_holds_every_number() -> None:

@@ -1,10 +1,13 @@
 """What is said of a run, on logs whose answer is known; and the page that shows it."""
 
+import re
+
 import numpy as np
 import pytest
 
 from slider_drilling.errors import InputError
-from slider_drilling.log.run_page import panels, thin, write_page, write_picture
+from slider_drilling.log.by_depth import depth_charts
+from slider_drilling.log.run_page import page, panels, write_page, write_picture
 from slider_drilling.log.run_summary import rows, summarise, target_at
 from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
 
@@ -28,15 +31,16 @@ def test_a_tool_face_that_is_set_after_100_s():
     assert hold.source == "truth"
     assert np.degrees(hold.mean_error) == pytest.approx((100 * 90 + 200 * 6) / 300, abs=0.05)
     assert hold.on_target == pytest.approx(2 / 3, abs=1e-3)
-    assert hold.set_after == pytest.approx(100.0)
-    assert np.degrees(hold.error_once_set) == pytest.approx(6.0)
+    (one,) = hold.targets
+    assert one.set_after == pytest.approx(100.0) and one.lost_after is None
+    assert np.degrees(one.error_once_set) == pytest.approx(6.0) and one.target == pytest.approx(np.radians(350.0))
 
 
 def test_passing_by_is_not_being_set():
     tool_face = np.radians(60.0) * np.sin(2 * np.pi * TIME / 30.0)
     hold = summarise(log(truth_bit=joint(tool_face))).tool_face
-    assert hold.set_after is None and hold.error_once_set is None
-    assert ("tool-face set", "not within 15 deg for 60 s") in rows(summarise(log(truth_bit=joint(tool_face))))
+    assert hold.targets[0].set_after is None and hold.targets[0].error_once_set is None
+    assert ("tool-face set", "never: not within 15 deg for 60 s") in rows(summarise(log(truth_bit=joint(tool_face))))
 
 
 def test_mwd_stands_in_for_truth():
@@ -55,8 +59,8 @@ def test_figures_of_the_surface():
     assert summary.torque_peak == 9000.0 and summary.torque_range == (-9000.0, 4000.0)
     assert summary.weight_on_bit == pytest.approx((0.0, 3e4, 6e4))
     said = dict(rows(summary))
-    assert said["block lowered"] == "0.75 m, 9.0 m/h"
-    assert said["standpipe pressure"] == "190.0 bar mean, 190.0 to 190.0"
+    assert said["block lowered"] == "0.750 m" and "drilled" not in said
+    assert said["standpipe pressure"] == "190.0 bar mean, 190.0 to 190.0 bar"
     assert "tool-face error, mean (truth)" not in said
 
 
@@ -73,22 +77,14 @@ def test_nothing_to_say():
         panels(log())
 
 
-def test_thinning_keeps_the_extremes():
-    value = np.sin(np.arange(100_000) / 3000.0)
-    value[54_321], value[12_345] = 9.0, -9.0
-    time, thinned = thin(np.arange(100_000.0), value, 1000)
-    assert len(time) <= 1000 and (np.diff(time) > 0).all()
-    assert thinned[time == 54_321] == 9.0 and thinned[time == 12_345] == -9.0
-
-
 def test_page_stands_alone_and_picture_is_one(tmp_path):
     record = log(top_drive=joint(20 * np.sin(TIME), effort=1e3 * np.sin(TIME)), truth_bit=joint(TIME, effort=TIME))
     summary = summarise(record)
     write_page(tmp_path / "run.html", record, summary, (("took", "1 s"),))
     write_picture(tmp_path / "run.png", record)
-    page = (tmp_path / "run.html").read_text(encoding="utf-8")
-    assert "Plotly.newPlot" in page and "<td>took</td><td>1 s</td>" in page
-    assert 'src="http' not in page and "notes: &lt;b&gt;&amp;" in page
+    html = (tmp_path / "run.html").read_text(encoding="utf-8")
+    assert re.search(r"<td[^>]*>took</td><td[^>]*>1 s</td>", html)
+    assert 'src="http' not in html and "<p>&lt;b&gt;&amp;</p>" in html and len(html) < 1_500_000
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["run.html", "run.png"]
 
@@ -97,3 +93,74 @@ def test_a_page_that_cannot_be_written(tmp_path):
     record = log(top_drive=joint(TIME, effort=TIME))
     with pytest.raises(InputError, match=r"nowhere/run\.png: cannot write"):
         write_picture(tmp_path / "nowhere" / "run.png", record)
+
+
+def depth(metres, weight=None):
+    weighed = {} if weight is None else {"truth_weight_on_bit": ScalarSeries(TIME, TIME, weight, NONE)}
+    return {"truth_depth": joint(position=metres), **weighed}
+
+
+def test_what_was_drilled_is_not_what_the_block_was_lowered():
+    """The string stretches: the block goes down 1.2 m, the bit makes 0.6 m of hole in the last 200 of 300 s."""
+    hole = 4000.0 + np.maximum(TIME - 100.0, 0.0) * 0.003
+    summary = summarise(log(draw_works=joint(0.004 * TIME, effort=NONE), truth_bit=joint(0 * TIME), **depth(hole)))
+    assert summary.drilled.metres == pytest.approx(0.6) and summary.drilled.rate == pytest.approx(0.003, rel=1e-3)
+    assert summary.drilled.on_bottom == pytest.approx(200.0, rel=1e-3) and not summary.idle
+    said = dict(rows(summary))
+    assert said["drilled"] == "0.600 m, 10.8 m/h while drilling (200 s)"
+    assert said["bit depth"] == "4000.00 to 4000.60 m" and said["block lowered"] == "1.20 m"
+
+
+def test_pulling_off_bottom_and_going_back_is_no_new_hole():
+    bit = 4000.0 + np.interp(TIME, [0, 100, 150, 200, 300], [0.0, 0.5, -5.0, 0.5, 0.8])
+    found = summarise(log(truth_bit=joint(0 * TIME), **depth(bit))).drilled
+    assert found.metres == pytest.approx(0.8) and found.on_bottom == pytest.approx(200.0, abs=0.5)
+
+
+def test_a_rounded_bit_depth_of_a_recorder_gives_the_rate():
+    bit = np.floor((1000.0 + 0.002 * TIME) * 100.0) / 100.0
+    found = summarise(log(truth_bit=joint(0 * TIME), bit_depth=joint(bit))).drilled
+    assert found.source == "bit depth" and found.rate == pytest.approx(0.002, rel=0.03)
+
+
+def test_a_bit_that_never_drilled_is_not_judged():
+    """A controller that does nothing holds tool-face 0 to perfection."""
+    summary = summarise(log(truth_bit=joint(0 * TIME), draw_works=joint(0 * TIME), **depth(np.full_like(TIME, 4000.0))))
+    assert summary.idle
+    said = dict(rows(summary))
+    assert said["drilled"] == "nothing: the bit made no new hole"
+    assert said["tool-face"].startswith("not judged") and not any("within" in name for name in said)
+    shown = page(log(truth_bit=joint(0 * TIME), **depth(np.full_like(TIME, 4000.0))), summary)
+    assert shown.lead.tone == "bad" and "Nothing was drilled" in shown.lead.text
+
+
+def test_a_target_set_and_lost_again_says_when():
+    """Within 15 deg from 12 s to 112 s, then 120 deg off: the mean of both would contradict "set"."""
+    off = np.where((TIME >= 12.0) & (TIME < 112.0), 4.0, 120.0)
+    (one,) = summarise(log(truth_bit=joint(np.radians(off)))).tool_face.targets
+    assert (one.set_after, one.lost_after) == (pytest.approx(12.0), pytest.approx(112.0))
+    assert np.degrees(one.error_once_set) == pytest.approx(4.0)
+    said = dict(rows(summarise(log(truth_bit=joint(np.radians(off))))))
+    assert said["tool-face set"] == "after 12 s, 4.0 deg mean error until lost after 112 s"
+
+
+def test_each_target_has_its_own_row():
+    target = JointSeries(*(np.array(row) for row in ([0.0, 150.0], [0.0, 150.0], [0.0, 1.0], [0.0] * 2, [0.0] * 2)))
+    tool_face = np.where(TIME < 170.0, 0.0, 1.0)
+    hold = summarise(log(truth_bit=joint(tool_face), tool_face_target=target)).tool_face
+    assert [one.set_after for one in hold.targets] == [pytest.approx(0.0), pytest.approx(20.0)]
+    assert {"tool-face set at 0 deg", "tool-face set at 57 deg"} <= set(dict(rows(summarise(
+        log(truth_bit=joint(tool_face), tool_face_target=target)))))
+
+
+def test_figures_against_depth():
+    hole = 4000.0 + 0.003 * TIME
+    drive = joint(TIME, effort=np.full_like(TIME, 5e3))
+    record = log(truth_bit=joint(0 * TIME), top_drive=drive, **depth(hole, 6e4 + 0 * TIME))
+    charts = {chart.title: chart for chart in depth_charts(record)}
+    assert set(charts) == {"Rate of penetration", "Weight on bit", "Surface torque"}
+    (mean,) = charts["Rate of penetration"].panels[0].marks
+    np.testing.assert_allclose(mean.x, 10.8, rtol=1e-6)
+    assert charts["Weight on bit"].panels[0].marks[0].x == pytest.approx(60.0)
+    assert charts["Weight on bit"].panels[0].down
+    assert depth_charts(log(truth_bit=joint(0 * TIME))) == ()

@@ -56,3 +56,17 @@ def test_text() -> None:
 )  # fmt: skip
 def test_numbers_for_reading(value: float, read: str) -> None:
     assert number(value) == read
+
+
+@pytest.mark.parametrize(
+    ("si", "field"),
+    [
+        ("2.04 times between 2663 and 3213 m; 92 %", "2.04 times between 8737 and 10541 ft; 92 %"),
+        ("from 118 to 3.0 deg, 24 % less", "from 118 to 3.0 deg, 24 % less"),
+        ("-4.10 to 12.3 kN m, peak +12.3 kN m", "-3024 to 9072 ft lbf, peak +9072 ft lbf"),
+        ("by 2 m/h, 5.1 m/s and 0.1 m/s2", "by 6.6 ft/h, 17 ft/s and 0.1 m/s2"),
+        ("well-4 m1 has 3 mud pumps", "well-4 m1 has 3 mud pumps"),
+    ],
+)  # fmt: skip
+def test_sentences_in_the_fields_units(si: str, field: str) -> None:
+    assert FIELD.sentence(si) == field and SI.sentence(si) == si

@@ -14,6 +14,7 @@ from slider_drilling.analysis.friction import ELEMENTS, FrictionFit, fit_frictio
 from slider_drilling.errors import InputError
 from slider_drilling.gap.progress import Progress
 from slider_drilling.log.series import RigLog
+from slider_drilling.log.stretch import busiest
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.zones import Zones
 
@@ -40,16 +41,20 @@ class Analysis:
     zones: list[tuple[float, Zones]]
     not_found: tuple[str, ...]
 
+LONGEST = 3600.0
+"""s of a log that are analysed: the string is simulated some hundred times over them."""
+
 
 def analyse(log: RigLog, rig: Rig | None, elements: int = ELEMENTS, progress: Progress | None = None) -> Analysis:
     """Analyse one log; without a rig only what torque and angle say. progress(step, share done).
 
-    Raises InputError where the log holds no surface torque.
+    Of a log longer than LONGEST that much is analysed. Raises InputError where the log holds no surface torque.
     """
+    log, left_out = busiest(log, LONGEST)
     time, angle, speed, torque = _surface(log)
     cycles = rocking_cycles(time, angle, torque)
     broke = breakover(time, speed, torque)
-    missing = _missing_at_surface(cycles, broke)
+    missing = [*filter(None, [left_out]), *_missing_at_surface(cycles, broke)]
     if rig is None:
         missing.append(
             "friction factors, zones, axial friction, weight transfer: the log has no rig file and none was given"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,9 @@ import numpy as np
 from slider_drilling import __version__
 from slider_drilling.analysis.along_string import StringHistory
 from slider_drilling.analysis.analyse import Analysis
+from slider_drilling.log.run_page import title
 from slider_drilling.tools.study import Chart, Study, Table, line
+from slider_drilling.units import SI, Units
 
 SCHEMA = "slider_drilling/analysis/1"
 
@@ -148,23 +151,25 @@ def _along(history: StringHistory | None) -> dict[str, list[float]] | None:
     }
 
 
-def page(found: Analysis) -> Study:
-    """The page of an analysis: tables, figures and what was not found."""
+def page(found: Analysis, units: Units = SI) -> Study:
+    """The page of an analysis: tables, figures and what was not found; the tables' texts in these units."""
     return Study(
         name="analysis",
-        title=f"Friction in {found.log.source.rsplit('/', 1)[-1]}",
-        settings={"log": found.log.source, "samples": found.time.size, "length, s": f"{np.ptp(found.time):.1f}"},
+        about="Friction",
+        title=title(found.log, units),
+        settings={"log": Path(found.log.source).name, "samples": found.time.size,
+                  "length_s": float(np.ptp(found.time))},
         figures=(*_surface_figures(found), *_string_figures(found)),
         claims=(),
         notes=tuple(f"Not found: {sentence}." for sentence in found.not_found)
         + tuple(
             f"Note: {sentence}." for sentence in (*found.log.notes, *(found.fit.driven.assumed if found.fit else ()))
         ),
-        tables=_tables(found),
+        tables=_tables(found, units),
     )
 
 
-def _tables(found: Analysis) -> tuple[Table, ...]:
+def _tables(found: Analysis, units: Units) -> tuple[Table, ...]:
     tables = []
     if found.fit is not None:
         header = ("hole", "friction factor (95 %)", "in the rig file", "coefficient along", "coefficient around")
@@ -172,56 +177,58 @@ def _tables(found: Analysis) -> tuple[Table, ...]:
         for row in found.fit.intervals:
             low, high = row.factor_interval
             factor = f"{row.factor:.3f} ({low:.3f} to {high:.3f})" + ("" if row.determined else ", not determined")
-            hole = f"{row.kind}, {row.top:.0f} to {row.bottom:.0f} m"
+            hole = f"{row.kind}, {units.span(row.top, row.bottom, 'm', 4)}"
             rows.append((hole, factor, f"{row.in_rig_file:.3f}", f"{row.axial:.3f}", f"{row.tangential:.3f}"))
         tables.append(Table("Apparent friction", header, tuple(rows)))
-    said = (*_torque_rows(found), *_axial_rows(found), *_bed_rows(found))
+    said = (*_torque_rows(found, units), *_axial_rows(found, units), *_bed_rows(found, units))
     tables.append(Table("What the log says", ("", ""), said))
     return tuple(tables)
 
 
-def _torque_rows(found: Analysis) -> list[tuple[str, str]]:
-    rows = [("largest surface torque in the log", f"{np.abs(found.torque).max():.0f} N m")]
+def _torque_rows(found: Analysis, units: Units) -> list[tuple[str, str]]:
+    rows = [("largest surface torque in the log", units.text(np.abs(found.torque).max() / 1e3, "kN m"))]
     if found.breakover is not None:
-        value = f"{found.breakover.peak:.0f} N m, then {found.breakover.steady:.0f} N m"
+        peak, steady = (units.text(one / 1e3, "kN m") for one in (found.breakover.peak, found.breakover.steady))
+        value = f"{peak}, then {steady}"
         rows.append(("breakover torque, measured", value))
     if found.rocked is not None:
-        rows.append(("torque that turns the whole string", f"{found.rocked.turning_torque:.0f} N m"))
+        rows.append(("torque that turns the whole string", units.text(found.rocked.turning_torque / 1e3, "kN m")))
     rocking = _rocking(found)
     if rocking is not None:
         low, middle, high = (rocking["friction_work_per_cycle"][key] / 1e3 for key in ("lowest", "median", "highest"))
-        value = f"{middle:.1f} kJ ({low:.1f} to {high:.1f})"
+        value = f"{units.text(middle, 'kJ')} ({units.span(low, high, 'kJ')})"
         value += f" in {rocking['cycles']} cycles of {rocking['period']:.1f} s"
         rows.append(("friction work per rocking cycle", value))
     return rows
 
 
-def _axial_rows(found: Analysis) -> list[tuple[str, str]]:
+def _axial_rows(found: Analysis, units: Units) -> list[tuple[str, str]]:
     axial, transfer = _axial(found), _transfer(found)
     if axial is None or transfer is None:
         return []
     rows = []
     for name in ("with_rocking", "without_rocking"):
         words, share = name.replace("_", " "), transfer[name]["share_reaching_the_bit"]
-        friction = f"{axial[name]['mean'] / 1e3:.1f} kN, {axial[name]['over_coulomb']:.3f} of Coulomb"
+        friction = f"{units.text(axial[name]['mean'] / 1e3, 'kN')}, {axial[name]['over_coulomb']:.3f} of Coulomb"
         reaches = "no weight let down" if share is None else f"{100 * share:.0f} % of the weight let down"
         rows.append((f"axial friction {words}", friction))
-        rows.append((f"weight on bit {words}", f"{transfer[name]['weight_on_bit_mean'] / 1e3:.1f} kN, {reaches}"))
+        weight = units.text(transfer[name]["weight_on_bit_mean"] / 1e3, "kN")
+        rows.append((f"weight on bit {words}", f"{weight}, {reaches}"))
     return rows
 
 
-def _bed_rows(found: Analysis) -> list[tuple[str, str]]:
+def _bed_rows(found: Analysis, units: Units) -> list[tuple[str, str]]:
     bed = _bed(found)
     if bed is None:
         return []
     low, high = bed["factor_interval"]
-    place = f"extra friction from {bed['from']:.0f} to {bed['to']:.0f} m"
+    place = f"extra friction from {units.span(bed['from'], bed['to'], 'm', 4)}"
     return [(place, f"times {bed['factor']:.2f} ({low:.2f} to {high:.2f})")]
 
 
 def _surface_figures(found: Analysis) -> tuple[Chart, ...]:
-    figures = [Chart("Torque-angle loop", "top-drive angle, rad", "surface torque, N m",
-                     (line("loop", found.angle, found.torque),))]  # fmt: skip
+    figures = [Chart("Torque-angle loop", "top-drive angle, rad", "surface torque, kN m",
+                     (line("loop", found.angle, found.torque / 1e3),))]  # fmt: skip
     if found.cycles:
         middle = [0.5 * (c.start + c.end) for c in found.cycles]
         figures.append(Chart("Friction work per rocking cycle", "time, s", "work, kJ",

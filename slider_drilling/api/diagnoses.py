@@ -14,10 +14,12 @@ from slider_drilling.api.comparisons import log_from
 from slider_drilling.api.runs import Run
 from slider_drilling.columns import Columns
 from slider_drilling.diagnosis import diagnose as engine
+from slider_drilling.diagnosis.save import write_diagnosis
 from slider_drilling.errors import InputError
 from slider_drilling.gap.progress import Progress
 from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig
+from slider_drilling.units import SI, Units
 
 if TYPE_CHECKING:
     import pandas
@@ -37,13 +39,18 @@ class Diagnosed:
 
     @property
     def verdict(self) -> str:
-        """``effect``, ``parameters``, ``none``, ``unexplained`` or ``inconclusive``."""
+        """``none``, ``parameters``, ``effect``, ``effect_and_unknown``, ``unknown`` or ``inconclusive``."""
         return self.found.verdict
 
     @property
     def sentence(self) -> str:
-        """The answer in words."""
+        """The answer in words, with code names and figures."""
         return self.found.sentence
+
+    @property
+    def driller(self) -> str:
+        """The answer in the words of the rig floor."""
+        return self.found.driller
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -56,18 +63,19 @@ class Diagnosed:
         return engine.tuned_rig(self.found)
 
     def __repr__(self) -> str:
-        return f"Diagnosed({self.verdict}: {self.sentence})"
+        return f"Diagnosed({self.verdict}: {self.driller})"
 
     def columns(self) -> Columns:
-        """The ranking: effect, site, share of the gap closed with its 95 % interval, accepted or not."""
+        """The ranking: effect, site, share of the gap closed with its 95 % interval, whether it passed and is in the
+        answer."""
         ranking = self.tree["ranking"]
-        low, high = ([row["interval"][side] for row in ranking] for side in (0, 1))
+        low, high = ([row["interval"][side] if row["interval"] else None for row in ranking] for side in (0, 1))
         numbers = {"closed": [row["closed"] for row in ranking], "closed_low": low, "closed_high": high}
         return Columns({
             "effect": np.array([row["effect"] for row in ranking], dtype=object),
             "site": np.array([row["site"] for row in ranking], dtype=object),
             **{name: np.array(values, dtype=float) for name, values in numbers.items()},
-            "accepted": np.array([row["accepted"] for row in ranking], dtype=bool),
+            **{name: np.array([row[name] for row in ranking], dtype=bool) for name in ("passed", "in_answer")},
         })  # fmt: skip
 
     def to_frame(self) -> pandas.DataFrame:
@@ -82,12 +90,12 @@ class Diagnosed:
         """`columns` as Parquet. Raises InputError."""
         return self.columns().to_parquet(path)
 
-    def save(self, folder: str | os.PathLike[str]) -> list[Path]:
+    def save(self, folder: str | os.PathLike[str], units: Units = SI) -> list[Path]:
         """Write diagnosis.json, rig.tuned.yaml and report.html into a folder, which is made; the paths.
 
-        Raises OSError where it cannot be written.
+        units: of the page, `slider_drilling.units.SI` or `FIELD`. Raises InputError where it cannot be written.
         """
-        return engine.write_diagnosis(self.found, Path(folder))
+        return write_diagnosis(self.found, Path(folder), units)
 
     def plot(self) -> plotly.graph_objects.Figure:
         """How much of the gap each effect of the ranking closes, with its 95 % interval."""
@@ -122,7 +130,9 @@ def diagnose(
     if rig is None:
         for record in records[1:]:
             if record.rig() != told:
-                raise InputError(f"{record.source}: its rig file differs from that of {records[0].source}; "
-                                 "give the one to use as rig")
+                raise InputError(
+                    f"{record.source}: its rig file differs from that of {records[0].source}; "
+                    "give the one to use with --rig (rig=)"
+                )
     found = engine.diagnose(records, told, seed=seed, user_effects=effects, only=only, until=until, progress=progress)
     return Diagnosed(found, engine.as_json(found))

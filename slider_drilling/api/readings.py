@@ -69,4 +69,5 @@ def log_of(
         tool_face_target=JointSeries(asked[0], asked[0], asked[1], unknown, unknown) if targets else None,
         truth_bit=JointSeries(time, time, response.tool_face, response.tool_face_rate, response.bit_torque),
         truth_weight_on_bit=ScalarSeries(time, time, response.weight_on_bit, none),
+        truth_depth=JointSeries(time, time, response.bit_depth, response.rate_of_penetration, none),
     )  # fmt: skip

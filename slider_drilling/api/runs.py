@@ -14,8 +14,8 @@ import numpy as np
 from slider_drilling import drillstring
 from slider_drilling.api.readings import Readings, log_of, readings_of
 from slider_drilling.columns import Columns, Sampled, joined
-from slider_drilling.control.load import load_controller, step_checked
-from slider_drilling.control.protocol import Controller, TargetedController
+from slider_drilling.control.load import load_controller, set_target, step_checked
+from slider_drilling.control.protocol import Controller
 from slider_drilling.drillstring import ELEMENTS, Commands, Response, Start, VirtualRig
 from slider_drilling.errors import InputError
 from slider_drilling.log import RigLog, save_log
@@ -152,8 +152,7 @@ def _slide(
     rig: Rig, told: Rig, controller: Controller, duration: float, target: float, seed: int, elements: int, start: Start
 ) -> Run:
     virtual = VirtualRig(rig, seed, elements, start)
-    if isinstance(controller, TargetedController):
-        controller.tool_face_target = target
+    set_target(controller, target)
     measurements, truths = [virtual.measurements], [virtual.truth]
     samples: list[MwdSample] = []
     for _ in range(round(duration / virtual.interval)):

@@ -68,18 +68,10 @@ class Studied:
 
     def plot(self, index: int = 0) -> plotly.graph_objects.Figure:
         """One of the study's figures; index: which, from 0. Raises IndexError where there are fewer."""
-        from slider_drilling.api.plots import figure, lines
+        from slider_drilling.pages.notebook import plotly_figure
+        from slider_drilling.tools.page import drawn
 
-        chart = self.found.figures[index]
-        if isinstance(chart, Chart):
-            shown = lines([(one.name, one.x, one.y) for one in chart.lines], chart.x_label, chart.y_label)
-            shown.update_xaxes(type="log" if chart.log_x else "linear")
-            shown.update_yaxes(type="log" if chart.log_y else "linear",
-                               autorange="reversed" if chart.depth_down else True)
-        else:
-            shown = figure(chart.x_label, chart.y_label)
-            shown.add_heatmap(x=chart.x, y=chart.y, z=chart.value, colorbar_title=chart.value_label)
-        return shown.update_layout(title=chart.title)
+        return plotly_figure(drawn(self.found.figures[index]))
 
 
 def study(name: str) -> Studied:

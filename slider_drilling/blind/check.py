@@ -1,168 +1,152 @@
-"""The blind check: seal logs, diagnose them from the logs alone, open the seals and score."""
+"""The blind check: seal logs, diagnose them from the logs alone, open the seals, score."""
 
 from __future__ import annotations
 
+import datetime
 import json
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+from slider_drilling.blind.answer import Answer, answer_of, diagnose_job, read_answer
+from slider_drilling.blind.label import Label, read_labels
+from slider_drilling.blind.oracle import oracle_job
+from slider_drilling.blind.plan import Case
+from slider_drilling.blind.score import Scored, score
+from slider_drilling.blind.seal import seal_job
+from slider_drilling.blind.tally import plain, tally
+from slider_drilling.campaign.code import code_version
+from slider_drilling.campaign.job import Job
+from slider_drilling.campaign.results import Result, Results
+from slider_drilling.campaign.run import Ran
+from slider_drilling.errors import InputError
+from slider_drilling.files import make_folder, write_whole
 
-from slider_drilling.blind.laws import CATALOGUE, OUTSIDE, no_effect
-from slider_drilling.blind.sealed import (
-    Law,
-    random_commands,
-    random_nuisance,
-    random_rig,
-    run_sealed,
-    size_in_noise,
-    write_sealed,
-)
-from slider_drilling.diagnosis.diagnose import Diagnosis, diagnose
-from slider_drilling.gap.attribute import attribute
-from slider_drilling.gap.findings import start_findings, total_closed
-from slider_drilling.gap.progress import Progress
-from slider_drilling.gap.residuals import build_problem
-from slider_drilling.log import read_log
-from slider_drilling.rig import Rig
+SCHEMA = "slider_drilling/blind/1"
+LOGS, LABELS, RESULTS, ANSWERS = "logs", "labels", "results", "answers"
 
-LEAST_SIZE = 1.5
-_GROWTH = 1.6
+Run = Callable[[str, Sequence[Job], Path], Ran]
+"""(what is done, jobs, folder of their results) -> what became of them."""
+
+
+@dataclass
+class Checked:
+    """Scored cases; ran: of each stage that was run, in order, so that the last one says whether it was stopped."""
+
+    cases: list[Scored]
+    ran: list[Ran]
+
+    @property
+    def code(self) -> int:
+        """Exit code, see `Ran.code`."""
+        return max((ran.code for ran in self.ran), default=0)
+
+
+def seal(cases: Sequence[Case], rig: Path, folder: Path, run: Run) -> Ran:
+    """Make the logs in ``folder/logs``, and what is in them in ``folder/labels``."""
+    logs, labels = folder / LOGS, folder / LABELS
+    make_folder(logs)
+    make_folder(labels)
+    # Only its owner may look; the diagnosing processes are kept out besides, whoever runs them.
+    labels.chmod(0o700)
+    return run("sealing", [seal_job(case, rig, logs, labels) for case in cases], labels / "made")
 
 
 @dataclass(frozen=True)
-class Scored:
-    """One sealed log, what was said of it, and whether that was right.
+class Asked:
+    """How logs are diagnosed. only: candidates, all if empty; seed: of the diagnosis; oracle: whether the truth is
+    fitted too."""
 
-    size: RMS of the effect in the most moved channel, noise floors; oracle: gap closed when only the true effect is
-    fitted (NaN outside the catalogue); covered: the reported interval holds it; ends: errors m at the top and
-    bottom of a cuttings bed, None for anything else.
-    """
-
-    truth: str
-    in_catalogue: bool
-    site: str | None
-    size: float
-    verdict: str
-    named: tuple[str, ...]
-    first: str | None
-    group: tuple[str, ...]
-    named_site: str | None
-    closed: float
-    interval: tuple[float, float]
-    oracle: float
-    covered: bool | None
-    ends: tuple[float, float] | None
-    right: bool
-    runtime: float
+    only: tuple[str, ...] = ()
+    seed: int = 0
+    oracle: bool = True
 
 
-def seal(name: str, seed: int, base: Rig, folder: Path) -> tuple[Path, Law, float]:
-    """Make one sealed log at a size of at least `LEAST_SIZE` noise floors; its path, law and size."""
-    generator = np.random.default_rng([seed, sum(name.encode())])
-    rig = random_rig(generator, base)
-    nuisance, commands = random_nuisance(generator), random_commands(generator, rig)
-    plain = run_sealed(rig, nuisance, no_effect(generator, rig, 1.0), commands)
-    make = {**CATALOGUE, **OUTSIDE, "none": no_effect}[name]
-    law, response, size, reached = no_effect(generator, rig, 1.0), plain, 1.0, 0.0
-    state = generator.bit_generator.state
-    while name != "none" and reached < LEAST_SIZE:
-        generator.bit_generator.state = state
-        law = make(generator, rig, size)
-        response = run_sealed(rig, nuisance, law, commands)
-        reached, size = size_in_noise(rig, plain, response), size * _GROWTH
-    folder.mkdir(parents=True, exist_ok=True)
-    # A number, not the name: the file is all that the diagnosis sees.
-    path = folder / f"sealed_{seed}_{sum(name.encode()):04d}.mcap"
-    write_sealed(path, rig, commands, response, generator)
-    return path, law, reached
+def check(sealed: Path, output: Path, stems: Sequence[str] | None, asked: Asked, run: Run) -> Checked:
+    """Diagnose the sealed logs of a folder, all of them or those named, and score what has labels."""
+    logs = _logs(sealed, stems)
+    closed = (str((sealed / LABELS).resolve()),)
+    results = Results(output / RESULTS)
+    jobs = [diagnose_job(log, asked.seed, asked.only, closed) for log in logs]
+    ran = [run("diagnosing", jobs, results.folder)]
+    keys = dict(zip((log.stem for log in logs), ran[0].keys, strict=True))
+    answers = {stem: result for stem, key in keys.items() if (result := _result(results, key)) is not None}
+    for stem, result in answers.items():
+        _write(output / ANSWERS / f"{stem}.json", result.tree)
+    labels = read_labels(sealed / LABELS) if (sealed / LABELS).is_dir() else {}
+    known = {stem: label for stem, label in labels.items() if stem in keys}
+    truth: dict[str, float] = {}
+    if asked.oracle and not ran[0].stopped:
+        fitted, truth = _oracles(known, logs, asked.seed, closed, results, run)
+        ran.append(fitted)
+    cases = []
+    for stem, label in known.items():
+        failed = stem not in answers and results.error(keys[stem]) is not None
+        if stem in answers or failed:
+            cases.append(_scored(label, answers.get(stem), stem, truth.get(stem, math.nan)))
+    return Checked(cases, ran)
 
 
-def score(diagnosis: Diagnosis, law: Law, size: float) -> Scored:
-    """Open the seal."""
-    answer = diagnosis.answer
-    first = answer.ranking[0] if answer.ranking and answer.effects else None
-    group = first.group if first is not None else ()
-    named_right = first is not None and law.name in (first.effect, *group)
-    cautious = diagnosis.verdict in ("unknown", "effect_and_unknown", "inconclusive")
-    if law.name == "none":
-        right = diagnosis.verdict in ("none", "parameters")
-    elif law.in_catalogue:
-        right = named_right
-    else:
-        right = cautious or answer.site == law.site
-    oracle = _oracle(diagnosis, law) if law.in_catalogue and law.name != "none" else float("nan")
-    low, high = answer.closed_interval
-    covered = bool(low <= oracle <= high) if np.isfinite(oracle) and np.isfinite(low) else None
-    ends = None
-    if law.interval is not None and first is not None and first.effect == "cuttings_bed":
-        ends = (first.parameters["cuttings_bed.top"] - law.interval[0],
-                first.parameters["cuttings_bed.bottom"] - law.interval[1])  # fmt: skip
-    return Scored(
-        law.name, law.in_catalogue, law.site, size, diagnosis.verdict, answer.effects,
-        first.effect if first else None, group, answer.site, answer.closed, (low, high), oracle, covered, ends,
-        right, answer.runtime,
-    )  # fmt: skip
+def score_answers(labels: Path, answers: Path) -> list[Scored]:
+    """Score diagnosis.json files, ``LOG.json`` or ``LOG/diagnosis.json``, of whatever made them."""
+    cases = []
+    for stem, label in read_labels(labels).items():
+        for path in (answers / f"{stem}.json", answers / stem / "diagnosis.json"):
+            if path.is_file():
+                cases.append(score(label, read_answer(path)))
+                break
+    if not cases:
+        raise InputError(f"{answers}: holds no answer to any of the logs labelled in {labels}")
+    return cases
 
 
-def _oracle(diagnosis: Diagnosis, law: Law) -> float:
-    """Gap closed when the true effect, alone, is fitted to the same log."""
-    answer = diagnosis.answer
-    if answer.effects == (law.name,):
-        return answer.closed
-    model = diagnosis.prepared.model
-    true = [effect for effect in model.effects if effect.name == law.name]
-    findings = start_findings(build_problem(model, answer.floors), 0)
-    tuned = answer.findings.tuned
-    attribute(findings, starts=[tuned.fit.values] if tuned is not None else [{}], effects=true)
-    closed, _ = total_closed(findings)
-    if np.isnan(closed) and findings.rounds and findings.rounds[0]:
-        return findings.rounds[0][0].closed
-    return closed
+def as_json(cases: Sequence[Scored], options: dict[str, Any]) -> dict[str, Any]:
+    """The tree of blind.json."""
+    rows = [{**asdict(case), "right": case.right} for case in cases]
+    date = datetime.datetime.now(datetime.timezone.utc).date().isoformat()
+    tree = {"schema": SCHEMA, "date": date, "code": code_version(), "options": options,
+            "totals": asdict(tally(cases)), "cases": rows}  # fmt: skip
+    found: dict[str, Any] = plain(tree)
+    return found
 
 
-def blind_check(
-    names: Sequence[str],
-    seeds: Sequence[int],
-    base: Rig,
-    folder: Path,
-    said: Callable[[Scored], None] = lambda scored: None,
-    progress: Progress = lambda stage, share: None,
-) -> list[Scored]:
-    """Seal, diagnose and score every name at every seed. Logs are kept in the folder, opened seals in seals.json."""
-    results: list[Scored] = []
-    cases = [(name, seed) for seed in seeds for name in names]
-    for index, (name, seed) in enumerate(cases):
-        progress(f"sealing {index + 1} of {len(cases)}", index / len(cases))
-        path, law, size = seal(name, seed, base, folder)
-        log = read_log(path)
-        progress(f"diagnosing {index + 1} of {len(cases)}", (index + 0.1) / len(cases))
-        results.append(score(diagnose([log], log.rig()), law, size))
-        said(results[-1])
-        text = json.dumps([_plain(asdict(scored)) for scored in results], indent=1)
-        temporary = folder / ".seals.json"
-        temporary.write_text(text, encoding="utf-8")
-        temporary.replace(folder / "seals.json")
-    return results
+def _logs(sealed: Path, stems: Sequence[str] | None) -> list[Path]:
+    found = sorted((sealed / LOGS).glob("*.mcap"))
+    if stems is not None:
+        found = [path for path in found if path.stem in stems]
+    if not found:
+        raise InputError(f"{sealed / LOGS}: holds no sealed logs (*.mcap); make some with `blind-check --seal-only`")
+    return found
 
 
-def totals(results: Sequence[Scored]) -> dict[str, Any]:
-    """Counts of right and of all, by kind; nothing is turned into a percentage that few cases cannot carry."""
-    known = [r for r in results if r.in_catalogue and r.truth != "none"]
-    free = [r for r in results if r.truth == "none"]
-    outside = [r for r in results if not r.in_catalogue]
-    covered = [r.covered for r in known if r.covered is not None]
-    return {
-        "named_right": [sum(r.right for r in known), len(known)],
-        "false_alarms": [sum(not r.right for r in free), len(free)],
-        "outside_not_misnamed": [sum(r.right for r in outside), len(outside)],
-        "site_right": [sum(r.named_site == r.site for r in known), len(known)],
-        "interval_covers_oracle": [sum(covered), len(covered)],
-        "confusion": {r.truth: [o.first or o.verdict for o in results if o.truth == r.truth] for r in results},
-    }
+def _oracles(
+    labels: dict[str, Label], logs: Sequence[Path], seed: int, closed: tuple[str, ...], results: Results, run: Run
+) -> tuple[Ran, dict[str, float]]:
+    by_stem = {log.stem: log for log in logs}
+    known = {stem: label for stem, label in labels.items() if label.kind in ("single", "two")}
+    jobs = [oracle_job(by_stem[stem], label.effects, seed, closed) for stem, label in known.items()]
+    ran = run("fitting the truth", jobs, results.folder)
+    shares = {}
+    for stem, key in zip(known, ran.keys, strict=True):
+        result = _result(results, key)
+        if result is not None and result.tree["closed"] is not None:
+            shares[stem] = float(result.tree["closed"])
+    return ran, shares
 
 
-def _plain(tree: dict[str, Any]) -> dict[str, Any]:
-    return {k: None if isinstance(v, float) and not np.isfinite(v) else v for k, v in tree.items()}
+def _result(results: Results, key: str) -> Result | None:
+    return results.read(key) if results.path(key).is_file() else None
+
+
+def _scored(label: Label, result: Result | None, stem: str, oracle: float) -> Scored:
+    if result is None:
+        return score(label, None)
+    answer: Answer = answer_of(result.tree, f"answer to {stem}")
+    return score(label, answer, oracle, result.cpu, result.wall)
+
+
+def _write(path: Path, tree: dict[str, Any]) -> None:
+    make_folder(path.parent)
+    write_whole(path, (json.dumps(tree, indent=1, allow_nan=False) + "\n").encode("utf-8"))

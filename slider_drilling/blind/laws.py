@@ -1,24 +1,20 @@
-"""The laws that sealed logs are made with: each of the catalogue in another form, and some that no catalogue holds."""
+"""The catalogue's effects in another form than the diagnosis fits: what sealed logs are made with."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from slider_drilling.blind.sealed import Law
+from slider_drilling.blind.law import SLOWLY, Law, Make, Moment
 from slider_drilling.drillstring import Commands, Response
-from slider_drilling.gap.model import Array
+from slider_drilling.drillstring.layout import Array
 from slider_drilling.rig import Rig
-
-Make = Callable[[np.random.Generator, Rig, float], Law]
-"""(generator, rig, size) -> law; size 1 is a usual amount of the effect."""
 
 
 def _steady(name: str, site: str, **values: float) -> Law:
     named = {f"{name}.{parameter}": value for parameter, value in values.items()}
-    return Law(name, site, True, values=lambda time: named)
+    return Law(name, site, True, values=lambda at: named)
 
 
 def stribeck(generator: np.random.Generator, rig: Rig, size: float) -> Law:
@@ -28,16 +24,16 @@ def stribeck(generator: np.random.Generator, rig: Rig, size: float) -> Law:
         "stribeck.speed": generator.uniform(0.02, 0.12),
         "viscous_drag.coefficient": 0.3,
     }
-    return Law("stribeck", "contact", True, values=lambda time: values)
+    return Law("stribeck", "contact", True, values=lambda at: values)
 
 
 def viscous_drag(generator: np.random.Generator, rig: Rig, size: float) -> Law:
     """Mud that thins a little while it is stirred."""
 
-    def values(time: float) -> dict[str, float]:
-        return {"viscous_drag.coefficient": 25.0 * size * (1.0 - 0.0003 * time)}
+    def values(at: Moment) -> dict[str, float]:
+        return {"viscous_drag.coefficient": 25.0 * size * (1.0 - 0.0003 * at.time)}
 
-    return Law("viscous_drag", "contact", True, values=values, varies=True)
+    return Law("viscous_drag", "contact", True, values=values, every=SLOWLY)
 
 
 def static_aging(generator: np.random.Generator, rig: Rig, size: float) -> Law:
@@ -49,7 +45,7 @@ def static_aging(generator: np.random.Generator, rig: Rig, size: float) -> Law:
 def buckling_contact(generator: np.random.Generator, rig: Rig, size: float) -> Law:
     """In a hole that is a little wider than the file says."""
     law = _steady("buckling_contact", "contact", factor=1.5 * size)
-    return replace(law, rig=lambda r: replace(r, well=replace(r.well, hole_diameter=1.05 * r.well.hole_diameter)))
+    return replace(law, rig=lambda r, at: replace(r, well=replace(r.well, hole_diameter=1.05 * r.well.hole_diameter)))
 
 
 def cuttings_bed(generator: np.random.Generator, rig: Rig, size: float) -> Law:
@@ -76,27 +72,27 @@ def tortuosity(generator: np.random.Generator, rig: Rig, size: float) -> Law:
 def friction_drift(generator: np.random.Generator, rig: Rig, size: float) -> Law:
     """A drift that slows down."""
 
-    def values(time: float) -> dict[str, float]:
-        grown = 1.0 + 0.2 * size * (1.0 - np.exp(-time / 500.0))
-        return {"friction_drift.rate": (grown - 1.0) / max(time, 1.0)}
+    def values(at: Moment) -> dict[str, float]:
+        grown = 1.0 + 0.2 * size * (1.0 - np.exp(-at.time / 500.0))
+        return {"friction_drift.rate": (grown - 1.0) / max(at.time, 1.0)}
 
-    return Law("friction_drift", "contact", True, values=values, varies=True)
+    return Law("friction_drift", "contact", True, values=values, every=SLOWLY)
 
 
 def top_drive_backlash(generator: np.random.Generator, rig: Rig, size: float) -> Law:
     """A dead zone that widens a little during the run."""
 
-    def values(time: float) -> dict[str, float]:
-        return {"top_drive_backlash.angle": 0.4 * size * (1.0 + 0.0003 * time)}
+    def values(at: Moment) -> dict[str, float]:
+        return {"top_drive_backlash.angle": 0.4 * size * (1.0 + 0.0003 * at.time)}
 
-    return Law("top_drive_backlash", "top_drive", True, values=values, varies=True)
+    return Law("top_drive_backlash", "top_drive", True, values=values, every=SLOWLY)
 
 
 def torsional_compliance(generator: np.random.Generator, rig: Rig, size: float) -> Law:
     """Steel whose shear modulus is lower: the compliance without any other change."""
     soft = 1.0 / (1.0 + 0.12 * size)
 
-    def change(r: Rig) -> Rig:
+    def change(r: Rig, at: Moment) -> Rig:
         return replace(r, string=replace(r.string, shear_modulus=soft * r.string.shear_modulus))
 
     return Law("torsional_compliance", "string", True, rig=change)
@@ -106,11 +102,11 @@ def axial_oscillation_tool(generator: np.random.Generator, rig: Rig, size: float
     """An agitator whose frequency follows the flow a little."""
     depth, hertz = rig.string.length * generator.uniform(0.6, 0.85), generator.uniform(10.0, 18.0)
 
-    def values(time: float) -> dict[str, float]:
+    def values(at: Moment) -> dict[str, float]:
         return {"axial_oscillation_tool.force": 2e3 * size, "axial_oscillation_tool.depth": depth,
-                "axial_oscillation_tool.frequency": hertz * (0.97 if 200.0 < time < 235.0 else 1.0)}  # fmt: skip
+                "axial_oscillation_tool.frequency": hertz * (0.6 + 0.4 * at.flow)}  # fmt: skip
 
-    return Law("axial_oscillation_tool", "string", True, values=values, varies=True)
+    return Law("axial_oscillation_tool", "string", True, values=values, every=SLOWLY)
 
 
 def heave(generator: np.random.Generator, rig: Rig, size: float) -> Law:
@@ -128,21 +124,22 @@ def heave(generator: np.random.Generator, rig: Rig, size: float) -> Law:
 def motor_wear(generator: np.random.Generator, rig: Rig, size: float) -> Law:
     """Wear whose leak grows while the motor runs."""
 
-    def values(time: float) -> dict[str, float]:
-        return {"motor_wear.torque_loss": 0.28 * size, "motor_wear.extra_leak": 0.2 * size * (1.0 + 0.001 * time)}
+    def values(at: Moment) -> dict[str, float]:
+        return {"motor_wear.torque_loss": min(0.28 * size, 0.8),
+                "motor_wear.extra_leak": min(0.2 * size * (1.0 + 0.001 * at.time), 0.6)}  # fmt: skip
 
-    return Law("motor_wear", "motor", True, values=values, varies=True)
+    return Law("motor_wear", "motor", True, values=values, every=SLOWLY)
 
 
 def formation_change(generator: np.random.Generator, rig: Rig, size: float) -> Law:
     """A boundary that the bit takes sixteen seconds to cross."""
-    at = generator.uniform(100.0, 300.0)
+    begins = generator.uniform(0.25, 0.75)
 
-    def values(time: float) -> dict[str, float]:
-        share = float(np.clip((time - at + 8.0) / 16.0, 0.0, 1.0))
+    def values(at: Moment) -> dict[str, float]:
+        share = float(np.clip((at.time - begins * at.duration + 8.0) / 16.0, 0.0, 1.0))
         return {"formation_change.factor": 1.0 + 0.4 * size * share}
 
-    return Law("formation_change", "bit", True, values=values, varies=True)
+    return Law("formation_change", "bit", True, values=values, every=SLOWLY)
 
 
 def torque_sensor_gain(generator: np.random.Generator, rig: Rig, size: float) -> Law:
@@ -184,55 +181,11 @@ def torque_sensor_bias(generator: np.random.Generator, rig: Rig, size: float) ->
 def torque_at_motor(generator: np.random.Generator, rig: Rig, size: float) -> Law:
     """A drive whose friction falls while its gears warm up."""
 
-    def values(time: float) -> dict[str, float]:
-        warmed = 1.0 - 0.3 * (1.0 - np.exp(-time / 200.0))
+    def values(at: Moment) -> dict[str, float]:
+        warmed = 1.0 - 0.3 * (1.0 - np.exp(-at.time / 200.0))
         return {"torque_at_motor.inertia": 900.0 * size, "torque_at_motor.friction": 200.0 * size * warmed}
 
-    return Law("torque_at_motor", "top_drive", True, values=values, varies=True)
-
-
-def no_effect(generator: np.random.Generator, rig: Rig, size: float) -> Law:
-    """Only the nuisance is off."""
-    return Law("none", None, True)
-
-
-def tilted_asperities(generator: np.random.Generator, rig: Rig, size: float) -> Law:
-    """Asperities that lie across: friction depends on direction otherwise than the file says. Outside the catalogue."""
-
-    def change(r: Rig) -> Rig:
-        asperity = replace(r.contact.asperity, orientation=1.2 * size)
-        return replace(r, contact=replace(r.contact, asperity=asperity))
-
-    return Law("tilted_asperities", "contact", False, rig=change)
-
-
-def soft_contact(generator: np.random.Generator, rig: Rig, size: float) -> Law:
-    """A pre-sliding length several times the file's. Outside the catalogue."""
-
-    def change(r: Rig) -> Rig:
-        return replace(r, contact=replace(r.contact, stiffness=r.contact.stiffness / (1.0 + 5.0 * size)))
-
-    return Law("soft_contact", "contact", False, rig=change)
-
-
-def slipping_encoder(generator: np.random.Generator, rig: Rig, size: float) -> Law:
-    """The drive turns less than its encoder says. Outside the catalogue."""
-
-    def really(commands: Commands) -> Commands:
-        share = 1.0 - 0.08 * size
-        return replace(commands, top_drive_angle=share * commands.top_drive_angle,
-                       top_drive_speed=share * commands.top_drive_speed)  # fmt: skip
-
-    return Law("slipping_encoder", "top_drive", False, commands=really)
-
-
-def breathing_friction(generator: np.random.Generator, rig: Rig, size: float) -> Law:
-    """Friction that comes and goes with a period of a minute. Outside the catalogue."""
-
-    def values(time: float) -> dict[str, float]:
-        return {"friction_drift.rate": 0.2 * size * np.sin(2.0 * np.pi * time / 70.0) / max(time, 1.0)}
-
-    return Law("breathing_friction", "contact", False, values=values, varies=True)
+    return Law("torque_at_motor", "top_drive", True, values=values, every=SLOWLY)
 
 
 CATALOGUE: dict[str, Make] = {
@@ -243,7 +196,3 @@ CATALOGUE: dict[str, Make] = {
         torque_sensor_gain, torque_sensor_lag, torque_sensor_bias, torque_at_motor,
     )
 }  # fmt: skip
-OUTSIDE: dict[str, Make] = {
-    make.__name__: make
-    for make in (tilted_asperities, soft_contact, slipping_encoder, breathing_friction)
-}

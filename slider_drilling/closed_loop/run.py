@@ -14,8 +14,8 @@ from slider_drilling.closed_loop.scenario import Scenario
 from slider_drilling.closed_loop.scenarios import DAILY
 from slider_drilling.closed_loop.score import Score, score
 from slider_drilling.closed_loop.trace import Trace
-from slider_drilling.control.load import DEFAULT, step_checked
-from slider_drilling.control.protocol import ReportingController, TargetedController
+from slider_drilling.control.load import DEFAULT, set_target, statuses_of, step_checked
+from slider_drilling.control.protocol import Controller
 
 _COLUMNS = ("time", "target", "tool_face", "top_drive_angle", "surface_torque", "weight_on_bit",
             "rate_of_penetration", "bit_depth")
@@ -38,18 +38,14 @@ def run_scenario(
     rig = FaultyRig(scenario, seed, elements)
     controller = build(contender, scenario, name)
     measurements = rig.rig.measurements
-    targeted = controller if isinstance(controller, TargetedController) else None
-    reporting = controller if isinstance(controller, ReportingController) else None
     rows, events = [], _Events()
     for _ in range(round(scenario.duration / rig.rig.interval)):
         target = math.radians(scenario.target_at(measurements.time))
-        if targeted is not None:
-            targeted.tool_face_target = target
+        set_target(controller, target)
         command = step_checked(controller, seen(contender, measurements, rig.rig.truth))
         measurements = rig.step(command)
         truth = rig.rig.truth
-        if reporting is not None:
-            events.take(measurements.time, reporting)
+        events.take(measurements.time, controller)
         rows.append((truth.time, target, truth.tool_face, measurements.top_drive_angle, truth.surface_torque,
                      truth.weight_on_bit, truth.rate_of_penetration, truth.bit_depth))
     columns = dict(zip(_COLUMNS, np.array(rows).T, strict=True))
@@ -82,11 +78,11 @@ class _Events:
         self._levels: dict[str, str] = {}
         self._next = 0.0
 
-    def take(self, time: float, controller: ReportingController) -> None:
+    def take(self, time: float, controller: Controller) -> None:
         if time < self._next:
             return
         self._next = time + 1.0
-        for status in controller.status():
+        for status in statuses_of(controller):
             if self._levels.get(status.name, "OK") != status.level.name:
                 self.seen.append((time, status.level.name, status.name, status.message))
             self._levels[status.name] = status.level.name

@@ -23,7 +23,8 @@ class Scenario:
     friction rises and falls once a turn of each pipe; lost, outliers: share of MWD samples that never come, or come as
     any angle; slip: (s, m) by which the block drops through its brake, or none; stall_pressure: Pa, of a motor weaker
     than usual (known), 0: the rig file's; torque_lag, pressure_lag: s, of the sensors; circulation: true pressure off
-    bottom over the rig file's; make_up_limit, back_off_limit: N m (known), 0: the controller's default.
+    bottom over the rig file's; make_up_limit, back_off_limit: N m (known), 0: the controller's default;
+    rigs: what is believed and what is true, in place of all that would be made of the well's file, or none.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Scenario:
     circulation: float = 1.0
     make_up_limit: float = 0.0
     back_off_limit: float = 0.0
+    rigs: tuple[Rig, Rig] | None = None
 
     @property
     def start(self) -> Start:
@@ -52,6 +54,8 @@ class Scenario:
 
     def believed_rig(self) -> Rig:
         """What the controller is told. Raises InputError where the installation lacks the rig file."""
+        if self.rigs is not None:
+            return self.rigs[0]
         rig = load_rig(share_file(WELLS[self.well]))
         mwd = dataclasses.replace(rig.sensors.mwd, period=self.mwd_period)
         pressure = self.stall_pressure or rig.motor.max_pressure
@@ -60,6 +64,8 @@ class Scenario:
 
     def true_rig(self) -> Rig:
         """What it meets."""
+        if self.rigs is not None:
+            return self.rigs[1]
         rig = self.believed_rig()
         sensors = rig.sensors
         intervals = tuple(dataclasses.replace(one, factor=one.factor * self.friction)

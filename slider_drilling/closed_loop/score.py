@@ -7,6 +7,7 @@ for every contender, whether it had set the tool-face or not.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,13 +18,16 @@ from slider_drilling.closed_loop.trace import Array, Trace
 WITHIN_DEG = 15.0
 HELD = 60.0       # s within, to count as set
 ALLOWED = 240.0   # s for setting
+LEAST = 0.01      # m of hole; less is nothing drilled
 
 
 @dataclass(frozen=True)
 class Score:
     """mean_abs_error_deg, p95_abs_error_deg, within_15_deg (share of time): after setting; time_to_set_s: the slowest
     of the scenario's targets, None where one was never set; peak_torque_n_m: of either sign; make_up_n_m, back_off_n_m:
-    the most to the right and to the left; weight_spread_n: one standard deviation after setting; rop_m_h: likewise."""
+    the most to the right and to the left; weight_spread_n: one standard deviation after setting; rop_m_h: likewise;
+    drilled_m: of new hole. The errors are NaN where nothing was drilled: a bit off bottom does not turn the tool-face,
+    and a controller that does nothing would hold it to perfection."""
 
     mean_abs_error_deg: float
     p95_abs_error_deg: float
@@ -34,6 +38,12 @@ class Score:
     back_off_n_m: float
     weight_spread_n: float
     rop_m_h: float
+    drilled_m: float
+
+    @property
+    def nothing_drilled(self) -> bool:
+        """Whether there was no hole to hold a tool-face in."""
+        return self.drilled_m < LEAST
 
 
 def error_deg(trace: Trace) -> Array:
@@ -55,16 +65,19 @@ def score(scenario: Scenario, trace: Trace) -> Score:
         times.append(_time_to_set(trace.time[inside] - start, error[inside]))
     known = [time for time in times if time is not None]
     span = trace.time[scored]
+    drilled = float(np.max(trace.bit_depth) - trace.bit_depth[0])
+    off = np.abs(error[scored]) if drilled >= LEAST else np.array([math.nan])
     return Score(
-        mean_abs_error_deg=float(np.mean(np.abs(error[scored]))),
-        p95_abs_error_deg=float(np.percentile(np.abs(error[scored]), 95.0)),
-        within_15_deg=float(np.mean(np.abs(error[scored]) <= WITHIN_DEG)),
-        time_to_set_s=max(known) if len(known) == len(times) else None,
+        mean_abs_error_deg=float(np.mean(off)),
+        p95_abs_error_deg=float(np.percentile(off, 95.0)),
+        within_15_deg=float(np.mean(off <= WITHIN_DEG)) if drilled >= LEAST else math.nan,
+        time_to_set_s=max(known) if len(known) == len(times) and drilled >= LEAST else None,
         peak_torque_n_m=float(np.max(np.abs(trace.surface_torque))),
         make_up_n_m=float(np.max(trace.surface_torque)),
         back_off_n_m=float(-np.min(trace.surface_torque)),
         weight_spread_n=float(np.std(trace.weight_on_bit[scored])),
         rop_m_h=3600.0 * float(np.mean(trace.rate_of_penetration[scored])) if len(span) else float("nan"),
+        drilled_m=drilled,
     )
 
 

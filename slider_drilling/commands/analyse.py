@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
+
+from slider_drilling.commands.options import json_option, print_json, tell_written, units_option
+
+if TYPE_CHECKING:
+    from slider_drilling.units import Units
 
 
 @click.command(epilog="Example:\n\n  slider-drilling analyse run.mcap -o analysis")
@@ -15,31 +21,34 @@ import click
 @click.option(
     "--elements", default=100, show_default=True, type=click.IntRange(10, 5000), help="Elements of the string."
 )
-def command(log: Path, output: Path, rig_path: Path | None, elements: int) -> None:
+@units_option
+@json_option
+def command(log: Path, output: Path, rig_path: Path | None, elements: int, units: Units, as_json: bool) -> None:
     """Friction per hole interval, breakover, friction work, axial friction, zones and weight transfer in LOG."""
-    from rich.progress import Progress
+    from rich.table import Table
 
     from slider_drilling.analysis.analyse import analyse
     from slider_drilling.analysis.report import findings, page
-    from slider_drilling.console import stderr
+    from slider_drilling.console import stages, stderr, stdout
+    from slider_drilling.files import prepare_outputs
     from slider_drilling.log import read_log
-    from slider_drilling.tools.render import write_study
+    from slider_drilling.tools.render import study_files, write_study
 
+    prepare_outputs(study_files("analysis", output), (log, rig_path))
     record = read_log(log, rig_path)
     rig = None if record.rig_text is None else record.rig()
-    with Progress(console=stderr(), transient=True) as progress:
-        task = progress.add_task("reading", total=1.0)
-
-        def report(step: str, share: float) -> None:
-            progress.update(task, description=step, completed=share)
-
+    with stages() as report:
         found = analyse(record, rig, elements, report)
-    shown = page(found)
-    write_study(shown, output, findings(found))
-    for table in shown.tables:
-        click.echo(table.title)
+    shown, tree = page(found, units), findings(found)
+    for table in () if as_json else shown.tables:
+        lines = Table(*table.header, title=table.title)
         for row in table.rows:
-            click.echo("  " + "   ".join(row))
+            lines.add_row(*row)
+        stdout().print(lines)
     for sentence in found.not_found:
-        click.echo(f"not found: {sentence}", err=True)
-    click.echo(f"{output / 'analysis.html'}, .png, .csv, .json")
+        stderr().print(f"not found: {sentence}")
+    paths = write_study(shown, output, tree, units)
+    if as_json:
+        print_json({**tree, "wrote": paths})
+        return
+    tell_written(paths)

@@ -47,4 +47,4 @@ def _print(results: list[Result], machine: dict[str, str]) -> None:
         table.add_row(one.name, value, reference, ratio, "; ".join(filter(None, (one.reference_is, one.note))))
     stdout().print(table)
     for name, value in machine.items():
-        stdout().print(f"{name}: {value}", highlight=False)
+        stdout().print(f"{name}: {value}")

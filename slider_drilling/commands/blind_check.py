@@ -2,70 +2,164 @@
 
 from __future__ import annotations
 
-import os
+import json
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from slider_drilling.commands.campaign_options import jobs_option, scheduler_option
+from slider_drilling.commands.options import seeds, tell_written
+
 if TYPE_CHECKING:
-    from slider_drilling.blind.check import Scored
+    from slider_drilling.blind.score import Scored
+    from slider_drilling.campaign.job import Job
+    from slider_drilling.campaign.run import Ran
+
+EXAMPLES = """\
+Examples:
+
+\b
+  slider-drilling blind-check --cases 20 -o blind
+  slider-drilling blind-check --rig my.yaml --effects stribeck,heave,none --sizes 1,2,4 --cases 60 -o blind
+  slider-drilling blind-check --cases 100 --seal-only -o sealed
+  slider-drilling blind-check --logs sealed -o blind_of_this_code
+"""
 
 
-@click.command(epilog="Example:\n\n  slider-drilling blind-check --effect stribeck --effect none -o blind")
-@click.option("--effect", "names", multiple=True, help="What to seal; repeatable; everything if not given.")
-@click.option("--seeds", default=1, show_default=True, help="Logs of each.")
-@click.option("--first-seed", default=1, show_default=True, help="Of the first log of each.")
-@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file that wells are varied from.")
+@click.command(epilog=EXAMPLES)
+@click.option("--cases", default=20, show_default=True, type=click.IntRange(1, 100000), help="Sealed logs.")
+@click.option("--seed", default=1, show_default=True, type=seeds,
+              help="Another one gives other wells, noise and forms of every law.")  # fmt: skip
+@click.option("--effects", default="", metavar="NAME,...",
+              help="Seal these only: effects, laws from outside, `none`, `two`; all of them if not given.")  # fmt: skip
+@click.option("--sizes", default="0.5,1.5,4", show_default=True, metavar="X,...",
+              help="How far an effect moves the most moved channel, RMS in noise floors.")  # fmt: skip
+@click.option("--wells", default="", metavar="NAME,...",
+              help="horizontal, deviated, extended, own; `own` is the rig file's, the default with --rig.")  # fmt: skip
+@click.option("--manoeuvres", default="varied,steady,rotary", show_default=True, metavar="NAME,...",
+              help="What the rig does.")  # fmt: skip
+@click.option("--duration", default=400.0, show_default=True, help="Of each log, s.")
+@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file: its string, noise and well.")
+@click.option("--seal-only", is_flag=True, help="Make the logs and labels, and leave.")
+@click.option("--logs", "sealed", type=click.Path(path_type=Path, exists=True, file_okay=False),
+              help="Diagnose and score the logs that are sealed in this folder already.")  # fmt: skip
+@click.option("--answers", type=click.Path(path_type=Path, exists=True, file_okay=False),
+              help="With --logs: score LOG.json or LOG/diagnosis.json of this folder, diagnose nothing.")  # fmt: skip
+@click.option("--only", default="", metavar="NAME,...", help="Let the diagnosis consider only these effects.")
+@click.option("--oracle/--no-oracle", default=True, show_default=True, help="Fit the true effect alone, to compare.")
+@jobs_option
+@scheduler_option
 @click.option("-o", "--output", type=click.Path(path_type=Path), default="blind", show_default=True,
-              help="Folder for the logs, seals.json and blind_check.json.")  # fmt: skip
-def command(names: tuple[str, ...], seeds: int, first_seed: int, rig_path: Path | None, output: Path) -> None:
+              help="Folder for logs, labels, answers, blind.json and blind.html.")  # fmt: skip
+def command(
+    cases: int, seed: int, effects: str, sizes: str, wells: str, manoeuvres: str, duration: float,
+    rig_path: Path | None, seal_only: bool, sealed: Path | None, answers: Path | None, only: str, oracle: bool,
+    jobs: int, scheduler: str, output: Path,
+) -> int:
     """Seal logs, diagnose them from the logs alone, then open the seals and score.
 
-    The sealed plant has a finer mesh, another step, other nuisance parameters, noise, and laws that differ in form
-    from the catalogue's; some are in no catalogue.
-    """
-    # Before numpy is imported: its matrices here are small, and threads that wait for work of theirs keep the
-    # simulations' threads from a third of the processor.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
-    import json
-
-    from slider_drilling.blind.check import blind_check, totals
-    from slider_drilling.blind.laws import CATALOGUE, OUTSIDE
-    from slider_drilling.console import stderr, stdout
+    The sealed plant has another mesh, step and nuisance, its sensors other noise, its laws another form than the
+    catalogue's; some are in no catalogue. Ctrl-C leaves what is finished; the same command goes on from there.
+    """  # fmt: skip
+    from slider_drilling.blind import check
+    from slider_drilling.blind.plan import Plan, draw_cases
+    from slider_drilling.blind.wells import DRAWN
+    from slider_drilling.campaign.run import Where
+    from slider_drilling.campaign.shown import run_shown
     from slider_drilling.errors import InputError
-    from slider_drilling.gap.progress import progress_bar
-    from slider_drilling.rig import load_rig
+    from slider_drilling.files import make_folder, prepare_outputs
     from slider_drilling.share import share_file
 
-    known = [*CATALOGUE, *OUTSIDE, "none"]
+    if answers is not None and sealed is None:
+        raise InputError("--answers: give the folder of the sealed logs with --logs")
+    make_folder(output)
+    prepare_outputs((output / "blind.json", output / "blind.html"), (rig_path,))
+    _only_known(_names(only))
+    where = Where(jobs, scheduler)
+
+    def run(what: str, work: Sequence[Job], folder: Path) -> Ran:
+        return run_shown(what, work, folder, where)
+
+    stems = None
+    options: dict[str, Any] = {"logs": str(sealed)}
+    if sealed is None:
+        chosen = _names(wells) or (("own",) if rig_path is not None else DRAWN)
+        plan = Plan(_names(effects), _numbers("--sizes", sizes), chosen, _names(manoeuvres), seed, duration)
+        drawn = draw_cases(plan, cases)
+        rig = rig_path if rig_path is not None else share_file("config/rig.example.yaml")
+        ran = check.seal(drawn, rig, output, run)
+        click.echo(f"sealed {ran.done + ran.kept} of {cases} logs in {output / check.LOGS}")
+        if seal_only or ran.stopped:
+            return ran.code
+        sealed, stems = output, [case.file() for case in drawn]
+        options = {"cases": cases, "seed": seed, "effects": effects, "sizes": sizes, "wells": ",".join(chosen),
+                   "manoeuvres": manoeuvres, "duration": duration, "rig": str(rig_path or ""),
+                   "only": only}  # fmt: skip
+    if answers is not None:
+        _report(check.score_answers(sealed / check.LABELS, answers), options, output)
+        return 0
+    checked = check.check(sealed, output, stems, check.Asked(_names(only), oracle=oracle), run)
+    _report(checked.cases, options, output)
+    return checked.code
+
+
+def _only_known(names: Sequence[str]) -> None:
+    from slider_drilling.blind.laws import CATALOGUE
+    from slider_drilling.errors import InputError
+
     for name in names:
-        if name not in known:
-            raise InputError(f"--effect {name}: not one of {', '.join(known)}")
-    if seeds < 1:
-        raise InputError(f"--seeds = {seeds}: give at least 1")
-    base = load_rig(rig_path if rig_path is not None else share_file("config/rig.example.yaml"))
-    output.mkdir(parents=True, exist_ok=True)
-    with progress_bar(stderr()) as progress:
-        results = blind_check(
-            names or known, range(first_seed, first_seed + seeds), base, output,
-            lambda scored: stdout().print(_line(scored), highlight=False), progress,
-        )  # fmt: skip
-    tally = totals(results)
-    temporary = output / ".blind_check.json"
-    temporary.write_text(json.dumps(tally, indent=1), encoding="utf-8")
-    temporary.replace(output / "blind_check.json")
-    for name, value in tally.items():
-        if name != "confusion":
-            stdout().print(f"{name.replace('_', ' ')}: {value[0]} of {value[1]}", highlight=False)
+        if name not in CATALOGUE:
+            raise InputError(f"--only {name}: not one of {', '.join(CATALOGUE)}")
 
 
-def _line(scored: Scored) -> str:
-    said = " + ".join(scored.named) or "nothing"
-    group = f" (or {', '.join(scored.group)})" if scored.group else ""
-    mark = "right" if scored.right else "WRONG"
-    return (
-        f"{mark}: {scored.truth} at {scored.size:.1f} noise floors -> {scored.verdict}: {said}{group}, "
-        f"closes {scored.closed:.2f}, oracle {scored.oracle:.2f}, {scored.runtime:.0f} s"
-    )
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
+def _numbers(option: str, text: str) -> tuple[float, ...]:
+    from slider_drilling.errors import InputError
+
+    try:
+        return tuple(float(one) for one in _names(text))
+    except ValueError:
+        raise InputError(f"{option} {text}: give numbers with commas between, such as 0.5,1.5,4") from None
+
+
+def _report(cases: Sequence[Scored], options: dict[str, Any], output: Path) -> None:
+    from slider_drilling.blind.check import as_json
+    from slider_drilling.blind.page import write_blind_page
+    from slider_drilling.console import stdout
+    from slider_drilling.files import write_whole
+
+    if not cases:
+        click.echo(f"{output}: nothing to score: no answer has a label")
+        return
+    for case in cases:
+        stdout().print(_line(case))
+    tree = as_json(cases, options)
+    write_whole(output / "blind.json", (json.dumps(tree, indent=1) + "\n").encode("utf-8"))
+    write_blind_page(output / "blind.html", cases, tree)
+    _print_totals(cases)
+    tell_written((output / "blind.json", output / "blind.html"))
+
+
+def _line(case: Scored) -> str:
+    truth = " + ".join(case.truth) or "none"
+    size = ", ".join(f"{size:.1f}" for size in case.sizes) if case.truth else "-"
+    said = " + ".join(case.named) + (f" (or {', '.join(case.group)})" if case.group else "")
+    return f"{case.outcome}: {truth} at {size} noise floors, {case.manoeuvre} -> {case.verdict}: {said or 'no name'}"
+
+
+def _print_totals(cases: Sequence[Scored]) -> None:
+    from rich.table import Table
+
+    from slider_drilling.blind.page import total_rows
+    from slider_drilling.blind.tally import tally
+    from slider_drilling.console import stdout
+
+    table = Table("", "count, share, 95 % interval")
+    for name, value in total_rows(tally(cases)):
+        table.add_row(name, value)
+    stdout().print(table)

@@ -1,4 +1,4 @@
-"""`slider-drilling closed-loop`: a controller through fixed scenarios on the virtual rig, scored on truth."""
+"""`slider-drilling closed-loop`: a controller through fixed scenarios or random rigs, scored on truth."""
 
 from __future__ import annotations
 
@@ -8,8 +8,12 @@ from typing import TYPE_CHECKING
 
 import click
 
+from slider_drilling.commands.campaign_options import scheduler_option
+from slider_drilling.commands.options import tell_written, units_option
+
 if TYPE_CHECKING:
     from slider_drilling.closed_loop import Outcome, Scenario
+    from slider_drilling.units import Units
 
 EXAMPLES = """\
 Examples:
@@ -18,6 +22,8 @@ Examples:
   slider-drilling closed-loop -o out
   slider-drilling closed-loop --only "hold, 4.0 km" --json
   slider-drilling closed-loop --controller mine:Steering -o out
+  slider-drilling closed-loop --campaign 200 --controller mine:Steering --against fixed_rocking -o out
+  slider-drilling closed-loop --slide 17 -o out
 """
 
 
@@ -30,38 +36,76 @@ Examples:
 @click.option("--elements", default=200, show_default=True, help="Elements of the string, 10 to 5000.")
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(min=0), help="Of sensor noise and faults.")
 @click.option("--jobs", default=2, show_default=True, type=click.IntRange(1, 64), help="Processes.")
+@click.option("--campaign", "slides", type=click.IntRange(1, 100000), metavar="N",
+              help="N random rigs in place of the scenarios: how errors are spread, the worst ten, who wins.")
+@click.option("--against", multiple=True, default=("fixed_rocking",), show_default=True, metavar="NAME",
+              help="With --campaign: fixed_rocking, shifted_rocking, no_rocking or module:Class; may be repeated.")
+@click.option("--slide", type=click.IntRange(0, 100000), metavar="K",
+              help="One random rig of a campaign of this --seed, with its traces.")
+@click.option("--rig", "rig_path", type=click.Path(path_type=Path),
+              help="With --campaign and --slide: rig file that strings, fluids and noise are drawn near.")
+@scheduler_option
+@units_option
 def command(
     output: Path | None, as_json_text: bool, name: str, only: tuple[str, ...], listing: bool, elements: int, seed: int,
-    jobs: int,
-) -> None:
-    """Hold the tool-face through every scenario; compare with no rocking and with fixed rocking."""
+    jobs: int, slides: int | None, against: tuple[str, ...], slide: int | None, rig_path: Path | None, scheduler: str,
+    units: Units,
+) -> int:
+    """Hold the tool-face through every scenario; compare with no rocking and with fixed rocking.
+
+    Ctrl-C (or SIGTERM) keeps the scenarios that have ended; the exit code is then 130 (143).
+    """
+    from slider_drilling.campaign.run import Where
     from slider_drilling.closed_loop import SCENARIOS, report
+    from slider_drilling.closed_loop.campaign import Setting
+    from slider_drilling.closed_loop.page import closed_loop_page
+    from slider_drilling.commands.closed_loop_campaign import drawn_scenario, run_campaign
+    from slider_drilling.console import stderr
     from slider_drilling.control.load import DEFAULT
     from slider_drilling.errors import InputError
+    from slider_drilling.files import make_folder, prepare_outputs, write_whole
+    from slider_drilling.pages import write_page
+    from slider_drilling.share import share_file
 
     if not 10 <= elements <= 5000:
         raise InputError(f"--elements = {elements}: must be within 10 to 5000")
     if listing:
         for scenario in SCENARIOS:
             click.echo(f"{scenario.name:24} {scenario.about}")
-        return
+        return 0
+    if slides is not None or slide is not None:
+        setting = Setting(rig_path or share_file("config/rig.example.yaml"), seed, elements)
+    if slides is not None:
+        if output is None:
+            raise InputError("--campaign: give the folder for its results with -o; it is where it goes on from")
+        names = list(dict.fromkeys((name or DEFAULT, *against)))
+        where = Where(jobs, scheduler)
+        return run_campaign(names, slides, setting, where, output, rig_path is not None, as_json_text)
     scenarios = _chosen(only)
+    if slide is not None:
+        drawn, seed = drawn_scenario(slide, setting)
+        scenarios = [drawn]
     if output is not None:
-        output.mkdir(parents=True, exist_ok=True)
+        make_folder(output)
+        prepare_outputs((output / "closed_loop.json", output / "closed_loop.html"))
     name = name or DEFAULT
     outcomes = _run(scenarios, seed, elements, name, jobs)
     rows = report.by_scenario(outcomes, scenarios)
     figures = report.as_json(rows, name, seed, elements)
+    figures["partial"] = len(rows) < len(scenarios)
     text = json.dumps(figures, indent=1)
-    if output is not None:
-        from slider_drilling.files import write_whole
-
-        write_whole(output / "closed_loop.json", text.encode("utf-8"))
-        report.write_page(output / "closed_loop.html", rows, name, seed, elements)
     if as_json_text:
         click.echo(text)
     else:
-        _print(rows)
+        _print(rows, units)
+    if figures["partial"]:
+        stderr().print(f"interrupted: {len(rows)} of {len(scenarios)} scenarios")
+    if output is not None:
+        write_whole(output / "closed_loop.json", text.encode("utf-8"))
+        write_page(output / "closed_loop.html", closed_loop_page(rows, name, seed, elements), units)
+        if not as_json_text:
+            tell_written((output / "closed_loop.json", output / "closed_loop.html"))
+    return 0
 
 
 def _chosen(only: tuple[str, ...]) -> list[Scenario]:
@@ -79,25 +123,29 @@ def _run(scenarios: list[Scenario], seed: int, elements: int, name: str, jobs: i
     from slider_drilling.closed_loop import run_all, tasks
     from slider_drilling.console import progress_bar
 
-    outcomes = []
+    outcomes: list[Outcome] = []
     with progress_bar("{task.description}", "{task.completed}/{task.total}") as progress:
         pairs = tasks(scenarios)
         task = progress.add_task("slides", total=len(pairs))
-        for outcome in run_all(pairs, seed, elements, name, jobs):
-            outcomes.append(outcome)
-            progress.advance(task)
+        try:
+            for outcome in run_all(pairs, seed, elements, name, jobs):
+                outcomes.append(outcome)
+                progress.advance(task)
+        except KeyboardInterrupt:
+            if not outcomes:
+                raise
     return outcomes
 
 
-def _print(rows: list[dict[str, Outcome]]) -> None:
+def _print(rows: list[dict[str, Outcome]], units: Units) -> None:
     from rich.table import Table
 
-    from slider_drilling.closed_loop.report import BRIEF, brief_cells
+    from slider_drilling.closed_loop.report import brief_cells, brief_heads
     from slider_drilling.console import stdout
 
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
-    for head in BRIEF:
-        table.add_column(head, justify="left" if head == BRIEF[0] else "right", no_wrap=True)
+    for place, head in enumerate(brief_heads(units)):
+        table.add_column(head, justify="right" if place else "left", no_wrap=True)
     for row in rows:
-        table.add_row(*brief_cells(row))
+        table.add_row(*brief_cells(row, units))
     stdout().print(table)

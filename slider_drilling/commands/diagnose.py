@@ -8,23 +8,49 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import namespace_option
+from slider_drilling.commands.campaign_options import jobs_option, scheduler_option
+from slider_drilling.commands.options import (
+    json_option,
+    namespace_option,
+    print_json,
+    seeds,
+    tell_written,
+    units_option,
+)
 
 if TYPE_CHECKING:
     from slider_drilling.diagnosis.diagnose import Diagnosis
+    from slider_drilling.diagnosis.outcome import Outcome
+    from slider_drilling.units import Units
 
 
-@click.command(epilog="Example:\n\n  slider-drilling diagnose run.mcap -o diagnosis")
+EXAMPLES = """\
+Examples:
+
+\b
+  slider-drilling diagnose run.mcap -o diagnosis
+  slider-drilling diagnose logs/ --jobs 4 -o diagnoses
+  slider-drilling diagnose monday.mcap tuesday.mcap --together -o diagnosis
+"""
+
+
+@click.command(epilog=EXAMPLES)
 @click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file instead of the logs' own.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), default="diagnosis", show_default=True,
-              help="Folder for diagnosis.json, report.html and rig.tuned.yaml.")  # fmt: skip
+              help="Folder for diagnosis.json, report.html and rig.tuned.yaml, of several logs one each.")  # fmt: skip
 @namespace_option
-@click.option("--seed", default=0, show_default=True, help="Of the bootstrap; the same seed gives the same answer.")
+@click.option("--seed", default=0, show_default=True, type=seeds,
+              help="Of the bootstrap; the same seed gives the same answer.")  # fmt: skip
 @click.option("--only", multiple=True, metavar="NAME", help="Consider only this effect of the catalogue; repeatable.")
 @click.option("--effect", "effects", multiple=True, metavar="MODULE:CLASS", help="An effect of your own; repeatable.")
 @click.option("--until", default=1.0, show_default=True, metavar="SHARE",
               help="Fit only this first share of every log (0.67: two thirds) and show what the rest then leaves.")
+@click.option("--together", is_flag=True, help="Fit several logs, of one rig, together, for one answer.")
+@jobs_option
+@scheduler_option
+@json_option
+@units_option
 def command(
     logs: tuple[Path, ...],
     rig_path: Path | None,
@@ -34,69 +60,108 @@ def command(
     only: tuple[str, ...],
     effects: tuple[str, ...],
     until: float,
-) -> None:
-    """Say where LOGS of one rig and the simulator part, which effect causes it, and how far it shrinks with it.
+    together: bool,
+    jobs: int,
+    scheduler: str,
+    as_json: bool,
+    units: Units,
+) -> int:
+    """Say where LOGS and the simulator part, which effect causes it, and how far it shrinks with it.
 
-    Several LOGS are fitted together. Ctrl-C writes the best answer so far, marked partial.
+    Several LOGS, or folders of them, are diagnosed each by itself, with one table and one page over all; Ctrl-C leaves
+    the finished ones, and the same command goes on from there. Of one log, or with --together, Ctrl-C (or SIGTERM)
+    writes the best answer so far, marked partial. The exit code is then 130 (143).
     """
     # Before numpy is imported: its matrices here are small, and threads that wait for work of theirs keep the
     # simulations' threads from a third of the processor.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-    from slider_drilling.console import stderr, stdout
-    from slider_drilling.diagnosis.diagnose import diagnose, write_diagnosis
+    from slider_drilling.api.diagnoses import diagnose
+    from slider_drilling.campaign.logs import Options, find_logs, source_of
+    from slider_drilling.campaign.run import Where
+    from slider_drilling.commands.diagnose_logs import diagnose_each
+    from slider_drilling.console import stages, stderr
+    from slider_drilling.diagnosis.save import FILES
     from slider_drilling.diagnosis.user_effects import installed_effects, load_effect
-    from slider_drilling.errors import InputError
-    from slider_drilling.gap.progress import progress_bar
+    from slider_drilling.files import check_distinct, make_folder, prepare_outputs
     from slider_drilling.log import read_log
     from slider_drilling.rig import load_rig
 
-    records = [read_log(path, rig_path, namespace) for path in logs]
-    rig = load_rig(rig_path) if rig_path is not None else records[0].rig()
-    if rig_path is None and any(record.rig() != rig for record in records[1:]):
-        raise InputError(f"{logs[1]}: its rig file differs from that of {logs[0]}; give the one to use with --rig")
-    try:
-        output.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{output}: cannot make this folder: {error.strerror}") from None
+    logs = tuple(find_logs(logs))
+    check_distinct(logs)
+    if len(logs) > 1 and not together:
+        sources = tuple((reference, source_of(reference)) for reference in effects)
+        options = Options(rig_path, namespace, seed, only, sources, until, units.name)
+        return diagnose_each(logs, options, Where(jobs, scheduler), output, as_json, units)
+    make_folder(output)
+    prepare_outputs([output / name for name in FILES], (*logs, rig_path))
     own = [*installed_effects(), *(load_effect(reference) for reference in effects)]
-    with progress_bar(stderr()) as progress:
-        diagnosis = diagnose(records, rig, seed=seed, user_effects=own, only=only, until=until, progress=progress)
-    paths = write_diagnosis(diagnosis, output)
+    records = [read_log(path, rig_path, namespace) for path in logs]
+    rig = None if rig_path is None else load_rig(rig_path)
+    with stages() as progress:
+        diagnosed = diagnose(records, rig, only=only, effects=own, until=until, seed=seed, progress=progress)
     for record in records:
         for note in record.notes:
-            stderr().print(f"{record.source}: {note}", highlight=False)
-    _print(diagnosis)
-    for path in paths:
-        stdout().print(f"wrote {path}", highlight=False)
+            stderr().print(f"{record.source}: {note}")
+    paths = diagnosed.save(output, units)
+    if as_json:
+        print_json({**diagnosed.tree, "wrote": paths})
+        return 0
+    _print(diagnosed.found, units)
+    tell_written(paths)
+    return 0
 
 
-def _print(diagnosis: Diagnosis) -> None:
-    from rich.table import Table
+def _print(diagnosis: Diagnosis, units: Units) -> None:
+    from rich.text import Text
 
     from slider_drilling.console import stderr, stdout
+    from slider_drilling.diagnosis import words
 
-    answer = diagnosis.answer
-    stdout().print(f"[bold]{diagnosis.verdict}[/bold]: {diagnosis.sentence}", highlight=False)
-    table = Table("effect", "site", "gap closed", "95 %", "parameters", "not told apart from")
-    for entry in answer.ranking:
-        settings = ", ".join(f"{name.rpartition('.')[2]} {value:.4g}" for name, value in entry.parameters.items())
-        table.add_row(entry.effect, entry.site, *entry.shown(), settings, ", ".join(entry.group))
-    if answer.ranking:
+    origin = diagnosis.origin
+    stdout().print(Text(units.sentence(diagnosis.driller), "bold"))
+    stdout().print(units.sentence(diagnosis.sentence))
+    stdout().print(f"rig file: {origin.name} ({origin.source})")
+    _print_ranking(diagnosis.outcome, units)
+    _print_simulated(diagnosis.outcome, units)
+    for sentence in words.limits(diagnosis.outcome):
+        stdout().print(units.sentence(sentence))
+    for sentence in diagnosis.remarks:
+        stderr().print(f"note: {units.sentence(sentence)}")
+
+
+def _print_ranking(outcome: Outcome, units: Units) -> None:
+    from rich.table import Table
+    from rich.text import Text
+
+    from slider_drilling.console import stdout
+    from slider_drilling.diagnosis import words
+    from slider_drilling.diagnosis.phrases import shown
+
+    table = Table("effect", "site", "closes [95 %]", "fitted", "not told apart from", "standing")
+    fitted, others = words.fitted_and_not(outcome)
+    for one in fitted:
+        settings = ", ".join(
+            f"{name.rpartition('.')[2]} {shown(found.value, found.unit)}" for name, found in one.parameters.items()
+        )
+        standing = Text(words.standing(one), "green" if one.in_answer else "")
+        table.add_row(one.effect, one.site, words.share(one), units.sentence(settings), ", ".join(one.group), standing)
+    if fitted:
         stdout().print(table)
-    _print_simulated(diagnosis)
-    for sentence in (*diagnosis.remarks, *answer.remarks):
-        stderr().print(f"note: {sentence}", highlight=False)
+    if others:
+        stdout().print(others)
 
 
-def _print_simulated(diagnosis: Diagnosis) -> None:
+def _print_simulated(outcome: Outcome, units: Units) -> None:
     from rich.table import Table
 
     from slider_drilling.console import stdout
-    from slider_drilling.diagnosis.page import simulated_table
+    from slider_drilling.diagnosis.page import simulated_rows
+    from slider_drilling.pages import Amount
 
-    heads, rows = simulated_table(diagnosis)
+    heads, rows = simulated_rows(outcome)
     table = Table(*heads, title="RMS error of one simulation of the log")
     for row in rows:
-        table.add_row(*row)
-    stdout().print(table)
+        table.add_row(*(units.text(cell.value, cell.unit) if isinstance(cell, Amount) else str(cell) for cell in row))
+    if rows:
+        stdout().print(table)

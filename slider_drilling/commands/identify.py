@@ -8,10 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from slider_drilling.commands.options import json_option, print_json, seeds, tell_written, units_option
+from slider_drilling.printable import printable
+
 if TYPE_CHECKING:
     from slider_drilling.contact.identify import Data, Identification
     from slider_drilling.rig import Contact
     from slider_drilling.tools.study import Study
+    from slider_drilling.units import Units
 
 EPILOG = """\
 DATA.csv is a table with a header line, in one of two forms.
@@ -44,11 +48,13 @@ UNITS = {"stiffness": "N/m", "minor_axis": "m", "major_axis": "m"}
 @click.option("--shape-factor", type=float, default=3.141592653589793, show_default=True, help="chi, held.")
 @click.option("--particles", type=click.IntRange(4, 1000), default=24, show_default=True)
 @click.option("--generations", type=click.IntRange(1, 10000), default=40, show_default=True)
-@click.option("--seed", type=int, default=0, show_default=True)
+@click.option("--seed", type=seeds, default=0, show_default=True)
 @click.option("--jobs", type=click.IntRange(1, 64), default=2, show_default=True, help="Threads.")
+@json_option
+@units_option
 def command(
     data: Path, output: Path, free: tuple[str, ...], height_um: float, shear_factor: float, shape_factor: float,
-    particles: int, generations: int, seed: int, jobs: int,
+    particles: int, generations: int, seed: int, jobs: int, as_json: bool, units: Units,
 ) -> None:  # fmt: skip
     """Find kt and the asperity's axes a and b (and, if asked, f and i) from the friction measured in DATA.csv."""
     from rich.progress import Progress, TextColumn
@@ -57,10 +63,14 @@ def command(
     from slider_drilling.contact import PAPER, friction_table
     from slider_drilling.contact.identify import identify
     from slider_drilling.contact.measured import read_measured
-    from slider_drilling.tools.render import write_study
+    from slider_drilling.files import prepare_outputs
+    from slider_drilling.rig import Contact
+    from slider_drilling.schema import build, plain
+    from slider_drilling.tools.render import study_files, write_study
 
+    prepare_outputs(study_files("identify", output), (data,))
     held = replace(PAPER.asperity, height=1e-6 * height_um, shape_factor=shape_factor)
-    base = replace(PAPER, asperity=held, shear_factor=shear_factor)
+    base = build(Contact, plain(replace(PAPER, asperity=held, shear_factor=shear_factor)), "identify: contact held")
     friction_table(shear_factor, held)
     measured = read_measured(data)
     columns = (*Progress.get_default_columns(), TextColumn("misfit {task.fields[misfit]}"))
@@ -74,8 +84,13 @@ def command(
             measured, free=free, base=base, particles=particles, generations=generations, seed=seed, workers=jobs,
             progress=report,
         )  # fmt: skip
-    write_study(_page(data, measured, found), output, _findings(data, found, seed))
-    _print(found, output)
+    findings = _findings(data, found, seed)
+    paths = write_study(_page(data, measured, found), output, findings, units)
+    if as_json:
+        print_json({**findings, "wrote": paths})
+        return
+    _print(found)
+    tell_written(paths)
 
 
 def _findings(path: Path, found: Identification, seed: int) -> dict[str, Any]:
@@ -86,7 +101,7 @@ def _findings(path: Path, found: Identification, seed: int) -> dict[str, Any]:
     }  # fmt: skip
     return {
         "schema": "slider_drilling/identification/1",
-        "data": path.name,
+        "data": printable(path.name),
         "seed": seed,
         "estimates": estimates,
         "contact": _plain(found.contact),
@@ -110,18 +125,21 @@ def _page(path: Path, data: Data, found: Identification) -> Study:
     from slider_drilling.tools.study import Chart, Study, Table, line
 
     if isinstance(data, AgainstTime):
-        axis, label = data.time, "time, s"
+        axis, label, against = data.time, "time, s", "samples of friction against time"
         measured, predicted = found.measured[: axis.size], found.predicted[: axis.size]
     else:
+        against = "experiments of friction against velocity"
         axis, label = np.arange(1.0, data.feed.size + 1.0, dtype=np.float64), "experiment (row)"
         measured, predicted = found.measured, found.predicted
     peak = np.abs(measured).max()
     return Study(
         name="identify",
-        title=f"Contact parameters from {path.name}",
+        about="Contact parameters",
+        title=f"{axis.size} {against}",
         settings={
-            "residual RMS, N": f"{found.residual_rms:.4g}",
-            "largest error over peak": f"{found.largest_error:.3f}",
+            "data": printable(path.name),
+            "residual_rms_n": found.residual_rms,
+            "largest_error_over_peak": found.largest_error,
         },
         figures=(
             Chart("Axial friction (Fig. 13)", label, "friction, N",
@@ -144,10 +162,12 @@ def _rows(found: Identification) -> tuple[tuple[str, ...], ...]:
     )  # fmt: skip
 
 
-def _print(found: Identification, output: Path) -> None:
+def _print(found: Identification) -> None:
+    from slider_drilling.console import stderr, stdout
+
     for row in _rows(found):
-        click.echo(f"{row[0]:18} {row[1]:>12} {row[3]:>6}   {row[2]}")
-    click.echo(f"residual {found.residual_rms:.4g} N RMS; largest error {100 * found.largest_error:.1f} % of the peak")
+        stdout().print(f"{row[0]:18} {row[1]:>12} {row[3]:>6}   {row[2]}")
+    error = f"largest error {100 * found.largest_error:.1f} % of the peak"
+    stdout().print(f"residual {found.residual_rms:.4g} N RMS; {error}")
     for sentence in found.degeneracies:
-        click.echo(f"note: {sentence}", err=True)
-    click.echo(f"{output / 'identify.html'}, .png, .csv, .json")
+        stderr().print(f"note: {sentence}")

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 
 import click
 
+from slider_drilling.commands.options import json_option, print_json, tell_written
 from slider_drilling.errors import InputError
 
 EXAMPLES = """\
@@ -40,17 +42,21 @@ class RowRange(click.ParamType):
 @click.option("--rig", type=click.Path(path_type=Path), help="A rig file to put into the log.")
 @click.option("--rows", type=RowRange(), help="Data rows to keep, counted from 0, both ends included.")
 @click.option("--notes", default="", help="A note for the log's metadata.")
+@json_option
 def command(
-    data: Path, mapping: Path, output: Path, rig: Path | None, rows: tuple[int, int] | None, notes: str
+    data: Path, mapping: Path, output: Path, rig: Path | None, rows: tuple[int, int] | None, notes: str, as_json: bool
 ) -> None:
     """Turn the CSV table DATA into an MCAP log, in SI units, and list what it holds."""
     from slider_drilling.console import progress_bar, stderr, stdout
+    from slider_drilling.files import prepare_outputs
     from slider_drilling.log import read_table, save_log
-    from slider_drilling.log.summary import summary_table
+    from slider_drilling.log.summary import contents, summary_table
+    from slider_drilling.printable import is_text
     from slider_drilling.rig import load_rig
 
-    if output.resolve() == data.resolve():
-        raise InputError(f"{output}: is the table itself; choose another name for the log")
+    prepare_outputs((output,), (data, mapping, rig))
+    if not is_text(notes):
+        raise InputError("--notes: not UTF-8 text; write it in UTF-8")
     if rig is not None:
         load_rig(rig)
     with progress_bar() as progress:
@@ -65,6 +71,9 @@ def command(
             progress=lambda done, total: progress.update(task, completed=done, total=total),
         )
     for note in log.notes:
-        stderr().print(f"{data.name}: {note}", highlight=False)
+        stderr().print(f"{data.name}: {note}")
+    if as_json:
+        print_json({"contents": [asdict(one) for one in contents(log)], "notes": log.notes, "wrote": [output]})
+        return
     stdout().print(summary_table(log))
-    stdout().print(f"wrote {output}", highlight=False)
+    tell_written((output,))

@@ -2,8 +2,71 @@
 
 from __future__ import annotations
 
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
 import click
+
+if TYPE_CHECKING:
+    from slider_drilling.units import Units
 
 namespace_option = click.option(
     "--namespace", help="Whose topics to read, where the log holds several rigs'; / for none."
 )
+json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout: SI units, rad.")
+seeds = click.IntRange(0, 2**31 - 1)
+
+
+def _units(context: click.Context, option: click.Parameter, value: str) -> Units:
+    from slider_drilling.units import UNITS
+
+    return UNITS[value]
+
+
+units_option = click.option(
+    "--units", type=click.Choice(["si", "field"]), default="si", show_default=True, envvar="SLIDER_DRILLING_UNITS",
+    show_envvar=True, callback=_units,
+    help="Of tables, pages and pictures: m, kN, bar, kN m, rad; or ft, klbf, psi, ft lbf, turns.",
+)  # fmt: skip
+
+
+def finite(value: float | None) -> float | None:
+    """The number for JSON, which has none that is not finite: None then."""
+    return value if value is not None and math.isfinite(value) else None
+
+
+def print_json(tree: Mapping[str, Any]) -> None:
+    """One JSON object on stdout; numbers that do not exist are null, paths are text."""
+    click.echo(json.dumps(_plain(tree), indent=1, allow_nan=False))
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (Sequence, frozenset, set)) and not isinstance(value, str):
+        return [_plain(item) for item in value]
+    if isinstance(value, Path):
+        return str(value)
+    if hasattr(value, "tolist"):
+        return _plain(value.tolist())
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def tell_written(paths: Iterable[Path]) -> None:
+    """The last lines of a command that leaves files: one each."""
+    from slider_drilling.console import stdout
+
+    for path in paths:
+        stdout().print(f"wrote {path}")
+
+
+def effect_names(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
+    """For shells: the effects of the catalogue that begin so."""
+    from dataclasses import fields
+
+    from slider_drilling.effects import Effects
+
+    return [field.name for field in fields(Effects) if field.name.startswith(incomplete)]

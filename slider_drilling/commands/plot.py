@@ -2,37 +2,45 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import namespace_option
+from slider_drilling.commands.options import json_option, namespace_option, print_json, tell_written, units_option
+
+if TYPE_CHECKING:
+    from slider_drilling.units import Units
 
 
 @click.command(epilog="Example:\n\n  slider-drilling plot run.mcap -o pages")
 @click.argument("log", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for both; the log's own if not given.")
 @namespace_option
-def command(log: Path, output: Path | None, namespace: str | None) -> None:
+@units_option
+@json_option
+def command(log: Path, output: Path | None, namespace: str | None, units: Units, as_json: bool) -> None:
     """Print what happened in LOG; plot it as an HTML page that stands alone, and as PNG."""
     from slider_drilling.console import stderr, stdout
-    from slider_drilling.errors import InputError
+    from slider_drilling.files import make_folder, prepare_outputs
     from slider_drilling.log import read_log
     from slider_drilling.log.run_page import write_page, write_picture
     from slider_drilling.log.run_summary import summarise, summary_table
 
-    record = read_log(log, namespace=namespace)
-    summary = summarise(record)
     folder = log.resolve().parent if output is None else output
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot make this folder: {error.strerror}") from None
-    stdout().print(summary_table(summary))
-    for note in record.notes:
-        stderr().print(f"{log.name}: {note}", highlight=False)
     page, picture = (folder / f"{log.stem}{suffix}" for suffix in (".html", ".png"))
-    write_page(page, record, summary)
-    write_picture(picture, record)
-    for path in (page, picture):
-        stdout().print(f"wrote {path}", highlight=False)
+    record = read_log(log, namespace=namespace)
+    make_folder(folder)
+    prepare_outputs((page, picture), (log,))
+    summary = summarise(record)
+    if not as_json:
+        stdout().print(summary_table(summary, units=units))
+    for note in record.notes:
+        stderr().print(f"{log.name}: {note}")
+    write_page(page, record, summary, units=units)
+    write_picture(picture, record, units)
+    if as_json:
+        print_json({"log": log, "summary": asdict(summary), "notes": record.notes, "wrote": [page, picture]})
+        return
+    tell_written((page, picture))

@@ -2,66 +2,70 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import namespace_option
+from slider_drilling.commands.options import json_option, namespace_option, print_json, tell_written, units_option
 
 if TYPE_CHECKING:
     from slider_drilling.diagnosis.replay import Replay
+    from slider_drilling.units import Units
 
 
 @click.command(epilog="Example:\n\n  slider-drilling replay run.mcap --rig rig.yaml -o simulated.mcap")
 @click.argument("log", type=click.Path(path_type=Path))
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file instead of the log's own.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Write the simulated channels to this MCAP file.")
+@click.option("--page", type=click.Path(path_type=Path), help="Write a page of measured over simulated to this file.")
 @click.option("--elements", default=200, show_default=True, help="Elements of the string, 10 to 5000.")
 @namespace_option
-@click.option("--json", "as_json", is_flag=True, help="Print JSON: SI units, rad.")
+@json_option
+@units_option
 def command(
-    log: Path, rig_path: Path | None, output: Path | None, elements: int, namespace: str | None, as_json: bool
+    log: Path, rig_path: Path | None, output: Path | None, page: Path | None, elements: int, namespace: str | None,
+    as_json: bool, units: Units,
 ) -> None:
     """Drive the plant with LOG's commands from its first sample; print how far it lands from LOG's channels."""
-    from slider_drilling.diagnosis.replay import replay
-    from slider_drilling.drillstring.to_log import write_simulated
+    from slider_drilling.api.comparisons import replay
+    from slider_drilling.console import stderr
     from slider_drilling.errors import InputError
+    from slider_drilling.files import prepare_outputs
     from slider_drilling.log import read_log
 
     if not 10 <= elements <= 5000:
         raise InputError(f"--elements = {elements}: must be within 10 to 5000")
+    written = [path for path in (output, page) if path is not None]
+    prepare_outputs(written, (log, rig_path))
     record = read_log(log, rig_path, namespace)
-    rig = record.rig()
-    run = replay(record, rig, elements)
+    replayed = replay(record, elements=elements)
+    run = replayed.found
     if output is not None:
-        write_simulated(output, rig, run.commands, run.response, record.start, f"replay of {log}")
-    channels = {
-        name: {"rms": comparison.rms, "rms_over_noise": comparison.rms_over_noise}
-        for name, comparison in run.channels.items()
-    }
+        replayed.save(output)
+    if page is not None:
+        from slider_drilling.diagnosis.replay_page import replay_page
+        from slider_drilling.pages import write_page
+
+        write_page(page, replay_page(record, run, units, (*record.notes, *run.assumed)), units)
     if as_json:
-        print(json.dumps({"channels": channels, "assumed": run.assumed, "notes": record.notes}, indent=1))
+        channels = {name: {"rms": rms, "rms_over_noise": replayed.rms_over_noise[name]}
+                    for name, rms in replayed.rms.items()}
+        print_json({"channels": channels, "assumed": run.assumed, "notes": record.notes, "wrote": written})
         return
-    _print(run)
+    _print(run, units)
     for sentence in (*record.notes, *run.assumed):
-        click.echo(f"note: {sentence}", err=True)
+        stderr().print(f"note: {sentence}")
+    tell_written(written)
 
 
-def _print(run: Replay) -> None:
-    from rich.console import Console
+def _print(run: Replay, units: Units) -> None:
     from rich.table import Table
 
-    table = Table("channel", "samples", "RMS difference", "over noise")
-    shown = {"N m": (1.0, "N m"), "Pa": (1e-3, "kPa"), "N": (1e-3, "kN"), "rad": (57.29577951308232, "deg")}
-    for name, comparison in run.channels.items():
-        factor, unit = shown[comparison.channel.unit]
-        ratio = comparison.rms_over_noise
-        table.add_row(
-            name.replace("_", " "),
-            str(len(comparison.residual)),
-            f"{comparison.rms * factor:.4g} {unit}",
-            "-" if ratio is None else f"{ratio:.3g}",
-        )
-    Console().print(table)
+    from slider_drilling.console import stdout
+    from slider_drilling.diagnosis.replay_page import HEADER, table_rows
+
+    table = Table(*HEADER)
+    for row in table_rows(run, units):
+        table.add_row(*row)
+    stdout().print(table)

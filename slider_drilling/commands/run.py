@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 import tempfile
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from slider_drilling.commands.options import effect_names, json_option, print_json, tell_written, units_option
 from slider_drilling.errors import InputError
 
 if TYPE_CHECKING:
     from slider_drilling.nodes.session import Outcome, Plan
+    from slider_drilling.units import Units
 
 EXAMPLES = """\
 Examples:
@@ -21,6 +24,8 @@ Examples:
   slider-drilling run --duration 300 --record out
   slider-drilling run --rig rig.yaml --target 45 --speed 1
   slider-drilling run --controller my_control:Mine --record out
+  slider-drilling run --effect stribeck --set mud.density=1300 --record out
+  slider-drilling run --live
 """
 
 
@@ -43,46 +48,64 @@ class Speed(click.ParamType):
 
 @click.command(epilog=EXAMPLES)
 @click.option("--rig", type=click.Path(path_type=Path), help="Rig file; the 4 km example well if not given.")
-@click.option("--duration", default=300.0, show_default=True, help="Simulated time, s.")
-@click.option("--speed", type=Speed(), default="max", show_default=True, help="Times real time, or lockstep.")
+@click.option("--duration", type=float, help="Simulated time, s. [default: 300; with --live: until Ctrl-C]")
+@click.option("--speed", type=Speed(), help="Times real time, or lockstep. [default: max; with --live: 1]")
 @click.option("--record", type=click.Path(path_type=Path), help="Folder for the log, its page and its picture.")
 @click.option("--target", type=float, help="Tool-face to hold, deg. [default: 0]")
 @click.option("--controller", help="module:Class of another controller, built as Class(rig).")
 @click.option("--seed", default=0, show_default=True, help="Seed of the sensor noise.")
 @click.option("--elements", default=200, show_default=True, help="Elements of the string, 10 to 5000.")
+@click.option("--effect", "effects", multiple=True, metavar="NAME[:KEY=VALUE,...]", shell_complete=effect_names,
+              help="Plant an effect that neither the controller nor the log's rig file knows of; repeatable.")
+@click.option("--set", "sets", multiple=True, metavar="NAME=VALUE",
+              help="Change a key of the rig file (mud.density) or a setting of the controller (gain); repeatable.")
+@click.option("--live", is_flag=True, help="Serve a live page with controls.")
+@click.option("--live-host", default="127.0.0.1", show_default=True, help="Its address; others than this need a token.")
+@click.option("--live-port", default=8765, show_default=True, help="Its port; 0: a free one.")
+@click.option("--live-token", default="", help="Letters and digits that others need. [default: made up]")
+@json_option
+@units_option
 def command(
-    rig: Path | None, duration: float, speed: float, record: Path | None, target: float | None,
-    controller: str | None, seed: int, elements: int,
-) -> int:
+    rig: Path | None, duration: float | None, speed: float | None, record: Path | None, target: float | None,
+    controller: str | None, seed: int, elements: int, effects: tuple[str, ...], sets: tuple[str, ...], live: bool,
+    live_host: str, live_port: int, live_token: str, as_json: bool, units: Units,
+) -> int:  # fmt: skip
     """Slide the well: friction simulator, rocking controller and recorder over ROS 2 topics, then what happened.
 
     Every topic can be watched meanwhile from another terminal of this machine.
     """
-    _check(duration, target, seed, elements)
+    if duration is None:
+        duration = 0.0 if live else 300.0
+    elif not 0.0 < duration <= 1e7:
+        raise InputError(f"--duration = {duration}: must be above 0 and at most 1e7 s")
+    _check(target, seed, elements)
     from slider_drilling.nodes import environment
 
     environment.prepare()
+    from slider_drilling.api.rigs import load_rig
+    from slider_drilling.commands.changes import change
+    from slider_drilling.live.serve import Address
     from slider_drilling.nodes.session import Plan
+    from slider_drilling.rig import check_duration
 
-    if rig is not None:
-        from slider_drilling.rig import load_rig
-
-        load_rig(rig)
     with tempfile.TemporaryDirectory(prefix="slider_drilling_") as scratch:
+        changed = change(rig, sets, effects, controller, Path(scratch))
+        if duration > 0.0:
+            check_duration(load_rig(changed.rig or None), duration, changed.rig or "the example well")
         plan = Plan(
-            rig="" if rig is None else str(rig), duration=duration, speed=speed,
+            rig=changed.rig, plant=changed.plant, duration=duration,
+            speed=(1.0 if live else 0.0) if speed is None else speed,
             record=Path(scratch) if record is None else record,
             target=None if target is None else math.remainder(math.radians(target), 2.0 * math.pi),
-            controller=controller, seed=seed, elements=elements,
+            controller=controller, seed=seed, elements=elements, settings=changed.settings, notes=changed.notes,
+            live=Address(live_host, live_port, live_token).checked() if live else None,
         )
         outcome = _run(plan)
-        _tell(outcome, keep=record is not None)
+        _tell(outcome, record is not None, as_json, units)
     return 130 if outcome.interrupted else 0
 
 
-def _check(duration: float, target: float | None, seed: int, elements: int) -> None:
-    if not 0.0 < duration <= 1e7:
-        raise InputError(f"--duration = {duration}: must be above 0 and at most 1e7 s")
+def _check(target: float | None, seed: int, elements: int) -> None:
     if target is not None and not math.isfinite(target):
         raise InputError(f"--target = {target}: must be a finite number of degrees")
     if not 0 <= seed < 2**31:
@@ -95,9 +118,15 @@ def _run(plan: Plan) -> Outcome:
     """Run with a progress bar in simulated seconds."""
     from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeRemainingColumn
 
-    from slider_drilling.console import progress_bar
+    from slider_drilling.console import progress_bar, stderr
     from slider_drilling.nodes.session import run
 
+    def announce(address: str) -> None:
+        stderr().print(f"live page: {address}  (Ctrl-C ends the run)")
+
+    if plan.live is not None:
+        # No bar: the page shows how far the run is, and Ctrl-C is its end.
+        return run(plan, announce=announce)
     columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(),
                TextColumn("{task.completed:.0f} of {task.total:.0f} s"), TimeRemainingColumn())
     with progress_bar(*columns) as progress:
@@ -105,7 +134,7 @@ def _run(plan: Plan) -> Outcome:
         return run(plan, lambda simulated: progress.update(task, completed=simulated, description="sliding"))
 
 
-def _tell(outcome: Outcome, keep: bool) -> None:
+def _tell(outcome: Outcome, keep: bool, as_json: bool, units: Units) -> None:
     """The summary; page and picture beside a log that is kept."""
     from slider_drilling.console import stderr, stdout
     from slider_drilling.log import read_log
@@ -120,12 +149,18 @@ def _tell(outcome: Outcome, keep: bool) -> None:
     more: tuple[tuple[str, str], ...] = ()
     if outcome.wall > 0.0:
         more = (("took", f"{outcome.wall:.1f} s, {outcome.simulated / outcome.wall:.1f} times real time"),)
-    stdout().print(summary_table(summary, more))
+    if not as_json:
+        stdout().print(summary_table(summary, more, units))
     for note in log.notes:
-        stderr().print(f"{outcome.log.name}: {note}", highlight=False)
+        stderr().print(f"{outcome.log.name}: {note}")
+    paths: list[Path] = []
     if keep:
         page, picture = (outcome.log.with_suffix(suffix) for suffix in (".html", ".png"))
-        write_page(page, log, summary, more)
-        write_picture(picture, log)
-        for path in (outcome.log, page, picture):
-            stdout().print(f"wrote {path}", highlight=False)
+        write_page(page, log, summary, more, units)
+        write_picture(picture, log, units)
+        paths = [outcome.log, page, picture]
+    if as_json:
+        figures = {"simulated_s": outcome.simulated, "wall_s": outcome.wall, "interrupted": outcome.interrupted}
+        print_json({**figures, "summary": asdict(summary), "wrote": paths})
+        return
+    tell_written(paths)

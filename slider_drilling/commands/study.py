@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING
 
 import click
 
+from slider_drilling.commands.options import json_option, print_json, tell_written, units_option
+
 if TYPE_CHECKING:
     from slider_drilling.tools.study import Study
+    from slider_drilling.units import Units
 
 EXAMPLES = """\
 Examples:
@@ -20,8 +23,14 @@ Examples:
 """
 
 
+def _names(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
+    from slider_drilling.tools.catalogue import STUDIES
+
+    return [name for name in (*STUDIES, "all") if name.startswith(incomplete)]
+
+
 @click.command(epilog=EXAMPLES)
-@click.argument("name", required=False)
+@click.argument("name", required=False, shell_complete=_names)
 @click.option("--list", "listing", is_flag=True, help="List the studies and leave.")
 @click.option(
     "-o",
@@ -34,11 +43,21 @@ Examples:
 @click.option(
     "--jobs", default=2, show_default=True, type=click.IntRange(1, 64), help="Studies run at a time by `all`."
 )
-def command(name: str | None, listing: bool, output: Path, jobs: int) -> None:
-    """Run study NAME, or `all`: writes NAME.html, NAME.png, NAME.csv and NAME.json."""
+@units_option
+@json_option
+def command(name: str | None, listing: bool, output: Path, jobs: int, units: Units, as_json: bool) -> None:
+    """Run study NAME, or `all`: writes NAME.html, NAME.png, NAME.csv and NAME.json; for `all` index.html besides.
+
+    Ctrl-C (or SIGTERM) keeps the studies that have ended; the exit code is then 130 (143).
+    """
     from slider_drilling.errors import InputError
     from slider_drilling.tools.catalogue import STUDIES
+    from slider_drilling.tools.render import as_json as claims_json
+    from slider_drilling.tools.render import study_files, write_index
 
+    if listing and as_json:
+        print_json({name: entry.about for name, entry in STUDIES.items()})
+        return
     if listing:
         for entry_name, entry in STUDIES.items():
             click.echo(f"{entry_name:16} {entry.about}")
@@ -47,38 +66,57 @@ def command(name: str | None, listing: bool, output: Path, jobs: int) -> None:
         raise InputError("study: NAME is missing: name a study (see --list), or all")
     if name != "all" and name not in STUDIES:
         raise InputError(f"study: NAME = {name}: no such study; one of {', '.join(STUDIES)}, or all")
-    _run(list(STUDIES) if name == "all" else [name], output, jobs)
+    names = list(STUDIES) if name == "all" else [name]
+    finished = _run(names, output, jobs, units)
+    ended = [finished[one] for one in names if one in finished]
+    paths = [path for study in ended for path in study_files(study.name, output)]
+    if len(names) > 1:
+        paths.append(write_index(ended, output, units))
+    if as_json:
+        print_json({"studies": [claims_json(study) for study in ended], "wrote": paths})
+        return
+    for study in ended:
+        _print(study)
+    tell_written(paths)
 
 
-def _run(names: list[str], output: Path, jobs: int) -> None:
+def _run(names: list[str], output: Path, jobs: int, units: Units) -> dict[str, Study]:
     from joblib import Parallel, delayed
     from rich.progress import Progress, SpinnerColumn, TimeElapsedColumn
 
-    from slider_drilling.console import progress_bar
+    from slider_drilling.console import progress_bar, stderr
+    from slider_drilling.files import prepare_outputs
+    from slider_drilling.tools.render import study_files
 
-    output.mkdir(parents=True, exist_ok=True)
+    prepare_outputs(path for name in names for path in study_files(name, output))
     columns = (SpinnerColumn(), *Progress.get_default_columns(), TimeElapsedColumn())
     finished: dict[str, Study] = {}
     with progress_bar(*columns) as progress:
         task = progress.add_task("studies" if len(names) > 1 else names[0], total=len(names))
         work = Parallel(n_jobs=min(jobs, len(names)), return_as="generator_unordered")
-        for study in work(delayed(_run_one)(name, output) for name in names):
-            finished[study.name] = study
-            progress.advance(task)
-    for name in names:
-        _print(finished[name], output)
+        try:
+            for study in work(delayed(_run_one)(name, output, units) for name in names):
+                finished[study.name] = study
+                progress.advance(task)
+        except KeyboardInterrupt:
+            if not finished:
+                raise
+            stderr().print(f"interrupted: {len(finished)} of {len(names)} studies")
+    return finished
 
 
-def _run_one(name: str, output: Path) -> Study:
+def _run_one(name: str, output: Path, units: Units) -> Study:
     from slider_drilling.tools.catalogue import run_study
     from slider_drilling.tools.render import write_study
 
     study = run_study(name)
-    write_study(study, output)
+    write_study(study, output, units=units)
     return study
 
 
-def _print(study: Study, output: Path) -> None:
-    click.echo(f"{study.name}: {output / study.name}.html, .png, .csv, .json")
+def _print(study: Study) -> None:
+    from slider_drilling.console import stdout
+
+    stdout().print(f"{study.name}: {study.title}")
     for claim in study.claims:
-        click.echo(f"  {'holds        ' if claim.holds else 'does not hold'}  {claim.claim}")
+        stdout().print(f"  {'holds        ' if claim.holds else 'does not hold'}  {claim.claim}")

@@ -116,7 +116,11 @@ def identify(
     best, evaluations = _swarm(residual, low, high, particles, generations, seed, workers, progress)
     fit = optimize.least_squares(residual, best, bounds=(low, high), x_scale=0.1, diff_step=NUDGE)
     contact = _contact(base, dict(zip(names, np.exp(fit.x), strict=True)))
-    assert contact is not None
+    if contact is None:
+        raise InputError(
+            f"identify: with shear_factor = {base.shear_factor:g} and shape_factor = {base.asperity.shape_factor:g} no "
+            "asperity wears steadily; hold other values"
+        )
     errors, correlation = _uncertainty(fit.jac, fit.fun)
     estimates = _estimates(names, fit.x, errors, measured.size - len(names), contact)
     predicted = measured + fit.fun

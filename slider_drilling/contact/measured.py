@@ -37,6 +37,12 @@ AGAINST_VELOCITY = ("feed_m_per_s", "vibration_m_per_s", "frequency_hz", "normal
 OPTIONAL_AGAINST_VELOCITY = ("direction_deg",)
 
 Series = NDArray[np.float64]
+# What no experiment shows, in each column's unit: beyond it a number is a unit's mistake or none at all.
+MOST = {
+    "time_s": 1e9, "axial_m": 1e4, "tangential_m": 1e4, "normal_force_n": 1e8, "friction_n": 1e8,
+    "tangential_friction_n": 1e8, "feed_m_per_s": 1e3, "vibration_m_per_s": 1e3, "frequency_hz": 1e5,
+    "direction_deg": 1e4,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -95,11 +101,16 @@ def _columns(path: Path) -> tuple[list[str], list[list[str]]]:
             rows = list(csv.reader(file))
     except FileNotFoundError:
         raise InputError(f"{path}: no such file; check the path") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot read this table: {error.strerror}") from None
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"{path}: not a CSV table: {error}") from None
     if len(rows) < 2:
         raise InputError(f"{path}: needs a header line and rows below it")
     header = [name.strip() for name in rows[0]]
+    twice = [name for name in dict.fromkeys(header) if header.count(name) > 1]
+    if twice:
+        raise InputError(f"{path}: header: {', '.join(twice)[:100]}: given twice; keep one")
     return header, rows[1:]
 
 
@@ -121,6 +132,9 @@ def _named(
 def _numbers(path: Path, name: str, column: int, rows: list[list[str]]) -> Series:
     values = np.array([_number(row[column]) if column < len(row) else math.nan for row in rows])
     _check(path, name, np.isfinite(values), "is missing or not a finite number")
+    _check(path, name, np.abs(values) <= MOST[name], f"is beyond {MOST[name]:g}, which nothing measures")
+    if name == "friction_n" and not values.any():
+        raise InputError(f"{path}: friction_n is zero throughout: there is no friction to identify")
     return values
 
 

@@ -17,6 +17,7 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slider_drilling.wellbore.mesh import build_mesh, torsional_compliances
 from slider_drilling.wellbore.static_loads import static_loads
@@ -71,6 +72,27 @@ class TorqueAndDrag:
         rocked = self.breakover_torque(amplitude, scale) / scale
         return zones_in_closed_form(np.diff(self._depth), np.diff(self._torque), rocked,
                                     max(reactive_torque, 0.0) / scale)
+
+    def rotation_along(
+        self, depth: NDArray[np.float64], amplitude: float, reactive_torque: float, scale: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """How the string turns at these measured depths (n,) m, two arrays (n,) of rad.
+
+        The half-amplitude that is left of rocking of this half-amplitude (rad), and by how much the pipe there stays
+        behind the middle of rocking because of the reactive torque (N m).
+        """
+        reach = self.reach(amplitude, scale)
+        torque, compliance = self._torque_at(depth), np.interp(depth, self._depth, self._compliance)
+        sheared = torque * compliance - np.interp(depth, self._depth, self._twist)   # int Q dC from the top
+        freed = self._torque_at(reach)
+        swing = np.maximum(amplitude / scale - (freed * compliance - sheared), 0.0)
+        left = np.maximum(max(reactive_torque, 0.0) / scale - (self._torque[-1] - self._torque), 0.0)
+        steps = 0.5 * (left[1:] + left[:-1]) * np.diff(self._compliance)
+        behind = np.interp(depth, self._depth, np.concatenate([[0.0], np.cumsum(steps)]))
+        return scale * np.where(depth <= reach, swing, 0.0), scale * behind
+
+    def _torque_at(self, depth: NDArray[np.float64] | float) -> NDArray[np.float64]:
+        return np.asarray(np.interp(depth, self._depth, self._torque), dtype=np.float64)
 
     def scale_from(self, amplitude: float, breakover_torque: float) -> float:
         """The scale at which a stroke of this half-amplitude (rad) ends at this torque (N m), within 0.1 to 10."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from slider_drilling.drillstring import ELEMENTS, Commands, Modifiers, Response, Start, simulate
 from slider_drilling.drillstring.from_log import commands_from_log
+from slider_drilling.drillstring.record import finite
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Array, Channel
 from slider_drilling.log.series import RigLog
@@ -93,7 +94,7 @@ def replay(
     """Simulate the log's run from its first sample and compare channel by channel. Raises InputError."""
     driven = commands_from_log(log, rig)
     channels = measured_channels(log, rig)
-    response = simulate(rig, driven.commands, elements, start, modifiers)
+    response = finite(simulate(rig, driven.commands, elements, start, modifiers))
     compared = {}
     for name, channel in channels.items():
         simulated = np.interp(channel.time, response.time, getattr(response, name))

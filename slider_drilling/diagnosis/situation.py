@@ -10,9 +10,9 @@ import numpy as np
 from slider_drilling.diagnosis.catalogue import ANY_WAVE_S, aging_with_memory, catalogue
 from slider_drilling.diagnosis.drill_string import DrillString, depth_probes, nuisance_parameters
 from slider_drilling.diagnosis.first_look.expected import NO_ROCK
-from slider_drilling.diagnosis.health import unusable
+from slider_drilling.diagnosis.first_look.usable import unusable
 from slider_drilling.diagnosis.replay import measured_channels
-from slider_drilling.diagnosis.user_effects import UserEffect
+from slider_drilling.diagnosis.user_effects import UserEffect, guarded, try_effects
 from slider_drilling.drillstring import Commands
 from slider_drilling.drillstring.from_log import commands_from_log
 from slider_drilling.errors import InputError
@@ -57,9 +57,13 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
     if not names:
         raise InputError(f"{logs[0].source}: no channel can be used: {'; '.join(remarks)}")
     length, duration = rig.string.length, max(run.duration for run in runs)
-    users = {user.effect.name: user for user in user_effects}
     tools = tool_frequencies(runs[0])
     effects = catalogue(length, duration, wave_periods(runs[0]), tools or ())
+    nuisance = nuisance_parameters(rig, names)
+    own = [guarded(effect) for effect in user_effects]
+    taken = [parameter.name for effect in effects for parameter in effect.parameters]
+    try_effects(own, [*(effect.name for effect in effects), *taken, *(one.name for one in nuisance)], rig, commands[0])
+    users = {user.effect.name: user for user in own}
     effects = tuple(effect for effect in effects if _can_be_seen(effect.name, names, off_bottom, tools))
     if tools == ():
         remarks.append("no line in the hook load: axial_oscillation_tool is not looked for")
@@ -68,7 +72,7 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
         effects = tuple(aging_with_memory() if effect.name == "static_aging" else effect for effect in effects)
         remarks.append("torque alone: the string's stiffness is re-tuned, a gain of the sensor is taken for friction")
     model = DrillString(
-        rig, tuple(runs), tuple(commands), nuisance_parameters(rig, names),
+        rig, tuple(runs), tuple(commands), nuisance,
         (*effects, *(user.effect for user in user_effects)), users, depth_probes(length),
         STICK_SLIP if alone else (),
     )  # fmt: skip

@@ -10,7 +10,7 @@ from slider_drilling.drillstring.layout import Array
 from slider_drilling.drillstring.record import Commands
 from slider_drilling.errors import InputError
 from slider_drilling.log.series import JointSeries, RigLog
-from slider_drilling.rig import Rig
+from slider_drilling.rig import Rig, check_duration
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
     surface torque). A speed that the log lacks is the position's slope, a position the speed's integral. Without
     draw-works the block stands still; without a pump the flow is the rig file's reference flow where the log holds a
     standpipe pressure, and zero otherwise. Raises InputError for a log without a top drive, or whose top drive has
-    fewer than two usable samples.
+    fewer than two usable samples, and for a rig whose friction would drift away meanwhile.
     """
     if log.top_drive is None:
         raise InputError(f"{log.source}: holds no top_drive/joint_states; without it nothing drives the plant")
@@ -36,6 +36,7 @@ def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
     time = drive.time
     if len(time) < 2:
         raise InputError(f"{log.source}: top_drive/joint_states has {len(time)} usable sample(s); at least two needed")
+    check_duration(rig, float(time[-1] - time[0]), log.rig_source or log.source)
     angle, speed = _motion(drive)
     assumed = []
     block, block_speed = np.zeros_like(time), np.zeros_like(time)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slider_drilling.drillstring.layout import Array
+from slider_drilling.errors import InputError
 
 _COMMANDS = ("time", "top_drive_angle", "top_drive_speed", "block_position", "block_speed", "pump_speed")
 
@@ -88,3 +89,20 @@ def _cubic(time: Array, value: Array, slope: Array, cell: NDArray[np.intp], at: 
     position = value[cell] + u * (rise + (1.0 - u) * (a * (1.0 - u) + b * u))
     rate = rise + (1.0 - 2.0 * u) * (a * (1.0 - u) + b * u) + u * (1.0 - u) * (b - a)
     return position, rate / length
+
+
+def finite(response: Response) -> Response:
+    """The response itself. Raises InputError where it holds anything but finite numbers, and says from when on.
+
+    Each number of the rig file may be possible and all of them together not: a step can then outrun itself. Fits
+    try such sets, and must see what comes of them; whoever runs a rig must hear of it.
+    """
+    wrong = np.zeros(response.time.shape, dtype=bool)
+    for column in fields(Response):
+        wrong |= ~np.isfinite(getattr(response, column.name))
+    if wrong.any():
+        raise InputError(
+            f"simulation: no finite numbers from {response.time[wrong.argmax()]:g} s on: the rig file's numbers, each "
+            "possible by itself, do not go together; take effects out one by one"
+        )
+    return response

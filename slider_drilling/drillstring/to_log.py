@@ -47,6 +47,8 @@ def _write_sample(writer: LogWriter, stamp: float, k: int, commands: Commands, r
         bit.name, stamp, bit.joint, response.tool_face[k], response.tool_face_rate[k], response.bit_torque[k]
     )
     writer.wrench(TOPICS["truth_weight_on_bit"].name, stamp, (response.weight_on_bit[k], 0.0, 0.0))
+    depth = TOPICS["truth_depth"]
+    writer.joint_state(depth.name, stamp, depth.joint, response.bit_depth[k], response.rate_of_penetration[k])
 
 
 def _mwd(rig: Rig, response: Response) -> list[tuple[float, float, float]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -13,7 +14,7 @@ from slider_drilling.drillstring.assemble import Modifiers, Start
 from slider_drilling.drillstring.drives import DriveState, follow
 from slider_drilling.drillstring.layout import Array
 from slider_drilling.drillstring.profile import Profile
-from slider_drilling.drillstring.record import Commands, Response
+from slider_drilling.drillstring.record import Commands, Response, finite
 from slider_drilling.drillstring.sensors import MwdSensor, SurfaceSensor
 from slider_drilling.drillstring.simulate import ELEMENTS, Plant, PlantState
 from slider_drilling.rig import Rig
@@ -149,4 +150,7 @@ class VirtualRig:
 
 
 def _truth(response: Response) -> Truth:
-    return Truth(**{name: float(getattr(response, name)[0]) for name in Truth.__dataclass_fields__})
+    values = {name: float(getattr(response, name)[0]) for name in Truth.__dataclass_fields__}
+    if not math.isfinite(sum(values.values())):
+        finite(response)
+    return Truth(**values)

@@ -16,8 +16,10 @@ NAMES = {
     "mud_pump": ("pump_angle", "pump_speed", "pump_torque"),
     "mwd_tool_face": ("mwd_tool_face", "mwd_tool_face_rate", "mwd_torque"),
     "tool_face_target": ("tool_face_target", "tool_face_target_rate", "tool_face_target_torque"),
+    "bit_depth": ("measured_bit_depth", "measured_bit_speed", "measured_bit_force"),
     "truth_bit": ("tool_face", "tool_face_rate", "bit_torque"),
     "truth_weight_on_bit": ("weight_on_bit",),
+    "truth_depth": ("bit_depth", "rate_of_penetration", "bit_force"),
 }
 _ANGLE, _LENGTH = ("rad", "rad/s", "N m"), ("m", "m/s", "N")
 _VALUE = {"standpipe_pressure": "Pa", "truth_weight_on_bit": "N"}
@@ -36,7 +38,8 @@ def columns_of(log: RigLog) -> Columns:
 
 def _of_joint(key: str, series: JointSeries) -> list[Sampled]:
     names = NAMES.get(key, (f"{key}_position", f"{key}_velocity", f"{key}_effort"))
-    arrays, units = (series.position, series.velocity, series.effort), _LENGTH if "works" in key else _ANGLE
+    arrays = (series.position, series.velocity, series.effort)
+    units = _LENGTH if "works" in key or "depth" in key else _ANGLE
     return [Sampled(name, unit, series.time, array) for name, unit, array in zip(names, units, arrays, strict=True)]
 
 

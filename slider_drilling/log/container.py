@@ -1,29 +1,61 @@
-"""MCAP files record by record, recovering what a damaged or unfinished one still holds."""
+"""MCAP files as they are found: whole, unfinished, damaged, several in one; what is lost of them is said."""
 
 from __future__ import annotations
 
+import io
 import struct
+from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import IO
 
-from mcap.data_stream import RecordBuilder
-from mcap.exceptions import EndOfFile, InvalidMagic, McapError
-from mcap.records import Attachment, Channel, Chunk, Footer, McapRecord, Message, Metadata, Schema, Statistics
-from mcap.stream_reader import StreamReader, breakup_chunk
-from zstandard import ZstdError
+import numpy as np
+from mcap.data_stream import ReadDataStream, RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, Message, Metadata, Schema, Statistics
 
 from slider_drilling.errors import InputError
+from slider_drilling.log.chunk import (
+    DAMAGE,
+    Block,
+    UnknownCompression,
+    Unreadable,
+    block_of,
+    chunk_head,
+    each,
+    open_chunk,
+)
+from slider_drilling.log.tail import Tail, read_tail
+from slider_drilling.log.walk import HEAD, MAGIC, Damage, End, Record, Source, next_record, record_at, walk
 
-COMPRESSIONS = ("", "zstd", "lz4")
-# What the mcap package raises on bytes that are no record: its own errors, and those of the parsers beneath it.
-DAMAGE = (McapError, ValueError, struct.error, ZstdError, RuntimeError, MemoryError, OverflowError)
+# Bytes of a record, chunks and messages aside, that is read: rig files and notes are some kB.
+LARGEST_RECORD = 64 * 1024 * 1024
+# Bytes of messages that are handed on at a time, about, however small the chunks are.
+_TOGETHER = 1 << 20
+_TO_THE_END = "recovered up to the last complete chunk"
+
+
+@dataclass
+class Lost:
+    """Chunks that could not be opened: why -> (how many, the seconds that they were to cover)."""
+
+    chunks: dict[str, tuple[int, float]] = field(default_factory=dict)
+    unknown: Counter[int] = field(default_factory=Counter)
+    late: int = 0
+
+    def add_chunk(self, why: str, seconds: float) -> None:
+        """Count one."""
+        count, before = self.chunks.get(why, (0, 0.0))
+        self.chunks[why] = (count + 1, before + seconds)
 
 
 @dataclass
 class Container:
-    """What one MCAP file holds besides messages, filled while its messages are read."""
+    """What one file holds besides messages, filled while its messages are read.
+
+    Ids of schemas and channels are made unique over the logs that a file may hold one after another. moved: its
+    chunks are not in the order in which they were written.
+    """
 
     path: Path
     schemas: dict[int, Schema] = field(default_factory=dict)
@@ -31,93 +63,264 @@ class Container:
     attachments: list[Attachment] = field(default_factory=list)
     metadata: list[Metadata] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    moved: bool = False
+    sections: int = 0
 
     def messages(self) -> Iterator[tuple[Channel, Message]]:
         """Every message in the order of the file. Raises InputError where the file is no MCAP file at all."""
+        for block in self.blocks():
+            for channel, sequence, logged, published, data in each(block):
+                yield self.channels[channel], Message(
+                    channel_id=channel, sequence=sequence, log_time=logged, publish_time=published, data=data
+                )
+
+    def blocks(self) -> Iterator[Block]:
+        """The same, many at a time, each with a channel that is known and a log time below 2^63 ns."""
         try:
             with self.path.open("rb") as file:
-                count = 0
-                for record in self._records(file):
-                    if isinstance(record, Message):
-                        count += 1
-                        channel = self.channels.get(record.channel_id)
-                        if channel is not None:
-                            yield channel, record
-                    elif isinstance(record, Statistics):
-                        self._compare(count, record.message_count)
-                    else:
-                        self._keep(record)
+                source = Source(file)
+                if source.size == 0:
+                    raise InputError(f"{self.path}: is empty; expected an MCAP file")
+                self._check_beginning(source)
+                begin: int | None = len(MAGIC)
+                while begin is not None:
+                    section = Section(self, source, begin)
+                    self.sections += 1
+                    yield from section.blocks()
+                    begin = section.next_begin
         except FileNotFoundError:
             raise InputError(f"{self.path}: no such log; check the path") from None
         except OSError as error:
             raise InputError(f"{self.path}: cannot read this log: {error.strerror}") from None
+        if self.sections > 1:
+            self.notes.append(f"holds {self.sections} logs one after another; all were read")
 
-    def _compare(self, found: int, counted: int) -> None:
-        if found < counted:
-            self.notes.append(f"holds {found} messages of the {counted} that its own summary counts")
+    def _check_beginning(self, source: Source) -> None:
+        """Raises InputError unless the file begins as an MCAP file does, but for a byte."""
+        begins = source.read(0, len(MAGIC))
+        wrong = sum(one != two for one, two in zip(begins, MAGIC, strict=False)) + len(MAGIC) - len(begins)
+        first = record_at(source, len(MAGIC))
+        if wrong > 1 or (wrong == 1 and (first is None or first.opcode != Opcode.HEADER)):
+            raise InputError(f"{self.path}: not an MCAP file; logs are MCAP, see `slider-drilling import`")
+        if wrong:
+            self.notes.append("its first bytes are damaged")
 
-    def _keep(self, record: McapRecord) -> None:
-        if isinstance(record, Schema):
-            self.schemas[record.id] = record
-        elif isinstance(record, Channel):
-            self.channels[record.id] = record
-        elif isinstance(record, Attachment):
-            self.attachments.append(record)
-        elif isinstance(record, Metadata):
-            self.metadata.append(record)
 
-    def _records(self, file: IO[bytes]) -> Iterator[McapRecord]:
-        """Records with chunks opened, up to the footer or to where the file breaks off."""
-        size = self.path.stat().st_size
-        if size == 0:
-            raise InputError(f"{self.path}: is empty; expected an MCAP file")
-        reader = StreamReader(file, emit_chunks=True, record_size_limit=size)
-        closed = False
+class Section:
+    """One log within a file, from behind its magic on. next_begin: where the next one's first record is, if any."""
+
+    def __init__(self, container: Container, source: Source, begin: int) -> None:
+        self._container = container
+        self._source = source
+        self._begin = begin
+        self._base = begin - len(MAGIC)
+        self._offset = container.sections << 16
+        self._tail: Tail | None = read_tail(source, self._base)
+        self._lost = Lost()
+        self._parts: list[bytes] = []
+        self._places: list[int] = []
+        self._gathered_size = 0
+        self._count = 0
+        self._unchunked = 0
+        self._is_damaged = False
+        self.next_begin: int | None = None
+
+    def blocks(self) -> Iterator[Block]:
+        """Messages; schemas, channels, attachments, metadata and notes go to the container on the way."""
+        for schema in self._tail.schemas if self._tail else ():
+            self._keep_schema(schema)
+        for channel in self._tail.channels if self._tail else ():
+            self._keep_channel(channel)
+        starts = sorted(self._tail.chunks) if self._tail else []
+        for item in walk(self._source, self._begin, starts):
+            if isinstance(item, Damage):
+                self._note_damage(item)
+            elif isinstance(item, End):
+                self._look_behind(item.at)
+            elif item.opcode == Opcode.HEADER and item.start > self._begin:
+                # The end of the log before is missing: this begins another.
+                self.next_begin = item.start
+                break
+            else:
+                self._take(item)
+            if self._gathered_size >= _TOGETHER:
+                yield from self._gathered()
+        yield from self._gathered()
+        self._tell()
+
+    def _take(self, record: Record) -> None:
+        """What one record holds."""
+        if record.opcode == Opcode.MESSAGE:
+            self._unchunked += 1
+            self._gather(self._source.read(record.start, record.end - record.start), [HEAD])
+        elif record.opcode == Opcode.CHUNK:
+            self._chunk(record)
+        elif record.opcode == Opcode.DATA_END:
+            self._check_data(record)
+        elif record.opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.ATTACHMENT, Opcode.METADATA, Opcode.STATISTICS):
+            self._keep(record)
+
+    def _chunk(self, record: Record) -> None:
+        """The messages of a chunk, and the channels that it describes."""
+        content = self._content(record)
+        head = chunk_head(content)
+        index = self._tail.chunks.get(record.start) if self._tail else None
         try:
-            for record in reader.records:
-                if isinstance(record, Chunk):
-                    yield from self._opened(record)
-                elif isinstance(record, Attachment) and _damaged(record, file):
-                    self.notes.append(f"attachment {record.name} is damaged and was left out")
-                else:
-                    yield record
-                closed = closed or isinstance(record, Footer)
-        except InvalidMagic:
-            if not closed:
-                raise InputError(
-                    f"{self.path}: not an MCAP file; logs are MCAP, see `slider-drilling import`"
-                ) from None
-            self.notes.append("does not end as an MCAP file does; everything before its end was read")
-        except EndOfFile:
-            self._broken_off(file.tell(), size)
-        except DAMAGE:
-            if file.tell() <= 8:
-                raise InputError(f"{self.path}: not an MCAP file: {size} bytes; check the path") from None
-            self._broken_off(file.tell(), size)
-
-    def _broken_off(self, position: int, size: int) -> None:
-        self.notes.append(
-            f"breaks off or is damaged at byte {position} of {size}; recovered up to the last complete chunk"
-        )
-
-    def _opened(self, chunk: Chunk) -> list[McapRecord]:
-        if chunk.compression not in COMPRESSIONS:
+            opened = open_chunk(content)
+        except UnknownCompression as error:
             raise InputError(
-                f"{self.path}: a chunk is compressed with {chunk.compression!r}; "
-                "write it again with zstd, lz4 or no compression"
+                f"{self._container.path}: a chunk is {error}; write it again with zstd, lz4 or no compression"
+            ) from None
+        except Unreadable as error:
+            first, last = (
+                (head.first, head.last) if index is None else (index.message_start_time, index.message_end_time)
             )
+            self._is_damaged = True
+            self._lost.add_chunk(str(error), max(0, last - first) * 1e-9)
+            return
+        if self._tail and self._tail.chunks:
+            self._container.moved |= index is None or (
+                index.message_start_time != head.first and index.message_end_time != head.last
+            )
+        for schema in opened.schemas:
+            self._keep_schema(schema)
+        for channel in opened.channels:
+            self._keep_channel(channel)
+        self._gather(opened.data, opened.places)
+
+    def _gather(self, data: bytes, places: list[int]) -> None:
+        """Add messages, whose content begins at these places, to those that are handed on together."""
+        self._count += len(places)
+        self._parts.append(data)
+        self._places += [self._gathered_size + place for place in places]
+        self._gathered_size += len(data)
+
+    def _gathered(self) -> Iterator[Block]:
+        """The messages that came since the last time."""
+        data, places = b"".join(self._parts), self._places
+        self._parts, self._places, self._gathered_size = [], [], 0
+        if places:
+            yield from self._usable(block_of(data, places))
+
+    def _usable(self, block: Block) -> Iterator[Block]:
+        """The messages that can be used; the others are counted."""
+        known = np.isin(block.channel, [key - self._offset for key in self._container.channels])
+        if not known.all():
+            self._lost.unknown.update(block.channel[~known].tolist())
+        early = block.log_time < 2**63
+        self._lost.late += int(np.count_nonzero(known & ~early))
+        if not (known & early).all():
+            block = block.only(known & early)
+        if len(block.channel):
+            yield replace(block, channel=block.channel + self._offset)
+
+    def _content(self, record: Record) -> bytes:
+        return self._source.read(record.content, record.end - record.content)
+
+    def _keep(self, record: Record) -> None:
+        """A record that is neither chunk nor message."""
+        if record.end - record.content > LARGEST_RECORD:
+            self._container.notes.append(f"a record of {(record.end - record.content) / 1e6:.0f} MB was left out")
+            return
+        content = self._content(record)
+        stream = ReadDataStream(io.BytesIO(content))
         try:
-            return breakup_chunk(chunk, validate_crc=True)
+            if record.opcode == Opcode.SCHEMA:
+                self._keep_schema(Schema.read(stream))
+            elif record.opcode == Opcode.CHANNEL:
+                self._keep_channel(Channel.read(stream))
+            elif record.opcode == Opcode.METADATA:
+                self._container.metadata.append(Metadata.read(stream))
+            elif record.opcode == Opcode.STATISTICS:
+                self._compare(Statistics.read(stream).message_count)
+            else:
+                self._keep_attachment(Attachment.read(stream), content)
         except DAMAGE:
-            span = (chunk.message_end_time - chunk.message_start_time) * 1e-9
-            self.notes.append(f"a damaged chunk was left out: a gap of {span:.1f} s")
-            return []
+            self._is_damaged = True
+            self._container.notes.append(f"a damaged record at byte {record.start} was left out")
 
+    def _keep_attachment(self, attachment: Attachment, content: bytes) -> None:
+        written = content[-4:]
+        right = RecordBuilder()
+        attachment.write(right)
+        if written in (b"\0\0\0\0", right.end()[-4:]):
+            self._container.attachments.append(attachment)
+        else:
+            self._is_damaged = True
+            self._container.notes.append(f"attachment {attachment.name} is damaged and was left out")
 
-def _damaged(attachment: Attachment, file: IO[bytes]) -> bool:
-    """Whether the checksum at the end of the attachment, which the file has just been read to, does not fit it."""
-    file.seek(-4, 1)
-    written = file.read(4)
-    right = RecordBuilder()
-    attachment.write(right)
-    return written not in (b"\0\0\0\0", right.end()[-4:])
+    def _keep_schema(self, schema: Schema) -> None:
+        # What came first stays: the summary, whose checksum is right, or what the messages so far were taken for.
+        self._container.schemas.setdefault(schema.id + self._offset, replace(schema, id=schema.id + self._offset))
+
+    def _keep_channel(self, channel: Channel) -> None:
+        key = channel.id + self._offset
+        schema_id = channel.schema_id + self._offset if channel.schema_id else 0
+        self._container.channels.setdefault(key, replace(channel, id=key, schema_id=schema_id))
+
+    def _compare(self, counted: int) -> None:
+        if self._count < counted:
+            self._container.notes.append(
+                f"holds {self._count} messages of the {counted} that its own summary counts"
+            )
+
+    def _check_data(self, record: Record) -> None:
+        """Compare the checksum over all that came before with the one that was written."""
+        (written,) = struct.unpack("<I", self._content(record))
+        if written == 0 or (not self._unchunked and (self._is_damaged or self._container.moved)):
+            return
+        # Some writers leave the magic out of it.
+        if written in (self._source.crc(self._base, record.start), self._source.crc(self._begin, record.start)):
+            return
+        if self._unchunked:
+            self._container.notes.append("the checksum over its messages does not fit: some of them may be wrong")
+        else:
+            self._container.notes.append("is damaged outside its chunks: the messages are whole, its notes may not be")
+
+    def _look_behind(self, at: int) -> None:
+        """What follows the footer: the magic, and at times another log."""
+        source, notes = self._source, self._container.notes
+        behind = source.read(at, 2 * len(MAGIC))
+        if behind[: len(MAGIC)] != MAGIC:
+            notes.append("does not end as an MCAP file does; everything before its end was read")
+        at += len(MAGIC)
+        if at >= source.size:
+            if self._tail is None and not self._is_damaged and self._has_summary(at):
+                notes.append("its summary is damaged and was not used")
+            return
+        begin = at + len(MAGIC) if source.read(at, len(MAGIC)) == MAGIC else next_record(source, at)
+        if begin is None:
+            notes.append(f"{source.size - at} bytes after its end were not read")
+        else:
+            self.next_begin = begin
+
+    def _has_summary(self, end: int) -> bool:
+        """Whether the footer, which ends with the file's magic at `end`, names a summary."""
+        start, _, _ = struct.unpack("<QQI", self._source.read(end - len(MAGIC) - 20, 20))
+        return bool(start)
+
+    def _note_damage(self, damage: Damage) -> None:
+        size = self._source.size
+        self._is_damaged = True
+        if damage.at_end:
+            self._container.notes.append(f"breaks off or is damaged at byte {damage.start} of {size}; {_TO_THE_END}")
+        else:
+            self._container.notes.append(
+                f"is damaged from byte {damage.start} to {damage.end} of {size}; that stretch was left out"
+            )
+
+    def _tell(self) -> None:
+        """Notes on what was counted."""
+        notes = self._container.notes
+        for why, (count, seconds) in self._lost.chunks.items():
+            what = f"a {why} chunk was" if why == "damaged" else f"a chunk {why} was"
+            if count > 1:
+                what = f"{count} {why} chunks were" if why == "damaged" else f"{count} chunks {why} were"
+            notes.append(f"{what} left out: a gap of {seconds:.1f} s")
+        if self._lost.unknown:
+            total, ids = sum(self._lost.unknown.values()), ", ".join(map(str, sorted(self._lost.unknown)))
+            notes.append(f"{total} messages of channels whose description is lost were left out (ids {ids})")
+        if self._lost.late:
+            notes.append(f"{self._lost.late} messages logged after the year 2262 were left out")
+        if self._container.moved:
+            notes.append("its chunks are not where its index says; put in the order of their times")

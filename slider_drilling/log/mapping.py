@@ -27,6 +27,7 @@ CHANNELS = {
     "block_speed": ("draw_works", "velocity", "speed"),
     "hook_load": ("draw_works", "effort", "force"),
     "block_speed_command": ("draw_works_command", "velocity", "speed"),
+    "bit_depth": ("bit_depth", "position", "length"),
     "standpipe_pressure": ("standpipe_pressure", "value", "pressure"),
     "pump_speed": ("mud_pump", "velocity", "angular speed"),
     "pump_flow": ("mud_pump", "velocity", "flow"),

@@ -38,7 +38,7 @@ MAGIC = b"\x89MCAP0\r\n"
 # opcode, length, channel, sequence, log time, publish time; the message's data follows.
 _MESSAGE = struct.Struct("<BQHIQQ")
 _MESSAGE_FIXED = 22
-# A damaged chunk is lost as a whole: this much is some ten seconds of a rig's channels.
+# Of an open chunk, at most, before it is written.
 CHUNK_BYTES = 64 * 1024
 
 
@@ -100,7 +100,8 @@ class McapFile:
     is in the file stays readable then and the file can still be finished.
     """
 
-    def __init__(self, descriptor: int, library: str) -> None:
+    def __init__(self, descriptor: int, library: str, chunk_bytes: int = CHUNK_BYTES) -> None:
+        self._chunk_bytes = chunk_bytes
         self._file = GrowingFile(descriptor)
         self._compress = zstandard.ZstdCompressor().compress
         self._chunk = OpenChunk()
@@ -154,7 +155,7 @@ class McapFile:
         chunk.first = log_time if not chunk.count else min(chunk.first, log_time)
         chunk.last = max(chunk.last, log_time)
         chunk.count += 1
-        if len(chunk.data) >= CHUNK_BYTES:
+        if len(chunk.data) >= self._chunk_bytes:
             self.flush()
 
     def attachment(self, name: str, media_type: str, data: bytes) -> None:

@@ -3,58 +3,51 @@
 from __future__ import annotations
 
 import os
-from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
+import yaml
 
 from slider_drilling.errors import InputError
 from slider_drilling.files import read_text
+from slider_drilling.log.chunk import Block
 from slider_drilling.log.container import Container
-from slider_drilling.log.decode import Row, row_decoder
-from slider_drilling.log.series import Array, JointSeries, RigLog, ScalarSeries
+from slider_drilling.log.decode import Array, Decoder, Integers
+from slider_drilling.log.possible import possible
+from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
+from slider_drilling.log.tracks import OTHER_CLOCK, SECOND, Track, ordered, within
 from slider_drilling.messages.topics import CLOCKS, JOINT_STATE, SURFACE, TOPICS, canonical_type, namespace_of
+from slider_drilling.printable import printable
 
-# A log whose clock differs from its stamps' by more was recorded on another clock (wall against simulated time).
-OTHER_CLOCK = 10.0
-# A surface channel whose stamps step back by more holds two runs.
-STEP_BACK = 1.0
-
-Integers = NDArray[np.int64]
+# Samples of a rig's channels that are read, about: at 10 Hz a week, in a bit more than 1 GB.
+MOST_SAMPLES = 25_000_000
 
 
 @dataclass
 class Samples:
-    """Rows of one topic as they were read, and the decoder that reads them; ends: how many after each file."""
+    """Samples of one topic as they were read, and what reads them; ends: how many there are after each file."""
 
     key: str
     topic: str
-    decode: Callable[[bytes], Row]
-    rows: list[Row] = field(default_factory=list)
-    logged: list[int] = field(default_factory=list)
+    decoder: Decoder
+    parts: list[Track] = field(default_factory=list)
+    count: int = 0
     ends: dict[Path, int] = field(default_factory=dict)
-    unreadable: Counter[str] = field(default_factory=Counter)
 
-    def add(self, data: bytes, log_time: int) -> None:
-        try:
-            row = self.decode(data)
-        except InputError as error:
-            self.unreadable[str(error)] += 1
-            return
-        self.rows.append(row)
-        self.logged.append(log_time)
+    def add(self, block: Block, file: Path) -> None:
+        """Read the messages of this topic alone."""
+        readable, stamp, values = self.decoder.decode(block)
+        self.parts.append(Track(stamp, block.log_time[readable].astype(np.int64), values))
+        self.count += len(stamp)
+        self.ends[file] = self.count
 
-
-@dataclass(frozen=True)
-class Track:
-    """One series in the stamps' clock: stamps and log times, ns, stamps strictly increasing; values, shape (n, 3)."""
-
-    stamp: Integers
-    logged: Integers
-    values: Array
+    def track(self) -> Track:
+        """All of them, in the order of the files."""
+        parts = self.parts
+        return Track(np.concatenate([part.stamp for part in parts]), np.concatenate([part.logged for part in parts]),
+                     np.concatenate([part.values for part in parts]))  # fmt: skip
 
 
 def read_log(
@@ -66,53 +59,109 @@ def read_log(
     several rigs'. Truncated and damaged files are read as far as they go; RigLog.notes says so. Raises InputError
     for a file that is missing, no MCAP file, or without any topic of a rig, and for two runs in one log.
     """
-    source = str(path)
-    containers = [Container(file) for file in _files(Path(path))]
+    source = printable(str(path))
+    try:
+        return _read(Path(path), source, rig_path, namespace)
+    except InputError as error:
+        # Topics and types of any log may be in it.
+        raise InputError(printable(str(error))) from None
+
+
+def _read(path: Path, source: str, rig_path: str | os.PathLike[str] | None, namespace: str | None) -> RigLog:
+    containers = [Container(file) for file in log_files(path)]
     sampled: dict[str, Samples] = {}
     ignored: dict[str, str] = {}
     for container in containers:
         _collect(container, sampled, ignored)
     notes = [f"{container.path.name}: {note}" for container in containers for note in container.notes]
     notes += [f"{topic}: ignored, {why}" for topic, why in sorted(ignored.items())]
-    chosen = _choose([samples for samples in sampled.values() if samples.rows], namespace, source)
+    chosen = _choose([samples for samples in sampled.values() if samples.count], namespace, source)
     for samples in sampled.values():
-        notes += [f"{samples.topic}: {n} unreadable messages: {why}" for why, n in samples.unreadable.items()]
+        notes += [f"{samples.topic}: {n} unreadable messages: {why}" for why, n in samples.decoder.unreadable.items()]
     if not chosen:
         raise InputError(_nothing(source, containers, notes, namespace))
-    for key in SURFACE:
-        if key in chosen:
-            _check_one_run(chosen[key], source)
-    tracks = {key: _track(samples, source, notes) for key, samples in chosen.items()}
+    moved = any(container.moved for container in containers)
+    tracks = {}
+    for key, samples in chosen.items():
+        track = samples.track()
+        if key in SURFACE:
+            _check_one_run(samples, track, source)
+        tracks[key] = ordered(track, samples.topic, key in SURFACE, moved, source, notes)
+    _leave_out_far(tracks, chosen, notes)
     rig_text, rig_source = _rig(source, rig_path, containers, notes)
-    return _assemble(source, tracks, notes, rig_text, rig_source, _metadata(containers))
+    return possible(_assemble(source, tracks, notes, rig_text, rig_source, _metadata(containers)))
 
 
-def _files(path: Path) -> list[Path]:
+def _leave_out_far(tracks: dict[str, Track], chosen: dict[str, Samples], notes: list[str]) -> None:
+    """Keep of every series what was stamped within the time of the log's clock."""
+    clock = next(key for key in CLOCKS if key in tracks)
+    for key in [key for key in tracks if key != clock]:
+        kept = within(tracks[key], tracks[clock], chosen[key].topic, key in SURFACE, notes)
+        if kept is None:
+            del tracks[key]
+        else:
+            tracks[key] = kept
+
+
+def log_files(path: Path) -> list[Path]:
+    """The files of a log: itself, or those that a bag's folder lists, or all MCAP files in a folder."""
     if not path.is_dir():
         return [path]
-    files = sorted(path.glob("*.mcap"), key=lambda file: (len(file.name), file.name))
+    listed = _listed(path / "metadata.yaml")
+    files = [file for file in listed if file.is_file()] or sorted(
+        path.glob("*.mcap"), key=lambda file: (len(file.name), file.name)
+    )
     if not files:
         raise InputError(f"{path}: a folder without .mcap files; give a log, or the folder of an MCAP bag")
     return files
 
 
+def _listed(metadata: Path) -> list[Path]:
+    """The files that a bag's metadata.yaml lists; none where there is no such file, or it says something else."""
+    try:
+        found = yaml.safe_load(metadata.read_text(encoding="utf-8"))
+        names = found["rosbag2_bagfile_information"]["relative_file_paths"]
+        return [metadata.parent / Path(str(name)).name for name in names if str(name).endswith(".mcap")]
+    except (OSError, UnicodeDecodeError, yaml.YAMLError, TypeError, KeyError, RecursionError):
+        return []
+
+
 def _collect(container: Container, sampled: dict[str, Samples], ignored: dict[str, str]) -> None:
-    """Sort the container's messages by topic, decoding those of a rig."""
+    """Sort the container's messages by topic, decoding those of a rig. Raises InputError for more than can be held."""
     by_channel: dict[int, Samples | None] = {}
-    for channel, message in container.messages():
-        if channel.id not in by_channel:
-            schema = container.schemas.get(channel.schema_id)
-            matched = _match(channel.topic, schema.name if schema is not None else None)
-            if isinstance(matched, Samples) and channel.message_encoding != "cdr":
-                matched = f"its messages are encoded as {channel.message_encoding!r}, not cdr"
-            if isinstance(matched, str):
-                ignored[channel.topic] = matched
-                matched = None
-            by_channel[channel.id] = sampled.setdefault(channel.topic, matched) if matched is not None else None
-        samples = by_channel[channel.id]
-        if samples is not None:
-            samples.add(message.data, message.log_time)
-            samples.ends[container.path] = len(samples.rows)
+    for block in container.blocks():
+        for number in np.unique(block.channel).tolist():
+            if number not in by_channel:
+                by_channel[number] = _samples_of(container, number, sampled, ignored)
+            samples = by_channel[number]
+            if samples is not None:
+                samples.add(block.only(block.channel == number), container.path)
+        if sum(samples.count for samples in sampled.values()) > MOST_SAMPLES:
+            raise InputError(
+                f"{container.path}: holds more than {MOST_SAMPLES:,} samples of a rig's channels, which is more than "
+                "is read at once; split it with another tool, such as `mcap filter`"
+            )
+
+
+def _samples_of(
+    container: Container, number: int, sampled: dict[str, Samples], ignored: dict[str, str]
+) -> Samples | None:
+    """Where the messages of a channel go; None for nowhere."""
+    channel = container.channels[number]
+    schema = container.schemas.get(channel.schema_id)
+    matched = _match(channel.topic, schema.name if schema is not None else None)
+    if isinstance(matched, Samples) and channel.message_encoding != "cdr":
+        matched = f"its messages are encoded as {channel.message_encoding!r}, not cdr"
+    if isinstance(matched, str):
+        ignored[channel.topic] = matched
+        return None
+    return sampled.setdefault(channel.topic, matched) if matched is not None else None
+
+
+def match(topic: str, type_name: str | None) -> str:
+    """The series that a topic is; empty where it is none, or its type is another one."""
+    matched = _match(topic, type_name)
+    return matched.key if isinstance(matched, Samples) else ""
 
 
 def _match(topic: str, type_name: str | None) -> Samples | str | None:
@@ -122,7 +171,7 @@ def _match(topic: str, type_name: str | None) -> Samples | str | None:
             continue
         if type_name is not None and canonical_type(type_name) != known.type:
             return f"its type is {type_name}, not {known.type}"
-        return Samples(key, topic, row_decoder(known))
+        return Samples(key, topic, Decoder(known))
     return None
 
 
@@ -143,16 +192,20 @@ def _choose(found: Iterable[Samples], namespace: str | None, source: str) -> dic
     return chosen
 
 
-def _check_one_run(samples: Samples, source: str) -> None:
+def _check_one_run(samples: Samples, track: Track, source: str) -> None:
     """Raises InputError where the files of a folder overlap in time: they are several runs, not one in parts."""
-    before, last, first_row = "", 0, 0
+    before, last, first = "", 0, 0
     for path, end in samples.ends.items():
-        stamps = [row[0] for row in samples.rows[first_row:end]]
-        if before and stamps and min(stamps) < last:
+        stamps = track.stamp[first:end]
+        if not len(stamps):
+            continue
+        # Single stamps may be wrong: the bulk of them tells.
+        low, high = np.quantile(stamps, (0.02, 0.98), method="nearest").tolist()
+        if before and low < last:
             raise InputError(
                 f"{source}: {before} and {path.name} overlap in time, so they are two runs; give one of them"
             )
-        before, last, first_row = path.name, max(stamps, default=last), end
+        before, last, first = path.name, high, end
 
 
 def _nothing(source: str, containers: list[Container], notes: list[str], namespace: str | None) -> str:
@@ -161,31 +214,6 @@ def _nothing(source: str, containers: list[Container], notes: list[str], namespa
     where = "" if namespace is None else f" in namespace {namespace!r}"
     why = "".join(f"; {note}" for note in notes)
     return f"{source}: no message of a rig's topics{where} (top_drive/joint_states and so on); {there}{why}"
-
-
-def _track(samples: Samples, source: str, notes: list[str]) -> Track:
-    """Rows in the order of their stamps, one a stamp."""
-    stamp = np.array([row[0] for row in samples.rows], dtype=np.int64)
-    logged = np.array(samples.logged, dtype=np.int64)
-    values = np.array([row[1:] for row in samples.rows], dtype=np.float64)
-    order = np.argsort(logged, kind="stable")
-    stamp, logged, values = stamp[order], logged[order], values[order]
-    if not stamp.any() and logged.any():
-        notes.append(f"{samples.topic}: no stamps in its headers; log times taken instead")
-        stamp = logged.copy()
-    back = -np.diff(stamp, prepend=stamp[:1]) * 1e-9
-    if samples.key in SURFACE and back.max() > STEP_BACK:
-        at = (stamp[int(back.argmax()) - 1] - stamp[0]) * 1e-9
-        raise InputError(
-            f"{source}: {samples.topic}: stamps step back by {back.max():.1f} s after {at:.1f} s: "
-            "two runs in one log; split it"
-        )
-    order = np.argsort(stamp, kind="stable")
-    stamp, logged, values = stamp[order], logged[order], values[order]
-    last = np.append(np.diff(stamp) > 0, True)
-    if not last.all():
-        notes.append(f"{samples.topic}: {np.count_nonzero(~last)} repeated stamps; the last message of each kept")
-    return Track(stamp[last], logged[last], values[last])
 
 
 def _seconds(nanoseconds: Integers) -> Array:
@@ -203,10 +231,10 @@ def _assemble(
     """Series in seconds since the first sample of the top drive, or of the first channel there is."""
     clock = tracks[next(key for key in CLOCKS if key in tracks)]
     start = clock.stamp[0]
-    offset = float(np.median(clock.logged - clock.stamp)) * 1e-9
+    offset = float(np.median(clock.logged.astype(np.float64) - clock.stamp))
     other_clock = abs(offset) > OTHER_CLOCK
     if other_clock:
-        notes.append(f"log times are {offset:.1f} s off the stamps; arrivals are given in the stamps' clock")
+        notes.append(f"log times are {offset / SECOND:.1f} s off the stamps; arrivals are given in the stamps' clock")
 
     def arrival(track: Track) -> Array:
         if not other_clock:
@@ -231,8 +259,8 @@ def _assemble(
         start_ns=int(start),
         rig_text=rig_text,
         rig_source=rig_source,
-        metadata=metadata,
-        notes=tuple(notes),
+        metadata={key: printable(value) for key, value in metadata.items()},
+        notes=tuple(printable(note) for note in notes),
         top_drive=joints.get("top_drive"),
         top_drive_command=joints.get("top_drive_command"),
         draw_works=joints.get("draw_works"),
@@ -241,8 +269,10 @@ def _assemble(
         mud_pump=joints.get("mud_pump"),
         mwd_tool_face=joints.get("mwd_tool_face"),
         tool_face_target=joints.get("tool_face_target"),
+        bit_depth=joints.get("bit_depth"),
         truth_bit=joints.get("truth_bit"),
         truth_weight_on_bit=scalars.get("truth_weight_on_bit"),
+        truth_depth=joints.get("truth_depth"),
     )
 
 

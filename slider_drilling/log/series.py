@@ -73,8 +73,10 @@ class RigLog:
     mud_pump: JointSeries | None = None
     mwd_tool_face: JointSeries | None = None
     tool_face_target: JointSeries | None = None
+    bit_depth: JointSeries | None = None
     truth_bit: JointSeries | None = None
     truth_weight_on_bit: ScalarSeries | None = None
+    truth_depth: JointSeries | None = None
 
     def __repr__(self) -> str:
         there = [name for name, value in vars(self).items() if isinstance(value, (JointSeries, ScalarSeries))]
@@ -98,10 +100,10 @@ class RigLog:
 
     def plot(self) -> plotly.graph_objects.Figure:
         """Tool-face, top drive, torque, pressure, hook load and weight on bit against time, in field units."""
-        from slider_drilling.log.figure import time_figure
-        from slider_drilling.log.run_page import panels
+        from slider_drilling.log.run_page import chart
+        from slider_drilling.pages.notebook import plotly_figure
 
-        return time_figure(panels(self))
+        return plotly_figure(chart(self))
 
     def _columns(self) -> Columns:
         from slider_drilling.log.columns import columns_of

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
@@ -19,16 +21,41 @@ UNITS = {
     "mud_pump": ("rad", "rad/s", "N m"),
     "mwd_tool_face": ("rad", "rad/s", "N m"),
     "tool_face_target": ("rad", "rad/s", "N m"),
+    "bit_depth": ("m", "m/s", "N"),
     "truth_bit": ("rad", "rad/s", "N m"),
     "truth_weight_on_bit": ("N",),
+    "truth_depth": ("m", "m/s", "N"),
 }
+
+
+@dataclass(frozen=True)
+class Content:
+    """One array of a log. first, last: s; lowest, highest: in the unit; longest_gap: s between samples."""
+
+    topic: str
+    quantity: str
+    unit: str
+    samples: int
+    first: float
+    last: float
+    lowest: float
+    highest: float
+    longest_gap: float | None
 
 
 def summary_table(log: RigLog) -> Table:
     """One line an array that the log holds: samples, time span, range, longest gap between samples."""
-    table = Table(box=SIMPLE_HEAD)
-    for heading in ("topic", "quantity", "samples", "time, s", "range", "unit", "longest gap, s"):
-        table.add_column(heading, no_wrap=True)
+    table = Table("topic", "quantity", "samples", "time, s", "range", "unit", "longest gap, s", box=SIMPLE_HEAD)
+    for one in contents(log):
+        gap = "-" if one.longest_gap is None else f"{one.longest_gap:.2f}"
+        table.add_row(one.topic, one.quantity, str(one.samples), f"{one.first:.1f} to {one.last:.1f}",
+                      f"{one.lowest:.5g} to {one.highest:.5g}", one.unit, gap)
+    return table
+
+
+def contents(log: RigLog) -> list[Content]:
+    """The arrays that the log holds, those without a value left out."""
+    found = []
     for key, topic in TOPICS.items():
         series = getattr(log, key)
         if series is None:
@@ -39,13 +66,12 @@ def summary_table(log: RigLog) -> Table:
             arrays = {"value": series.value}
         for (quantity, values), unit in zip(arrays.items(), UNITS[key], strict=True):
             if not np.isnan(values).all():
-                table.add_row(topic.name, quantity, *_figures(series.time, values, unit))
-    return table
+                found.append(_content(topic.name, quantity, unit, series.time, values))
+    return found
 
 
-def _figures(time: Array, values: Array, unit: str) -> tuple[str, ...]:
+def _content(topic: str, quantity: str, unit: str, time: Array, values: Array) -> Content:
     there = ~np.isnan(values)
-    gap = f"{np.diff(time[there]).max():.2f}" if there.sum() > 1 else "-"
-    low, high = values[there].min(), values[there].max()
-    span = f"{time[there][0]:.1f} to {time[there][-1]:.1f}"
-    return (f"{there.sum()}", span, f"{low:.5g} to {high:.5g}", unit, gap)
+    gap = float(np.diff(time[there]).max()) if there.sum() > 1 else None
+    return Content(topic, quantity, unit, int(there.sum()), float(time[there][0]), float(time[there][-1]),
+                   float(values[there].min()), float(values[there].max()), gap)

@@ -16,10 +16,15 @@ from numpy.typing import NDArray
 from slider_drilling.errors import InputError
 from slider_drilling.files import read_text
 from slider_drilling.log.mapping import CHANNELS, ISO_TIME, Layout, Mapping, load_mapping
+from slider_drilling.log.possible import possible
 from slider_drilling.log.series import Array, JointSeries, RigLog, ScalarSeries
 from slider_drilling.messages.topics import CLOCKS, JOINT_STATE, TOPICS
+from slider_drilling.printable import printable
 from slider_drilling.rig import parse_rig
+from slider_drilling.yaml_tree import shown
 
+LAST = 2.0**31  # s since the epoch that a message's stamp can hold: January 2038
+_TALLEST = 50  # lines of a cell; a quote that is never closed takes in the rest of the table
 Words = dict[str, list[str]]
 
 
@@ -60,10 +65,16 @@ def read_table(
         raise InputError(f"{table.source}: every mapped column is empty or null")
     origin = float(there[next(key for key in CLOCKS if key in there)].time[0])
     series = {key: replace(one, time=one.time - origin, arrival=one.arrival - origin) for key, one in there.items()}
+    last = epoch_ns * 1e-9 + origin + max(float(one.arrival[-1]) for one in series.values())
+    if last >= LAST or origin < -LAST:
+        raise InputError(
+            f"{mapping.source}: time.unit = {mapping.layout.time.unit!r}: times would end in the year "
+            f"{round(1970 + last / 31_556_952, 0):.6g}; are they in ms or ns?"
+        )
     start_ns = epoch_ns + round(origin * 1e9)
     if start_ns < 0:
         raise InputError(f"{mapping.source}: start: times begin at {start_ns * 1e-9:g} s; give the table's start time")
-    return RigLog(
+    log = RigLog(
         source=table.source,
         start_ns=start_ns,
         rig_text=rig_text,
@@ -72,13 +83,24 @@ def read_table(
         notes=tuple(notes),
         **series,  # type: ignore[arg-type]
     )
+    return possible(log)
 
 
 def _read_words(path: Path, mapping: Mapping, rows: tuple[int, int] | None) -> Table:
     """The columns that the mapping names, as text."""
     layout = mapping.layout
-    reader = csv.reader(read_text(path, "table").splitlines()[layout.skip_lines :], delimiter=layout.delimiter)
-    body = [(layout.skip_lines + reader.line_num, row) for row in reader if any(word.strip() for word in row)]
+    lines = read_text(path, "table").splitlines(keepends=True)[layout.skip_lines :]
+    reader = csv.reader(lines, delimiter=layout.delimiter)
+    body: list[tuple[int, list[str]]] = []
+    try:
+        for row in reader:
+            if any(word.count("\n") > _TALLEST for word in row):
+                raise csv.Error(f"a cell of more than {_TALLEST} lines")
+            if any(word.strip() for word in row):
+                body.append((layout.skip_lines + reader.line_num, row))
+    except csv.Error as error:
+        begun = body[-1][0] + 1 if body else layout.skip_lines + 1
+        raise InputError(f"{path}: line {begun}: {error}; is a quote opened there and never closed?") from None
     header = list(layout.names)
     if not header:
         if not body:
@@ -98,7 +120,7 @@ def _read_words(path: Path, mapping: Mapping, rows: tuple[int, int] | None) -> T
         if len(row) != len(header):
             raise InputError(f"{path}: line {line}: {len(row)} cells where {len(header)} columns are named")
     columns = {name: [row[place].strip() for _, row in body] for name, place in places.items()}
-    return Table(str(path), columns, [line for line, _ in body])
+    return Table(printable(str(path)), columns, [line for line, _ in body])
 
 
 def _places(mapping: Mapping, header: list[str], path: Path) -> dict[str, int]:
@@ -111,7 +133,7 @@ def _places(mapping: Mapping, header: list[str], path: Path) -> dict[str, int]:
                 often = "no" if name not in header else f"{header.count(name)}"
                 raise InputError(
                     f"{mapping.source}: {where}: column {name!r}: {often} such column in {path}, "
-                    f"which has {', '.join(header)}"
+                    f"which has {' '.join(', '.join(header).split())[:300]}"
                 )
             places[name] = header.index(name)
     return places
@@ -125,7 +147,7 @@ def _numbers(table: Table, name: str, layout: Layout) -> Array:
             numbers[index] = float(word) if word else math.nan
         except ValueError:
             raise InputError(
-                f"{table.source}: line {table.lines[index]}: column {name!r} = {word!r}: not a number"
+                f"{table.source}: line {table.lines[index]}: column {name!r} = {shown(word)}: not a number"
             ) from None
     numbers[np.isin(numbers, layout.null_values) | np.isinf(numbers)] = math.nan
     return numbers
@@ -150,7 +172,7 @@ def _epoch_ns(text: str, where: str) -> int:
     try:
         moment = datetime.datetime.fromisoformat(written)
     except ValueError:
-        raise InputError(f"{where} = {text!r}: not a time; write 2024-05-01T12:00:00Z") from None
+        raise InputError(f"{where} = {shown(text)}: not a time; write 2024-05-01T12:00:00Z") from None
     if moment.tzinfo is None:
         moment = moment.replace(tzinfo=datetime.timezone.utc)
     since = moment - datetime.datetime(1970, 1, 1, tzinfo=datetime.timezone.utc)

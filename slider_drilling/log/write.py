@@ -15,13 +15,17 @@ from types import TracebackType
 from slider_drilling import __version__
 from slider_drilling.errors import InputError
 from slider_drilling.files import begin_file, end_file
-from slider_drilling.log.mcap_file import McapFile
+from slider_drilling.log.mcap_file import CHUNK_BYTES, McapFile
 from slider_drilling.messages import cdr
 from slider_drilling.messages.schemas import SCHEMAS
 from slider_drilling.messages.topics import DIAGNOSTIC_ARRAY, FLUID_PRESSURE, JOINT_STATE, WRENCH_STAMPED
+from slider_drilling.printable import printable
 
 # What a killed recording may lose, s of wall time: messages are written out at least this often.
 FLUSH_PERIOD = 0.5
+# A damaged chunk is lost as a whole: this much is some three seconds of a rig's channels at 10 Hz. A recording's are
+# smaller than its limit by FLUSH_PERIOD, unless so much comes in that they are shorter than that.
+WHOLE_CHUNK = 16 * 1024
 
 
 @dataclass(frozen=True)
@@ -60,8 +64,8 @@ class LogWriter:
     name; an error or an interrupt leaves nothing.
 
     Stamps are s of the rig's (or the simulation's) clock; log_time_s is when the message arrived, the stamp if not
-    given. Topics get a leading slash if they have none. Raises InputError where the file cannot be written, and says
-    what is safe in it.
+    given; started is when the recording began, now if not given. Topics get a leading slash if they have none. Raises
+    InputError where the file cannot be written, and says what is safe in it.
     """
 
     def __init__(
@@ -72,6 +76,7 @@ class LogWriter:
         notes: str = "",
         *,
         whole: bool = False,
+        started: datetime.datetime | None = None,
     ) -> None:
         self.path = Path(path)
         if self.path.is_dir():
@@ -90,8 +95,8 @@ class LogWriter:
         self._sequence: dict[str, int] = {}
         self._next_flush = math.inf if whole else time.monotonic() + FLUSH_PERIOD
         try:
-            self._file = McapFile(descriptor, f"slider_drilling {__version__}")
-            self._describe(rig_text, recorded_by, notes)
+            self._file = McapFile(descriptor, f"slider_drilling {__version__}", WHOLE_CHUNK if whole else CHUNK_BYTES)
+            self._describe(rig_text, recorded_by, notes, started)
         except BaseException as error:
             # Nothing has been recorded yet: an empty log explains nothing.
             self._part.unlink(missing_ok=True)
@@ -124,13 +129,15 @@ class LogWriter:
         with self._failing():
             self._file.metadata(name, values)
 
-    def _describe(self, rig_text: str | None, recorded_by: str, notes: str) -> None:
+    def _describe(
+        self, rig_text: str | None, recorded_by: str, notes: str, started: datetime.datetime | None
+    ) -> None:
         """The rig file and the metadata record, at the front so that a broken-off file has them too."""
         if rig_text is not None:
             self._file.attachment("rig.yaml", "application/yaml", rig_text.encode("utf-8"))
-        now = datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
-        record = {"version": __version__, "recorded_by": recorded_by, "start_time": now, "notes": notes}
-        self._file.metadata("slider_drilling", record)
+        begun = (started or datetime.datetime.now(datetime.timezone.utc)).isoformat(timespec="seconds")
+        record = {"version": __version__, "recorded_by": recorded_by, "start_time": begun, "notes": notes}
+        self._file.metadata("slider_drilling", {name: printable(text) for name, text in record.items()})
 
     def joint_state(
         self,

@@ -18,8 +18,22 @@ from slider_drilling.errors import InputError
 NAN = float("nan")
 _LITTLE = b"\x00\x01\x00\x00"
 _NANO = 1_000_000_000
-# header, sec, nanosec, empty frame_id (length 1, its zero, padding)
-_STAMPED = "<4siIIB3x"
+# header, sec, nanosec, frame_id: its length, its text, padding
+FRAME = "rig_floor"  # the frame of every reading of a rig: depths and lifts are counted from there
+_FRAMES = (FRAME, "")  # what the quick ways read; any other frame is read the long way
+
+
+def _stamped(frame: str) -> str:
+    """Layout of a header in this frame."""
+    return f"<4siII{len(frame) + 1}s{-(len(frame) + 1) % 4}x"
+
+
+@functools.cache
+def _framed(frame: str) -> tuple[int, bytes]:
+    return len(frame) + 1, frame.encode() + b"\x00"
+
+
+_STAMPED, _FRAMED = _stamped(FRAME), _framed(FRAME)
 
 
 def _padding(length: int, alignment: int) -> int:
@@ -28,10 +42,12 @@ def _padding(length: int, alignment: int) -> int:
 
 
 @functools.cache
-def _joint_layout(name: str, present: tuple[bool, ...]) -> tuple[struct.Struct, bytes, tuple[int, ...]]:
+def _joint_layout(
+    name: str, present: tuple[bool, ...], frame: str = FRAME
+) -> tuple[struct.Struct, bytes, tuple[int, ...]]:
     """Layout of a JointState of one joint that holds the quantities present: struct, name, counts."""
     text = name.encode() + b"\x00"
-    layout = f"{_STAMPED}II{len(text)}s"
+    layout = f"{_stamped(frame)}II{len(text)}s"
     layout += f"{_padding(struct.calcsize(layout), 4)}x"
     for there in present:
         layout += "I"
@@ -51,13 +67,14 @@ def joint_state(
         values.append(count)
         if value is not None:
             values.append(value)
-    return layout.pack(_LITTLE, sec, nanosec, 1, 0, 1, len(text), text, *values)
+    return layout.pack(_LITTLE, sec, nanosec, *_FRAMED, 1, len(text), text, *values)
 
 
 # What a rig's messages hold of position, velocity and effort; anything else is read the long way.
 _PRESENT = ((True, True, True), (True, True, False), (False, True, False), (True, False, False))
 
 _PRESSURE = struct.Struct(_STAMPED + "dd")
+_PRESSURES = [(frame, struct.Struct(_stamped(frame) + "dd")) for frame in _FRAMES]
 _WRENCH = struct.Struct(_STAMPED + "6d")
 _CLOCK = struct.Struct("<4siI")
 
@@ -65,13 +82,13 @@ _CLOCK = struct.Struct("<4siI")
 def fluid_pressure(stamp_ns: int, pressure: float, variance: float) -> bytes:
     """sensor_msgs/FluidPressure, Pa and Pa2; a variance of 0 is an unknown one."""
     sec, nanosec = divmod(stamp_ns, _NANO)
-    return _PRESSURE.pack(_LITTLE, sec, nanosec, 1, 0, pressure, variance)
+    return _PRESSURE.pack(_LITTLE, sec, nanosec, *_FRAMED, pressure, variance)
 
 
 def wrench_stamped(stamp_ns: int, force: Sequence[float], torque: Sequence[float] = (0.0, 0.0, 0.0)) -> bytes:
     """geometry_msgs/WrenchStamped: a force (x, y, z), N, and a torque, N m."""
     sec, nanosec = divmod(stamp_ns, _NANO)
-    return _WRENCH.pack(_LITTLE, sec, nanosec, 1, 0, *force, *torque)
+    return _WRENCH.pack(_LITTLE, sec, nanosec, *_FRAMED, *force, *torque)
 
 
 def clock(stamp_ns: int) -> bytes:
@@ -87,14 +104,14 @@ def read_clock(data: bytes) -> int:
 def read_string(data: bytes) -> str:
     """The text of a std_msgs/String. Raises InputError where the bytes are none."""
     try:
-        return _Reader(data).text()
+        return Reader(data).text()
     except struct.error:
         raise InputError(f"{len(data)} bytes that are no String") from None
 
 
 def diagnostic_array(stamp_ns: int, status: Sequence[tuple[int, str, str, str, Sequence[tuple[str, str]]]]) -> bytes:
     """diagnostic_msgs/DiagnosticArray of (level, name, message, hardware_id, values) each."""
-    out = bytearray(struct.pack(_STAMPED, _LITTLE, *divmod(stamp_ns, _NANO), 1, 0))
+    out = bytearray(struct.pack(_STAMPED, _LITTLE, *divmod(stamp_ns, _NANO), *_FRAMED))
     _put_count(out, len(status))
     for level, name, message, hardware_id, values in status:
         out.append(level)
@@ -118,56 +135,87 @@ def _put_text(out: bytearray, text: str) -> None:
     out += data
 
 
-class _Reader:
-    """Walks through one CDR message of either byte order. Raises struct.error where it breaks off."""
+class Reader:
+    """Walks through one CDR message of either byte order. Raises struct.error where it breaks off.
+
+    at: where the next value begins, before any padding; padding: (first, last) of what lay between values so far.
+    """
 
     def __init__(self, data: bytes) -> None:
         if len(data) < 4 or data[0] != 0 or data[1] not in (0, 1):
             raise InputError(f"not a CDR message: it begins with {data[:4].hex() or 'nothing'}")
         self._data = data
-        self._order = "<" if data[1] else ">"
-        self._at = 4
+        self.order = "<" if data[1] else ">"
+        self.at = 4
+        self.padding: list[tuple[int, int]] = []
+
+    def align(self, size: int) -> None:
+        """Go on to where a value of this size may begin."""
+        gap = _padding(self.at, size)
+        if gap:
+            self.padding.append((self.at, self.at + gap))
+            self.at += gap
 
     def take(self, code: str, size: int) -> int | float:
-        self._at += _padding(self._at, size)
-        (value,) = struct.unpack_from(self._order + code, self._data, self._at)
-        self._at += size
+        self.align(size)
+        (value,) = struct.unpack_from(self.order + code, self._data, self.at)
+        self.at += size
         return value
 
     def count(self) -> int:
         return int(self.take("I", 4))
 
+    def items(self, least: int) -> int:
+        """The count of a sequence whose items have so many bytes at least: no more than the message can hold."""
+        count = self.count()
+        if count * least > len(self._data) - self.at:
+            raise struct.error(f"a sequence of {count} items runs beyond the message")
+        return count
+
     def text(self) -> str:
         length = self.count()
-        if self._at + length > len(self._data):
+        if self.at + length > len(self._data):
             raise struct.error("text runs beyond the message")
-        data = self._data[self._at : self._at + length]
-        self._at += length
+        data = self._data[self.at : self.at + length]
+        self.at += length
         return data.rstrip(b"\x00").decode("utf-8", "replace")
 
     def number(self) -> float:
         return float(self.take("d", 8))
+
+    def skip_doubles(self) -> tuple[int, int]:
+        """Go over a sequence of doubles: where the first is, and how many there are."""
+        count = self.items(8)
+        if count:
+            self.align(8)
+        first = self.at
+        self.at += 8 * count
+        if self.at > len(self._data):
+            raise struct.error("numbers run beyond the message")
+        return first, count
 
     def stamp(self) -> int:
         sec = int(self.take("i", 4))
         return sec * _NANO + int(self.take("I", 4))
 
     def doubles(self) -> tuple[float, ...]:
-        count = self.count()
-        if count == 0:
-            return ()
-        self._at += _padding(self._at, 8)
-        values = struct.unpack_from(f"{self._order}{count}d", self._data, self._at)
-        self._at += 8 * count
-        return values
+        first, count = self.skip_doubles()
+        return struct.unpack_from(f"{self.order}{count}d", self._data, first)
 
 
 def stamp_of(data: bytes) -> int:
     """The stamp, ns, of any message that begins with a header. Raises InputError where it has none."""
     try:
-        return _Reader(data).stamp()
+        return Reader(data).stamp()
     except struct.error:
         raise InputError(f"a message of {len(data)} bytes is too short for a stamp") from None
+
+
+def restamped(data: bytes, shift_ns: int) -> bytes:
+    """The same message, one that begins with a header, with its stamp shifted. Raises InputError where it has none."""
+    order = "<" if data[1:2] == b"\x01" else ">"
+    sec, nanosec = divmod(stamp_of(data) + shift_ns, _NANO)
+    return data[:4] + struct.pack(f"{order}iI", sec, nanosec) + data[12:]
 
 
 def read_joint_state(data: bytes, joint: str) -> tuple[int, float, float, float]:
@@ -176,24 +224,26 @@ def read_joint_state(data: bytes, joint: str) -> tuple[int, float, float, float]
     Raises InputError where the bytes are no JointState or hold several joints of other names.
     """
     try:
-        for present in _PRESENT:
-            layout, text, counts = _joint_layout(joint, present)
-            if len(data) != layout.size:
-                continue
-            head, sec, nanosec, frame, zero, names, length, name, *rest = layout.unpack(data)
-            values = [rest.pop(1 + k) if there else NAN for k, there in enumerate(present)]
-            if (head, frame, zero, names, length, name, *rest) == (_LITTLE, 1, 0, 1, len(text), text, *counts):
-                return sec * _NANO + nanosec, values[0], values[1], values[2]
+        for frame in _FRAMES:
+            for present in _PRESENT:
+                layout, text, counts = _joint_layout(joint, present, frame)
+                if len(data) != layout.size:
+                    continue
+                head, sec, nanosec, size, framed, names, length, name, *rest = layout.unpack(data)
+                values = [rest.pop(1 + k) if there else NAN for k, there in enumerate(present)]
+                expected = (_LITTLE, *_framed(frame), 1, len(text), text, *counts)
+                if (head, size, framed, names, length, name, *rest) == expected:
+                    return sec * _NANO + nanosec, values[0], values[1], values[2]
         return _read_any_joint_state(data, joint)
     except struct.error as error:
         raise InputError(f"{joint}: {len(data)} bytes that are no JointState: {error}") from None
 
 
 def _read_any_joint_state(data: bytes, joint: str) -> tuple[int, float, float, float]:
-    reader = _Reader(data)
+    reader = Reader(data)
     stamp = reader.stamp()
     reader.text()
-    names = [reader.text() for _ in range(reader.count())]
+    names = [reader.text() for _ in range(reader.items(4))]
     if joint in names:
         index = names.index(joint)
     elif len(names) <= 1:
@@ -208,11 +258,12 @@ def _read_any_joint_state(data: bytes, joint: str) -> tuple[int, float, float, f
 def read_fluid_pressure(data: bytes) -> tuple[int, float, float]:
     """Stamp ns, pressure Pa and variance Pa2. Raises InputError where the bytes are no FluidPressure."""
     try:
-        if len(data) == _PRESSURE.size:
-            head, sec, nanosec, frame, zero, pressure, variance = _PRESSURE.unpack(data)
-            if (head, frame, zero) == (_LITTLE, 1, 0):
-                return sec * _NANO + nanosec, pressure, variance
-        reader = _Reader(data)
+        for frame, layout in _PRESSURES:
+            if len(data) == layout.size:
+                head, sec, nanosec, size, framed, pressure, variance = layout.unpack(data)
+                if (head, size, framed) == (_LITTLE, *_framed(frame)):
+                    return sec * _NANO + nanosec, pressure, variance
+        reader = Reader(data)
         stamp = reader.stamp()
         reader.text()
         return stamp, reader.number(), reader.number()
@@ -223,7 +274,7 @@ def read_fluid_pressure(data: bytes) -> tuple[int, float, float]:
 def read_wrench_stamped(data: bytes) -> tuple[int, tuple[float, ...], tuple[float, ...]]:
     """Stamp ns, force N and torque N m, each (x, y, z). Raises InputError where the bytes are no WrenchStamped."""
     try:
-        reader = _Reader(data)
+        reader = Reader(data)
         stamp = reader.stamp()
         reader.text()
         force, torque = (tuple(reader.number() for _ in range(3)) for _ in range(2))

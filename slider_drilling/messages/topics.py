@@ -29,8 +29,10 @@ TOPICS = {
     "mud_pump": Topic("mud_pump/joint_states", JOINT_STATE, "mud_pump"),
     "mwd_tool_face": Topic("mwd/tool_face", JOINT_STATE, "tool_face"),
     "tool_face_target": Topic("tool_face/target", JOINT_STATE, "tool_face"),
+    "bit_depth": Topic("bit_depth", JOINT_STATE, "bit"),
     "truth_bit": Topic("truth/bit", JOINT_STATE, "bit"),
     "truth_weight_on_bit": Topic("truth/weight_on_bit", WRENCH_STAMPED),
+    "truth_depth": Topic("truth/depth", JOINT_STATE, "bit"),
 }
 # Channels stamped in the order in which they arrive.
 SURFACE = ("top_drive", "draw_works", "standpipe_pressure", "mud_pump", "top_drive_command", "truth_bit")

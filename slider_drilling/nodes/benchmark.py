@@ -68,7 +68,7 @@ def start() -> dict[str, float | None]:
     """A friction simulator that stands ready; the caller times the process."""
     from slider_drilling.nodes.friction_simulator import FrictionSimulator
     from slider_drilling.nodes.halt import Halt
-    from slider_drilling.nodes.programs import init
+    from slider_drilling.nodes.run_node import init
 
     init(["slider-drilling"])
     FrictionSimulator(Halt())

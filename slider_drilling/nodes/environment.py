@@ -4,13 +4,20 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import signal
 import sys
+import tempfile
+from collections.abc import MutableMapping
 from pathlib import Path
 
 from slider_drilling.errors import InputError
+from slider_drilling.share import share_file
 
+LOOPBACK = "config/loopback.xml"  # a profile of Fast DDS
 INSTALL = "install it with `pip install 'slider_drilling[ros]'`, or source a ROS 2 Jazzy (setup.bash)"
 # The wheels' own mark that LD_LIBRARY_PATH is theirs; children inherit it, whichever environment they belong to.
+TRIED = "SLIDER_DRILLING_RESTARTED"  # holds the LD_LIBRARY_PATH that a process has started itself again with
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
 BOOTSTRAPPED = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"
 
 
@@ -19,12 +26,17 @@ def prepare() -> None:
 
     A sourced ROS 2 is taken before the wheels of this Python environment. The dynamic linker reads
     LD_LIBRARY_PATH when a process starts, so where it belongs to another environment the process starts itself
-    again with the right one. Discovery stays on this machine unless ROS_AUTOMATIC_DISCOVERY_RANGE says otherwise.
+    again with the right one. DDS stays on this machine unless ROS_AUTOMATIC_DISCOVERY_RANGE says otherwise.
     """
+    if TRIED in os.environ:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
     spec = importlib.util.find_spec("rclpy")
     if spec is None or spec.origin is None:
         raise InputError(f"ROS 2 is not there: Python at {sys.prefix} has no rclpy; {INSTALL}")
-    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    if not {"HOME", "ROS_HOME", "ROS_LOG_DIR"} & set(os.environ):
+        # ROS 2 refuses to start without a place for its logs.
+        os.environ["ROS_LOG_DIR"] = str(Path(tempfile.gettempdir()) / f"slider_drilling_ros_{os.getuid()}")
+    keep_to_loopback(os.environ)
     wanted = library_path(os.environ.get("LD_LIBRARY_PATH", ""), from_wheels=_within(Path(spec.origin), sys.prefix))
     if wanted is not None:
         _start_again({"LD_LIBRARY_PATH": wanted})
@@ -32,6 +44,23 @@ def prepare() -> None:
         prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
         if sys.prefix not in prefixes:
             os.environ["AMENT_PREFIX_PATH"] = os.pathsep.join([sys.prefix, *filter(None, prefixes)])
+
+
+def keep_to_loopback(variables: MutableMapping[str, str]) -> None:
+    """Have DDS open sockets on the loopback interface alone, unless the variables of the environment say otherwise.
+
+    With LOCALHOST ROS 2 keeps discovery to this machine, but its sockets listen on every interface. With a profile of
+    Fast DDS they do not; what ROS 2 adds to it would open the others again, and SYSTEM_DEFAULT keeps that out.
+    """
+    if variables.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST") != "LOCALHOST":
+        return
+    variables["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    profile = str(share_file(LOOPBACK))
+    given = {variables.get(f"{name}_DEFAULT_PROFILES_FILE", profile) for name in ("FASTRTPS", "FASTDDS")}
+    if given != {profile} or not variables.get("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp").startswith("rmw_fastrtps"):
+        return
+    variables["FASTRTPS_DEFAULT_PROFILES_FILE"] = profile
+    variables["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "SYSTEM_DEFAULT"
 
 
 def library_path(present: str, from_wheels: bool) -> str | None:
@@ -61,10 +90,11 @@ def _within(path: Path, folder: str) -> bool:
 
 
 def _start_again(changes: dict[str, str]) -> None:
-    tried = "SLIDER_DRILLING_RESTARTED"
-    if os.environ.get(tried) == changes["LD_LIBRARY_PATH"]:
+    if os.environ.get(TRIED) == changes["LD_LIBRARY_PATH"]:
         raise InputError(f"LD_LIBRARY_PATH: could not be set for {sys.executable}; unset it and try again")
-    environment = {**os.environ, **changes, BOOTSTRAPPED: "1", tried: changes["LD_LIBRARY_PATH"]}
+    environment = {**os.environ, **changes, BOOTSTRAPPED: "1", TRIED: changes["LD_LIBRARY_PATH"]}
     sys.stdout.flush()
     sys.stderr.flush()
+    # A signal waits until the process that begins now can take it: `prepare` lets it through.
+    signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], environment)

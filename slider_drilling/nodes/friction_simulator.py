@@ -9,21 +9,24 @@ from typing import Any
 
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
-from rclpy.node import Node
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from std_msgs.msg import String
 
 from slider_drilling.drillstring import VirtualRig
 from slider_drilling.errors import InputError
-from slider_drilling.messages import cdr
-from slider_drilling.messages.topics import TOPICS
 from slider_drilling.nodes import link
-from slider_drilling.nodes.command_inbox import BLOCK, PUMP, TOP_DRIVE, CommandInbox
+from slider_drilling.nodes.command_inbox import TOP_DRIVE, CommandInbox
+from slider_drilling.nodes.command_port import COMMANDS, CommandPort
 from slider_drilling.nodes.halt import Halt
 from slider_drilling.nodes.health import Health, Level, Status
+from slider_drilling.nodes.managed import AUTOSTART, Transitions
+from slider_drilling.nodes.newcomers import Newcomers
 from slider_drilling.nodes.pace import Pace
 from slider_drilling.nodes.parameters import Declared, declare, on_change
-from slider_drilling.nodes.rig_parameter import RIG, rig_of
-from slider_drilling.signals import Measurements, MwdSample
+from slider_drilling.nodes.place import Place
+from slider_drilling.nodes.rig_parameter import RIG, name_of, rig_of
+from slider_drilling.nodes.rig_topics import RigTopics
+from slider_drilling.nodes.services import reset_service, stepping_services
 
 PARAMETERS = (
     RIG,
@@ -38,12 +41,14 @@ PARAMETERS = (
              0, 100),
     Declared("patience", 5.0, "wall time without a command after which the node says what is missing", "s",
              0.1, 3600.0, live=True),
+    Declared("command_timeout", 1.0, "rig time without a command, in real time, after which the top drive stands and "
+             "the block stops", "s", 0.2, 60.0, live=True),
+    AUTOSTART,
 )
-COMMANDS = (TOP_DRIVE, BLOCK, PUMP)
 LATE = 0.5  # s behind real time before the log says so
 
 
-class FrictionSimulator(Node):
+class FrictionSimulator(LifecycleNode):
     """Publishes a virtual rig's channels and takes its commands.
 
     The command that answers sample k drives the rig to sample k + 1, in lockstep and in real time alike, so both
@@ -54,88 +59,156 @@ class FrictionSimulator(Node):
     def __init__(self, halt: Halt, **node_options: Any) -> None:
         super().__init__("friction_simulator", **node_options)
         self._halt = halt
-        values = declare(self, PARAMETERS)
+        self._values = declare(self, PARAMETERS)
+        self.may_start: Callable[[], bool] = lambda: True   # asked before the first sample
+        self._transitions = Transitions(self)
+        self._place: Place | None = None     # in the graph, while configured
+        self._configured = self._active = self._started = self._paused = False
+        self._steps = 0                      # samples still to go while paused
+        self._stamp_ns = self._first_ns = round(self._values["start_time"] * 1e9)
+        on_change(self, self._change)
+        if self._values["autostart"]:
+            self._transitions.start()
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Read the rig file, make the plant and the topics."""
+        return self._transitions.run(self._configure)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Let time run."""
+        return self._transitions.run(self._activate)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Stop the rig's time."""
+        self._active = False
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Forget the rig and its topics."""
+        link.destroy(self, self._own)
+        if self._place is not None:
+            self._place.leave()
+        self._configured = self._started = False
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """End the program."""
+        self._halt.stop()
+        return TransitionCallbackReturn.SUCCESS
+
+    def _configure(self) -> None:
+        before = link.entities(self)
+        values = self._values = {one.name: self.get_parameter(one.name).value for one in PARAMETERS}
         self._rig, rig_text = rig_of(values["rig"])
+        self._place = Place(self.get_namespace())
         self.get_logger().info("preparing the plant; the first time on a machine it is compiled")
-        self._virtual = VirtualRig(self._rig, values["seed"], values["elements"])
-        self._start_ns = round(values["start_time"] * 1e9)
-        self._settings = {name: values[name] for name in ("speed", "duration", "patience")}
-        self._waits = bool(values["wait_for_controller"])
-        self._minimum_subscribers = values["minimum_subscribers"]
-        self._inbox = CommandInbox(self._virtual.measurements.pump_speed)
-        self._make_topics()
-        self._health = Health(self)
+        self._virtual = self._make_rig()
+        # The stamp of the rig's time 0, and that of the present and the first sample.
+        self._start_ns = self._stamp_ns = self._first_ns = round(values["start_time"] * 1e9)
+        pump_speed = self._virtual.measurements.pump_speed
+        self._inbox = CommandInbox(pump_speed, values["command_timeout"], self._in_lockstep())
+        self._inbox.forget(self._stamp_ns)
+        self._port = CommandPort(self, self._inbox, self._on_command)
+        self._newcomers = Newcomers(self._port.controllers)
+        self._topics = RigTopics(self, self._rig.sensors.standpipe_pressure.noise ** 2)
+        self._health = Health(self, name_of(values["rig"]))
         self._rig_publisher = self.create_publisher(String, link.RIG_DESCRIPTION.name, link.LATCHED)
         self._rig_publisher.publish(String(data=rig_text))
-        self.may_start: Callable[[], bool] = lambda: True   # asked before the first sample
+        stepping_services(self, self._pause, self._step_once)
+        reset_service(self, self._reset)
         self._pace: Pace | None = None       # in real time, once started
         self._started = False
         self._awaited: tuple[str, ...] = ()
-        self._stamp_ns = self._start_ns
         self._last_progress = time.monotonic()
-        self._unanswered = 0                 # samples in real time without a command of their own
         self._wall_clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = self.create_timer(0.02, self._on_timer, clock=self._wall_clock)
-        on_change(self, self._change)
+        self._own = link.entities(self) - before
+        self._configured = True
+
+    def destroy_node(self) -> None:
+        """Leave the graph, and room for another rig in it."""
+        if self._place is not None:
+            self._place.leave()
+        super().destroy_node()
+
+    def _activate(self) -> None:
+        self._active = True
+        self._forgive()
+
+    def _make_rig(self) -> VirtualRig:
+        return VirtualRig(self._rig, self._values["seed"], self._values["elements"])
 
     @property
     def simulated(self) -> float:
         """Simulated seconds since the start."""
-        return (self._stamp_ns - self._start_ns) / 1e9
+        return (self._stamp_ns - self._first_ns) / 1e9
 
     @property
     def truth(self) -> Any:
         """The virtual rig's truth, for whoever shows the run's progress."""
         return self._virtual.truth
 
-    def _make_topics(self) -> None:
-        self._clock_publisher = link.publisher(self, link.CLOCK)
-        names = ("mwd_tool_face", "truth_bit", "truth_weight_on_bit", "standpipe_pressure", "mud_pump", "draw_works",
-                 "top_drive")
-        self._publishers_of = {name: link.publisher(self, TOPICS[name]) for name in names}
-        topics = (TOPICS["top_drive_command"], TOPICS["draw_works_command"], link.PUMP_COMMAND)
-        self._command_subscriptions = {
-            topic.name: link.subscription(self, topic, self._receiver(topic.name, topic.joint)) for topic in topics
-        }
-
-    def _receiver(self, topic: str, joint: str) -> Any:
-        def receive(data: bytes) -> None:
-            try:
-                stamp_ns, position, velocity, _ = cdr.read_joint_state(data, joint)
-            except InputError as error:
-                self.get_logger().warning(f"{topic}: {error}", throttle_duration_sec=5.0)
-                return
-            if not self._inbox.put(topic, stamp_ns, position, velocity):
-                self.get_logger().warning(
-                    f"{topic}: refused position {position} and velocity {velocity} for {stamp_ns / 1e9:.3f} s: "
-                    "not finite, or older than the command before", throttle_duration_sec=5.0)
-                return
-            if self._started and self._in_lockstep() and not self._inbox.missing(self._stamp_ns, self._awaited):
-                self._advance()
-
-        return receive
+    def _on_command(self) -> None:
+        if self._started and self._in_lockstep() and not self._inbox.missing(self._stamp_ns, self._awaited):
+            self._advance()
 
     def _in_lockstep(self) -> bool:
-        return bool(self._settings["speed"] == 0.0)
+        return bool(self._values["speed"] == 0.0)
 
     def _change(self, changes: dict[str, Any]) -> None:
-        self._settings.update({name: changes[name] for name in self._settings if name in changes})
+        self._values.update(changes)
+        if not self._configured:
+            return
+        self._inbox.timeout = self._values["command_timeout"]
+        self._inbox.lockstep = self._in_lockstep()
         if "speed" in changes and self._started:
             self._set_pace()
 
     def _set_pace(self) -> None:
-        speed = self._settings["speed"]
+        speed = self._values["speed"]
         self._pace = Pace(speed, self.simulated, time.monotonic()) if speed > 0.0 else None
         # A tenth of a sample is the coarseness of real time; in lockstep the timer only watches.
         period = 0.1 * self._virtual.interval / speed if speed > 0.0 else 0.1
         self.destroy_timer(self._timer)
+        self._own.discard(self._timer)
         self._timer = self.create_timer(max(period, 0.0005), self._on_timer, clock=self._wall_clock)
+        self._own.add(self._timer)
+
+    def _forgive(self) -> None:
+        """Count real time from here on: what passed meanwhile was no time of the rig."""
+        if self._pace is not None:
+            self._pace.forgive(self.simulated, time.monotonic())
+        self._last_progress = time.monotonic()
+
+    def _pause(self, paused: bool) -> str:
+        self._paused, self._steps = paused, 0
+        self._forgive()
+        return f"{'paused' if paused else 'running'} at {self.simulated:.1f} s"
+
+    def _step_once(self) -> str:
+        if not self._paused:
+            raise InputError("not paused; pause first")
+        self._steps += 1
+        if self._started and not (self._in_lockstep() and self._inbox.missing(self._stamp_ns, self._awaited)):
+            self._advance()
+        return f"one sample, at {self.simulated:.1f} s"
+
+    def _reset(self) -> str:
+        """The rig as at the start; time goes on, so that a log of it stays one run."""
+        self._virtual = self._make_rig()
+        self._start_ns = self._stamp_ns + (round(self._virtual.interval * 1e9) if self._started else 0)
+        self._inbox.forget(self._start_ns)
+        if self._started:
+            self._publish()
+        return f"the rig is as at its start, at {self.simulated:.1f} s"
 
     def _on_timer(self) -> None:
-        if self._halt.requested:
+        if self._halt.requested or not self._active:
             return
         if not self._started:
             self._start_when_ready()
+        elif self._paused:
+            self._complain("paused", Level.OK, after=1.0)
         elif self._in_lockstep():
             self._watch()
         else:
@@ -143,41 +216,55 @@ class FrictionSimulator(Node):
 
     def _start_when_ready(self) -> None:
         """Start once a controller and all who want the first sample are connected."""
-        absent = [topic for topic, found in self._command_subscriptions.items() if found.get_publisher_count() == 0]
-        subscribers = self._publishers_of["top_drive"].get_subscription_count()
-        if self._in_lockstep() or self._waits:
+        absent = self._port.absent()
+        if self._in_lockstep() or self._values["wait_for_controller"]:
             if TOP_DRIVE in absent:
                 self._complain(f"waiting for a controller: nobody publishes {TOP_DRIVE}")
                 return
-            if subscribers < self._minimum_subscribers:
-                self._complain(f"waiting: top_drive/joint_states has {subscribers} subscriptions, "
-                               f"{self._minimum_subscribers} are expected (parameter minimum_subscribers)")
+            if self._topics.listeners < self._values["minimum_subscribers"]:
+                self._complain(f"waiting: top_drive/joint_states has {self._topics.listeners} subscriptions, "
+                               f"{self._values['minimum_subscribers']} are expected (parameter minimum_subscribers)")
                 return
         if not self.may_start():
             self._complain("waiting for the recorder to connect")
             return
         self._awaited = tuple(topic for topic in COMMANDS if topic not in absent)
         self._started = True
+        self._newcomers.begin()
         self._last_progress = time.monotonic()
         self._set_pace()
-        how = "in lockstep" if self._in_lockstep() else f"at {self._settings['speed']:g} times real time"
+        how = "in lockstep" if self._in_lockstep() else f"at {self._values['speed']:g} times real time"
         self.get_logger().info(f"sliding {self._rig.string.length:g} m of string {how}")
-        self._publish(self._virtual.measurements)
+        self._publish()
 
     def _watch(self) -> None:
         missing = self._inbox.missing(self._stamp_ns, self._awaited)
         if not missing:
-            # The answer came while real time ran, when an answer moves nothing.
+            # The answer came while real time ran, or a pause, when an answer moves nothing.
             self._advance()
-        else:
-            self._complain(f"waiting for {' and '.join(missing)} to answer the sample of {self._stamp_ns / 1e9:.3f} s")
+            return
+        if self._newcomers.wait_for(self._stamp_ns):
+            self._serve_newcomer()
+        refused = self._port.last_refusal()
+        why = f"; the last one was refused: {refused}" if refused else ""
+        self._complain(
+            f"waiting for {' and '.join(missing)} to answer the sample of {self._stamp_ns / 1e9:.3f} s{why}")
 
-    def _complain(self, what: str) -> None:
+    def _serve_newcomer(self) -> None:
+        """A controller that was started again never heard the sample that waits; it may command other topics, too."""
+        absent = self._port.absent()
+        self._awaited = tuple(topic for topic in COMMANDS if topic == TOP_DRIVE or topic not in absent)
+        self.get_logger().info(f"a controller has come: the sample of {self._stamp_ns / 1e9:.3f} s is sent again")
+        self._inbox.sent_again()
+        self._topics.publish_again()
+
+    def _complain(self, what: str, level: Level = Level.WARN, after: float | None = None) -> None:
         now = time.monotonic()
-        if now - self._last_progress > self._settings["patience"]:
+        if now - self._last_progress > (self._values["patience"] if after is None else after):
             self._last_progress = now
-            self.get_logger().warning(what)
-            self._health.publish(self._stamp_ns, [Status(Level.WARN, "clock", what)])
+            if level is not Level.OK:
+                self.get_logger().warning(what)
+            self._health.publish(self._stamp_ns, [Status(level, "clock", what)])
 
     def _keep_pace(self) -> None:
         """Advance by the samples that are due; say so when real time cannot be kept."""
@@ -187,8 +274,7 @@ class FrictionSimulator(Node):
         following = self.simulated + self._virtual.interval
         if time.monotonic() < pace.due(following):
             return
-        if self._inbox.missing(self._stamp_ns, (TOP_DRIVE,)):
-            self._unanswered += 1
+        self._port.note_sample()
         self._advance()
         pace.passed(self.simulated, time.monotonic())
         if pace.behind > LATE:
@@ -198,8 +284,9 @@ class FrictionSimulator(Node):
             pace.forgive(self.simulated, time.monotonic())
 
     def _advance(self) -> None:
-        if self._halt.requested:
+        if self._halt.requested or not self._active or (self._paused and self._steps == 0):
             return
+        self._steps -= self._paused
         command = self._inbox.command(self._stamp_ns, self._virtual.measurements.top_drive_angle)
         measurements = self._virtual.step(command)
         if not math.isfinite(measurements.surface_torque + measurements.hook_load):
@@ -208,56 +295,30 @@ class FrictionSimulator(Node):
                 "check the rig file's stiffnesses and the number of elements"))
             return
         self._last_progress = time.monotonic()
-        self._publish(measurements)
-        if 0.0 < self._settings["duration"] <= measurements.time + 1e-9:
+        self._publish()
+        if 0.0 < self._values["duration"] <= self.simulated + 1e-9:
             self._halt.stop()
 
-    def _publish(self, measurements: Measurements) -> None:
-        """One sample on its topics, the top drive's last: it is the one that controllers act on."""
-        stamp = self._stamp_ns = self._start_ns + round(measurements.time * 1e9)
-        truth, out = self._virtual.truth, self._publishers_of
-        self._clock_publisher.publish(cdr.clock(stamp))
-        for sample in measurements.mwd:
-            self._publish_mwd(sample)
-        out["truth_bit"].publish(
-            cdr.joint_state(stamp, "bit", truth.tool_face, truth.tool_face_rate, truth.bit_torque))
-        out["truth_weight_on_bit"].publish(cdr.wrench_stamped(stamp, (truth.weight_on_bit, 0.0, 0.0)))
-        variance = self._rig.sensors.standpipe_pressure.noise ** 2
-        out["standpipe_pressure"].publish(cdr.fluid_pressure(stamp, measurements.standpipe_pressure, variance))
-        out["mud_pump"].publish(cdr.joint_state(stamp, "mud_pump", None, measurements.pump_speed))
-        out["draw_works"].publish(cdr.joint_state(
-            stamp, "block", measurements.block_position, measurements.block_speed, measurements.hook_load))
-        if self._health.is_due(stamp):
-            self._health.publish(stamp, self._statuses())
-        out["top_drive"].publish(cdr.joint_state(
-            stamp, "top_drive", measurements.top_drive_angle, measurements.top_drive_speed,
-            measurements.surface_torque))
+    def _publish(self) -> None:
+        stamp = self._stamp_ns = self._start_ns + round(self._virtual.measurements.time * 1e9)
+        self._inbox.now_ns = stamp
 
-    def _publish_mwd(self, sample: MwdSample) -> None:
-        measured = self._start_ns + round(sample.measured_at * 1e9)
-        self._publishers_of["mwd_tool_face"].publish(cdr.joint_state(measured, "tool_face", sample.tool_face))
+        def tell_health() -> None:
+            if self._health.is_due(stamp):
+                self._health.publish(stamp, self._statuses())
+
+        self._topics.publish(self._start_ns, stamp, self._virtual.measurements, self._virtual.truth, tell_health)
 
     def _statuses(self) -> list[Status]:
         """Nothing of the wall's clock in lockstep: the run is to be the same bit for bit."""
-        commands = self._command_status()
+        commands = self._port.status()
         if self._pace is None:
+            if rivals := self._port.rivals():
+                # Whose command comes first is chance: the run would be neither this controller's nor the other's.
+                self._halt.fail(InputError(f"friction_simulator: {rivals}"))
             return [Status(Level.OK, "clock", "in lockstep with the controller"), commands]
         behind = self._pace.take_worst_behind()
         values = (("speed", f"{self._pace.speed:g}"), ("behind_s", f"{behind:.3f}"))
         if behind > self._virtual.interval / self._pace.speed:
             return [Status(Level.WARN, "clock", f"real time cannot be kept: {behind:.3f} s behind", values), commands]
         return [Status(Level.OK, "clock", "keeps real time", values), commands]
-
-    def _command_status(self) -> Status:
-        rivals = [topic for topic, found in self._command_subscriptions.items() if found.get_publisher_count() > 1]
-        values = (("refused", str(self._inbox.refused)), ("unanswered_samples", str(self._unanswered)))
-        if rivals:
-            what = f"several nodes publish {' and '.join(rivals)}; stop all but one, or set another ROS_DOMAIN_ID"
-            self.get_logger().warning(what, throttle_duration_sec=5.0)
-            if self._in_lockstep():
-                # Whose command comes first is chance: the run would be neither this controller's nor the other's.
-                self._halt.fail(InputError(f"friction_simulator: {what}"))
-            return Status(Level.ERROR, "commands", what, values)
-        if self._unanswered:
-            return Status(Level.WARN, "commands", "some samples had no command in time; the top drive held", values)
-        return Status(Level.OK, "commands", "every sample is answered", values)

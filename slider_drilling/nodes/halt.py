@@ -5,9 +5,15 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable
 from types import FrameType
-from typing import Any
+from typing import Any, TypeVar
 
 from slider_drilling.errors import InputError
+
+Result = TypeVar("Result")
+
+
+class Interrupted(BaseException):
+    """A signal came while nothing was there yet to be ended, or a user's code ran, which is not to swallow it."""
 
 
 class Halt:
@@ -22,6 +28,7 @@ class Halt:
         self.interrupted = False
         self.error: InputError | None = None
         self.on_stop: Callable[[], None] = lambda: None
+        self._may_interrupt = False
         self._before: dict[signal.Signals, Any] = {}
 
     def stop(self) -> None:
@@ -49,6 +56,9 @@ class Halt:
         """
 
         def leave(number: int, frame: FrameType | None) -> None:
+            # A second one would break off the leaving.
+            self.take_signals()
+            self._on_signal(number, frame)
             raise leaving
 
         self._handle_with(leave)
@@ -64,9 +74,22 @@ class Halt:
             signal.signal(number, handler)
         self._before.clear()
 
+    def unless_interrupted(self, work: Callable[[], Result]) -> Result | None:
+        """Do a user's work, which may never end: a signal ends it, and None is returned then."""
+        try:
+            try:
+                self._may_interrupt = True
+                return work()
+            finally:
+                self._may_interrupt = False
+        except Interrupted:
+            return None
+
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
         self.interrupted = True
         self.requested = True
+        if self._may_interrupt:
+            raise Interrupted
 
     def raise_error(self) -> None:
         """Raise what `fail` was told."""

@@ -8,18 +8,26 @@ from rclpy.node import Node
 
 from slider_drilling.control.protocol import Level, Status
 from slider_drilling.messages import cdr
-from slider_drilling.messages.topics import DIAGNOSTICS
+from slider_drilling.messages.topics import DIAGNOSTICS, Topic
 from slider_drilling.nodes import link
 
 PERIOD_NS = 1_000_000_000
+AGGREGATED = Topic("/diagnostics", DIAGNOSTICS.type)  # where diagnostic_aggregator and rqt look
 
 
 class Health:
-    """Publishes a node's statuses, every one under the node's name, at most once a second of the rig's clock."""
+    """Publishes a node's statuses, every one under the node's name, at most once a second of the rig's clock.
 
-    def __init__(self, node: Node) -> None:
-        self._publisher = link.publisher(node, DIAGNOSTICS)
-        self._name = node.get_name()
+    On the rig's own topic `diagnostics`, and on /diagnostics where that is another one. rig: the rig file's name; with
+    the namespace it is the hardware_id.
+    """
+
+    def __init__(self, node: Node, rig: str = "") -> None:
+        namespace = node.get_namespace().strip("/")
+        topics = [DIAGNOSTICS, AGGREGATED] if namespace else [DIAGNOSTICS]
+        self._publishers = [link.publisher(node, topic) for topic in topics]
+        self._name = f"{namespace}/{node.get_name()}" if namespace else node.get_name()
+        self._hardware_id = " ".join(filter(None, [namespace, rig])) or "slider_drilling"
         self._next_ns = 0
 
     def is_due(self, stamp_ns: int) -> bool:
@@ -29,8 +37,11 @@ class Health:
     def publish(self, stamp_ns: int, statuses: Iterable[Status]) -> None:
         """stamp_ns: ns of the rig's clock."""
         self._next_ns = stamp_ns - stamp_ns % PERIOD_NS + PERIOD_NS
-        rows = [(int(one.level), f"{self._name}: {one.name}", one.message, "", one.values) for one in statuses]
-        self._publisher.publish(cdr.diagnostic_array(stamp_ns, rows))
+        rows = [(int(one.level), f"{self._name}: {one.name}", one.message, self._hardware_id, one.values)
+                for one in statuses]
+        data = cdr.diagnostic_array(stamp_ns, rows)
+        for publisher in self._publishers:
+            publisher.publish(data)
 
 
 __all__ = ["PERIOD_NS", "Health", "Level", "Status"]

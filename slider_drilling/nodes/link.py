@@ -1,4 +1,4 @@
-"""Topics of a node as bytes: relative names, one quality of service, the encoding of the logs."""
+"""Topics of a node as bytes: relative names, qualities of service, the encoding of the logs."""
 
 from __future__ import annotations
 
@@ -7,22 +7,29 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from ament_index_python import InvalidResourceNameError, get_resource
 from rclpy.duration import Duration
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import InvalidQosOverridesError, QoSOverridingOptions
 from rclpy.subscription import Subscription
 
+from slider_drilling.errors import InputError
 from slider_drilling.messages.topics import JOINT_STATE, Topic
 
 # The one topic beside those of a log: a controller's pump speed has to reach the rig.
 PUMP_COMMAND = Topic("mud_pump/command", JOINT_STATE, "mud_pump")
+# In a namespace it is remapped to the rig's own, see programs.py.
 CLOCK = Topic("/clock", "rosgraph_msgs/msg/Clock")
 RIG_DESCRIPTION = Topic("rig_description", "std_msgs/msg/String")
 
 # Nothing may be lost: a lost sample is a lost step in lockstep, a gap in a log.
 DEPTH = 1000
 RELIABLE = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE)
+BEST_EFFORT = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(
     depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
 )
@@ -36,18 +43,94 @@ def flush(node: Node, timeout: float = 2.0) -> None:
 
 
 def message_class(kind: str) -> Any:
-    """The class of `package/msg/Name`. Raises ImportError where the package is not installed."""
+    """The class of `package/msg/Name`. Raises ImportError where it is not installed as a message of ROS 2.
+
+    The name may come from a log or from the graph: what is no message package is not imported, which would run it.
+    """
     package, _, name = kind.split("/")
+    try:
+        listed, _ = get_resource("rosidl_interfaces", package)
+    except (LookupError, OSError, InvalidResourceNameError):
+        listed = ""
+    if f"msg/{name}.msg" not in listed.split():
+        raise ImportError(f"{package} is no installed message package with {name}")
     return getattr(importlib.import_module(f"{package}.msg"), name)
 
 
+def begins_with_a_header(kind: str) -> bool:
+    """Whether a message's first field is a std_msgs/Header, whose first is the stamp."""
+    return next(iter(message_class(kind).get_fields_and_field_types().values()), "") == "std_msgs/Header"
+
+
 def publisher(node: Node, topic: Topic, qos: QoSProfile = RELIABLE) -> Publisher:
-    """A publisher, to be given the bytes of `slider_drilling.messages.cdr`."""
-    return node.create_publisher(message_class(topic.type), topic.name, qos)
+    """A publisher, to be given the bytes of `slider_drilling.messages.cdr`; `qos_overrides` parameters count."""
+    return _overridable(topic, lambda options: node.create_publisher(
+        message_class(topic.type), topic.name, _copy(qos), qos_overriding_options=options))
 
 
 def subscription(
-    node: Node, topic: Topic, receive: Callable[[bytes], None], qos: QoSProfile = RELIABLE
+    node: Node, topic: Topic, receive: Callable[[bytes], None], qos: QoSProfile = RELIABLE,
+    events: SubscriptionEventCallbacks | None = None,
 ) -> Subscription:
-    """A subscription whose callback takes bytes as they came."""
-    return node.create_subscription(message_class(topic.type), topic.name, receive, qos, raw=True)
+    """A subscription whose callback takes bytes as they came; `qos_overrides` parameters count."""
+    return _overridable(topic, lambda options: node.create_subscription(
+        message_class(topic.type), topic.name, receive, _copy(qos), raw=True, event_callbacks=events,
+        qos_overriding_options=options))
+
+
+def _overridable(topic: Topic, make: Callable[[QoSOverridingOptions], Any]) -> Any:
+    """What `make` makes. Raises InputError for a `qos_overrides` parameter that cannot be used."""
+    try:
+        return make(QoSOverridingOptions.with_default_policies())
+    except (InvalidQosOverridesError, RuntimeError, InvalidParameterTypeException) as error:
+        if isinstance(error, RuntimeError) and "QoS override" not in str(error):
+            raise
+        raise InputError(f"{topic.name}: qos_overrides: {error}") from None
+
+
+class SensorSubscription:
+    """A subscription that hears best-effort publishers, too.
+
+    DDS does not connect a reliable subscription with a best-effort publisher, and a best-effort subscription may lose
+    what a reliable publisher sends: a lost step in lockstep. So it is reliable until a publisher shows up that is not,
+    and gives way to a best-effort one then. A `qos_overrides` parameter for best effort makes it that from the start.
+    """
+
+    def __init__(self, node: Node, topic: Topic, receive: Callable[[bytes], None]) -> None:
+        self._node, self._topic, self._receive = node, topic, receive
+        self._best_effort: Subscription | None = None
+        events = SubscriptionEventCallbacks(incompatible_qos=self._on_incompatible)
+        self._reliable = subscription(node, topic, receive, events=events)
+
+    def get_publisher_count(self) -> int:
+        """Publishers that are heard."""
+        return int((self._best_effort or self._reliable).get_publisher_count())
+
+    def _on_incompatible(self, event: Any) -> None:
+        """The reliable one gives way: beside it, a reliable publisher would be heard twice."""
+        if self._best_effort is not None:
+            return
+        self._node.get_logger().info(
+            f"{self._topic.name}: its publisher is best-effort: heard as that, samples may be lost")
+        self._best_effort = self._node.create_subscription(
+            message_class(self._topic.type), self._topic.name, self._receive, _copy(BEST_EFFORT), raw=True)
+        self._node.destroy_subscription(self._reliable)
+
+
+def entities(node: Node) -> set[Any]:
+    """What a node has made so far: publishers, subscriptions, services and timers."""
+    return {*node.publishers, *node.subscriptions, *node.services, *node.timers}
+
+
+def destroy(node: Node, made: set[Any]) -> None:
+    """Take these away again."""
+    kinds = ((node.publishers, node.destroy_publisher), (node.subscriptions, node.destroy_subscription),
+             (node.services, node.destroy_service), (node.timers, node.destroy_timer))
+    for present, take_away in kinds:
+        for one in made.intersection(present):
+            take_away(one)
+
+
+def _copy(qos: QoSProfile) -> QoSProfile:
+    """rclpy writes overrides into the profile that it is given."""
+    return QoSProfile(depth=qos.depth, reliability=qos.reliability, durability=qos.durability)

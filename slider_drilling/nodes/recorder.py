@@ -100,8 +100,8 @@ class Recorder(Node):
         return self._listening.lost
 
     def is_connected(self, nodes: int) -> bool:
-        """Whether every topic of a log has a publisher here, and `diagnostics` one of every node."""
-        optional = (link.RIG_DESCRIPTION, link.CLOCK)
+        """Whether every topic of a simulated rig's log has a publisher here, and `diagnostics` one of every node."""
+        optional = (link.RIG_DESCRIPTION, link.CLOCK, TOPICS["bit_depth"])
         wanted = {topic.name: nodes if topic is DIAGNOSTICS else 1 for topic in RECORDED if topic not in optional}
         return all(self._listening.publishers_of(self.resolve_topic_name(name)) >= count
                    for name, count in wanted.items())
@@ -121,15 +121,14 @@ class Recorder(Node):
             elif heard.topic == self._rig_topic and not self._has_rig:
                 self._bag.attach_rig(cdr.read_string(heard.data))
                 self._has_rig = True
-            if self._paused_at is not None:
-                return
-            if heard.described is not None:
-                self._bag.declare(heard.described)
-            self._bag.message(heard.topic, heard.data, now, heard.number)
+            if self._paused_at is None:
+                if heard.described is not None:
+                    self._bag.declare(heard.described)
+                self._bag.message(heard.topic, heard.data, now, heard.number)
+                self.messages += heard.topic not in self._about
         except InputError as error:
             self._halt.fail(error)
             return
-        self.messages += heard.topic not in self._about
         if heard.topic == self._beat:
             self._last_message = time.monotonic()
             if self._health.is_due(now):
@@ -142,7 +141,7 @@ class Recorder(Node):
         values = (("messages", str(self.messages)), ("lost", str(self.lost)))
         if self.lost:
             return Status(Level.ERROR, "log", f"{self.lost} messages are missing in the log", values)
-        return Status(Level.OK, "log", "recording", values)
+        return Status(Level.OK, "log", "recording" if self._paused_at is None else "paused", values)
 
     def _on_flush(self) -> None:
         """Write out what came in before all fell silent, and say so when it does."""

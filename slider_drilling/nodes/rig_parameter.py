@@ -5,15 +5,25 @@ from __future__ import annotations
 from pathlib import Path
 
 from slider_drilling.files import read_text
+from slider_drilling.log import read_log
 from slider_drilling.nodes.parameters import Declared
 from slider_drilling.rig import Rig, parse_rig
 from slider_drilling.share import share_file
 
-RIG = Declared("rig", "", "path of the rig file; empty: the 4 km example well")
+EXAMPLE = "config/rig.example.yaml"
+RIG = Declared("rig", "", "path of the rig file, or of a log that has one; empty: the 4 km example well")
 
 
 def rig_of(path: str) -> tuple[Rig, str]:
     """A rig and its file's text, from a path or, where that is empty, from the example. Raises InputError."""
-    source = Path(path) if path else share_file("config/rig.example.yaml")
+    source = Path(path) if path else share_file(EXAMPLE)
+    if source.suffix == ".mcap" or source.is_dir():
+        log = read_log(source)
+        return log.rig(), log.rig_text or ""
     text = read_text(source, "rig file")
     return parse_rig(text, str(source)), text
+
+
+def name_of(path: str) -> str:
+    """What a rig is called in `diagnostics`: its file's name."""
+    return Path(path or "rig.example.yaml").stem

@@ -4,27 +4,37 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections import deque
 from collections.abc import Callable
 from typing import Any
 
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
-from rclpy.node import Node
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 
-from slider_drilling.control.load import DEFAULT, load_controller, step_checked
-from slider_drilling.control.protocol import AdjustableController, ReportingController, TargetedController
+from slider_drilling.control.load import (
+    DEFAULT,
+    configure,
+    load_controller,
+    set_target,
+    settings_of,
+    statuses_of,
+    step_checked,
+)
 from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS
 from slider_drilling.nodes import link
+from slider_drilling.nodes.echoes import Echoes
 from slider_drilling.nodes.halt import Halt
 from slider_drilling.nodes.health import Health, Level, Status
+from slider_drilling.nodes.managed import AUTOSTART, Transitions
 from slider_drilling.nodes.parameters import Declared, declare, of_settings, on_change
-from slider_drilling.nodes.rig_parameter import RIG, rig_of
+from slider_drilling.nodes.rig_parameter import RIG, name_of, rig_of
 from slider_drilling.nodes.sample_inbox import Joint, SampleInbox
+from slider_drilling.nodes.services import reset_service, trigger_service
+from slider_drilling.nodes.silence import Silence
 from slider_drilling.signals import Measurements, RigCommand
 
 PARAMETERS = (
@@ -33,10 +43,12 @@ PARAMETERS = (
     Declared("tool_face_target", 0.0, "tool-face to hold, also taken from tool_face/target", "rad",
              -math.pi, math.pi, live=True),
     Declared("stale_after", 1.0, "age at which a channel counts as lost", "s", 0.05, 60.0, live=True),
+    AUTOSTART,
 )
+SET_BACK = 1.0  # s by which a rig's clock goes back when the rig has begun anew
 
 
-class RockingController(Node):
+class RockingController(LifecycleNode):
     """Makes Measurements of the rig's topics, steps the controller, publishes its command with the sample's stamp.
 
     Reads surface channels and MWD only, never truth. Raises InputError for a rig file, controller or parameter that
@@ -46,37 +58,101 @@ class RockingController(Node):
     def __init__(self, halt: Halt, **node_options: Any) -> None:
         super().__init__("rocking_controller", **node_options)
         self._halt = halt
-        values = declare(self, PARAMETERS)
-        rig, _ = rig_of(values["rig"])
-        self._controller = load_controller(values["controller"], rig)
-        self._set_target(values["tool_face_target"])
+        self._values = declare(self, PARAMETERS)
+        self._transitions = Transitions(self)
+        self._configured = self._active = False
+        on_change(self, self._change)
+        if self._values["autostart"]:
+            self._transitions.start()
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Build the controller, declare its settings, make the topics."""
+        return self._transitions.run(self._configure)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Answer samples."""
+        self._active = True
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Give no more commands: what the rig does then is the rig's own affair, as with a controller that died."""
+        self._active = False
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Forget controller and topics."""
+        self._configured = False
+        link.destroy(self, link.entities(self) - self._before)
+        for name in self._settings:
+            self.undeclare_parameter(name)
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """End the program."""
+        self._halt.stop()
+        return TransitionCallbackReturn.SUCCESS
+
+    def _configure(self) -> None:
+        self._before = link.entities(self)
+        values = self._values = {one.name: self.get_parameter(one.name).value for one in PARAMETERS}
+        self._rig, _ = rig_of(values["rig"])
+        self._target = values["tool_face_target"]
+        self._build_controller()
         self._declare_settings()
         self._inbox = SampleInbox(values["stale_after"])
-        self._health = Health(self)
+        self._health = Health(self, name_of(values["rig"]))
         self._stamp_ns: int | None = None     # of the last sample
         self._heard_ns = 0                    # this node's clock at the last sample
-        self._silent = False
-        self._sent_targets: deque[int] = deque(maxlen=20)
+        self._command: RigCommand | None = None
+        self._silence = Silence()
+        self._silent_from: float | None = None  # s, stamp of the last sample before the rig went silent
+        self._echoes = Echoes()
         self._target_publisher = link.publisher(self, TOPICS["tool_face_target"])
         self._subscribe()
         # Made once the rig's topics are connected: a simulator in lockstep starts when it sees them.
         self._command_publishers: dict[str, Publisher] = {}
         self._timer = self.create_timer(0.02, self._on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
-        on_change(self, self._change)
+        reset_service(self, self._reset)
+        trigger_service(self, "start_rocking", lambda: self._set_rocking(1.0))
+        trigger_service(self, "stop_rocking", lambda: self._set_rocking(0.0))
+        self._configured = True
         self.get_logger().info(f"rocking with {values['controller']}")
 
+    def _build_controller(self) -> None:
+        self._controller = load_controller(self._values["controller"], self._rig)
+        set_target(self._controller, self._target)
+
     def _declare_settings(self) -> None:
-        if isinstance(self._controller, AdjustableController):
-            declared = of_settings(self._controller.settings)
-            self._controller.configure(dataclasses.replace(self._controller.settings, **declare(self, declared)))
+        self._settings: tuple[str, ...] = ()
+        settings = settings_of(self._controller)
+        if settings is not None:
+            declared = of_settings(settings)
+            configure(self._controller, dataclasses.replace(settings, **declare(self, declared)))
+            self._settings = tuple(one.name for one in declared)
+
+    def _reset(self) -> str:
+        """A new controller with the settings and the target of the old one."""
+        settings = settings_of(self._controller)
+        self._build_controller()
+        if settings is not None:
+            configure(self._controller, settings)
+        return f"{self._values['controller']} begins anew"
+
+    def _set_rocking(self, share: float) -> str:
+        if "rocking" not in self._settings:
+            raise InputError(f"{self._values['controller']} has no setting `rocking`")
+        (result,) = self.set_parameters([Parameter("rocking", Parameter.Type.DOUBLE, share)])
+        if not result.successful:
+            raise InputError(result.reason)
+        return "rocking" if share else "the top drive parks"
 
     def _subscribe(self) -> None:
         # MWD first: where several messages wait, an executor may take them in this order.
-        self._mwd = link.subscription(self, TOPICS["mwd_tool_face"], self._on_mwd)
-        link.subscription(self, TOPICS["tool_face_target"], self._on_target)
+        self._mwd = link.SensorSubscription(self, TOPICS["mwd_tool_face"], self._on_mwd)
+        link.SensorSubscription(self, TOPICS["tool_face_target"], self._on_target)
         self._channels = [
-            link.subscription(self, TOPICS["standpipe_pressure"], self._on_standpipe_pressure),
-            *(link.subscription(self, TOPICS[name], self._joint_receiver(name))
+            link.SensorSubscription(self, TOPICS["standpipe_pressure"], self._on_standpipe_pressure),
+            *(link.SensorSubscription(self, TOPICS[name], self._joint_receiver(name))
               for name in ("mud_pump", "draw_works", "top_drive")),
         ]
 
@@ -112,11 +188,11 @@ class RockingController(Node):
 
     def _on_target(self, data: bytes) -> None:
         try:
-            stamp_ns, target, _, _ = cdr.read_joint_state(data, "tool_face")
+            _, target, _, _ = cdr.read_joint_state(data, "tool_face")
         except InputError as error:
             self._unreadable("tool_face/target", error)
             return
-        if stamp_ns in self._sent_targets:
+        if self._echoes.is_own(data):
             return
         if not math.isfinite(target):
             self.get_logger().warning(f"tool_face/target: {target} rad refused: must be finite")
@@ -128,20 +204,42 @@ class RockingController(Node):
         self.get_logger().warning(f"{topic}: {error}", throttle_duration_sec=5.0)
 
     def _take(self, channel: str, reading: Joint) -> None:
+        if not self._active:
+            return
+        if channel == "top_drive":
+            if reading == self._inbox.answered and self._command is not None:
+                # A simulator that lost sight of this node asks again; a second step would be one too many.
+                self._publish_command(reading.stamp_ns, self._command)
+                return
+            self._begin_anew_with_the_rig(reading.stamp_ns)
         for measurements in self._inbox.put(channel, reading):
-            self._heard_ns = self.get_clock().now().nanoseconds
-            self._silent = False
+            # The clock comes on a topic of its own and may lag behind the sample.
+            self._heard_ns = max(self.get_clock().now().nanoseconds, round(measurements.time * 1e9))
+            self._silence.heard()
+            if self._silent_from is not None:
+                self.get_logger().info(f"the rig is back at {measurements.time:.1f} s")
+            self._silent_from = None
             self._step(measurements)
+
+    def _begin_anew_with_the_rig(self, stamp_ns: int) -> None:
+        """A rig whose clock was set back is another run: what the controller believes is of the one before."""
+        if self._stamp_ns is not None and (self._stamp_ns - stamp_ns) / 1e9 > SET_BACK:
+            self.get_logger().warning(
+                f"the rig's clock went back from {self._stamp_ns / 1e9:.1f} to {stamp_ns / 1e9:.1f} s: {self._reset()}")
+            self._stamp_ns = None
 
     def _step(self, measurements: Measurements) -> None:
         if self._halt.error is not None:
             return
         self._stamp_ns = stamp_ns = round(measurements.time * 1e9)
         try:
-            command = step_checked(self._controller, measurements)
+            command = self._halt.unless_interrupted(lambda: step_checked(self._controller, measurements))
         except InputError as error:
             self._halt.fail(error)
             return
+        if command is None:
+            return
+        self._command = command
         if self._health.is_due(stamp_ns):
             self._health.publish(stamp_ns, self._statuses(stamp_ns))
             self._publish_target(stamp_ns)
@@ -162,28 +260,51 @@ class RockingController(Node):
             self._command_publishers = {topic.joint: link.publisher(self, topic) for topic in topics}
 
     def _on_timer(self) -> None:
-        """Connect; and tell the controller when the rig has gone silent."""
+        """Connect; and notice when the rig has gone silent."""
+        if not self._active or self._halt.requested:
+            return
         if not self._command_publishers:
             if all(channel.get_publisher_count() > 0 for channel in (*self._channels, self._mwd)):
                 self._make_command_publishers()
             return
-        if self._stamp_ns is None or self._halt.requested:
+        if self._stamp_ns is None:
             return
-        silent_ns = self.get_clock().now().nanoseconds - self._heard_ns
-        if silent_ns > self._inbox.stale_after * 1e9:
-            if not self._silent:
-                self._silent, self._silent_from = True, self._stamp_ns
-                self.get_logger().error(f"the rig is silent since {self._stamp_ns / 1e9:.1f} s")
-            stamp_ns = self._silent_from + silent_ns
-            if stamp_ns - self._stamp_ns >= 100_000_000:
-                self._step(self._inbox.nothing(stamp_ns))
+        silent = self._silence.lasts(self._inbox.stale_after)
+        if not self.get_parameter("use_sim_time").value:
+            passed_ns = round(silent * 1e9)
+        else:
+            passed_ns = self.get_clock().now().nanoseconds - self._heard_ns
+        if passed_ns > self._inbox.stale_after * 1e9:
+            self._step_blindly(self._stamp_ns, passed_ns)
+        elif silent:
+            self._tell_silence(self._stamp_ns, silent)
+
+    def _step_blindly(self, stamp_ns: int, passed_ns: int) -> None:
+        """The rig's clock goes on without readings: the controller is told that there are none."""
+        if self._silent_from is None:
+            self._silent_from = stamp_ns / 1e9
+            self.get_logger().error(f"the rig is silent since {self._silent_from:.1f} s")
+        now_ns = round(self._silent_from * 1e9) + passed_ns
+        if now_ns - stamp_ns >= 100_000_000:
+            self._step(self._inbox.nothing(now_ns))
+
+    def _tell_silence(self, stamp_ns: int, silent: float) -> None:
+        """Simulated time stands still: no step, which would be a time that never was, but everybody is told."""
+        if self._silent_from is None:
+            self._silent_from, self._told_silence = stamp_ns / 1e9, 0.0
+            self.get_logger().error(f"no sample and no time from the rig for {silent:.1f} s: paused, or gone")
+        if silent - self._told_silence >= 1.0:
+            self._told_silence = silent
+            self._health.publish(stamp_ns, self._statuses(stamp_ns))
 
     def _change(self, changes: dict[str, Any]) -> None:
-        if isinstance(self._controller, AdjustableController):
-            settings = self._controller.settings
-            own = {name: value for name, value in changes.items() if hasattr(settings, name)}
-            if own:
-                self._controller.configure(dataclasses.replace(settings, **own))
+        self._values.update({name: value for name, value in changes.items() if name in self._values})
+        if not self._configured:
+            return
+        settings = settings_of(self._controller)
+        own = {name: value for name, value in changes.items() if hasattr(settings, name)}
+        if own:
+            configure(self._controller, dataclasses.replace(settings, **own))
         self._inbox.stale_after = changes.get("stale_after", self._inbox.stale_after)
         if "tool_face_target" in changes:
             self._set_target(changes["tool_face_target"])
@@ -191,21 +312,24 @@ class RockingController(Node):
                 self._publish_target(self._stamp_ns)
 
     def _set_target(self, target: float) -> None:
-        if isinstance(self._controller, TargetedController):
-            self._controller.tool_face_target = target
+        set_target(self._controller, target)
         self._target = target
 
     def _publish_target(self, stamp_ns: int) -> None:
-        self._sent_targets.append(stamp_ns)
-        self._target_publisher.publish(cdr.joint_state(stamp_ns, "tool_face", self._target))
+        data = cdr.joint_state(stamp_ns, "tool_face", self._target)
+        self._echoes.sent(data)
+        self._target_publisher.publish(data)
 
     def _statuses(self, stamp_ns: int) -> list[Status]:
         stale = self._inbox.stale(stamp_ns)
-        if self._silent:
-            heard = Status(Level.ERROR, "measurements", f"the rig is silent since {self._silent_from / 1e9:.1f} s")
+        if self._silent_from is not None:
+            heard = Status(Level.ERROR, "measurements", f"the rig is silent since {self._silent_from:.1f} s")
         elif stale:
             heard = Status(Level.WARN, "measurements", f"no {', '.join(stale)} for {self._inbox.stale_after:g} s")
         else:
             heard = Status(Level.OK, "measurements", "every surface channel is there")
-        own = self._controller.status() if isinstance(self._controller, ReportingController) else ()
-        return [heard, *own]
+        try:
+            return [heard, *statuses_of(self._controller)]
+        except InputError as error:
+            self._halt.fail(error)
+            return [heard]

@@ -34,6 +34,7 @@ class SampleInbox:
         self._last: dict[str, Joint] = {}
         self._first_ns: int | None = None
         self._waiting: Joint | None = None
+        self.answered: Joint | None = None   # the reading of the top drive that made the last sample
         self._mwd: list[tuple[int, float]] = []
 
     def put(self, channel: str, reading: Joint) -> list[Measurements]:
@@ -77,6 +78,7 @@ class SampleInbox:
 
     def _take(self, top_drive: Joint) -> Measurements:
         self._waiting = None
+        self.answered = top_drive
         now = top_drive.stamp_ns
         lost = Joint(now, NAN, NAN, NAN)
         block, standpipe, pump = (

@@ -5,27 +5,35 @@ from __future__ import annotations
 import contextlib
 import functools
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import rclpy
 from rclpy.parameter import Parameter
 
+from slider_drilling.live.serve import Address
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
 from slider_drilling.nodes.halt import Halt
-from slider_drilling.nodes.programs import init
 from slider_drilling.nodes.recorder import Recorder
+from slider_drilling.nodes.rig_parameter import EXAMPLE
 from slider_drilling.nodes.rocking_controller import RockingController
+from slider_drilling.nodes.run_node import init
 from slider_drilling.nodes.spin import drain, spin
+from slider_drilling.share import share_file
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What to run. rig, record: paths; duration: s; speed: times real time, 0 for lockstep; target: rad."""
+    """What to run. rig, record: paths; duration: s, 0 for no end; speed: times real time, 0 for lockstep; target: rad.
+
+    plant: path of the rig file that is simulated, where it is not the one that controller and log are told of;
+    settings: of the controller; notes: for the log's metadata; live: where to serve the live page, if at all.
+    """
 
     rig: str = ""
+    plant: str = ""
     duration: float = 300.0
     speed: float = 0.0
     record: Path | None = None
@@ -33,6 +41,9 @@ class Plan:
     controller: str | None = None
     seed: int = 0
     elements: int = 200
+    settings: Mapping[str, float] = field(default_factory=dict)
+    notes: str = ""
+    live: Address | None = None
 
 
 @dataclass(frozen=True)
@@ -46,40 +57,58 @@ class Outcome:
     interrupted: bool
 
 
-def run(plan: Plan, progress: Callable[[float], None] = lambda simulated: None) -> Outcome:
-    """Run it; `progress` is told the simulated seconds now and then. Raises InputError."""
+def run(
+    plan: Plan,
+    progress: Callable[[float], None] = lambda simulated: None,
+    announce: Callable[[str], None] = lambda address: None,
+) -> Outcome:
+    """Run it. Raises InputError.
+
+    progress: told the simulated seconds now and then; announce: told the live page's address once it is there.
+    """
     # Nodes of this process are configured by the plan; `--ros-args` are for nodes that run alone.
     init(["slider-drilling"])
     halt = Halt()
     halt.leave_on_signals(KeyboardInterrupt)
     try:
         with contextlib.ExitStack() as ending:
-            return _run(plan, progress, halt, ending)
+            return _run(plan, progress, announce, halt, ending)
     finally:
         rclpy.try_shutdown()
         halt.give_signals_back()
 
 
-def _run(plan: Plan, progress: Callable[[float], None], halt: Halt, ending: contextlib.ExitStack) -> Outcome:
+def _run(
+    plan: Plan,
+    progress: Callable[[float], None],
+    announce: Callable[[str], None],
+    halt: Halt,
+    ending: contextlib.ExitStack,
+) -> Outcome:
     def make(kind: Callable[..., Any], **parameters: Any) -> Any:
         overrides = [Parameter(name, value=value) for name, value in parameters.items() if value is not None]
         node = kind(halt, parameter_overrides=overrides)
         ending.callback(node.destroy_node)
         return node
 
+    # The simulator first: where another rig is simulated already, nothing is recorded of that one.
+    simulator = make(FrictionSimulator, rig=plan.plant or plan.rig, speed=float(plan.speed),
+                     duration=float(plan.duration), seed=plan.seed, elements=plan.elements, wait_for_controller=True,
+                     minimum_subscribers=1 + (plan.record is not None) + (plan.live is not None))
     recorder: Recorder | None = None
     if plan.record is not None:
-        recorder = make(Recorder, directory=str(plan.record), rig=plan.rig, use_sim_time=True)
+        recorder = make(Recorder, directory=str(plan.record), rig=_told(plan), notes=plan.notes, use_sim_time=True)
         ending.push(functools.partial(_finish, recorder))
-    simulator = make(FrictionSimulator, rig=plan.rig, speed=float(plan.speed), duration=float(plan.duration),
-                     seed=plan.seed, elements=plan.elements, wait_for_controller=True,
-                     minimum_subscribers=1 if recorder is None else 2)
+    dashboard = None
+    if plan.live is not None:
+        dashboard = _make_dashboard(make, plan.live, announce)
     controller = make(RockingController, rig=plan.rig, use_sim_time=True, tool_face_target=plan.target,
-                      controller=plan.controller)
-    nodes = [node for node in (simulator, recorder, controller) if node is not None]
+                      controller=plan.controller, **plan.settings)
+    reporting = [node for node in (simulator, recorder, controller) if node is not None]
+    nodes = reporting if dashboard is None else [*reporting, dashboard]
     if recorder is not None:
         # A reader that knows its writer gets messages in the order of their sending, from the first one on.
-        simulator.may_start = functools.partial(recorder.is_connected, len(nodes))
+        simulator.may_start = functools.partial(recorder.is_connected, len(reporting))
     halt.take_signals()
     begun = time.perf_counter()
     executor = spin(nodes, halt, lambda: progress(simulator.simulated))
@@ -92,6 +121,19 @@ def _run(plan: Plan, progress: Callable[[float], None], halt: Halt, ending: cont
     drain(executor, lambda: recorder.messages)
     halt.raise_error()
     return Outcome(recorder.path, simulator.simulated, wall, recorder.messages, halt.interrupted)
+
+
+def _told(plan: Plan) -> str:
+    """The rig file that goes into the log: never the plant's own, where that differs."""
+    return str(share_file(EXAMPLE)) if plan.plant and not plan.rig else plan.rig
+
+
+def _make_dashboard(make: Callable[..., Any], address: Address, announce: Callable[[str], None]) -> Any:
+    from slider_drilling.nodes.dashboard import Dashboard
+
+    dashboard = make(Dashboard, host=address.host, port=address.port, token=address.token)
+    announce(dashboard.url)
+    return dashboard
 
 
 def _finish(recorder: Recorder, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:

@@ -23,6 +23,7 @@ A page is described without its units and written in those of the reader:
 
 * A label that ends in ", UNIT" says what unit the numbers under it are in. The page converts them and the label;
   `slider_drilling.units` has them. Angles in deg stay, in rad become turns in the field's units.
+  So are numbers with an SI unit in sentences: "between 2663 and 3213 m" is told in ft where ft are asked for.
 * A cell of a table is text, a number (of its column's unit), an `Amount` with a unit of its own, a `Tag` (a word with
   a tone), a `Link`, or a tuple of these, one below the other. None and NaN are shown as "-".
 * A figure is a `Chart` (panels over one shared x axis, of `Line` and `Bars`) or a `Map`. Colours are names of

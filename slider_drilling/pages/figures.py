@@ -38,7 +38,8 @@ class Line:
 class Bars:
     """Bars at names or at numbers (with their widths) along x; flat: along y, the lengths along x.
 
-    colours: one for all or one each; text: what is written at each; base: where each begins, 0 if not given.
+    colours: one for all or one each; text: what is written at each; base: where each begins, 0 if not given; low, high:
+    of an interval around each end.
     """
 
     name: str
@@ -48,6 +49,8 @@ class Bars:
     text: tuple[str, ...] = ()
     width: Array | None = None
     base: Array | None = None
+    low: Array | None = None
+    high: Array | None = None
     flat: bool = False
 
 
@@ -69,7 +72,8 @@ class Panel:
 @dataclass(frozen=True)
 class Chart:
     """Panels one below the other over one x axis. at: upright lines at these x, each with its name; x_limits as a
-    panel's limits; x_log for a logarithmic axis; wide: takes a page's whole width."""
+    panel's limits; x_log for a logarithmic axis; wide: takes a page's whole width; points: how many a
+    line is thinned to."""
 
     title: str
     x: str
@@ -79,6 +83,7 @@ class Chart:
     x_limits: tuple[float, float] | None = None
     x_log: bool = False
     wide: bool = False
+    points: int = 2000
 
 
 @dataclass(frozen=True)

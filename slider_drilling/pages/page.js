@@ -40,7 +40,7 @@
     for (const key of Object.keys(layout)) {
       if (!/^[xy]axis/.test(key)) continue;
       Object.assign(layout[key], { gridcolor: rule, linecolor: rule, zerolinecolor: rule, zerolinewidth: 1.5, exponentformat: "power",
-        hoverformat: ".5~g" });
+        hoverformat: ".7~g" });
     }
     return Object.assign(layout, {
       width, height: paper ? Math.min(figure.height * PAPER.scale, PAPER.height) : figure.height, autosize: false, showlegend: false, paper_bgcolor: "rgba(0,0,0,0)",
@@ -52,6 +52,7 @@
   function draw(name, paper) {
     const figures = themed(name);
     for (const plot of plots) {
+      if (!paper && !plot.clientWidth) continue;  // folded away
       const place = plot.dataset.place, figure = figures[place];
       for (const trace of figure.data) {
         if (hidden[place].has(trace.name)) trace.visible = hidden[place].get(trace.name) ? "legendonly" : true;

@@ -6,7 +6,7 @@ import base64
 import gzip
 import json
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any, Literal
@@ -116,8 +116,10 @@ def page_html(page: Page, units: Units) -> str:
         for section in page.sections
     ]  # fmt: skip
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    lead = None if page.lead is None else replace(page.lead, text=units.sentence(page.lead.text))
+    told = replace(page, lead=lead, notes=tuple(units.sentence(note) for note in page.notes))
     return environment.from_string(_file("page.html").decode()).render(
-        page=page, sections=sections, style=_file("page.css").decode(), behaviour=_file("page.js").decode(),
+        page=told, sections=sections, style=_file("page.css").decode(), behaviour=_file("page.js").decode(),
         light=LIGHT, dark=DARK, themes=json.dumps({"light": LIGHT, "dark": DARK}), version=__version__,
         drawings=_packed(json.dumps(drawings, separators=(",", ":")).encode()) if drawings else "",
         plotly=base64.b64encode(_file(SCRIPT)).decode() if drawings else "",
@@ -134,15 +136,15 @@ def _packed(content: bytes) -> str:
 
 def _item(item: str | Bullets | Table | Chart | Map, units: Units, drawings: list[dict[str, Any]]) -> dict[str, Any]:
     if isinstance(item, str):
-        return {"kind": "text", "text": item}
+        return {"kind": "text", "text": units.sentence(item)}
     if isinstance(item, Bullets):
-        return {"kind": "bullets", "lines": item.lines}
+        return {"kind": "bullets", "lines": [units.sentence(line) for line in item.lines]}
     if isinstance(item, Table):
         return {"kind": "table", "caption": item.caption, **_table(item, units)}
     drawn = drawing(item, units)
     drawings.append({"data": drawn["data"], "layout": drawn["layout"], "height": drawn["height"]})
     wide = isinstance(item, Chart) and (item.wide or len(item.panels) > 1)
-    return {"kind": "figure", "place": len(drawings) - 1, "title": item.title, "caption": item.caption,
+    return {"kind": "figure", "place": len(drawings) - 1, "title": item.title, "caption": units.sentence(item.caption),
             "legend": drawn["legend"], "height": drawn["height"], "wide": wide}  # fmt: skip
 
 
@@ -178,7 +180,7 @@ def _cell(cell: Cell, unit: str, units: Units, digits: int) -> list[dict[str, st
     if isinstance(cell, tuple):
         return [part for one in cell for part in _cell(one, unit, units, digits)]
     if isinstance(cell, Tag):
-        return [{"text": cell.text, "tone": cell.tone}]
+        return [{"text": units.sentence(cell.text), "tone": cell.tone}]
     if isinstance(cell, Link):
         return [{"text": cell.text, "href": cell.href}]
     if isinstance(cell, Amount):
@@ -186,7 +188,7 @@ def _cell(cell: Cell, unit: str, units: Units, digits: int) -> list[dict[str, st
     if cell is None:
         return [{"text": "-"}]
     if isinstance(cell, str):
-        return [{"text": cell}]
+        return [{"text": units.sentence(cell)}]
     if isinstance(cell, int) and not unit:
         return [{"text": f"{cell}"}]
     return [{"text": number(units.value(float(cell), unit), digits)}]

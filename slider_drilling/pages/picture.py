@@ -87,6 +87,8 @@ def _panel(axes: Axes, chart: Chart, panel: Panel, units: Units) -> None:
         axes.invert_yaxis()
     name, told = unit_of(units.label(panel.y))
     axes.set_ylabel(f"{name}\n{told}" if told else name)
+    if not panel.log and not any(isinstance(mark, Bars) for mark in panel.marks):
+        axes.ticklabel_format(axis="y", useOffset=False)
     axes.grid(True, color=_RULE, linewidth=0.6)
     axes.set_axisbelow(True)
     names = axes.get_legend_handles_labels()[1]
@@ -117,6 +119,10 @@ def _bars(axes: Axes, mark: Bars, chart: Chart, panel: Panel, number: int, units
     draw, rest = (axes.barh, {"left": base, "height": width}) if mark.flat else (
         axes.bar, {"bottom": base, "width": width})  # fmt: skip
     drawn = draw(at, long, color=colours if len(colours) > 1 else colours[0], label=mark.name or None, **rest)
+    if mark.low is not None and mark.high is not None:
+        ends = [units.value(values, long_unit) for values in (mark.y - mark.low, mark.high - mark.y)]
+        where = {"x": long, "y": at, "xerr": ends} if mark.flat else {"x": at, "y": long, "yerr": ends}
+        axes.errorbar(**where, fmt="none", ecolor=LIGHT["ink"], elinewidth=1.1)
     if mark.text:
         axes.bar_label(drawn, list(mark.text), fontsize=8, padding=2)
 

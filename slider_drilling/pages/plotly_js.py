@@ -8,7 +8,7 @@ import numpy as np
 
 from slider_drilling.pages.colours import AMBER, BLUE, GREEN, GREY, ORDER, SKY
 from slider_drilling.pages.figures import Array, Bars, Chart, Figure, Line, Map, Panel, thin
-from slider_drilling.units import Units, number, unit_of
+from slider_drilling.units import Units, unit_of
 
 KINDS = (SKY, AMBER, GREEN, GREY, BLUE)  # colours of a map of categories
 _DASH = {"dashed": "dash", "dotted": "dot"}
@@ -25,7 +25,8 @@ def _chart(chart: Chart, units: Units) -> dict[str, Any]:
     legend: dict[str, dict[str, Any]] = {}
     shapes: list[dict[str, Any]] = []
     notes: list[dict[str, Any]] = []
-    heights = [_PANEL * panel.height if len(chart.panels) > 1 else _SINGLE for panel in chart.panels]
+    alone = _SINGLE if len(chart.panels) == 1 else _PANEL
+    heights = [alone * panel.height for panel in chart.panels]
     total = sum(heights) + _BETWEEN * (len(heights) - 1)
     layout: dict[str, Any] = {"shapes": shapes, "annotations": notes, "barmode": "overlay", "bargap": 0.35,
                               "hoversubplots": "axis", "hovermode": _hover(chart)}  # fmt: skip
@@ -77,9 +78,17 @@ def _said(label: str, units: Units) -> str:
     return told[:1].upper() + told[1:]
 
 
-def numbers(values: Array, digits: int) -> list[float | None]:
-    """For JSON: this many significant digits, None for NaN."""
-    return [float(f"{value:.{digits}g}") if np.isfinite(value) else None for value in values.tolist()]
+def numbers(values: Array) -> list[float | None]:
+    """For JSON: rounded to what a screen can show of the values' span, to four digits where they are far smaller (a
+    logarithmic axis shows them too); None for NaN."""
+    there = values[np.isfinite(values)]
+    span = (float(np.ptp(there)) or float(np.abs(there[0]))) if there.size else 0.0
+    decimals = 5 - int(np.floor(np.log10(span))) if span > 0.0 else 0
+
+    def short(value: float) -> float:
+        return round(value, decimals) if abs(value) > 1e-4 * span else float(f"{value:.4g}")
+
+    return [short(value) if np.isfinite(value) else None for value in values.tolist()]
 
 
 def _traces(mark: Line | Bars, chart: Chart, panel: Panel, units: Units, colour: str) -> list[dict[str, Any]]:
@@ -90,9 +99,9 @@ def _traces(mark: Line | Bars, chart: Chart, panel: Panel, units: Units, colour:
 
 def _line(mark: Line, chart: Chart, panel: Panel, units: Units, colour: str) -> list[dict[str, Any]]:
     x_unit, y_unit = unit_of(chart.x)[1], unit_of(panel.y)[1]
-    x, y = (mark.x, mark.y) if mark.low is not None else thin(mark.x, mark.y)
+    x, y = (mark.x, mark.y) if mark.low is not None else thin(mark.x, mark.y, chart.points)
     trace: dict[str, Any] = {
-        "type": "scatter", "x": numbers(units.value(x, x_unit), 6), "y": numbers(units.value(y, y_unit), 5),
+        "type": "scatter", "x": numbers(units.value(x, x_unit)), "y": numbers(units.value(y, y_unit)),
         "mode": "markers" if mark.style == "dots" else "lines",
         "line": {"color": colour, "width": 1.5, "dash": _DASH.get(mark.style, "solid"),
                  "shape": "hv" if mark.style == "steps" else "linear"},
@@ -103,19 +112,17 @@ def _line(mark: Line, chart: Chart, panel: Panel, units: Units, colour: str) -> 
         return [trace]
     low, high = units.value(mark.low, y_unit), units.value(mark.high, y_unit)
     if mark.style == "dots":
-        middle = units.value(mark.y, y_unit)
-        trace["error_y"] = {"type": "data", "symmetric": False, "array": numbers(high - middle, 5),
-                            "arrayminus": numbers(middle - low, 5), "color": colour, "thickness": 1.4}  # fmt: skip
+        trace["error_y"] = _whiskers(low, units.value(mark.y, y_unit), high, colour)
         return [trace]
     edge = {**trace, "line": {"width": 0, "color": colour}, "hoverinfo": "skip"}
-    return [{**edge, "y": numbers(low, 5)},
-            {**edge, "y": numbers(high, 5), "fill": "tonexty", "fillcolor": f"{colour}33"}, trace]  # fmt: skip
+    return [{**edge, "y": numbers(low)},
+            {**edge, "y": numbers(high), "fill": "tonexty", "fillcolor": f"{colour}33"}, trace]  # fmt: skip
 
 
 def _bars(mark: Bars, chart: Chart, panel: Panel, units: Units, colour: str) -> list[dict[str, Any]]:
     at_unit, long_unit = (unit_of(label)[1] for label in ((panel.y, chart.x) if mark.flat else (chart.x, panel.y)))
-    at = list(mark.x) if isinstance(mark.x, tuple) else numbers(units.value(mark.x, at_unit), 6)
-    along = numbers(units.value(mark.y, long_unit), 5)
+    at = list(mark.x) if isinstance(mark.x, tuple) else numbers(units.value(mark.x, at_unit))
+    along = numbers(units.value(mark.y, long_unit))
     colours = [f"@{name}" for name in mark.colours] if len(mark.colours) > 1 else colour
     trace: dict[str, Any] = {
         "type": "bar", "x": along if mark.flat else at, "y": at if mark.flat else along,
@@ -124,10 +131,18 @@ def _bars(mark: Bars, chart: Chart, panel: Panel, units: Units, colour: str) -> 
     if mark.text:
         trace |= {"text": list(mark.text), "textposition": "outside"}
     if mark.width is not None:
-        trace["width"] = numbers(units.value(mark.width, at_unit), 6)
+        trace["width"] = numbers(units.value(mark.width, at_unit))
     if mark.base is not None:
-        trace["base"] = numbers(units.value(mark.base, long_unit), 5)
+        trace["base"] = numbers(units.value(mark.base, long_unit))
+    if mark.low is not None and mark.high is not None:
+        low, high, end = (units.value(values, long_unit) for values in (mark.low, mark.high, mark.y))
+        trace["error_x" if mark.flat else "error_y"] = _whiskers(low, end, high, "@ink")
     return [trace]
+
+
+def _whiskers(low: Array, middle: Array, high: Array, colour: str) -> dict[str, Any]:
+    return {"type": "data", "symmetric": False, "array": numbers(high - middle),
+            "arrayminus": numbers(middle - low), "color": colour, "thickness": 1.4}  # fmt: skip
 
 
 def _axis(
@@ -142,7 +157,7 @@ def _axis(
     seen = limits or _extent(marks, flat)
     if log and seen is not None:
         ticks = round_ticks(*(units.value(end, unit) for end in seen))
-        axis |= {"tickvals": ticks, "ticktext": [number(tick) for tick in ticks]}
+        axis |= {"tickvals": ticks, "ticktext": [f"{tick:g}" for tick in ticks]}
     if limits is None and (flat or log or seen is None or any(isinstance(mark, Bars) for mark in marks)):
         return {**axis, "autorange": "reversed" if down else True}
     assert seen is not None
@@ -203,9 +218,9 @@ def _map(figure: Map, units: Units) -> dict[str, Any]:
     bar: dict[str, Any] = {"title": {"text": f"log10 of {name}" if figure.log else name, "side": "right"},
                            "thickness": 12, "outlinewidth": 0}  # fmt: skip
     trace: dict[str, Any] = {
-        "type": "heatmap", "x": numbers(units.value(figure.x, unit_of(figure.x_label)[1]), 6),
-        "y": numbers(units.value(figure.y, unit_of(figure.y_label)[1]), 6),
-        "z": [numbers(row, 4) for row in value], "colorscale": "Viridis", "colorbar": bar,
+        "type": "heatmap", "x": numbers(units.value(figure.x, unit_of(figure.x_label)[1])),
+        "y": numbers(units.value(figure.y, unit_of(figure.y_label)[1])),
+        "z": [numbers(row) for row in value], "colorscale": "Viridis", "colorbar": bar,
     }  # fmt: skip
     legend = []
     if figure.categories:

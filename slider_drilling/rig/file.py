@@ -50,4 +50,6 @@ def dump_rig(rig: Rig) -> str:
     effects = {name: block for name, block in tree.pop("effects").items() if block != plain(getattr(Effects(), name))}
     if effects:
         tree["effects"] = effects
+    if not rig.well.name:
+        del tree["well"]["name"]
     return yaml.safe_dump({"schema": tree.pop("schema"), **tree}, sort_keys=False)

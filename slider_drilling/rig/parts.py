@@ -39,7 +39,7 @@ class FrictionInterval:
 
 @dataclass(frozen=True)
 class Well:
-    """Survey rows are (measured depth m, inclination deg, azimuth deg)."""
+    """Survey rows are (measured depth m, inclination deg, azimuth deg); name: what pages call the well."""
 
     survey: tuple[tuple[float, float, float], ...] = rows_of(
         **{
@@ -50,6 +50,7 @@ class Well:
     )
     hole_diameter: float = quantity("m", at_least=0.05, at_most=1.5, why="bits of 2 to 60 in; 8 1/2 in is 0.2159 m")
     friction_intervals: tuple[FrictionInterval, ...] = ()
+    name: str = ""
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,7 @@ class Contact:
     shear_factor: float = quantity("-", at_least=0.0, below=1.0, why="shear strength of the film over that of the wall")
     stiffness: float = quantity("N/m", at_least=1.0, at_most=1e9, why="of one contact; the paper identifies 42700")
     reference_load: float = quantity("N", at_least=1.0, at_most=1e7, why="that stiffness was identified at")
-    dahl_exponent: float = quantity("-", 1.0, at_least=0.1, at_most=5.0, why="1 is the usual one")
+    dahl_exponent: float = quantity("-", 1.0, at_least=0.25, at_most=4.0, why="1 is the usual one")
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ _SHARPEST = 0.2  # rad/m; the tightest short-radius wells turn by 0.17 (3 degree
 _WIDEST = 150.0  # deg between two stations: an arc through opposite directions has no plane
 _THINNEST = 1e-3  # m of pipe wall
 _EFFICIENCY = 1.2  # of a motor, with room for published figures that do not quite agree
+_LEAST_GRIP, _MOST_GRIP = 0.1, 6000.0  # 1/m, stiffness over load; the paper identifies 22.6
 _MOST_SECTIONS = 500
 
 
@@ -121,6 +122,13 @@ def _check_material(rig: Rig, source: str) -> None:
         raise InputError(
             f"{source}: string.shear_modulus = {string.shear_modulus:g}: not below youngs_modulus "
             f"{string.youngs_modulus:g} Pa, which no material has; are they swapped?"
+        )
+    grip = rig.contact.stiffness / rig.contact.reference_load
+    if not _LEAST_GRIP <= grip <= _MOST_GRIP:
+        raise InputError(
+            f"{source}: contact.stiffness = {rig.contact.stiffness:g}: at a reference_load of "
+            f"{rig.contact.reference_load:g} N contacts stretch by {1.0 / grip:.2g} m under their own load; "
+            f"{1.0 / _MOST_GRIP:g} to {1.0 / _LEAST_GRIP:g} m is possible"
         )
     if asperity.minor_axis > asperity.major_axis:
         raise InputError(

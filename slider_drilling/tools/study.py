@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from slider_drilling.pages import Map
+
 Series = NDArray[np.float64]
 
 
@@ -38,21 +40,6 @@ class Chart:
 
 
 @dataclass(frozen=True)
-class Map:
-    """A value over a grid: x is (n,), y is (m,), value is (m, n), NaN where there is none."""
-
-    title: str
-    x_label: str
-    y_label: str
-    value_label: str
-    x: Series
-    y: Series
-    value: Series
-    categories: tuple[str, ...] = ()
-    log: bool = False
-
-
-@dataclass(frozen=True)
 class Claim:
     """One thing that the paper says, what was measured, and whether it holds; reason says why where it does not."""
 
@@ -76,7 +63,8 @@ class Table:
 class Study:
     """A study that has run: what was moved (`settings`), its figures and its claims.
 
-    The pages of other commands are made of the same: figures, tables and notes, without claims.
+    The pages of other commands are made of the same: figures, tables and notes, without claims; about says what kind
+    of page it is.
     """
 
     name: str
@@ -86,6 +74,7 @@ class Study:
     claims: tuple[Claim, ...]
     notes: tuple[str, ...] = field(default=())
     tables: tuple[Table, ...] = field(default=())
+    about: str = "Study"
 
 
 def line(name: str, x: ArrayLike, y: ArrayLike, dashed: bool = False, colour: int | None = None) -> Line:

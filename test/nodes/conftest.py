@@ -4,12 +4,15 @@ import os
 import subprocess
 import time
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 pytest.importorskip("rclpy", reason="no ROS 2: pip install '.[ros]' or source one")
+
+from ear import Ear
+from program import Program
 
 from slider_drilling.nodes import environment
 
@@ -46,3 +49,27 @@ def wait_for_bytes() -> Callable[[Path, int, subprocess.Popen], Path]:
         raise AssertionError(f"no log of {size} bytes in {folder}: {there}; exit code {process.poll()}")
 
     return wait
+
+
+@pytest.fixture
+def start(namespace: str, tmp_path: Path) -> Iterator[object]:
+    """Starts programs in one namespace; what is still there at the end is killed."""
+    started: list[Program] = []
+
+    def start_one(name: str, within: str = "", **parameters: object) -> Program:
+        started.append(Program(name, namespace + within, tmp_path, **parameters))
+        return started[-1]
+
+    yield start_one
+    for program in started:
+        if program.process.poll() is None:
+            program.process.kill()
+            program.process.communicate()
+
+
+@pytest.fixture
+def ear(namespace: str) -> Iterator[Ear]:
+    """Hears and says things in the namespace of the programs."""
+    made = Ear(namespace)
+    yield made
+    made.close()

@@ -1,35 +1,178 @@
-"""The launch file, where `launch` is installed: a sourced ROS 2 has it, the wheels do not."""
+"""The launch files, where `launch` and `ros2` are installed: a sourced ROS 2 has them, the wheels do not."""
 
 import importlib.util
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
 
+from slider_drilling.log import read_log
+
 launch = pytest.importorskip("launch")
 launch_ros_actions = pytest.importorskip("launch_ros.actions")
 
+needs_ros2 = pytest.mark.skipif(shutil.which("ros2") is None, reason="no ros2 command")
 
-def described(repository: Path, **arguments: str) -> dict[str, dict[str, object]]:
-    """Node name -> parameters, of the processes that the launch file would start."""
-    spec = importlib.util.spec_from_file_location("rocking_launch", repository / "launch" / "rocking.launch.py")
+
+def described(repository: Path, name: str, **arguments: str) -> list[object]:
+    """The nodes that a launch file would start."""
+    spec = importlib.util.spec_from_file_location("under_test", repository / "launch" / f"{name}.launch.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     context = launch.LaunchContext()
     description = module.generate_launch_description()
-    for entity in description.entities:
-        if isinstance(entity, launch.actions.DeclareLaunchArgument):
-            context.launch_configurations[entity.name] = arguments.get(
-                entity.name, launch.utilities.perform_substitutions(context, entity.default_value))
-    started = [one for one in module.nodes(context) if isinstance(one, launch_ros_actions.Node)]
-    return {one._Node__node_name: one for one in started}
+    declared = [one for one in description.entities if isinstance(one, launch.actions.DeclareLaunchArgument)]
+    for one in declared:
+        context.launch_configurations[one.name] = arguments.get(one.name, "")
+    assert not set(arguments) - {one.name for one in declared}
+    (made,) = [one for one in description.entities if isinstance(one, launch.actions.OpaqueFunction)]
+    return [one for one in made.execute(context) if isinstance(one, launch_ros_actions.Node)]
+
+
+def names(nodes: list[object]) -> list[str]:
+    return sorted(one.node_executable for one in nodes)
 
 
 def test_recorder_only_where_a_folder_is_given(repository):
-    assert set(described(repository)) == {"friction_simulator", "rocking_controller"}
-    assert set(described(repository, record="out")) == {"friction_simulator", "rocking_controller", "recorder"}
+    assert names(described(repository, "rocking")) == ["friction_simulator", "rocking_controller"]
+    assert names(described(repository, "rocking", record="out")) == [
+        "friction_simulator", "recorder", "rocking_controller"]
+    assert names(described(repository, "real_rig", record="out")) == ["recorder", "rocking_controller"]
+    assert names(described(repository, "two_rigs", record="out")) == sorted(
+        2 * ["friction_simulator", "recorder", "rocking_controller"])
 
 
-def test_speed_max_is_lockstep(repository):
-    assert described(repository, speed="max", duration="300")
-    with pytest.raises(ValueError, match="fast"):
-        described(repository, speed="fast")
+@pytest.mark.parametrize(("arguments", "expected"), [
+    ({"speed": "fast"}, "speed:=fast: must be a number"),
+    ({"respawn": "maybe"}, "respawn:=maybe: must be true or false"),
+    ({"discovery": "world"}, "discovery:=world: must be localhost, subnet or off"),
+    ({"parameters": "no_such.yaml"}, "parameters:=no_such.yaml: cannot be read"),
+])
+def test_an_argument_that_makes_no_sense_is_named(arguments, expected, repository):
+    with pytest.raises(ValueError, match=expected):
+        described(repository, "rocking", **arguments)
+
+
+class Launched:
+    """A running `ros2 launch`."""
+
+    def __init__(self, folder: Path, *arguments: str) -> None:
+        environment = os.environ | {"ROS_LOG_DIR": str(folder / "ros_log"), "AMENT_PREFIX_PATH": sys.prefix,
+                                    "PYTHONUNBUFFERED": "1"}
+        self.output = folder / "said"
+        with self.output.open("wb") as said:
+            self.process = subprocess.Popen(["ros2", "launch", *arguments], cwd=folder, env=environment, stdout=said,
+                                            stderr=subprocess.STDOUT)
+
+    @property
+    def said(self) -> str:
+        return self.output.read_text()
+
+    def wait_for(self, *texts: str) -> None:
+        end = time.monotonic() + 60.0
+        while not all(text in self.said for text in texts):
+            assert time.monotonic() < end and self.process.poll() is None, (texts, self.said)
+            time.sleep(0.05)
+
+    def pids(self, program: str) -> list[int]:
+        """Of the processes so called that were started, the last one last."""
+        return [int(line.rpartition("[")[2].rstrip("]")) for line in self.said.splitlines()
+                if f"[{program}-" in line and "process started with pid" in line]
+
+    def end(self) -> int:
+        return self.process.wait(timeout=60.0)
+
+
+@pytest.fixture
+def run_launch(namespace, repository, tmp_path):
+    """Starts launch files; what is still there at the end is ended."""
+    started = []
+
+    def start(name: str, *arguments: str) -> Launched:
+        started.append(Launched(tmp_path, str(repository / "launch" / f"{name}.launch.py"), f"namespace:={namespace}",
+                                *arguments))
+        return started[-1]
+
+    yield start
+    for one in started:
+        if one.process.poll() is None:
+            one.process.kill()
+            one.process.wait()
+
+
+def is_there(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> str:
+    """A parameter file: a coarse string, and a duration that arguments win over."""
+    path = tmp_path / "small.yaml"
+    path.write_text("/**/friction_simulator:\n  ros__parameters: {elements: 20, duration: 7.0, speed: 3.0}\n")
+    return f"parameters:={path}"
+
+
+@needs_ros2
+def test_arguments_win_over_the_parameter_file_and_what_is_not_given_is_left_to_it(run_launch, small, tmp_path):
+    launched = run_launch("rocking", "duration:=11", "speed:=max", f"record:={tmp_path / 'out'}", small)
+    assert launched.end() == 0, launched.said
+    assert "in lockstep" in launched.said
+    (path,) = (tmp_path / "out").glob("*.mcap")
+    log = read_log(path)
+    assert log.top_drive.time[-1] == pytest.approx(11.0)
+    left = run_launch("rocking", small)
+    left.wait_for("at 3 times real time")
+    assert left.end() == 0, left.said
+
+
+@needs_ros2
+def test_a_launch_fails_with_its_node_and_does_not_start_a_mistake_again(run_launch, small):
+    launched = run_launch("rocking", "controller:=no_such:Mine", small)
+    assert launched.end() == 1, launched.said
+    assert launched.said.count("cannot be imported") == 1
+    assert "rocking_controller-2 failed: exit code 2" in launched.said
+
+
+@needs_ros2
+def test_controller_and_recorder_come_back_and_sigterm_to_the_launch_ends_all(run_launch, small, ear, tmp_path):
+    """`ros2 launch` itself leaves its nodes behind when it is terminated."""
+    launched = run_launch("rocking", "duration:=1e5", "speed:=10", f"record:={tmp_path / 'out'}", small)
+    ear.until_time(2.0)
+    for program in ("rocking_controller", "recorder"):
+        (pid,) = launched.pids(program)
+        os.kill(pid, signal.SIGKILL)
+        launched.wait_for(f"[{program}-", "process has died")
+        ear.until(lambda program=program: len(launched.pids(program)) == 2, program)
+    ear.statuses.clear()
+    ear.until_status("recorder: log", 0, "recording")
+    ear.until_status("friction_simulator: commands", 0, "every sample is answered")
+    nodes = [launched.pids(program)[-1] for program in ("friction_simulator", "rocking_controller", "recorder")]
+    assert all(map(is_there, nodes))
+    launched.process.send_signal(signal.SIGTERM)
+    assert launched.end() != 0
+    ear.until(lambda: not any(map(is_there, nodes)), "nodes outlive their launch")
+    logs = sorted((tmp_path / "out").rglob("*.mcap"))
+    assert len(logs) == 2
+    assert "does not end as an MCAP file" not in " ".join(read_log(logs[1]).notes)
+
+
+@needs_ros2
+def test_an_interrupt_at_any_moment_of_a_start_ends_all_nodes_without_a_trace(run_launch, small, tmp_path):
+    """Ctrl-C in a terminal reaches the nodes twice: from the terminal and from the launch."""
+    launched = run_launch("rocking", "speed:=10", f"record:={tmp_path / 'out'}", small)
+    launched.wait_for("[recorder-3]: process started")
+    pids = [launched.pids(program)[0] for program in ("friction_simulator", "rocking_controller", "recorder")]
+    for pid in pids:
+        os.kill(pid, signal.SIGINT)
+    launched.process.send_signal(signal.SIGINT)
+    assert launched.end() == 0, launched.said
+    assert "Traceback" not in launched.said and "has died" not in launched.said

@@ -47,7 +47,7 @@ def test_lockstep_repeats_bit_for_bit(runs):
     assert set(first) == set(second) == {
         "/top_drive/command", "/top_drive/joint_states", "/draw_works/command", "/draw_works/joint_states",
         "/standpipe_pressure", "/mud_pump/joint_states", "/mud_pump/command", "/mwd/tool_face", "/tool_face/target",
-        "/truth/bit", "/truth/weight_on_bit", "/diagnostics", "/rig_description", "/clock",
+        "/truth/bit", "/truth/weight_on_bit", "/truth/depth", "/diagnostics", "/rig_description", "/clock",
     }
     for topic, messages in first.items():
         differing = [k for k, pair in enumerate(zip(messages, second[topic], strict=True)) if pair[0] != pair[1]]

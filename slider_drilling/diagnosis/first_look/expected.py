@@ -20,9 +20,10 @@ _FIRST = 0.05  # share of the log that tells how the string hangs at the start
 _ON = 0.3  # of the fastest that the pump ran
 
 # What a channel may be over what the rig file gives, and still be a matter of tuning or of a known effect. Torque:
-# friction factors (0.15 to 2.5) and a sensor's gain (0.4 to 2.5) at their ends together. Pressure: a flow off by
-# two thirds, as 1.66**1.8. Hook load: drag of a string just raised or lowered in a long horizontal hole.
-TORQUE, PRESSURE, HOOK_LOAD = (0.06, 6.25), (0.4, 2.5), (0.4, 2.0)
+# friction factors (0.4 to 2.5; from 0.15 in a log of torque alone) and a sensor's gain (0.4 to 2.5) at their ends
+# together. Pressure: a flow off by two thirds, as 1.66**1.8. Hook load: drag of a string just raised or lowered in a
+# long horizontal hole.
+TORQUE, TORQUE_ALONE, PRESSURE, HOOK_LOAD = (0.16, 6.25), (0.06, 6.25), (0.4, 2.5), (0.4, 2.0)
 
 # N/m: an off-bottom bit; the plant's rig file has no "not on bottom", but rock this soft takes no weight.
 NO_ROCK = 1.0
@@ -68,15 +69,18 @@ def hook_load(log: RigLog, rig: Rig) -> Expected | None:
     return Expected("starts at", measured, hanging, HOOK_LOAD[0] * hanging, HOOK_LOAD[1] * hanging)
 
 
-def standpipe_pressure(log: RigLog, rig: Rig) -> Expected | None:
-    """While the pump runs, against what its flow needs through the string, and the motor's pressure on top."""
+def standpipe_pressure(log: RigLog, rig: Rig, pump_unit: float = 1.0) -> Expected | None:
+    """While the pump runs, against what its flow needs through the string, and the motor's pressure on top.
+
+    pump_unit: of the pump's speed, in rad/s.
+    """
     pipe, pump, hydraulics = log.standpipe_pressure, log.mud_pump, rig.hydraulics
     if pipe is None:
         return None
     flow = np.full(pipe.time.size, hydraulics.reference_flow)
     if pump is not None and np.isfinite(pump.velocity).any():
         known = np.isfinite(pump.velocity)
-        flow = np.interp(pipe.time, pump.time[known], pump.velocity[known]) * rig.mud_pump.displacement
+        flow = np.interp(pipe.time, pump.time[known], pump_unit * pump.velocity[known]) * rig.mud_pump.displacement
     running = np.isfinite(pipe.value) & (flow > _ON * flow.max()) & (flow > 0.0)
     if not running.any():
         return None
@@ -103,7 +107,8 @@ def surface_torque(log: RigLog, response: Response) -> Expected | None:
     if not ratios:
         return None
     ratio = min(ratios, key=lambda r: abs(np.log(max(r, 1e-12))))
-    return Expected("reaches", ratio * by_file[0], by_file[0], TORQUE[0] * by_file[0], TORQUE[1] * by_file[0])
+    least, most = TORQUE_ALONE if log.draw_works is None and log.standpipe_pressure is None else TORQUE
+    return Expected("reaches", ratio * by_file[0], by_file[0], least * by_file[0], most * by_file[0])
 
 
 def _sizes(values: Array) -> tuple[float, float]:

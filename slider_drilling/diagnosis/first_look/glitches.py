@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from slider_drilling.diagnosis.first_look.finding import Finding
@@ -30,13 +31,14 @@ _FASTEST_BLOCK = 5.0  # m/s
 @dataclass(frozen=True)
 class _Column:
     """One array of a series. leap: the smallest that no rig makes in one sample, where the motion's limits tell;
-    size: of what the rig does in this channel, both in its unit."""
+    size: of what the rig does in this channel, both in its unit; caused: (n,) where a leap has a cause in the log."""
 
     name: str
     unit: str
     field: str
     size: float
     leap: float | None = None
+    caused: NDArray[np.bool_] | None = None
 
 
 def without_glitches(log: RigLog, rig: Rig) -> tuple[RigLog, list[Finding]]:
@@ -64,7 +66,7 @@ def without_glitches(log: RigLog, rig: Rig) -> tuple[RigLog, list[Finding]]:
         top_drive=masked(log.top_drive, lambda dt: (
             _Column("top-drive angle", "rad", "position", 0.0, 2.0 * drive.max_speed * dt),
             _Column("top-drive speed", "rad/s", "velocity", 0.0, drive.max_acceleration * dt),
-            _Column("surface_torque", "N m", "effort", drive.max_torque),
+            _Column("surface_torque", "N m", "effort", drive.max_torque, caused=_speeding(log.top_drive)),
         )),
         draw_works=masked(log.draw_works, lambda dt: (
             _Column("block position", "m", "position", 0.0, _FASTEST_BLOCK * dt),
@@ -79,9 +81,19 @@ def without_glitches(log: RigLog, rig: Rig) -> tuple[RigLog, list[Finding]]:
     return log, found
 
 
+def _speeding(drive: JointSeries | None) -> NDArray[np.bool_] | None:
+    """(n,) where the top drive changes its speed: a torque that is read at its motor leaps with that."""
+    if drive is None or drive.velocity.size < 2 or not np.isfinite(drive.velocity).any():
+        return None
+    change = np.abs(np.diff(drive.velocity, prepend=drive.velocity[:1])) > 0.1 * np.nanmax(np.abs(drive.velocity))
+    return change | np.r_[change[1:], False]
+
+
 def _masked(column: _Column, time: Array, values: Array, interval: float) -> tuple[Array, Finding | None]:
     slow = interval > _SLOW_S
     where = glitches(values, column.size if slow and column.leap is None else column.leap)
+    if column.caused is not None:
+        where = where & ~column.caused
     if not where.any():
         return values, None
     worst = int(np.flatnonzero(where)[np.argmax(np.abs(values[where] - np.nanmedian(values)))])
@@ -93,7 +105,7 @@ def _masked(column: _Column, time: Array, values: Array, interval: float) -> tup
     return np.where(where, np.nan, values), Finding("note", column.name, text)
 
 
-def glitches(values: Array, least: float | None = None) -> Array:
+def glitches(values: Array, least: float | None = None) -> NDArray[np.bool_]:
     """(n,) whether each sample is a glitch: up to three that leave their neighbourhood and return to it at once.
 
     least: the smallest departure that counts, in the values' unit, by default half of their range. None are where

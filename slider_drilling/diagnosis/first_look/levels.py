@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
-from slider_drilling.diagnosis.first_look.expected import Expected
+from slider_drilling.diagnosis.first_look.expected import Expected, standpipe_pressure
 from slider_drilling.diagnosis.first_look.finding import Finding
 from slider_drilling.log import RigLog
+from slider_drilling.rig import Rig
 from slider_drilling.units import KINDS
 
 # SI unit, and the unit that a driller reads it in with its factor.
@@ -37,6 +38,23 @@ def look_at_level(channel: str, expected: Expected | None) -> list[Finding]:
     else:
         level += other
     return [Finding("refuse", channel, level)]
+
+
+def look_at_pump(log: RigLog, rig: Rig) -> list[Finding]:
+    """A pressure that does not belong to the flow, because the pump's speed is in another unit."""
+    as_logged = standpipe_pressure(log, rig)
+    if as_logged is None or as_logged.fits or log.mud_pump is None:
+        return []
+    unit = KINDS["angular speed"]["rpm"]
+    turned = standpipe_pressure(log, rig, unit)
+    if turned is None or not 1.0 / _NEAR < turned.measured / turned.by_file < _NEAR:
+        return []
+    speed = float(np.nanmedian(log.mud_pump.velocity))
+    text = (
+        f"mud_pump turns at {speed:.4g} rad/s, whose flow would need {as_logged.by_file / 1e5:.0f} bar where "
+        f"{as_logged.measured / 1e5:.0f} bar were measured: it looks like strokes a minute; import it with that unit"
+    )
+    return [Finding("refuse", "mud_pump", text)]
 
 
 def _units(ratio: float, factors: dict[str, float]) -> list[str]:

@@ -9,7 +9,7 @@ from slider_drilling.diagnosis.first_look.clock import look_at_clock
 from slider_drilling.diagnosis.first_look.excitation import look_at_excitation
 from slider_drilling.diagnosis.first_look.finding import Finding, Weight
 from slider_drilling.diagnosis.first_look.glitches import without_glitches
-from slider_drilling.diagnosis.first_look.levels import look_at_level, look_at_tool_face
+from slider_drilling.diagnosis.first_look.levels import look_at_level, look_at_pump, look_at_tool_face
 from slider_drilling.diagnosis.first_look.motion import look_at_motion
 from slider_drilling.diagnosis.first_look.signs import look_at_signs
 from slider_drilling.errors import InputError
@@ -51,7 +51,7 @@ def first_look(log: RigLog, rig: Rig) -> FirstLook:
     found = [*clock, *found, *look_at_motion(log, rig), *look_at_tool_face(log)]
     rig = expected.off_bottom(log, rig)
     found += look_at_level("hook_load", expected.hook_load(log, rig))
-    found += look_at_level("standpipe_pressure", expected.standpipe_pressure(log, rig))
+    found += look_at_pump(log, rig) or look_at_level("standpipe_pressure", expected.standpipe_pressure(log, rig))
     idle = look_at_excitation(log, rig)
     if _refused(found) or idle:
         return FirstLook(log, (*found, *look_at_signs(log, rig, None), *idle))

@@ -1,0 +1,326 @@
+"""The gap engine on a real servo: what does its simulation leave out, and how much does each effect close?
+
+A position servo (Dynamixel XL330) swings a rigid arm. The model knows the arm, the motor, its firmware, and Coulomb and
+viscous friction. Whatever else is at work is asked of the logs:
+
+    python docs/examples/servo.py kp100_*.csv --test kp400_*.csv
+
+A log is a CSV table with a header line, in any order of columns: time_s, goal_rad, position_rad, and torque_enabled (0
+where the motor is off; on all the time where there is no such column). The firmware's gain stands in the file's name
+(kp100) or is given with --gain.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import math
+import re
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from slider_drilling.compiler import COMPILE, INNER, njit
+from slider_drilling.errors import InputError
+from slider_drilling.gap import Channel, Effect, Parameter, Run
+from slider_drilling.gap.model import Array, Values
+
+GRAVITY = 9.81
+COUNTS = 4096  # of the encoder, a turn
+# Firmware: duty = gain x error in counts / (divisor x limit), the limit of the duty being 1.
+DUTY_PER_RADIAN = COUNTS / (2.0 * math.pi) / (256.0 * 885.0)
+STEP = 1e-3  # s
+_LONGEST_DELAY = 0.064  # s
+
+# Every parameter of the simulation at its nominal value; the kernel reads them in this order.
+NOMINAL = {
+    "mass": 0.49,  # kg, at the arm's end
+    "length": 0.1,  # m
+    "arm": 0.0,  # kg, of the arm itself, taken as a uniform rod
+    "supply": 7.4,  # V
+    "torque_constant": 0.387,  # N m/A and V s/rad
+    "resistance": 4.0,  # ohm
+    "armature": 1.8e-3,  # kg m2, of the motor as seen at the arm
+    "coulomb": 0.0128,  # N m
+    "viscous": 0.0037,  # N m s/rad
+    "stribeck.drop": 0.0,  # N m more at rest
+    "stribeck.speed": 0.2,  # rad/s
+    "load_friction_motor.share": 0.0,  # N m of friction per N m of motor torque
+    "load_friction_external.share": 0.0,  # N m of friction per N m of the arm's weight
+    "quadratic_load.factor": 0.0,  # 1/(N m), of the squared torque in the gear
+    "backlash.angle": 0.0,  # rad, full width between gear and arm
+    "encoder_offset.angle": 0.0,  # rad, from the angle shown to the arm's own
+    "supply_sag.resistance": 0.0,  # ohm, of supply and cable
+    "motor_heating.per_joule": 0.0,  # 1/J, of the winding's resistance, by what it turns to heat
+    "delay.time": 0.0,  # s, from the encoder and the goal to the motor
+}
+(
+    _MASS, _LENGTH, _ARM, _SUPPLY, _TORQUE_CONSTANT, _RESISTANCE, _ARMATURE, _COULOMB, _VISCOUS, _DROP, _FALLING,
+    _BY_MOTOR, _BY_WEIGHT, _QUADRATIC, _BACKLASH, _OFFSET, _SAG, _HEATING, _DELAY,
+) = range(len(NOMINAL))  # fmt: skip
+
+NUISANCE = (
+    Parameter("arm", 0.0, 0.0, 0.15, 0.005, "kg", spread=0.02),
+    Parameter("torque_constant", 0.387, 0.2, 0.7, 0.01, "N m/A", spread=0.04),
+    Parameter("resistance", 4.0, 2.0, 8.0, 0.1, "ohm", spread=0.4),
+    Parameter("armature", 1.8e-3, 1e-4, 1e-2, 1e-4, "kg m2", spread=6e-4),
+    Parameter("coulomb", 0.0128, 0.0, 0.1, 1e-3, "N m", spread=0.006),
+    Parameter("viscous", 0.0037, 0.0, 0.05, 5e-4, "N m s/rad", spread=0.002),
+)
+EFFECTS = (
+    Effect(
+        "stribeck", "gear",
+        (Parameter("stribeck.drop", 0.0, -0.03, 0.2, 2e-3, "N m"),
+         Parameter("stribeck.speed", 0.2, 0.01, 3.0, 0.05, "rad/s")),
+        scan=((0.02, 0.05), (0.02, 0.2), (0.02, 1.0)), physical=(0.0, np.inf),
+        nonphysical="friction that rises with speed", law="friction + drop exp(-|v| / speed)",
+    ),
+    Effect(
+        "load_friction_motor", "gear", (Parameter("load_friction_motor.share", 0.0, 0.0, 1.0, 0.02),),
+        scan=((0.05,), (0.2,), (0.5,)), law="friction + share |motor torque|",
+    ),
+    Effect(
+        "load_friction_external", "gear", (Parameter("load_friction_external.share", 0.0, 0.0, 1.0, 0.02),),
+        scan=((0.05,), (0.2,), (0.5,)), law="friction + share |torque of the weight|",
+    ),
+    Effect(
+        "quadratic_load", "gear", (Parameter("quadratic_load.factor", 0.0, 0.0, 5.0, 0.05, "1/(N m)"),),
+        scan=((0.1,), (0.5,), (1.5,)), law="friction + factor (motor torque - torque of the weight)^2",
+    ),
+    Effect(
+        "backlash", "gear", (Parameter("backlash.angle", 0.0, 0.0, 0.2, 2e-3, "rad"),),
+        scan=((0.005,), (0.02,), (0.06,)), law="dead zone between gear and arm",
+    ),
+    Effect(
+        "encoder_offset", "encoder", (Parameter("encoder_offset.angle", 0.0, -0.3, 0.3, 5e-3, "rad"),),
+        scan=((0.02,), (-0.02,), (0.06,)), law="arm's angle = angle shown + offset",
+    ),
+    Effect(
+        "supply_sag", "supply", (Parameter("supply_sag.resistance", 0.0, 0.0, 8.0, 0.1, "ohm"),),
+        scan=((0.3,), (1.0,), (3.0,)), law="supply - resistance x supply current",
+    ),
+    Effect(
+        "motor_heating", "motor", (Parameter("motor_heating.per_joule", 0.0, 0.0, 1.0, 0.01, "1/J"),),
+        scan=((0.02,), (0.1,), (0.4,)), law="winding resistance x (1 + per_joule x heat)",
+    ),
+    Effect(
+        "delay", "firmware", (Parameter("delay.time", 0.0, 0.0, 0.06, 1e-3, "s"),),
+        scan=((0.004,), (0.012,), (0.03,)), law="the motor acts on error of a while ago",
+    ),
+)  # fmt: skip
+
+
+@njit(**INNER)
+def _friction(p, motor, weight, speed):
+    """Largest friction torque, N m, that resists at these torques in the gear and this speed."""
+    gear = abs(p[_BY_WEIGHT] * weight - p[_BY_MOTOR] * motor)
+    squared = p[_QUADRATIC] * (weight - motor) ** 2
+    return p[_COULOMB] + p[_DROP] * math.exp(-abs(speed) / p[_FALLING]) + gear + squared
+
+
+@njit(**INNER)
+def _slowed(speed, drive, damping, friction, inertia, dt):
+    """Speed after dt under a constant drive torque, damping and dry friction that may hold it at rest.
+
+    Damping by the trapezoidal rule, friction as the impulse that stops it or as much as there is: stable for any dt.
+    """
+    half = 0.5 * dt * damping / inertia
+    free = ((1.0 - half) * speed + dt * drive / inertia) / (1.0 + half)
+    lost = dt * friction / inertia / (1.0 + half)
+    return math.copysign(max(abs(free) - lost, 0.0), free)
+
+
+@njit(**INNER)
+def _met(arm, arm_speed, gear, gear_speed, play, arm_inertia, armature):
+    """Gear's angle and both speeds where gear and arm have come to the end of their play: they do not bounce."""
+    ahead = gear - arm
+    if abs(ahead) < play:
+        return gear, arm_speed, gear_speed
+    if (gear_speed - arm_speed) * ahead > 0.0:
+        arm_speed = gear_speed = (armature * gear_speed + arm_inertia * arm_speed) / (armature + arm_inertia)
+    return arm + math.copysign(play, ahead), arm_speed, gear_speed
+
+
+@njit(**COMPILE)
+def _swing(time, goal, enabled, gain, start, speed, parameters, history, angle):
+    """Fill angle (K, n), as the encoder shows it, for parameters (K, len(NOMINAL)); history: (m,) rad, work space.
+
+    Half a drift, a kick, half a drift: of second order, and energy of the undamped arm stays within a bound.
+    """
+    for k in range(len(parameters)):
+        p = parameters[k]
+        end = (p[_MASS] + 0.5 * p[_ARM]) * p[_LENGTH]
+        arm_inertia = (p[_MASS] + p[_ARM] / 3.0) * p[_LENGTH] ** 2
+        constant, play, armature = p[_TORQUE_CONSTANT], 0.5 * p[_BACKLASH], p[_ARMATURE]
+        arm, arm_speed, gear, gear_speed = start + p[_OFFSET], speed, start + p[_OFFSET], speed
+        heat, now = 0.0, 0
+        history[:] = goal[0] - start
+        angle[k, 0] = start
+        for i in range(len(time) - 1):
+            steps = max(math.ceil((time[i + 1] - time[i]) / STEP - 1e-9), 1)
+            dt = (time[i + 1] - time[i]) / steps
+            on = enabled[i] > 0.5
+            back = min(int(p[_DELAY] / dt + 0.5), len(history) - 1)
+            for _ in range(steps):
+                arm += 0.5 * dt * arm_speed
+                gear += 0.5 * dt * gear_speed
+                if play > 0.0:
+                    gear, arm_speed, gear_speed = _met(arm, arm_speed, gear, gear_speed, play, arm_inertia, armature)
+                now = (now + 1) % len(history)
+                history[now] = goal[i] - (arm - p[_OFFSET])
+                weight = -GRAVITY * end * math.sin(arm)
+                motor, damping = 0.0, p[_VISCOUS]
+                if on:
+                    duty = min(max(gain * DUTY_PER_RADIAN * history[now - back], -1.0), 1.0)
+                    resistance = p[_RESISTANCE] * (1.0 + p[_HEATING] * heat)
+                    inner = resistance + p[_SAG] * duty * duty
+                    current = (duty * p[_SUPPLY] - constant * gear_speed) / inner
+                    motor = constant * duty * p[_SUPPLY] / inner
+                    damping += constant * constant / inner
+                    heat += dt * resistance * current * current
+                holds = _friction(p, motor, weight, gear_speed)
+                pushes = _slowed(gear_speed, motor + weight, damping, holds, armature + arm_inertia, dt)
+                # What the gear must give the arm so that it keeps up with it: it pushes, and cannot pull.
+                given = arm_inertia * (pushes - gear_speed) / dt - weight
+                touch = gear_speed == arm_speed and abs(gear - arm) > (1.0 - 1e-9) * play
+                if play == 0.0 or (touch and given * (gear - arm) > 0.0):
+                    arm_speed = gear_speed = pushes
+                else:
+                    arm_speed += dt * weight / arm_inertia
+                    gear_speed = _slowed(gear_speed, motor, damping, holds, armature, dt)
+                arm += 0.5 * dt * arm_speed
+                gear += 0.5 * dt * gear_speed
+                if play > 0.0:
+                    gear, arm_speed, gear_speed = _met(arm, arm_speed, gear, gear_speed, play, arm_inertia, armature)
+            angle[k, i + 1] = arm - p[_OFFSET]
+
+
+@dataclass(frozen=True)
+class Log:
+    """One log of the servo: time s, goal and position rad, enabled 0 or 1, (n,) each; gain of the firmware."""
+
+    name: str
+    gain: float
+    time: Array
+    goal: Array
+    position: Array
+    enabled: Array
+
+    def swing(self, sets: Sequence[Values]) -> Array:
+        """Angles (K, n) rad that the encoder would show, for K parameter sets; a name left out is at its nominal."""
+        rows = np.array([[values.get(name, nominal) for name, nominal in NOMINAL.items()] for values in sets])
+        angle = np.empty((len(sets), self.time.size))
+        history = np.empty(int(_LONGEST_DELAY / (0.5 * STEP)))
+        speed = _first_speed(self.time, self.position)
+        first = float(self.position[0])
+        _swing(self.time, self.goal, self.enabled, self.gain, first, speed, rows, history, angle)
+        return angle
+
+
+def _first_speed(time: Array, position: Array) -> float:
+    """Slope of the first tenth of a second, rad/s."""
+    early = time <= time[0] + 0.1
+    return float(np.polyfit(time[early], position[early], 1)[0]) if np.count_nonzero(early) > 3 else 0.0
+
+
+@dataclass(frozen=True)
+class Servo:
+    """The model that the engine sees: one run a log."""
+
+    logs: tuple[Log, ...]
+    nuisance: tuple[Parameter, ...] = NUISANCE
+    effects: tuple[Effect, ...] = EFFECTS
+
+    @property
+    def runs(self) -> tuple[Run, ...]:
+        """Each log with its one channel, the angle that the encoder shows."""
+        return tuple(_run(log) for log in self.logs)
+
+    def simulate(self, run: int, sets: Sequence[Values], how: object = None) -> Mapping[str, Array]:
+        """See `slider_drilling.gap.model.Model`; a simulation is so cheap that there is no cheaper one to ask for."""
+        return {"position": self.logs[run].swing(sets)}
+
+    def shortened(self, share: float) -> Servo:
+        """The first part of every log."""
+        kept = []
+        for log in self.logs:
+            inside = log.time <= log.time[0] + share * (log.time[-1] - log.time[0])
+            parts = {name: getattr(log, name)[inside] for name in ("time", "goal", "position", "enabled")}
+            kept.append(replace(log, **parts))
+        return replace(self, logs=tuple(kept))
+
+
+def _run(log: Log) -> Run:
+    return Run(log.name, log.time, log.goal, (
+        Channel("position", log.time, log.position, "rad", resolution=2.0 * math.pi / COUNTS),
+    ))  # fmt: skip
+
+
+def read_servo_log(path: Path, gain: float | None = None) -> Log:
+    """A log from its table. Raises InputError naming file and column for one that cannot be used."""
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = [row for row in csv.DictReader(file, skipinitialspace=True) if any(row.values())]
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot be read: {error}") from None
+    if len(rows) < 10:
+        raise InputError(f"{path}: {len(rows)} rows; a log has at least ten below its header line")
+    time, goal, position = (_column(path, rows, name) for name in ("time_s", "goal_rad", "position_rad"))
+    enabled = _column(path, rows, "torque_enabled") if "torque_enabled" in rows[0] else np.ones_like(time)
+    if np.any(np.diff(time) <= 0.0):
+        raise InputError(f"{path}: time_s does not ascend in row {int(np.argmax(np.diff(time) <= 0.0)) + 2}")
+    named = re.search(r"kp(\d+)", path.name)
+    if gain is None and named is None:
+        raise InputError(f"{path}: no gain in its name (kp100); give it with --gain")
+    return Log(path.stem, gain if gain is not None else float(named.group(1)), time, goal, position, enabled)  # type: ignore[union-attr]
+
+
+def _column(path: Path, rows: Sequence[Mapping[str, str]], name: str) -> Array:
+    if name not in rows[0]:
+        raise InputError(f"{path}: has no column {name}; its columns are {', '.join(map(str, rows[0]))}")
+    try:
+        values = np.array([float(row[name]) for row in rows])
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{path}: {name}: {error}") from None
+    if not np.isfinite(values).all():
+        raise InputError(
+            f"{path}: {name} = {values[~np.isfinite(values)][0]} in row {np.argmin(np.isfinite(values)) + 1}"
+        )
+    return values
+
+
+def errors(logs: Sequence[Log], values: Values) -> list[float]:
+    """RMS of measured minus simulated, rad, of each log."""
+    return [float(np.sqrt(np.mean((log.swing([values])[0] - log.position) ** 2))) for log in logs]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Diagnose the logs and print what was found, and what it does to logs that no fit has seen."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("logs", nargs="+", type=Path, help="tables to diagnose")
+    parser.add_argument("--test", nargs="*", type=Path, default=[], help="tables that no fit sees")
+    parser.add_argument("--gain", type=float, help="of the firmware, where the file's name does not have it")
+    parser.add_argument("--seed", type=int, default=0)
+    given = parser.parse_args(arguments)
+    from slider_drilling.gap import explain
+
+    try:
+        logs, unseen = ([read_servo_log(path, given.gain) for path in paths] for paths in (given.logs, given.test))
+    except InputError as error:
+        print(f"Error: {error}", file=sys.stderr)
+        return 2
+    answer = explain(Servo(tuple(logs)), seed=given.seed)
+    print(answer.sentence)
+    for entry in answer.ranking:
+        print(f"  {entry.effect:24s} closes {entry.closed:6.2f} {entry.interval}  {entry.parameters}")
+    for title, some in (("fitted", logs), ("not fitted", unseen)):
+        for log, before, after in zip(some, errors(some, {}), errors(some, answer.parameters), strict=True):
+            print(f"  {title:10s} {log.name:36s} RMS {1e3 * before:6.1f} -> {1e3 * after:6.1f} mrad")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

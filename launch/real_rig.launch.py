@@ -1,0 +1,25 @@
+"""Controller and recorder beside a real rig, whose measurements come from a bridge, by the wall's clock.
+
+    ros2 launch slider_drilling real_rig.launch.py rig:=rig.yaml record:=out target_deg:=45
+"""
+
+from launch import LaunchDescription, LaunchDescriptionEntity
+
+from slider_drilling.nodes.launching import Given, description, ended_together, process, target
+
+
+def real_rig(given: Given) -> list[LaunchDescriptionEntity]:
+    """The controller and, where a folder is given, the recorder; interrupted, they end."""
+    controller = process("rocking_controller", given, {"use_sim_time": False}, {
+        "rig": given["rig"], "tool_face_target": target(given), "controller": given["controller"]})
+    nodes = [controller]
+    if given["record"]:
+        nodes.append(process("recorder", given, {"use_sim_time": False}, {
+            "rig": given["rig"], "directory": given["record"]}))
+    return ended_together([], nodes)
+
+
+def generate_launch_description() -> LaunchDescription:
+    """What `ros2 launch` asks for."""
+    return description(
+        ("rig", "target_deg", "controller", "record", "namespace", "parameters", "respawn", "discovery"), real_rig)

@@ -1,0 +1,26 @@
+"""Two simulated rigs in one graph, in the namespaces rig_a and rig_b, each with its own time and its own log.
+
+    ros2 launch slider_drilling two_rigs.launch.py duration:=600 speed:=max record:=out
+"""
+
+from launch import LaunchDescription, LaunchDescriptionEntity
+
+from slider_drilling.nodes.launching import Given, description, ended_together
+from slider_drilling.nodes.simulated_rig import SIMULATED, simulated_rig
+
+
+def two_rigs(given: Given) -> list[LaunchDescriptionEntity]:
+    """Both rigs, until both have ended; logs in folders of the rigs' names."""
+    space = given["namespace"].strip("/")
+    simulators, others = [], []
+    for name in ("rig_a", "rig_b"):
+        own = {**given, "record": f"{given['record']}/{name}" if given["record"] else ""}
+        simulator, beside = simulated_rig(own, "/".join(filter(None, [space, name])))
+        simulators.append(simulator)
+        others += beside
+    return ended_together(simulators, others)
+
+
+def generate_launch_description() -> LaunchDescription:
+    """What `ros2 launch` asks for."""
+    return description(SIMULATED, two_rigs)

@@ -1,0 +1,41 @@
+"""The site's pictures, made anew by every build: a slide over a cuttings bed that its rig file does not know."""
+
+from __future__ import annotations
+
+import slider_drilling as sd
+from slider_drilling.analysis.torque_drag import hook_load_chart, torque_chart
+from slider_drilling.diagnosis.replay import replay
+from slider_drilling.diagnosis.replay_page import replay_page
+from slider_drilling.log.run_page import chart
+from slider_drilling.pages import Chart, Page
+from slider_drilling.pages.picture import picture
+from slider_drilling.tools.catalogue import run_study
+from slider_drilling.tools.page import drawn
+from slider_drilling.units import FIELD, SI
+from slider_drilling.wellbore.broomstick import broomstick
+
+BED = "cuttings_bed:factor=2,top=2700,bottom=3200"
+CONTROLLER = "slider_drilling.control:SlideController"
+
+
+def pictures() -> dict[str, bytes]:
+    """Name -> PNG."""
+    rig = sd.load_rig()
+    planted = sd.planted(rig, BED)
+    log = sd.simulate(planted, CONTROLLER, 300.0, believed=rig).log
+    sticks = [broomstick(rig, friction) for friction in (None, 0.2, 0.25, 0.3)]
+    zones = run_study("wear_modes")
+    return {
+        "slide.png": picture((chart(log),), SI, "A slide over a bed of cuttings"),
+        "replay_nominal.png": _overlay(replay_page(log, replay(log, rig), SI), "Simulated without the bed"),
+        "replay_planted.png": _overlay(replay_page(log, replay(log, planted), SI), "Simulated with the bed"),
+        "broomstick.png": picture((hook_load_chart(sticks), torque_chart(sticks)), SI, "Example well"),
+        "broomstick_field.png": picture((hook_load_chart(sticks), torque_chart(sticks)), FIELD, "Example well"),
+        "asperity.png": picture((drawn(zones.figures[0]), drawn(zones.figures[-1])), SI),
+    }
+
+
+def _overlay(page: Page, title: str) -> bytes:
+    """The first two channels of a replay: measured, simulated and what is between them."""
+    (figure,) = (item for section in page.sections for item in section.items if isinstance(item, Chart))
+    return picture((Chart(figure.title, figure.x, figure.panels[:4]),), SI, title)

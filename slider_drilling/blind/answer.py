@@ -1,0 +1,87 @@
+"""What a diagnosis said of one log, as its diagnosis.json holds it: nothing else is scored."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from slider_drilling.campaign.job import Job
+from slider_drilling.errors import InputError
+from slider_drilling.files import read_text
+
+SCHEMAS = ("slider_drilling/diagnosis/1", "slider_drilling/diagnosis/2")
+_NAMING = ("effect", "effect_and_unknown")
+
+
+@dataclass(frozen=True)
+class Answer:
+    """named: what the verdict rests on, empty where it names nothing; groups: what each named effect could not be told
+    from; site: None where the verdict has none; closed, interval: share of the gap, NaN where none is given;
+    parameters: of each effect in the ranking."""
+
+    verdict: str
+    named: tuple[str, ...]
+    groups: Mapping[str, tuple[str, ...]]
+    site: str | None
+    closed: float
+    interval: tuple[float, float]
+    parameters: Mapping[str, Mapping[str, float]]
+
+    def covers(self, name: str) -> bool:
+        """Whether an effect is named, or is one that a named one could not be told from."""
+        return any(name == other or name in self.groups[other] for other in self.named)
+
+
+def diagnose_job(log: Path, seed: int, only: Sequence[str], closed: tuple[str, ...]) -> Job:
+    """The job that diagnoses one log and can open nothing in the closed folders; only: as `diagnose` has it."""
+    call = "slider_drilling.blind.answer:diagnose_log"
+    return Job(call, log.stem, {"log": str(log)}, {"only": list(only)}, seed, closed=closed)
+
+
+def diagnose_log(job: Job) -> dict[str, Any]:
+    """The tree of diagnosis.json for the job's one log."""
+    from slider_drilling.diagnosis.diagnose import diagnose
+    from slider_drilling.diagnosis.tree import as_json
+    from slider_drilling.log import read_log
+
+    log = read_log(job.inputs["log"])
+    return as_json(diagnose([log], log.rig(), seed=job.seed, only=job.options["only"]))
+
+
+def read_answer(path: Path) -> Answer:
+    """Raises InputError where it is no diagnosis.json."""
+    try:
+        tree = json.loads(read_text(path, "diagnosis"))
+    except ValueError:
+        raise InputError(f"{path}: not JSON") from None
+    return answer_of(tree, str(path))
+
+
+def answer_of(tree: dict[str, Any], source: str) -> Answer:
+    """From the tree of a diagnosis.json of schema 1 or 2. Raises InputError naming the source."""
+    try:
+        if tree["schema"] not in SCHEMAS:
+            raise InputError(f"{source}: schema = {tree['schema']!r}: this version reads {' and '.join(SCHEMAS)}")
+        named = tuple(tree["effects"]) if tree["verdict"] in _NAMING else ()
+        groups = {entry["effect"]: tuple(entry["group"]) for entry in tree["ranking"]}
+        low, high = (_number(bound) for bound in tree["gap"]["closed_interval"] or (None, None))
+        return Answer(
+            verdict=tree["verdict"], named=named, groups={name: groups.get(name, ()) for name in named},
+            site=tree["site"], closed=_number(tree["gap"]["closed"]), interval=(low, high),
+            parameters={entry["effect"]: _values(entry["parameters"]) for entry in tree["ranking"]},
+        )  # fmt: skip
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{source}: not a diagnosis.json: {type(error).__name__} at {error}") from None
+
+
+def _values(parameters: Mapping[str, Any]) -> dict[str, float]:
+    """Schema 1 has numbers, schema 2 each with its unit, nominal value and interval."""
+    return {name: _number(value["value"] if isinstance(value, dict) else value) for name, value in parameters.items()}
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else float(value)

@@ -1,0 +1,91 @@
+"""What the rig of a sealed log does: top drive, block and pump."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from slider_drilling.blind.plant import INTERVAL_S
+from slider_drilling.drillstring import Commands
+from slider_drilling.drillstring.layout import Array
+from slider_drilling.rig import Rig
+
+# Block speed m/s: 8 to 13 m/h.
+_BLOCK = (0.0022, 0.0036)
+# Of the run: where block speed changes, where flow is lower.
+_BLOCK_STEPS = (0.4, 0.7)
+_FLOW_STEP, _LESS_FLOW = (0.5, 0.59), 0.93
+_ROUNDED = 4  # samples over which the drive changes its speed
+
+
+def varied(generator: np.random.Generator, rig: Rig, duration: float) -> Commands:
+    """Rocking of several amplitudes and speeds with rests between, a flow step, steps of block speed."""
+    time = _times(duration)
+    speed: Array = np.zeros_like(time)
+    at = 5.0
+    while at < duration - 40.0:
+        amplitude, rate = generator.uniform(6.0, 28.0), generator.uniform(1.5, 4.5)
+        at = _rock(speed, time, at, amplitude, rate, int(generator.integers(3, 6)))
+        at += generator.uniform(8.0, 20.0)
+    levels = generator.uniform(*_BLOCK, size=3)
+    first, second = (share * duration for share in _BLOCK_STEPS)
+    block = np.interp(time, [0.0, first - 2.0, first, second - 2.0, second, duration], np.repeat(levels, 2))
+    low = (time > _FLOW_STEP[0] * duration) & (time < _FLOW_STEP[1] * duration)
+    return _commands(rig, time, speed, block, np.where(low, _LESS_FLOW, 1.0))
+
+
+def steady(generator: np.random.Generator, rig: Rig, duration: float) -> Commands:
+    """A routine slide: one amplitude and speed from beginning to end, block and pump even."""
+    time = _times(duration)
+    speed: Array = np.zeros_like(time)
+    amplitude, rate = generator.uniform(10.0, 22.0), generator.uniform(2.0, 4.5)
+    cycles = int((duration - 15.0) * rate / (4.0 * amplitude))
+    _rock(speed, time, 5.0, amplitude, rate, max(cycles, 1))
+    return _commands(rig, time, speed, np.full_like(time, generator.uniform(*_BLOCK)), np.ones_like(time))
+
+
+def rotary(generator: np.random.Generator, rig: Rig, duration: float) -> Commands:
+    """Rotary drilling: the pipe turns at several speeds and is stopped now and then; the block is stepped."""
+    time = _times(duration)
+    speed: Array = np.zeros_like(time)
+    at = 5.0
+    while at < duration - 10.0:
+        until = at + generator.uniform(25.0, 50.0)
+        speed[(time >= at) & (time < until)] = generator.uniform(2.0, 8.0)
+        at = until + (generator.uniform(8.0, 20.0) if generator.uniform() < 0.6 else 0.0)
+    levels = generator.uniform(*_BLOCK, size=2)
+    half = 0.5 * duration
+    block = np.interp(time, [0.0, half, half + 2.0, duration], np.repeat(levels, 2))
+    return _commands(rig, time, speed, block, np.ones_like(time))
+
+
+MANOEUVRES: dict[str, Callable[[np.random.Generator, Rig, float], Commands]] = {
+    make.__name__: make for make in (varied, steady, rotary)
+}
+
+
+def _times(duration: float) -> Array:
+    return np.arange(0.0, duration, INTERVAL_S, dtype=np.float64)
+
+
+def _rock(speed: Array, time: Array, at: float, amplitude: float, rate: float, cycles: int) -> float:
+    """Strokes about where the drive stands, written into its speed; when they end."""
+    quarter = amplitude / rate
+    for leg in range(2 * cycles):
+        length = quarter if leg == 0 else 2.0 * quarter
+        speed[(time >= at) & (time < at + length)] = rate if leg % 2 == 0 else -rate
+        at += length
+    speed[(time >= at) & (time < at + quarter)] = rate
+    return at + quarter
+
+
+def _commands(rig: Rig, time: Array, speed: Array, block_speed: Array, flow: Array) -> Commands:
+    speed = np.convolve(speed, np.ones(_ROUNDED) / _ROUNDED, mode="same").astype(np.float64)
+    crank = flow * rig.hydraulics.reference_flow / rig.mud_pump.displacement
+    return Commands(time, _integral(speed), speed, _integral(block_speed), block_speed, crank)
+
+
+def _integral(rate: Array) -> Array:
+    total: Array = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * INTERVAL_S)])
+    return total

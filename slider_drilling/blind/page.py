@@ -1,0 +1,121 @@
+"""blind.html: what a blind check shows, on a page that stands alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slider_drilling.blind.score import Scored
+from slider_drilling.blind.tally import Share, Spread, Tally, tally
+from slider_drilling.pages import Bullets, Chart, Lead, Line, Page, Panel, Section, Table, Tag, write_page
+from slider_drilling.units import SI
+
+_FACTS = ("code", "date")
+
+
+def write_blind_page(path: Path, cases: Sequence[Scored], tree: dict[str, Any]) -> None:
+    """Write the page. tree: of blind.json. Raises InputError."""
+    found = tally(cases)
+    page = Page(
+        about="Blind check",
+        title=f"{len(cases)} sealed logs",
+        facts=tuple((name, str(tree[name])) for name in _FACTS)
+        + tuple((name, str(value)) for name, value in tree["options"].items() if value != ""),
+        lead=Lead(f"Named, or in the top group: {found.named}. Effect-free logs with an alarm: {found.false_alarms}."),
+        sections=(
+            Section("In all", (Table(("", "count, share, 95 % interval"), tuple(total_rows(found))),
+                               Bullets(_READING))),
+            Section("How small", (_sizes(found), _curves(found))),
+            Section("What was said", (_confusion(found),)),
+            Section("Every case", (_cases(cases),), folded=True),
+        ),
+    )  # fmt: skip
+    write_page(path, page, SI)
+
+
+_READING = (
+    "Right: one effect, or two, named with no other beside; no effect: none or parameters; a law from outside: unknown "
+    "or effect_and_unknown, and its site.",
+    "Intervals are exact binomial ones. A diagnosis that failed counts as wrong.",
+    "The oracle is a fit of its own of the true effect alone; coverage is of the reported 95 % intervals over its "
+    "share, where exactly the true effects were named.",
+    "Size is how far the effect alone moves the most moved channel, RMS in the declared noise.",
+)
+
+
+def total_rows(found: Tally) -> list[tuple[str, str]]:
+    """Each figure with its name."""
+    kinds = {"single": "one effect: right", "two": "two effects: right", "none": "no effect: right",
+             "outside": "law from outside: right"}  # fmt: skip
+    rows = [(kinds[kind], str(count)) for kind, count in found.right.items()]
+    rows += [
+        ("one effect: named or in the top group", str(found.named)),
+        ("  at 1.5 noise floors and above", str(found.named_from_1_5)),
+        ("two effects: both named or in the group", str(found.both_named)),
+        ("no effect: false alarms", str(found.false_alarms)),
+        ("law from outside: a bare name", str(found.bare_names)),
+        ("law from outside: site right", str(found.outside_sites)),
+        ("catalogue: site right", str(found.sites)),
+        ("interval holds the oracle's share", str(found.coverage)),
+        ("share closed minus the oracle's", _shown(found.against_oracle)),
+        ("ends of a cuttings bed off by, m", _shown(found.ends)),
+        ("processor time of a diagnosis, s", _shown(found.cpu)),
+        ("time of a diagnosis, s", _shown(found.wall)),
+    ]
+    rows += [(f"named, {name} well", str(count)) for name, count in found.by_well.items()]
+    rows += [(f"named, {name} manoeuvre", str(count)) for name, count in found.by_manoeuvre.items()]
+    return rows
+
+
+def _shown(of: Spread) -> str:
+    if of.median is None:
+        return "-"
+    return f"median {of.median:.3g}, 5 to 95 %: {of.low:.3g} to {of.high:.3g} ({of.of})"
+
+
+def _sizes(found: Tally) -> Table:
+    sizes = sorted({size for row in found.by_size.values() for size in row}, key=float)
+    rows = []
+    for name, row in found.by_size.items():
+        limit = found.limits[name]
+        low, high = (None if end is None else f"{end:.2g}" for end in limit.interval)
+        at = "-" if limit.size is None else f"{limit.size:.2g}"
+        rows.append((name, *(str(row.get(size, Share(0, 0, None, None))) for size in sizes), at,
+                     f"{low or 'below all'} to {high or 'above all'}"))  # fmt: skip
+    return Table(("effect", *(f"named at {size} floors" for size in sizes), "named half the time at", "95 %"),
+                 tuple(rows), "Named or in the top group, by size in noise floors")  # fmt: skip
+
+
+def _curves(found: Tally) -> Chart:
+    lines: list[Line] = []
+    for name, row in found.by_size.items():
+        sizes = sorted(row, key=float)
+        counts = [row[size] for size in sizes]
+        x, y = np.array([float(size) for size in sizes]), np.array([count.count / count.of for count in counts])
+        low, high = (np.array([getattr(count, end) for count in counts], dtype=float) for end in ("low", "high"))
+        lines.append(Line(name, x, y, "dots", low=low, high=high, hidden=len(lines) >= 4))
+    return Chart("Share named", "size in noise floors", (Panel("named", tuple(lines), limits=(0.0, 1.0)),), x_log=True)
+
+
+def _confusion(found: Tally) -> Table:
+    said = sorted({name for row in found.confusion.values() for name in row})
+    rows = tuple(
+        (truth, *(str(row.get(name, "")) for name in said), "; ".join(f"{n} {o}" for o, n in outcomes.items()))
+        for (truth, row), outcomes in zip(found.confusion.items(), found.outcomes.values(), strict=True)
+    )
+    return Table(("sealed", *said, "outcome"), rows, "Rows: what was sealed. Columns: what was named, else the verdict")
+
+
+def _cases(cases: Sequence[Scored]) -> Table:
+    rows = tuple(
+        (case.log, Tag(case.outcome, "good" if case.right else "bad"), " + ".join(case.truth) or "none",
+         ", ".join(f"{size:.2g}" for size in case.sizes), f"{case.well}, {case.manoeuvre}", case.verdict,
+         " + ".join(case.named), ", ".join(case.group), case.site or "", case.closed,
+         f"{case.interval[0]:.2f} to {case.interval[1]:.2f}" if np.isfinite(case.interval[0]) else "", case.oracle)
+        for case in cases
+    )  # fmt: skip
+    return Table(("log", "outcome", "sealed", "size", "well, manoeuvre", "verdict", "named", "not told from", "site",
+                  "closes", "95 %", "oracle"), rows)  # fmt: skip

@@ -1,0 +1,89 @@
+"""The plant behind the seal: another mesh, another step and another nuisance than the rig file's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from slider_drilling.blind.law import Law, Moment
+from slider_drilling.diagnosis.drill_string import rig_with
+from slider_drilling.drillstring import Commands, Modifiers, Plant, Response, Start
+from slider_drilling.drillstring.layout import Array
+from slider_drilling.rig import Rig
+from slider_drilling.wellbore.mesh import build_mesh
+
+INTERVAL_S = 0.1
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """What differs from the rig file besides the law.
+
+    elements: of the mesh; finer_step: how many times as many steps as the plant would take; nuisance: multiples of
+    the rig file's values; start: wind-up and tool-face zero, rad.
+    """
+
+    elements: int = 260
+    finer_step: float = 1.33
+    nuisance: dict[str, float] = field(default_factory=dict)
+    start: Start = Start()
+
+
+def random_hidden(generator: np.random.Generator) -> Hidden:
+    """Nuisance off by some per cent, a mesh and a step that no diagnosis uses."""
+    spread = {"friction_1": 0.06, "friction_2": 0.06, "torsional_damping": 0.15, "axial_damping": 0.15,
+              "bit_stiffness": 0.07, "motor_gain": 0.03, "pressure_gain": 0.015}  # fmt: skip
+    nuisance = {name: float(np.exp(generator.normal(0.0, sigma))) for name, sigma in spread.items()}
+    start = Start(float(generator.normal(0.0, 1.0)), float(generator.normal(0.0, 0.3)))
+    return Hidden(int(generator.integers(200, 300)), float(generator.uniform(1.2, 1.8)), nuisance, start)
+
+
+def run_sealed(rig: Rig, hidden: Hidden, law: Law, commands: Commands) -> Response:
+    """What the plant with the law does, without noise."""
+    actual = law.commands(commands)
+    mesh = build_mesh(rig, hidden.elements)
+    modifiers = Modifiers(
+        1.0 if law.friction is None else law.friction(mesh.middle),
+        0.0 if law.curvature is None else law.curvature(mesh.middle),
+    )
+    chunk = commands.time.size if law.every is None else round(law.every / INTERVAL_S)
+    pieces, state, substeps = [], None, None
+    for begin in range(0, commands.time.size, chunk):
+        part = slice(begin, begin + chunk)
+        at = _moment(rig, commands, begin, chunk)
+        tuned = law.rig(rig_with(rig, hidden.nuisance | law.values(at)), at)
+        substeps = substeps or _substeps(tuned, hidden)
+        plant = Plant(tuned, hidden.elements, INTERVAL_S, hidden.start, modifiers, substeps)
+        if state is not None:
+            plant.restore(state)
+        fields = [np.asarray(getattr(actual, name))[part] for name in Commands.__dataclass_fields__]
+        pieces.append(plant.advance(Commands(*fields)))
+        state = plant.save()
+    joined = [np.concatenate([getattr(piece, name) for piece in pieces]) for name in Response.__dataclass_fields__]
+    return law.sensors(Response(*joined))
+
+
+def _moment(rig: Rig, commands: Commands, begin: int, chunk: int) -> Moment:
+    middle = min(begin + chunk // 2, commands.time.size - 1)
+    flow = commands.pump_speed[middle] * rig.mud_pump.displacement / rig.hydraulics.reference_flow
+    time = commands.time
+    return Moment(float(time[middle]), float(commands.top_drive_angle[middle]), float(flow), float(time[-1] - time[0]))
+
+
+def _substeps(rig: Rig, hidden: Hidden) -> int:
+    own = Plant(rig, hidden.elements, INTERVAL_S)
+    return int(np.ceil(hidden.finer_step * own.interval / own.step - 1e-9))
+
+
+def size_in_noise(rig: Rig, plain: Response, changed: Response) -> float:
+    """How far a law moves the most moved channel, RMS in noise floors."""
+    sensors = rig.sensors
+    floors = {"surface_torque": sensors.surface_torque.noise, "hook_load": sensors.hook_load.noise,
+              "standpipe_pressure": sensors.standpipe_pressure.noise}  # fmt: skip
+
+    def moved(name: str) -> Array:
+        difference: Array = getattr(changed, name) - getattr(plain, name)
+        return difference
+
+    return max(float(np.sqrt(np.mean(moved(name) ** 2))) / sigma for name, sigma in floors.items())

@@ -1,0 +1,122 @@
+"""What a recorder makes of a sealed run: noise of some colour, quantised readings, samples that are lost."""
+
+from __future__ import annotations
+
+import datetime
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slider_drilling.blind.plant import INTERVAL_S
+from slider_drilling.drillstring import Commands, Response
+from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.sensors import quantise, wrap
+from slider_drilling.log.write import LogWriter
+from slider_drilling.messages.topics import TOPICS
+from slider_drilling.rig import Rig, dump_rig
+
+# The same case is the same file, byte for byte, whenever it is made.
+_RECORDED = datetime.datetime(2000, 1, 1, tzinfo=datetime.timezone.utc)
+CHANNELS = ("surface_torque", "hook_load", "standpipe_pressure")
+
+
+@dataclass(frozen=True)
+class Recorder:
+    """How the sensors err; of all channels the one-sigma error is the rig file's.
+
+    colour: share of the noise's variance that is slow; memory: s over which that share forgets; resolution: of each
+    of `CHANNELS`, in its noise; stretches: lost ones per run and topic, each up to longest s; lost, mwd_lost: share
+    of single samples that never come.
+    """
+
+    colour: float = 0.0
+    memory: float = 0.5
+    resolution: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    stretches: float = 0.0
+    longest: float = 1.5
+    lost: float = 0.0
+    mwd_lost: float = 0.0
+
+
+def random_recorder(generator: np.random.Generator) -> Recorder:
+    """From a clean one to one that is slow, coarse and patchy."""
+    resolution = generator.choice([0.0, 0.25, 0.5, 1.0], size=3)
+    return Recorder(
+        colour=float(generator.uniform(0.0, 0.4)), memory=float(generator.uniform(0.2, 1.0)),
+        resolution=(float(resolution[0]), float(resolution[1]), float(resolution[2])),
+        stretches=float(generator.uniform(0.0, 4.0)), lost=float(generator.choice([0.0, 0.002, 0.01])),
+        mwd_lost=float(generator.choice([0.0, 0.05, 0.15])),
+    )  # fmt: skip
+
+
+def write_sealed(
+    path: Path,
+    rig: Rig,
+    commands: Commands,
+    response: Response,
+    generator: np.random.Generator,
+    recorder: Recorder = Recorder(),
+) -> None:
+    """A log with the nominal rig file, erring sensors and no truth."""
+    sensors = rig.sensors
+    declared = (sensors.surface_torque.noise, sensors.hook_load.noise, sensors.standpipe_pressure.noise)
+    torque, hook, pressure = (
+        _read(getattr(response, name), sigma, share, recorder, generator)
+        for name, sigma, share in zip(CHANNELS, declared, recorder.resolution, strict=True)
+    )
+    count = commands.time.size
+    driven, lowered, pumped, pressed = (_received(count, recorder, generator) for _ in range(4))
+    drive, works, pump = TOPICS["top_drive"], TOPICS["draw_works"], TOPICS["mud_pump"]
+    with LogWriter(path, rig_text=dump_rig(rig), recorded_by="a rig", whole=True, started=_RECORDED) as writer:
+        for k, stamp in enumerate(commands.time):
+            time = float(stamp)
+            if driven[k]:
+                angle, speed = commands.top_drive_angle[k], commands.top_drive_speed[k]
+                writer.joint_state(drive.name, time, drive.joint, angle, speed, torque[k])
+            if lowered[k]:
+                position, rate = commands.block_position[k], commands.block_speed[k]
+                writer.joint_state(works.name, time, works.joint, position, rate, hook[k])
+            if pumped[k]:
+                writer.joint_state(pump.name, time, pump.joint, velocity=commands.pump_speed[k])
+            if pressed[k]:
+                writer.fluid_pressure(TOPICS["standpipe_pressure"].name, time, pressure[k])
+        _write_mwd(writer, rig, response, recorder, generator)
+
+
+def _read(values: Array, sigma: float, share: float, recorder: Recorder, generator: np.random.Generator) -> Array:
+    white = generator.normal(0.0, 1.0, values.size)
+    keep = float(np.exp(-INTERVAL_S / recorder.memory))
+    shocks = generator.normal(0.0, np.sqrt(1.0 - keep**2), values.size)
+    slow = np.empty_like(white)
+    level = float(generator.normal())
+    for k, shock in enumerate(shocks):
+        level = keep * level + shock
+        slow[k] = level
+    noisy = values + sigma * (np.sqrt(1.0 - recorder.colour) * white + np.sqrt(recorder.colour) * slow)
+    step = share * sigma
+    return np.round(noisy / step) * step if step > 0.0 else noisy
+
+
+def _received(count: int, recorder: Recorder, generator: np.random.Generator) -> NDArray[np.bool_]:
+    """(count,) whether each sample comes; the first and the last always do."""
+    came = generator.uniform(size=count) >= recorder.lost
+    for _ in range(int(generator.poisson(recorder.stretches))):
+        begin = int(generator.integers(1, count))
+        came[begin : begin + int(generator.uniform(0.3, recorder.longest) / INTERVAL_S)] = False
+    came[[0, -1]] = True
+    return np.asarray(came, dtype=np.bool_)
+
+
+def _write_mwd(
+    writer: LogWriter, rig: Rig, response: Response, recorder: Recorder, generator: np.random.Generator
+) -> None:
+    mwd, topic = rig.sensors.mwd, TOPICS["mwd_tool_face"]
+    for measured in np.arange(mwd.period, response.time[-1], mwd.period):
+        angle = float(np.interp(measured, response.time, response.tool_face)) + generator.normal(0.0, mwd.noise)
+        shown = wrap(quantise(wrap(angle), mwd.resolution))
+        if generator.uniform() >= recorder.mwd_lost:
+            writer.joint_state(
+                topic.name, float(measured), topic.joint, position=shown, log_time_s=measured + mwd.latency
+            )

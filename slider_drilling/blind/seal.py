@@ -1,0 +1,90 @@
+"""Make a sealed log, and its label in another place."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slider_drilling.blind.label import Label
+from slider_drilling.blind.law import Law, Make, both, no_effect
+from slider_drilling.blind.laws import CATALOGUE
+from slider_drilling.blind.manoeuvres import MANOEUVRES
+from slider_drilling.blind.outside import OUTSIDE
+from slider_drilling.blind.plan import NONE, Case, case_from
+from slider_drilling.blind.plant import Hidden, random_hidden, run_sealed, size_in_noise
+from slider_drilling.blind.recording import random_recorder, write_sealed
+from slider_drilling.blind.wells import WELLS
+from slider_drilling.campaign.job import Job
+from slider_drilling.drillstring import Commands, Response
+from slider_drilling.files import write_whole
+from slider_drilling.rig import Rig, load_rig
+
+_MAKERS: dict[str, Make] = {**CATALOGUE, **OUTSIDE, NONE: no_effect}
+# A law is made larger or smaller until it moves the plant by the size that is asked for, within this factor.
+_NEAR, _TRIALS, _LARGEST, _SMALLEST = 1.1, 7, 30.0, 1e-3
+
+
+def seal_job(case: Case, rig: Path, logs: Path, labels: Path) -> Job:
+    """The job that makes a case: its log in one folder, its label in another."""
+    name = case.file()
+    log, label = str(logs / f"{name}.mcap"), str(labels / f"{name}.json")
+    # Outputs in the order that `seal` reads them.
+    return Job("slider_drilling.blind.seal:seal", name, {"rig": str(rig)}, case.tree(), case.seed, (log, label))
+
+
+def seal(job: Job) -> dict[str, Any]:
+    """Write the log, then the label that says what is in it."""
+    log, label = (Path(output) for output in job.outputs)
+    written = make(case_from(dict(job.options)), load_rig(job.inputs["rig"]), log)
+    write_whole(label, (json.dumps(asdict(written), indent=1) + "\n").encode("utf-8"))
+    return {}
+
+
+def make(case: Case, base: Rig, path: Path) -> Label:
+    """Write one sealed log; what is behind its seal."""
+    generator = np.random.default_rng(case.seed)
+    rig = WELLS[case.well](generator, base)
+    commands = MANOEUVRES[case.manoeuvre](generator, rig, case.duration)
+    hidden, recorder = random_hidden(generator), random_recorder(generator)
+    plain = run_sealed(rig, hidden, no_effect(generator, rig, 1.0), commands)
+    laws, sizes = [], []
+    for name in case.effects:
+        law, size = _of_size(_MAKERS[name], case, rig, hidden, commands, plain, int(generator.integers(2**31)))
+        laws.append(law)
+        sizes.append(size)
+    law = laws[0] if len(laws) == 1 else both(*laws)
+    response = plain if law.name == NONE else run_sealed(rig, hidden, law, commands)
+    write_sealed(path, rig, commands, response, generator, recorder)
+    return Label(
+        log=path.name, kind=case.kind, effects=tuple(law.name for law in laws if law.name != NONE),
+        sites=tuple((law.site, *law.also) for law in laws if law.site is not None), size=case.size,
+        sizes=tuple(sizes), well=case.well, manoeuvre=case.manoeuvre, seed=case.seed, interval=law.interval,
+        hidden=asdict(hidden), recorder=asdict(recorder),
+    )  # fmt: skip
+
+
+def _of_size(
+    maker: Make, case: Case, rig: Rig, hidden: Hidden, commands: Commands, plain: Response, seed: int
+) -> tuple[Law, float]:
+    """The law that moves the plant by the case's size, or comes nearest to it; and by how much it does."""
+    if case.size == 0.0:
+        return maker(np.random.default_rng(seed), rig, 1.0), 0.0
+    amount, best, nearest = 1.0, None, (0.0, np.inf)
+    for _ in range(_TRIALS):
+        # The same draw every time: only the size differs.
+        law = maker(np.random.default_rng(seed), rig, amount)
+        reached = size_in_noise(rig, plain, run_sealed(rig, hidden, law, commands))
+        off = abs(np.log(max(reached, 1e-6) / case.size))
+        if best is None or off < nearest[1]:
+            best, nearest = law, (reached, off)
+        if off < np.log(_NEAR):
+            break
+        # What breaks free or not makes the response jump: go at most a factor of six at a time.
+        step = float(np.clip(case.size / max(reached, 1e-6), 1.0 / 6.0, 6.0))
+        amount = float(np.clip(amount * step, _SMALLEST, _LARGEST))
+    assert best is not None
+    return best, nearest[0]

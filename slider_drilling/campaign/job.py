@@ -1,0 +1,64 @@
+"""One job of a campaign: a function, the files it reads, its options and its seed."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from slider_drilling.campaign.code import code_version
+from slider_drilling.errors import InputError
+
+
+@dataclass(frozen=True)
+class Job:
+    """A run of a pure function: the same files, options, seed and code give the same result.
+
+    call: ``module:function``, called with this job, returns a tree that JSON can hold; name: for people; inputs: the
+    files it reads, by the name that it knows them by; options: a tree that JSON can hold; outputs: files that it
+    writes besides its result, so that it is done only while they are there; closed: folders in which it can open
+    nothing but its inputs and outputs.
+    """
+
+    call: str
+    name: str
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)
+    seed: int = 0
+    outputs: tuple[str, ...] = ()
+    closed: tuple[str, ...] = ()
+
+    def depends_on(self) -> dict[str, Any]:
+        """All that the result depends on. Raises InputError where an input cannot be read."""
+        return {
+            "call": self.call,
+            "inputs": {name: _hash_of(path) for name, path in sorted(self.inputs.items())},
+            "options": dict(self.options),
+            "seed": self.seed,
+            "code": code_version(),
+        }
+
+    def key(self) -> str:
+        """The name of its result: a hash of `depends_on`. Raises InputError where an input cannot be read."""
+        return hashlib.sha256(json.dumps(self.depends_on(), sort_keys=True).encode()).hexdigest()[:24]
+
+    def function(self) -> Callable[[Job], dict[str, Any]]:
+        """What ``call`` names."""
+        module, _, name = self.call.partition(":")
+        function: Callable[[Job], dict[str, Any]] = getattr(importlib.import_module(module), name)
+        return function
+
+
+def _hash_of(path: str) -> str:
+    try:
+        with Path(path).open("rb") as file:
+            digest = hashlib.sha256()
+            while block := file.read(1 << 20):
+                digest.update(block)
+            return digest.hexdigest()
+    except OSError as error:
+        raise InputError(f"{path}: cannot read this file: {error.strerror}") from None

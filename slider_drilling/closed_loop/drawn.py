@@ -1,0 +1,124 @@
+"""Slides drawn at random: a rig as its file says, the rig as it is, and what the MWD loses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from slider_drilling.blind.wells import DRAWN, WELLS
+from slider_drilling.closed_loop.scenario import Scenario
+from slider_drilling.closed_loop.scenarios import unknown
+from slider_drilling.effects import Effects
+from slider_drilling.rig import Rig, Sensors, check_rig
+
+DURATION_S = 900.0
+# Share of slides with one effect that no rig file holds, and of those with two.
+_ONE_EFFECT, _TWO_EFFECTS = 0.4, 0.2
+
+Random = np.random.Generator
+
+
+def draw_slide(number: int, seed: int, base: Rig, duration: float = DURATION_S) -> Scenario:
+    """The campaign's slide of this number.
+
+    Off from what the controller believes: friction of cased and of open hole, damping, compliance, motor, rock, survey
+    and circulation pressure; unknown to it: wind-up, samples that are lost or wrong, effects of the catalogue. Noise
+    and the MWD's period differ from slide to slide and are known. Raises InputError for a base that gives no rig.
+    """
+    random = np.random.default_rng((seed, number))
+    believed = _believed(random, base)
+    effects, names = _effects(random, believed, duration)
+    truth = replace(_true(random, believed), effects=effects)
+    target = float(random.uniform(-180.0, 180.0))
+    return Scenario(
+        name=f"slide {number}", well=f"{believed.string.length / 1e3:.1f} km", about=", ".join(names) or "no effect",
+        targets=((0.0, target),), duration=duration, start_twist=float(random.uniform(-6.0, 6.0)),
+        lost=float(random.uniform(0.0, 0.2)), outliers=float(random.choice([0.0, 0.02, 0.05])),
+        rigs=(check_rig(believed), check_rig(truth)),
+    )  # fmt: skip
+
+
+def _believed(random: Random, base: Rig) -> Rig:
+    rig = WELLS[str(random.choice(DRAWN))](random, base)
+    sensors = rig.sensors
+    mwd = replace(sensors.mwd, period=float(random.choice([8.0, 12.0, 20.0, 30.0])))
+    return replace(rig, sensors=replace(_noisier(random, sensors), mwd=mwd))
+
+
+def _noisier(random: Random, sensors: Sensors) -> Sensors:
+    torque, hook, pressure = (
+        replace(sensor, noise=_off(random, sensor.noise, 0.4))
+        for sensor in (sensors.surface_torque, sensors.hook_load, sensors.standpipe_pressure)
+    )
+    return replace(sensors, surface_torque=torque, hook_load=hook, standpipe_pressure=pressure)
+
+
+def _true(random: Random, rig: Rig) -> Rig:
+    well, string, common = rig.well, rig.string, float(np.exp(random.normal(0.0, 0.15)))
+    intervals = tuple(replace(one, factor=_off(random, common * one.factor, 0.1)) for one in well.friction_intervals)
+    survey = tuple(
+        (depth, float(np.clip(inclination + random.normal(0.0, 0.4), 0.0, 120.0)), azimuth + random.normal(0.0, 0.8))
+        if inclination > 0.0 else (depth, inclination, azimuth)
+        for depth, inclination, azimuth in well.survey
+    )  # fmt: skip
+    return replace(
+        rig,
+        well=replace(well, friction_intervals=intervals, survey=survey),
+        string=replace(
+            string, axial_damping=_off(random, string.axial_damping, 0.4),
+            torsional_damping=_off(random, string.torsional_damping, 0.4),
+            shear_modulus=_off(random, string.shear_modulus, 0.03),
+        ),
+        bit=replace(
+            rig.bit, aggressiveness=_off(random, rig.bit.aggressiveness, 0.1),
+            depth_of_cut_stiffness=_off(random, rig.bit.depth_of_cut_stiffness, 0.25),
+        ),
+        motor=replace(rig.motor, torque_per_pressure=_off(random, rig.motor.torque_per_pressure, 0.05)),
+        hydraulics=replace(rig.hydraulics, reference_pressure=_off(random, rig.hydraulics.reference_pressure, 0.01)),
+    )  # fmt: skip
+
+
+def _off(random: Random, value: float, spread: float) -> float:
+    return value * float(np.exp(random.normal(0.0, spread)))
+
+
+def _effects(random: Random, rig: Rig, duration: float) -> tuple[Effects, list[str]]:
+    chance = random.uniform()
+    count = 2 if chance < _TWO_EFFECTS else 1 if chance < _TWO_EFFECTS + _ONE_EFFECT else 0
+    names = [str(name) for name in random.choice(sorted(_BLOCKS), size=count, replace=False)]
+    return unknown(**{name: _BLOCKS[name](random, rig, duration) for name in names}), names
+
+
+def _bed(random: Random, rig: Rig, duration: float) -> dict[str, float]:
+    middle, half = rig.string.length * random.uniform(0.5, 0.85), random.uniform(60.0, 200.0)
+    return {"factor": random.uniform(1.3, 2.5), "top": middle - half, "bottom": middle + half}
+
+
+_BLOCKS: dict[str, Callable[[Random, Rig, float], dict[str, float]]] = {
+    "stribeck": lambda random, rig, t: {"drop": random.uniform(0.1, 0.5), "speed": random.uniform(0.02, 0.1)},
+    "viscous_drag": lambda random, rig, t: {"coefficient": random.uniform(2.0, 30.0)},
+    "static_aging": lambda random, rig, t: {"growth": random.uniform(0.1, 0.6), "time": random.uniform(2.0, 20.0)},
+    "buckling_contact": lambda random, rig, t: {"factor": random.uniform(0.5, 2.0)},
+    "cuttings_bed": _bed,
+    "tortuosity": lambda random, rig, t: {"curvature": random.uniform(1e-4, 1e-3)},
+    "friction_drift": lambda random, rig, t: {"rate": random.uniform(-0.2, 0.4) / t},
+    "top_drive_backlash": lambda random, rig, t: {"angle": random.uniform(0.1, 0.6)},
+    "torsional_compliance": lambda random, rig, t: {"extra": random.uniform(0.02, 0.12)},
+    "axial_oscillation_tool": lambda random, rig, t: {
+        "force": random.uniform(2e3, 2e4), "frequency": random.uniform(10.0, 20.0),
+        "depth": rig.string.length * random.uniform(0.6, 0.9)},
+    "heave": lambda random, rig, t: {"amplitude": random.uniform(0.02, 0.2), "period": random.uniform(7.0, 14.0),
+                                     "phase": random.uniform(0.0, 2.0 * math.pi)},
+    "motor_wear": lambda random, rig, t: {"torque_loss": random.uniform(0.05, 0.3),
+                                          "extra_leak": random.uniform(0.0, 0.2)},
+    "formation_change": lambda random, rig, t: {"factor": random.uniform(0.6, 2.0),
+                                                "time": t * random.uniform(0.3, 0.7)},
+    "torque_sensor_gain": lambda random, rig, t: {"gain": random.uniform(-0.1, 0.1)},
+    "torque_sensor_lag": lambda random, rig, t: {"lag": random.uniform(0.1, 0.8)},
+    "torque_sensor_bias": lambda random, rig, t: {"bias": random.uniform(-500.0, 500.0)},
+    "torque_at_motor": lambda random, rig, t: {"inertia": random.uniform(300.0, 1500.0),
+                                               "friction": random.uniform(50.0, 400.0)},
+}  # fmt: skip

@@ -1,0 +1,102 @@
+"""What `run --set` and `run --effect` change, and who is told of it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from slider_drilling.changes import number
+from slider_drilling.errors import InputError
+
+if TYPE_CHECKING:
+    from slider_drilling.rig import Rig
+
+
+@dataclass(frozen=True)
+class Changed:
+    """rig: path of the rig file that everybody is told of; plant: of the one simulated, "" if the same.
+
+    settings: of the controller; notes: what was planted, for the log.
+    """
+
+    rig: str
+    plant: str = ""
+    settings: dict[str, float] = field(default_factory=dict)
+    notes: str = ""
+
+
+def change(
+    rig_path: Path | None, sets: Sequence[str], effects: Sequence[str], controller: str | None, folder: Path
+) -> Changed:
+    """Make the rig files that are wanted, in ``folder``. Raises InputError.
+
+    sets: ``KEY=VALUE`` of the rig file (mud.density=1100), which has a dot, or of the controller's settings.
+    effects: what `api.planting.planted` takes; only the plant has them, neither the controller nor the log's rig file.
+    """
+    from slider_drilling.api.planting import planted
+    from slider_drilling.api.rigs import load_rig
+
+    given = "" if rig_path is None else str(rig_path)
+    rig = load_rig(rig_path)
+    pairs = dict(_pair(text) for text in sets)
+    keys = {name: value for name, value in pairs.items() if "." in name}
+    own = {name: number(value, f"--set {name}") for name, value in pairs.items() if "." not in name}
+    if keys:
+        rig = rig.with_({name: _value(value) for name, value in keys.items()})
+        given = _write(rig, folder / "rig.set.yaml")
+    _check_settings(own, controller, rig)
+    plant = rig
+    for effect in effects:
+        plant = planted(plant, effect)
+    path = _write(plant, folder / "rig.planted.yaml") if effects else ""
+    return Changed(given, path, own, f"planted: {'; '.join(effects)}" if effects else "")
+
+
+def _pair(text: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not (name.strip() and equals and value.strip()):
+        raise InputError(f"--set {text!r}: must be NAME=VALUE, such as mud.density=1100 or gain=1.5")
+    return name.strip(), value.strip()
+
+
+def _value(text: str) -> object:
+    """A value as in a rig file, except that 1e5 is a number here."""
+    import yaml
+
+    try:
+        return float(text)
+    except ValueError:
+        pass
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError:
+        raise InputError(f"--set: {text!r} is no value of a rig file") from None
+
+
+def _check_settings(settings: dict[str, float], controller: str | None, rig: Rig) -> None:
+    from slider_drilling.control.load import DEFAULT, load_controller
+    from slider_drilling.control.protocol import AdjustableController
+    from slider_drilling.control.settings import limits_of
+
+    if not settings:
+        return
+    name = controller or DEFAULT
+    built = load_controller(name, rig)
+    known = limits_of(built.settings) if isinstance(built, AdjustableController) else {}
+    for one in settings:
+        if one not in known:
+            there = f"its settings: {', '.join(known)}" if known else "it has no settings"
+            raise InputError(f"--set {one}: no setting of {name}; {there}; keys of the rig file have a dot")
+    if isinstance(built, AdjustableController):
+        built.configure(dataclasses.replace(built.settings, **settings))
+
+
+def _write(rig: Rig, path: Path) -> str:
+    from slider_drilling.files import write_whole
+    from slider_drilling.rig import dump_rig
+
+    write_whole(path, dump_rig(rig).encode("utf-8"))
+    return str(path)

@@ -1,0 +1,82 @@
+"""What `slider-drilling closed-loop --campaign` does: random rigs, controllers side by side."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from slider_drilling.commands.options import tell_written
+
+if TYPE_CHECKING:
+    from slider_drilling.campaign.run import Where
+    from slider_drilling.closed_loop.campaign import Setting, Slide
+    from slider_drilling.closed_loop.scenario import Scenario
+
+FILE, PAGE, RESULTS = "closed_loop_campaign.json", "closed_loop_campaign.html", "results"
+
+
+def run_campaign(
+    controllers: Sequence[str], slides: int, setting: Setting, where: Where, output: Path, own_rig: bool, as_json: bool
+) -> int:
+    """Every controller through every slide; the exit code. The first controller is the one under test."""
+    from slider_drilling.campaign.code import code_version
+    from slider_drilling.campaign.results import Results
+    from slider_drilling.campaign.shown import run_shown
+    from slider_drilling.closed_loop import campaign_page
+    from slider_drilling.closed_loop.campaign import repeat_command, slide_job, slide_of
+    from slider_drilling.files import make_folder, prepare_outputs, write_whole
+    from slider_drilling.pages import write_page
+    from slider_drilling.units import SI
+
+    make_folder(output)
+    prepare_outputs((output / FILE, output / PAGE), (setting.rig,))
+    results = Results(output / RESULTS)
+    jobs = [slide_job(number, name, setting) for number in range(slides) for name in controllers]
+    ran = run_shown("sliding", jobs, results.folder, where)
+    found: dict[str, list[Slide]] = {name: [] for name in controllers}
+    for job, key in zip(jobs, ran.keys, strict=True):
+        if results.path(key).is_file():
+            found[job.options["controller"]].append(slide_of(results.read(key).tree))
+    found = {name: of for name, of in found.items() if of}
+    if not found:
+        return ran.code
+    repeat = {name: partial(repeat_command, controller=name, setting=setting, own_rig=own_rig) for name in found}
+    tree = campaign_page.as_json(found, setting, code_version(), repeat)
+    text = json.dumps(tree, indent=1, allow_nan=False)
+    write_whole(output / FILE, text.encode("utf-8"))
+    write_page(output / PAGE, campaign_page.campaign_page(found, setting, code_version(), repeat), SI)
+    if as_json:
+        click.echo(text)
+    else:
+        _print(found)
+        tell_written((output / FILE, output / PAGE))
+    return ran.code
+
+
+def drawn_scenario(number: int, setting: Setting) -> tuple[Scenario, int]:
+    """One slide of a campaign, and the seed of its noise."""
+    from slider_drilling.closed_loop.campaign import noise_seed
+    from slider_drilling.closed_loop.drawn import draw_slide
+    from slider_drilling.rig import load_rig
+
+    return draw_slide(number, setting.seed, load_rig(setting.rig), setting.duration), noise_seed(setting.seed, number)
+
+
+def _print(found: Mapping[str, Sequence[Slide]]) -> None:
+    from rich.table import Table
+
+    from slider_drilling.closed_loop.campaign import spread
+    from slider_drilling.closed_loop.campaign_page import BRIEF, brief_cells, pair_sentences
+    from slider_drilling.console import stdout
+
+    table = Table(*BRIEF, title="mean error, deg, that this share of slides stays below; slides held, set, idle")
+    for name, slides in found.items():
+        table.add_row(*brief_cells(name, spread(slides)))
+    stdout().print(table)
+    for sentence in pair_sentences(found):
+        stdout().print(sentence)

@@ -1,0 +1,26 @@
+"""`slider-drilling completion`: what a shell needs to complete commands, options and their values."""
+
+from __future__ import annotations
+
+import click
+
+EPILOG = """\
+Examples:
+
+\b
+  slider-drilling completion bash > ~/.local/share/bash-completion/completions/slider-drilling
+  slider-drilling completion zsh > ~/.zfunc/_slider-drilling      (~/.zfunc being in fpath)
+  slider-drilling completion fish > ~/.config/fish/completions/slider-drilling.fish
+"""
+PROGRAM = "slider-drilling"
+
+
+@click.command(epilog=EPILOG)
+@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
+@click.pass_context
+def command(context: click.Context, shell: str) -> None:
+    """Print the script with which SHELL completes this command line."""
+    from click.shell_completion import BashComplete, FishComplete, ZshComplete
+
+    kind = {"bash": BashComplete, "zsh": ZshComplete, "fish": FishComplete}[shell]
+    click.echo(kind(context.find_root().command, {}, PROGRAM, "_SLIDER_DRILLING_COMPLETE").source())

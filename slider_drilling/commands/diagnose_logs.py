@@ -1,0 +1,77 @@
+"""What `slider-drilling diagnose` does with several logs, or a folder of them: each by itself, one table over all."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from slider_drilling.commands.options import print_json, tell_written
+
+if TYPE_CHECKING:
+    from slider_drilling.campaign.logs import Options, Row
+    from slider_drilling.campaign.run import Where
+    from slider_drilling.units import Units
+
+PAGE, FILE, RESULTS = "diagnoses.html", "diagnoses.json", "results"
+
+
+def diagnose_each(
+    logs: Sequence[Path], options: Options, where: Where, output: Path, as_json_text: bool, units: Units
+) -> int:
+    """Diagnose each log into a folder of its own; the exit code."""
+    from slider_drilling.campaign.code import code_version
+    from slider_drilling.campaign.logs import as_json, folder_names, log_job, page_of, unfold
+    from slider_drilling.campaign.results import Results
+    from slider_drilling.campaign.shown import run_shown
+    from slider_drilling.files import make_folder, prepare_outputs, write_whole
+    from slider_drilling.pages import write_page
+
+    make_folder(output)
+    prepare_outputs([output / PAGE, output / FILE], (*logs, options.rig))
+    results, names = Results(output / RESULTS), folder_names(logs)
+    jobs = [log_job(log, options) for log in logs]
+    ran = run_shown("diagnosing", jobs, results.folder, where)
+    rows = []
+    for log, name, key in zip(logs, names, ran.keys, strict=True):
+        if results.path(key).is_file():
+            unfold(results, key, output / name)
+            rows.append(_row(log, name, output))
+        elif (why := results.error(key)) is not None:
+            rows.append(_failed(log, name, why))
+    tree = as_json(rows, code_version())
+    write_whole(output / FILE, (json.dumps(tree, indent=1, allow_nan=False) + "\n").encode("utf-8"))
+    write_page(output / PAGE, page_of(rows), units)
+    written = [output / FILE, output / PAGE]
+    if as_json_text:
+        print_json({**tree, "wrote": written})
+    else:
+        _print(rows)
+        tell_written(written)
+    return ran.code
+
+
+def _row(log: Path, name: str, output: Path) -> Row:
+    from slider_drilling.campaign.logs import row_of
+
+    tree = json.loads((output / name / "diagnosis.json").read_text(encoding="utf-8"))
+    return row_of(log, name, tree)
+
+
+def _failed(log: Path, name: str, why: str) -> Row:
+    from slider_drilling.campaign.logs import Row
+
+    return Row(str(log), name, "failed", (), (), None, None, None, "", "", why)
+
+
+def _print(rows: Sequence[Row]) -> None:
+    from rich.table import Table
+
+    from slider_drilling.campaign.logs import HEADS, cells
+    from slider_drilling.console import stdout
+
+    table = Table(*HEADS)
+    for row in rows:
+        table.add_row(*cells(row))
+    stdout().print(table)

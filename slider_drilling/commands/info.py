@@ -1,0 +1,138 @@
+"""`slider-drilling info`: what a log holds, what it has lost, and what it is good for."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from slider_drilling.commands.options import json_option, namespace_option, print_json
+
+if TYPE_CHECKING:
+    from slider_drilling.log.info import LogInfo, TopicInfo
+    from slider_drilling.log.series import RigLog
+
+
+@click.command(epilog="Example:\n\n  slider-drilling info run.mcap")
+@click.argument("log", type=click.Path(path_type=Path))
+@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file instead of the log's own.")
+@namespace_option
+@json_option
+def command(log: Path, rig_path: Path | None, namespace: str | None, as_json: bool) -> None:
+    """Topics of LOG, or of a folder of its parts: types, rates, gaps, steps of the clock, losses; then what it lacks.
+
+    Says what is missing for a replay and for a diagnosis.
+    """
+    from slider_drilling.errors import InputError
+    from slider_drilling.log import read_log
+    from slider_drilling.log.info import log_info
+
+    found = log_info(log)
+    record: RigLog | None = None
+    try:
+        record = read_log(log, rig_path, namespace)
+        refused = ""
+    except InputError as error:
+        refused = str(error)
+    notes = list(found.notes)
+    for note in record.notes if record is not None else ():
+        if note not in notes:
+            notes.append(note)
+    missing = {use: [refused] if record is None else _missing(record, use) for use in ("replay", "diagnosis")}
+    assumed = [] if record is None else _assumed(record)
+    if as_json:
+        _print_json(found, notes, missing, assumed)
+    else:
+        _print(found, notes, missing, assumed)
+
+
+def _missing(record: RigLog, use: str) -> list[str]:
+    """What keeps the log from this use, a sentence each; empty where nothing does."""
+    from slider_drilling.diagnosis.replay import measured_channels
+    from slider_drilling.drillstring.from_log import commands_from_log
+    from slider_drilling.errors import InputError
+
+    try:
+        rig = record.rig()
+    except InputError as error:
+        rig, reasons = None, [str(error)]
+    else:
+        reasons = []
+    if record.top_drive is None:
+        return [*reasons, f"{record.source}: holds no top_drive/joint_states; without it nothing drives the plant"]
+    if rig is None:
+        return reasons
+    try:
+        commands_from_log(record, rig)
+        channels = measured_channels(record, rig)
+    except InputError as error:
+        return [str(error)]
+    if use == "diagnosis" and "surface_torque" not in channels:
+        reasons.append("no surface torque (effort of top_drive/joint_states): nothing tells friction's shape")
+    return reasons
+
+
+def _assumed(record: RigLog) -> list[str]:
+    """What a replay takes in place of what the log lacks."""
+    from slider_drilling.drillstring.from_log import commands_from_log
+    from slider_drilling.errors import InputError
+
+    try:
+        return list(commands_from_log(record, record.rig()).assumed)
+    except InputError:
+        return []  # what is missing says why
+
+
+def _row(topic: TopicInfo) -> dict[str, object]:
+    return {
+        "topic": topic.topic, "type": topic.kind, "messages": topic.messages, "first_s": topic.first,
+        "last_s": topic.last, "rate_hz": topic.rate, "longest_gap_s": topic.longest_gap, "gaps": topic.gaps,
+        "lost": topic.lost, "clock_steps_back": topic.clock_back, "furthest_back_s": topic.furthest_back,
+        "lag_s": topic.lag,
+    }  # fmt: skip
+
+
+def _print_json(found: LogInfo, notes: list[str], missing: dict[str, list[str]], assumed: list[str]) -> None:
+    print_json({
+        "files": found.files, "bytes": found.bytes, "start_ns": found.start_ns, "duration_s": found.seconds,
+        "messages": sum(topic.messages for topic in found.topics), "topics": [_row(topic) for topic in found.topics],
+        "attachments": found.attachments, "metadata": found.metadata, "notes": notes,
+        "missing_for_replay": missing["replay"], "missing_for_diagnosis": missing["diagnosis"],
+        "assumed_in_replay": assumed,
+    })  # fmt: skip
+
+
+def _print(found: LogInfo, notes: list[str], missing: dict[str, list[str]], assumed: list[str]) -> None:
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    from slider_drilling.console import stdout
+
+    total, say = sum(topic.messages for topic in found.topics), stdout().print
+    many = f"{len(found.files)} files, " if len(found.files) > 1 else ""
+    say(f"{many}{found.bytes / 1e6:.2f} MB, {total} messages over {found.seconds:.1f} s")
+    table = Table(box=SIMPLE_HEAD)
+    table.add_column("topic", overflow="fold")
+    table.add_column("type", overflow="fold")
+    for heading in ("messages", "rate, Hz", "longest gap, s", "gaps", "lost", "steps back", "lag, s"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for one in found.topics:
+        back = f"{one.clock_back} ({one.furthest_back:.1f} s)" if one.clock_back else "0"
+        table.add_row(one.topic, one.kind.rpartition("/")[2], str(one.messages), _number(one.rate, ".4g"),
+                      _number(one.longest_gap, ".2f"), str(one.gaps), str(one.lost), back, _number(one.lag, ".2f"))
+    say(table)
+    say(f"attachments: {', '.join(found.attachments) or 'none'}; metadata: {', '.join(found.metadata) or 'none'}")
+    for note in notes:
+        say(f"note: {note}")
+    for use, reasons in missing.items():
+        say(f"{use}: ready" if not reasons else f"{use}: not possible")
+        for reason in reasons:
+            say(f"  {reason}")
+    for sentence in assumed:
+        say(f"  in a replay {sentence}")
+
+
+def _number(value: float, form: str) -> str:
+    return "-" if math.isnan(value) else format(value, form)

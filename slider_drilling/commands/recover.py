@@ -1,0 +1,43 @@
+"""`slider-drilling recover`: what a damaged log still holds, as whole logs of one run each."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from slider_drilling.commands.options import json_option, print_json
+
+EXAMPLES = """\
+Examples:
+
+\b
+  slider-drilling recover broken.mcap -o fixed.mcap
+  slider-drilling recover out/slide_20260101_120000 -o slide.mcap
+"""
+
+
+@click.command(epilog=EXAMPLES)
+@click.argument("log", type=click.Path(path_type=Path))
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The MCAP log to write.")
+@json_option
+def command(log: Path, output: Path, as_json: bool) -> None:
+    """Write what LOG, or a folder of its parts, still holds to a whole log; two runs in one become two logs.
+
+    Says what was lost. Messages are copied as they are, of whatever topic.
+    """
+    from slider_drilling.console import stderr, stdout
+    from slider_drilling.files import prepare_outputs
+    from slider_drilling.log.read import log_files
+    from slider_drilling.log.recover import recover
+
+    prepare_outputs([output], log_files(log))
+    written, notes = recover(log, output)
+    if as_json:
+        rows = [{"path": one.path, "messages": one.messages, "seconds": one.seconds} for one in written]
+        print_json({"written": rows, "notes": notes})
+        return
+    for note in notes:
+        stderr().print(f"note: {note}")
+    for one in written:
+        stdout().print(f"wrote {one.path}: {one.messages} messages over {one.seconds:.1f} s")

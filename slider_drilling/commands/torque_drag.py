@@ -1,0 +1,117 @@
+"""`slider-drilling torque-drag`: the broomstick of a well, with a log's points on it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from slider_drilling.commands.options import namespace_option, units_option
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from slider_drilling.log.series import RigLog
+    from slider_drilling.rig import Rig
+    from slider_drilling.units import Units
+    from slider_drilling.wellbore.broomstick import Broomstick
+
+FRICTIONS = (0.15, 0.2, 0.25, 0.3, 0.35)
+EXAMPLES = """\
+Examples:
+
+\b
+  slider-drilling torque-drag --rig rig.yaml -o torque_drag
+  slider-drilling torque-drag --log run.mcap --friction 0.2 --friction 0.3
+  slider-drilling torque-drag --rig rig.yaml --survey path.csv --units field
+"""
+
+
+@click.command(epilog=EXAMPLES)
+@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file; the log's own, or the example.")
+@click.option("--log", "log_path", type=click.Path(path_type=Path), help="Log whose points are drawn on it.")
+@click.option("--survey", "survey_path", type=click.Path(path_type=Path),
+              help="CSV of the well's path in place of the rig file's: md with its unit (md_m, MD [ft]), inclination, "
+              "azimuth. Writes rig.yaml with it, too.")  # fmt: skip
+@click.option("--friction", "frictions", multiple=True, type=click.FloatRange(0.0, 2.0),
+              help="Friction coefficient; repeatable. [default: 0.15 to 0.35]")  # fmt: skip
+@click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("torque_drag"), show_default=True,
+              help="Folder that torque_drag.html, .png and .csv are written to.")  # fmt: skip
+@click.option("--elements", default=200, show_default=True, type=click.IntRange(10, 5000), help="Of the whole string.")
+@namespace_option
+@units_option
+def command(
+    rig_path: Path | None, log_path: Path | None, survey_path: Path | None, frictions: tuple[float, ...], output: Path,
+    elements: int, namespace: str | None, units: Units,
+) -> None:  # fmt: skip
+    """Hook load and torque against depth for several friction coefficients, along the string, and the well's path."""
+    from slider_drilling.analysis.torque_drag import hook_load_chart, log_points, torque_chart, torque_drag_page
+    from slider_drilling.console import stderr, stdout
+    from slider_drilling.files import make_folder, prepare_outputs, write_whole
+    from slider_drilling.log import read_log
+    from slider_drilling.pages import write_page
+    from slider_drilling.pages.picture import picture
+    from slider_drilling.rig import dump_rig
+    from slider_drilling.wellbore.broomstick import broomstick
+
+    make_folder(output)
+    page, image, table, changed = (output / name for name in ("torque_drag.html", "torque_drag.png", "torque_drag.csv",
+                                                              "rig.yaml"))  # fmt: skip
+    written = [page, image, table, *([changed] if survey_path is not None else [])]
+    prepare_outputs(written, (rig_path, log_path, survey_path))
+    log = None if log_path is None else read_log(log_path, rig_path, namespace)
+    rig = _rig(rig_path, log, survey_path)
+    sticks = [broomstick(rig, friction, elements=elements) for friction in (None, *(frictions or FRICTIONS))]
+    points = None if log is None else log_points(log, rig)
+    notes = () if log is None else log.notes
+    write_page(page, torque_drag_page(rig, sticks, points, notes, units), units)
+    write_whole(image, picture((hook_load_chart(sticks, points), torque_chart(sticks, points)), units))
+    write_whole(table, _csv(sticks).encode())
+    if survey_path is not None:
+        write_whole(changed, dump_rig(rig).encode())
+    for note in notes:
+        stderr().print(f"note: {note}")
+    _print(sticks, units)
+    for path in written:
+        stdout().print(f"wrote {path}")
+
+
+def _rig(rig_path: Path | None, log: RigLog | None, survey_path: Path | None) -> Rig:
+    import dataclasses
+
+    from slider_drilling.rig import check_rig, load_rig
+    from slider_drilling.share import share_file
+    from slider_drilling.wellbore.survey_table import read_survey
+
+    if log is not None and (rig_path is not None or log.rig_text is not None):
+        rig = log.rig()
+    else:
+        rig = load_rig(rig_path if rig_path is not None else share_file("config/rig.example.yaml"))
+    if survey_path is None:
+        return rig
+    well = dataclasses.replace(rig.well, survey=read_survey(survey_path), name="")
+    return check_rig(dataclasses.replace(rig, well=well), str(survey_path))
+
+
+def _csv(sticks: Sequence[Broomstick]) -> str:
+    lines = ["friction,bit_depth_m,slack_off_n,turning_n,pick_up_n,torque_to_turn_n_m"]
+    for one in sticks:
+        name = "contact" if one.friction is None else f"{one.friction:g}"
+        columns = zip(one.depth, one.slack_off, one.rotating, one.pick_up, one.torque, strict=True)
+        lines += [",".join([name, *(f"{value:.8g}" for value in row)]) for row in columns]
+    return "\n".join(lines) + "\n"
+
+
+def _print(sticks: Sequence[Broomstick], units: Units) -> None:
+    from rich.table import Table
+
+    from slider_drilling.console import stdout
+
+    force, torque = units.unit("kN"), units.unit("kN m")
+    table = Table("at total depth", f"slack off {force}", f"turning {force}", f"pick up {force}", f"to turn {torque}")
+    for one in sticks:
+        name = "rig's contact" if one.friction is None else f"friction {one.friction:g}"
+        loads = (units.value(float(v[-1]) / 1e3, "kN") for v in (one.slack_off, one.rotating, one.pick_up))
+        table.add_row(name, *(f"{load:.1f}" for load in loads), f"{units.value(one.torque[-1] / 1e3, 'kN m'):.4g}")
+    stdout().print(table)

@@ -1,0 +1,151 @@
+"""Each effect as a driller would say it, with the numbers that were fitted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+from slider_drilling.units import KINDS, number
+
+# Readings over true values where ft lbf were taken for N m, and the other way round.
+_FOOT_POUNDS = KINDS["torque"]["ft lbf"]
+
+SITES = {
+    "sensor": "the surface sensors",
+    "top_drive": "the top drive",
+    "draw_works": "the draw-works",
+    "string": "the string",
+    "contact": "the contact between string and hole",
+    "motor": "the mud motor",
+    "bit": "the bit and the rock",
+    "hydraulics": "the hydraulics",
+}
+
+# SI unit -> the unit that a driller reads, as `slider_drilling.units` calls it.
+READ = {"N m": "kN m", "N": "kN", "Pa": "bar", "rad": "deg"}
+
+
+def shown(value: float, unit: str, digits: int = 3) -> str:
+    """A value of an SI unit in the unit that a driller reads: "12.3 kN m"."""
+    read = READ.get(unit, unit)
+    factor = next((units[unit] / units[read] for units in KINDS.values() if unit in units and read in units), 1.0)
+    return f"{number(value * factor, digits)} {'' if read == '-' else read}".rstrip()
+
+
+def phrase(effect: str, values: Mapping[str, float]) -> str:
+    """What the effect with these parameters (by their short names) means, one clause beginning with a capital."""
+    make = _PHRASES.get(effect)
+    if make is None:
+        settings = ", ".join(f"{name} {number(value)}" for name, value in values.items())
+        return f"{effect.replace('_', ' ').capitalize()} ({settings})"
+    return make(values)
+
+
+def _percent(share: float) -> str:
+    return f"{number(100.0 * abs(share), 2)} %"
+
+
+def _stribeck(v: Mapping[str, float]) -> str:
+    more = "more" if v["drop"] > 0.0 else "less"
+    return (
+        f"Friction of a string that hardly moves is {_percent(v['drop'])} {more} than of one that slides fast "
+        f"(the change lies around {number(v['speed'], 2)} m/s)"
+    )
+
+
+def _static_aging(v: Mapping[str, float]) -> str:
+    grows = "grows" if v["growth"] > 0.0 else "falls"
+    return f"Friction {grows} by {_percent(v['growth'])} while the string rests, within some {number(v['time'], 2)} s"
+
+
+def _cuttings_bed(v: Mapping[str, float]) -> str:
+    return f"Friction is {number(v['factor'])} times the file's between {v['top']:.0f} and {v['bottom']:.0f} m"
+
+
+def _tortuosity(v: Mapping[str, float]) -> str:
+    degrees = math.degrees(v["curvature"]) * 30.0
+    return f"The open hole is more crooked than the survey shows, by {number(degrees, 2)} deg per 30 m"
+
+
+def _friction_drift(v: Mapping[str, float]) -> str:
+    way = "rises" if v["rate"] > 0.0 else "falls"
+    return f"Friction {way} by {_percent(60.0 * v['rate'])} a minute"
+
+
+def _compliance(v: Mapping[str, float]) -> str:
+    more = "more" if v["extra"] > 0.0 else "less"
+    return f"The string twists {_percent(v['extra'])} {more} per torque than its sections say"
+
+
+def _oscillation_tool(v: Mapping[str, float]) -> str:
+    return (
+        f"Something shakes the string with {shown(v['force'], 'N', 2)} at {number(v['frequency'])} Hz, "
+        f"{v['depth']:.0f} m down"
+    )
+
+
+def _heave(v: Mapping[str, float]) -> str:
+    return (
+        f"The block moves {number(abs(v['amplitude']), 2)} m up and down every {number(v['period'])} s, which no "
+        "command shows"
+    )
+
+
+def _motor_wear(v: Mapping[str, float]) -> str:
+    loss, leak = v.get("torque_loss", 0.0), v.get("extra_leak", 0.0)
+    parts = []
+    if abs(loss) >= 0.005 or abs(leak) < 0.005:
+        parts.append(
+            f"gives {_percent(loss)} {'less' if loss >= 0.0 else 'more'} torque per pressure than the file says"
+        )
+    if abs(leak) >= 0.005:
+        way = "loses" if leak > 0.0 else "keeps"
+        parts.append(f"{way} {_percent(leak)} more of its speed at full pressure")
+    return f"The motor {' and '.join(parts)}"
+
+
+def _formation_change(v: Mapping[str, float]) -> str:
+    return f"From {v['time']:.0f} s on the rock takes {number(v['factor'])} times the weight for the same cut"
+
+
+def _sensor_gain(v: Mapping[str, float]) -> str:
+    gain = v["gain"]
+    text = f"The torque reading is {_percent(gain)} too {'high' if gain > 0.0 else 'low'}"
+    for ratio, mistake in ((1.0 / _FOOT_POUNDS, "ft lbf were read as N m"), (_FOOT_POUNDS, "N m were read as ft lbf")):
+        if abs((1.0 + gain) / ratio - 1.0) < 0.02:
+            text += f", as if {mistake}"
+    return text
+
+
+def _sensor_bias(v: Mapping[str, float]) -> str:
+    return f"The torque reading is {shown(abs(v['bias']), 'N m')} too {'high' if v['bias'] > 0.0 else 'low'}"
+
+
+def _at_motor(v: Mapping[str, float]) -> str:
+    return (
+        "The torque is read at the drive's motor and holds what turns the drive itself: an inertia of "
+        f"{number(v['inertia'])} kg m2 and a friction of {shown(v['friction'], 'N m')}"
+    )
+
+
+_PHRASES: dict[str, Callable[[Mapping[str, float]], str]] = {
+    "stribeck": _stribeck,
+    "viscous_drag": lambda v: f"Mud drags at the moving pipe with {number(v['coefficient'])} N per metre and m/s",
+    "static_aging": _static_aging,
+    "buckling_contact": lambda v: (
+        f"Pipe under compression presses on the wall with {number(v['factor'])} times the force of a helix"
+    ),
+    "cuttings_bed": _cuttings_bed,
+    "tortuosity": _tortuosity,
+    "friction_drift": _friction_drift,
+    "top_drive_backlash": lambda v: f"There is {shown(v['angle'], 'rad', 2)} of play between top drive and string",
+    "torsional_compliance": _compliance,
+    "axial_oscillation_tool": _oscillation_tool,
+    "heave": _heave,
+    "motor_wear": _motor_wear,
+    "formation_change": _formation_change,
+    "torque_sensor_gain": _sensor_gain,
+    "torque_sensor_lag": lambda v: f"The torque reading follows {number(v['lag'], 2)} s late",
+    "torque_sensor_bias": _sensor_bias,
+    "torque_at_motor": _at_motor,
+}

@@ -1,0 +1,32 @@
+"""A diagnosis on disk: diagnosis.json, rig.tuned.yaml and report.html."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from slider_drilling.diagnosis.diagnose import Diagnosis, tuned_rig
+from slider_drilling.diagnosis.page import report_page
+from slider_drilling.diagnosis.tree import as_json
+from slider_drilling.files import make_folder, write_whole
+from slider_drilling.pages import page_html
+from slider_drilling.rig import dump_rig
+from slider_drilling.units import SI, Units
+
+FILES = ("diagnosis.json", "rig.tuned.yaml", "report.html")
+
+
+def write_diagnosis(diagnosis: Diagnosis, folder: Path, units: Units = SI) -> list[Path]:
+    """Write the files into a folder, which is made; their paths. units: of the page, diagnosis.json is SI.
+
+    Each file is written as a whole or not at all. Raises InputError where the folder cannot be written.
+    """
+    make_folder(folder)
+    contents = (
+        json.dumps(as_json(diagnosis), indent=1, allow_nan=False) + "\n",
+        dump_rig(tuned_rig(diagnosis)),
+        page_html(report_page(diagnosis), units),
+    )
+    for name, text in zip(FILES, contents, strict=True):
+        write_whole(folder / name, text.encode("utf-8"))
+    return [folder / name for name in FILES]

@@ -1,0 +1,212 @@
+"""The outcome in sentences: first for a driller, then with code names for who goes on working with it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from slider_drilling.diagnosis.outcome import Candidate, Errors, Gap, Interval, Outcome
+from slider_drilling.diagnosis.phrases import READ, SITES, phrase, shown
+from slider_drilling.units import number
+
+_MOST_TUNED = 3  # parameters named in a sentence
+_TUNED_BY = 0.05  # of a multiple of the rig file's value: less is not worth a word
+_PLAIN = {
+    "surface_torque": "surface torque",
+    "hook_load": "hook load",
+    "standpipe_pressure": "standpipe pressure",
+    "tool_face": "tool-face",
+}
+
+
+def plain(name: str) -> str:
+    """A channel's or parameter's name as it is spoken."""
+    return _PLAIN.get(name, name.replace("_", " "))
+
+
+def driller(outcome: Outcome) -> str:
+    """The answer in the words of the rig floor, one or two sentences."""
+    gap = outcome.gap
+    if outcome.verdict == "inconclusive" or gap is None:
+        why = "; ".join(outcome.remarks) or "the fits did not converge"
+        return f"This log says nothing about the simulation: {why}."
+    if outcome.verdict == "none":
+        return "The simulation with this rig file matches the log as closely as the sensors' noise lets anybody tell."
+    if outcome.verdict == "parameters":
+        return f"The simulation is only mis-tuned{_tuned(outcome)}{_as_near(gap)}."
+    if outcome.verdict == "unknown":
+        return _unknown(outcome, gap)
+    return _found(outcome, gap)
+
+
+def _found(outcome: Outcome, gap: Gap) -> str:
+    found = [one for name in outcome.effects if (one := outcome.candidate(name)) is not None]
+    clauses = [_named(one) for one in found]
+    text = ", and ".join([*clauses[:1], *(_lower(clause) for clause in clauses[1:])])
+    if outcome.verdict == "effect_and_unknown":
+        text = f"It acts as if {_lower(text)}"
+    channel = _most_improved(gap)
+    if channel is not None:
+        name, errors = channel
+        assert errors.tuned is not None and errors.with_effect is not None
+        text += (
+            f"; with that in, {plain(name)} error falls from {_amount(errors.tuned, errors.unit)} to "
+            f"{shown(errors.with_effect, errors.unit, 2)}"
+        )
+    text += f"{' and ' if channel else '; with that in, '}{share_in_words(gap.closed, gap.closed_interval)}."
+    if outcome.verdict == "effect_and_unknown":
+        rest = _largest(gap, "with_effect")
+        where = f", most of it in {plain(rest)}" if rest else ""
+        text += f" Something that no known effect explains remains{where}."
+    return text
+
+
+def _lower(clause: str) -> str:
+    return clause[:1].lower() + clause[1:]
+
+
+def _named(candidate: Candidate) -> str:
+    values = {name.rpartition(".")[2]: fitted.value for name, fitted in candidate.parameters.items()}
+    text = phrase(candidate.effect, values)
+    if candidate.group:
+        rivals = " or ".join(plain(name) for name in candidate.group)
+        text += f" (or {rivals}: this log cannot tell them apart)"
+    return text
+
+
+def share_in_words(closed: float | None, interval: Interval | None) -> str:
+    """The share of the gap that is closed, where it is one."""
+    if closed is None:
+        return "the gap shrinks, by how much of it cannot be said"
+    span = f" [{100.0 * interval[0]:.0f}, {100.0 * interval[1]:.0f}]" if interval is not None else ""
+    return f"{100.0 * closed:.0f} %{span} of the gap is closed"
+
+
+def share(candidate: Candidate) -> str:
+    """The share of the gap that one effect of the ranking closes, "-" where that says nothing."""
+    if candidate.closed is None:
+        return "-"
+    span = "" if candidate.interval is None else f" [{candidate.interval[0]:.2f}, {candidate.interval[1]:.2f}]"
+    return f"{candidate.closed:.2f}{span}"
+
+
+def limits(outcome: Outcome) -> list[str]:
+    """What the answer does not reach: how far ahead the model foretells, and what is not held out."""
+    found = []
+    if outcome.horizon:
+        ahead = ", ".join(f"{plain(name)} {seconds:.0f} s" for name, seconds in outcome.horizon.items())
+        found.append(
+            f"The model foretells so far ahead before its error is as large as the channel's own spread: {ahead}."
+        )
+    missed = (outcome.counts or {}).get("not_refitted", 0)
+    if missed:
+        plural = "stretch" if missed == 1 else "stretches"
+        found.append(f"{missed} {plural} could not be refitted, and are scored by parameters that have seen them.")
+    return found
+
+
+def fitted_and_not(outcome: Outcome) -> tuple[list[Candidate], str]:
+    """The candidates of the ranking that were fitted, and one sentence about the others, empty where there are none."""
+    fitted = [one for one in outcome.ranking if one.parameters]
+    others = [one.effect for one in outcome.ranking if not one.parameters]
+    return fitted, f"Looked at but not fitted, for promising less: {', '.join(others)}." if others else ""
+
+
+def standing(candidate: Candidate) -> str:
+    """What became of a candidate: in the answer, passed but not in it, or why not."""
+    if candidate.in_answer:
+        return "in the answer"
+    why = "; ".join(candidate.why_not)
+    return f"passed, not in the answer: {why}" if candidate.passed and why else "passed" if candidate.passed else why
+
+
+def _unknown(outcome: Outcome, gap: Gap) -> str:
+    channel = _largest(gap, "tuned")
+    text = "None of the known effects explains what re-tuning leaves"
+    if channel is not None:
+        errors = gap.rms[channel]
+        assert errors.tuned is not None
+        text += f" ({shown(errors.tuned, errors.unit, 2)} of {plain(channel)})"
+    if outcome.site is not None:
+        text += f"; most of it points at {SITES.get(outcome.site, outcome.site)}"
+    if outcome.shape is not None:
+        text += f", where it looks like this: {outcome.shape.words}"
+    return f"{text}."
+
+
+def _tuned(outcome: Outcome) -> str:
+    """The multiples of the rig file's values that moved most, in words."""
+    moved = {
+        name: fitted.value for name, fitted in outcome.tuned_parameters.items()
+        if fitted.nominal == 1.0 and fitted.unit == "-" and "." not in name and abs(fitted.value - 1.0) > _TUNED_BY
+    }  # fmt: skip
+    most = sorted(moved, key=lambda name: -abs(moved[name] - 1.0))[:_MOST_TUNED]
+    if not most:
+        return ""
+    return ": " + ", ".join(f"{plain(name)} is {number(moved[name])} times the file's" for name in most)
+
+
+def _as_near(gap: Gap) -> str:
+    if gap.tuned is None or gap.threshold is None:
+        return ""
+    if gap.tuned <= gap.threshold:
+        return "; re-tuned it matches the log as closely as noise lets anybody tell"
+    return (
+        f"; re-tuned it leaves {number(gap.tuned)} times the noise, little more than noise can "
+        f"({number(gap.threshold)}), and no known effect takes that away"
+    )
+
+
+def _most_improved(gap: Gap) -> tuple[str, Errors] | None:
+    """The channel whose error falls most in noise floors, None where none falls."""
+    fall: dict[str, float] = {}
+    for name, errors in gap.rms.items():
+        if errors.tuned is not None and errors.with_effect is not None and name in gap.noise_floor:
+            floor = gap.noise_floor[name].value
+            fall[name] = (errors.tuned**2 - errors.with_effect**2) / floor**2
+    best = max(fall, key=lambda name: fall[name], default=None)
+    return None if best is None or fall[best] <= 0.0 else (best, gap.rms[best])
+
+
+def _largest(gap: Gap, stage: str) -> str | None:
+    """The channel with the largest error at a stage, in noise floors."""
+    size = {
+        name: value / gap.noise_floor[name].value for name, errors in gap.rms.items()
+        if (value := getattr(errors, stage)) is not None and name in gap.noise_floor
+    }  # fmt: skip
+    return max(size, key=lambda name: size[name], default=None)
+
+
+def _amount(value: float, unit: str) -> str:
+    """The number alone: its unit follows with the next one."""
+    return shown(value, unit, 2).removesuffix(f" {READ.get(unit, unit)}")
+
+
+def sentence(outcome: Outcome) -> str:
+    """The verdict with code names and E."""
+    gap = outcome.gap
+    if outcome.verdict == "inconclusive" or gap is None:
+        return f"No conclusion: {'; '.join(outcome.remarks) or 'the fits did not converge'}."
+    stages = [(gap.nominal, "as given"), (gap.tuned, "re-tuned"), (gap.with_effect, "with it")]
+    figures = "E = " + ", ".join(f"{value:.2f} {name}" for value, name in stages if value is not None)
+    if gap.threshold is not None:
+        figures += f"; noise alone stays below {gap.threshold:.2f}"
+    if outcome.verdict == "none":
+        return f"none: the rig file as given leaves what noise would ({figures})."
+    if outcome.verdict == "parameters":
+        return f"parameters: re-fitting them leaves no effect of the catalogue to find ({figures})."
+    if outcome.verdict == "unknown":
+        return f"unknown, at {outcome.site or 'no site'}: no effect of the catalogue is accepted ({figures})."
+    names = " and ".join(_with_rivals(outcome.candidate(name), name) for name in outcome.effects)
+    closes = (
+        ""
+        if gap.closed is None
+        else f", closes {gap.closed:.2f}"
+        + ("" if gap.closed_interval is None else " [{:.2f}, {:.2f}]".format(*gap.closed_interval))
+    )
+    end = "; something structured remains" if outcome.verdict == "effect_and_unknown" else ""
+    return f"{outcome.verdict}: {names}{closes} ({figures}){end}."
+
+
+def _with_rivals(candidate: Candidate | None, name: str) -> str:
+    rivals: Sequence[str] = () if candidate is None else candidate.group
+    return name + (f" (or {', '.join(rivals)}: not told apart)" if rivals else "")

@@ -1,0 +1,3 @@
+export { drawDial } from "./dial.js";
+export { History, drawStrips } from "./strips.js";
+export { drawAlong } from "./along.js";

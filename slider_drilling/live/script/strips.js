@@ -1,0 +1,85 @@
+// Strip charts over the last minutes. The history is trimmed to its window with every frame: it does not grow.
+import { begin, line, text, ticks } from "./paint.js";
+
+const LEFT = 46, RIGHT = 8, TOP = 20, BOTTOM = 16;
+
+export class History {
+  constructor(window, most) {
+    this.window = window;
+    this.most = most;
+    this.rows = [];
+  }
+
+  add(rows) {
+    for (const row of rows) {
+      if (this.rows.length && row[0] < this.rows[this.rows.length - 1][0]) this.rows = [];
+      this.rows.push(row);
+    }
+    if (!this.rows.length) return;
+    const since = this.rows[this.rows.length - 1][0] - this.window;
+    let first = Math.max(this.rows.length - this.most, 0);
+    while (this.rows[first][0] < since) first++;
+    if (first) this.rows.splice(0, first);
+  }
+}
+
+export function drawStrips(canvas, history, rocking) {
+  const sheet = begin(canvas);
+  if (!sheet) return;
+  const { pen, width, height, colours: c } = sheet;
+  const rows = history.rows;
+  const now = rows.length ? rows[rows.length - 1][0] : 0;
+  const span = [now - history.window, now];
+  const strips = [
+    { column: 1, title: "surface torque, kN m", colour: c.rocked, digits: 1, zero: true },
+    { column: 2, title: "differential pressure, bar", colour: c.reactive, digits: 1, zero: true },
+    { column: 3, title: "top drive, rad", colour: c.truth, digits: 1, rocking },
+  ];
+  const tall = (height - BOTTOM) / strips.length;
+  strips.forEach((strip, k) => drawStrip(pen, c, rows, span, strip, width, k * tall, tall));
+  for (const back of ticks(0, history.window, width < 420 ? 3 : 5)) {
+    const x = LEFT + (1 - back / history.window) * (width - LEFT - RIGHT);
+    text(pen, back ? `-${back} s` : "now", x, height - 7,
+      { size: 10, colour: c.faint, align: back ? (back === history.window ? "left" : "center") : "right" });
+  }
+}
+
+function drawStrip(pen, c, rows, span, strip, width, top, tall) {
+  let low = strip.zero ? 0 : Infinity, high = strip.zero ? 0 : -Infinity, last = null;
+  for (const row of rows) {
+    const value = row[strip.column];
+    if (value === null) continue;
+    low = Math.min(low, value);
+    high = Math.max(high, value);
+    last = value;
+  }
+  text(pen, strip.title, LEFT, top + 11, { size: 12, colour: c.faint });
+  text(pen, last === null ? "–" : last.toFixed(strip.digits), width - RIGHT, top + 11,
+    { size: 16, colour: strip.colour, align: "right", bold: true });
+  if (last === null) return;
+  if (high - low < 1e-6) { low -= 1; high += 1; }
+  const room = 0.06 * (high - low);
+  [low, high] = [low - room, high + room];
+  const y = (value) => top + tall - 4 - (value - low) / (high - low) * (tall - TOP - 6);
+  const x = (time) => LEFT + (time - span[0]) / (span[1] - span[0]) * (width - LEFT - RIGHT);
+  for (const tick of ticks(low, high, tall > 110 ? 4 : 3)) {
+    line(pen, [[LEFT, y(tick)], [width - RIGHT, y(tick)]], c.grid, tick === 0 ? 1.4 : 0.7);
+    text(pen, String(+tick.toFixed(6)), LEFT - 5, y(tick), { size: 10, colour: c.faint, align: "right" });
+  }
+  if (strip.rocking && strip.rocking.centre !== null) {
+    const { centre, amplitude } = strip.rocking;
+    line(pen, [[LEFT, y(centre)], [width - RIGHT, y(centre)]], c.target, 1.2, [6, 4]);
+    if (amplitude !== null) {
+      pen.globalAlpha = 0.1;
+      pen.fillStyle = c.target;
+      pen.fillRect(LEFT, y(centre + amplitude), width - LEFT - RIGHT, y(centre - amplitude) - y(centre + amplitude));
+      pen.globalAlpha = 1;
+    }
+  }
+  pen.save();
+  pen.beginPath();
+  pen.rect(LEFT, top, width - LEFT - RIGHT, tall);
+  pen.clip();
+  line(pen, rows.map((row) => [x(row[0]), row[strip.column] === null ? null : y(row[strip.column])]), strip.colour, 1.4);
+  pen.restore();
+}

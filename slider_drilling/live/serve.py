@@ -1,0 +1,93 @@
+"""The page on an address: a web server in a thread of its own."""
+
+from __future__ import annotations
+
+import secrets
+import socket
+import threading
+import time
+from dataclasses import dataclass
+from typing import Any
+
+from slider_drilling.errors import InputError
+from slider_drilling.live.access import Door, is_own
+from slider_drilling.live.desk import Desk
+from slider_drilling.live.state import LiveState
+
+LOCAL, PORT = "127.0.0.1", 8765
+_PATIENCE = 30.0   # s for the server to stand, on a busy machine
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where the page is to be. token: what an address that others reach asks for; "" makes one up."""
+
+    host: str = LOCAL
+    port: int = PORT
+    token: str = ""
+
+    def checked(self) -> Address:
+        """With a token where one is needed. Raises InputError for a port or a token that cannot be used."""
+        if not 0 <= self.port <= 65535:
+            raise InputError(f"live page: port = {self.port}: must be within 0 to 65535; 0 takes a free one")
+        if self.token and not (8 <= len(self.token) <= 200 and self.token.isascii() and self.token.isalnum()):
+            raise InputError("live page: token: must be 8 to 200 letters and digits")
+        if is_own(self.host):
+            return self
+        return Address(self.host, self.port, self.token or secrets.token_hex(16))
+
+
+class Server:
+    """Serves the page until `stop`. Raises InputError where NiceGUI is not installed or the address is taken."""
+
+    def __init__(self, state: LiveState, desk: Desk, address: Address) -> None:
+        address = address.checked()
+        try:
+            import uvicorn
+            from fastapi import FastAPI
+            from nicegui import ui
+        except ImportError:
+            raise InputError(
+                "the live page needs NiceGUI; install it with `pip install 'slider_drilling[live]'`") from None
+
+        from slider_drilling.live.page import TITLE, put_up
+
+        listening = _listen(address)
+        host = address.host if address.host not in ("0.0.0.0", "::") else socket.gethostname()
+        self.url = f"http://{f'[{host}]' if ':' in host else host}:{listening.getsockname()[1]}/"
+        if address.token:
+            self.url += f"?token={address.token}"
+        application = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+        put_up(state, desk)
+        ui.run_with(application, title=TITLE, dark=None, tailwind=False, show_welcome_message=False,
+                    binding_refresh_interval=None, reconnect_timeout=30.0, message_history_length=50)
+        settings = uvicorn.Config(Door(application, address.token or None), log_level="error", access_log=False,
+                                  lifespan="on", ws="auto", timeout_graceful_shutdown=1)
+        self._server = uvicorn.Server(settings)
+        self._thread = threading.Thread(target=self._server.run, kwargs={"sockets": [listening]}, daemon=True,
+                                        name="live page")
+        self._thread.start()
+        deadline = time.monotonic() + _PATIENCE
+        while not self._server.started:
+            if not self._thread.is_alive() or time.monotonic() > deadline:
+                raise InputError(f"live page: the web server at {self.url} did not start")
+            time.sleep(0.01)
+
+    def stop(self) -> None:
+        """End the server; pages that are open say that they have lost it."""
+        self._server.should_exit = True
+        self._thread.join(timeout=5.0)
+
+
+def _listen(address: Address) -> Any:
+    """A listening socket. Raises InputError where the address cannot be had."""
+    kind = socket.AF_INET6 if ":" in address.host else socket.AF_INET
+    listening = socket.socket(kind, socket.SOCK_STREAM)
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listening.bind((address.host, address.port))
+    except OSError as error:
+        listening.close()
+        raise InputError(f"live page: {address.host}:{address.port}: {error.strerror or error}; "
+                         "choose another --live-host or --live-port") from None
+    return listening

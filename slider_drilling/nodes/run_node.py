@@ -1,0 +1,109 @@
+"""One node in a process of its own: started, turned, ended in order."""
+
+from __future__ import annotations
+
+import importlib
+import itertools
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol, runtime_checkable
+
+import rclpy
+from rclpy.exceptions import ROSInterruptException
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
+
+from slider_drilling.errors import InputError
+from slider_drilling.nodes.halt import Halt, Interrupted
+from slider_drilling.nodes.link import flush
+from slider_drilling.nodes.spin import drain, spin
+
+NODES = {
+    "friction_simulator": ("slider_drilling.nodes.friction_simulator", "FrictionSimulator"),
+    "rocking_controller": ("slider_drilling.nodes.rocking_controller", "RockingController"),
+    "recorder": ("slider_drilling.nodes.recorder", "Recorder"),
+    "log_player": ("slider_drilling.nodes.log_player", "LogPlayer"),
+    "dashboard": ("slider_drilling.nodes.dashboard", "Dashboard"),
+}
+WRONG_ARGUMENTS = (rclpy_implementation.RCLError, rclpy_implementation.RCLInvalidROSArgsError,
+                   rclpy_implementation.UnknownROSArgsError, ROSInterruptException)
+
+
+@runtime_checkable
+class Recording(Protocol):
+    """A node that must be closed: what it has received so far is finished then."""
+
+    messages: int
+
+    def close(self) -> None:
+        """Finish what was received."""
+        ...
+
+
+def run_node(name: str) -> None:
+    """Run it until its work is done or a signal comes. Raises InputError."""
+    halt = Halt()
+    halt.leave_on_signals(Interrupted)
+    try:
+        module = importlib.import_module(NODES[name][0])
+        node_class = getattr(module, NODES[name][1])
+        if {"-h", "--help"} & set(sys.argv[1:]):
+            print(_help(name, node_class, module.PARAMETERS))
+            return
+        init(sys.argv)
+        try:
+            _turn(node_class, halt)
+        finally:
+            rclpy.try_shutdown()
+    except Interrupted:
+        return   # a signal, before there was anything to end in order
+
+
+def _turn(node_class: Callable[..., Any], halt: Halt) -> None:
+    if hasattr(node_class, "close"):
+        halt.take_signals()   # its file is begun while it is made, and has to be ended
+    node = node_class(halt)
+    halt.take_signals()
+    try:
+        executor = spin([node], halt)
+        if isinstance(node, Recording):
+            drain(executor, lambda: node.messages)
+        flush(node)
+        halt.raise_error()
+    finally:
+        if isinstance(node, Recording):
+            node.close()
+
+
+def init(arguments: list[str]) -> None:
+    """Start rclpy without its signal handlers. Raises InputError for arguments that it or we cannot use."""
+    try:
+        extra = remove_ros_args(arguments)[1:]
+        if extra:
+            raise InputError(f"{' '.join(extra)}: not understood; parameters are given as --ros-args -p NAME:=VALUE")
+        rclpy.init(args=[*arguments, *own_clock(arguments)], signal_handler_options=SignalHandlerOptions.NO)
+    except WRONG_ARGUMENTS as error:
+        raise InputError(f"ROS 2 cannot start: {str(error).splitlines()[0]}") from None
+
+
+def own_clock(arguments: Sequence[str]) -> list[str]:
+    """Further arguments that give a rig in a namespace a clock of its own, in that namespace.
+
+    ROS 2 knows one topic of time, /clock, and two rigs on it spoil each other's time. Who remaps /clock is obeyed.
+    """
+    rules = [rule.partition(":=") for flag, rule in itertools.pairwise(arguments) if flag in ("-r", "--remap")]
+    # A rule may be meant for one node: `NODE:FROM:=TO`.
+    targets = {name.rpartition(":")[2]: value.strip("/") for name, _, value in reversed(rules)}
+    space = targets.get("__ns", "")
+    return ["--ros-args", "-r", f"/clock:=/{space}/clock"] if space and "/clock" not in targets else []
+
+
+def _help(name: str, node_class: Callable[..., Any], parameters: Any) -> str:
+    """The node's purpose and its parameters."""
+    purpose = (node_class.__doc__ or "").strip().splitlines()[0]
+    rows = [f"usage: ros2 run slider_drilling {name} --ros-args -p NAME:=VALUE ...", "", purpose, "", "parameters:"]
+    for one in parameters:
+        unit = "" if one.unit == "-" else f" [{one.unit}]"
+        rows.append(f"  {one.name} ({type(one.default).__name__}, {one.default!r}): {one.description}{unit}")
+    return "\n".join(rows)

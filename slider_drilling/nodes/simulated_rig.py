@@ -1,0 +1,32 @@
+"""A simulated rig for the launch files: simulator, controller and, where a folder is given, recorder."""
+
+from __future__ import annotations
+
+from launch import LaunchDescriptionEntity
+from launch_ros.actions import Node
+
+from slider_drilling.nodes.launching import Given, ended_together, number, process, speed, target
+
+SIMULATED = ("rig", "duration", "speed", "target_deg", "controller", "record", "namespace", "parameters", "respawn",
+             "discovery")
+
+
+def simulated_rig(given: Given, namespace: str | None = None) -> tuple[Node, list[Node]]:
+    """The simulator's process and the others of one rig. Raises ValueError for an argument that makes no sense."""
+    simulator = process(
+        "friction_simulator", given, {"speed": 1.0, "wait_for_controller": True},
+        {"rig": given["rig"], "speed": speed(given), "duration": number(given, "duration"),
+         "minimum_subscribers": 2 if given["record"] else None}, namespace)
+    others = [process(
+        "rocking_controller", given, {"use_sim_time": True},
+        {"rig": given["rig"], "tool_face_target": target(given), "controller": given["controller"]}, namespace)]
+    if given["record"]:
+        others.append(process("recorder", given, {"use_sim_time": True},
+                              {"rig": given["rig"], "directory": given["record"]}, namespace))
+    return simulator, others
+
+
+def one_rig(given: Given) -> list[LaunchDescriptionEntity]:
+    """A rig whose processes all end with its simulator."""
+    simulator, others = simulated_rig(given)
+    return ended_together([simulator], others)

@@ -1,0 +1,43 @@
+"""What a page is of: the well, the time and the target."""
+
+from __future__ import annotations
+
+import datetime
+import math
+from collections.abc import Sequence
+
+from slider_drilling.rig import Rig
+from slider_drilling.units import Units
+
+_FIRST_REAL = 946684800.0  # 2000-01-01: a clock before that counts from the simulation's start
+
+
+def well_name(rig: Rig | None, units: Units) -> str:
+    """The rig file's name for the well; without one its depth and its inclination at the bit."""
+    if rig is None:
+        return "Well without a rig file"
+    if rig.well.name:
+        return rig.well.name
+    depth = rig.string.length
+    inclination = next((row[1] for row in rig.well.survey if row[0] >= depth - 1e-6), rig.well.survey[-1][1])
+    return f"Well of {units.text(depth, 'm', 4)}, {inclination:.0f} deg at the bit"
+
+
+def when(start: float, recorded: str = "") -> str:
+    """The date and time, UTC, of epoch seconds; of `recorded` (ISO 8601) where the clock is a simulation's own."""
+    if start >= _FIRST_REAL:
+        moment = datetime.datetime.fromtimestamp(start, datetime.timezone.utc)
+    else:
+        try:
+            moment = datetime.datetime.fromisoformat(recorded).astimezone(datetime.timezone.utc)
+        except ValueError:
+            return ""
+    return f"{moment:%-d %b %Y, %H:%M} UTC"
+
+
+def targets(angles: Sequence[float]) -> str:
+    """"target 45 deg", or the several of them, rad."""
+    degrees = [f"{math.degrees(math.remainder(angle, 2.0 * math.pi)):.0f}" for angle in angles]
+    if len(degrees) > 4:
+        return f"{len(degrees)} targets"
+    return f"target{'s' if len(degrees) > 1 else ''} {', '.join(degrees)} deg" if degrees else ""

@@ -1,0 +1,77 @@
+"""Progress where no bar can be drawn: a line now and then, for a log file or a pipe."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from types import TracebackType
+
+from rich.progress import TaskID
+
+FIRST = 5.0    # s of work before the first line: what is done by then needs none
+EVERY = 15.0   # s between lines
+
+
+@dataclass
+class _Task:
+    description: str
+    total: float | None
+    completed: float = 0.0
+
+
+@dataclass
+class ProgressLines:
+    """Takes what `rich.progress.Progress` takes. show: prints a line; clock: s."""
+
+    show: Callable[[str], None]
+    clock: Callable[[], float] = time.monotonic
+    _tasks: list[_Task] = field(default_factory=list)
+    _due: float = 0.0
+
+    def __enter__(self) -> ProgressLines:
+        self._due = self.clock() + FIRST
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        return None
+
+    def add_task(
+        self, description: str, *, total: float | None = 100.0, completed: float = 0.0, **more: object
+    ) -> TaskID:
+        """A task of this much work, None where that is not known; its number."""
+        self._tasks.append(_Task(description, total, completed))
+        return TaskID(len(self._tasks) - 1)
+
+    def advance(self, task: TaskID, advance: float = 1.0) -> None:
+        """So much more is done."""
+        self.update(task, advance=advance)
+
+    def update(
+        self,
+        task: TaskID,
+        *,
+        description: str | None = None,
+        completed: float | None = None,
+        advance: float = 0.0,
+        total: float | None = None,
+        **more: object,
+    ) -> None:
+        """How far a task is; prints a line where one is due."""
+        one = self._tasks[task]
+        one.description = one.description if description is None else description
+        one.total = one.total if total is None else total
+        one.completed = (one.completed if completed is None else completed) + advance
+        now = self.clock()
+        if now >= self._due:
+            self._due = now + EVERY
+            self.show(_line(one))
+
+
+def _line(task: _Task) -> str:
+    if not task.total:
+        return task.description
+    share = f"{100.0 * min(task.completed / task.total, 1.0):.0f} %"
+    return f"{task.description}: {share}" + (f", {task.completed:g} of {task.total:g}" if task.total > 1.0 else "")

@@ -1,0 +1,64 @@
+"""What came of many hostile cases: counts, and the first of each kind of failure to look at."""
+
+from __future__ import annotations
+
+import signal
+import traceback
+from collections import Counter
+from collections.abc import Callable
+from types import FrameType
+
+from slider_drilling.errors import InputError
+
+LONGEST = 10.0  # s that one case may take before it counts as a hang
+SHOWN = 10  # failures of a kind to look at
+LINE = 1000  # characters of an error that is still one line
+
+
+class Hang(BaseException):
+    """A case took longer than LONGEST; no Exception, so that nothing swallows it."""
+
+
+class Tally:
+    """Counts of refused, ran, traceback, hang and whatever else a case says of itself."""
+
+    def __init__(self) -> None:
+        self.counts: Counter[str] = Counter()
+        self.failures: dict[str, str] = {}
+
+    def run(self, case: Callable[[], str], what: str) -> None:
+        """Run one case; it returns what came of it. what: how to find it again."""
+        signal.signal(signal.SIGALRM, _ring)
+        signal.setitimer(signal.ITIMER_REAL, LONGEST)
+        try:
+            outcome = case()
+        except InputError as error:
+            said = str(error)
+            outcome = "refused" if said and "\n" not in said and len(said) <= LINE else "refused, not in one line"
+            what = f"{what}: {said[:200]!r}" if outcome != "refused" else what
+        except Hang:
+            outcome = "hang"
+        except Exception as error:
+            where = traceback.extract_tb(error.__traceback__)[-1]
+            outcome = "traceback"
+            what = f"{what}: {type(error).__name__}: {error} at {where.filename}:{where.lineno}"[:400]
+            self.failures.setdefault(f"{where.filename}:{where.lineno}", what)
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+        self.counts["tried"] += 1
+        self.counts[outcome] += 1
+        if outcome not in ("refused", "ran", "traceback"):
+            self.failures.setdefault(
+                f"{outcome} {self.counts[outcome] if self.counts[outcome] < SHOWN else SHOWN}", what
+            )
+
+    def report(self, name: str) -> int:
+        """Print the counts; 1 where anything but refusing and running came of a case."""
+        print(f"{name}: " + ", ".join(f"{count} {kind}" for kind, count in self.counts.items()))
+        for what in self.failures.values():
+            print(f"  {what}")
+        return 1 if self.failures else 0
+
+
+def _ring(number: int, frame: FrameType | None) -> None:
+    raise Hang

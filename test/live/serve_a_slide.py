@@ -1,0 +1,81 @@
+"""The live page over a slide of the virtual rig, without ROS: `python serve_a_slide.py SPEED [SECONDS_BEFORE]`.
+
+Prints its address, then follows orders on stdin: `wishes` prints what was asked for on the page, `rss` the process's
+kB and CPU seconds.
+"""
+
+import math
+import resource
+import sys
+import threading
+import time
+
+from slider_drilling.api.rigs import load_rig
+from slider_drilling.control import SlideController
+from slider_drilling.control.protocol import Status
+from slider_drilling.drillstring import VirtualRig
+from slider_drilling.live.desk import Desk, SetParameter, SetTarget
+from slider_drilling.live.serve import Address, Server
+from slider_drilling.live.state import LiveState, Setting
+
+
+class Slide:
+    """Steps controller and rig and tells the page what nodes would."""
+
+    def __init__(self, state: LiveState) -> None:
+        self.state = state
+        rig = load_rig()
+        self.rig, self.controller = VirtualRig(rig, elements=40), SlideController(rig)
+        self.controller.tool_face_target = state.target = math.radians(45.0)
+        state.take_rig(rig)
+        state.recording = True
+        state.take_settings([Setting("rocking_controller", "gain", 2.0, "-", 0.0, 8.0, "centre shift per error")])
+
+    def step(self) -> None:
+        state, m = self.state, self.rig.step(self.controller.step(self.rig.measurements))
+        state.take_pressure(m.time, m.standpipe_pressure)
+        state.take_pump(m.time, m.pump_speed)
+        for sample in m.mwd:
+            state.take_tool_face(sample.measured_at, sample.tool_face)
+        state.truth = self.rig.truth.tool_face
+        state.take_top_drive(m.time, m.top_drive_angle, m.surface_torque)
+        if round(m.time * 10) % 10 == 0:
+            state.take_statuses(Status(one.level, f"rocking_controller: {one.name}", one.message, one.values)
+                                for one in self.controller.status())
+
+
+def main(speed: float, before: float) -> None:
+    state, desk, wishes = LiveState(), Desk(), []
+    slide = Slide(state)
+    while slide.rig.measurements.time < before:
+        slide.step()
+    server = Server(state, desk, Address(port=0))
+    print(server.url, flush=True)
+
+    def run() -> None:
+        due = time.monotonic()
+        while True:
+            slide.step()
+            for wish in desk.take():
+                wishes.append(wish)
+                if isinstance(wish, SetTarget):
+                    slide.controller.tool_face_target = state.target = wish.target
+                    state.tell(f"target {math.degrees(wish.target):.1f} deg", good=True)
+                elif isinstance(wish, SetParameter):
+                    state.tell(f"{wish.name} = {wish.value:g}: refused: out of range", good=False)
+            due += 0.1 / speed
+            time.sleep(max(due - time.monotonic(), 0.0))
+
+    threading.Thread(target=run, daemon=True).start()
+    for line in sys.stdin:
+        if line.strip() == "wishes":
+            print(wishes, flush=True)
+        elif line.strip() == "rss":
+            with open("/proc/self/status") as file:
+                (kilobytes,) = [row.split()[1] for row in file if row.startswith("VmRSS")]
+            used = resource.getrusage(resource.RUSAGE_SELF)
+            print(kilobytes, used.ru_utime + used.ru_stime, flush=True)
+
+
+if __name__ == "__main__":
+    main(float(sys.argv[1]), float(sys.argv[2]) if len(sys.argv) > 2 else 0.0)

@@ -1,0 +1,137 @@
+"""The live page in a real browser; skipped where there is none. Screenshots go to build/screenshots."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("nicegui", reason="no NiceGUI: pip install '.[live]'")
+playwright = pytest.importorskip("playwright.sync_api", reason="no Playwright: pip install playwright")
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+if CHROMIUM is None:
+    pytest.skip("no chromium on this machine", allow_module_level=True)
+
+FRAMES = ".sd-instruments"
+
+
+@pytest.fixture(scope="module")
+def slide() -> Iterator[subprocess.Popen[str]]:
+    """A slide 320 s old, in real time; its first line is the page's address."""
+    program = Path(__file__).with_name("serve_a_slide.py")
+    process = subprocess.Popen([sys.executable, program, "1", "320"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                               text=True, env={**os.environ, "PYTHONPATH": str(program.parents[2])})
+    yield process
+    process.terminate()
+    process.wait(20)
+
+
+@pytest.fixture(scope="module")
+def url(slide: subprocess.Popen[str]) -> str:
+    assert slide.stdout is not None
+    return slide.stdout.readline().strip()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with playwright.sync_playwright() as engine:
+        browser = engine.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def open_page(browser: Any, url: str) -> Iterator[Callable[..., Any]]:
+    """A page of this size once it has drawn some frames; it must not complain."""
+    contexts, complaints = [], []
+
+    def open_one(width: int, height: int, scheme: str = "light") -> Any:
+        context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on("console", lambda said: complaints.append(said.text) if said.type == "error" else None)
+        page.goto(url)
+        frames_beyond(page, 15)
+        return page
+
+    yield open_one
+    for context in contexts:
+        context.close()
+    assert complaints == []
+
+
+def frames_beyond(page: Any, count: int) -> int:
+    page.wait_for_function(f"Number(document.querySelector('{FRAMES}')?.dataset.frames) > {count}", timeout=60_000)
+    return int(page.locator(FRAMES).get_attribute("data-frames"))
+
+
+def drawn(page: Any, name: str) -> int:
+    """How many colours a canvas shows."""
+    return int(page.evaluate(
+        "name => { const c = document.querySelector(`canvas.sd-${name}`);"
+        "const d = new Uint32Array(c.getContext('2d').getImageData(0, 0, c.width, c.height).data.buffer);"
+        "return new Set(d).size }", name))  # fmt: skip
+
+
+def wait_until(true: Callable[[], bool]) -> None:
+    end = time.monotonic() + 30.0
+    while not true():
+        assert time.monotonic() < end
+        time.sleep(0.1)
+
+
+@pytest.mark.parametrize(("name", "width", "height", "scheme"), [
+    ("wide", 1440, 900, "light"), ("dark", 1440, 900, "dark"), ("phone", 390, 844, "light"),
+])  # fmt: skip
+def test_page_shows_the_slide(
+    open_page: Callable[..., Any], repository: Path, name: str, width: int, height: int, scheme: str
+) -> None:
+    page = open_page(width, height, scheme)
+    for canvas in ("dial", "strips", "along"):
+        assert drawn(page, canvas) > 20, canvas
+    page.get_by_text("torque within make-up and back-off limits").wait_for()
+    page.get_by_text(re.compile(r"rocking ±\d+\.\d rad about .* target 45 deg.*recording")).wait_for()
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    folder = repository / "build" / "screenshots"
+    folder.mkdir(parents=True, exist_ok=True)
+    page.screenshot(path=folder / f"live_{name}.png", full_page=True)
+
+
+def test_history_in_the_browser_is_the_window(open_page: Callable[..., Any]) -> None:
+    page = open_page(800, 600)
+    rows = int(page.locator(FRAMES).get_attribute("data-rows"))
+    frames_beyond(page, 40)
+    later = int(page.locator(FRAMES).get_attribute("data-rows"))
+    # Backlog of the whole window, thinned to its extremes; what comes in goes out at the other end.
+    assert 150 <= rows <= 450
+    assert later <= rows + 40
+
+
+def test_controls_reach_the_desk(open_page: Callable[..., Any], slide: subprocess.Popen[str]) -> None:
+    page = open_page(1200, 900)
+    page.get_by_label("new target, deg").fill("-60")
+    page.get_by_role("button", name="Set target").click()
+    page.get_by_text("target -60.0 deg", exact=True).wait_for()
+    for button in ("Stop rocking", "Start rocking", "Pause recording"):
+        page.get_by_role("button", name=button).click()
+    page.get_by_text("Parameters, changed while the nodes run").click()
+    gain = page.get_by_label("gain", exact=True)
+    gain.fill("99")
+    gain.blur()
+    page.get_by_text("gain = 99: refused: out of range").wait_for()
+    wait_until(lambda: gain.input_value() == "2")
+    assert slide.stdin is not None and slide.stdout is not None
+    slide.stdin.write("wishes\n")
+    slide.stdin.flush()
+    wishes = slide.stdout.readline().strip()
+    assert wishes == ("[SetTarget(target=-1.0471975511965976), Rock(on=False), Rock(on=True), Record(on=False), "
+                      "SetParameter(node='rocking_controller', name='gain', value=99.0)]")

@@ -1,0 +1,87 @@
+"""A node of the test's own: hears what programs say on topics, says things to them, calls their services."""
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+
+from slider_drilling.messages import cdr
+from slider_drilling.messages.topics import TOPICS, Topic
+from slider_drilling.nodes import link
+
+DEADLINE = 60.0  # s, for anything that has to happen
+KEPT = ("top_drive", "draw_works", "mud_pump", "top_drive_command", "tool_face_target")
+
+
+class Ear:
+    """Keeps the joint states of a rig's topics as (stamp s, position, velocity, effort), and the latest statuses."""
+
+    def __init__(self, namespace: str) -> None:
+        self._context = Context()
+        rclpy.init(args=[], context=self._context)
+        self.node = Node("ear", namespace=namespace, context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        self.heard: dict[str, list[tuple[float, ...]]] = {name: [] for name in KEPT}
+        self.statuses: dict[str, DiagnosticStatus] = {}
+        for name in KEPT:
+            link.subscription(self.node, TOPICS[name], self._keeper(name))
+        self.node.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, 100)
+
+    def _keeper(self, name: str) -> Callable[[bytes], None]:
+        def keep(data: bytes) -> None:
+            stamp_ns, *values = cdr.read_joint_state(data, TOPICS[name].joint)
+            self.heard[name].append((stamp_ns / 1e9, *values))
+
+        return keep
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            self.statuses[status.name.rpartition("/")[2]] = status
+
+    def until(self, has_happened: Callable[[], bool], why: str = "") -> None:
+        """Turn until it has."""
+        end = time.monotonic() + DEADLINE
+        while not has_happened():
+            assert time.monotonic() < end, (why, {name: found[-1:] for name, found in self.heard.items()},
+                                            {name: one.message for name, one in self.statuses.items()})
+            self._executor.spin_once(timeout_sec=0.02)
+
+    def until_status(self, name: str, level: int, text: str) -> None:
+        """Turn until a status of this name ("node: part") has this level and text."""
+        self.until(lambda: name in self.statuses and self.statuses[name].level == bytes([level])
+                   and text in self.statuses[name].message, f"{name}: {text}")
+
+    def until_time(self, seconds: float) -> None:
+        """Turn until the rig's samples have come to this time."""
+        self.until(lambda: bool(self.heard["top_drive"]) and self.heard["top_drive"][-1][0] >= seconds)
+
+    @property
+    def time(self) -> float:
+        """The stamp of the last sample, s."""
+        return self.heard["top_drive"][-1][0]
+
+    def sayer(self, topic: Topic, qos: Any = link.RELIABLE) -> Any:
+        """A publisher that somebody listens to."""
+        publisher = link.publisher(self.node, topic, qos)
+        self.until(lambda: publisher.get_subscription_count() > 0)
+        return publisher
+
+    def call(self, kind: Any, name: str, **request: Any) -> Any:
+        """The answer of a service."""
+        client = self.node.create_client(kind, name)
+        self.until(client.service_is_ready, name)
+        future = client.call_async(kind.Request(**request))
+        self.until(future.done, name)
+        return future.result()
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._executor.shutdown()
+        self.node.destroy_node()
+        rclpy.try_shutdown(context=self._context)

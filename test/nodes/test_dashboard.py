@@ -1,0 +1,162 @@
+"""The dashboard on a running graph: what it shows comes from the topics, what is asked for reaches the nodes."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("nicegui", reason="no NiceGUI: pip install '.[live]'")
+
+import rclpy
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+
+from slider_drilling.errors import InputError
+from slider_drilling.live import serve
+from slider_drilling.live.desk import Desk, Record, Rock, SetParameter, SetTarget
+from slider_drilling.live.state import LiveState
+from slider_drilling.log import read_log
+from slider_drilling.nodes import dashboard
+from slider_drilling.nodes.friction_simulator import FrictionSimulator
+from slider_drilling.nodes.halt import Halt
+from slider_drilling.nodes.recorder import Recorder
+from slider_drilling.nodes.rocking_controller import RockingController
+from slider_drilling.nodes.spin import make_executor
+
+
+class NoServer:
+    """Stands where the web server would; keeps the page's end of the desk."""
+
+    def __init__(self, state: LiveState, desk: Desk, address: serve.Address) -> None:
+        self.url, self.desk = "http://127.0.0.1:0/", desk
+
+    def stop(self) -> None:
+        pass
+
+
+@pytest.fixture
+def graph(alone: None, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Node]]:
+    """Dashboard, simulator and controller at ten times real time."""
+    monkeypatch.setattr(dashboard, "Server", NoServer)
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    made = [
+        dashboard.Dashboard(Halt()),
+        FrictionSimulator(Halt(), parameter_overrides=[
+            Parameter("speed", value=10.0), Parameter("elements", value=20), Parameter("minimum_subscribers", value=2),
+            Parameter("wait_for_controller", value=True)]),
+        RockingController(Halt(), parameter_overrides=[Parameter("tool_face_target", value=0.5)]),
+    ]  # fmt: skip
+    yield made
+    for node in made:
+        node.destroy_node()
+    rclpy.try_shutdown()
+
+
+def turn(nodes: list[Node], *until: Callable[[], bool]) -> None:
+    executor = make_executor()
+    for node in nodes:
+        executor.add_node(node)
+    for happened in until:
+        end = time.monotonic() + 60.0
+        while not happened():
+            assert time.monotonic() < end, happened
+            executor.spin_once(timeout_sec=0.05)
+    executor.shutdown()
+
+
+def test_graph_is_shown_and_follows_the_page(graph: list[Node]) -> None:
+    board, _, controller = graph
+    state, desk = board.state, board._server.desk
+    notices = state.notices_after
+
+    def told(text: str) -> Callable[[], bool]:
+        return lambda: any(text in one.text for one in notices(0))
+
+    turn(graph, lambda: len(state.rows_after(0)[0]) > 150, lambda: len(state.dots()) > 0,
+         lambda: any(one.name == "gain" for one in state.settings()))
+    rows = state.rows_after(0)[0]
+    assert max(abs(row.surface_torque) for row in rows) > 1e3
+    assert all(abs(row.differential_pressure) < 2e6 for row in rows[20:])
+    assert state.target == 0.5 and state.truth is not None
+    assert state.rig is not None and state.rig.string.length == 4000.0
+    assert state.value("reach", "amplitude_rad") is not None
+    gain = next(one for one in state.settings() if one.name == "gain")
+    assert (gain.value, gain.low, gain.high, gain.unit) == (2.0, 0.0, 8.0, "-")
+    desk.ask(SetTarget(-1.0))
+    desk.ask(SetParameter("rocking_controller", "gain", 1.5))
+    desk.ask(SetParameter("rocking_controller", "gain", 99.0))
+    turn(graph, told("target -57.3 deg"), told("gain = 1.5"), told("gain = 99: refused"),
+         lambda: state.target == -1.0)
+    assert controller.get_parameter("gain").value == 1.5
+    assert controller.get_parameter("tool_face_target").value == -1.0
+    desk.ask(Rock(False))
+    turn(graph, told("stop rocking: "), lambda: controller.get_parameter("rocking").value == 0.0)
+    desk.ask(Rock(True))
+    turn(graph, lambda: controller.get_parameter("rocking").value == 1.0)
+    assert all(math.isfinite(one.value) for one in state.settings())
+
+
+def test_recording_is_paused_and_goes_on(graph: list[Node], tmp_path: Path) -> None:
+    recorder = Recorder(Halt(), parameter_overrides=[Parameter("directory", value=str(tmp_path))])
+    graph.append(recorder)
+    state, desk = graph[0].state, graph[0]._server.desk
+    turn(graph, lambda: state.recording is True)
+    for on in (False, True):
+        desk.ask(Record(on))
+        turn(graph, lambda: state.recording is on)  # noqa: B023
+    assert [one.text for one in state.notices_after(0)] == ["pause: paused", "resume: recording"]
+    recorder.discard()
+
+
+def test_what_no_node_offers_is_said(graph: list[Node]) -> None:
+    board = graph[0]
+    board._server.desk.ask(Record(True))
+    turn([board], lambda: board.state.last_notice == 1)
+    (notice,) = board.state.notices_after(0)
+    assert (notice.text, notice.good) == ("recorder/resume: no node offers it", False)
+
+
+def test_run_with_a_live_page(namespace: str, repository: Path, tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "slider_drilling", "run", "--live", "--live-port", "0", "--speed", "10",
+               "--target", "30", "--record", str(tmp_path / "out"), "--elements", "20"]
+    with subprocess.Popen(command, cwd=repository, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+                          env=dict(os.environ)) as process:
+        assert process.stderr is not None
+        url = ""
+        for line in process.stderr:
+            url = url or "".join(re.findall(r"^live page: (\S+)", line))
+            if "sliding" in line:
+                break
+        page = urllib.request.urlopen(url).read().decode()
+        assert "Slide drilling" in page
+        with pytest.raises(urllib.error.HTTPError, match="403"):
+            urllib.request.urlopen(urllib.request.Request(url, headers={"Origin": "http://evil.example"}))
+        time.sleep(1.0)
+        process.send_signal(signal.SIGINT)
+        out, error = process.communicate(timeout=60)
+    assert process.returncode == 130, error
+    assert "wrote" in out
+    (log,) = (tmp_path / "out").glob("*.mcap")
+    assert read_log(log).tool_face_target.position[0] == pytest.approx(math.radians(30.0))
+
+
+def test_port_that_is_taken_is_said(namespace: str) -> None:
+    import socket
+
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        with pytest.raises(InputError, match="choose another"):
+            serve._listen(serve.Address(port=taken.getsockname()[1]))

@@ -1,0 +1,211 @@
+"""The player: where it begins and goes, what it leaves out, how a log drives a simulated rig."""
+
+import os
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+import rclpy
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+
+from slider_drilling.errors import InputError
+from slider_drilling.log import LogWriter, read_log
+from slider_drilling.messages import cdr
+from slider_drilling.messages.topics import TOPICS, Topic
+from slider_drilling.nodes import link
+from slider_drilling.nodes.friction_simulator import FrictionSimulator
+from slider_drilling.nodes.halt import Halt
+from slider_drilling.nodes.log_player import LogPlayer
+from slider_drilling.nodes.session import Plan, run
+from slider_drilling.nodes.spin import make_executor
+
+FIXED = "slider_drilling.control:FixedRocking"
+
+
+@pytest.fixture
+def make(alone: None) -> Iterator[Callable[..., Node]]:
+    """Makes nodes that are gone after the test."""
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    made = []
+
+    def make_one(kind: Callable[..., Node], **parameters: object) -> Node:
+        overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+        made.append(kind(Halt(), parameter_overrides=overrides))
+        return made[-1]
+
+    yield make_one
+    for node in made:
+        node.destroy_node()
+    rclpy.try_shutdown()
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    """Two seconds of a top drive and a block, 0.1 s apart, from 100 s on."""
+    path = tmp_path / "played.mcap"
+    with LogWriter(path) as writer:
+        for k in range(21):
+            writer.joint_state("top_drive/joint_states", 100.0 + 0.1 * k, "top_drive", float(k), 0.0, 0.0)
+            writer.joint_state("draw_works/joint_states", 100.0 + 0.1 * k, "block", float(k), 0.0, 0.0)
+    return path
+
+
+class Heard:
+    """What comes on the player's topics: (stamp s, position) of the joints, s of the clock."""
+
+    def __init__(self) -> None:
+        self.node = Node("heard")
+        self.joints: dict[str, list[tuple[float, float]]] = {"top_drive": [], "draw_works": []}
+        self.clock: list[float] = []
+        for name, found in self.joints.items():
+            link.subscription(self.node, TOPICS[name], self._keep(TOPICS[name], found))
+        link.subscription(self.node, link.CLOCK, lambda data: self.clock.append(cdr.read_clock(data) / 1e9))
+
+    def _keep(self, topic: Topic, found: list[tuple[float, float]]) -> Callable[[bytes], None]:
+        def keep(data: bytes) -> None:
+            stamp, position, _, _ = cdr.read_joint_state(data, topic.joint)
+            found.append((round(stamp / 1e9, 3), position))
+
+        return keep
+
+    @property
+    def positions(self) -> list[float]:
+        return [position for _, position in self.joints["top_drive"]]
+
+
+def turn(nodes: list[Node], *until: Callable[[], bool]) -> None:
+    """Turn the nodes until things have happened, one after the other."""
+    executor = make_executor()
+    for node in nodes:
+        executor.add_node(node)
+    end = time.monotonic() + 20.0
+    for has_happened in until:
+        while not has_happened():
+            assert time.monotonic() < end
+            executor.spin_once(timeout_sec=0.02)
+    executor.shutdown()
+
+
+@pytest.fixture
+def heard(make: object) -> Iterator[Heard]:
+    listener = Heard()
+    yield listener
+    listener.node.destroy_node()
+
+
+def play(
+    make: Callable[..., Node], heard: Heard, log: Path, *until: Callable[[], bool], **parameters: object
+) -> LogPlayer:
+    """Play to the end, and turn until things have happened."""
+    player: LogPlayer = make(LogPlayer, **{"log": str(log), "rate": 50.0, "delay": 0.3, **parameters})
+    turn([player, heard.node], lambda: player._halt.requested, *until)
+    return player
+
+
+def test_chosen_topics_from_a_position_without_a_clock(make, heard, log):
+    play(make, heard, log, lambda: len(heard.positions) == 6, topics=["top_drive/joint_states"], position=1.5,
+         publish_clock=False)
+    assert heard.positions == [15.0, 16.0, 17.0, 18.0, 19.0, 20.0]
+    assert heard.joints["draw_works"] == [] and heard.clock == []
+
+
+def test_paused_it_steps_and_seeks(make, heard, log):
+    player = make(LogPlayer, log=str(log), rate=50.0, delay=0.0, paused=True)
+    turn([player, heard.node], lambda: player._publishers_of["top_drive/joint_states"].get_subscription_count() == 1)
+    assert player._step() == "at 0.000 s" and player._step() == "at 0.100 s"
+    (result,) = player.set_parameters([Parameter("position", value=1.8)])
+    assert result.successful
+    assert player._step() == "at 1.800 s"
+    (refused,) = player.set_parameters([Parameter("position", value=50.0)])
+    assert not refused.successful and "the log is 2 s long" in refused.reason
+    turn([player, heard.node], lambda: heard.positions == [0.0, 1.0, 18.0])
+    assert player._pause(False).startswith("playing")
+    with pytest.raises(InputError, match="not paused"):
+        player._step()
+    turn([player, heard.node], lambda: heard.positions == [0.0, 1.0, 18.0, 19.0, 20.0])
+
+
+def test_in_a_loop_time_goes_on_in_clock_and_stamps(make, heard, log):
+    player = make(LogPlayer, log=str(log), rate=100.0, delay=0.3, loop=True)
+    turn([player, heard.node], lambda: player._turns >= 2,
+         lambda: player.set_parameters([Parameter("loop", value=False)])[0].successful,
+         lambda: player._halt.requested, lambda: len(heard.positions) == 21 * (player._turns + 1))
+    stamps = [stamp for stamp, _ in heard.joints["top_drive"]]
+    assert stamps == pytest.approx([100.0 + 0.1 * k for k in range(len(stamps))])
+    assert heard.positions[:21] == heard.positions[21:42]
+    assert heard.clock == sorted(heard.clock) and heard.clock[-1] == pytest.approx(stamps[-1])
+
+
+def test_what_cannot_be_a_topic_or_a_message_is_left_out_and_imports_nothing(make, heard, tmp_path, monkeypatch, capfd):
+    """The log said which module to import."""
+    (tmp_path / "evil").mkdir()
+    (tmp_path / "evil" / "__init__.py").write_text("raise SystemExit('imported')")
+    monkeypatch.syspath_prepend(tmp_path)
+    path = tmp_path / "odd.mcap"
+    from mcap.writer import Writer
+
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start(profile="ros2")
+        for topic, kind in (("/my notes", "std_msgs/msg/String"), ("/evil", "evil/msg/Thing"), ("/os", "os/msg/path"),
+                            ("/top_drive/joint_states", "sensor_msgs/msg/JointState")):
+            schema = writer.register_schema(kind, "ros2msg", b"")
+            channel = writer.register_channel(topic, "cdr", schema)
+            writer.add_message(channel, 5_000_000_000, cdr.joint_state(5_000_000_000, "top_drive", 7.0), 5_000_000_000)
+        writer.finish()
+    play(make, heard, path, lambda: heard.positions == [7.0])
+    said = capfd.readouterr().err
+    assert "'my notes': not played: no name of a topic" in said
+    assert "evil is no installed message package" in said and "os is no installed message package" in said
+
+
+def test_topics_that_are_not_in_the_log_are_named(make, log):
+    with pytest.raises(InputError, match="has no no/such to play"):
+        make(LogPlayer, log=str(log), topics=["no/such"])
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Ten seconds in lockstep."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
+        patch.setenv("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
+        outcome = run(Plan(duration=10.0, record=tmp_path_factory.mktemp("log"), controller=FIXED, elements=20))
+    assert outcome.log is not None
+    return outcome.log
+
+
+def test_a_logs_commands_give_a_simulator_the_same_run(make, heard, recording):
+    """The recording beside it, in a namespace of its own; nothing is remapped."""
+    simulator = make(FrictionSimulator, elements=20, rig=str(recording), minimum_subscribers=2)
+    beside: list[float] = []
+    link.subscription(heard.node, Topic("recorded/top_drive/joint_states", TOPICS["top_drive"].type),
+                      lambda data: beside.append(cdr.read_joint_state(data, "top_drive")[3]))
+    efforts: list[float] = []
+    link.subscription(heard.node, TOPICS["top_drive"],
+                      lambda data: efforts.append(cdr.read_joint_state(data, "top_drive")[3]))
+    player = make(LogPlayer, log=str(recording), commands_only=True, beside="recorded")
+    turn([simulator, player, heard.node], lambda: player._halt.requested, lambda: len(beside) == 101)
+    expected = read_log(recording).top_drive.effort.tolist()
+    assert efforts[:101] == expected
+    assert beside == expected
+    with pytest.raises(InputError, match="pause the simulator"):
+        player._pause(True)
+
+
+def test_a_log_without_block_or_pump_commands_says_what_stands_still(make, tmp_path, capfd):
+    path = tmp_path / "top_drive_only.mcap"
+    with LogWriter(path) as writer:
+        writer.joint_state("top_drive/command", 0.0, "top_drive", 1.0, 0.0)
+    player = make(LogPlayer, log=str(path), commands_only=True)
+    assert player._status().message == ("no mud_pump/command in the log: the pump goes on as it begins; "
+                                        "no draw_works/command in the log: the block stands still")
+    assert "the block stands still" in capfd.readouterr().err
+
+
+def test_a_log_without_commands_drives_nothing(make, log):
+    with pytest.raises(InputError, match="no commands to drive a rig with"):
+        make(LogPlayer, log=str(log), commands_only=True)

@@ -1,0 +1,61 @@
+"""One rig a place in the graph, and nothing that listens beyond this machine."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from slider_drilling.log import read_log
+
+LOCAL = {"7F000001", "EFFF0001"}  # 127.0.0.1, and the group address of discovery, joined on the loopback
+
+
+def sockets_of(process: int) -> list[str]:
+    """Local addresses, hexadecimal, of every IP socket that a process holds."""
+    links = [os.readlink(entry) for entry in Path(f"/proc/{process}/fd").iterdir() if entry.is_symlink()]
+    held = {match[1] for link in links if (match := re.fullmatch(r"socket:\[(\d+)\]", link))}
+    rows = [row.split() for table in ("udp", "tcp", "udp6", "tcp6")
+            for row in Path(f"/proc/{process}/net/{table}").read_text().splitlines()[1:]]
+    # The kernel writes an address as it stands in memory, least byte first.
+    return [row[1].partition(":")[0] for row in rows if row[9] in held]
+
+
+def as_written(address: str) -> str:
+    return bytes.fromhex(address)[::-1].hex().upper() if len(address) == 8 else address
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_a_node_listens_on_the_loopback_alone(start, ear):
+    controller = start("rocking_controller", use_sim_time=True)
+    simulator = start("friction_simulator", elements=20, speed=5.0)
+    ear.until_time(1.0)
+    for program in (controller, simulator):
+        addresses = [as_written(address) for address in sockets_of(program.process.pid)]
+        assert addresses and set(addresses) <= LOCAL, addresses
+
+
+def test_a_second_run_is_refused_and_the_first_goes_on(namespace, wait_for_bytes, repository, tmp_path):
+    """It ended the first one, whose log then held two runs."""
+    arguments = [sys.executable, "-m", "slider_drilling", "run", "--speed", "20", "--duration", "1e6", "--elements",
+                 "20", "--record"]
+    environment = os.environ | {"PYTHONPATH": str(repository)}
+    first = subprocess.Popen([*arguments, str(tmp_path / "first")], env=environment, stdout=subprocess.PIPE,
+                             stderr=subprocess.PIPE, text=True)
+    wait_for_bytes(tmp_path, 20_000, first)
+    done = subprocess.run([*arguments, str(tmp_path / "second")], env=environment, capture_output=True, text=True,
+                          timeout=100, check=False)
+    assert done.returncode == 2, done.stderr
+    (line,) = [line for line in done.stderr.splitlines() if line.strip() and not line.startswith("[INFO]")]
+    assert line.startswith("another rig is simulated in ROS domain") and "ROS_DOMAIN_ID" in line
+    assert not (tmp_path / "second").exists()
+    (path,) = (tmp_path / "first").rglob("*.mcap")
+    wait_for_bytes(tmp_path, path.stat().st_size + 20_000, first)
+    first.send_signal(signal.SIGINT)
+    _, said = first.communicate(timeout=100.0)
+    assert first.returncode == 130, said
+    (path,) = (tmp_path / "first").rglob("*.mcap")
+    assert read_log(path).notes == ()

@@ -1,0 +1,100 @@
+"""The blind check's plan of cases, and the size at which effects are told."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from slider_drilling.blind.detection import detection_limit
+from slider_drilling.blind.laws import CATALOGUE
+from slider_drilling.blind.outside import OUTSIDE
+from slider_drilling.blind.plan import Plan, case_from, draw_cases
+from slider_drilling.diagnosis.catalogue import catalogue
+from slider_drilling.errors import InputError
+
+
+def test_more_cases_begin_with_the_same_ones_and_another_seed_shares_none():
+    few, many = draw_cases(Plan(), 20), draw_cases(Plan(), 300)
+    assert many[:20] == few
+    assert len({case.file() for case in many}) == 300
+    assert not {case.file() for case in draw_cases(Plan(seed=2), 300)} & {case.file() for case in many}
+
+
+def test_twenty_cases_are_a_balanced_sample():
+    cases = draw_cases(Plan(seed=7), 20)
+    assert Counter(case.kind for case in cases) == {"single": 12, "outside": 3, "none": 3, "two": 2}
+    single = [case for case in cases if case.kind == "single"]
+    assert len({case.effects for case in single}) == 12
+    for what in ("well", "manoeuvre"):
+        counts = Counter(getattr(case, what) for case in single)
+        assert sorted(counts.values()) == [4, 4, 4]
+
+
+def test_every_effect_meets_every_size_alike_in_a_large_plan():
+    cases = draw_cases(Plan(), 510)
+    counts = Counter((case.effects[0], case.size) for case in cases if case.kind == "single")
+    assert {name for name, _ in counts} == set(CATALOGUE)
+    assert len(counts) == 3 * len(CATALOGUE)
+    assert max(counts.values()) - min(counts.values()) <= 1
+    outside = Counter(case.effects[0] for case in cases if case.kind == "outside")
+    assert set(outside) == set(OUTSIDE) and max(outside.values()) - min(outside.values()) <= 1
+    assert all(case.size >= 1.5 for case in cases if case.kind == "two")
+    assert all(len(case.effects) == 2 for case in cases if case.kind == "two")
+
+
+def test_the_catalogue_and_the_laws_of_its_effects_have_the_same_names_and_at_least_eight_are_in_neither():
+    assert set(CATALOGUE) == {effect.name for effect in catalogue(3000.0, 400.0)}
+    assert len(OUTSIDE) >= 8 and not set(OUTSIDE) & set(CATALOGUE)
+
+
+def test_a_plan_of_few_names_holds_these_only():
+    cases = draw_cases(Plan(effects=("heave", "none"), sizes=(2.0,), wells=("own",), manoeuvres=("steady",)), 9)
+    assert {case.effects for case in cases} == {("heave",), ("none",)}
+    assert {(case.well, case.manoeuvre) for case in cases} == {("own", "steady")}
+    assert {case.size for case in cases} == {0.0, 2.0}
+
+
+def test_a_file_name_says_nothing_of_the_case():
+    for case in draw_cases(Plan(), 40):
+        assert set(case.file()) <= set("0123456789abcdef")
+        assert case_from(case.tree()) == case
+
+
+@pytest.mark.parametrize(
+    ("keywords", "complaint"),
+    [
+        ({"effects": ("stribek",)}, "--effects stribek: not one of"),
+        ({"wells": ("vertical",)}, "--wells vertical: not one of horizontal"),
+        ({"manoeuvres": ("none",)}, "--manoeuvres none"),
+        ({"sizes": (0.0,)}, "--sizes 0.0: each must be within"),
+        ({"sizes": ()}, "--sizes"),
+        ({"duration": 10.0}, "--duration 10: must be within 60 to 3600 s"),
+    ],
+)
+def test_a_plan_that_cannot_be_is_one_line(keywords, complaint):
+    with pytest.raises(InputError, match=complaint):
+        Plan(**keywords)
+
+
+def test_the_detection_limit_is_found_within_its_interval_as_often_as_that_says():
+    generator = np.random.default_rng(3)
+    sizes = np.tile([0.25, 0.5, 1.0, 2.0, 4.0], 8)
+    truth, inside = 0.8, 0
+    for _ in range(200):
+        named = generator.uniform(size=sizes.size) < 1.0 / (1.0 + (truth / sizes) ** 2.5)
+        limit = detection_limit(sizes, named)
+        low, high = limit.interval
+        inside += (low is None or low <= truth) and (high is None or truth <= high)
+    assert 183 <= inside <= 199  # 95 % of 200, within three standard deviations
+
+
+def test_a_limit_beyond_the_sizes_tried_is_not_made_up():
+    always = detection_limit([0.5, 1.5, 4.0] * 3, [True] * 9)
+    assert always.size is None and always.interval[0] is None and always.interval[1] < 1.0
+    never = detection_limit([0.5, 1.5, 4.0] * 3, [False] * 9)
+    assert never.size is None and never.interval[1] is None and never.interval[0] > 2.0
+    apart = detection_limit([0.5, 1.5, 4.0] * 3, [False, True, True] * 3)
+    assert 0.5 < apart.size < 1.5
+    assert detection_limit([], []).size is None

@@ -1,0 +1,168 @@
+"""The blind check's scorer: what counts as right, and what does not although it looks like it."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+
+from slider_drilling.blind.answer import answer_of, read_answer
+from slider_drilling.blind.check import as_json, score_answers
+from slider_drilling.blind.label import Label, read_label
+from slider_drilling.blind.score import score
+from slider_drilling.blind.tally import share, tally
+from slider_drilling.errors import InputError
+
+
+def label(kind="single", effects=("stribeck",), sites=(("contact",),), interval=None, size=1.5):
+    sizes = tuple(size for _ in effects)
+    return Label("a.mcap", kind, effects, sites, size, sizes, "horizontal", "varied", 1, interval, {}, {})
+
+
+def tree(verdict, effects=(), site=None, group=(), closed=0.9, interval=(0.8, 0.95), parameters=None, schema=1):
+    ranking = [{"effect": name, "closed": closed, "interval": list(interval), "group": list(group),
+                "parameters": parameters or {}} for name in effects]  # fmt: skip
+    return {"schema": f"slider_drilling/diagnosis/{schema}", "verdict": verdict, "site": site,
+            "effects": list(effects), "gap": {"closed": closed, "closed_interval": list(interval)},
+            "ranking": ranking}  # fmt: skip
+
+
+def scored(of, *arguments, oracle=math.nan, **keywords):
+    return score(of, answer_of(tree(*arguments, **keywords), "answer"), oracle)
+
+
+OUTSIDE = {"kind": "outside", "effects": ("washout",), "sites": (("hydraulics", "sensor"),)}
+NOTHING = {"kind": "none", "effects": (), "sites": ()}
+TWO = {"kind": "two", "effects": ("stribeck", "motor_wear"), "sites": (("contact",), ("motor",))}
+
+
+@pytest.mark.parametrize(
+    ("truth", "said", "outcome"),
+    [
+        ({}, ("effect", ["stribeck"], "contact"), "right"),
+        ({}, ("effect_and_unknown", ["stribeck"], "contact"), "right"),
+        ({}, ("effect", ["static_aging"], "contact", ["stribeck"]), "right"),
+        ({}, ("effect", ["static_aging"], "contact"), "wrong name"),
+        ({}, ("effect", ["stribeck", "motor_wear"], "contact"), "extra name"),
+        ({}, ("unknown", [], "contact"), "unknown"),
+        ({}, ("parameters",), "missed"),
+        ({}, ("inconclusive", ["stribeck"], "contact"), "inconclusive"),
+        (NOTHING, ("none",), "right"),
+        (NOTHING, ("parameters",), "right"),
+        (NOTHING, ("unknown", [], "bit"), "alarm"),
+        (NOTHING, ("effect", ["heave"], "draw_works"), "alarm"),
+        (NOTHING, ("inconclusive",), "inconclusive"),
+        (OUTSIDE, ("unknown", [], "sensor"), "right"),
+        (OUTSIDE, ("unknown", [], "contact"), "wrong site"),
+        (OUTSIDE, ("unknown", [], None), "wrong site"),
+        (OUTSIDE, ("effect_and_unknown", ["motor_wear"], "hydraulics"), "right"),
+        (OUTSIDE, ("effect_and_unknown", ["motor_wear"], "motor"), "wrong site"),
+        (OUTSIDE, ("effect", ["motor_wear"], "hydraulics"), "bare name"),
+        (OUTSIDE, ("parameters",), "missed"),
+        (TWO, ("effect", ["motor_wear", "stribeck"], "motor"), "right"),
+        (TWO, ("effect", ["stribeck"], "contact"), "one of two"),
+        (TWO, ("effect", ["stribeck", "heave"], "contact"), "one of two, extra name"),
+        (TWO, ("effect", ["stribeck", "motor_wear", "heave"], "contact"), "extra name"),
+        (TWO, ("effect", ["heave"], "draw_works"), "wrong name"),
+    ],
+)
+def test_verdict_site_and_extra_names_decide_what_is_right(truth, said, outcome):
+    verdict, effects, site, group = (*said, *(None,) * (4 - len(said)))
+    result = scored(label(**truth), verdict, effects or (), site, group or ())
+    assert result.outcome == outcome
+    assert result.right == (outcome == "right")
+
+
+def test_one_group_stands_for_one_of_two_effects_only():
+    both = label("two", ("stribeck", "static_aging"), (("contact",), ("contact",)))
+    assert scored(both, "effect", ["stribeck"], "contact", ["static_aging"]).extra == 0
+    assert scored(both, "effect", ["stribeck"], "contact", ["static_aging"]).named_truth
+    # Named in full: neither is extra, although each is in the other's group.
+    assert scored(both, "effect", ["static_aging", "stribeck"], "contact", ["stribeck", "static_aging"]).extra == 0
+
+
+def test_a_diagnosis_that_failed_is_wrong_whatever_was_sealed():
+    for truth in ({}, NOTHING, OUTSIDE, TWO):
+        assert score(label(**truth), None).outcome == "failed"
+
+
+def test_coverage_is_asked_only_where_exactly_the_truth_was_named_and_the_oracle_is_a_number_of_its_own():
+    assert scored(label(), "effect", ["stribeck"], oracle=0.9).covered is True
+    assert scored(label(), "effect", ["stribeck"], oracle=0.96).covered is False
+    assert scored(label(), "effect", ["stribeck", "heave"], oracle=0.9).covered is None
+    assert scored(label(), "effect", ["static_aging"], group=["stribeck"], oracle=0.9).covered is True
+    assert scored(label(), "effect", ["stribeck"]).covered is None
+
+
+@pytest.mark.parametrize("schema", [1, 2])
+def test_a_beds_ends_are_read_from_either_schema(schema):
+    values = {"factor": 2.0, "top": 1500.0, "bottom": 1800.0}
+    if schema == 2:
+        values = {name: {"value": value, "unit": "m", "nominal": 0.0, "interval": None}
+                  for name, value in values.items()}  # fmt: skip
+    bed = label(effects=("cuttings_bed",), interval=(1520.0, 1790.0))
+    found = scored(bed, "effect", ["cuttings_bed"], "contact", parameters=values, schema=schema)
+    assert found.ends == (-20.0, 10.0)
+    assert scored(bed, "unknown", [], "contact", parameters=values, schema=schema).ends is None
+
+
+def test_what_is_no_diagnosis_is_refused_in_one_line(tmp_path):
+    (tmp_path / "a.json").write_text("{}")
+    with pytest.raises(InputError, match=r"a\.json: not a diagnosis\.json"):
+        read_answer(tmp_path / "a.json")
+    with pytest.raises(InputError, match="schema = 'other/1'"):
+        answer_of({**tree("none"), "schema": "other/1"}, "x")
+    (tmp_path / "b.json").write_text('{"schema": "slider_drilling/blind_label/1"}')
+    with pytest.raises(InputError, match=r"b\.json: not the label"):
+        read_label(tmp_path / "b.json")
+
+
+def test_shares_have_exact_binomial_intervals():
+    assert share([True] * 20).low == pytest.approx(0.8316, abs=1e-4)  # 0.025 ** (1 / 20)
+    assert share([True] * 20).high == 1.0
+    half = share([True, False] * 5)
+    assert (half.count, half.of) == (5, 10)
+    assert (half.low, half.high) == pytest.approx((0.1871, 0.8129), abs=1e-4)
+    assert share([None, None]).low is None
+
+
+def test_a_tally_counts_each_kind_by_what_is_asked_of_it():
+    cases = [
+        scored(label(size=0.5), "parameters"),
+        scored(label(size=1.5), "effect", ["stribeck"], "contact", oracle=0.85),
+        scored(label(size=4.0), "effect", ["stribeck", "heave"], "contact"),
+        scored(label(**NOTHING), "parameters"),
+        scored(label(**NOTHING), "unknown", [], "bit"),
+        scored(label(**OUTSIDE), "effect", ["motor_wear"], "motor"),
+        scored(label(**OUTSIDE), "unknown", [], "hydraulics"),
+        scored(label(**TWO), "effect", ["stribeck"], "contact"),
+    ]
+    found = tally(cases)
+    assert (found.named.count, found.named.of) == (2, 3)
+    assert (found.named_from_1_5.count, found.named_from_1_5.of) == (2, 2)
+    assert (found.right["single"].count, found.both_named.count) == (1, 0)
+    assert (found.false_alarms.count, found.false_alarms.of) == (1, 2)
+    assert (found.bare_names.count, found.bare_names.of) == (1, 2)
+    assert (found.outside_sites.count, found.outside_sites.of) == (1, 2)
+    assert (found.coverage.count, found.coverage.of) == (1, 1)
+    assert found.against_oracle.median == pytest.approx(0.05)
+    assert found.confusion["stribeck"] == {"parameters": 1, "stribeck": 1, "stribeck + heave": 1}
+    assert found.limits["stribeck"].size == pytest.approx(math.sqrt(0.5 * 1.5), rel=0.3)
+    text = json.dumps(as_json(cases, {}), allow_nan=False)
+    assert json.loads(text)["totals"]["false_alarms"]["count"] == 1
+
+
+def test_answers_of_any_origin_are_scored_by_the_names_of_their_logs(tmp_path):
+    import dataclasses
+
+    labels, answers = tmp_path / "labels", tmp_path / "answers"
+    (answers / "two").mkdir(parents=True)
+    labels.mkdir()
+    for stem in ("one", "two", "three"):
+        (labels / f"{stem}.json").write_text(json.dumps(dataclasses.asdict(label())))
+    (answers / "one.json").write_text(json.dumps(tree("effect", ["stribeck"], "contact")))
+    (answers / "two" / "diagnosis.json").write_text(json.dumps(tree("unknown", [], "contact", schema=2)))
+    assert [case.outcome for case in score_answers(labels, answers)] == ["right", "unknown"]
+    with pytest.raises(InputError, match="holds no answer"):
+        score_answers(labels, labels / "none")

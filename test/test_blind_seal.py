@@ -1,0 +1,202 @@
+"""Sealed logs: the same from the same seed, of the size asked for, their labels out of the diagnosis's reach."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from slider_drilling.blind import check
+from slider_drilling.blind.answer import diagnose_job
+from slider_drilling.blind.label import read_label, read_labels
+from slider_drilling.blind.law import both, no_effect
+from slider_drilling.blind.laws import CATALOGUE
+from slider_drilling.blind.manoeuvres import MANOEUVRES
+from slider_drilling.blind.plan import Case, Plan, draw_cases
+from slider_drilling.blind.plant import Hidden, random_hidden, run_sealed
+from slider_drilling.blind.recording import Recorder, random_recorder, write_sealed
+from slider_drilling.blind.seal import make
+from slider_drilling.blind.wells import WELLS
+from slider_drilling.campaign.run import Where, run_jobs
+from slider_drilling.campaign.worker import run_job
+from slider_drilling.cli import group
+from slider_drilling.diagnosis import drill_string
+from slider_drilling.log import read_log
+from slider_drilling.rig import load_rig
+from slider_drilling.share import share_file
+
+
+@pytest.fixture(scope="module")
+def base():
+    return load_rig(share_file("config/rig.short.yaml"))
+
+
+def case(name, size=3.0, **keywords):
+    return Case((name,), size, keywords.pop("well", "own"), keywords.pop("manoeuvre", "varied"), 5, 60.0, **keywords)
+
+
+def run(what, jobs, folder):
+    """As the command does, in this process."""
+    return run_jobs(jobs, folder, Where(1))
+
+
+def test_the_same_case_is_the_same_file_and_the_same_label(tmp_path, base):
+    one = make(case("torque_sensor_bias"), base, tmp_path / "one.mcap")
+    two = make(case("torque_sensor_bias"), base, tmp_path / "two.mcap")
+    assert (tmp_path / "one.mcap").read_bytes() == (tmp_path / "two.mcap").read_bytes()
+    assert dataclasses.replace(two, log=one.log) == one
+
+
+@pytest.mark.parametrize(("name", "size"), [("torque_sensor_bias", 4.0), ("motor_wear", 0.5), ("washout", 1.5)])
+def test_an_effect_is_sealed_at_the_size_asked_for(tmp_path, base, name, size):
+    label = make(case(name, size), base, tmp_path / "log.mcap")
+    assert label.sizes[0] == pytest.approx(size, rel=0.101)
+    assert label.size == size
+
+
+def test_a_log_says_nothing_of_what_is_in_it(tmp_path, base):
+    make(case("torque_sensor_bias"), base, tmp_path / "log.mcap")
+    log = read_log(tmp_path / "log.mcap")
+    assert log.rig() == base  # the file's own rig, none of the nuisance
+    content = (tmp_path / "log.mcap").read_bytes()
+    assert b"bias: 0" not in content and b"torque_sensor_bias" not in content and b"truth" not in content
+
+
+def test_what_is_behind_the_seal_differs_from_the_file_in_all_that_it_should():
+    hidden = [random_hidden(np.random.default_rng(seed)) for seed in range(30)]
+    assert len({one.elements for one in hidden}) > 20 and min(one.elements for one in hidden) > 160
+    assert all(one.finer_step > 1.1 for one in hidden)
+    for name in hidden[0].nuisance:
+        assert len({one.nuisance[name] for one in hidden}) == 30
+    recorders = [random_recorder(np.random.default_rng(seed)) for seed in range(30)]
+    assert any(one.colour > 0.2 for one in recorders) and any(one.lost > 0.0 for one in recorders)
+    assert {step for one in recorders for step in one.resolution} == {0.0, 0.25, 0.5, 1.0}
+
+
+def test_noise_has_the_declared_size_and_the_colour_and_steps_asked_for(tmp_path, base):
+    commands = MANOEUVRES["steady"](np.random.default_rng(1), base, 120.0)
+    response = run_sealed(base, Hidden(elements=40), no_effect(np.random.default_rng(1), base, 1.0), commands)
+    recorder = Recorder(colour=0.5, memory=1.0, resolution=(0.5, 0.0, 0.0))
+    write_sealed(tmp_path / "log.mcap", base, commands, response, np.random.default_rng(2), recorder)
+    log = read_log(tmp_path / "log.mcap")
+    hook = log.draw_works.effort - response.hook_load
+    assert np.std(hook) == pytest.approx(base.sensors.hook_load.noise, rel=0.1)
+    # Half of the variance forgets over a second: a tenth of one later this much of it is left.
+    assert np.corrcoef(hook[1:], hook[:-1])[0, 1] == pytest.approx(0.5 * np.exp(-0.1), abs=0.08)
+    step = 0.5 * base.sensors.surface_torque.noise
+    assert np.allclose(log.top_drive.effort / step, np.round(log.top_drive.effort / step))
+    assert len(log.top_drive.time) == commands.time.size
+
+
+def test_samples_are_lost_in_stretches_and_one_by_one(tmp_path, base):
+    commands = MANOEUVRES["rotary"](np.random.default_rng(1), base, 120.0)
+    response = run_sealed(base, Hidden(elements=40), no_effect(np.random.default_rng(1), base, 1.0), commands)
+    recorder = Recorder(stretches=6.0, lost=0.02, mwd_lost=0.5)
+    write_sealed(tmp_path / "log.mcap", base, commands, response, np.random.default_rng(2), recorder)
+    log = read_log(tmp_path / "log.mcap")
+    assert 0.8 * commands.time.size < len(log.top_drive.time) < commands.time.size
+    assert np.max(np.diff(log.standpipe_pressure.time)) > 0.35
+    assert 0 < len(log.mwd_tool_face.time) < 9
+
+
+@pytest.mark.parametrize("well", list(WELLS))
+@pytest.mark.parametrize("manoeuvre", list(MANOEUVRES))
+def test_every_well_and_manoeuvre_drills(base, well, manoeuvre):
+    generator = np.random.default_rng(3)
+    rig = WELLS[well](generator, base)
+    commands = MANOEUVRES[manoeuvre](generator, rig, 60.0)
+    assert commands.time[-1] == pytest.approx(59.9)
+    assert np.all(np.diff(commands.block_position) >= 0.0)
+    assert np.ptp(commands.top_drive_angle) > 5.0
+    response = run_sealed(rig, Hidden(elements=30), no_effect(generator, rig, 1.0), commands)
+    assert np.isfinite(response.surface_torque).all() and response.weight_on_bit.max() > 0.0
+
+
+def test_two_laws_at_once_do_what_each_does(base):
+    generator = np.random.default_rng(3)
+    commands = MANOEUVRES["varied"](generator, base, 60.0)
+    hidden = Hidden(elements=30)
+    bias, heave = (CATALOGUE[name](np.random.default_rng(1), base, 1.0) for name in ("torque_sensor_bias", "heave"))
+    plain = run_sealed(base, hidden, no_effect(generator, base, 1.0), commands)
+    together = run_sealed(base, hidden, both(bias, heave), commands)
+    alone = run_sealed(base, hidden, heave, commands)
+    assert np.array_equal(together.hook_load, alone.hook_load)
+    assert np.std(alone.hook_load - plain.hook_load) > 1e3
+    assert np.allclose(together.surface_torque - alone.surface_torque, 500.0 * (1.0 + commands.time / 4000.0))
+
+
+def test_logs_and_labels_are_made_apart_and_only_once(tmp_path, base):
+    rig = share_file("config/rig.short.yaml")
+    cases = draw_cases(Plan(effects=("none", "torque_sensor_bias"), wells=("own",), duration=60.0), 2)
+    assert check.seal(cases, rig, tmp_path, run).code == 0
+    logs = sorted(path.name for path in tmp_path.rglob("*.mcap"))
+    assert logs == sorted(f"{one.file()}.mcap" for one in cases)
+    labels = read_labels(tmp_path / "labels")
+    assert {labels[one.file()].effects for one in cases} == {one.effects if one.kind != "none" else () for one in cases}
+    assert check.seal(cases, rig, tmp_path, run).kept == 2
+    assert (tmp_path / "labels").stat().st_mode & 0o077 == 0
+
+
+def coarse_init(original):
+    def init(self, *args, **settings):
+        original(self, *args, **{**settings, "coarse": 16, "fine": 30})
+
+    return init
+
+
+def test_with_the_labels_deleted_the_answers_are_the_same_and_with_them_there_they_cannot_be_opened(
+    tmp_path, base, monkeypatch
+):
+    monkeypatch.setattr(drill_string.DrillString, "__init__", coarse_init(drill_string.DrillString.__init__))
+    rig = share_file("config/rig.short.yaml")
+    sealed = Case(("torque_sensor_bias",), 4.0, "own", "steady", 2, 40.0)
+    check.seal([sealed], rig, tmp_path, run)
+    log, labels = tmp_path / "logs" / f"{sealed.file()}.mcap", tmp_path / "labels"
+    job = diagnose_job(log, 0, ("torque_sensor_bias",), (str(labels),))
+    with_labels = run_job(job).tree
+    kept_out = dataclasses.replace(job, call="pathlib:Path", inputs={})
+    monkeypatch.setattr(type(job), "function", lambda self: lambda job: {"peeked": (labels / "x").read_text()})
+    with pytest.raises(PermissionError, match="sealed for this job"):
+        run_job(kept_out)
+    monkeypatch.undo()
+    monkeypatch.setattr(drill_string.DrillString, "__init__", coarse_init(drill_string.DrillString.__init__))
+    shutil.rmtree(labels)
+    without = run_job(job).tree
+    for tree in (with_labels, without):
+        tree.pop("runtime_s")
+    assert json.dumps(with_labels) == json.dumps(without)
+    assert with_labels["effects"] == ["torque_sensor_bias"]
+
+
+def test_the_command_seals_scores_answers_and_refuses_what_cannot_be(tmp_path):
+    runner = CliRunner()
+    sealed = ["blind-check", "--cases", "1", "--effects", "none", "--duration", "60", "-o", str(tmp_path)]
+    assert runner.invoke(group, [*sealed, "--seal-only"]).exit_code == 0
+    (path,) = (tmp_path / "labels").glob("*.json")
+    assert read_label(path).kind == "none"
+    answers = tmp_path / "answers"
+    answers.mkdir()
+    gap = {"closed": None, "closed_interval": None}
+    tree = {"schema": "slider_drilling/diagnosis/2", "verdict": "parameters", "site": None, "effects": [], "gap": gap,
+            "ranking": []}  # fmt: skip
+    (answers / path.name).write_text(json.dumps(tree))
+    scored = ["blind-check", "--logs", str(tmp_path), "--answers", str(answers), "-o", str(tmp_path / "scored")]
+    result = runner.invoke(group, scored)
+    assert result.exit_code == 0 and "right: none" in result.output
+    written = json.loads((tmp_path / "scored" / "blind.json").read_text())
+    assert written["totals"]["right"]["none"]["count"] == 1 and written["cases"][0]["outcome"] == "right"
+    assert "Blind check" in (tmp_path / "scored" / "blind.html").read_text()
+    for wrong in (["--sizes", "a"], ["--effects", "stribek"], ["--only", "stribek"], ["--answers", str(answers)]):
+        refused = runner.invoke(group, ["blind-check", *wrong, "-o", str(tmp_path / "no")])
+        assert type(refused.exception).__name__ == "InputError", wrong
+
+
+def test_a_folder_without_sealed_logs_is_one_line(tmp_path):
+    result = CliRunner().invoke(group, ["blind-check", "--logs", str(tmp_path), "-o", str(tmp_path / "out")])
+    assert "holds no sealed logs" in str(result.exception)
+    assert Path(tmp_path / "out").is_dir()

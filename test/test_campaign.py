@@ -1,0 +1,262 @@
+"""Campaigns: results that are kept, jobs that die alone, interrupts that leave what is finished."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from slider_drilling.campaign import code
+from slider_drilling.campaign.isolated import Processes
+from slider_drilling.campaign.job import Job
+from slider_drilling.campaign.results import Results
+from slider_drilling.campaign.run import Where, run_jobs
+from slider_drilling.campaign.worker import as_line, run_job
+from slider_drilling.errors import InputError
+
+KINDS = """
+import os, signal, time
+from pathlib import Path
+
+def square(job):
+    number = int(Path(job.inputs["number"]).read_text())
+    Path(job.inputs["number"] + ".ran").open("a").write("x")
+    time.sleep(job.options.get("sleep", 0.0))
+    deed = job.options.get("deeds", {}).get(str(number))
+    if deed == "raise":
+        raise ValueError("no such\\n number")
+    if deed == "die":
+        os.kill(os.getpid(), signal.SIGKILL)
+    if deed == "stop once" and not Path(job.inputs["number"] + ".stopped").exists():
+        Path(job.inputs["number"] + ".stopped").touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return {"square": number**2}
+
+def peep(job):
+    return {"seen": Path(job.options["at"]).read_text()}
+
+def write_beside(job):
+    Path(job.outputs[0]).write_text("beside")
+    return {}
+"""
+
+
+@pytest.fixture
+def jobs(tmp_path, monkeypatch):
+    """Makes jobs that square the numbers in files."""
+    (tmp_path / "squares_of_files.py").write_text(KINDS)
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    def make(count, **options):
+        made = []
+        for number in range(count):
+            path = tmp_path / f"number_{number}"
+            path.write_text(str(number))
+            made.append(Job("squares_of_files:square", f"of {number}", {"number": str(path)}, options))
+        return made
+
+    return make
+
+
+def squares(folder, keys):
+    return [Results(folder).read(key).tree["square"] for key in keys]
+
+
+def times_run(job):
+    return len(Path(job.inputs["number"] + ".ran").read_text())
+
+
+def test_results_are_kept_and_what_has_one_is_not_run_again(tmp_path, jobs):
+    work = jobs(4)
+    first = run_jobs(work, tmp_path / "results")
+    assert (first.done, first.kept, first.code) == (4, 0, 0)
+    assert squares(tmp_path / "results", first.keys) == [0, 1, 4, 9]
+    again = run_jobs([*work, *jobs(5)], tmp_path / "results")
+    assert (again.done, again.kept) == (1, 4)
+    assert [times_run(job) for job in work] == [1, 1, 1, 1]
+
+
+def test_the_key_is_a_hash_of_all_that_a_result_depends_on_and_of_nothing_else(tmp_path, jobs, monkeypatch):
+    (job,) = jobs(1)
+    key = job.key()
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.write_text("0")
+    assert dataclasses.replace(job, name="other", inputs={"number": str(elsewhere)}).key() == key
+    elsewhere.write_text("1")
+    assert dataclasses.replace(job, inputs={"number": str(elsewhere)}).key() != key
+    assert dataclasses.replace(job, options={"sleep": 1}).key() != key
+    assert dataclasses.replace(job, seed=1).key() != key
+    assert dataclasses.replace(job, call="squares_of_files:peep").key() != key
+    monkeypatch.setattr("slider_drilling.campaign.job.code_version", lambda: "another")
+    assert job.key() != key
+
+
+def test_an_edit_of_the_package_is_another_code_version_but_not_one_of_its_commands(tmp_path, monkeypatch):
+    package = tmp_path / "package"
+    for folder in ("campaign", "commands"):
+        (package / folder).mkdir(parents=True)
+        (package / folder / "one.py").write_text("a = 1\n")
+    monkeypatch.setattr(code, "__file__", str(package / "campaign" / "code.py"))
+    version = code.code_version.__wrapped__
+    before = version()
+    (package / "commands" / "one.py").write_text("a = 2\n")
+    assert version() == before
+    (package / "campaign" / "one.py").write_text("a = 2\n")
+    assert version() != before
+
+
+def test_a_job_that_raises_or_is_killed_costs_itself_only(tmp_path, jobs):
+    said = {}
+    work = jobs(6, deeds={"1": "raise", "3": "die"})
+    ran = run_jobs(work, tmp_path / "results", Where(2), said=lambda job, key, why: said.update({job.name: why}))
+    assert (ran.done, len(ran.failed), ran.missing, ran.code) == (4, 2, 0, 1)
+    assert said["of 1"] == "ValueError: no such number"
+    assert "SIGKILL" in said["of 3"]
+    results = Results(tmp_path / "results")
+    assert results.error(ran.keys[1]) == said["of 1"] and results.error(ran.keys[3]) == said["of 3"]
+    assert "line" in (results.folder / f"{ran.keys[1]}.error").read_text()  # the traceback is kept
+    assert squares(results.folder, [ran.keys[k] for k in (0, 2, 4, 5)]) == [0, 4, 16, 25]
+
+
+def test_a_job_that_failed_is_tried_again_and_its_error_goes_when_it_has_a_result(tmp_path, jobs):
+    work = jobs(2, deeds={"1": "stop once"})
+    first = run_jobs(work, tmp_path / "results")
+    assert list(first.failed) == [first.keys[1]]
+    second = run_jobs(work, tmp_path / "results")
+    assert (second.done, second.kept, second.failed) == (1, 1, {})
+    assert Results(tmp_path / "results").error(first.keys[1]) is None
+    assert not list((tmp_path / "results").glob("*.error"))
+
+
+def test_a_job_is_done_only_while_all_that_it_wrote_is_there(tmp_path, jobs):
+    jobs(1)
+    beside = tmp_path / "beside"
+    job = Job("squares_of_files:write_beside", "writes", outputs=(str(beside),))
+    run_jobs([job], tmp_path / "results")
+    beside.unlink()
+    assert run_jobs([job], tmp_path / "results").done == 1
+    assert beside.read_text() == "beside"
+
+
+@pytest.mark.parametrize("way", ["", "/../closed"])
+def test_a_job_can_open_nothing_in_a_closed_folder_but_its_own_files(tmp_path, jobs, way):
+    jobs(1)
+    closed = tmp_path / "closed"
+    closed.mkdir()
+    (closed / "label").write_text("stribeck")
+    at = f"{closed}{way}/label"
+    open_to_it = Job("squares_of_files:peep", "peeps", options={"at": at})
+    assert run_job(open_to_it).tree == {"seen": "stribeck"}
+    kept_out = dataclasses.replace(open_to_it, closed=(str(closed),))
+    ran = run_jobs([kept_out], tmp_path / "results")
+    assert "sealed for this job" in ran.failed[ran.keys[0]]
+    own = dataclasses.replace(kept_out, inputs={"label": str(closed / "label")})
+    assert run_job(own).tree == {"seen": "stribeck"}
+    assert (closed / "label").read_text() == "stribeck"  # this process is let in again
+
+
+def test_a_missing_input_or_a_folder_that_cannot_be_made_is_one_line(tmp_path, jobs):
+    with pytest.raises(InputError, match="nowhere: cannot read this file"):
+        run_jobs([Job("squares_of_files:square", "of nothing", {"number": str(tmp_path / "nowhere")})], tmp_path / "r")
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match="cannot make this folder"):
+        run_jobs(jobs(1), tmp_path / "file" / "results")
+
+
+def test_a_worker_of_other_code_refuses(tmp_path, jobs, monkeypatch):
+    (job,) = jobs(1)
+
+    def of_other_code(*arguments):
+        return json.dumps({**json.loads(as_line(*arguments)), "code": "0.0.0+other"})
+
+    monkeypatch.setattr("slider_drilling.campaign.isolated.as_line", of_other_code)
+    processes = Processes()
+    why = processes.run(job, job.key(), tmp_path)
+    processes.stop()
+    assert "install the same code" in why
+
+
+def test_a_result_that_is_none_is_refused_in_one_line(tmp_path):
+    (tmp_path / "abc.json").write_text('{"result": 1}')
+    with pytest.raises(InputError, match=r"abc\.json: not a result of a campaign"):
+        Results(tmp_path).read("abc")
+
+
+SCRIPT = """
+import sys
+from pathlib import Path
+from slider_drilling.interrupts import raise_on_signals
+from slider_drilling.campaign.job import Job
+from slider_drilling.campaign.run import Where, run_jobs
+raise_on_signals()
+folder = Path(sys.argv[1])
+where = Where(2, *sys.argv[2:3])
+jobs = [Job("squares_of_files:square", f"of {n}", {"number": str(folder / f"number_{n}")}, {"sleep": 0.4})
+        for n in range(8)]
+ran = run_jobs(jobs, folder / "results", where, lambda job, key, why: print(job.name, why, flush=True))
+print(ran.sentence())
+sys.exit(ran.code)
+"""
+
+
+def campaign(tmp_path, *arguments):
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
+    return subprocess.Popen([sys.executable, "-c", SCRIPT, str(tmp_path), *arguments], stdout=subprocess.PIPE,
+                            text=True, env=environment)  # fmt: skip
+
+
+def processes_of(tmp_path):
+    """Workers that jobs of this folder run in."""
+    found = []
+    for entry in Path("/proc").glob("[0-9]*"):
+        try:
+            environment = (entry / "environ").read_bytes()
+            if b"campaign.worker" in (entry / "cmdline").read_bytes() and str(tmp_path).encode() in environment:
+                found.append(int(entry.name))
+        except OSError:
+            continue
+    return found
+
+
+def await_none(tmp_path):
+    deadline = time.monotonic() + 20.0
+    while processes_of(tmp_path):
+        assert time.monotonic() < deadline, "worker processes are left behind"
+        time.sleep(0.05)
+
+
+@pytest.mark.parametrize(("number", "exit_code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_leaves_finished_results_says_so_by_the_exit_code_and_the_rest_is_run_later(
+    tmp_path, jobs, number, exit_code
+):
+    jobs(8)
+    process = campaign(tmp_path)
+    assert process.stdout.readline() and process.stdout.readline()
+    process.send_signal(number)
+    out, _ = process.communicate(timeout=30)
+    assert process.returncode == exit_code
+    assert "the same command goes on from here" in out
+    await_none(tmp_path)
+    done = len(list((tmp_path / "results").glob("*.json")))
+    assert 2 <= done < 8
+    assert not list((tmp_path / "results").glob("*.error"))  # what was cut short has not failed
+    process = campaign(tmp_path)
+    out, _ = process.communicate(timeout=60)
+    assert (process.returncode, out.splitlines()[-1]) == (0, f"{8 - done} run, {done} kept from before")
+
+
+def test_workers_end_with_a_campaign_that_is_killed(tmp_path, jobs):
+    jobs(8)
+    process = campaign(tmp_path)
+    assert process.stdout.readline()
+    assert processes_of(tmp_path)
+    process.kill()
+    process.communicate()
+    await_none(tmp_path)

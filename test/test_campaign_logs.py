@@ -1,0 +1,112 @@
+"""Many logs diagnosed each by itself: folders, names, one table and one page, a log that cannot be diagnosed."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from slider_drilling.blind.manoeuvres import MANOEUVRES
+from slider_drilling.blind.recording import write_sealed
+from slider_drilling.campaign.logs import Options, cells, find_logs, folder_names, log_job, page_of, row_of, source_of
+from slider_drilling.cli import group
+from slider_drilling.drillstring import simulate
+from slider_drilling.errors import InputError
+from slider_drilling.pages import page_html
+from slider_drilling.rig import load_rig
+from slider_drilling.share import share_file
+from slider_drilling.units import SI
+
+
+def write_idle(path, seed):
+    """A log of a rig that stands still: diagnosed at once, as one that says nothing."""
+    rig = load_rig(share_file("config/rig.short.yaml"))
+    commands = MANOEUVRES["steady"](np.random.default_rng(seed), rig, 60.0)
+    still = np.zeros_like(commands.time)
+    commands = replace(commands, top_drive_angle=still, top_drive_speed=still)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_sealed(path, rig, commands, simulate(rig, commands, 30), np.random.default_rng(seed))
+    return path
+
+
+def test_folders_are_searched_and_names_told_apart(tmp_path):
+    for name in ("a/run.mcap", "b/run.mcap", "b/other.mcap", "b/.run.mcap.part.mcap", "b/notes.txt"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    found = find_logs([tmp_path, tmp_path / "single.mcap"])
+    assert [path.name for path in found] == ["run.mcap", "other.mcap", "run.mcap", "single.mcap"]
+    assert folder_names(found) == ["run", "other", "b_run", "single"]
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match="empty: holds no logs"):
+        find_logs([tmp_path / "empty"])
+
+
+def test_an_answer_depends_on_the_rig_file_and_on_the_users_effect(tmp_path, monkeypatch):
+    log, rig = tmp_path / "run.mcap", tmp_path / "rig.yaml"
+    log.write_bytes(b"log")
+    rig.write_text("rig")
+    effect = tmp_path / "my_effect_of_logs.py"
+    effect.write_text(
+        "from slider_drilling.diagnosis.user_effects import UserEffect\n"
+        "from slider_drilling.gap.model import Effect, Parameter\n"
+        "class Mine(UserEffect):\n"
+        "    size = Parameter('mine.size', 0.0, 0.0, 1.0, 0.1)\n"
+        "    effect = Effect('mine', 'contact', (size,), ((0.2,), (0.5,), (0.8,)))\n"
+    )
+    monkeypatch.syspath_prepend(str(tmp_path))
+    reference = "my_effect_of_logs:Mine"
+    options = Options(rig, effects=((reference, source_of(reference)),))
+    key = log_job(log, options).key()
+    assert log_job(log, Options(rig)).key() != key
+    effect.write_text(effect.read_text() + "# edited\n")
+    edited = log_job(log, options).key()
+    rig.write_text("other rig")
+    assert len({key, edited, log_job(log, options).key()}) == 3
+
+
+def test_each_log_has_its_own_report_and_one_that_is_none_costs_itself(tmp_path):
+    logs = tmp_path / "logs"
+    write_idle(logs / "monday.mcap", 1)
+    write_idle(logs / "tuesday.mcap", 2)
+    (logs / "wednesday.mcap").write_bytes(b"no log at all")
+    out = tmp_path / "out"
+    arguments = ["diagnose", str(logs), "-o", str(out)]
+    result = CliRunner().invoke(group, arguments, standalone_mode=False)
+    assert result.return_value == 1, result.output
+    tree = json.loads((out / "diagnoses.json").read_text())
+    assert [row["verdict"] for row in tree["logs"]] == ["inconclusive", "inconclusive", "failed"]
+    assert "wednesday.mcap" in tree["logs"][2]["failed"]
+    page = (out / "diagnoses.html").read_text()
+    for name in ("monday", "tuesday"):
+        assert f'href="{name}/report.html"' in page
+        assert (out / name / "report.html").is_file() and (out / name / "rig.tuned.yaml").is_file()
+        assert json.loads((out / name / "diagnosis.json").read_text())["verdict"] == "inconclusive"
+    assert "wednesday/report.html" not in page
+    before = sorted(path.stat().st_mtime_ns for path in (out / "results").glob("*.json"))
+    assert CliRunner().invoke(group, arguments, standalone_mode=False).return_value == 1
+    assert sorted(path.stat().st_mtime_ns for path in (out / "results").glob("*.json")) == before
+
+
+def test_logs_are_fitted_together_only_where_that_is_asked_for(tmp_path):
+    logs = [str(write_idle(tmp_path / f"{name}.mcap", seed)) for seed, name in enumerate(("one", "two"))]
+    result = CliRunner().invoke(group, ["diagnose", *logs, "--together", "-o", str(tmp_path / "out")])
+    assert result.exit_code == 0, result.output
+    assert len(json.loads((tmp_path / "out" / "diagnosis.json").read_text())["log"]) == 2
+    assert not (tmp_path / "out" / "diagnoses.json").exists()
+
+
+def test_the_worst_channel_is_the_one_that_is_furthest_off_in_its_noise(tmp_path):
+    floor = {"value": 150.0}
+    errors = {"unit": "N m", "nominal": 600.0, "tuned": 300.0, "with_effect": None}
+    gap = {"closed": 0.9, "closed_interval": [0.8, 0.95], "noise_floor": {"torque": floor, "hook_load": {"value": 4e3}},
+           "rms": {"torque": errors, "hook_load": {**errors, "unit": "N", "nominal": 5e3}}}  # fmt: skip
+    entry = {"effect": "heave", "in_answer": True, "group": ["stribeck"]}
+    tree = {"verdict": "effect", "effects": ["heave"], "site": "draw_works", "gap": gap, "ranking": [entry]}
+    row = row_of(tmp_path / "<b>run</b>.mcap", "run", tree)
+    shown = cells(row)
+    assert shown[1:] == ("effect", "heave", "stribeck", "draw_works", "0.90 [0.80, 0.95]", "torque",
+                         "600 N m, 4.0 times its noise", "")  # fmt: skip
+    assert "&lt;b&gt;run" in page_html(page_of([row]), SI) and "<b>run" not in page_html(page_of([row]), SI)

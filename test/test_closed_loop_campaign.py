@@ -1,0 +1,160 @@
+"""Campaigns of controllers: rigs that are drawn, figures that are spread, controllers side by side."""
+
+from __future__ import annotations
+
+import json
+import math
+import shlex
+from collections import Counter
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from slider_drilling.cli import group
+from slider_drilling.closed_loop.campaign import (
+    Setting,
+    Slide,
+    noise_seed,
+    paired,
+    repeat_command,
+    run_slide,
+    slide_job,
+    slide_of,
+    spread,
+    worst,
+)
+from slider_drilling.closed_loop.campaign_page import as_json, campaign_page, pair_sentences
+from slider_drilling.closed_loop.drawn import draw_slide
+from slider_drilling.closed_loop.score import Score
+from slider_drilling.control.load import DEFAULT
+from slider_drilling.effects import Effects
+from slider_drilling.errors import InputError
+from slider_drilling.pages import page_html
+from slider_drilling.rig import load_rig
+from slider_drilling.share import share_file
+from slider_drilling.units import SI
+
+RIG = share_file("config/rig.example.yaml")
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    base = load_rig(RIG)
+    return [draw_slide(number, 1, base) for number in range(60)]
+
+
+def slide(number, error, after=100.0, within=1.0, drilled=2.0):
+    return Slide(number, "3 km", "", Score(error, 2 * error, within, after, 8e3, 8e3, 5e3, 1e3, 9.0, drilled))
+
+
+def test_the_same_slide_is_drawn_again_and_another_seed_draws_another(drawn):
+    base = load_rig(RIG)
+    assert draw_slide(7, 1, base) == drawn[7]
+    assert draw_slide(7, 2, base) != drawn[7] != drawn[8]
+    assert noise_seed(1, 7) != noise_seed(1, 8)
+
+
+def test_all_that_a_controller_can_be_wrong_about_is_drawn(drawn):
+    believed, true = zip(*(one.rigs for one in drawn), strict=True)
+    for what in (
+        lambda rig: rig.well.friction_intervals[0].factor, lambda rig: rig.well.friction_intervals[1].factor,
+        lambda rig: rig.well.survey[-1][1], lambda rig: rig.string.torsional_damping,
+        lambda rig: rig.string.shear_modulus, lambda rig: rig.motor.torque_per_pressure,
+        lambda rig: rig.bit.aggressiveness, lambda rig: rig.hydraulics.reference_pressure,
+    ):  # fmt: skip
+        off = np.log([what(real) / what(file) for file, real in zip(believed, true, strict=True)])
+        assert 1e-3 < np.std(off) < 0.6
+        assert abs(np.mean(off)) < 3.5 * np.std(off) / np.sqrt(len(off))  # to neither side
+    split = [real.well.friction_intervals[0].factor / real.well.friction_intervals[1].factor for real in true]
+    assert np.std(np.log(split)) > 0.05  # cased and open hole are off differently
+    # Known and different: noise, the MWD's period, the well itself.
+    assert {rig.sensors.mwd.period for rig in believed} == {8.0, 12.0, 20.0, 30.0}
+    assert len({rig.sensors.hook_load.noise for rig in believed}) == 60
+    assert all(file.sensors == real.sensors for file, real in zip(believed, true, strict=True))
+    assert len({rig.string.length for rig in believed}) == 60
+    assert {one.outliers for one in drawn} == {0.0, 0.02, 0.05}
+
+
+def test_some_slides_have_effects_that_no_rig_file_holds(drawn):
+    counts = Counter(0 if one.about == "no effect" else len(one.about.split(", ")) for one in drawn)
+    assert set(counts) == {0, 1, 2}
+    for one in drawn:
+        believed, true = one.rigs
+        assert believed.effects == Effects()
+        changed = {name for name in vars(Effects()) if getattr(true.effects, name) != getattr(Effects(), name)}
+        assert changed == (set() if one.about == "no effect" else set(one.about.split(", ")))
+    names = {name for one in (draw_slide(k, 3, load_rig(RIG)) for k in range(150)) for name in one.about.split(", ")}
+    assert len(names - {"no effect"}) >= 15
+
+
+def test_a_slide_that_drilled_nothing_is_the_worst_and_never_set():
+    idle = slide(3, math.nan, after=10.0, drilled=0.0)
+    slides = [slide(1, 5.0), slide(2, 9.0, after=None), idle, *(slide(k, 1.0) for k in range(10, 20))]
+    assert [one.number for one in worst(slides)][:3] == [3, 2, 1]
+    assert len(worst(slides)) == 10
+    found = spread(slides)
+    assert (found.slides, found.idle, found.set_in_time, found.held) == (13, 1, 11, 12)
+    assert found.error[0] == 1.0 and found.error[-1] == math.inf and found.time_to_set[-1] == math.inf
+
+
+def test_two_controllers_are_compared_on_the_slides_that_both_drilled():
+    first = [slide(k, 2.0 + 0.1 * k) for k in range(20)]
+    second = [slide(k, 5.0 + 0.1 * k) for k in range(19)] + [slide(19, math.nan, drilled=0.0)]
+    found = paired(first, second)
+    assert (found.better, found.of) == (19, 19)
+    assert found.low == pytest.approx(0.025 ** (1 / 19)) and found.high == 1.0
+    assert found.difference == pytest.approx(-3.0) and found.interval == pytest.approx((-3.0, -3.0))
+    assert paired(first, []) is None
+    even = paired(first, first)
+    assert even.better == 0 and even.difference == 0.0
+    assert "by 3.0 deg on average [3.0, 3.0]" in pair_sentences({"a": first, "b": second})[0]
+
+
+def test_the_page_and_the_json_name_the_worst_slides_with_the_command_that_repeats_each():
+    setting = Setting(RIG, seed=4, elements=60)
+    slides = {DEFAULT: [slide(k, 2.0 + k) for k in range(12)], "fixed_rocking": [slide(k, math.inf) for k in range(12)]}
+    repeat = {name: lambda number, name=name: repeat_command(number, name, setting, False) for name in slides}
+    tree = as_json(slides, setting, "code", repeat)
+    own = tree["controllers"][DEFAULT]
+    assert [row["number"] for row in own["worst"]] == list(range(11, 1, -1))
+    command = own["worst"][0]["command"]
+    assert shlex.split(command)[1:] == ["closed-loop", "--slide", "11", "--seed", "4", "--elements", "60", "-o",
+                                        "slide_11"]  # fmt: skip
+    json.dumps(tree, allow_nan=False)
+    assert command in page_html(campaign_page(slides, setting, "code", repeat), SI)
+
+
+def test_a_users_controller_is_part_of_what_a_result_depends_on(tmp_path, monkeypatch):
+    path = tmp_path / "holds_still_in_a_campaign.py"
+    path.write_text("class Still:\n    def __init__(self, rig): pass\n    def step(self, measurements): ...\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    setting = Setting(RIG)
+    name = "holds_still_in_a_campaign:Still"
+    key = slide_job(0, name, setting).key()
+    path.write_text(path.read_text() + "# edited\n")
+    assert slide_job(0, name, setting).key() != key
+    with pytest.raises(InputError, match="no_such_module"):
+        slide_job(0, "no_such_module:Still", setting)
+
+
+def test_what_a_job_returns_is_read_back(tmp_path):
+    tree = run_slide(slide_job(2, "no_rocking", Setting(RIG, elements=20, duration=260.0)))
+    assert json.loads(json.dumps(tree, allow_nan=False)) == tree
+    found = slide_of(tree)
+    assert found.number == 2 and found.score.peak_torque_n_m > 0.0
+    assert slide_of({**tree, "score": {**tree["score"], "time_to_set_s": None}}).score.time_to_set_s is None
+
+
+def test_the_command_goes_on_from_its_files(tmp_path):
+    arguments = ["closed-loop", "--campaign", "1", "--against", "no_rocking", "--elements", "20", "--jobs", "1", "-o",
+                 str(tmp_path)]  # fmt: skip
+    first = CliRunner().invoke(group, [*arguments, "--json"])
+    assert first.exit_code == 0, first.output
+    tree = json.loads((tmp_path / "closed_loop_campaign.json").read_text())
+    assert list(tree["controllers"]) == [DEFAULT, "no_rocking"]
+    before = sorted(path.stat().st_mtime_ns for path in (tmp_path / "results").iterdir())
+    assert len(before) == 2
+    assert CliRunner().invoke(group, arguments).exit_code == 0
+    assert sorted(path.stat().st_mtime_ns for path in (tmp_path / "results").iterdir()) == before
+    assert "give the folder" in str(CliRunner().invoke(group, ["closed-loop", "--campaign", "1"]).exception)

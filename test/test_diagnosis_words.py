@@ -1,0 +1,265 @@
+"""What a user is told: nothing that the figures beside it do not say, on console, in diagnosis.json and on the page."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slider_drilling.diagnosis import words
+from slider_drilling.diagnosis.catalogue import catalogue
+from slider_drilling.diagnosis.diagnose import Diagnosis
+from slider_drilling.diagnosis.figures import intervals, waterfall
+from slider_drilling.diagnosis.origin import RigOrigin, origin_of, remarks_on
+from slider_drilling.diagnosis.outcome import Candidate, Errors, Fitted, Floor, Gap, Outcome, Shape, Trace, Where
+from slider_drilling.diagnosis.page import report_page, simulated_rows
+from slider_drilling.diagnosis.phrases import phrase
+from slider_drilling.diagnosis.shapes import shape_in_words
+from slider_drilling.diagnosis.tree import as_json
+from slider_drilling.effects import CuttingsBed, Effects
+from slider_drilling.log import RigLog
+from slider_drilling.pages import page_html
+from slider_drilling.rig import dump_rig, load_rig
+from slider_drilling.share import share_file
+from slider_drilling.units import FIELD, SI
+
+
+def worn_motor() -> Outcome:
+    """A motor that gives 24 % less torque per pressure, with rivals."""
+    deg = math.pi / 180.0
+    motor = Candidate("motor_wear", "motor", True, True, (), 0.92, (0.64, 0.97), {
+        "motor_wear.torque_loss": Fitted(0.24, "-", 0.0, (0.21, 0.27)),
+        "motor_wear.extra_leak": Fitted(0.0, "-", 0.0),
+    }, ())  # fmt: skip
+    rival = Candidate("formation_change", "bit", True, False, ("motor_wear explains it better",), 0.4, (-2.0, 0.5), {
+        "formation_change.factor": Fitted(0.8, "-", 1.0), "formation_change.time": Fitted(3.0, "s", 200.0),
+    }, ())  # fmt: skip
+    screened = Candidate("heave", "draw_works", False, False, ("not fitted",), None, None, {}, ())
+    gap = Gap(
+        9.0, 8.0, 1.1, 0.92, (0.64, 0.97), 1.2,
+        {"tool_face": Floor(0.02, 0.02, "rad", "declared"), "hook_load": Floor(4e3, 3e3, "N", "differences")},
+        {"tool_face": Errors("rad", 130.0 * deg, 118.0 * deg, 3.0 * deg), "hook_load": Errors("N", 9e3, 8e3, 4e3)},
+    )  # fmt: skip
+    time = np.arange(0.0, 40.0, 0.1)
+    stages = {"nominal": np.cos(time), "tuned": 0.5 * np.cos(time), "with_effect": np.sin(time)}
+    errors = {stage: {"tool_face": 0.1, "hook_load": 2e3} for stage in stages}
+    return Outcome(
+        "effect", "motor", ("motor_wear",), gap=gap, ranking=(motor, rival, screened),
+        where=Where({"tool_face": 0.9, "hook_load": 0.1}, {"still": 1.0}, {"above": 1.0},
+                    ({"from": 0.0, "to": 40.0, "share": 1.0},),
+                    ({"from": 0.0, "to": 900.0, "share": 1.0, "change": 0.3},)),
+        tuned_parameters={"friction_1": Fitted(1.12, "-", 1.0), "motor_wear.torque_loss": Fitted(0.24, "-", 0.0)},
+        simulated={"share": 0.5, "fitted": errors, "rest": errors, "whole": errors,
+                   "freed": {"nominal": 0, "tuned": 9, "with_effect": 11}},
+        traces=(Trace(0, "tool_face", "rad", time, np.sin(time), stages, 20.0),
+                Trace(0, "hook_load", "N", time, np.sin(time), stages, 20.0)),
+        runtime=12.0,
+    )  # fmt: skip
+
+
+def diagnosis_of(outcome: Outcome) -> Diagnosis:
+    rig = load_rig(share_file("config/rig.example.yaml"))
+    return Diagnosis(("a/run.mcap",), rig, RigOrigin("own.yaml", "given", "b/own.yaml"), (), outcome)
+
+
+def test_the_driller_reads_cause_error_and_share_first():
+    assert words.driller(worn_motor()) == (
+        "The motor gives 24 % less torque per pressure than the file says; with that in, tool-face error falls from "
+        "118 to 3.0 deg and 92 % [64, 97] of the gap is closed."
+    )
+    assert words.sentence(worn_motor()) == (
+        "effect: motor_wear, closes 0.92 [0.64, 0.97] (E = 9.00 as given, 8.00 re-tuned, 1.10 with it; noise alone "
+        "stays below 1.20)."
+    )
+
+
+def test_a_group_is_told_with_its_rivals():
+    outcome = worn_motor()
+    group = replace(outcome, ranking=(replace(outcome.ranking[0], group=("formation_change",)),))
+    assert "(or formation change: this log cannot tell them apart)" in words.driller(group)
+
+
+def test_a_share_that_cannot_be_said_gets_no_percentage():
+    outcome = worn_motor()
+    assert outcome.gap is not None
+    nothing = replace(outcome, gap=replace(outcome.gap, closed=None, closed_interval=None))
+    assert "%" not in words.driller(nothing).partition(";")[2]
+    assert words.share(replace(outcome.ranking[0], closed=None, interval=None)) == "-"
+
+
+def test_what_an_unknown_leaves_is_told_with_its_channel_site_and_shape():
+    outcome = replace(worn_motor(), verdict="unknown", site="hydraulics", effects=(), ranking=())
+    text = words.driller(outcome)
+    assert "118 deg of tool-face" in text
+    assert "the hydraulics" in text
+    shape = Shape("pressure lost at 2 bar/min", "time, s", "pressure, bar", np.arange(3.0), np.arange(3.0))
+    assert "pressure lost at 2 bar/min" in words.driller(replace(outcome, shape=shape))
+    remains = replace(worn_motor(), verdict="effect_and_unknown")
+    assert words.driller(remains).startswith("It acts as if the motor gives 24 % less")
+    assert words.driller(remains).endswith("remains, most of it in tool-face.")
+
+
+@pytest.mark.parametrize(("tuned", "says"), [(1.1, "as closely as noise"), (1.4, "1.40 times the noise")])
+def test_re_tuning_is_said_to_reach_the_noise_only_where_it_does(tuned, says):
+    outcome = worn_motor()
+    assert outcome.gap is not None
+    gap = replace(outcome.gap, tuned=tuned, with_effect=None, closed=None, closed_interval=None)
+    text = words.driller(replace(outcome, verdict="parameters", effects=(), gap=gap))
+    assert says in text
+    assert "friction 1 is 1.12 times the file's" in text
+    assert ("as closely" in text) == (tuned <= 1.2)
+    assert "reaches" not in words.sentence(replace(outcome, verdict="parameters", effects=(), gap=gap))
+
+
+def test_two_effects_are_one_sentence():
+    outcome = worn_motor()
+    both = replace(outcome, effects=("motor_wear", "formation_change"))
+    assert "than the file says, and from 3 s on the rock takes 0.800 times the weight" in words.driller(both)
+
+
+def test_how_far_the_model_foretells_and_what_is_not_held_out_is_said():
+    outcome = replace(worn_motor(), horizon={"tool_face": 35.2}, counts={"simulations": 900, "not_refitted": 2})
+    ahead, missed = words.limits(outcome)
+    assert "tool-face 35 s" in ahead
+    assert missed.startswith("2 stretches could not be refitted")
+    assert words.limits(worn_motor()) == []
+    assert missed in page_html(report_page(diagnosis_of(outcome)), SI)
+
+
+def test_an_answer_of_nothing_says_why():
+    outcome = Outcome("inconclusive", remarks=("the top drive turned 0.01 rad in all",))
+    assert "0.01 rad" in words.driller(outcome)
+    assert "0.01 rad" in words.sentence(outcome)
+
+
+@pytest.mark.parametrize("effect", catalogue(3000.0, 400.0), ids=lambda effect: effect.name)
+def test_every_effect_has_words_of_its_own(effect):
+    text = phrase(effect.name, {name.rpartition(".")[2]: v for name, v in effect.values(effect.scan[0]).items()})
+    assert text[0].isupper()
+    assert "_" not in text
+    assert not text.startswith(effect.name.replace("_", " ").capitalize() + " (")
+
+
+@pytest.mark.parametrize(
+    ("effect", "values", "says"),
+    [
+        ("torque_sensor_gain", {"gain": 1.0 / 1.3558 - 1.0}, "26 % too low, as if ft lbf were read as N m"),
+        ("torque_sensor_gain", {"gain": 0.3558}, "36 % too high, as if N m were read as ft lbf"),
+        ("torque_sensor_gain", {"gain": -0.1}, "10 % too low"),
+        ("torque_sensor_bias", {"bias": -1250.0}, "1.25 kN m too low"),
+        ("motor_wear", {"torque_loss": 0.004, "extra_leak": 0.2}, "The motor loses 20 % more of its speed"),
+        ("friction_drift", {"rate": -5e-4}, "falls by 3.0 % a minute"),
+        ("tortuosity", {"curvature": math.radians(1.0) / 30.0}, "1.0 deg per 30 m"),
+        ("top_drive_backlash", {"angle": math.radians(25.0)}, "25 deg of play"),
+        ("cuttings_bed", {"factor": 1.6, "top": 2411.0, "bottom": 2903.0}, "1.60 times the file's between 2411 and"),
+    ],
+)  # fmt: skip
+def test_phrases_state_sign_size_and_unit(effect, values, says):
+    assert says in phrase(effect, values)
+
+
+def test_the_tree_is_plain_json_with_every_key_documented(repository):
+    tree = as_json(diagnosis_of(worn_motor()))
+    assert json.loads(json.dumps(tree, allow_nan=False)) == tree
+    page = (repository / "docs" / "diagnose.md").read_text()
+    for key in tree:
+        assert f"`{key}`" in page, key
+    for block in (tree["gap"], tree["ranking"][0], tree["rig"]):
+        for key in block:
+            assert f"`{key}`" in page, key
+    assert tree["rig"] == {"name": "own.yaml", "source": "given", "path": "b/own.yaml"}
+    assert [(row["passed"], row["in_answer"]) for row in tree["ranking"]] == [
+        (True, True),
+        (True, False),
+        (False, False),
+    ]
+    assert tree["ranking"][0]["parameters"]["torque_loss"] == {
+        "value": 0.24, "unit": "-", "nominal": 0.0, "interval": [0.21, 0.27],
+    }  # fmt: skip
+    empty = as_json(diagnosis_of(Outcome("inconclusive")))
+    assert set(empty) == set(tree)
+    assert set(empty["gap"]) == set(tree["gap"])
+
+
+def test_the_page_begins_with_the_driller_and_marks_only_the_answer_green():
+    html = page_html(report_page(diagnosis_of(worn_motor())), SI)
+    lead = html.index("The motor gives 24 % less torque")
+    assert lead < html.index("effect: motor_wear")
+    assert html.count('class="tag good"') == 1
+    assert "passed" in html
+    assert "own.yaml (given)" in html
+    assert "118 deg" in html
+    assert "Looked at but not fitted, for promising less: heave." in html
+    assert "klbf" in page_html(report_page(diagnosis_of(worn_motor())), FIELD)
+    assert "No conclusion" in page_html(report_page(diagnosis_of(Outcome("inconclusive"))), SI)
+
+
+def test_the_winners_interval_lies_on_its_axis_and_others_are_cut_with_their_number():
+    outcome = worn_motor()
+    best = replace(outcome.ranking[0], closed=0.9, interval=(-0.9, 1.3))
+    chart = intervals((best, outcome.ranking[1]))
+    assert chart is not None
+    (bars,) = chart.panels[0].marks
+    assert chart.x_limits is not None
+    assert chart.x_limits[0] < -0.9 < 1.3 < chart.x_limits[1]
+    assert bars.base[0] == pytest.approx(-0.9)
+    assert "←" not in bars.text[0]
+    assert bars.text[1] == "← 0.40 [-2.00, 0.50]"
+    assert bars.base[1] == pytest.approx(-0.9)
+    assert bars.colours == ("green", "grey")
+    assert intervals(outcome.ranking[2:]) is None
+
+
+def test_a_bar_below_what_noise_reaches_is_explained():
+    gap = worn_motor().gap
+    assert gap is not None
+    assert "below the dotted line" in waterfall(gap).caption
+    assert waterfall(replace(gap, with_effect=None)).caption == ""
+
+
+def test_errors_of_what_was_not_fitted_are_told_apart():
+    heads, rows = simulated_rows(worn_motor())
+    assert heads[:2] == ("part", "channel")
+    assert rows[0][2:] == (0, 9, 11)
+    assert [row[0] for row in rows[1:]] == [
+        "first 50 %, fitted", "first 50 %, fitted", "the rest, not fitted", "the rest, not fitted",
+        "whole log", "whole log",
+    ]  # fmt: skip
+
+
+def test_the_rig_file_is_told_with_where_it_came_from():
+    rig = load_rig(share_file("config/rig.example.yaml"))
+    bed = replace(rig, effects=dataclasses.replace(Effects(), cuttings_bed=CuttingsBed(2.0, 2400.0, 2600.0)))
+    attached = RigLog("d/run.mcap", 0, dump_rig(bed), "d/run.mcap: rig.yaml", {"recorded_by": "slider-drilling run"})
+    origin = origin_of([attached], bed)
+    assert origin == RigOrigin("rig.yaml in run.mcap", "attached", "d/run.mcap")
+    says = remarks_on(origin, [attached], bed)
+    assert "the one it was recorded with (slider-drilling run)" in says[0]
+    assert "cuttings_bed" in says[1]
+    assert "--rig" in says[1]
+    given = replace(attached, rig_source="e/own.yaml")
+    assert origin_of([given], bed) == RigOrigin("own.yaml", "given", "e/own.yaml")
+    assert origin_of([given], rig) == RigOrigin("the rig given", "given", None)
+    assert remarks_on(origin_of([given], rig), [given], rig) == []
+
+
+@pytest.mark.parametrize(
+    ("x_unit", "y_unit", "curve", "says"),
+    [
+        ("s", "Pa", lambda x: -2e5 * x / 60.0, "falls by 2.0 bar a minute"),
+        ("Pa", "Pa", lambda x: 0.03 * x + 1.0, "rises by 3.0 % of itself"),
+        ("rad", "N m", lambda x: -1e4 * x, "falls by 0.17 kN m per deg"),
+        ("m", "-", lambda x: np.where(x > 205.0, 0.4, 0.0), "steps up by 40 % between 171 m and 229 m"),
+        ("m", "-", lambda x: np.exp(-(((x - 229.0) / 60.0) ** 2)), "most, 100 %, at 229 m"),
+        ("s", "N", lambda x: 0.0 * x + 4e3, "by 4.0 kN"),
+    ],
+)
+def test_the_shape_of_an_unknown_is_told_with_its_numbers_and_units(x_unit, y_unit, curve, says):
+    x = np.linspace(0.0, 400.0, 8)
+    told = shape_in_words("reading off", x, x_unit, curve(x), y_unit)
+    assert told.startswith("reading off")
+    assert says in told

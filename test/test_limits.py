@@ -1,0 +1,129 @@
+"""Numbers, names and tables that no rig and no experiment has: left out with a note or refused in one line."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slider_drilling import compiler
+from slider_drilling.cli import group
+from slider_drilling.compiler import _cache_folder
+from slider_drilling.contact.measured import read_measured
+from slider_drilling.errors import InputError
+from slider_drilling.log import LogWriter, read_log, read_table
+from slider_drilling.log.possible import MOST
+
+MAPPING = """\
+schema: slider_drilling/csv/1
+time: {column: t, unit: s}
+channels: {surface_torque: {column: torque, unit: N m}}
+"""
+
+
+def write(path: Path, torque: float) -> Path:
+    with LogWriter(path, recorded_by="caf\udce9") as writer:
+        for k in range(40):
+            writer.joint_state("top_drive/joint_states", 0.1 * k, "top_drive", 0.1, 0.0, torque if k == 7 else 5e3)
+    return path
+
+
+@pytest.mark.parametrize("wild", [1e30, -1e308, float("inf"), 1.1e9])
+def test_a_value_that_no_rig_has_is_left_out_and_said(tmp_path: Path, wild: float) -> None:
+    log = read_log(write(tmp_path / "run.mcap", wild))
+    assert log.top_drive is not None
+    assert np.flatnonzero(np.isnan(log.top_drive.effort)).tolist() == [7]
+    (note,) = [note for note in log.notes if "no rig has" in note]
+    assert note.startswith("top_drive.effort: 1 of 40 values no rig has left out, the first") and "at 0.7 s" in note
+
+
+def test_large_readings_in_any_unit_stay(tmp_path: Path) -> None:
+    log = read_log(write(tmp_path / "run.mcap", 0.9 * MOST["top_drive"]["effort"]))
+    assert log.top_drive is not None and np.isfinite(log.top_drive.effort).all()
+    assert log.notes == ()
+
+
+def test_a_name_that_is_not_utf_8_is_shown_by_its_bytes(tmp_path: Path) -> None:
+    log = read_log(write(tmp_path / "caf\udce9.mcap", 1.0))
+    assert log.source.endswith("caf\\udce9.mcap")
+    assert log.metadata["recorded_by"] == "caf\\udce9"
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ("1700000000000,1\n1700000000100,2\n", r"time.unit = 's': times would end in the year 55841; are they in ms"),
+        ("1e300,1\n", "times would end in the year"),
+        ('0,1\n1,"1\n' + "2,3\n" * 40_000, "line 3: .*; is a quote opened there"),
+        ("0,1\n1,1e400\n", None),
+    ],
+)  # fmt: skip
+def test_a_table_that_cannot_be_gets_one_line(tmp_path: Path, rows: str, said: str | None) -> None:
+    (tmp_path / "t.csv").write_text(f"t,torque\n{rows}")
+    (tmp_path / "m.yaml").write_text(MAPPING)
+    if said is None:
+        read_table(tmp_path / "t.csv", tmp_path / "m.yaml")
+        return
+    with pytest.raises(InputError, match=said) as error:
+        read_table(tmp_path / "t.csv", tmp_path / "m.yaml")
+    assert "\n" not in str(error.value) and len(str(error.value)) < 400
+
+
+HEAD = "feed_m_per_s,vibration_m_per_s,frequency_hz,normal_force_n,friction_n\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (HEAD + "0.01,0.1,10,1000,0\n" * 9, "friction_n is zero throughout: there is no friction to identify"),
+        (HEAD + "0.01,0.1,10,1e300,200\n", r"line 2: normal_force_n is beyond 1e\+08"),
+        (HEAD + "0.01,0.1,10,1000,1e308\n", r"line 2: friction_n is beyond 1e\+08"),
+        (HEAD.replace("\n", ",friction_n\n") + "1,1,1,1,1,1\n", "friction_n: given twice"),
+        (HEAD + '0.01,0.1,10,1000,"1\n' + "2,3\n" * 40_000, "not a CSV table: field larger"),
+    ],
+)  # fmt: skip
+def test_friction_that_nothing_measures_gets_one_line(tmp_path: Path, text: str, said: str) -> None:
+    (tmp_path / "data.csv").write_text(text)
+    with pytest.raises(InputError, match=said):
+        read_measured(tmp_path / "data.csv")
+    with pytest.raises(InputError, match="Is a directory"):
+        read_measured(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "options", ["--shape-factor 1e308", "--height-um 1e308", "--height-um nan", "--shear-factor 2"]
+)
+def test_a_contact_held_beyond_its_range_is_refused(tmp_path: Path, options: str) -> None:
+    (tmp_path / "data.csv").write_text(HEAD + "0.01,0.1,10,1000,200\n" * 9)
+    with pytest.raises(InputError, match=r"identify: contact held: .* = "):
+        group.main(["identify", str(tmp_path / "data.csv"), "-o", str(tmp_path / "o"), *options.split()],
+                   standalone_mode=False)  # fmt: skip
+
+
+def test_notes_that_are_not_text_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="--notes: not UTF-8 text"):
+        group.main(["import", "t.csv", "--mapping", "m.yaml", "-o", str(tmp_path / "o.mcap"), "--notes", "caf\udce9"],
+                   standalone_mode=False)  # fmt: skip
+
+
+def test_a_cache_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match=r"NUMBA_CACHE_DIR = .*file/deeper: cannot be written: Not a directory; name"):
+        _cache_folder(str(tmp_path / "file" / "deeper"))
+    assert _cache_folder(str(tmp_path / "new")) == str(tmp_path / "new")
+    assert os.listdir(tmp_path / "new") == []
+
+
+def test_where_nothing_can_be_written_one_folder_a_user_is_found_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(compiler.os, "access", lambda path, mode: False)
+    monkeypatch.setattr(compiler.tempfile, "gettempdir", lambda: str(tmp_path))
+    first = _cache_folder("")
+    assert (Path(first).parent, Path(first).stat().st_mode & 0o777) == (tmp_path, 0o700)
+    assert _cache_folder("") == first
+    Path(first).chmod(0o777)
+    with pytest.raises(InputError, match="not this user's own folder"):
+        _cache_folder("")

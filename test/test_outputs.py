@@ -1,0 +1,127 @@
+"""What commands write: never over what they read, through links and not over them, and only where it can be written."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from slider_drilling.cli import group
+from slider_drilling.errors import InputError
+from slider_drilling.files import begin_file, check_distinct, prepare_outputs, write_whole
+
+EXAMPLE = Path(__file__).parents[1] / "config" / "rig.example.yaml"
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A folder with one of each input, its content as it must stay."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("run.mcap", "table.csv", "mapping.yaml", "identify.csv", "rig.tuned.yaml", "analysis.json"):
+        Path(name).write_text(f"content of {name}")
+    Path("rig.yaml").write_text(EXAMPLE.read_text())
+    os.symlink("run.mcap", "linked.mcap")
+    os.link("run.mcap", "hard.mcap")
+    Path("folder").mkdir()
+    before = {path: path.read_bytes() for path in Path().iterdir() if path.is_file()}
+    yield
+    assert {path: path.read_bytes() for path in before} == before
+    assert Path("linked.mcap").is_symlink()
+    assert not list(Path().glob("**/.*.part"))
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        "replay run.mcap -o run.mcap",
+        "replay run.mcap -o ./folder/../run.mcap",
+        "replay run.mcap -o linked.mcap",
+        "replay linked.mcap -o run.mcap",
+        "replay run.mcap -o hard.mcap",
+        "replay run.mcap --rig rig.yaml -o rig.yaml",
+        "import table.csv --mapping mapping.yaml -o table.csv",
+        "import table.csv --mapping mapping.yaml -o mapping.yaml",
+        "import table.csv --mapping mapping.yaml --rig rig.yaml -o rig.yaml",
+        "diagnose run.mcap --rig rig.tuned.yaml -o .",
+        "identify identify.csv -o .",
+        "analyse analysis.json -o .",
+    ],
+)
+def test_an_output_that_is_an_input_is_refused_before_any_work(arguments: str) -> None:
+    with pytest.raises(InputError, match="in use already; choose another name"):
+        group.main(arguments.split(), standalone_mode=False)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    ["replay run.mcap -o absent/a.mcap", "import table.csv --mapping mapping.yaml -o folder",
+     "diagnose run.mcap -o run.mcap/deeper", "analyse run.mcap -o run.mcap", "identify table.csv -o table.csv",
+     "closed-loop --only hold -o run.mcap", "study rocking -o run.mcap", "blind-check -o run.mcap"],
+)  # fmt: skip
+def test_what_cannot_be_written_is_said_before_any_work(arguments: str) -> None:
+    with pytest.raises(InputError, match=r"cannot (write this file|make this folder)"):
+        group.main(arguments.split(), standalone_mode=False)
+
+
+def test_one_log_twice_is_refused() -> None:
+    Path("copy.mcap").write_bytes(Path("run.mcap").read_bytes())
+    for other in ("run.mcap", "linked.mcap", "copy.mcap"):
+        with pytest.raises(InputError, match=rf"{other}: the same as run.mcap; give each log once"):
+            group.main(["diagnose", "run.mcap", other, "-o", "out"], standalone_mode=False)
+    check_distinct([Path("run.mcap"), Path("table.csv"), Path("absent")])
+
+
+def test_a_link_is_written_through() -> None:
+    Path("target").write_text("before")
+    os.symlink("target", "link")
+    os.symlink("nowhere-yet", "dangling")
+    write_whole(Path("link"), b"after")
+    write_whole(Path("dangling"), b"new")
+    assert Path("link").is_symlink() and Path("target").read_text() == "after"
+    assert Path("dangling").is_symlink() and Path("nowhere-yet").read_text() == "new"
+
+
+def test_a_pipe_and_a_device_stay_what_they_are() -> None:
+    os.mkfifo("pipe")
+    reader = os.open("pipe", os.O_RDONLY | os.O_NONBLOCK)
+    prepare_outputs([Path("pipe"), Path("/dev/null")])
+    write_whole(Path("pipe"), b"through")
+    write_whole(Path("/dev/null"), b"gone")
+    assert os.read(reader, 100) == b"through"
+    os.close(reader)
+    assert stat.S_ISFIFO(os.stat("pipe").st_mode)
+    assert stat.S_ISCHR(os.stat("/dev/null").st_mode)
+    for path in ("pipe", "/dev/null"):
+        with pytest.raises(InputError, match="it is a device or a pipe; name a file"):
+            begin_file(Path(path))
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anything")
+def test_a_read_only_file_is_not_replaced() -> None:
+    Path("kept").write_text("before")
+    Path("kept").chmod(0o444)
+    with pytest.raises(InputError, match="kept: cannot write this file: it is read-only"):
+        write_whole(Path("kept"), b"after")
+    assert Path("kept").read_text() == "before"
+
+
+def test_two_outputs_of_one_name_are_refused() -> None:
+    with pytest.raises(InputError, match="in use already"):
+        prepare_outputs([Path("a"), Path("folder/../a")])
+
+
+def test_a_name_that_no_file_can_have_gets_one_line() -> None:
+    for name in ("a" * 300, "nul\x00byte"):
+        with pytest.raises(InputError, match="cannot write this file"):
+            prepare_outputs([Path(name)])
+        with pytest.raises(InputError, match="cannot write this file"):
+            write_whole(Path(name), b"")
+
+
+def test_a_long_name_that_a_file_can_have_is_written() -> None:
+    name = "µ" * 120
+    write_whole(Path(name), b"x")
+    assert Path(name).read_bytes() == b"x"

@@ -1,0 +1,232 @@
+"""A user's own controller or effect may do anything: what comes of it is one line with the user's file and line."""
+
+from __future__ import annotations
+
+import itertools
+import re
+import textwrap
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slider_drilling.cli import group
+from slider_drilling.control.load import configure, load_controller, set_target, settings_of, statuses_of, step_checked
+from slider_drilling.diagnosis import user_effects
+from slider_drilling.diagnosis.user_effects import GuardedEffect, installed_effects, load_effect, try_effects
+from slider_drilling.drillstring import Commands
+from slider_drilling.errors import InputError
+from slider_drilling.rig import load_rig
+from slider_drilling.signals import Measurements
+
+RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
+SAMPLE = Measurements(1.5, 0.0, 0.0, 100.0, 0.0, 0.0, 9e5, 1.8e7, 12.3)
+RETURN = "return RigCommand(0.0, 0.0, 0.001, 12.3)"
+STATUS = 'return (Status(Level.OK, "mine", "well"),)'
+COUNT = itertools.count()
+CONTROLLER = """\
+import dataclasses
+import numpy as np
+from slider_drilling.control.protocol import Level, Status
+from slider_drilling.control.settings import setting
+from slider_drilling.signals import RigCommand
+
+@dataclasses.dataclass(frozen=True)
+class Settings:
+    gain: float = setting(1.0, "-", 0.0, 2.0, "of something")
+
+class Mine:
+    def __init__(self, rig):
+        self.tool_face_target = 0.0
+        self.settings = Settings()
+    def step(self, measurements):
+        return RigCommand(0.0, 0.0, 0.001, 12.3)
+    def status(self):
+        return (Status(Level.OK, "mine", "well"),)
+    def configure(self, settings):
+        self.settings = settings
+"""
+EFFECT = """\
+import numpy as np
+from slider_drilling.drillstring import Modifiers
+from slider_drilling.gap import Effect, Parameter
+from slider_drilling.diagnosis.user_effects import UnchangedPlant
+
+class Mine(UnchangedPlant):
+    effect = Effect("mine", "contact", (Parameter("mine.grip", 0.0, 0.0, 3.0, 0.05),), scan=((0.3,), (0.6,), (0.9,)))
+"""
+
+
+@pytest.fixture
+def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], str]:
+    """Writes a module of a name of its own into the working directory; gives the name."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    def write(code: str) -> str:
+        name = f"plug_in_{next(COUNT)}"
+        (tmp_path / f"{name}.py").write_text(textwrap.dedent(code))
+        return name
+
+    return write
+
+
+def use(name: str) -> None:
+    """All that a run does with a controller."""
+    controller = load_controller(f"{name}:Mine", RIG)
+    set_target(controller, 0.5)
+    step_checked(controller, SAMPLE)
+    statuses_of(controller)
+    settings = settings_of(controller)
+    if settings is not None:
+        configure(controller, settings)
+
+
+def one_line(act: Callable[[], object], said: str) -> None:
+    with pytest.raises(InputError) as error:
+        act()
+    assert re.search(said, str(error.value)), str(error.value)
+    assert len(str(error.value)) < 600
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "said"),
+    [
+        ("import dataclasses", "1 / 0", r"ZeroDivisionError: division by zero at plug_in_\d+\.py:1$"),
+        ("import dataclasses", "import no_such_module_x", r"ModuleNotFoundError.*at plug_in_\d+\.py:1$"),
+        ("import dataclasses", "import sys; sys.exit(3)", r"SystemExit: 3 at plug_in_\d+\.py:1$"),
+        ("import dataclasses", "def", r"SyntaxError: .* at plug_in_\d+\.py:1$"),
+        ("class Mine:", "class Other:", "has no attribute 'Mine'"),
+        ("self.tool_face_target = 0.0", "rig.no_such", r"Mine\(rig\) raised AttributeError.*plug_in_\d+\.py:13$"),
+        ("def __init__(self, rig)", "def __init__(self)", r"Mine\(rig\) raised TypeError"),
+        ("def step(self", "def walk(self", "has no method step"),
+        (RETURN, "return None", "step returned NoneType, not a RigCommand"),
+        (RETURN, "return measurements.nothing", r"step at 1.5 s raised.*py:16$"),
+        (RETURN, "return RigCommand(float('nan'), 0.0, 0.0, 0.0)", "top_drive_angle = nan"),
+        (RETURN, "return RigCommand(0.0, 10**400, 0.0, 0.0)", "top_drive_speed = 1000"),
+        (RETURN, "return RigCommand(0.0, '1', 0.0, 0.0)", "top_drive_speed = '1'"),
+        (RETURN, "return RigCommand(0.0, 0.0, np.zeros(3), 0.0)", "block_speed = array"),
+        (RETURN, "return RigCommand(0.0, 0.0, True, 0.0)", "block_speed = True"),
+        (RETURN, "raise SystemExit", "step at 1.5 s raised SystemExit"),
+        (RETURN, "return np.linalg.inv(np.zeros((2, 2)))", r"LinAlgError.*plug_in_\d+\.py:16$"),
+        (RETURN, "return self.step(measurements)", "RecursionError"),
+        (STATUS, "return None", "status returned NoneType"),
+        (STATUS, "return ('well',)", "status returned 'well', which is no Status"),
+        (STATUS, "return (Status(0, 'a', 'b'),)", "which is no Status"),
+        (STATUS, "return (Status(Level.OK, 'a', 'b', ((1, 2),)),)", "no Status"),
+        (STATUS, "raise ValueError('x\\ny')", r"status raised ValueError: x y at.*18$"),
+        ("self.settings = Settings()", "self.settings = {'gain': 1.0}", "settings are dict, not a dataclass"),
+        ("self.settings = Settings()", "self.settings = Settings(5.0)", "gain = 5.0: not in its range"),
+        ("        self.settings = settings", "        raise KeyError('gain')", r"configure raised KeyError.*20$"),
+    ],
+)  # fmt: skip
+def test_a_wrong_controller_gets_one_line(write: Callable[[str], str], right: str, wrong: str, said: str) -> None:
+    assert CONTROLLER.count(right) == 1
+    name = write(CONTROLLER.replace(right, wrong))
+    one_line(lambda: use(name), said)
+
+
+@pytest.mark.parametrize("name", ["tool_face_target", "settings", "status"])
+def test_a_property_that_raises_gets_one_line(write: Callable[[str], str], name: str) -> None:
+    body = f"    @property\n    def {name}(self):\n        raise RuntimeError('no')\n    @{name}.setter\n    def {name}(self, value):\n        raise RuntimeError('no')\n"  # noqa: E501
+    module = write(CONTROLLER.replace("    def configure", body + "    def configure").replace(
+        "        self.tool_face_target = 0.0\n        self.settings = Settings()\n", "        pass\n"))  # fmt: skip
+    one_line(lambda: use(module), rf"{name} raised RuntimeError: no at {module}\.py:\d+$")
+
+
+def test_any_real_number_is_taken_as_a_command(write: Callable[[str], str]) -> None:
+    name = write(CONTROLLER.replace("(0.0, 0.0, 0.001, 12.3)", "(np.float32(0.5), np.int64(1), 0, np.float64(2.0))"))
+    command = step_checked(load_controller(f"{name}:Mine", RIG), SAMPLE)
+    assert command.top_drive_angle == 0.5 and type(command.top_drive_angle) is float
+    assert (command.top_drive_speed, command.block_speed, command.pump_speed) == (1.0, 0.0, 2.0)
+
+
+def test_a_right_controller_is_used(write: Callable[[str], str]) -> None:
+    use(write(CONTROLLER))
+
+
+def test_a_target_that_is_no_number_is_refused() -> None:
+    controller = load_controller("slider_drilling.control:SlideController", RIG)
+    with pytest.raises(InputError, match="tool_face_target = nan: must be a finite number"):
+        set_target(controller, float("nan"))
+
+
+@pytest.mark.parametrize("name", ["", ":", "a:", ":B", "a b:C", "a:1", "../a:B", "a:B:C", "os:path", "math:pi", "a\n:"])
+def test_what_is_no_controller_gets_one_line(name: str) -> None:
+    one_line(lambda: load_controller(name, RIG), "controller = ")
+
+
+def commands() -> Commands:
+    time = np.arange(0.0, 20.0, 0.1)
+    return Commands(time, *(np.zeros_like(time) for _ in range(5)))
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        ("effect = 3", "`effect` is 3, not a slider_drilling.gap.Effect"),
+        ("effect = None", "`effect` is None"),
+        ("def __init__(self): raise OSError('gone')", r"Mine\(\) raised OSError: gone at plug_in_\d+\.py:8"),
+        ("def modifiers(self, depth, values): return None", "modifiers returned NoneType, not Modifiers"),
+        ("def modifiers(self, depth, values): return Modifiers(np.ones(3))", r"factor has shape \(3,\), must have"),
+        ("def modifiers(self, depth, values): return Modifiers(depth * np.nan)", "friction_factor holds nan"),
+        ("def modifiers(self, depth, values): return Modifiers(10**400)", "factor is 1000.*not an array of numbers"),
+        ("def modifiers(self, depth, values): return Modifiers(-1.0)", "friction cannot be negative"),
+        ("def modifiers(self, depth, values): return Modifiers(values['x'])", r"raised KeyError: 'x' at.*py:8"),
+        ("def modifiers(self): return 3", "modifiers raised TypeError"),
+        ("def commands(self, commands, values): return 3", "commands returned int, not Commands"),
+        ("def commands(self, commands, values): return 1 / 0", r"commands raised ZeroDivisionError.*plug_in_\d+\.py:8"),
+        ("def channels(self, times, channels, values): return []", "channels returned list, not channels by name"),
+        ("def channels(self, times, channels, values): return {'x': 1}", "channels returned 'x'; this log has"),
+        ("def channels(self, times, channels, values): return {'hook_load': [1.0]}", r"hook_load has shape \(1,\)"),
+        ("effect = Effect('stribeck', 'contact', effect.parameters, effect.scan)", "the name stribeck is taken"),
+        ("effect = Effect('m', 'bit', (Parameter('friction_1', 0.0, 0.0, 3.0, 1.0),), effect.scan)", "_1 is taken"),
+    ],
+)  # fmt: skip
+def test_a_wrong_effect_gets_one_line_before_any_fit(write: Callable[[str], str], body: str, said: str) -> None:
+    code = EFFECT + f"    {body}\n"
+    name = write(code)
+
+    def act() -> None:
+        try_effects([load_effect(f"{name}:Mine")], ["stribeck", "friction_1"], RIG, commands())
+
+    one_line(act, said)
+
+
+@pytest.mark.parametrize("code", ["1 / 0", "raise SystemExit", "class Mine(", "import nothing_of_this_name"])
+def test_an_effect_that_cannot_be_imported_gets_one_line(write: Callable[[str], str], code: str) -> None:
+    name = write(f"\n{code}\n")
+    one_line(lambda: load_effect(f"{name}:Mine"), rf"--effect {name}:Mine: cannot be imported: .* at {name}\.py:2$")
+
+
+def test_an_effect_goes_wrong_before_the_log_is_even_read(write: Callable[[str], str], tmp_path: Path) -> None:
+    name = write("1 / 0")
+    with pytest.raises(InputError, match="ZeroDivisionError"):
+        group.main(["diagnose", "no-such.mcap", "--effect", f"{name}:Mine"], standalone_mode=False)
+
+
+def test_a_right_effect_is_taken_and_one_twice_is_not(write: Callable[[str], str]) -> None:
+    name = write(EFFECT)
+    effect = load_effect(f"{name}:Mine")
+    assert isinstance(effect, GuardedEffect)
+    try_effects([effect], ["stribeck"], RIG, commands())
+    one_line(lambda: try_effects([effect, effect], [], RIG, commands()), "the name mine is taken; give another")
+
+
+def test_an_entry_point_that_cannot_be_loaded_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Point:
+        name, value = "broken", "somewhere:Else"
+
+        def load(self) -> object:
+            raise ImportError("gone")
+
+    monkeypatch.setattr(user_effects, "entry_points", lambda group: [Point()])
+    one_line(installed_effects, r"effect of entry point broken \(somewhere:Else\): loading it raised ImportError: gone")
+
+
+def test_a_wrong_controller_ends_a_closed_loop_in_one_line(write: Callable[[str], str]) -> None:
+    name = write(CONTROLLER.replace(RETURN, "raise ValueError('mine')"))
+    with pytest.raises(InputError, match=rf"step at 0 s raised ValueError: mine at {name}\.py:16"):
+        group.main(["closed-loop", "--only", "hold, 2.6", "--controller", f"{name}:Mine", "--elements", "20",
+                    "--jobs", "1"], standalone_mode=False)  # fmt: skip

@@ -1,0 +1,258 @@
+"""The servo of docs/examples: its physics against closed forms, its logs read whatever the order of their columns."""
+
+from __future__ import annotations
+
+import importlib.util
+import itertools
+import math
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slider_drilling.errors import InputError
+
+_SOURCE = Path(__file__).parents[1] / "docs" / "examples" / "servo.py"
+_SPEC = importlib.util.spec_from_file_location("servo", _SOURCE)
+assert _SPEC is not None
+assert _SPEC.loader is not None
+servo = importlib.util.module_from_spec(_SPEC)
+sys.modules["servo"] = servo
+_SPEC.loader.exec_module(servo)
+
+FREE = {"coulomb": 0.0, "viscous": 0.0}
+INERTIA = 0.49 * 0.1**2 + 1.8e-3
+WEIGHT = 0.49 * servo.GRAVITY * 0.1
+
+
+def log(duration=3.0, start=0.0, enabled=0.0, goal=0.0, gain=100.0, interval=0.002):
+    time = np.arange(0.0, duration, interval)
+    aim = np.broadcast_to(goal, time.shape).astype(float)
+    # Two equal samples, so that the arm starts at rest.
+    return servo.Log("made", gain, time, aim, np.full_like(time, start), np.full_like(time, enabled))
+
+
+def swing(made, **values):
+    return made.swing([{name.replace("__", "."): value for name, value in values.items()}])[0]
+
+
+def crossings(time, angle):
+    """Times at which the angle passes zero downwards."""
+    at = np.flatnonzero((angle[:-1] > 0.0) & (angle[1:] <= 0.0))
+    return time[at] + (time[1] - time[0]) * angle[at] / (angle[at] - angle[at + 1])
+
+
+@pytest.mark.parametrize("start", [0.05, 1.0, 2.0])
+def test_a_free_arm_swings_with_the_pendulums_period(start):
+    made = log(8.0, start)
+    period = float(np.mean(np.diff(crossings(made.time, swing(made, **FREE)))))
+    # Complete elliptic integral by the arithmetic-geometric mean.
+    a, b = 1.0, math.cos(0.5 * start)
+    for _ in range(20):
+        a, b = 0.5 * (a + b), math.sqrt(a * b)
+    assert period == pytest.approx(2.0 * math.pi * math.sqrt(INERTIA / WEIGHT) / a, rel=1e-4)
+
+
+def test_a_free_arm_keeps_its_energy():
+    made = log(60.0, 1.2)
+    angle = swing(made, **FREE)
+    speed = np.gradient(angle, made.time)
+    energy = 0.5 * INERTIA * speed**2 + WEIGHT * (1.0 - np.cos(angle))
+    half = energy.size // 2
+    assert np.mean(energy[half:]) == pytest.approx(np.mean(energy[:half]), rel=1e-4)
+    assert np.max(angle[half:]) == pytest.approx(1.2, abs=1e-3)
+
+
+def test_dry_friction_takes_the_same_from_every_half_swing():
+    """Small swings under Coulomb friction lose 2 f / k a half swing, k the weight's stiffness."""
+    made = log(5.0, 0.1)
+    angle = swing(made, coulomb=0.002, viscous=0.0)
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(angle))) != 0) + 1
+    lost = 0.1 - np.abs(angle[turns][:6])
+    assert lost == pytest.approx((2.0 * 0.002 / WEIGHT) * np.arange(1, 7), abs=2e-4)
+
+
+def test_dry_friction_holds_the_arm_at_rest_and_lets_it_go():
+    held, gone = (
+        swing(log(2.0, math.asin(share * 0.05 / WEIGHT)), coulomb=0.05, viscous=0.0) for share in (0.98, 1.05)
+    )
+    assert np.ptp(held) < 1e-12
+    assert np.ptp(gone) > 1e-3
+
+
+def test_viscous_friction_damps_by_its_closed_form():
+    made = log(4.0, 0.02)
+    angle = swing(made, coulomb=0.0, viscous=0.004)
+    rate = 0.5 * 0.004 / INERTIA
+    own = math.sqrt(WEIGHT / INERTIA - rate**2)
+    exact = 0.02 * np.exp(-rate * made.time) * (np.cos(own * made.time) + rate / own * np.sin(own * made.time))
+    assert angle == pytest.approx(exact, abs=2e-5)
+
+
+def test_a_motor_that_is_off_neither_drives_nor_brakes():
+    off = log(2.0, 0.3, enabled=0.0, goal=1.0)
+    assert np.array_equal(swing(off, torque_constant=0.387), swing(off, torque_constant=0.2, resistance=2.0))
+
+
+def test_the_firmwares_law_holds_the_arm_where_torques_balance():
+    """Stalled: gain x error turned into duty, k_t duty V / R against the weight; friction helps whoever holds."""
+    made = log(6.0, goal=0.8, enabled=1.0, gain=200.0)
+    end = swing(made, coulomb=0.0)[-1]
+    duty = 200.0 * (0.8 - end) * (4096 / (2.0 * math.pi)) / (256 * 885)
+    assert 0.387 * duty * 7.4 / 4.0 == pytest.approx(WEIGHT * math.sin(end), rel=1e-3)
+    full = swing(log(6.0, goal=3.0, enabled=1.0, gain=1000.0), coulomb=0.0, supply=4.0)[-1]
+    assert WEIGHT * math.sin(full) == pytest.approx(0.387 * 4.0 / 4.0, rel=1e-3)
+
+
+def test_back_emf_brakes_as_a_viscous_friction_does():
+    powered = log(2.0, 0.05, enabled=1.0, gain=0.0)
+    braked = swing(powered, coulomb=0.0, viscous=0.0)
+    same = swing(log(2.0, 0.05), coulomb=0.0, viscous=0.387**2 / 4.0)
+    assert braked == pytest.approx(same, abs=1e-12)
+
+
+def test_friction_in_proportion_to_load_holds_more_the_more_it_bears():
+    """Lowered slowly against the motor the arm lags more by both shares; still, friction reaches what it says."""
+    start = 0.9
+    for name, share in (("load_friction_external__share", 0.2), ("quadratic_load__factor", 0.5)):
+        load = share * WEIGHT * math.sin(start) if "share" in name else share * (WEIGHT * math.sin(start)) ** 2
+        needed = WEIGHT * math.sin(start) - load
+        held = swing(log(1.0, start), coulomb=1.01 * needed, **{name: share})
+        gone = swing(log(1.0, start), coulomb=0.97 * needed, **{name: share})
+        assert np.ptp(held) < 1e-12
+        assert np.ptp(gone) > 1e-3
+    motor = log(3.0, 0.0, enabled=1.0, goal=0.3, gain=100.0)
+    assert swing(motor, load_friction_motor__share=0.4)[-1] < swing(motor)[-1] - 0.02
+
+
+def test_stribeck_needs_more_to_start_than_to_go_on():
+    start = math.asin(0.05 / WEIGHT)
+    held = swing(log(1.0, start), coulomb=0.03, stribeck__drop=0.021)
+    gone = swing(log(1.0, start), coulomb=0.03, stribeck__drop=0.018)
+    assert np.ptp(held) < 1e-12
+    assert np.ptp(gone) > 0.03
+
+
+def test_the_encoder_may_show_another_angle_than_the_arms():
+    shown = swing(log(2.0, 0.0), encoder_offset__angle=0.1, **FREE)
+    plain = swing(log(2.0, 0.1), **FREE)
+    assert shown == pytest.approx(plain - 0.1, abs=1e-12)
+
+
+def test_a_delay_reaches_the_motor_later_by_itself():
+    made = log(1.0, goal=np.where(np.arange(500) * 0.002 < 0.1, 0.0, 0.5), enabled=1.0)
+    begins = [made.time[np.argmax(np.abs(swing(made, delay__time=delay)) > 1e-5)] for delay in (0.0, 0.02, 0.05)]
+    assert np.diff(begins) == pytest.approx([0.02, 0.03], abs=0.003)
+
+
+def test_a_sagging_supply_and_a_hot_winding_weaken_the_motor():
+    made = log(6.0, goal=1.2, enabled=1.0, gain=400.0)
+    end = swing(made, coulomb=0.0, supply_sag__resistance=1.5)[-1]
+    duty = min(400.0 * servo.DUTY_PER_RADIAN * (1.2 - end), 1.0)
+    assert 0.387 * duty * 7.4 / (4.0 + 1.5 * duty**2) == pytest.approx(WEIGHT * math.sin(end), rel=1e-3)
+    cold, hot = swing(made, coulomb=0.0), swing(made, coulomb=0.0, motor_heating__per_joule=0.02)
+    assert hot[-1] < cold[-1] - 0.01
+
+
+def test_play_lets_the_arm_swing_inside_it():
+    """Within the play the arm, without the motor's inertia, swings about the bottom as if it hung freely."""
+    made = log(4.0, 0.05)
+    inside = swing(made, backlash__angle=0.4, coulomb=0.1, viscous=0.0)
+    period = float(np.mean(np.diff(crossings(made.time, inside))))
+    assert period == pytest.approx(2.0 * math.pi * math.sqrt(0.1 / servo.GRAVITY), rel=2e-3)
+    assert np.max(np.abs(inside)) == pytest.approx(0.05, abs=1e-3)
+    wide = swing(log(4.0, 0.5), backlash__angle=0.1, coulomb=0.1, viscous=0.0)
+    assert np.all(np.abs(wide) <= 0.5 + 1e-9)
+
+
+def test_play_of_nothing_changes_nothing_and_a_collision_takes_energy():
+    made = log(3.0, 0.6)
+    assert swing(made, **FREE) == pytest.approx(swing(made, backlash__angle=1e-9, **FREE), abs=1e-2)
+    loose = swing(log(20.0, 0.6), backlash__angle=0.1, **FREE)
+    swings = [float(np.max(np.abs(part))) for part in np.array_split(loose, 10)]
+    assert all(after < before + 1e-3 for before, after in itertools.pairwise(swings))
+    assert swings[-1] < 0.5
+
+
+def test_a_smaller_step_changes_less_than_the_encoder_shows():
+    """Samples closer together make the step smaller."""
+    goal = 0.8 * np.sin(3.0 * np.arange(0.0, 4.0, 0.004))
+    coarse = replace(log(4.0, goal=goal, enabled=1.0, interval=0.004), gain=400.0)
+    time = np.arange(0.0, 3.996, 0.00025)
+    held = goal[np.minimum((time / 0.004 + 1e-9).astype(int), goal.size - 1)]
+    fine = servo.Log("fine", 400.0, time, held, np.zeros_like(time), np.ones_like(time))
+    for values in ({}, {"load_friction_motor.share": 0.2}, {"stribeck.drop": 0.02}):
+        difference = coarse.swing([values])[0][:-1] - fine.swing([values])[0][::16]
+        assert np.max(np.abs(difference)) < 2.0 * math.pi / servo.COUNTS
+
+
+def test_many_parameter_sets_at_once_are_each_as_if_alone():
+    made = log(1.0, goal=0.5, enabled=1.0)
+    sets = [{}, {"delay.time": 0.01}, {"backlash.angle": 0.02}, {"motor_heating.per_joule": 0.1}]
+    together = made.swing(sets)
+    for row, values in zip(together, sets, strict=True):
+        assert np.array_equal(row, made.swing([values])[0])
+
+
+def test_every_effect_is_neutral_at_its_nominal_value_and_moves_the_arm_at_every_scan_point():
+    model = servo.Servo((log(3.0, goal=np.where(np.arange(1500) < 700, 1.2, -0.4), enabled=1.0, gain=400.0),))
+    plain = model.simulate(0, [{}])["position"][0]
+    for effect in model.effects:
+        neutral = {effect.parameters[0].name: effect.parameters[0].nominal}
+        assert np.array_equal(model.simulate(0, [neutral])["position"][0], plain)
+        assert {parameter.name for parameter in effect.parameters} <= set(servo.NOMINAL)
+        for point in effect.scan:
+            moved = model.simulate(0, [effect.values(point)])["position"][0]
+            assert np.max(np.abs(moved - plain)) > 2e-4, (effect.name, point)
+    for parameter in model.nuisance:
+        assert servo.NOMINAL[parameter.name] == parameter.nominal
+
+
+def test_logs_are_read_whatever_the_order_of_their_columns(tmp_path):
+    rows = [(0.01 * k, 0.2 * k, 0.1 * k, 1) for k in range(20)]
+    first = tmp_path / "arm_kp250_a.csv"
+    first.write_text("time_s,goal_rad,position_rad,torque_enabled\n" + "\n".join(",".join(map(str, r)) for r in rows))
+    other = tmp_path / "other.csv"
+    other.write_text(
+        "position_rad, x, goal_rad, time_s\n" + "\n".join(f"{r[2]}, 7, {r[1]}, {r[0]}" for r in rows) + "\n"
+    )
+    one, two = servo.read_servo_log(first), servo.read_servo_log(other, 250.0)
+    assert one.gain == two.gain == 250.0
+    for name in ("time", "goal", "position", "enabled"):
+        assert np.array_equal(getattr(one, name), getattr(two, name))
+    for text, says in (("time_s,goal_rad\n" + "0,1\n" * 20, "no column position_rad"), ("", "0 rows"),
+                       ("time_s,goal_rad,position_rad\n" + "0,1,1\n" * 20, "time_s does not ascend")):  # fmt: skip
+        other.write_text(text)
+        with pytest.raises(InputError, match=says):
+            servo.read_servo_log(other, 100.0)
+    other.write_text(first.read_text())
+    with pytest.raises(InputError, match="--gain"):
+        servo.read_servo_log(other)
+    assert servo.main([str(tmp_path / "none.csv")]) == 2
+
+
+def test_the_real_logs_follow_the_firmwares_law_and_friction_grows_with_load(shared_data):
+    """What the servo reports as its duty is gain x error; and its weight alone does not explain where it stalls."""
+    paths = sorted((shared_data / "servo").glob("*.csv"))
+    assert len(paths) == 8
+    for path in paths:
+        table = np.genfromtxt(path, delimiter=",", names=True)
+        made = servo.read_servo_log(path)
+        duty = np.where(table["load_pwm"] > 32767, table["load_pwm"] - 65536, table["load_pwm"]) / 885.0
+        law = np.clip(made.gain * servo.DUTY_PER_RADIAN * (made.goal - made.position), -1.0, 1.0)
+        on = made.enabled > 0.5
+        assert np.corrcoef(duty[on], law[on])[0, 1] > 0.999
+        assert np.median(np.abs(duty[on] - law[on])) < 0.01
+    lifted = [servo.read_servo_log(path) for path in paths if "lift_and_drop" in path.name]
+    plain, loaded = servo.errors(lifted, {}), servo.errors(lifted, {"load_friction_motor.share": 0.2})
+    assert all(after < before for before, after in zip(plain, loaded, strict=True))
+
+
+def test_the_script_says_what_is_wrong_in_one_line(tmp_path):
+    outcome = subprocess.run([sys.executable, str(_SOURCE), str(tmp_path / "kp1.csv")], capture_output=True, text=True)
+    assert outcome.returncode == 2
+    assert outcome.stderr.startswith("Error: ")
+    assert len(outcome.stderr.splitlines()) == 1

@@ -1,0 +1,116 @@
+"""Signals end a command alike: in order, with what is finished kept, and an exit code that says which signal it was."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+BODY = """\
+import os, signal, sys
+import click
+from slider_drilling import cli
+from slider_drilling.interrupts import raise_on_signals
+
+def act():
+    raise_on_signals()
+    try:
+        print("begun", flush=True)
+        while True:
+            signal.pause()
+    except KeyboardInterrupt:
+        if len(sys.argv) == 1:
+            raise
+    print("partial answer")
+
+cli.run_group(click.Group("g", commands={"act": click.Command("act", callback=act)}), ["act"])
+"""
+STUCK = """\
+class Stuck:
+    def __init__(self, rig):
+        pass
+    def step(self, measurements):
+        open("in_step", "a").close()
+        while True:
+            pass
+"""
+
+
+def code_and_words(arguments: list[str], number: signal.Signals) -> tuple[int, str, str]:
+    with subprocess.Popen(
+        [sys.executable, "-c", BODY, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "begun\n"
+        process.send_signal(number)
+        said, complained = process.communicate(timeout=60)
+        return process.returncode, said, complained.strip()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_the_code_says_which_signal_it_was_whether_an_answer_came_of_it_or_not(number: signal.Signals) -> None:
+    assert code_and_words([], number) == (128 + number, "", "interrupted")
+    assert code_and_words(["keeps"], number) == (128 + number, "partial answer\n", "")
+
+
+def test_a_signal_that_is_ignored_stays_so() -> None:
+    ignoring = BODY.replace("def act():", "def act():\n    signal.signal(signal.SIGHUP, signal.SIG_IGN)")
+    with subprocess.Popen(
+        [sys.executable, "-c", ignoring], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None and process.stdout.readline() == "begun\n"
+        process.send_signal(signal.SIGHUP)
+        time.sleep(0.3)
+        assert process.poll() is None
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=60)
+        assert process.returncode == 143
+
+
+@pytest.mark.parametrize("closed", [1, 2])
+def test_an_output_that_was_closed_is_no_trace(repository: Path, closed: int) -> None:
+    command = f"exec {sys.executable} -m slider_drilling study --list {closed}>&-"
+    answer = subprocess.run(command, shell=True, cwd=repository, capture_output=True, text=True, timeout=120)
+    assert answer.returncode == 0
+    assert "Traceback" not in answer.stderr
+
+
+def test_a_full_disk_behind_stdout_is_one_line(repository: Path) -> None:
+    command = f"exec {sys.executable} -m slider_drilling study --list > /dev/full"
+    answer = subprocess.run(command, shell=True, cwd=repository, capture_output=True, text=True, timeout=120)
+    assert (answer.returncode, answer.stderr.count("\n")) == (2, 1)
+    assert "No space left on device" in answer.stderr
+
+
+def test_a_controller_stuck_in_its_step_is_ended_and_leaves_nobody(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(STUCK)
+    arguments = ["closed-loop", "--only", "hold, 2.6", "--elements", "20", "--controller", "mine:Stuck", "-o", "out"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "slider_drilling", *arguments],
+        cwd=tmp_path,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    try:
+        deadline = time.monotonic() + 120.0
+        while not (tmp_path / "in_step").exists() and time.monotonic() < deadline:
+            time.sleep(0.1)
+        assert (tmp_path / "in_step").exists()
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(60.0) == 143
+        for _ in range(100):
+            try:
+                os.killpg(process.pid, 0)
+            except ProcessLookupError:
+                return
+            time.sleep(0.1)
+        pytest.fail("a process was left behind")
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
