@@ -351,16 +351,17 @@ def test_approach_knows_where_the_bit_touches_and_a_slip_hardly_moves_it():
     for _ in range(50):
         approach.drilling(end + 0.6, pressure, 0.1)
     approach.pick_up()
-    assert approach.speed(end - 2.8, 0.1) == 0.1 and approach.fast
+    assert approach.speed(end - 2.8, 0.1, 0.5, 0.1) == 0.1 and approach.fast
     position = end - 2.8
-    while approach.speed(position, 0.1) > 0.0061:
-        position += 0.1 * approach.speed(position, 0.1)
-    assert position == pytest.approx(end - 0.8, abs=0.12)
+    while approach.speed(position, 0.1, 0.5, 0.1) > 0.0:
+        position += 0.1 * approach.speed(position, 0.1, 0.5, 0.0)
+    assert position == pytest.approx(end - 0.8 - 0.25, abs=0.12)
     assert not approach.fast and approach.under_way
+    assert approach.speed(position, 0.1, 0.1, 0.1) > 0.0
 
 
 def test_approach_that_knows_no_bottom_creeps():
-    assert Approach(1e5, 0.04).speed(0.0, 0.1) < 0.01
+    assert Approach(1e5, 0.04).speed(0.0, 0.1, 0.0, 0.1) < 0.01
 
 
 def test_torque_turn_ends_strokes_and_bumps():

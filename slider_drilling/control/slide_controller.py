@@ -341,6 +341,8 @@ class SlideController:
             return self._amplitude_for(s.reach_share)
         if self._approach.fast:
             return self._amplitude_for(_MOVING_SHARE * s.reach_share)
+        if self._approach.under_way:
+            return self._amplitude_for(s.setting_share)
         share = min(max((abs(self.error) - _NEAR) / (_FAR - _NEAR), 0.0), 1.0)
         return self._amplitude_for(s.reach_share + (s.setting_share - s.reach_share) * share)
 
@@ -372,7 +374,8 @@ class SlideController:
         if not self._permission.lower or self._testing() or self._motion() is not Motion.ROCK or self._drag.locked:
             return 0.0
         if self._approach.under_way and self._pressure.quick < _TOUCHED_SHARE * self._wanted_pressure:
-            return self._approach.speed(position, self._settings.max_block_speed)
+            return self._approach.speed(
+                position, self._settings.max_block_speed, self._drag.share, self._watch.step)
         self._approach.touched()
         self._approach.drilling(position, self._pressure.quick, self._watch.step)
         wanted = self._pressure_share * self._wanted_pressure
