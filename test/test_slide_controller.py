@@ -89,7 +89,8 @@ def test_any_stream_gives_finite_bounded_continuous_commands(events):
                 time = stamp
             assert all(math.isfinite(value) for value in dataclasses.astuple(command))
             assert abs(command.top_drive_speed) <= s.max_rocking_speed + 1e-9
-            assert -s.pick_up_speed <= command.block_speed <= s.max_block_speed
+            most = s.compensation_speed
+            assert -s.pick_up_speed - most <= command.block_speed <= s.max_block_speed + most
             if last is not None:
                 assert abs(command.top_drive_angle - last.top_drive_angle) <= s.max_rocking_speed * longest + 1e-9
                 assert abs(command.top_drive_speed - last.top_drive_speed) <= acceleration * longest + 1e-9

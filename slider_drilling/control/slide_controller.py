@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import TYPE_CHECKING
 
+from slider_drilling.control import slide_status
 from slider_drilling.control.amplitude import LANDING, AmplitudeFinder
 from slider_drilling.control.approach import Approach
 from slider_drilling.control.auto_driller import AutoDriller, axial_stiffness
 from slider_drilling.control.differential_pressure import DifferentialPressure
+from slider_drilling.control.drag import DragMonitor
 from slider_drilling.control.drive import Motion, RockingDrive, Wish
+from slider_drilling.control.heave import HeaveCompensator
+from slider_drilling.control.learnt_rig import corrected, with_worn_motor
 from slider_drilling.control.limits import HOLD_AFTER, Interlocks, Permission, Stall, StallGuard
-from slider_drilling.control.protocol import Level, Status
+from slider_drilling.control.protocol import Status
+from slider_drilling.control.reach import Reach
 from slider_drilling.control.settings import check
 from slider_drilling.control.slide_settings import SlideSettings
 from slider_drilling.control.stroke_means import StrokeMeans
+from slider_drilling.control.swing import Swing, apart
 from slider_drilling.control.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
 from slider_drilling.control.torque_and_drag import TorqueAndDrag
 from slider_drilling.control.torque_turn import TorqueTurn
 from slider_drilling.control.watch import Watch
-from slider_drilling.signals import Measurements, RigCommand
+from slider_drilling.signals import Measurements, MwdSample, RigCommand
 from slider_drilling.wellbore.zones import Zones
 
 if TYPE_CHECKING:
@@ -29,7 +36,11 @@ _PERIOD_PER_TRAVEL = 6.4     # best period of rocking over the time that torsion
 _SHORTEST_PERIOD = 6.0       # s
 _NEAR, _FAR = math.radians(12.0), math.radians(45.0)   # errors between which holding turns into setting
 _LOST_TURN = math.radians(200.0)   # of error: the nearest turn of the target is now another
-_SWING = math.radians(3.0)   # that rocking leaves at the bit
+_SWING = math.radians(1.5)   # of an MWD sample beside its noise, that the swing as it is known leaves
+_UNEXPLAINED = math.radians(0.8)   # of an MWD sample beside its noise, where nothing happens
+_QUIET_PULL = 0.6            # rad, up to which samples tell the swing
+_HOLDS, _LEAST_MOBILITY = (0.25, 0.3), 0.1   # shares of drag: from there on, and beyond it all, pipe holds the bit
+_HALF_LOADED = 0.5           # of the pressure wanted, from which on drag and swing tell the reach
 _WALK, _DRIFT = math.radians(0.6), math.radians(0.15)   # per sqrt(s), of the string's twist and of the offset
 _PULL_SHARE = 0.1            # of the twist that pulls, by which the string may be twisted otherwise
 _MOVE_SHARE = 0.3            # of a move of the centre, that surface torque does not show at once
@@ -57,7 +68,8 @@ class SlideController:
 
     def __init__(self, rig: Rig, settings: SlideSettings | None = None, tool_face_target: float = 0.0):
         self.tool_face_target = tool_face_target
-        self._rig = rig
+        self._given_rig = rig
+        self._rig = rig = with_worn_motor(rig)
         s = self._settings = SlideSettings() if settings is None else settings
         check(s)
         self._interval = 1.0 / rig.sensors.rate
@@ -72,8 +84,14 @@ class SlideController:
         sample = math.sqrt(mwd.noise**2 + mwd.resolution**2 / 12.0 + _SWING**2)
         noise = EstimatorNoise(sample, rig.sensors.surface_torque.noise, self._interval, _PULL_SHARE, _MOVE_SHARE,
                                _WALK, _DRIFT)
-        self._estimator = ToolFaceEstimator(self._belief.compliance, s.response_time, noise)
+        self._estimator = ToolFaceEstimator(
+            self._belief.compliance, s.response_time, noise, bias=rig.effects.torque_sensor_bias.bias)
         self._means = StrokeMeans()
+        self._swing = Swing(math.sqrt(mwd.noise**2 + mwd.resolution**2 / 12.0 + _UNEXPLAINED**2))
+        self._drag = DragMonitor(rig, s.friction_factor, self._driller.weight_per_pressure * self._wanted_pressure)
+        self._reach = Reach()
+        self._heave = HeaveCompensator(axial_stiffness(rig), s.compensation_speed)
+        self._strokes = 0            # of the drive, that the swing knows of
         stall = StallGuard(s.stall_share * rig.motor.max_pressure, _RELEASED_SHARE * self._wanted_pressure)
         self._interlocks = Interlocks(s.make_up_torque_limit, s.back_off_torque_limit, stall,
                                       _LEAST_FLOW_SHARE * self._reference_pump)
@@ -102,7 +120,8 @@ class SlideController:
         self._pressure.configure(self._rig, s.off_bottom_pressure)
         self._driller.configure(self._rig, s.auto_driller_time, s.max_block_speed)
         self._wanted_pressure = self._pressure_wanted(s)
-        self._estimator.response_time = s.response_time
+        self._estimator.filter.response_time = s.response_time
+        self._heave.fastest = s.compensation_speed
         stall = self._interlocks.stall
         stall.limit = s.stall_share * self._rig.motor.max_pressure
         stall.released = _RELEASED_SHARE * self._wanted_pressure
@@ -112,6 +131,24 @@ class SlideController:
             self._believe(s)
         if self._drive is not None:
             self._drive.limit(self._max_speed(), self._max_acceleration())
+
+    def _keep_reach(self, step: float) -> None:
+        """Rock as deep as drag and swing ask for, while the bit is loaded; see whether weight arrives."""
+        hook_load = self._fresh("hook_load")
+        if self._testing():
+            self._drag.tare(hook_load, step)
+            return
+        string = self._estimator.filter
+        weight = self._driller.weight_per_pressure * string.motor_gain * max(self._pressure.smooth, 0.0)
+        self._drag.update(hook_load, weight, self._finder.scale, step)
+        if self._approach.under_way or not self._permission.lower or self._interlocks.stall.state is not Stall.NONE:
+            return
+        self._drag.watch(self._pressure.smooth, self._driller.setpoint, step)
+        self._reach.answer(self._estimator.pull, self._settings.response_time, self._estimator.tool_face, step)
+        if self._pressure.smooth > _HALF_LOADED * self._wanted_pressure:
+            share = self._drag.share if math.isfinite(self._drag.share) else 0.0
+            self._estimator.mobility = min(max(1.0 - (share - _HOLDS[0]) / _HOLDS[1], _LEAST_MOBILITY), 1.0)
+            self._reach.update(self._drag.share, self._swing.amplitude, self._swing.spread, step)
 
     def _pressure_wanted(self, s: SlideSettings) -> float:
         return s.differential_pressure or self._driller.pressure_for(s.rate_of_penetration)
@@ -143,7 +180,9 @@ class SlideController:
         self._permission = self._interlocks.update(watch, waited, self._pressure.quick, self._mwd_age, behind)
         self._rock(drive)
         pump_speed = self._settings.pump_speed or self._reference_pump
-        return RigCommand(drive.angle, drive.speed, self._lower(), pump_speed)
+        moving = self._permission.lower and not self._testing() and not self._drag.locked
+        wave = self._heave.update(self._fresh("hook_load"), self._period_now(), moving, watch.step)
+        return RigCommand(drive.angle, drive.speed, self._lower() + wave, pump_speed)
 
     def _started(self) -> RockingDrive:
         """The reference, which begins at the angle that the top drive has."""
@@ -158,16 +197,34 @@ class SlideController:
         if watch.jumped:
             estimator.restamp(watch.time)
         self._mwd_age += watch.step
+        estimator.sliding = self._approach.fast
+        estimator.settled = self._drilling()
         if math.isfinite(watch.time):
-            estimator.advance(watch.time)
+            estimator.advance(watch.time, self._pressure.reactive_torque)
+            if drive.strokes != self._strokes:
+                self._strokes = drive.strokes
+                self._swing.reversal(watch.time)
+            self._swing.fade(watch.step)
             cycle = self._means.update(watch.step, self._fresh("top_drive_angle"), self._fresh("surface_torque"),
                                        self._pressure.quick_reactive_torque, drive.strokes)
             if cycle is not None:
-                estimator.observe(watch.time, cycle, self._carried(), self._drilling(), self.tool_face_target)
+                estimator.observe(watch.time, cycle, self._carried(), self.tool_face_target)
         for sample in m.mwd:
-            if estimator.correct(sample, self.tool_face_target):
-                self._mwd_age = max(watch.time - sample.measured_at, 0.0)
+            self._read(sample)
         self._choose_turn()
+
+    def _read(self, sample: MwdSample) -> None:
+        """Take an MWD sample: the swing from what it is beyond the mean tool-face, that from what it is beside the
+        swing."""
+        estimator, time = self._estimator, sample.measured_at
+        beyond = math.remainder(sample.tool_face - estimator.at(time), 2.0 * math.pi) if estimator.known else math.nan
+        steady = dataclasses.replace(sample, tool_face=sample.tool_face - self._swing.at(time))
+        if not estimator.correct(steady, self.tool_face_target):
+            return
+        self._mwd_age = max(self._watch.time - time, 0.0)
+        quiet = abs(estimator.pull) < _QUIET_PULL and abs(self.error) < _NEAR
+        if math.isfinite(beyond) and self._drilling() and quiet:
+            self._swing.update(time, beyond)
 
     def _drilling(self) -> bool:
         """Whether the bit is loaded and the string slides after it."""
@@ -203,6 +260,7 @@ class SlideController:
 
     def _rock(self, drive: RockingDrive) -> None:
         watch = self._watch
+        self._keep_reach(watch.step)
         if self._may_shift():
             self._steer(watch.step)
         self._amplitude = self._borne(self._wished_amplitude(), watch.step)
@@ -253,10 +311,12 @@ class SlideController:
             self._trim_pull(step)
             # While the string slides fast it turns freely, and means over a stroke say little.
             lead = 0.0 if self._approach.fast else min(max(s.gain * self.error, -s.max_lead), s.max_lead)
-            wanted = self._target - self._estimator.offset + self._estimator.rest_pull + lead + self._trim
+            wanted = self._target - self._estimator.offset + lead + self._trim
         share = 1.0 - math.exp(-step / (_CENTRE_TIME * self._period_now()))
         self._aim += share * (wanted - self._aim)
-        self._centre = self._aim + s.feed_forward * self._belief.compliance * self._expected_torque()
+        string = self._estimator.filter
+        twist = string.compliance * string.motor_gain * self._expected_torque()
+        self._centre = self._aim + s.feed_forward * twist
 
     def _trim_pull(self, step: float) -> None:
         """What friction leaves of a pull where the tool-face has come to rest: slow, bounded, near the target only."""
@@ -281,12 +341,14 @@ class SlideController:
             return self._amplitude_for(s.reach_share)
         if self._approach.fast:
             return self._amplitude_for(_MOVING_SHARE * s.reach_share)
+        if self._approach.under_way:
+            return self._amplitude_for(s.setting_share)
         share = min(max((abs(self.error) - _NEAR) / (_FAR - _NEAR), 0.0), 1.0)
         return self._amplitude_for(s.reach_share + (s.setting_share - s.reach_share) * share)
 
     def _amplitude_for(self, share: float) -> float:
         """rad; `share` of the amplitude that frees the whole string, as its friction is known."""
-        return share * self._belief.full_amplitude(1.0 if self._testing() else self._finder.scale)
+        return share * self._reach.share * self._belief.full_amplitude(1.0 if self._testing() else self._finder.scale)
 
     def _period_now(self) -> float:
         """s; longer than the best one where the drive could not make the amplitude in it."""
@@ -294,6 +356,7 @@ class SlideController:
             wanted = self._settings.period
         else:
             wanted = max(_PERIOD_PER_TRAVEL * self._belief.travel_time, _SHORTEST_PERIOD)
+            wanted = apart(wanted, self._rig.sensors.mwd.period)
             if self._testing():
                 wanted = max(wanted, 4.0 * self._amplitude / _TEST_SPEED)
         return max(wanted, 4.0 * self._amplitude / self._max_speed())
@@ -308,10 +371,11 @@ class SlideController:
         if self._interlocks.stall.state is not Stall.NONE:
             self._driller.restart()
             return 0.0
-        if not self._permission.lower or self._testing() or self._motion() is not Motion.ROCK:
+        if not self._permission.lower or self._testing() or self._motion() is not Motion.ROCK or self._drag.locked:
             return 0.0
         if self._approach.under_way and self._pressure.quick < _TOUCHED_SHARE * self._wanted_pressure:
-            return self._approach.speed(position, self._settings.max_block_speed)
+            return self._approach.speed(
+                position, self._settings.max_block_speed, self._drag.share, self._watch.step)
         self._approach.touched()
         self._approach.drilling(position, self._pressure.quick, self._watch.step)
         wanted = self._pressure_share * self._wanted_pressure
@@ -319,29 +383,17 @@ class SlideController:
         return self._driller.update(self._pressure.smooth, wanted, ramp, self._watch.step)
 
     def status(self) -> tuple[Status, ...]:
-        """The tool-face and its error, the zones, and every interlock with its reason."""
-        return (self._tool_face_status(), self._reach_status(), *self._interlocks.statuses())
-
-    def _tool_face_status(self) -> Status:
-        estimator = self._estimator
-        if not estimator.known:
-            return Status(Level.WARN, "tool_face", "no MWD tool-face has come yet: rocking about the start")
-        values = (("estimate_deg", f"{math.degrees(estimator.tool_face):.1f}"),
-                  ("one_sigma_deg", f"{math.degrees(estimator.spread):.1f}"),
-                  ("target_deg", f"{math.degrees(self._target):.1f}"), ("centre_rad", f"{self._centre:.2f}"),
-                  ("offset_rad", f"{estimator.offset:.2f}"),
-                  ("pull_rad", f"{estimator.pull:.2f}"),
-                  ("reactive_torque_n_m", f"{self._pressure.reactive_torque:.0f}"),
-                  ("mwd_rejected", str(estimator.rejections)))
-        return Status(Level.OK, "tool_face", f"{-math.degrees(self.error):+.1f} deg off target", values)
-
-    def _reach_status(self) -> Status:
+        """The tool-face and its error, what was learnt of the string, the zones, and every interlock with its
+        reason."""
         zones = self.zones()
-        values = (("rocking_m", f"{zones.rocked_to:.0f}"), ("static_m", f"{zones.static_length:.0f}"),
-                  ("reactive_from_m", f"{zones.reactive_from:.0f}"), ("amplitude_rad", f"{self._amplitude:.2f}"),
-                  ("period_s", f"{self._period_now():.1f}"), ("friction_over_belief", f"{self._finder.scale:.2f}"),
-                  ("friction_one_sigma", f"{self._finder.spread:.2f}"),
-                  ("breakover_torque_n_m", f"{self._finder.breakover_torque:.0f}"),
-                  ("share_of_pressure_wanted", f"{self._pressure_share:.2f}"))
-        message = f"rocking reaches {zones.rocked_to:.0f} m of {self._belief.bit_depth:.0f} m"
-        return Status(Level.OK, "reach", message, values)
+        return (
+            slide_status.of_tool_face(self._estimator, self._target, self._centre, self._pressure.reactive_torque),
+            slide_status.of_string(self._estimator),
+            slide_status.of_reach(zones, self._belief.bit_depth, self._amplitude, self._period_now(), self._finder,
+                                  self._reach, self._swing, self._drag, self._pressure_share),
+            slide_status.of_heave(self._heave), slide_status.of_lock_up(self._drag, zones),
+            *self._interlocks.statuses())
+
+    def corrected_rig(self) -> Rig:
+        """The rig file with what was learnt of the string so far."""
+        return corrected(self._given_rig, self._estimator.filter.learnt)

@@ -33,6 +33,7 @@ class SlideSettings:
     auto_driller_time: float = setting(30.0, "s", 5.0, 600.0, "in which an error of pressure decays")
     max_block_speed: float = setting(0.1, "m/s", 0.0, 0.1, "fastest lowering")
     pick_up_speed: float = setting(0.2, "m/s", 0.005, 0.5, "at which the bit is lifted after a stall")
+    compensation_speed: float = setting(0.2, "m/s", 0.0, 1.0, "fastest that the block moves against heave; 0: not")
     off_bottom_pressure: float = setting(0.0, "Pa", 0.0, 100e6, "at reference flow, off bottom; 0: rig file's")
     pump_speed: float = setting(0.0, "rad/s", 0.0, 60.0, "crank speed of the mud pump; 0: for reference flow")
     stall_share: float = setting(0.85, "-", 0.2, 1.0, "share of the motor's limit that counts as stall")

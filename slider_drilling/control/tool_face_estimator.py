@@ -6,10 +6,10 @@ compliance of the string and ``w`` the share of it that carries M (the static zo
 
     x = angle - S (w M + (1 - w) T) + b,
 
-angle the mean of the top drive, x the mean tool-face. b is what is not known: where the bend points, errors of S, T and
-of the torque sensor. It hardly moves, so all MWD samples together tell it, late ones as well as prompt ones, and a lost
-or a wrong one costs little. ``S (M - T)`` is the twist that pulls the tool-face; it follows with a lag. Where the
-tool-face rests although the string slides, nothing pulls: what is measured then is the error of S, T and the sensor.
+angle the mean of the top drive, x the mean tool-face, b where the bend points. What S, T and M are beyond what the rig
+file and the sensors say is learnt beside x and b (`string_filter`). Which b the first samples agree on, and whether
+samples that are refused agree on another, is a belief over the whole circle: a late, lost, wrong or whole-turn-off
+sample costs little.
 """
 
 from __future__ import annotations
@@ -19,15 +19,19 @@ from collections import deque
 from dataclasses import dataclass
 
 from slider_drilling.control.circular_belief import CircularBelief
+from slider_drilling.control.string_filter import StringFilter
 from slider_drilling.control.stroke_means import CycleMean
 from slider_drilling.signals import MwdSample
 
 _STEP = 0.5                # s between the instants that are kept
 _OUTLIERS = 0.1            # share of MWD samples that may be any angle
 _GATE = 4.0                # standard deviations beyond which a sample counts as refused
-_REST, _REST_MOVE = 40.0, math.radians(6.0)   # s, rad: a tool-face that moves no more than this rests
-_REST_LEARNT, _IN_DOUBT, _MOST_REST_PULL = 20.0, 0.4, 4.0   # s, rad, rad
+_RATE_DOUBT = 0.05         # of the squared rate at which what pulls is believed to turn the bit
+_RAMP_DOUBT = 1.0          # ... while the bit is being loaded: pipe near it gives before surface sees anything
+_SLIDING_WALK, _SLIDING_DOUBT = 0.4, 0.7    # rad/sqrt(s) of the tool-face, rad of the twist, while the string slides
+_STRING_DOUBT = math.radians(6.0)   # rad, of the twist at first
 _PLACED = 0.5              # probability of one offset, below which it is too early to act on it
+_BELIEVED = 0.7            # ... above which samples that were refused are
 
 
 @dataclass(frozen=True)
@@ -49,108 +53,108 @@ class EstimatorNoise:
 @dataclass
 class _Instant:
     time: float
+    tool_face: float   # rad, x
     string: float      # rad, x - b
-    variance: float    # rad2
-    pull: float        # rad
 
 
 class ToolFaceEstimator:
-    """Mean tool-face, unwrapped. compliance: rad/(N m), S; response_time: s, the lag behind what pulls; memory: s, how
-    late a sample may come."""
+    """Mean tool-face, unwrapped. compliance: rad/(N m), S0; response_time: s, the lag behind what pulls; memory: s, how
+    late a sample may come; bias: N m, of the torque sensor as believed."""
 
-    def __init__(self, compliance: float, response_time: float, noise: EstimatorNoise, memory: float = 90.0):
-        self.response_time = response_time
-        self._compliance = compliance
+    def __init__(self, compliance: float, response_time: float, noise: EstimatorNoise, memory: float = 90.0,
+                 bias: float = 0.0):
         self._noise = noise
         self._memory = memory
         self._past: deque[_Instant] = deque()
         self._waiting: list[MwdSample] = []
         self._offset = CircularBelief(_OUTLIERS)
+        self.filter = StringFilter(compliance, response_time, bias)
         self._angle = math.nan   # rad, mean of the last cycle
+        self._cycle: CycleMean | None = None
+        self._reactive = math.nan   # N m, at the last advance
+        self._carried = 1.0         # w of the last cycle
         self._moved = 0.0        # rad2, that the offset may have moved since its last sample
-        self._turned = 0.0       # rad, the offset with its turns
-        self.rest_pull = 0.0     # rad, S (M - T) as measured where the tool-face rests
-        self.pull = 0.0          # rad, S (M - T) beyond that
+        self.mobility = 1.0      # of 1 / response time, that rocking leaves
+        self.settled = False     # whether the bit is loaded
+        self.sliding = False     # whether the string slides fast: then it turns freely, and nothing here foretells it
+        self.known = False       # whether the tool-face is
+        self.pull = 0.0          # rad, S (M - T)
         self.samples = 0
         self.rejections = 0
         self.last_sample: float | None = None     # s, when the last accepted sample was read
 
     @property
-    def known(self) -> bool:
-        """Whether the tool-face is."""
-        return bool(self._past) and self._offset.weight > _PLACED
-
-    @property
     def offset(self) -> float:
         """b, rad: of the turn that it had before."""
-        return self._turned
+        return float(self.filter.mean[1])
 
     @property
     def tool_face(self) -> float:
         """x, rad; NaN before rocking has made a cycle."""
-        return self._past[-1].string + self._turned if self._past else math.nan
+        return float(self.filter.mean[0]) if self._past else math.nan
 
     @property
     def spread(self) -> float:
         """One standard deviation of the tool-face, rad."""
-        return math.sqrt(self._variance(self._past[-1]) + self._offset.spread**2) if self._past else math.inf
+        return self.filter.spread if self._past else math.inf
 
-    def advance(self, time: float) -> None:
+    def at(self, time: float) -> float:
+        """x (rad) as held for `time` (s)."""
+        return self._past[self._index_at(time)].tool_face if self._past else math.nan
+
+    def advance(self, time: float, reactive: float = math.nan) -> None:
         """Come forward to `time` (s). A clock that does not advance changes nothing."""
         if not self._past or time - self._past[-1].time < _STEP:
             return
-        last, step = self._past[-1], time - self._past[-1].time
-        rate = self.pull / self.response_time
-        walk = (self._noise.walk**2 + rate * rate * self.response_time) * step
-        self._past.append(_Instant(time, last.string, last.variance + walk, self.pull))
-        self._moved += (self._noise.drift**2 + (self._noise.pull_share * self.pull) ** 2 / self.response_time) * step
+        step = time - self._past[-1].time
+        if math.isfinite(reactive):
+            if math.isfinite(self._reactive):
+                self.filter.let_through(reactive - self._reactive, self._carried)
+            self._reactive = reactive
+        drift = math.sqrt(self._noise.drift**2 + (self._noise.pull_share * self.pull) ** 2 / self.filter.response_time)
+        if self._cycle is not None:
+            rate = self.pull / self.filter.response_time
+            doubt = _RATE_DOUBT if self.settled else _RAMP_DOUBT
+            walk = math.sqrt(self._noise.walk**2 + doubt * rate * rate * self.filter.response_time)
+            mobility, walk = (0.0, _SLIDING_WALK) if self.sliding else (self.mobility, walk)
+            self.filter.advance(step, self._cycle.torque, self._cycle.reactive_torque, mobility, walk, drift)
+        self._moved += drift * drift * step
+        x, b = float(self.filter.mean[0]), float(self.filter.mean[1])
+        self._past.append(_Instant(time, x, x - b))
         while len(self._past) > 2 and self._past[0].time < time - self._memory:
             self._past.popleft()
 
-    def observe(self, time: float, cycle: CycleMean, carried: float, drilling: bool, reference: float) -> None:
-        """Take the mean of the cycle that ended at `time` (s); carried: w; drilling: whether the string slides, so that
-        what pulls would turn it; reference: rad, the turn that the first samples get."""
-        string, variance = self._string(cycle, carried)
-        if self._past:
-            self._blend(time, string, variance, cycle.duration)
-            if drilling and self._at_rest(time):
-                share = 1.0 - math.exp(-0.5 * cycle.duration / _REST_LEARNT)
-                # The controller's trim takes the little that noise and a slow creep leave in doubt.
-                beyond = math.copysign(max(abs(self.pull) - _IN_DOUBT, 0.0), self.pull)
-                self.rest_pull = min(max(self.rest_pull + share * beyond, -_MOST_REST_PULL), _MOST_REST_PULL)
-            return
-        self._past.append(_Instant(time, string, variance, self.pull))
-        for sample in self._waiting:
-            self.correct(sample, reference)
-        self._waiting.clear()
-
-    def _string(self, cycle: CycleMean, carried: float) -> tuple[float, float]:
-        """x - b (rad) as this cycle shows it and its variance (rad2)."""
+    def observe(self, time: float, cycle: CycleMean, carried: float, reference: float) -> None:
+        """Take the mean of the cycle that ended at `time` (s); carried: w; reference: rad, the turn that the first
+        samples get."""
         noise = self._noise
-        twist = self._compliance * (cycle.torque - cycle.reactive_torque)
-        self.pull = twist - self.rest_pull
         moved = 0.0 if math.isnan(self._angle) else cycle.angle - self._angle
-        self._angle = cycle.angle
-        white = self._compliance * noise.torque * math.sqrt(noise.interval / cycle.duration)
+        self._angle, self._cycle, self._carried = cycle.angle, cycle, carried
+        self.pull = self.filter.pull(cycle.torque, cycle.reactive_torque)
+        white = self.filter.compliance * noise.torque * math.sqrt(noise.interval / cycle.duration)
         variance = white * white + (noise.pull_share * self.pull) ** 2 + (noise.move_share * moved) ** 2
-        return cycle.angle - self._compliance * cycle.reactive_torque - carried * twist, variance
-
-    def _at_rest(self, time: float) -> bool:
-        """Whether the string's twist has not changed for a while: then nothing pulls, whatever the sensors say."""
-        then = self._past[self._index_at(time - _REST)]
-        return then.time <= time - 0.9 * _REST and abs(self._past[-1].string - then.string) < _REST_MOVE
-
-    def _blend(self, time: float, string: float, variance: float, duration: float) -> None:
-        """Weigh what a cycle shows with what was believed; it speaks for all of its `duration` (s)."""
+        if self.sliding:
+            variance += _SLIDING_DOUBT**2
+        if not self._past:
+            shown = cycle.angle - self.filter.twist(cycle.torque, cycle.reactive_torque, carried)
+            self.filter.place(shown, 0.0, math.pi**2)
+            self._past.append(_Instant(time, shown, shown))
+            for sample in self._waiting:
+                self.correct(sample, reference)
+            self._waiting.clear()
+            return
         self.advance(time)
-        middle = self._past[self._index_at(time - 0.5 * duration)]
-        share = self._past[-1].variance / (self._past[-1].variance + variance)
-        change = share * (string - middle.string)
+        held = [instant.tool_face for instant in self._past if instant.time > time - cycle.duration]
+        middle = sum(held) / len(held) if held else self.tool_face
+        change = self.filter.string(cycle.angle, middle, cycle.torque, cycle.reactive_torque, carried, 2.0 * variance)
+        self._shift(time - cycle.duration, change)
+
+    def _shift(self, since: float, change: float) -> None:
+        """What was held from `since` (s) on was off by `change` (rad)."""
         for instant in self._past:
-            if instant.time > time - duration:
-                instant.string += change
-                instant.variance *= 1.0 - share
-                instant.pull = self.pull
+            if instant.time >= since:
+                instant.tool_face += change
+                instant.string = instant.tool_face - float(self.filter.mean[1])
 
     def restamp(self, time: float) -> None:
         """The clock has jumped to `time` (s): what is known stays, the past goes."""
@@ -172,25 +176,51 @@ class ToolFaceEstimator:
         if sample.measured_at > self._past[-1].time + 1.0 or sample.measured_at < self._past[-1].time - self._memory:
             return False
         then = self._past[self._index_at(sample.measured_at)]
-        offset = math.remainder(sample.tool_face - then.string, 2.0 * math.pi)
-        variance = self._noise.sample**2 + self._variance(then)
-        known = self.known
+        variance = self._noise.sample**2
+        doubt = variance + (_STRING_DOUBT**2 if not self.known else self.filter.spread**2)
         self._offset.diffuse(self._moved)
         self._moved = 0.0
-        off = abs(math.remainder(offset - self._offset.mean, 2.0 * math.pi))
-        refused = known and off > _GATE * math.sqrt(variance + self._offset.spread**2)
-        self._offset.update(offset, variance)
-        near = self._turned if known else reference - self._past[-1].string
-        self._turned = near + math.remainder(self._offset.mean - near, 2.0 * math.pi)
-        if refused:
-            self.rejections += 1
-            return False
-        self.samples += 1
-        self.last_sample = sample.measured_at
+        self._offset.update(math.remainder(sample.tool_face - then.string, 2.0 * math.pi), doubt)
+        accepted = self._place(reference) if not self.known else self._take(sample, then, variance)
+        if accepted:
+            self.samples += 1
+            self.last_sample = sample.measured_at
+        return accepted
+
+    def _place(self, reference: float) -> bool:
+        """Begin with the offset that the first samples agree on."""
+        string = self._past[-1].string
+        near = reference - string
+        self._settle(near + math.remainder(self._offset.mean - near, 2.0 * math.pi))
+        self.known = self._offset.weight > _PLACED
         return True
 
-    def _variance(self, instant: _Instant) -> float:
-        return instant.variance + (self._noise.pull_share * instant.pull) ** 2
+    def _settle(self, offset: float) -> None:
+        """What the string shows stays, seen from this offset (rad)."""
+        for instant in self._past:
+            instant.tool_face = instant.string + offset
+        x = self._past[-1].tool_face
+        self.filter.place(x, offset, self._offset.spread**2 + _STRING_DOUBT**2)
+        cycle = self._cycle
+        if cycle is not None:
+            shown = x - offset + self.filter.twist(cycle.torque, cycle.reactive_torque, self._carried)
+            self.filter.string(shown, x, cycle.torque, cycle.reactive_torque, self._carried, _STRING_DOUBT**2)
+
+    def _take(self, sample: MwdSample, then: _Instant, variance: float) -> bool:
+        off = math.remainder(sample.tool_face - then.tool_face, 2.0 * math.pi)
+        if abs(off) > _GATE * math.sqrt(variance + self.filter.spread**2):
+            self.rejections += 1
+            self._find_again()
+            return False
+        change = self.filter.sample(off, variance)
+        self._shift(-math.inf, change)
+        return True
+
+    def _find_again(self) -> None:
+        """Samples that keep being refused but agree with one another are believed."""
+        apart = math.remainder(self._offset.mean - float(self.filter.mean[1]), 2.0 * math.pi)
+        if self._offset.weight > _BELIEVED and abs(apart) > 2.0 * self._offset.spread:
+            self._settle(float(self.filter.mean[1]) + apart)
 
     def _index_at(self, time: float) -> int:
         """Of the newest instant not after `time`, or the oldest one."""

@@ -1,0 +1,66 @@
+"""How deep to rock, from how the string answers: deeper where pipe drags, less where the bit swings.
+
+The amplitude that the breakover test finds is as good as the belief of the string: 13 % of compliance shift it by 28 %.
+What it must do shows while sliding. Too little leaves pipe above the bit that drags along the hole and holds the
+tool-face; too much swings the bit. Both are measured, and the amplitude follows: drag tells within a minute or two, the
+swing says when it is enough.
+"""
+
+from __future__ import annotations
+
+import math
+
+_DRAG = 0.20               # share of the drag of a string that does not turn, that is aimed at
+_DEEPER, _LESS = 0.010, 0.004      # of the amplitude per s and share of drag beyond, below
+_SLACK = 0.03              # share of drag, below which rocking may reach less
+_MOST_OFF, _LEAST_OFF = 0.4, -0.1  # shares of drag that count at most
+_NEAR = 0.05               # share of drag beyond, up to which the swing has a say
+_SWING, _ENOUGH = math.radians(1.8), math.radians(1.5)   # rad: less from here, no more from here
+_PER_SWING = 0.0006 / math.radians(1.0)   # of the amplitude per s and rad of swing beyond
+_FASTEST_LESS = 0.0015     # of the amplitude per s, for the swing is known late
+_STUCK = 0.0025            # of the amplitude per s, while what pulls does not turn the bit
+_SMALLEST, _LARGEST = 0.65, 1.8    # of the amplitude that the breakover test found
+_WINDOW = 50.0             # s, over which what pulls is held against what turns
+_PULLED = math.radians(30.0)       # rad in that window, that what pulls should have turned
+_TURNED_SHARE = 0.35       # of it, below which the bit is stuck
+
+
+class Reach:
+    """share: amplitude over the one that the breakover test found."""
+
+    def __init__(self) -> None:
+        self.share = 1.0
+        self.stuck = False       # what pulls does not turn the bit
+        self._expected = 0.0     # rad/s, of the tool-face, by what pulls
+        self._turning = 0.0      # rad/s, as estimated
+        self._tool_face = math.nan
+
+    def answer(self, pull: float, response_time: float, tool_face: float, step: float) -> None:
+        """Take what pulls (rad), the time (s) in which the tool-face should follow it, and the tool-face (rad)."""
+        moved = tool_face - self._tool_face if math.isfinite(self._tool_face) else 0.0
+        self._tool_face = tool_face
+        if step <= 0.0:
+            return
+        kept = 1.0 - math.exp(-step / _WINDOW)
+        self._expected += kept * (pull / response_time - self._expected)
+        self._turning += kept * (moved / step - self._turning)
+        along = math.copysign(self._turning, self._turning * self._expected)
+        self.stuck = abs(self._expected) * _WINDOW > _PULLED and along < _TURNED_SHARE * abs(self._expected)
+
+    def update(self, drag: float, swing: float, swing_sigma: float, step: float) -> None:
+        """Take the share of drag, and the swing (rad) with its one-sigma."""
+        if not math.isfinite(drag):
+            return
+        beyond = drag - _DRAG
+        if beyond > 0.0:
+            rate = _DEEPER * min(beyond, _MOST_OFF)
+            if self.stuck:
+                rate = max(rate, _STUCK)
+        else:
+            rate = _LESS * min(max(beyond + _SLACK, _LEAST_OFF), 0.0)
+        if beyond < _NEAR:
+            if swing - swing_sigma > _SWING:
+                rate = min(rate, -min(_PER_SWING * (swing - swing_sigma - _SWING), _FASTEST_LESS))
+            elif swing - 0.5 * swing_sigma > _ENOUGH:
+                rate = min(rate, 0.0)
+        self.share = min(max(self.share * (1.0 + rate * step), _SMALLEST), _LARGEST)

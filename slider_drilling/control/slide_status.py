@@ -1,0 +1,83 @@
+"""What SlideController says of itself in `diagnostics`."""
+
+from __future__ import annotations
+
+import math
+
+from slider_drilling.control.amplitude import AmplitudeFinder
+from slider_drilling.control.drag import DragMonitor
+from slider_drilling.control.heave import HeaveCompensator
+from slider_drilling.control.protocol import Level, Status
+from slider_drilling.control.reach import Reach
+from slider_drilling.control.swing import Swing
+from slider_drilling.control.tool_face_estimator import ToolFaceEstimator
+from slider_drilling.wellbore.zones import Zones
+
+
+def of_tool_face(estimator: ToolFaceEstimator, target: float, centre: float, reactive_torque: float) -> Status:
+    """target, centre: rad; reactive_torque: N m, as pressure shows it."""
+    if not estimator.known:
+        return Status(Level.WARN, "tool_face", "no MWD tool-face has come yet: rocking about the start")
+    values = (("estimate_deg", f"{math.degrees(estimator.tool_face):.1f}"),
+              ("one_sigma_deg", f"{math.degrees(estimator.spread):.1f}"),
+              ("target_deg", f"{math.degrees(target):.1f}"), ("centre_rad", f"{centre:.2f}"),
+              ("offset_rad", f"{estimator.offset:.2f}"),
+              ("pull_rad", f"{estimator.pull:.2f}"),
+              ("reactive_torque_n_m", f"{reactive_torque:.0f}"),
+              ("mwd_rejected", str(estimator.rejections)))
+    return Status(Level.OK, "tool_face", f"{math.degrees(estimator.tool_face - target):+.1f} deg off target", values)
+
+
+def of_string(estimator: ToolFaceEstimator) -> Status:
+    """What was learnt beyond the rig file, each with its one-sigma."""
+    learnt = estimator.filter.learnt
+    values = (("compliance_over_rig_file", f"{1.0 + learnt.compliance:.3f}"),
+              ("compliance_one_sigma", f"{learnt.compliance_sigma:.3f}"),
+              ("motor_torque_over_rig_file", f"{1.0 + learnt.motor:.3f}"),
+              ("motor_torque_one_sigma", f"{learnt.motor_sigma:.3f}"),
+              ("torque_bias_n_m", f"{learnt.bias:.0f}"), ("torque_bias_one_sigma_n_m", f"{learnt.bias_sigma:.0f}"),
+              ("response_time_s", f"{learnt.response_time:.0f}"))
+    message = (f"string {100.0 * learnt.compliance:+.1f} % softer, motor {100.0 * learnt.motor:+.1f} %, torque sensor "
+               f"{learnt.bias:+.0f} N m beyond the rig file")
+    return Status(Level.OK, "string", message, values)
+
+
+def of_reach(zones: Zones, bit_depth: float, amplitude: float, period: float, finder: AmplitudeFinder, reach: Reach,
+             swing: Swing, drag: DragMonitor, pressure_share: float) -> Status:
+    """bit_depth: m; amplitude: rad; period: s; pressure_share: of the pressure wanted, that torque limits leave."""
+    values = (("rocking_m", f"{zones.rocked_to:.0f}"), ("static_m", f"{zones.static_length:.0f}"),
+              ("reactive_from_m", f"{zones.reactive_from:.0f}"), ("amplitude_rad", f"{amplitude:.2f}"),
+              ("amplitude_over_test", f"{reach.share:.2f}"), ("period_s", f"{period:.1f}"),
+              ("friction_over_belief", f"{finder.scale:.2f}"), ("friction_one_sigma", f"{finder.spread:.2f}"),
+              ("breakover_torque_n_m", f"{finder.breakover_torque:.0f}"),
+              ("swing_deg", f"{math.degrees(swing.amplitude):.1f}"),
+              ("swing_one_sigma_deg", f"{math.degrees(swing.spread):.1f}"),
+              ("drag_n", f"{drag.drag:.0f}"), ("drag_share", f"{drag.share:.2f}"),
+              ("share_of_pressure_wanted", f"{pressure_share:.2f}"))
+    if drag.locked:
+        return Status(Level.ERROR, "reach", f"rocking frees the string down to {zones.rocked_to:.0f} m of "
+                      f"{bit_depth:.0f} m only", values)
+    if reach.stuck:
+        return Status(Level.WARN, "reach", f"what pulls does not turn the bit: rocking reaches {zones.rocked_to:.0f} m "
+                      f"of {bit_depth:.0f} m as believed", values)
+    return Status(Level.OK, "reach", f"rocking reaches {zones.rocked_to:.0f} m of {bit_depth:.0f} m", values)
+
+
+def of_heave(heave: HeaveCompensator) -> Status:
+    """The wave that the hook load shows, and what the block does against it."""
+    if math.isnan(heave.period):
+        return Status(Level.OK, "heave", "no wave in the hook load")
+    values = (("period_s", f"{heave.period:.1f}"), ("compensated_m", f"{heave.amplitude:.3f}"))
+    if heave.fastest <= 0.0 or heave.short:
+        return Status(Level.WARN, "heave", f"a wave of {heave.period:.1f} s is more than the block may follow", values)
+    return Status(Level.OK, "heave", f"a wave of {heave.period:.1f} s: the block moves {heave.amplitude:.2f} m against "
+                  "it", values)
+
+
+def of_lock_up(drag: DragMonitor, zones: Zones) -> Status:
+    """The interlock: lowering stopped because weight no longer arrives."""
+    if not drag.locked:
+        return Status(Level.OK, "lock_up", "weight arrives at the bit")
+    return Status(Level.ERROR, "lock_up",
+                  f"weight no longer arrives: {drag.drag / 1e3:.0f} kN hang on pipe below {zones.rocked_to:.0f} m and "
+                  "pressure does not rise: lowering stopped; pick up, or slide with less weight")

@@ -1,0 +1,148 @@
+"""What a slide teaches of its string: compliance, motor gain, sensor bias and mobility, together with the tool-face.
+
+States: x the mean tool-face, b where the bend points, and four small corrections of what the rig file says,
+
+    S = S0 (1 + s),    T = (1 + k) T0,    M = Mm - beta,    tau = tau0 exp(l),
+
+of the string's torsional compliance, the reactive torque that pressure shows, the mean of measured surface torque Mm
+and the time in which the tool-face follows what pulls. Two laws tie them to what is measured:
+
+    x' = S (M - T) / tau                                  what pulls turns the bit,
+    angle - x + b = S (w M + (1 - w) T)                   the string is twisted by what it carries,
+
+and MWD reads x. Off bottom T is zero and shows beta; the ramp of pressure shows S (1 + k) against MWD; a tool-face that
+rests shows M = T. An extended Kalman filter (Joseph form) weighs all of it, so that each has its one-sigma.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+_X, _B, _S, _K, _BETA, _TAU = range(6)
+_ANYWHERE = 100.0         # rad2
+_THROUGH_DOUBT = 0.3     # of a twist that changes
+_LEAST_STIFFNESS, _LEAST_MOTOR, _MOST = -0.3, -0.6, 0.6   # bounds of s and of k
+_PRIOR = {"compliance": 0.08, "motor": 0.12, "bias": 200.0, "mobility": 0.25}
+_WALK = {"compliance": 2e-4, "motor": 2e-3, "bias": 12.0, "mobility": 1e-3}   # per sqrt(s)
+
+
+@dataclass(frozen=True)
+class Learnt:
+    """What is learnt of a string, each with one standard deviation. compliance, motor: shares beyond the rig file's;
+    bias: N m; response_time: s."""
+
+    compliance: float
+    compliance_sigma: float
+    motor: float
+    motor_sigma: float
+    bias: float
+    bias_sigma: float
+    response_time: float
+
+
+class StringFilter:
+    """compliance: rad/(N m), S0; response_time: s, tau0; bias: N m, beta as believed."""
+
+    def __init__(self, compliance: float, response_time: float, bias: float = 0.0):
+        self._compliance = compliance
+        self.response_time = response_time
+        self.mean: Array = np.zeros(6)
+        self.mean[_BETA] = bias
+        self._covariance: Array = np.diag(
+            [1.0, 1.0, _PRIOR["compliance"] ** 2, _PRIOR["motor"] ** 2, _PRIOR["bias"] ** 2, _PRIOR["mobility"] ** 2])
+
+    def place(self, tool_face: float, offset: float, variance: float) -> None:
+        """The tool-face (rad) is known anew, with this variance (rad2), the offset roughly; what was learnt stays.
+        `string` then ties the offset to it, and to what is in doubt of the string."""
+        self.mean[_X], self.mean[_B] = tool_face, offset
+        for row, own in ((_X, variance), (_B, _ANYWHERE)):
+            self._covariance[row, :] = 0.0
+            self._covariance[:, row] = 0.0
+            self._covariance[row, row] = own
+
+    @property
+    def learnt(self) -> Learnt:
+        """As it stands."""
+        sigma = np.sqrt(np.diag(self._covariance))
+        m = self.mean
+        return Learnt(float(m[_S]), float(sigma[_S]), float(m[_K]), float(sigma[_K]), float(m[_BETA]),
+                      float(sigma[_BETA]), self.response_time * math.exp(float(m[_TAU])))
+
+    @property
+    def compliance(self) -> float:
+        """S, rad/(N m)."""
+        return self._compliance * (1.0 + float(self.mean[_S]))
+
+    @property
+    def motor_gain(self) -> float:
+        """1 + k."""
+        return 1.0 + float(self.mean[_K])
+
+    @property
+    def spread(self) -> float:
+        """One standard deviation of the tool-face, rad."""
+        return math.sqrt(float(self._covariance[_X, _X]))
+
+    def pull(self, torque: float, reactive: float) -> float:
+        """S (M - T), rad, from measured mean torque and what pressure shows, N m."""
+        return self.compliance * (torque - float(self.mean[_BETA]) - self.motor_gain * reactive)
+
+    def twist(self, torque: float, reactive: float, carried: float) -> float:
+        """rad, of the whole string; carried: w."""
+        own = carried * (torque - float(self.mean[_BETA])) + (1.0 - carried) * self.motor_gain * reactive
+        return self.compliance * own
+
+    def let_through(self, change: float, carried: float) -> None:
+        """Reactive torque (as pressure shows it) has changed by N m: what the pipe near the bit gives, it gives at
+        once."""
+        moved = self.compliance * self.motor_gain * change
+        self.mean[_X] -= (1.0 - carried) * moved
+        self._covariance[_X, _X] += (_THROUGH_DOUBT * moved) ** 2
+
+    def advance(self, step: float, torque: float, reactive: float, mobility: float, walk: float, drift: float) -> None:
+        """On by `step` s. mobility: share of 1 / tau that rocking leaves; walk, drift: rad/sqrt(s), of x and b."""
+        pull = self.pull(torque, reactive)
+        share = mobility * step / (self.response_time * math.exp(float(self.mean[_TAU])))
+        rate = np.eye(6)
+        rate[_X, _S] = share * pull / (1.0 + self.mean[_S])
+        rate[_X, _K] = -share * self.compliance * reactive
+        rate[_X, _BETA] = -share * self.compliance
+        rate[_X, _TAU] = -share * pull
+        self.mean[_X] += share * pull
+        noise = np.array([walk * walk, drift * drift, *(value**2 for value in _WALK.values())]) * step
+        self._covariance = rate @ self._covariance @ rate.T + np.diag(noise)
+
+    def string(self, angle: float, mean_tool_face: float, torque: float, reactive: float, carried: float,
+               variance: float) -> float:
+        """Take the mean of a cycle: rad, N m; mean_tool_face: rad, x as held over it; variance: rad2. Returns by how
+        much x changes."""
+        m = self.mean
+        expected = mean_tool_face - m[_B] + self.twist(torque, reactive, carried)
+        row = np.zeros(6)
+        row[_X], row[_B] = 1.0, -1.0
+        row[_S] = self.twist(torque, reactive, carried) / (1.0 + m[_S])
+        row[_K] = self.compliance * (1.0 - carried) * reactive
+        row[_BETA] = -self.compliance * carried
+        return self._correct(row, angle - expected, variance)
+
+    def sample(self, innovation: float, variance: float) -> float:
+        """Take an MWD sample: rad beyond x as held when it was read; variance: rad2. Returns the change of x."""
+        row = np.zeros(6)
+        row[_X] = 1.0
+        return self._correct(row, innovation, variance)
+
+    def _correct(self, row: Array, innovation: float, variance: float) -> float:
+        before = float(self.mean[_X])
+        covariance = self._covariance
+        gain = covariance @ row / (row @ covariance @ row + variance)
+        self.mean = self.mean + gain * innovation
+        self.mean[_S] = min(max(self.mean[_S], _LEAST_STIFFNESS), _MOST)
+        self.mean[_K] = min(max(self.mean[_K], _LEAST_MOTOR), _MOST)
+        left = np.eye(6) - np.outer(gain, row)
+        self._covariance = left @ covariance @ left.T + variance * np.outer(gain, gain)
+        return float(self.mean[_X]) - before
