@@ -1,5 +1,7 @@
 """The command line: help without imports, one line for a user's mistake, exit codes."""
 
+import importlib
+import json
 import os
 import signal
 import subprocess
@@ -167,3 +169,31 @@ def test_shell_completes(repository: Path, words: str, expected: set[str]) -> No
                             capture_output=True, text=True, timeout=120)
     found = {line.partition(",")[2] for line in answer.stdout.splitlines()}
     assert expected <= found if words.endswith(" r") else found == expected
+
+
+def test_every_command_that_answers_has_json() -> None:
+    for name in set(COMMANDS) - {"completion"}:
+        command = importlib.import_module(COMMANDS[name].module).command
+        assert any("--json" in parameter.opts for parameter in command.params), name
+
+
+@pytest.mark.parametrize(("words", "key"), [
+    (("torque-drag", "--elements", "20", "--friction", "0.2"), "at_total_depth"),
+    (("study", "wear_modes", "-o", "studies"), "studies"),
+])  # fmt: skip
+def test_json_is_all_of_stdout(repository: Path, tmp_path: Path, words: tuple[str, ...], key: str) -> None:
+    command = [sys.executable, "-m", "slider_drilling", *words, "--json"]
+    answer = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120,
+                            env={**os.environ, "PYTHONPATH": str(repository)})
+    assert answer.returncode == 0, answer.stderr
+    tree = json.loads(answer.stdout)
+    assert tree[key]
+    assert tree["wrote"] and all((tmp_path / path).is_file() for path in tree["wrote"])
+
+
+@pytest.mark.parametrize("words", [("torque-drag", "--elements", "20"), ("closed-loop", "--list"), ("study", "--list")])
+def test_piped_output_fits_eighty_columns(repository: Path, tmp_path: Path, words: tuple[str, ...]) -> None:
+    answer = subprocess.run([sys.executable, "-m", "slider_drilling", *words], cwd=tmp_path, capture_output=True,
+                            text=True, timeout=120, env={**os.environ, "PYTHONPATH": str(repository)})
+    assert answer.returncode == 0, answer.stderr
+    assert max(map(len, answer.stdout.splitlines())) <= 80

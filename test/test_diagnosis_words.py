@@ -91,6 +91,11 @@ def test_a_share_that_cannot_be_said_gets_no_percentage():
     assert words.share(replace(outcome.ranking[0], closed=None, interval=None)) == "-"
 
 
+def test_what_closes_more_than_all_closes_the_whole_gap():
+    assert words.share_in_words(1.02, (1.01, 1.03)) == "the whole gap is closed"
+    assert words.share_in_words(0.97, (0.9, 1.01)) == "97 % [90, 101] of the gap is closed"
+
+
 def test_what_an_unknown_leaves_is_told_with_its_channel_site_and_shape():
     outcome = replace(worn_motor(), verdict="unknown", site="hydraulics", effects=(), ranking=())
     text = words.driller(outcome)
@@ -193,7 +198,7 @@ def test_the_page_begins_with_the_driller_and_marks_only_the_answer_green():
     assert "passed" in html
     assert "own.yaml (given)" in html
     assert "118 deg" in html
-    assert "Looked at but not fitted, for promising less: heave." in html
+    assert "heave: not fitted." in html
     assert "klbf" in page_html(report_page(diagnosis_of(worn_motor())), FIELD)
     assert "No conclusion" in page_html(report_page(diagnosis_of(Outcome("inconclusive"))), SI)
 

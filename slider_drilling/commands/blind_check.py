@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from slider_drilling.commands.campaign_options import jobs_option, scheduler_option
-from slider_drilling.commands.options import seeds, tell_written
+from slider_drilling.commands.options import json_option, print_json, seeds, tell_written
 
 if TYPE_CHECKING:
     from slider_drilling.blind.score import Scored
@@ -53,10 +53,11 @@ Examples:
 @scheduler_option
 @click.option("-o", "--output", type=click.Path(path_type=Path), default="blind", show_default=True,
               help="Folder for logs, labels, answers, blind.json and blind.html.")  # fmt: skip
+@json_option
 def command(
     cases: int, seed: int, effects: str, sizes: str, wells: str, manoeuvres: str, duration: float,
     rig_path: Path | None, seal_only: bool, sealed: Path | None, answers: Path | None, only: str, oracle: bool,
-    jobs: int, scheduler: str, output: Path,
+    jobs: int, scheduler: str, output: Path, as_json: bool,
 ) -> int:
     """Seal logs, diagnose them from the logs alone, then open the seals and score.
 
@@ -90,18 +91,21 @@ def command(
         drawn = draw_cases(plan, cases)
         rig = rig_path if rig_path is not None else share_file("config/rig.example.yaml")
         ran = check.seal(drawn, rig, output, run)
-        click.echo(f"sealed {ran.done + ran.kept} of {cases} logs in {output / check.LOGS}")
+        count = ran.done + ran.kept
+        click.echo(f"sealed {count} of {cases} logs in {output / check.LOGS}", err=as_json)
         if seal_only or ran.stopped:
+            if as_json:
+                print_json({"sealed": count, "of": cases, "logs": output / check.LOGS})
             return ran.code
         sealed, stems = output, [case.file() for case in drawn]
         options = {"cases": cases, "seed": seed, "effects": effects, "sizes": sizes, "wells": ",".join(chosen),
                    "manoeuvres": manoeuvres, "duration": duration, "rig": str(rig_path or ""),
                    "only": only}  # fmt: skip
     if answers is not None:
-        _report(check.score_answers(sealed / check.LABELS, answers), options, output)
+        _report(check.score_answers(sealed / check.LABELS, answers), options, output, as_json)
         return 0
     checked = check.check(sealed, output, stems, check.Asked(_names(only), oracle=oracle), run)
-    _report(checked.cases, options, output)
+    _report(checked.cases, options, output, as_json)
     return checked.code
 
 
@@ -127,22 +131,26 @@ def _numbers(option: str, text: str) -> tuple[float, ...]:
         raise InputError(f"{option} {text}: give numbers with commas between, such as 0.5,1.5,4") from None
 
 
-def _report(cases: Sequence[Scored], options: dict[str, Any], output: Path) -> None:
+def _report(cases: Sequence[Scored], options: dict[str, Any], output: Path, to_json: bool) -> None:
     from slider_drilling.blind.check import as_json
     from slider_drilling.blind.page import write_blind_page
     from slider_drilling.console import stdout
     from slider_drilling.files import write_whole
 
     if not cases:
-        click.echo(f"{output}: nothing to score: no answer has a label")
+        click.echo(f"{output}: nothing to score: no answer has a label", err=to_json)
         return
-    for case in cases:
-        stdout().print(_line(case))
     tree = as_json(cases, options)
     write_whole(output / "blind.json", (json.dumps(tree, indent=1) + "\n").encode("utf-8"))
     write_blind_page(output / "blind.html", cases, tree)
+    paths = (output / "blind.json", output / "blind.html")
+    if to_json:
+        print_json({**tree, "wrote": paths})
+        return
+    for case in cases:
+        stdout().print(_line(case))
     _print_totals(cases)
-    tell_written((output / "blind.json", output / "blind.html"))
+    tell_written(paths)
 
 
 def _line(case: Scored) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from slider_drilling.commands.campaign_options import scheduler_option
-from slider_drilling.commands.options import tell_written, units_option
+from slider_drilling.commands.options import print_listing, tell_written, units_option
 
 if TYPE_CHECKING:
     from slider_drilling.closed_loop import Outcome, Scenario
@@ -70,8 +70,7 @@ def command(
     if not 10 <= elements <= 5000:
         raise InputError(f"--elements = {elements}: must be within 10 to 5000")
     if listing:
-        for scenario in SCENARIOS:
-            click.echo(f"{scenario.name:24} {scenario.about}")
+        print_listing((scenario.name, scenario.about) for scenario in SCENARIOS)
         return 0
     if slides is not None or slide is not None:
         setting = Setting(rig_path or share_file("config/rig.example.yaml"), seed, elements)

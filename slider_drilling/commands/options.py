@@ -70,3 +70,15 @@ def effect_names(context: click.Context, parameter: click.Parameter, incomplete:
     from slider_drilling.effects import Effects
 
     return [field.name for field in fields(Effects) if field.name.startswith(incomplete)]
+
+
+def print_listing(entries: Iterable[tuple[str, str]]) -> None:
+    """Names and what each is about, for --list."""
+    from rich.table import Table
+
+    from slider_drilling.console import stdout
+
+    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
+    for entry in entries:
+        table.add_row(*entry)
+    stdout().print(table)

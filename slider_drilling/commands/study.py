@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, print_json, tell_written, units_option
+from slider_drilling.commands.options import json_option, print_json, print_listing, tell_written, units_option
 
 if TYPE_CHECKING:
     from slider_drilling.tools.study import Study
@@ -59,8 +59,7 @@ def command(name: str | None, listing: bool, output: Path, jobs: int, units: Uni
         print_json({name: entry.about for name, entry in STUDIES.items()})
         return
     if listing:
-        for entry_name, entry in STUDIES.items():
-            click.echo(f"{entry_name:16} {entry.about}")
+        print_listing((name, entry.about) for name, entry in STUDIES.items())
         return
     if name is None:
         raise InputError("study: NAME is missing: name a study (see --list), or all")

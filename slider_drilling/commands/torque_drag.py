@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import namespace_option, units_option
+from slider_drilling.commands.options import json_option, namespace_option, print_json, tell_written, units_option
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,13 +41,14 @@ Examples:
 @click.option("--elements", default=200, show_default=True, type=click.IntRange(10, 5000), help="Of the whole string.")
 @namespace_option
 @units_option
+@json_option
 def command(
     rig_path: Path | None, log_path: Path | None, survey_path: Path | None, frictions: tuple[float, ...], output: Path,
-    elements: int, namespace: str | None, units: Units,
+    elements: int, namespace: str | None, units: Units, as_json: bool,
 ) -> None:  # fmt: skip
     """Hook load and torque against depth for several friction coefficients, along the string, and the well's path."""
     from slider_drilling.analysis.torque_drag import hook_load_chart, log_points, torque_chart, torque_drag_page
-    from slider_drilling.console import stderr, stdout
+    from slider_drilling.console import stderr
     from slider_drilling.files import make_folder, prepare_outputs, write_whole
     from slider_drilling.log import read_log
     from slider_drilling.pages import write_page
@@ -72,9 +73,11 @@ def command(
         write_whole(changed, dump_rig(rig).encode())
     for note in notes:
         stderr().print(f"note: {note}")
+    if as_json:
+        print_json({"at_total_depth": [_at_total_depth(one) for one in sticks], "notes": notes, "wrote": written})
+        return
     _print(sticks, units)
-    for path in written:
-        stdout().print(f"wrote {path}")
+    tell_written(written)
 
 
 def _rig(rig_path: Path | None, log: RigLog | None, survey_path: Path | None) -> Rig:
@@ -92,6 +95,11 @@ def _rig(rig_path: Path | None, log: RigLog | None, survey_path: Path | None) ->
         return rig
     well = dataclasses.replace(rig.well, survey=read_survey(survey_path), name="")
     return check_rig(dataclasses.replace(rig, well=well), str(survey_path))
+
+
+def _at_total_depth(one: Broomstick) -> dict[str, float | None]:
+    return {"friction": one.friction, "slack_off_n": one.slack_off[-1], "turning_n": one.rotating[-1],
+            "pick_up_n": one.pick_up[-1], "torque_to_turn_n_m": one.torque[-1]}  # fmt: skip
 
 
 def _csv(sticks: Sequence[Broomstick]) -> str:

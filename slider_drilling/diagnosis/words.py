@@ -8,6 +8,7 @@ from slider_drilling.diagnosis.outcome import Candidate, Errors, Gap, Interval, 
 from slider_drilling.diagnosis.phrases import READ, SITES, phrase, shown
 from slider_drilling.units import number
 
+_WHOLE = 0.995  # of the gap; a model in which luck leaves less than noise does closes more than all of it
 _MOST_TUNED = 3  # parameters named in a sentence
 _TUNED_BY = 0.05  # of a multiple of the rig file's value: less is not worth a word
 _PLAIN = {
@@ -77,6 +78,8 @@ def share_in_words(closed: float | None, interval: Interval | None) -> str:
     """The share of the gap that is closed, where it is one."""
     if closed is None:
         return "the gap shrinks, by how much of it cannot be said"
+    if closed >= _WHOLE:
+        return "the whole gap is closed"
     span = f" [{100.0 * interval[0]:.0f}, {100.0 * interval[1]:.0f}]" if interval is not None else ""
     return f"{100.0 * closed:.0f} %{span} of the gap is closed"
 
@@ -105,10 +108,13 @@ def limits(outcome: Outcome) -> list[str]:
 
 
 def fitted_and_not(outcome: Outcome) -> tuple[list[Candidate], str]:
-    """The candidates of the ranking that were fitted, and one sentence about the others, empty where there are none."""
+    """The candidates of the ranking that were fitted, and why the others were not, "" where there are none."""
     fitted = [one for one in outcome.ranking if one.parameters]
-    others = [one.effect for one in outcome.ranking if not one.parameters]
-    return fitted, f"Looked at but not fitted, for promising less: {', '.join(others)}." if others else ""
+    others: dict[str, list[str]] = {}
+    for one in outcome.ranking:
+        if not one.parameters:
+            others.setdefault("; ".join(one.why_not), []).append(one.effect)
+    return fitted, " ".join(f"{', '.join(names)}: {why}." for why, names in others.items())
 
 
 def standing(candidate: Candidate) -> str:

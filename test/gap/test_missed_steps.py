@@ -1,6 +1,4 @@
-"""What keeps a search on its way where the string sticks and slips: missed steps, refits that stay linear."""
-
-from dataclasses import dataclass
+"""Steps that a simulation missed in a channel that accumulates, against a general solver and closed forms."""
 
 import numpy as np
 import pytest
@@ -8,15 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from slider_drilling.gap.fit import fit
-from slider_drilling.gap.missed_steps import missed_steps, step_path
-from slider_drilling.gap.model import Channel, Parameter, Run
-from slider_drilling.gap.noise import NoiseFloor
-from slider_drilling.gap.residuals import build_problem
-from slider_drilling.gap.shake import roam
+from slider_drilling.gap.problem.missed_steps import missed_steps, step_path
 
 FREE = 4.0
-TIME = np.arange(0.0, 10.0, 0.05)
 
 
 @settings(max_examples=60, deadline=None)
@@ -67,27 +59,3 @@ def test_the_slope_is_the_derivative_of_the_loss():
         change = missed_steps(residual + moved, FREE)[0].sum() - missed_steps(residual - moved, FREE)[0].sum()
         # The step's own price is approached in a few repetitions, so the two agree but for what these leave.
         assert change / (4.0 * width) == pytest.approx(pull[index], abs=0.35)
-
-
-@dataclass
-class Rugged:
-    """A line whose ripple turns over many times within the step of a derivative by its slope."""
-
-    runs: tuple[Run, ...]
-    nuisance: tuple[Parameter, ...] = (Parameter("slope", 0.5, 0.0, 2.0, 0.1), Parameter("level", 0.0, -5.0, 5.0, 0.1))
-    effects: tuple = ()
-
-    def simulate(self, run, sets):
-        slope, level = (np.array([values[name] for values in sets])[:, None] for name in ("slope", "level"))
-        return {"height": slope * TIME + level + np.sin(2e3 * slope + 3.0 * TIME)}
-
-
-def test_a_wide_search_finds_the_way_over_rough_ground():
-    truth = {"slope": 1.0, "level": 0.5}
-    measured = Rugged(()).simulate(0, [truth])["height"][0]
-    run = Run("rugged", TIME, np.sin(TIME), (Channel("height", TIME, measured),))
-    problem = build_problem(Rugged((run,)), [{"height": NoiseFloor(0.1, "declared")}])
-    stuck = fit(problem, problem.free(problem.model.nuisance), {"slope": 0.5, "level": 0.0})
-    found = roam(problem, stuck)
-    assert abs(found["slope"] - 1.0) < 0.25 * abs(stuck.values["slope"] - 1.0)
-    assert problem.robust_gap(problem.residuals([found])[0]) < 0.7 * stuck.cost
