@@ -36,7 +36,7 @@ def shown(value: Any) -> str:
     shortened.maxstring = shortened.maxother = shortened.maxlong = _SHOWN
     shortened.maxlist = shortened.maxdict = 4
     shortened.maxlevel = 2
-    return shortened.repr(value)
+    return " ".join(shortened.repr(value).split())
 
 
 def _value(node: yaml.Node, source: str, known: dict[int, Any], above: set[int]) -> Any:

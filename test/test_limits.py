@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -127,3 +128,13 @@ def test_where_nothing_can_be_written_one_folder_a_user_is_found_again(
     Path(first).chmod(0o777)
     with pytest.raises(InputError, match="not this user's own folder"):
         _cache_folder("")
+
+
+@pytest.mark.parametrize(("samples", "channels"), [(1, ("torque",)), (19, ("torque",)), (500, ())])
+def test_a_share_that_leaves_too_little_to_fit_is_refused(samples: int, channels: tuple[str, ...]) -> None:
+    from slider_drilling.diagnosis.diagnose import _first_share
+
+    run = SimpleNamespace(time=np.arange(samples), channels=channels)
+    model = SimpleNamespace(shortened=lambda share: SimpleNamespace(runs=(run,)))
+    with pytest.raises(InputError, match=rf"--until 1e-09: leaves {samples} samples of run.mcap; give a larger share"):
+        _first_share(model, 1e-9, ["run.mcap"])  # type: ignore[arg-type]

@@ -167,6 +167,8 @@ def commands() -> Commands:
     [
         ("effect = 3", "`effect` is 3, not a slider_drilling.gap.Effect"),
         ("effect = None", "`effect` is None"),
+        ("effect = np.ones((3, 3))", r"`effect` is array\(\[\[1"),
+        ("effect = Effect(np.ones(3), 'bit', effect.parameters, effect.scan)", "for a name, which must be text"),
         ("def __init__(self): raise OSError('gone')", r"Mine\(\) raised OSError: gone at plug_in_\d+\.py:8"),
         ("def modifiers(self, depth, values): return None", "modifiers returned NoneType, not Modifiers"),
         ("def modifiers(self, depth, values): return Modifiers(np.ones(3))", r"factor has shape \(3,\), must have"),

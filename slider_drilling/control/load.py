@@ -16,6 +16,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
 from slider_drilling.signals import Measurements, RigCommand
 from slider_drilling.user_code import called, load_named
+from slider_drilling.yaml_tree import shown
 
 DEFAULT = "slider_drilling.control:SlideController"
 _COMMANDED = tuple(field.name for field in dataclasses.fields(RigCommand))
@@ -44,8 +45,8 @@ def step_checked(controller: Controller, measurements: Measurements) -> RigComma
     values = {name: _number(getattr(command, name)) for name in _COMMANDED}
     for name, value in values.items():
         if value is None:
-            shown = repr(getattr(command, name))[:80]
-            raise InputError(f"{_named(controller, f'step at {measurements.time:g} s')} returned {name} = {shown}")
+            what = f"{name} = {shown(getattr(command, name))}"
+            raise InputError(f"{_named(controller, f'step at {measurements.time:g} s')} returned {what}")
     return RigCommand(**values)  # type: ignore[arg-type]
 
 
@@ -67,7 +68,7 @@ def statuses_of(controller: Controller) -> tuple[Status, ...]:
     for one in found:
         if not (isinstance(one, Status) and isinstance(one.level, Level) and isinstance(one.name, str)
                 and isinstance(one.message, str) and _are_pairs(one.values)):  # fmt: skip
-            raise InputError(f"{_named(controller, 'status')} returned {repr(one)[:80]}, which is no Status of texts")
+            raise InputError(f"{_named(controller, 'status')} returned {shown(one)}, which is no Status of texts")
     return tuple(found)
 
 
@@ -80,7 +81,8 @@ def settings_of(controller: Controller) -> Any:
         raise InputError(f"{_named(controller, 'settings')} are {type(settings).__name__}, not a dataclass of settings")
     for name, limits in limits_of(settings).items():
         if not limits.low <= (_number(getattr(settings, name)) or 0.0) <= limits.high:
-            raise InputError(f"{_named(controller, 'settings')}.{name} = {getattr(settings, name)!r}: not in its range")
+            what = f"settings.{name} = {shown(getattr(settings, name))}"
+            raise InputError(f"{_named(controller, what)}: not in its range")
     return settings
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from slider_drilling.diagnosis import words
-from slider_drilling.diagnosis.drill_string import rig_with
+from slider_drilling.diagnosis.drill_string import DrillString, rig_with
 from slider_drilling.diagnosis.first_look import FirstLook, first_look
 from slider_drilling.diagnosis.from_engine import outcome_of
 from slider_drilling.diagnosis.origin import RigOrigin, origin_of, remarks_on
@@ -26,6 +26,7 @@ from slider_drilling.rig import Rig
 
 __all__ = ["Diagnosis", "as_json", "diagnose", "tuned_rig"]
 
+LEAST_SAMPLES = 20  # of a log, for a fit to be of anything
 _MORE = {
     "hook_load": "draw-works joint states (hook load) would show axial friction, heave and weight on bit",
     "standpipe_pressure": "standpipe pressure would show bit torque, motor wear and changes of formation",
@@ -101,7 +102,7 @@ def diagnose(
         return Diagnosis(sources, rig, origin, looks, Outcome("inconclusive", remarks=tuple(idle)))
     prepared = prepare([look.log for look in looks], rig, user_effects)
     whole = prepared.model
-    model = whole if until == 1.0 else whole.shortened(until)
+    model = whole if until == 1.0 else _first_share(whole, until, sources)
     prepared = replace(prepared, model=model)
     seen = {channel.name for run in model.runs for channel in run.channels}
     candidates = _candidates(prepared, only)
@@ -109,6 +110,14 @@ def diagnose(
     outcome = outcome_of(answer, whole, look_beyond(whole, answer.state, until), candidates)
     would_help = tuple(sentence for name, sentence in _MORE.items() if name not in seen)
     return Diagnosis(sources, rig, origin, looks, outcome, would_help, prepared, answer)
+
+
+def _first_share(whole: DrillString, until: float, sources: Sequence[str]) -> DrillString:
+    model = whole.shortened(until)
+    for run, source in zip(model.runs, sources, strict=True):
+        if run.time.size < LEAST_SAMPLES or not run.channels:
+            raise InputError(f"--until {until:g}: leaves {run.time.size} samples of {source}; give a larger share")
+    return model
 
 
 def _candidates(prepared: Prepared, only: Sequence[str]) -> list[Effect]:

@@ -19,6 +19,7 @@ from slider_drilling.gap.model import Array, Effect, Values
 from slider_drilling.rig import Rig
 from slider_drilling.user_code import called, load_named
 from slider_drilling.wellbore.mesh import build_mesh
+from slider_drilling.yaml_tree import shown
 
 GROUP = "slider_drilling.effects"
 
@@ -83,7 +84,11 @@ def _made(kind: Any, where: str) -> UserEffect:
         if not called(lambda name=name: hasattr(made, name), f"{where}: {name}"):  # type: ignore[misc]
             raise InputError(f"{where}: has no `{name}`; see docs/user_effects.md")
     if not isinstance(made.effect, Effect):
-        raise InputError(f"{where}: `effect` is {repr(made.effect)[:80]}, not a slider_drilling.gap.Effect")
+        raise InputError(f"{where}: `effect` is {shown(made.effect)}, not a slider_drilling.gap.Effect")
+    named = [made.effect.name, made.effect.site, *(parameter.name for parameter in made.effect.parameters)]
+    for name in named:
+        if not isinstance(name, str):
+            raise InputError(f"{where}: `effect` has {shown(name)} for a name, which must be text")
     return GuardedEffect(made.effect, made, where)
 
 
@@ -129,7 +134,7 @@ class GuardedEffect:
             raise InputError(f"{what} returned {type(given).__name__}, not channels by name")
         for name in given:
             if name not in channels:
-                raise InputError(f"{what} returned {str(name)[:60]!r}; this log has {', '.join(channels)}")
+                raise InputError(f"{what} returned {shown(name)}; this log has {', '.join(channels)}")
         return {name: _array(row, channels[name].shape, f"{what}: {name}") for name, row in given.items()}
 
 
@@ -168,7 +173,7 @@ def _array(value: Any, shape: tuple[int, ...], what: str, may_be_one: bool = Fal
     try:
         array = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise InputError(f"{what} is {repr(value)[:80]}, not an array of numbers") from None
+        raise InputError(f"{what} is {shown(value)}, not an array of numbers") from None
     if array.shape != shape and not (may_be_one and array.shape == ()):
         raise InputError(f"{what} has shape {array.shape}, must have {shape}")
     if not np.all(np.isfinite(array)):

@@ -10,13 +10,13 @@ from types import FrameType
 
 from slider_drilling.errors import InputError
 
-LONGEST = 10.0  # s that one case may take before it counts as a hang
+LONGEST = 10.0  # s of this process, or ten times that by the clock, before a case counts as a hang
 SHOWN = 10  # failures of a kind to look at
 LINE = 1000  # characters of an error that is still one line
 
 
 class Hang(BaseException):
-    """A case took longer than LONGEST; no Exception, so that nothing swallows it."""
+    """A case took too long; no Exception, so that nothing swallows it."""
 
 
 class Tally:
@@ -28,8 +28,10 @@ class Tally:
 
     def run(self, case: Callable[[], str], what: str) -> None:
         """Run one case; it returns what came of it. what: how to find it again."""
+        signal.signal(signal.SIGPROF, _ring)
         signal.signal(signal.SIGALRM, _ring)
-        signal.setitimer(signal.ITIMER_REAL, LONGEST)
+        signal.setitimer(signal.ITIMER_PROF, LONGEST)
+        signal.setitimer(signal.ITIMER_REAL, 10.0 * LONGEST)
         try:
             outcome = case()
         except InputError as error:
@@ -44,6 +46,7 @@ class Tally:
             what = f"{what}: {type(error).__name__}: {error} at {where.filename}:{where.lineno}"[:400]
             self.failures.setdefault(f"{where.filename}:{where.lineno}", what)
         finally:
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
             signal.setitimer(signal.ITIMER_REAL, 0.0)
         self.counts["tried"] += 1
         self.counts[outcome] += 1
