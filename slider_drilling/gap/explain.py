@@ -68,7 +68,12 @@ class Answer:
     def sentence(self) -> str:
         """The verdict with its figures."""
         gaps = (self.nominal, self.tuned, self.with_effect, self.threshold)
-        return sentence(self.verdict, self.effects, self.site, gaps, self.closed, self.interval)
+        groups = {one.accepted.effect.name: one.group for one in self.state.steps if one.accepted is not None}
+        told = tuple(
+            name + (f" (or {' or '.join(groups[name])}: not told apart)" if groups.get(name) else "")
+            for name in self.effects
+        )
+        return sentence(self.verdict, told, self.site, gaps, self.closed, self.interval)
 
     @property
     def judged(self) -> tuple[Judged, ...]:

@@ -193,13 +193,19 @@ def _verdict(state: State, explained: Explained, rivals: int) -> Judged:
 
 
 def _group(blocks: Blocks, accepted: Judged, judged: Sequence[Judged]) -> tuple[str, ...]:
-    """Finalists that pass and are not beaten by the one accepted, at the stated level."""
+    """Finalists that pass and that the one accepted does not beat by both measures: what it foretells, and the gap.
+
+    A density that is certainly better beside a gap that is not tells a better description of what is left, not a cause.
+    """
     rivals = [one for one in judged if one is not accepted and one.passed]
-    return tuple(
-        one.effect.name
-        for one in rivals
-        if not beats(blocks, accepted.explained.score, one.explained.score, max(len(rivals), 1))
-    )
+    level = LEVEL / max(len(rivals), 1)
+    mine = accepted.explained
+
+    def told_apart(rival: Explained) -> bool:
+        wider = gaps(rival.problem, blocks, rival.score) - gaps(mine.problem, blocks, mine.score)
+        return beats(blocks, mine.score, rival.score, len(rivals)) and float(np.quantile(wider, level)) > 0.0
+
+    return tuple(one.effect.name for one in rivals if not told_apart(one.explained))
 
 
 def _in_way(state: State, problem: Problem, seed: int) -> State:
