@@ -67,11 +67,11 @@ def run_all(
 def tasks(scenarios: Sequence[Scenario]) -> list[tuple[Scenario, str]]:
     """Each scenario with its contenders: the baselines, which know nothing that could be wrong, in the daily ones
     and in drawn ones."""
-    found = []
-    for scenario in scenarios:
-        beside = BASELINES if scenario in DAILY or scenario.rigs is not None else ()
-        found += [(scenario, contender) for contender in (UNDER_TEST, *LIMITS, *beside)]
-    return found
+
+    def beside(scenario: Scenario) -> tuple[str, ...]:
+        return BASELINES if scenario in DAILY or scenario.rigs is not None else ()
+
+    return [(scenario, contender) for scenario in scenarios for contender in (UNDER_TEST, *LIMITS, *beside(scenario))]
 
 
 class _Events:
