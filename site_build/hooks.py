@@ -15,6 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from site_build.cli_reference import cli_page
 from site_build.pictures import pictures
 from site_build.rig_reference import rig_page
+from site_build.topics_reference import topics_page
 
 _BLOCK = re.compile(r"^\$\$\s*\n(.*?)\n\$\$[ ]*$", re.DOTALL | re.MULTILINE)
 _INLINE = re.compile(r"(?<![\\$`])\$([^$\n`]+?)\$(?!\$)")
@@ -25,6 +26,7 @@ def on_files(files: Files, *, config: MkDocsConfig) -> Files:
     """Add what is made of the code."""
     files.append(File.generated(config, "reference/rig.md", content=rig_page()))
     files.append(File.generated(config, "reference/cli.md", content=cli_page()))
+    files.append(File.generated(config, "reference/topics.md", content=topics_page()))
     for name, content in pictures().items():
         files.append(File.generated(config, f"pictures/{name}", content=content))
     return files
@@ -46,4 +48,5 @@ def _block(match: re.Match[str]) -> str:
 def _inline(match: re.Match[str]) -> str:
     from latex2mathml.converter import convert
 
-    return convert(match[1])
+    # A line that begins with <math> would be taken for a block of its own.
+    return f"<span>{convert(match[1])}</span>"

@@ -25,7 +25,7 @@ from slider_drilling.blind.wells import WELLS
 from slider_drilling.campaign.run import Where, run_jobs
 from slider_drilling.campaign.worker import run_job
 from slider_drilling.cli import group
-from slider_drilling.diagnosis import drill_string
+from slider_drilling.diagnosis import situation
 from slider_drilling.log import read_log
 from slider_drilling.rig import load_rig
 from slider_drilling.share import share_file
@@ -142,17 +142,10 @@ def test_logs_and_labels_are_made_apart_and_only_once(tmp_path, base):
     assert (tmp_path / "labels").stat().st_mode & 0o077 == 0
 
 
-def coarse_init(original):
-    def init(self, *args, **settings):
-        original(self, *args, **{**settings, "coarse": 16, "fine": 30})
-
-    return init
-
-
 def test_with_the_labels_deleted_the_answers_are_the_same_and_with_them_there_they_cannot_be_opened(
     tmp_path, base, monkeypatch
 ):
-    monkeypatch.setattr(drill_string.DrillString, "__init__", coarse_init(drill_string.DrillString.__init__))
+    monkeypatch.setattr(situation, "MESHES", (16, 24, 30))
     rig = share_file("config/rig.short.yaml")
     sealed = Case(("torque_sensor_bias",), 4.0, "own", "steady", 2, 40.0)
     check.seal([sealed], rig, tmp_path, run)
@@ -164,7 +157,7 @@ def test_with_the_labels_deleted_the_answers_are_the_same_and_with_them_there_th
     with pytest.raises(PermissionError, match="sealed for this job"):
         run_job(kept_out)
     monkeypatch.undo()
-    monkeypatch.setattr(drill_string.DrillString, "__init__", coarse_init(drill_string.DrillString.__init__))
+    monkeypatch.setattr(situation, "MESHES", (16, 24, 30))
     shutil.rmtree(labels)
     without = run_job(job).tree
     for tree in (with_labels, without):

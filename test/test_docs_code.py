@@ -144,3 +144,10 @@ def test_the_site_lists_every_page() -> None:
     navigation = (ROOT / "mkdocs.yml").read_text()
     for page in (ROOT / "docs").rglob("*.md"):
         assert f"{page.relative_to(ROOT / 'docs')}" in navigation, page
+
+
+def test_pages_speak_to_users_only() -> None:
+    """Neither pages nor code say how their figures came about."""
+    forbidden = re.compile(r"\b[Ii]ssues? #?\d|\b[Ii]ssue's|\bthe issue\b|of its hour|\bthis session\b")
+    sources = [*PAGES, *(ROOT / "slider_drilling").rglob("*.py"), *(ROOT / "config").glob("*.yaml")]
+    assert not [(path.name, found[0]) for path in sources for found in forbidden.finditer(path.read_text())]

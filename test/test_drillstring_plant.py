@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slider_drilling.drillstring import Commands, Plant, Start, assemble, simulate, simulate_batch
+from slider_drilling.drillstring import Commands, Observer, Plant, Start, assemble, simulate, simulate_batch
 from slider_drilling.rig import FrictionInterval, Rig, load_rig
 
 RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
@@ -184,3 +184,52 @@ def test_motor_stalls_and_restarts_when_picked_up():
     picked_up = plant.advance(up)
     assert picked_up.differential_pressure[-1] == 0.0
     assert picked_up.weight_on_bit[-1] == 0.0
+
+
+def test_heave_does_not_begin_with_a_jump():
+    """The string hangs from where the wave has the block: a hook load that rings at the start would be an artefact."""
+    time = np.arange(0.0, 20.0, 0.1)
+    still = np.zeros_like(time)
+    commands = Commands(time, still, still, still, still, np.full_like(time, 12.3))
+    rig = RIG
+    heave = dataclasses.replace(rig.effects.heave, amplitude=0.05, period=12.0, phase=0.5 * np.pi)
+    heaving = dataclasses.replace(rig, effects=dataclasses.replace(rig.effects, heave=heave))
+    hook = simulate(heaving, commands, 40).hook_load
+    assert abs(hook[1] - hook[0]) < 0.02 * hook[0]
+
+
+def test_an_observer_of_no_gain_is_no_observer_and_a_weak_one_brings_the_torque_nearer():
+    time = np.arange(0.0, 40.0, 0.1)
+    angle, speed = 8.0 * (1.0 - np.cos(0.5 * time)), 4.0 * np.sin(0.5 * time)
+    still = np.zeros_like(time)
+    commands = Commands(time, angle, speed, 0.002 * time, still + 0.002, np.full_like(time, 12.3))
+    rig = RIG
+    damped = dataclasses.replace(rig.string, torsional_damping=3.0 * rig.string.torsional_damping)
+    other = dataclasses.replace(rig, string=damped)
+    measured = simulate(other, commands, 40).surface_torque
+    (free,) = simulate_batch([rig], commands, 40)
+    (none,) = simulate_batch([rig], commands, 40, observer=Observer(measured, 0.0))
+    (weak,) = simulate_batch([rig], commands, 40, observer=Observer(measured, 0.3))
+    (strong,) = simulate_batch([rig], commands, 40, observer=Observer(measured, 1.0))
+    assert np.array_equal(none.surface_torque, free.surface_torque)
+    errors = [np.std(run.surface_torque - measured) for run in (free, weak, strong)]
+    assert errors[0] > errors[1] > errors[2]
+
+
+@pytest.mark.parametrize("gain", [0.1, 0.3, 1.0])
+def test_the_observer_is_passive(gain):
+    """Fed with noise it adds no energy: the string stays bounded, and forgets when the noise ends."""
+    time = np.arange(0.0, 120.0, 0.1)
+    still = np.zeros_like(time)
+    commands = Commands(time, still, still, still, still, np.full_like(time, 12.3))
+    rig = RIG
+    noise = np.where(time < 20.0, np.random.default_rng(1).normal(0.0, 2000.0, time.size), 0.0)
+    (run,) = simulate_batch([rig], commands, 40, observer=Observer(noise, gain))
+    assert np.isfinite(run.surface_torque).all()
+    late = np.abs(run.surface_torque[time > 80.0]).max()
+    assert late < 0.5 * np.abs(run.surface_torque[time < 20.0]).max()
+
+
+def test_an_observer_that_a_step_cannot_hold_is_refused():
+    with pytest.raises(ValueError, match="gain"):
+        Observer(np.zeros(3), 1.5)

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from slider_drilling.cli import COMMANDS
+from slider_drilling.messages.topics import TOPICS
 from slider_drilling.rig.table import ranges_table
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -28,6 +29,14 @@ def test_the_rig_reference_has_every_key() -> None:
         assert f"| `{row[0]}` | {row[1]} |" in page
     headings = re.findall(r"^## `(\w+)`$", page, re.MULTILINE)
     assert headings[0] == "well" and headings[-1] == "effects" and len(headings) == len(set(headings)) >= 11
+
+
+def test_the_topics_page_has_every_topic() -> None:
+    from site_build.topics_reference import topics_page
+
+    page = topics_page()
+    assert page.startswith("# Topics\n") and "(docs/" not in page and "\n## " not in page
+    assert all(f"`{topic.name}`" in page for topic in TOPICS.values())
 
 
 def test_the_command_reference_has_every_command_and_option() -> None:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from slider_drilling.gap import Channel, Effect, Parameter, Run
+from slider_drilling.gap import Channel, Effect, How, Parameter, Run
 from slider_drilling.gap.model import Array, Values
 
 NOMINAL = {
@@ -99,7 +99,7 @@ class MotorSlide:
     nuisance: tuple[Parameter, ...] = NUISANCE
     effects: tuple[Effect, ...] = EFFECTS
 
-    def simulate(self, run: int, sets: Sequence[Values]) -> Mapping[str, Array]:
+    def simulate(self, run: int, sets: Sequence[Values], how: How) -> Mapping[str, Array]:
         """See `slider_drilling.gap.model.Model`."""
         return slide(self.runs[run].time, self.runs[run].excitation, sets)
 
@@ -134,6 +134,8 @@ if __name__ == "__main__":
 
     withheld = {"stiffness": 21500.0, "friction": 27.0, "damping": 220.0, "stribeck_drop": 0.5, "stribeck_speed": 0.04}
     answer = explain(MotorSlide((record(withheld),)))
-    print(answer.sentence)
-    for entry in answer.ranking:
-        print(f"  {entry.effect:12s} closes {entry.closed:6.2f} {entry.interval}  {entry.parameters}")
+    gap = f"E {answer.tuned:.2f} re-tuned, {answer.with_effect:.2f} with it"
+    print(f"{answer.verdict}: {' and '.join(answer.effects)}, {gap}")
+    for entry in answer.judged:
+        values = {p.name: round(entry.explained.fit.values[p.name], 4) for p in entry.effect.parameters}
+        print(f"  {entry.effect.name:12s} closes {entry.closed:6.2f} {'; '.join(entry.why_not) or 'passed'}  {values}")

@@ -25,7 +25,7 @@ import numpy as np
 
 from slider_drilling.compiler import COMPILE, INNER, njit
 from slider_drilling.errors import InputError
-from slider_drilling.gap import Channel, Effect, Parameter, Run
+from slider_drilling.gap import Channel, Effect, How, Parameter, Run
 from slider_drilling.gap.model import Array, Values
 
 GRAVITY = 9.81
@@ -239,7 +239,7 @@ class Servo:
         """Each log with its one channel, the angle that the encoder shows."""
         return tuple(_run(log) for log in self.logs)
 
-    def simulate(self, run: int, sets: Sequence[Values], how: object = None) -> Mapping[str, Array]:
+    def simulate(self, run: int, sets: Sequence[Values], how: How) -> Mapping[str, Array]:
         """See `slider_drilling.gap.model.Model`; a simulation is so cheap that there is no cheaper one to ask for."""
         return {"position": self.logs[run].swing(sets)}
 
@@ -314,8 +314,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     answer = explain(Servo(tuple(logs)), seed=given.seed)
     print(answer.sentence)
-    for entry in answer.ranking:
-        print(f"  {entry.effect:24s} closes {entry.closed:6.2f} {entry.interval}  {entry.parameters}")
+    for entry in answer.judged:
+        values = ", ".join(f"{p.name} {entry.explained.fit.values[p.name]:.4g}" for p in entry.effect.parameters)
+        low, high = entry.interval
+        why = "; ".join(entry.why_not) or "passed"
+        print(f"  {entry.effect.name:24s} closes {entry.closed:6.2f} [{low:.2f}, {high:.2f}]  {values}: {why}")
     for title, some in (("fitted", logs), ("not fitted", unseen)):
         for log, before, after in zip(some, errors(some, {}), errors(some, answer.parameters), strict=True):
             print(f"  {title:10s} {log.name:36s} RMS {1e3 * before:6.1f} -> {1e3 * after:6.1f} mrad")

@@ -17,7 +17,7 @@ from slider_drilling.diagnosis.situation import Prepared, prepare
 from slider_drilling.diagnosis.tree import as_json
 from slider_drilling.diagnosis.user_effects import UserEffect
 from slider_drilling.errors import InputError
-from slider_drilling.gap.beyond import look_beyond
+from slider_drilling.gap.answer.beyond import look_beyond
 from slider_drilling.gap.explain import Answer, explain
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.progress import Progress
@@ -26,7 +26,6 @@ from slider_drilling.rig import Rig
 
 __all__ = ["Diagnosis", "as_json", "diagnose", "tuned_rig"]
 
-SCATTER = 512
 _MORE = {
     "hook_load": "draw-works joint states (hook load) would show axial friction, heave and weight on bit",
     "standpipe_pressure": "standpipe pressure would show bit torque, motor wear and changes of formation",
@@ -105,11 +104,9 @@ def diagnose(
     model = whole if until == 1.0 else whole.shortened(until)
     prepared = replace(prepared, model=model)
     seen = {channel.name for run in model.runs for channel in run.channels}
-    # A record of torque alone is short to simulate and often stick-slip: worth a search before the fits.
-    scatter = SCATTER if seen == {"surface_torque"} else 0
     candidates = _candidates(prepared, only)
-    answer = explain(model, seed=seed, starts=_starts(prepared), effects=candidates, scatter=scatter, progress=progress)
-    outcome = outcome_of(answer, whole, look_beyond(whole, answer.findings, until), candidates)
+    answer = explain(model, seed=seed, starts=_starts(prepared), effects=candidates, progress=progress)
+    outcome = outcome_of(answer, whole, look_beyond(whole, answer.state, until), candidates)
     would_help = tuple(sentence for name, sentence in _MORE.items() if name not in seen)
     return Diagnosis(sources, rig, origin, looks, outcome, would_help, prepared, answer)
 

@@ -8,34 +8,25 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from slider_drilling.diagnosis.disturbances import disturbances, disturbed, moves_commands
+from slider_drilling.diagnosis.manoeuvres import next_runs
 from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
-from slider_drilling.drillstring import Commands, Response, Start, simulate_batch
+from slider_drilling.drillstring import Commands, Observer, Response, Start, simulate_batch
 from slider_drilling.effects import Effects
-from slider_drilling.gap.model import Array, Effect, Manoeuvre, Parameter, Run, Values
+from slider_drilling.gap.model import Array, Disturbance, Effect, How, Manoeuvre, Parameter, Run, Values
 from slider_drilling.rig import FrictionInterval, Rig
 
-COARSE, FINE = 32, 100
-# Of a refined model.
-_COARSE, _FINE = 60, 160
-FINER = 1.6  # times the fine mesh: what `discretisation` compares it with
+# Elements of each fidelity.
+MESHES = (32, 100, 160)
 _THREADS = 2
-_REMEMBERED = 16
+_SPLIT = 40  # lanes from which a batch is shared among the cores
 
 
 @dataclass(frozen=True)
-class _Exact:
-    """Channels of a run at one parameter set on the fine mesh, and what that adds to the coarse one, each (n,)."""
-
-    fine: dict[str, Array]
-    added: dict[str, Array]
-
-
-@dataclass
 class DrillString:
-    """See `slider_drilling.gap.model.Model`, `Anchored`, `Refinable` and `Probed`.
+    """See `slider_drilling.gap.model`: `Model`, `Graded`, `Pulled`, `Disturbed`, `Shortened`, `Probed`.
 
-    Simulations run on a coarse mesh; `anchor` measures what the fine mesh adds at one parameter set, and that
-    difference is added until the next anchor. rig: with the log's nominal parameters; commands: one per run.
+    rig: with the log's nominal parameters; commands: one per run. Nothing here changes by being used.
     """
 
     rig: Rig
@@ -46,78 +37,64 @@ class DrillString:
     user_effects: Mapping[str, UserEffect] = field(default_factory=dict)
     probes: tuple[tuple[Parameter, float, float], ...] = ()
     together: tuple[str, ...] = ()
-    coarse: int = COARSE
-    fine: int = FINE
-    _correction: list[dict[str, Array]] = field(default_factory=list, repr=False)
-    _known: dict[tuple[int, tuple[tuple[str, float], ...]], _Exact] = field(
-        default_factory=dict, init=False, repr=False
-    )
+    meshes: tuple[int, ...] = MESHES
 
-    def simulate(self, run: int, sets: Sequence[Values]) -> Mapping[str, Array]:
-        """Channels (K, n) on the coarse mesh plus the anchor's correction."""
-        channels = self._channels(run, sets, self.coarse)
-        if self._correction:
-            for name, extra in self._correction[run].items():
-                channels[name] = channels[name] + extra
-        return channels
+    @property
+    def finest(self) -> int:
+        """See `Graded`."""
+        return len(self.meshes) - 1
 
-    def anchor(self, values: Sequence[Values]) -> None:
-        """Make `simulate` equal the fine mesh at these values, one set per run."""
-        self._correction = [self._exact(run, own).added for run, own in enumerate(values)]
+    @property
+    def pulled(self) -> str:
+        """See `Pulled`."""
+        return "surface_torque"
 
-    def _exact(self, run: int, values: Values) -> _Exact:
-        """A run on the fine mesh, remembered: a search comes back to the same few places."""
-        place = run, tuple(sorted(values.items()))
-        if place not in self._known:
-            while len(self._known) >= _REMEMBERED:
-                self._known.pop(next(iter(self._known)))
-            fine, coarse = (self._channels(run, [values], elements) for elements in (self.fine, self.coarse))
-            self._known[place] = _Exact(
-                {name: rows[0] for name, rows in fine.items()}, {name: fine[name][0] - coarse[name][0] for name in fine}
-            )
-        return self._known[place]
+    def fed(self, run: int, measured: Array) -> DrillString:
+        """See `Pulled`."""
+        channels = tuple(
+            replace(channel, measured=measured) if channel.name == self.pulled else channel
+            for channel in self.runs[run].channels
+        )
+        runs = list(self.runs)
+        runs[run] = replace(runs[run], channels=channels)
+        return replace(self, runs=tuple(runs))
+
+    def disturbances(self, values: Values) -> list[Disturbance]:
+        """See `Disturbed`."""
+        return disturbances(values, self.probes, max(run.duration for run in self.runs))
+
+    def site_of(self, channel: str) -> str:
+        """See `Disturbed`."""
+        return "hydraulics" if channel == "standpipe_pressure" else "sensor"
+
+    def simulate(self, run: int, sets: Sequence[Values], how: How) -> Mapping[str, Array]:
+        """Channels (K, n) of K parameter sets."""
+        return self._channels(run, sets, self.meshes[how.fidelity], how.pull)
 
     def shortened(self, share: float) -> DrillString:
-        """The first part of every run; whatever the anchor knew of it is kept."""
-        runs, commands, corrections = [], [], []
+        """The first part of every run."""
+        runs, commands = [], []
         for index, run in enumerate(self.runs):
             until = run.time[0] + share * run.duration
             kept = [
                 replace(c, time=c.time[c.time <= until], measured=c.measured[c.time <= until]) for c in run.channels
             ]
-            kept = [channel for channel in kept if channel.time.size]
             inside = run.time <= until
-            runs.append(replace(run, time=run.time[inside], excitation=run.excitation[inside], channels=tuple(kept)))
+            channels = tuple(channel for channel in kept if channel.time.size)
+            runs.append(replace(run, time=run.time[inside], excitation=run.excitation[inside], channels=channels))
             own = self.commands[index]
             commands.append(Commands(*(getattr(own, name)[inside] for name in Commands.__dataclass_fields__)))
-            if self._correction:
-                corrections.append(
-                    {channel.name: self._correction[index][channel.name][: channel.time.size] for channel in kept}
-                )
-        return replace(self, runs=tuple(runs), commands=tuple(commands), _correction=corrections)
-
-    def refined(self) -> DrillString:
-        """The same runs on finer meshes."""
-        return replace(self, coarse=_COARSE, fine=_FINE, _correction=[])
+        return replace(self, runs=tuple(runs), commands=tuple(commands))
 
     def manoeuvres(self) -> list[Manoeuvre]:
-        """Runs that could be made next, see `slider_drilling.diagnosis.manoeuvres`."""
-        from slider_drilling.diagnosis.manoeuvres import manoeuvres
+        """Runs that could be made next."""
+        return [
+            Manoeuvre(text, settings, replace(self, runs=(run,), commands=(commands,)))
+            for text, settings, run, commands in next_runs(self.rig, self.runs[0], self.commands[0])
+        ]
 
-        return manoeuvres(self)
-
-    def discretisation(self, values: Sequence[Values]) -> list[dict[str, Array]]:
-        """What a still finer mesh (with its shorter step) would change at these values."""
-        differences = []
-        for run, own in enumerate(values):
-            finer = self._channels(run, [own], round(FINER * self.fine))
-            # As a rule the anchor has just been there.
-            fine = self._exact(run, own).fine
-            differences.append({name: finer[name][0] - fine[name] for name in fine})
-        return differences
-
-    def _channels(self, run: int, sets: Sequence[Values], elements: int) -> dict[str, Array]:
-        responses = self._responses(run, sets, elements)
+    def _channels(self, run: int, sets: Sequence[Values], elements: int, pull: float = 0.0) -> dict[str, Array]:
+        responses = self._responses(run, sets, elements, self._observer(run, pull))
         found: dict[str, Array] = {}
         for channel in self.runs[run].channels:
             lag = sensor_lag(self.rig, channel.name)
@@ -134,33 +111,51 @@ class DrillString:
     def _switched_on(self, values: Values) -> list[UserEffect]:
         return [user for name, user in self.user_effects.items() if user.effect.parameters[0].name in values]
 
-    def _responses(self, run: int, sets: Sequence[Values], elements: int) -> list[Response]:
-        rigs = [rig_with(self.rig, values) for values in sets]
-        starts = [start_with(values) for values in sets]
-        users = [self._switched_on(values) for values in sets]
-        if not any(users):
-            return simulate_on_threads(rigs, self.commands[run], elements, starts)
-        responses = []
-        for rig, start, own, values in zip(rigs, starts, users, sets, strict=True):
-            commands = self.commands[run]
-            for user in own:
-                commands = user.commands(commands, values)
-            extra = combined_modifiers(own, rig, elements, values)
-            responses += simulate_batch([rig], commands, elements, [start], [extra])
-        return responses
+    def _observer(self, run: int, pull: float) -> Observer | None:
+        measured = [channel for channel in self.runs[run].channels if channel.name == self.pulled]
+        if pull == 0.0 or not measured:
+            return None
+        time = self.commands[run].time
+        return Observer(np.interp(time, measured[0].time, measured[0].measured), pull)
+
+    def _responses(
+        self, run: int, sets: Sequence[Values], elements: int, observer: Observer | None = None
+    ) -> list[Response]:
+        """One batch of those that differ in the rig alone; what changes the commands or the elements runs by itself."""
+        found: dict[int, Response] = {}
+        plain = [k for k, values in enumerate(sets) if not self._switched_on(values) and not moves_commands(values)]
+        if plain:
+            rigs, starts = [rig_with(self.rig, sets[k]) for k in plain], [start_with(sets[k]) for k in plain]
+            batch = simulate_on_threads(rigs, self.commands[run], elements, starts, observer)
+            found = dict(zip(plain, batch, strict=True))
+        for index, values in enumerate(sets):
+            if index not in found:
+                users = self._switched_on(values)
+                commands = disturbed(self.commands[run], values)
+                for user in users:
+                    commands = user.commands(commands, values)
+                rig = rig_with(self.rig, values)
+                extra = combined_modifiers(users, rig, elements, values)
+                start = start_with(values)
+                (found[index],) = simulate_batch([rig], commands, elements, [start], [extra], observer=observer)
+        return [found[index] for index in range(len(sets))]
 
 
 def simulate_on_threads(
-    rigs: Sequence[Rig], commands: Commands, elements: int, starts: Sequence[Start]
+    rigs: Sequence[Rig],
+    commands: Commands,
+    elements: int,
+    starts: Sequence[Start],
+    observer: Observer | None = None,
 ) -> list[Response]:
     """One batch split over the cores (the kernel runs without the interpreter's lock)."""
-    if len(rigs) < 4:
-        return simulate_batch(rigs, commands, elements, starts)
+    if len(rigs) < _SPLIT:
+        return simulate_batch(rigs, commands, elements, starts, observer=observer)
     share = int(np.ceil(len(rigs) / _THREADS))
 
     def run(begin: int) -> list[Response]:
         end = begin + share
-        return simulate_batch(rigs[begin:end], commands, elements, starts[begin:end])
+        return simulate_batch(rigs[begin:end], commands, elements, starts[begin:end], observer=observer)
 
     with ThreadPoolExecutor(_THREADS) as pool:
         answers = pool.map(run, range(0, len(rigs), share))

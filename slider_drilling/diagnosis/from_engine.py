@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -16,38 +16,44 @@ from slider_drilling.diagnosis.outcome import (
     Interval,
     NextManoeuvre,
     Outcome,
+    Shape,
     Trace,
     Where,
 )
-from slider_drilling.gap.beyond import Beyond
-from slider_drilling.gap.explain import Answer, Ranked
+from slider_drilling.gap.answer.beyond import Beyond
+from slider_drilling.gap.answer.intervals import intervals
+from slider_drilling.gap.choice.state import Explained, Judged
+from slider_drilling.gap.evidence.rivals import Rival
+from slider_drilling.gap.explain import Answer
 from slider_drilling.gap.model import Effect, Model, Parameter
 
-NOT_FITTED = "not fitted: its score test promised less than that of others"
+NOT_FITTED = "fell behind in the race: others explained more with as many trials"
 # Widest interval of a share that still says something: beyond, what it is a share of is hardly there.
 _WIDEST = 2.0
 
 
 def outcome_of(answer: Answer, model: Model, beyond: Beyond, effects: Sequence[Effect]) -> Outcome:
-    """The engine's answer about a model's runs; effects: every candidate, for the units of their parameters."""
-    known = {parameter.name: parameter for parameter in model.nuisance}
-    known |= {parameter.name: parameter for effect in effects for parameter in effect.parameters}
-    manoeuvre, where = answer.manoeuvre, answer.where
+    """The engine's answer about a model's runs; effects: every candidate, for those that were not followed."""
+    manoeuvre, where, state = answer.manoeuvre, answer.where, answer.state
+    spent = state.simulations
     return Outcome(
         verdict=answer.verdict,
         site=answer.site,
         effects=answer.effects,
-        partial=answer.partial,
+        partial=state.partial,
         gap=_gap(answer, model),
         where=None if where is None else Where(
             where.channel, where.phase, where.band, tuple(where.time), tuple(where.depth)
         ),
-        ranking=tuple(_candidate(entry, answer, known) for entry in answer.ranking),
+        shape=_shape(answer.rival) if answer.verdict == "unknown" and answer.rival is not None else None,
+        ranking=_ranking(answer, effects),
         next_manoeuvre=None if manoeuvre is None else NextManoeuvre(
             manoeuvre.description, manoeuvre.settings, manoeuvre.separates, manoeuvre.distance, manoeuvre.now,
             manoeuvre.others,
         ),
-        tuned_parameters=_fitted(answer.parameters, known),
+        tuned_parameters=_fitted(state.current, state.current.fit.values),
+        horizon=beyond.horizon,
+        counts={"simulations": spent, "not_refitted": state.current.score.not_refitted},
         remarks=answer.remarks,
         simulated=beyond.figures(),
         traces=_traces(beyond),
@@ -57,16 +63,15 @@ def outcome_of(answer: Answer, model: Model, beyond: Beyond, effects: Sequence[E
 
 def _gap(answer: Answer, model: Model) -> Gap:
     channels = {channel.name: channel for run in model.runs for channel in run.channels}
-    floors = {name: floor for run in answer.floors for name, floor in run.items()}
+    floors = {name: floor for run in answer.state.floors for name, floor in run.items()}
     rms = _rms_by_stage(answer)
     shrinks = bool(answer.effects) and answer.with_effect < answer.tuned
-    closed, interval = _share(answer.closed, answer.closed_interval, answer) if shrinks else (None, None)
+    closed, interval = _share(answer.closed, answer.interval, answer) if shrinks else (None, None)
     return Gap(
-        nominal=_number(answer.nominal), tuned=_number(answer.tuned),
-        with_effect=_number(answer.with_effect) if answer.effects else None,
-        closed=closed, closed_interval=interval, threshold=_number(answer.threshold),
+        nominal=answer.nominal, tuned=answer.tuned, with_effect=answer.with_effect if answer.effects else None,
+        closed=closed, closed_interval=interval, threshold=answer.threshold,
         noise_floor={
-            name: Floor(floor.sigma, channels[name].declared_noise, channels[name].unit, floor.method)
+            name: Floor(floor.sigma, floor.declared, channels[name].unit, floor.method, None, floor.excess)
             for name, floor in floors.items()
         },
         rms={
@@ -85,59 +90,69 @@ def _share(closed: float, interval: Interval, answer: Answer) -> tuple[float | N
     return (None, None) if interval[1] - interval[0] > _WIDEST else (closed, interval)
 
 
-def _candidate(entry: Ranked, answer: Answer, known: dict[str, Parameter]) -> Candidate:
-    in_answer = entry.effect in answer.effects
-    # What a score test promises is no share that any fit has closed.
-    closed, interval = _share(entry.closed, entry.interval, answer) if entry.fitted else (None, None)
-    why_not = entry.reasons
-    if not in_answer and not entry.fitted:
-        why_not = (NOT_FITTED,)
-    elif not in_answer and not why_not and answer.effects:
-        why_not = (f"what it explains, {' and '.join(answer.effects)} explains better",)
-    if in_answer:
-        why_not = ()
+def _ranking(answer: Answer, effects: Sequence[Effect]) -> tuple[Candidate, ...]:
+    """Who was fitted to the end, accepted ones first, then who fell behind, most promising first."""
+    groups = {step.accepted.effect.name: step.group for step in answer.state.steps if step.accepted is not None}
+    found = [_candidate(one, answer, groups) for one in answer.judged]
+    named = {one.effect for one in found}
+    promised = answer.state.steps[0].promised if answer.state.steps else {}
+    rest = sorted((e for e in effects if e.name not in named), key=lambda e: -promised.get(e.name, 0.0))
+    nothing = "not looked for: what re-tuning leaves is no more than noise leaves"
+    why = NOT_FITTED if answer.state.steps else nothing
+    found += [Candidate(e.name, e.site, False, False, (why,), None, None, {}, ()) for e in rest]
+    return tuple(found)
+
+
+def _candidate(one: Judged, answer: Answer, groups: Mapping[str, tuple[str, ...]]) -> Candidate:
+    name = one.effect.name
+    in_answer = name in answer.effects
+    closed, interval = _share(one.closed, one.interval, answer)
+    why_not = one.why_not
+    if not in_answer and not why_not:
+        better = " and ".join(answer.effects) or (answer.rival.words if answer.rival is not None else "")
+        why_not = (f"what it explains, {better} explains better" if better else "what remains is no more than noise",)
+    own = {parameter.name: one.explained.fit.values[parameter.name] for parameter in one.effect.parameters}
     return Candidate(
-        entry.effect, entry.site, entry.accepted, in_answer, why_not, closed, interval,
-        _fitted(entry.parameters, known), entry.group,
+        name, one.effect.site, one.passed, in_answer, () if in_answer else why_not, closed, interval,
+        _fitted(one.explained, own), groups.get(name, ()),
     )  # fmt: skip
 
 
-def _fitted(values: dict[str, float], known: dict[str, Parameter]) -> dict[str, Fitted]:
-    found = {}
-    for name, value in values.items():
-        # What belongs to a run carries its number: start_twist@0.
-        parameter = known.get(name) or known.get(name.partition("@")[0])
-        unit, nominal = (parameter.unit, parameter.nominal) if parameter else ("-", math.nan)
-        found[name] = Fitted(value, unit, nominal)
-    return found
+def _fitted(explained: Explained, values: Mapping[str, float]) -> dict[str, Fitted]:
+    spans = intervals(explained.problem, explained.fit)
+    known: dict[str, Parameter] = {parameter.name: parameter for parameter in explained.fit.parameters}
+    return {
+        name: Fitted(value, known[name].unit, known[name].nominal, spans.get(name))
+        for name, value in values.items() if name in known
+    }  # fmt: skip
+
+
+def _shape(rival: Rival) -> Shape:
+    return Shape(rival.words, rival.x_unit, rival.y_unit, rival.x, rival.y)
 
 
 def _rms_by_stage(answer: Answer) -> dict[str, dict[str, float]]:
     """RMS of each channel at each stage; held out where parameters were fitted."""
-    findings = answer.findings
-    problem = findings.problem
-    left = {"nominal": problem.floor * findings.nominal_residual}
-    if findings.tuned is not None:
-        left["tuned"] = findings.tuned.problem.floor * findings.tuned.score.residual
-    if findings.current is not None and findings.accepted:
-        left["with_effect"] = findings.current.problem.floor * findings.current.score.residual
-    return {
-        stage: {name: float(np.sqrt(square)) for name, square in problem.by_channel(residual**2).items()}
-        for stage, residual in left.items()
-    }
+    state = answer.state
+    left = {"nominal": state.nominal.residual, "tuned": state.tuned.score.residual}
+    if answer.effects:
+        left["with_effect"] = state.current.score.residual
+    found: dict[str, dict[str, float]] = {}
+    for stage, residual in left.items():
+        squares: dict[str, list[float]] = {}
+        for piece in state.tuned.problem.pieces:
+            squares.setdefault(piece.name, []).extend((residual[piece.rows] * piece.noise) ** 2)
+        found[stage] = {name: float(np.sqrt(np.mean(values))) for name, values in squares.items()}
+    return found
 
 
 def _traces(beyond: Beyond) -> tuple[Trace, ...]:
-    problem = beyond.problem
     found = []
-    for index, run in enumerate(problem.model.runs):
+    for piece in beyond.problem.pieces:
+        run, channel = beyond.problem.model.runs[piece.run], piece.channel
         until = run.time[0] + beyond.share * run.duration if beyond.rest else None
-        for channel in run.channels:
-            part = problem.slices[index, channel.name]
-            simulated = {stage: channel.measured - left[part] for stage, left in beyond.left.items()}
-            found.append(Trace(index, channel.name, channel.unit, channel.time, channel.measured, simulated, until))
+        simulated = {stage: channel.measured - left[piece.rows] for stage, left in beyond.left.items()}
+        found.append(
+            Trace(piece.run, channel.name, channel.unit, channel.time, channel.measured, simulated, until)
+        )
     return tuple(found)
-
-
-def _number(value: float) -> float | None:
-    return None if math.isnan(value) else value

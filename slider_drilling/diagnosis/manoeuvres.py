@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slider_drilling.diagnosis.drill_string import DrillString
 from slider_drilling.drillstring import Commands
-from slider_drilling.gap.model import Array, Manoeuvre, Run
+from slider_drilling.gap.model import Array, Run
+from slider_drilling.rig import Rig
 
 _DURATION_S = 100.0
 _ACCELERATION = 4.0  # rad/s2, of the drive at a reversal
@@ -26,9 +26,11 @@ class _Plan:
     block_step: float = 1.0
 
 
-def manoeuvres(model: DrillString) -> list[Manoeuvre]:
-    """Candidates around what the model's first log did."""
-    log = model.commands[0]
+NextRun = tuple[str, dict[str, float], Run, Commands]
+
+
+def next_runs(rig: Rig, made: Run, log: Commands) -> list[NextRun]:
+    """(description, settings, run, commands) of candidates around what one log did; their measurements are zero."""
     amplitude = max(0.5 * float(np.ptp(log.top_drive_angle)) / 2.0, 3.0)
     speed = max(float(np.quantile(np.abs(log.top_drive_speed), 0.9)), 0.5)
     plans = [
@@ -41,7 +43,7 @@ def manoeuvres(model: DrillString) -> list[Manoeuvre]:
         _Plan("step the flow down by a fifth half-way", amplitude, speed, flow_step=0.8),
         _Plan("stop the block half-way", amplitude, speed, block_step=0.0),
     ]
-    return [Manoeuvre(plan.text, _settings(plan), _model(model, plan)) for plan in plans]
+    return [(plan.text, _settings(plan), *_run(rig, made, log, plan)) for plan in plans]
 
 
 def _settings(plan: _Plan) -> dict[str, float]:
@@ -51,23 +53,22 @@ def _settings(plan: _Plan) -> dict[str, float]:
     }  # fmt: skip
 
 
-def _model(model: DrillString, plan: _Plan) -> DrillString:
-    """The same string driven by the plan, with the log's channels at the plan's times."""
-    interval = 1.0 / model.rig.sensors.rate
+def _run(rig: Rig, made: Run, log: Commands, plan: _Plan) -> tuple[Run, Commands]:
+    """The plan as commands, and the log's channels at its times."""
+    interval = 1.0 / rig.sensors.rate
     time = np.arange(0.0, _DURATION_S, interval, dtype=np.float64)
-    log = model.commands[0]
     speed = _rocking(time, plan)
     late = np.where(time > 0.5 * _DURATION_S, 1.0, 0.0)
     block_speed = float(np.median(log.block_speed)) * (1.0 + (plan.block_step - 1.0) * late)
     pump = float(np.median(log.pump_speed)) * (1.0 + (plan.flow_step - 1.0) * late)
     commands = Commands(time, _integral(speed, interval), speed, _integral(block_speed, interval), block_speed, pump)
     channels = []
-    for channel in model.runs[0].channels:
+    for channel in made.channels:
         every = max(round(float(np.median(np.diff(channel.time))) / interval), 1)
         own = time[every::every] if every > 1 else time
         channels.append(replace(channel, time=own, measured=np.zeros_like(own)))
     run = Run(plan.text, time, commands.top_drive_angle, tuple(channels))
-    return replace(model, runs=(run,), commands=(commands,), _correction=[])
+    return run, commands
 
 
 def _rocking(time: Array, plan: _Plan) -> Array:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slider_drilling.diagnosis.catalogue import ANY_WAVE_S, aging_with_memory, catalogue
-from slider_drilling.diagnosis.drill_string import DrillString, depth_probes, nuisance_parameters
+from slider_drilling.diagnosis.drill_string import MESHES, DrillString, depth_probes, nuisance_parameters
 from slider_drilling.diagnosis.first_look.expected import NO_ROCK
 from slider_drilling.diagnosis.first_look.usable import unusable
 from slider_drilling.diagnosis.replay import measured_channels
@@ -74,7 +74,7 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
     model = DrillString(
         rig, tuple(runs), tuple(commands), nuisance,
         (*effects, *(user.effect for user in user_effects)), users, depth_probes(length),
-        STICK_SLIP if alone else (),
+        STICK_SLIP if alone else (), MESHES,
     )  # fmt: skip
     return Prepared(model, tuple(remarks))
 

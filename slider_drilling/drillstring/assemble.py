@@ -52,6 +52,23 @@ class Start:
 
 
 @dataclass(frozen=True)
+class Observer:
+    """A weak observer at the top drive (`kernel.pull`): what a fit simulates with, never a prediction.
+
+    torque: (n,) N m, measured at the commands' times; gain: of the string's wave impedance, 0 a free run, 1 (the most
+    that a step can hold) takes all that arrives from below; memory: s, after which constant errors show again.
+    """
+
+    torque: Array
+    gain: float = 0.3
+    memory: float = 5.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.gain <= 1.0:
+            raise ValueError(f"observer: gain {self.gain:g} must be 0 to 1")
+
+
+@dataclass(frozen=True)
 class Springs:
     """Stiffness (n + 1,) between elements, top spring first and a zero below the bit; mass and inertia (n,)."""
 
@@ -116,9 +133,9 @@ def elements(rigs: Sequence[Rig], mesh: Mesh, dt: float, modifiers: Sequence[Mod
     )
 
 
-def lanes(rigs: Sequence[Rig], mesh: Mesh, dt: float) -> Lanes:
+def lanes(rigs: Sequence[Rig], mesh: Mesh, dt: float, observer: Observer | None = None) -> Lanes:
     """Constants of every lane."""
-    rows = [_lane_of_one(rig, mesh, dt) for rig in rigs]
+    rows = [_lane_of_one(rig, mesh, dt) | _observed(rig, mesh, observer) for rig in rigs]
     return Lanes(*(np.array([row[name] for row in rows], dtype=float) for name in Lanes._fields))
 
 
@@ -135,8 +152,9 @@ def initial_state(
     )
     carried = np.cumsum(weight[::-1], axis=0)[::-1]
     position = np.zeros((count + 2, width))
-    position[0] = drive[2]
-    position[1:-1] = drive[2] + np.cumsum(carried / spring, axis=0)
+    # The string hangs from where the heave has the block at the start: a jump there would ring through the log.
+    position[0] = drive[2] + c.heave_amplitude * np.sin(c.heave_phase)
+    position[1:-1] = position[0] + np.cumsum(carried / spring, axis=0)
     compliance = np.cumsum(1.0 / torsional_spring, axis=0)
     rotation = np.full((count + 2, width), drive[0])
     rotation[1:-1] += compliance / compliance[-1] * np.array([s.twist for s in starts])
@@ -151,7 +169,7 @@ def initial_state(
         bottom=position[-2].copy(), depth_offset=rigs[0].string.length - position[-2],
         tool_face_offset=np.array([s.offset for s in starts], dtype=float), weight_on_bit=lane(),
         bit_torque=lane(), motor_pressure=lane(), stalled=lane(), circulation=circulation,
-        standpipe=circulation.copy(), sensed_torque=torque, motor_speed=np.full(width, drive[1]),
+        standpipe=circulation.copy(), sensed_torque=torque, motor_speed=np.full(width, drive[1]), pulled=lane(),
         pulses=np.zeros(delay * width), clock=np.zeros(2),
     )  # fmt: skip
 
@@ -248,6 +266,13 @@ def _lane_of_one(rig: Rig, mesh: Mesh, dt: float) -> dict[str, float]:
         "tool_frequency": 2.0 * math.pi * effects.axial_oscillation_tool.frequency,
         "tool_row": tool_element,
     }
+
+
+def _observed(rig: Rig, mesh: Mesh, observer: Observer | None) -> dict[str, float]:
+    if observer is None:
+        return {"pull": 0.0, "pull_leak": 0.0}
+    impedance = math.sqrt(rig.string.shear_modulus * rig.string.density) * float(mesh.polar_moment[0])
+    return {"pull": observer.gain / impedance, "pull_leak": 1.0 / observer.memory}
 
 
 def _gain(dt: float, lag: float) -> float:

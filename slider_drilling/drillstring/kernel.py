@@ -188,8 +188,9 @@ def drive_top(lanes, time, angle, block, c: Lanes, s: State):
             s.position[k] += c.heave_amplitude[k] * math.sin(c.heave_frequency[k] * time + c.heave_phase[k])
         # The spring below the drive stretches by what is left of the angle once the dead zone is passed: the string
         # unwinds freely inside it, it is not held there.
-        ahead = angle - s.rotation[lanes + k]
-        s.rotation[k] = angle - min(max(ahead, -c.backlash[k]), c.backlash[k])
+        drive = angle + s.pulled[k]
+        ahead = drive - s.rotation[lanes + k]
+        s.rotation[k] = drive - min(max(ahead, -c.backlash[k]), c.backlash[k])
 
 
 @njit(**INNER)
@@ -299,6 +300,19 @@ def sense_torque(lanes, dt, speed, e: Elements, c: Lanes, s: State):
 
 
 @njit(**INNER)
+def pull(lanes, dt, measured, c: Lanes, s: State):
+    """The weak observer: a torque that was measured turns the drive a little towards the one that is simulated.
+
+    ``offset' = gain (measured - sensed) / Z - offset / tau``, Z the string's wave impedance at the top: passive for
+    gains from 0 to 1, so it takes from what arrives from below and adds nothing.
+    """
+    for k in range(lanes):
+        if c.pull[k] > 0.0:
+            surprise = measured - (s.sensed_torque[k] + c.torque_bias[k])
+            s.pulled[k] += dt * (c.pull[k] * surprise - c.pull_leak[k] * s.pulled[k])
+
+
+@njit(**INNER)
 def hermite(start, start_rate, end, end_rate, length, u):
     """Cubic through two values and slopes at 0 <= u <= 1 of an interval."""
     d = end - start
@@ -313,8 +327,9 @@ def advance(
     """Step every lane through the intervals of ``drive`` and fill ``out`` at the end of each, and before the first one
     where ``out`` has a row more.
 
-    drive: (m + 1, 5), rows of top-drive angle rad and speed rad/s, block position m and speed m/s, pump speed
-    rad/s, ``substeps * dt`` apart, the first one at the present time. out: (m or m + 1, channels, lanes).
+    drive: (m + 1, 6), rows of top-drive angle rad and speed rad/s, block position m and speed m/s, pump speed
+    rad/s, and the surface torque N m measured (see `pull`), ``substeps * dt`` apart, the first one at the present time.
+    out: (m or m + 1, channels, lanes).
     """
     count = len(s.speed)
     above, here, below = slice(0, count), slice(lanes, lanes + count), slice(2 * lanes, 2 * lanes + count)
@@ -363,6 +378,7 @@ def advance(
             drive_top(lanes, time, angle, block, c, s)
             circulate(lanes, int(s.clock[1]) + n, c, s)
             sense_torque(lanes, dt, a[1] + u * (b[1] - a[1]), e, c, s)
+            pull(lanes, dt, a[5] + u * (b[5] - a[5]), c, s)
         s.clock[0] += substeps * dt
         s.clock[1] += substeps
         sense(lanes, elements, e, c, s, out[first + m])

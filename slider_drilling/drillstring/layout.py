@@ -88,6 +88,8 @@ class Lanes(NamedTuple):
     tool_force: Array  # N
     tool_frequency: Array  # rad/s
     tool_row: Array  # index of the element that carries the tool
+    pull: Array  # rad/(N m s), gain of the observer over the string's wave impedance
+    pull_leak: Array  # 1/s, at which the observer forgets
 
 
 class State(NamedTuple):
@@ -112,6 +114,7 @@ class State(NamedTuple):
     standpipe: Array  # Pa
     sensed_torque: Array  # N m
     motor_speed: Array  # rad/s of the top drive, smoothed
+    pulled: Array  # rad, by which the observer has turned the drive
     pulses: Array  # (delay steps * lanes,) Pa, motor pressures on their way up
     clock: Array  # (2,): time s, steps taken
 

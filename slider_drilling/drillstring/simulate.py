@@ -11,7 +11,7 @@ import numpy as np
 
 from slider_drilling.compiler import announced
 from slider_drilling.drillstring import assemble, kernel
-from slider_drilling.drillstring.assemble import Modifiers, Start
+from slider_drilling.drillstring.assemble import Modifiers, Observer, Start
 from slider_drilling.drillstring.layout import CHANNELS, Array, State
 from slider_drilling.drillstring.profile import Profile, profile_of
 from slider_drilling.drillstring.record import Commands, Response
@@ -119,22 +119,25 @@ def simulate_batch(
     modifiers: Sequence[Modifiers] | None = None,
     substeps: int | None = None,
     workers: int = 1,
+    observer: Observer | None = None,
 ) -> list[Response]:
     """`simulate` for many parameter sets of one well and string, vectorised across them.
 
-    Runs go through the kernel in blocks that fit the cache, on ``workers`` threads. Raises InputError where the rigs
-    differ in survey, sections, contact or sound speed.
+    Runs go through the kernel in blocks that fit the cache, on ``workers`` threads. observer: lets the torque that
+    was measured pull weakly at the top drive; its torque is sampled at the commands' times. Raises InputError where the
+    rigs differ in survey, sections, contact or sound speed.
     """
     grid = _even_grid(commands.time)
     sampled = commands if grid is commands.time else commands.at(grid)
     interval = float((grid[-1] - grid[0]) / (len(grid) - 1)) if len(grid) > 1 else 1.0
     starts = starts or [Start()] * len(rigs)
     modifiers = modifiers or [Modifiers()] * len(rigs)
+    measured = None if observer is None else np.interp(grid, commands.time, observer.torque)
 
     def run(first: int) -> list[Array]:
         block = slice(first, first + _LANES_PER_BLOCK)
-        bundle = _Bundle(rigs[block], elements, interval, starts[block], modifiers[block], substeps)
-        channels = bundle.advance(sampled)
+        bundle = _Bundle(rigs[block], elements, interval, starts[block], modifiers[block], substeps, observer)
+        channels = bundle.advance(sampled, measured)
         return [channels[:, :, lane] for lane in range(channels.shape[2])]
 
     firsts = range(0, len(rigs), _LANES_PER_BLOCK)
@@ -157,6 +160,7 @@ class _Bundle:
         starts: Sequence[Start],
         modifiers: Sequence[Modifiers],
         substeps: int | None,
+        observer: Observer | None = None,
     ) -> None:
         self.rigs, self.starts, self.interval = list(rigs), list(starts), interval
         self.mesh = assemble.common_mesh(rigs, elements)
@@ -165,16 +169,17 @@ class _Bundle:
         self.dt = interval / self.substeps
         self.elements = assemble.elements(rigs, self.mesh, self.dt, modifiers)
         self._yielding = self.elements.yielding.copy()
-        self.lanes = assemble.lanes(rigs, self.mesh, self.dt)
+        self.lanes = assemble.lanes(rigs, self.mesh, self.dt, observer)
         self.curve = assemble.friction_curve(rigs[0].contact)
         varies = (self.elements.stribeck_drop, self.elements.aging_growth, self.elements.drift_rate)
         self.varying = any(bool(np.any(values)) for values in varies)
         self.state: State | None = None
         self.last: Array | None = None
 
-    def advance(self, commands: Commands) -> Array:
-        """(n, channels, lanes) at the times of the commands."""
-        rows = commands.rows()
+    def advance(self, commands: Commands, measured: Array | None = None) -> Array:
+        """(n, channels, lanes) at the times of the commands; measured: (n,) N m, the observer's torque."""
+        torque = np.zeros(len(commands.time)) if measured is None else measured
+        rows = np.column_stack([commands.rows(), torque])
         gaps = commands.time[1:] - commands.time[:-1]
         if len(gaps) and np.abs(gaps - self.interval).max() > 1e-3 * self.interval:
             raise ValueError(f"commands: samples must be {self.interval:g} s apart; `simulate` takes uneven ones")

@@ -3,7 +3,7 @@
 The engine takes any model object (`slider_drilling.gap.model.Model`); the drill string is one.
 """
 
-from slider_drilling.gap.explain import Answer, Ranked, explain
-from slider_drilling.gap.model import Channel, Effect, Manoeuvre, Model, Parameter, Run
+from slider_drilling.gap.explain import Answer, explain
+from slider_drilling.gap.model import Channel, Effect, How, Manoeuvre, Model, Parameter, Run
 
-__all__ = ["Answer", "Channel", "Effect", "Manoeuvre", "Model", "Parameter", "Ranked", "Run", "explain"]
+__all__ = ["Answer", "Channel", "Effect", "How", "Manoeuvre", "Model", "Parameter", "Run", "explain"]

@@ -48,9 +48,7 @@ class Effect:
     parameters: first the amplitude (neutral at its nominal), then shape parameters. scan: full parameter values
     at which the score test probes, all away from neutral and from the bounds; the fits start from the best of
     them, so at least three. physical: the range of the amplitude that the effect's name stands for; a fit that
-    leaves it is reported as ``nonphysical``, the shape it has. either_sign: the amplitude's other sign is the same
-    effect with another shape (a wave half a period on). marked: the log bears a mark that little else leaves; it is
-    fitted whatever the score test says.
+    leaves it is reported as ``nonphysical``, the shape it has.
     """
 
     name: str
@@ -60,8 +58,6 @@ class Effect:
     physical: tuple[float, float] = (-float("inf"), float("inf"))
     nonphysical: str = "its opposite"
     law: str = ""
-    either_sign: bool = False
-    marked: bool = False
 
     def __post_init__(self) -> None:
         if len(self.scan) < 3:
@@ -85,8 +81,8 @@ class Channel:
     """What one sensor measured: time (n,) s ascending, measured (n,) in unit.
 
     period: of a wrapped angle, else None; declared_noise: the standard deviation somebody states for the
-    sensor, used only where the log cannot tell; resolution: its smallest step, 0 if none; accumulates: what a
-    simulation misses once stays in every later sample (`slider_drilling.gap.missed_steps`).
+    sensor; resolution: its smallest step, 0 if none; accumulates: what a
+    simulation misses once stays in every later sample (`slider_drilling.gap.problem.missed_steps`).
     """
 
     name: str
@@ -125,6 +121,43 @@ class Run:
         return float(self.time[-1] - self.time[0])
 
 
+@dataclass(frozen=True)
+class How:
+    """How a model is asked to simulate. What it has no use for it may ignore.
+
+    fidelity: 0 the cheapest, up to the model's own finest; pull: gain of a weak observer that feeds the pulled
+    channel's measurement back, 0 a free run (see `Pulled`).
+    """
+
+    fidelity: int = 0
+    pull: float = 0.0
+
+
+@runtime_checkable
+class Pulled(Protocol):
+    """A model with a weak observer: while it is fitted, a measured channel may pull a little at what is simulated.
+
+    A free run of what sticks and slips loses phase, and its cost is full of holes; a passive pull makes the same cost
+    smooth. The error of the pulled channel shrinks by 1 + pull.
+    """
+
+    @property
+    def pulled(self) -> str:
+        """Name of the channel that is fed back."""
+
+    def fed(self, run: int, measured: Array) -> Pulled:
+        """The same model with other measurements (n,) of that channel in one run."""
+
+
+@runtime_checkable
+class Graded(Protocol):
+    """A model with simulations of several fidelities."""
+
+    @property
+    def finest(self) -> int:
+        """The highest fidelity that `How` may ask for."""
+
+
 class Model(Protocol):
     """Anything that can be simulated for many parameter sets at once."""
 
@@ -140,30 +173,11 @@ class Model(Protocol):
     def effects(self) -> tuple[Effect, ...]:
         """The catalogue."""
 
-    def simulate(self, run: int, sets: Sequence[Values]) -> Mapping[str, Array]:
-        """Channels of one run for K parameter sets, each (K, n) at the channel's times.
+    def simulate(self, run: int, sets: Sequence[Values], how: How) -> Mapping[str, Array]:
+        """Channels of one run for K parameter sets, each (K, n) at the channel's times; pure.
 
         A name missing from a set stands at its nominal value.
         """
-
-
-@runtime_checkable
-class Anchored(Protocol):
-    """A model whose `simulate` is a cheap one plus a correction that an exact run at these values gives."""
-
-    def anchor(self, values: Sequence[Values]) -> None:
-        """Make `simulate` exact at values[run] of each run; with no values the cheap one stands as it is."""
-
-    def discretisation(self, values: Sequence[Values]) -> Sequence[Mapping[str, Array]]:
-        """Per run and channel (n,): how far the exact run still is from a finer one at these values."""
-
-
-@runtime_checkable
-class Refinable(Protocol):
-    """A model that can be asked for better simulations, at their cost."""
-
-    def refined(self) -> Model:
-        """The same model with a smaller error of its own: asked for where what a fit leaves may be that error."""
 
 
 @runtime_checkable
@@ -190,6 +204,33 @@ class Probed(Protocol):
     @property
     def probes(self) -> tuple[tuple[Parameter, float, float], ...]:
         """(parameter, from, to): a parameter that acts between two positions only."""
+
+
+@dataclass(frozen=True)
+class Disturbance:
+    """Something flexible at one site that no law describes: how the channels move with each of its coefficients.
+
+    words: what it would be ("friction over depth"); x: (m,) where each coefficient stands, in x_unit; sets: m
+    parameter sets, each a small step of one coefficient from the values it was asked for; steps: (m,) those steps.
+    """
+
+    site: str
+    words: str
+    x: tuple[float, ...]
+    x_unit: str
+    sets: tuple[dict[str, float], ...]
+    steps: tuple[float, ...]
+
+
+@runtime_checkable
+class Disturbed(Protocol):
+    """A model that can be disturbed at its sites, and knows where what a channel reads comes from."""
+
+    def disturbances(self, values: Values) -> Sequence[Disturbance]:
+        """Rivals of every law, around these values."""
+
+    def site_of(self, channel: str) -> str:
+        """Where an error of the reading alone would lie."""
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@
   function draw(name, paper) {
     const figures = themed(name);
     for (const plot of plots) {
-      if (!paper && !plot.clientWidth) continue;  // folded away
+      if (!paper && plot.closest("details:not([open])")) continue;  // folded away
       const place = plot.dataset.place, figure = figures[place];
       for (const trace of figure.data) {
         if (hidden[place].has(trace.name)) trace.visible = hidden[place].get(trace.name) ? "legendonly" : true;

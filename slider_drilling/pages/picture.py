@@ -85,15 +85,14 @@ def _panel(axes: Axes, chart: Chart, panel: Panel, units: Units) -> None:
         axes.set_ylim(*(units.value(end, unit) for end in panel.limits))
     if panel.down or any(isinstance(mark, Bars) and mark.flat for mark in panel.marks):
         axes.invert_yaxis()
-    name, told = unit_of(units.label(panel.y))
-    axes.set_ylabel(f"{name}\n{told}" if told else name)
+    axes.set_title(units.label(panel.y), loc="left", fontsize=9)
     if not panel.log and not any(isinstance(mark, Bars) for mark in panel.marks):
         axes.ticklabel_format(axis="y", useOffset=False)
     axes.grid(True, color=_RULE, linewidth=0.6)
     axes.set_axisbelow(True)
     names = axes.get_legend_handles_labels()[1]
     if len(names) > 1:
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), fontsize=8, ncols=min(len(names), 4), frameon=False,
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), fontsize=8, ncols=min(len(names), 4), frameon=False,
                     borderaxespad=0.1, borderpad=0.1)  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from slider_drilling.pages import Chart, Lead, Line, Link, Map, Page, Panel, Sec
 from slider_drilling.pages.colours import ORDER
 from slider_drilling.tools.study import Chart as StudyChart
 from slider_drilling.tools.study import Claim, Study
-from slider_drilling.units import SI, Units, number
+from slider_drilling.units import SI, Units
 
 # How keys of settings and measurements end that have a unit; the longest first.
 _ENDINGS = {
@@ -81,7 +81,10 @@ def _words(value: Any, unit: str, units: Units) -> str:
         return "yes" if value else "no"
     if isinstance(value, int) and not unit:
         return str(value)
-    return number(units.value(float(value), unit), 4) if isinstance(value, (int, float)) else str(value)
+    if not isinstance(value, (int, float)):
+        return str(value)
+    told = units.value(float(value), unit)
+    return "0" if abs(told) < 1e-12 else f"{told:.4g}"
 
 
 def index_page(studies: Sequence[Study]) -> Page:

@@ -1,0 +1,90 @@
+"""Which run to make next: the manoeuvre under which two explanations differ most."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slider_drilling.gap.choice.state import Judged, State
+from slider_drilling.gap.model import Array, Manoeuvre, Manoeuvring
+from slider_drilling.gap.problem.noise import sigmas
+from slider_drilling.gap.problem.problem import Problem, build_problem
+from slider_drilling.gap.search.least_squares import Fit
+
+_STEP = 0.1
+
+
+@dataclass(frozen=True)
+class NextManoeuvre:
+    """separates: the two explanations; distance: how far they differ under it, RMS in noise units, beyond what the
+    nuisance could make up for; now: the same in the log at hand; others: distance of every manoeuvre looked at.
+    """
+
+    description: str
+    settings: dict[str, float]
+    separates: tuple[str, str]
+    distance: float
+    now: float
+    others: dict[str, float]
+
+
+def next_manoeuvre(state: State) -> NextManoeuvre | None:
+    """Compare the two leading explanations under each manoeuvre that the model offers; None without rivals."""
+    model = state.current.problem.model
+    pair = _rivals(state)
+    if pair is None or not isinstance(model, Manoeuvring):
+        return None
+    first, second = pair
+    offered = {manoeuvre.description: manoeuvre for manoeuvre in model.manoeuvres()}
+    distances = {
+        description: _distance(_problem(state, manoeuvre), first.explained.fit, second.explained.fit, first)
+        for description, manoeuvre in offered.items()
+    }
+    best = max(distances, key=lambda description: distances[description])
+    return NextManoeuvre(
+        best, dict(offered[best].settings), (first.effect.name, second.effect.name), distances[best],
+        _now(first, second), distances,
+    )  # fmt: skip
+
+
+def _rivals(state: State) -> tuple[Judged, Judged] | None:
+    """The accepted effect and what it cannot be told from; the two leading candidates where none was accepted."""
+    if not state.steps:
+        return None
+    first = state.steps[0]
+    if first.accepted is None:
+        return (first.judged[0], first.judged[1]) if len(first.judged) > 1 else None
+    rival = next((one for one in first.judged if one.effect.name in first.group), None)
+    return None if rival is None else (first.accepted, rival)
+
+
+def _now(first: Judged, second: Judged) -> float:
+    """How far two fits differ in the log at hand."""
+    mine, other = first.explained, second.explained
+    return _apart(mine.problem, mine.fit.simulated - other.fit.simulated, mine.fit.jacobian)
+
+
+def _problem(state: State, manoeuvre: Manoeuvre) -> Problem:
+    """The manoeuvre's runs with the noise of the log at hand."""
+    return build_problem(manoeuvre.model, [sigmas(state.floors[0]) for _ in manoeuvre.model.runs])
+
+
+def _distance(problem: Problem, first: Fit, second: Fit, judged: Judged) -> float:
+    """RMS difference of two fits in noise units under another excitation."""
+    own = {parameter.name for parameter in judged.effect.parameters}
+    nuisance = [p for p in first.parameters if p.name not in own and not p.per_run]
+    # A next run starts from its own rest: what belonged to the log at hand only is not carried over.
+    shared = [{k: v for k, v in found.values.items() if "@" not in k} for found in (first, second)]
+    sets = shared + [shared[0] | {p.name: shared[0][p.name] + _STEP * p.scale} for p in nuisance]
+    simulated = problem.simulate(sets)
+    return _apart(problem, simulated[1] - simulated[0], (simulated[2:] - simulated[0]) / _STEP)
+
+
+def _apart(problem: Problem, difference: Array, jacobian: Array) -> float:
+    weight = np.empty(problem.size)
+    for piece in problem.pieces:
+        weight[piece.rows] = 1.0 / np.sqrt(len(problem.pieces) * piece.channel.time.size)
+    basis, _ = np.linalg.qr((weight * jacobian).T)
+    rest = weight * difference
+    return float(np.linalg.norm(rest - basis @ (basis.T @ rest)))

@@ -1,0 +1,28 @@
+"""The verdict of any model as one sentence."""
+
+from __future__ import annotations
+
+import math
+
+
+def sentence(
+    verdict: str, effects: tuple[str, ...], site: str | None, gaps: tuple[float, float, float, float],
+    closed: float, interval: tuple[float, float],
+) -> str:  # fmt: skip
+    """gaps: E as given, re-tuned, with the effects (NaN without), and what noise alone stays below."""
+    nominal, tuned, explained, threshold = gaps
+    figures = f"E {nominal:.2f} as given, {tuned:.2f} re-tuned"
+    figures += "" if math.isnan(explained) else f", {explained:.2f} with it"
+    figures += f"; noise alone stays below {threshold:.2f}"
+    if verdict == "none":
+        return f"The model as given leaves what noise would ({figures})."
+    if verdict == "parameters":
+        return f"The model is only mis-tuned ({figures})."
+    if verdict == "unknown":
+        return f"No known effect explains what re-tuning leaves, most of it at the {site or 'model'} ({figures})."
+    share = "" if math.isnan(closed) or tuned <= threshold else (
+        f" and closes {closed:.2f} [{interval[0]:.2f}, {interval[1]:.2f}] of the gap"
+    )
+    like = "Like " if verdict == "effect_and_unknown" else ""
+    end = "; something structured remains" if verdict == "effect_and_unknown" else ""
+    return f"{like}{' and '.join(effects)}: it explains the log best{share} ({figures}){end}."

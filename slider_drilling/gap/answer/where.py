@@ -1,0 +1,148 @@
+"""Where the gap lies: its shares by channel, phase of the motion, frequency band, time, and place along the model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slider_drilling.gap.choice.state import Explained
+from slider_drilling.gap.model import Array, Probed, Run
+from slider_drilling.gap.problem.cycles import cycle_period
+from slider_drilling.gap.search.least_squares import prior_weights
+
+PHASES = ("rotating clockwise", "rotating counter-clockwise", "reversal", "still")
+TIME_WINDOWS = 20
+# How far a probe (a multiplier between two depths) may plausibly be off, one standard deviation, and its step.
+_PROBE_SPREAD, _PROBE_STEP = 0.5, 0.2
+
+
+@dataclass(frozen=True)
+class Where:
+    """Shares of E_tuned^2; each mapping adds up to 1. time, depth: (from, to, share[, change]) rows."""
+
+    channel: dict[str, float]
+    phase: dict[str, float]
+    band: dict[str, float]
+    time: list[dict[str, float]]
+    depth: list[dict[str, float]]
+
+
+def locate(explained: Explained) -> Where:
+    """Split the held-out gap of a fit."""
+    problem, score = explained.problem, explained.score
+    energy = np.empty(problem.size)
+    for piece in problem.pieces:
+        energy[piece.rows] = score.squares[piece.rows] / piece.channel.time.size
+    energy /= energy.sum()
+    channel: dict[str, float] = {}
+    phase = dict.fromkeys(PHASES, 0.0)
+    windows = np.zeros((len(problem.model.runs), TIME_WINDOWS))
+    band: dict[str, float] = {}
+    for piece in problem.pieces:
+        run, own = problem.model.runs[piece.run], energy[piece.rows]
+        channel[piece.name] = channel.get(piece.name, 0.0) + float(own.sum())
+        labels = motion_phase(run, piece.channel.time)
+        for code, name in enumerate(PHASES):
+            phase[name] += float(own[labels == code].sum())
+        which = ((piece.channel.time - run.time[0]) / run.duration * TIME_WINDOWS).astype(int)
+        np.add.at(windows[piece.run], np.clip(which, 0, TIME_WINDOWS - 1), own)
+        for name, share in _bands(run, piece.channel.time, score.residual[piece.rows]).items():
+            band[name] = band.get(name, 0.0) + share * float(own.sum())
+    return Where(channel, phase, band, _time_rows(explained, windows), locate_along(explained))
+
+
+def _time_rows(explained: Explained, windows: Array) -> list[dict[str, float]]:
+    rows = []
+    runs = explained.problem.model.runs
+    for index, run in enumerate(runs):
+        edges = np.linspace(run.time[0], run.time[-1], TIME_WINDOWS + 1)
+        for k in range(TIME_WINDOWS):
+            row = {"from": float(edges[k]), "to": float(edges[k + 1]), "share": float(windows[index, k])}
+            rows.append(row if len(runs) == 1 else {"run": float(index)} | row)
+    return rows
+
+
+def motion_phase(run: Run, times: Array) -> Array:
+    """(n,) index into PHASES of the excitation at the times.
+
+    Still: slower than 2 % of the fastest; reversal: within a twentieth of a cycle (at most 1 s) of a change of
+    direction.
+    """
+    speed = np.gradient(run.excitation, run.time)
+    fastest = float(np.max(np.abs(speed)))
+    labels = np.where(speed >= 0.0, 0, 1)
+    if fastest > 0.0:
+        moving = np.abs(speed) > 0.02 * fastest
+        direction = np.sign(speed[moving])
+        turns = run.time[moving][1:][np.diff(direction) != 0.0]
+        period = cycle_period(run.time, run.excitation)
+        reach = 1.0 if period is None else min(0.05 * period, 1.0)
+        for turn in turns:
+            labels[np.abs(run.time - turn) <= reach] = 2
+        labels[~moving & (labels != 2)] = 3
+    else:
+        labels[:] = 3
+    nearest = np.clip(np.searchsorted(run.time, times), 0, run.time.size - 1)
+    return np.asarray(labels[nearest])
+
+
+def _bands(run: Run, times: Array, values: Array) -> dict[str, float]:
+    """Shares by frequency of one channel's residual, from its periodogram (Parseval: they add up to 1)."""
+    interval = (times[-1] - times[0]) / max(times.size - 1, 1)
+    power = np.abs(np.fft.rfft(values)) ** 2
+    # Every bin but the first (and the last of an even length) stands for two.
+    power[1 : (values.size + 1) // 2] *= 2.0
+    power /= max(float(power.sum()), 1e-300)
+    frequency = np.fft.rfftfreq(values.size, max(interval, 1e-9))
+    return {
+        name: float(power[(frequency >= low) & (frequency < high)].sum()) for name, low, high in band_edges(run)
+    }
+
+
+def band_edges(run: Run) -> list[tuple[str, float, float]]:
+    """Adjoining bands (name, from, to) Hz that cover everything, lowest first."""
+    period = cycle_period(run.time, run.excitation)
+    edges: list[tuple[str, float, float]] = []
+    at = 0.0
+    if period is not None:
+        edges += [
+            ("below the rocking frequency", 0.0, 0.5 / period),
+            ("rocking and its harmonics", 0.5 / period, 3.5 / period),
+        ]
+        at = 3.5 / period
+    for name, low, high in run.bands:
+        if high <= at:
+            continue
+        if low > at:
+            edges.append((f"between, up to {name}", at, low))
+        edges.append((name, max(low, at), high))
+        at = high
+    return [*edges, ("above", at, np.inf)]
+
+
+def locate_along(explained: Explained) -> list[dict[str, float]]:
+    """Which stretch must carry more or less to explain the residual: a ridge solution over the model's probes.
+
+    share: of what all probes explain together, by each one's part; change: the multiplier's departure from 1. Empty
+    when the model has no probes.
+    """
+    problem, fit = explained.problem, explained.fit
+    model = problem.model
+    if not isinstance(model, Probed) or not model.probes:
+        return []
+    probes = model.probes
+    moved = problem.simulate([fit.values | {p.name: p.nominal + _PROBE_STEP} for p, _, _ in probes])
+    rows = np.vstack([fit.jacobian, (moved - fit.simulated) / _PROBE_STEP])
+    white, through = problem.whitened(fit.residual, rows, fit.discrepancy)
+    own = len(fit.parameters)
+    prior = np.concatenate([prior_weights(fit.parameters) ** 2 + 1e-9, np.full(len(probes), _PROBE_SPREAD**-2)])
+    change = np.linalg.solve(through @ through.T + np.diag(prior), through @ white)[own:]
+    basis, _ = np.linalg.qr(through[:own].T)
+    beyond = through[own:] - (through[own:] @ basis) @ basis.T
+    part = np.abs(change) * np.linalg.norm(beyond, axis=1)
+    part = part / part.sum() if part.sum() > 0.0 else part
+    return [
+        {"from": low, "to": high, "share": float(share), "change": float(amount)}
+        for (_, low, high), share, amount in zip(probes, part, change, strict=True)
+    ]

@@ -1,0 +1,322 @@
+"""From one explanation to the next: re-tune, then add the effect that foretells most, for as long as one is needed.
+
+`begin` gives the first state and `step` the next; neither changes what it was given, so an interrupt leaves the last
+state whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.stats import qmc
+
+from slider_drilling.gap.choice.state import Explained, Judged, State, Step
+from slider_drilling.gap.evidence.adequacy import adequacy
+from slider_drilling.gap.evidence.compare import LEVEL, Blocks, beats, gaps, make_blocks, share_closed
+from slider_drilling.gap.evidence.score import Folds, Score, held_out, make_folds, score_of
+from slider_drilling.gap.model import Array, Effect, Graded, How, Model, Parameter, Pulled, Values
+from slider_drilling.gap.problem.noise import NoiseFloor, lowered, sigmas
+from slider_drilling.gap.problem.problem import Problem, build_problem
+from slider_drilling.gap.search.least_squares import Fit, fit
+from slider_drilling.gap.search.race import FINALISTS, Arm, parameters_of, race
+from slider_drilling.gap.search.screen import Candidate, screen
+
+Report = Callable[[str, float], None]
+
+# Gain of the weak observer (see `slider_drilling.gap.model.Pulled`).
+PULL = 0.3
+# An effect is worth a name if it closes at least this share of the gap.
+LEAST_SHARE = 0.05
+# Effects that may be named together.
+MOST_EFFECTS = 3
+_TUNING, _POLISH = 14, 3
+# Of ``-2 log p`` per sample: a fit that loses more on the fine mesh is made there.
+_RECOVERED = 0.02
+# A floor that falls by less is the same.
+_SAME_FLOOR = 0.95
+_SCATTERED, _FOLLOWED = 32, 2
+
+
+def begin(
+    model: Model,
+    effects: Sequence[Effect],
+    floors: Sequence[dict[str, NoiseFloor]],
+    starts: Sequence[Values],
+    seed: int,
+    report: Report,
+) -> State:
+    """Re-tune the model and see whether that is enough."""
+    report("re-tuning", 0.02)
+    free = build_problem(model, [sigmas(own) for own in floors])
+    tuned = _tuned(free, starts)
+    floors = _lowered(free, tuned, floors)
+    free = build_problem(model, [sigmas(own) for own in floors])
+    blocks = make_blocks(make_folds(free), seed)
+    tuned = fit(free, tuned.parameters, tuned.values, iterations=2)
+    explained = _explained(free, (), tuned, blocks.folds)
+    enough = adequacy(explained.problem, explained.fit, explained.score, seed, effects)
+    if not enough.adequate:
+        report("re-tuning from other starts", 0.06)
+        again = _tuned(free, _scattered(free, tuned))
+        if again.cost < tuned.cost:
+            explained = _explained(free, (), again, blocks.folds)
+            enough = adequacy(explained.problem, explained.fit, explained.score, seed, effects)
+    given, residual = _as_given(free, explained)
+    good = given.gap <= enough.threshold and all(given.by_channel[c] <= v for c, v in enough.by_channel.items())
+    ways = (free, free.run_as(How(0, PULL))) if _can_be_pulled(model) else (free,)
+    return State(
+        tuple(floors), ways, given, residual, explained, explained, enough, enough, good, blocks, (),
+        explained.fit.simulations, done=enough.adequate,
+    )  # fmt: skip
+
+
+def step(
+    state: State, effects: Sequence[Effect], together: Sequence[Sequence[Effect]], seed: int, report: Report
+) -> State:
+    """Race the effects that may come next, judge the finalists on unseen data, and accept the best that passes."""
+    left = [effect for effect in effects if effect.name not in state.current.names]
+    if not left or len(state.current.effects) >= MOST_EFFECTS:
+        return replace(state, done=True)
+    turn = len(state.steps)
+    report(f"racing {len(left)} effects" + (f", step {turn + 1}" if turn else ""), min(0.1 + 0.3 * turn, 0.8))
+    arms, promised = _arms(state, left, together if turn == 0 else ())
+    ran = race(state.ways, arms)
+    spent = sum(arm.fit.simulations for arm in ran if arm.fit is not None)
+    report("judging the finalists", min(0.25 + 0.3 * turn, 0.9))
+    before = state
+    state, judged = _judge(before, ran, len(left), seed)
+    accepted = next((one for one in judged if one.passed), None)
+    if accepted is None and len(state.ways) > 1:
+        otherwise, again = _judge_otherwise(before, ran, 2 * len(left), seed)
+        if again[0].passed:
+            state, accepted = otherwise, again[0]
+            judged = (accepted, *(one for one in judged if one.effect.name != accepted.effect.name))
+    state = replace(state, simulations=state.simulations + spent)
+    if accepted is None:
+        return replace(state, steps=(*state.steps, Step(judged, None, (), promised)), done=True)
+    group = _group(state.blocks, accepted, judged)
+    state, accepted = _refloored(state, accepted, len(left))
+    enough = adequacy(accepted.explained.problem, accepted.explained.fit, accepted.explained.score, seed)
+    judged = tuple(accepted if one.effect.name == accepted.effect.name else one for one in judged)
+    taken = Step(judged, accepted, group, promised)
+    return replace(state, current=accepted.explained, enough=enough, steps=(*state.steps, taken), done=enough.adequate)
+
+
+def _judge(state: State, ran: Sequence[Arm], rivals: int, seed: int) -> tuple[State, tuple[Judged, ...]]:
+    """Refit the finalists in the way that foretells most, and hold them out against what is known so far.
+
+    Where that way is not the one the state was scored in, what is known is scored anew in it.
+    """
+    way = ran[0].way
+    problem = state.ways[way]
+    if state.current.problem.how != problem.how:
+        state = _in_way(state, problem, seed)
+    finalists = list(dict.fromkeys(arm.names for arm in ran))[:FINALISTS]
+    judged = []
+    for names in finalists:
+        own = [arm for arm in ran if arm.names == names]
+        arm = next((a for a in own if a.way == way), own[0])
+        assert arm.fit is not None
+        found = arm.fit
+        if arm.way != way:
+            found = fit(problem, arm.fit.parameters, arm.fit.values, iterations=_TUNING)
+        explained = _explained(problem, arm.effects, found, state.blocks.folds)
+        judged.append(_verdict(state, explained, rivals))
+    judged.sort(key=lambda one: float(np.sum(one.explained.score.density)))
+    return state, tuple(judged)
+
+
+def _refloored(state: State, accepted: Judged, rivals: int) -> tuple[State, Judged]:
+    """The same with floors that the better model shows to be lower: its kinks had been taken for noise."""
+    found = accepted.explained
+    floors = _lowered(found.problem, found.fit, state.floors)
+    ratios = [floors[p.run][p.name].sigma / state.floors[p.run][p.name].sigma for p in found.problem.pieces]
+    if min(ratios) > _SAME_FLOOR:
+        return state, accepted
+    free = build_problem(found.problem.model, [sigmas(own) for own in floors])
+    ways = tuple(free.run_as(problem.how) for problem in state.ways)
+    problem = free.run_as(replace(found.problem.how, fidelity=free.how.fidelity))
+    folds = state.blocks.folds
+
+    def again(known: Explained) -> Explained:
+        fitted = fit(problem, known.fit.parameters, known.fit.values, iterations=_POLISH)
+        return _explained(problem, known.effects, fitted, folds)
+
+    tuned = again(state.tuned)
+    current = tuned if state.current is state.tuned else again(state.current)
+    nominal, residual = _as_given(problem, tuned)
+    state = replace(
+        state, floors=floors, ways=ways, tuned=tuned, current=current, nominal=nominal, nominal_residual=residual
+    )
+    return state, _verdict(state, again(found), rivals)
+
+
+def _as_given(problem: Problem, tuned: Explained) -> tuple[Score, Array]:
+    """Score and residual (N,) of the model as given."""
+    exact = problem.at({}, _fine(problem.model))
+    residual = exact.residuals([{}])[0]
+    return score_of(exact, residual, replace(tuned.fit, discrepancy=exact.cost(residual)[1])), residual
+
+
+def _judge_otherwise(state: State, ran: Sequence[Arm], rivals: int, seed: int) -> tuple[State, tuple[Judged, ...]]:
+    """The same in the other way of running the model: one spin of the bit may hide what all the rest says."""
+    other = 1 - ran[0].way
+    best = ran[0].names
+    leading = [arm for arm in ran if arm.names == best]
+    moved = [replace(arm, way=arm.way) for arm in leading]
+    problem = state.ways[other]
+    found = fit(problem, moved[0].fit.parameters, moved[0].fit.values, iterations=_TUNING) if moved[0].fit else None
+    assert found is not None
+    return _judge(state, [replace(moved[0], way=other, fit=found)], rivals, seed)
+
+
+def _verdict(state: State, explained: Explained, rivals: int) -> Judged:
+    """The tests of an effect: it foretells more than what is known, the gap shrinks by enough, its sign is its own."""
+    known, blocks = state.current, state.blocks
+    effect = explained.effects[-1]
+    before, after = gaps(known.problem, blocks, known.score), gaps(explained.problem, blocks, explained.score)
+    shares = share_closed(before, after)
+    closed = float(share_closed(known.score.gap**2, explained.score.gap**2))
+    low, high = (float(np.nanquantile(shares, q)) for q in (0.5 * LEVEL, 1.0 - 0.5 * LEVEL))
+    why = []
+    if not beats(blocks, explained.score, known.score, rivals):
+        why.append("foretells no more of unseen data than without it, at the level shared among all candidates")
+    if not (closed >= LEAST_SHARE and low > 0.0):
+        why.append("the gap does not shrink for certain")
+    amplitude = explained.fit.values[effect.parameters[0].name]
+    if not effect.physical[0] <= amplitude <= effect.physical[1]:
+        why.append(f"its sign is not physical: it would be {effect.nonphysical}")
+    return Judged(effect, explained, closed, (low, high), tuple(why))
+
+
+def _group(blocks: Blocks, accepted: Judged, judged: Sequence[Judged]) -> tuple[str, ...]:
+    """Finalists that pass and are not beaten by the one accepted, at the stated level."""
+    rivals = [one for one in judged if one is not accepted and one.passed]
+    return tuple(
+        one.effect.name
+        for one in rivals
+        if not beats(blocks, accepted.explained.score, one.explained.score, max(len(rivals), 1))
+    )
+
+
+def _in_way(state: State, problem: Problem, seed: int) -> State:
+    """The state with what is known fitted and scored in another way of running the model."""
+    folds = state.blocks.folds
+
+    def again(known: Explained) -> Explained:
+        found = fit(problem, known.fit.parameters, known.fit.values, iterations=_TUNING)
+        return _explained(problem, known.effects, found, folds)
+
+    tuned = again(state.tuned)
+    current = tuned if state.current is state.tuned else again(state.current)
+    given, residual = _as_given(problem, tuned)
+    enough = adequacy(tuned.problem, tuned.fit, tuned.score, seed)
+    return replace(state, tuned=tuned, current=current, nominal=given, nominal_residual=residual, tuned_enough=enough)
+
+
+def _explained(problem: Problem, effects: Sequence[Effect], found: Fit, folds: Folds) -> Explained:
+    """A fit finished where the cheap simulation equals the fine one, and held out.
+
+    Where what the mesh adds changes with every step, so that correcting the cheap simulation leads nowhere, the fine
+    one itself is fitted.
+    """
+    fine = _fine(problem.model)
+    exact = problem.at(found.values, fine)
+    polished = fit(exact, found.parameters, found.values, iterations=_POLISH)
+    exact = problem.at(polished.values, fine)
+    polished = fit(exact, found.parameters, polished.values, iterations=1)
+    if fine > problem.how.fidelity and polished.cost > found.cost + _RECOVERED * problem.size:
+        exact = problem.run_as(replace(problem.how, fidelity=fine))
+        polished = fit(exact, found.parameters, found.values, iterations=_POLISH + 2)
+    return Explained(tuple(effects), exact, polished, held_out(exact, polished, folds))
+
+
+def _tuned(problem: Problem, starts: Sequence[Values]) -> Fit:
+    parameters = parameters_of(problem, ())
+    found = [fit(problem, parameters, start, iterations=_TUNING) for start in starts]
+    return min(found, key=lambda one: one.cost)
+
+
+def _scattered(problem: Problem, tuned: Fit) -> list[dict[str, float]]:
+    """Where else tuning may begin: the cheapest of points spread over where a rig may lie."""
+    parameters = list(tuned.parameters)
+    if not parameters:
+        return [tuned.values]
+    low, high = zip(*(_plausible(parameter) for parameter in parameters), strict=True)
+    unit = qmc.Sobol(len(parameters), seed=0).random(_SCATTERED)
+    points = [
+        tuned.values | {p.name: float(v) for p, v in zip(parameters, row, strict=True)}
+        for row in np.array(low) + (np.array(high) - np.array(low)) * unit
+    ]
+    costs = [problem.cost(residual)[0] for residual in problem.residuals(points)]
+    return [points[index] for index in np.argsort(costs)[:_FOLLOWED]]
+
+
+def _plausible(parameter: Parameter) -> tuple[float, float]:
+    spread = parameter.spread if np.isfinite(parameter.spread) else parameter.upper - parameter.lower
+    low = max(parameter.lower, parameter.nominal - 1.5 * spread)
+    return low, min(parameter.upper, parameter.nominal + 1.5 * spread)
+
+
+def _lowered(
+    problem: Problem, tuned: Fit, floors: Sequence[dict[str, NoiseFloor]]
+) -> tuple[dict[str, NoiseFloor], ...]:
+    found = [dict(own) for own in floors]
+    for piece in problem.pieces:
+        left = tuned.residual[piece.rows] * piece.noise
+        found[piece.run][piece.name] = lowered(found[piece.run][piece.name], left)
+    return tuple(found)
+
+
+def _arms(
+    state: State, effects: Sequence[Effect], together: Sequence[Sequence[Effect]]
+) -> tuple[list[Arm], dict[str, float]]:
+    """Where the race begins: in every way of running the model, from what is known and from the rig as given.
+
+    A nuisance that was tuned without the effect has gone as far as it could to make up for it; a rig is more likely
+    near its file. Besides the arms, what each effect's scan promises, by name.
+    """
+    known = state.current
+    arms: list[Arm] = []
+    promised: dict[str, float] = {}
+    for way, problem in enumerate(state.ways):
+        parameters = known.fit.parameters
+        tuned = fit(problem, parameters, known.fit.values, iterations=_TUNING // 2)
+        given = {name: value for name, value in known.fit.values.items() if "@" in name or "." in name}
+        as_given = fit(problem, parameters, given, iterations=1)
+        for base in (tuned, as_given):
+            candidates = screen(problem, base, effects)
+            by_name = {candidate.effect.name: candidate for candidate in candidates}
+            for candidate in candidates:
+                promised[candidate.effect.name] = max(promised.get(candidate.effect.name, 0.0), candidate.promise)
+                for start in candidate.starts[: 2 if base is tuned else 1]:
+                    arms.append(Arm((*known.effects, candidate.effect), way, start, base))
+            for chosen in together:
+                if all(effect.name in by_name for effect in chosen):
+                    arms.append(_joined(known.effects, chosen, by_name, way, base))
+    return arms, promised
+
+
+def _joined(
+    known: Sequence[Effect], chosen: Sequence[Effect], by_name: dict[str, Candidate], way: int, base: Fit
+) -> Arm:
+    """An arm in which several effects start at once, each where it does alone."""
+    start = dict(base.values)
+    for effect in chosen:
+        own = {parameter.name for parameter in effect.parameters}
+        start |= {name: value for name, value in by_name[effect.name].starts[0].items() if name in own}
+    return Arm((*known, *chosen), way, start, base)
+
+
+def _can_be_pulled(model: Model) -> bool:
+    return isinstance(model, Pulled) and any(c.name == model.pulled for run in model.runs for c in run.channels)
+
+
+def _fine(model: Model) -> int:
+    """The fidelity that fits are finished in: the one below the finest, which is left to show what it misses."""
+    return max(model.finest - 1, 0) if isinstance(model, Graded) else 0
+
+
+__all__ = ["begin", "step"]

@@ -1,0 +1,80 @@
+"""What is known after each step of the attribution; nothing here is ever changed in place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from slider_drilling.gap.evidence.adequacy import Adequacy
+from slider_drilling.gap.evidence.compare import Blocks
+from slider_drilling.gap.evidence.score import Score
+from slider_drilling.gap.model import Array, Effect
+from slider_drilling.gap.problem.noise import NoiseFloor
+from slider_drilling.gap.problem.problem import Problem
+from slider_drilling.gap.search.least_squares import Fit
+
+
+@dataclass(frozen=True)
+class Explained:
+    """A set of effects with its fit and its score; problem: corrected to finer simulations at the fit."""
+
+    effects: tuple[Effect, ...]
+    problem: Problem = field(repr=False)
+    fit: Fit = field(repr=False)
+    score: Score = field(repr=False)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(effect.name for effect in self.effects)
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A finalist of one step: what the newest effect closes of the gap before it, and which tests it did not pass.
+
+    closed, interval: share of E^2 - 1, held out, NaN where there was nothing to close; why_not: empty if it passed.
+    """
+
+    effect: Effect
+    explained: Explained
+    closed: float
+    interval: tuple[float, float]
+    why_not: tuple[str, ...]
+
+    @property
+    def passed(self) -> bool:
+        return not self.why_not
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step forward: the finalists, most likely on unseen data first; who was accepted, and who cannot be told from
+    it; promised: what every candidate's scan promised, ``-2 log p``, before any fit.
+    """
+
+    judged: tuple[Judged, ...]
+    accepted: Judged | None
+    group: tuple[str, ...]
+    promised: dict[str, float]
+
+
+@dataclass(frozen=True)
+class State:
+    """nominal: E and residual (N,) as given; tuned: re-tuned only; current: with the effects accepted so far; enough:
+    adequacy of the current; ways: problems that fits may be made in, the free one first; step: those taken; partial:
+    interrupted before the end.
+    """
+
+    floors: tuple[dict[str, NoiseFloor], ...]
+    ways: tuple[Problem, ...] = field(repr=False)
+    nominal: Score
+    nominal_residual: Array = field(repr=False)
+    tuned: Explained
+    current: Explained
+    enough: Adequacy
+    tuned_enough: Adequacy
+    nominal_enough: bool
+    blocks: Blocks = field(repr=False)
+    steps: tuple[Step, ...] = ()
+    simulations: int = 0
+    done: bool = False
+    partial: bool = False

@@ -1,0 +1,1 @@
+"""What a fit is worth: likelihood, predictive score, comparison, adequacy, flexible rivals."""

@@ -1,0 +1,67 @@
+"""The only "better than": paired differences of held-out scores over blocks of time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slider_drilling.gap.evidence.score import Folds, Score
+from slider_drilling.gap.model import Array
+from slider_drilling.gap.problem.problem import Problem
+
+RESAMPLES = 2000
+LEVEL = 0.05
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Circular block bootstrap over time: counts (RESAMPLES, B) of every bin, the same for all that is compared."""
+
+    folds: Folds
+    counts: Array
+
+
+def make_blocks(folds: Folds, seed: int) -> Blocks:
+    """Draw the resamples once."""
+    generator = np.random.default_rng(seed)
+    total = sum(bins.size for bins in folds.bins_of)
+    counts = np.zeros((RESAMPLES, total))
+    for bins, block in zip(folds.bins_of, folds.block, strict=True):
+        number = int(np.ceil(bins.size / block))
+        starts = generator.integers(0, bins.size, size=(RESAMPLES, number))
+        drawn = ((starts[:, :, None] + np.arange(block)) % bins.size).reshape(RESAMPLES, -1)[:, : bins.size]
+        flat = bins[drawn] + total * np.arange(RESAMPLES)[:, None]
+        counts += np.bincount(flat.ravel(), minlength=counts.size).reshape(counts.shape)
+    return Blocks(folds, counts)
+
+
+def advantage(blocks: Blocks, better: Score, worse: Score) -> Array:
+    """(RESAMPLES,) by how much ``-2 log p`` of unseen data is lower with one than with the other."""
+    difference = worse.density - better.density
+    by_bin = np.bincount(blocks.folds.bins, weights=difference, minlength=blocks.counts.shape[1])
+    return np.asarray(blocks.counts @ by_bin)
+
+
+def beats(blocks: Blocks, better: Score, worse: Score, rivals: int = 1, level: float = LEVEL) -> bool:
+    """Whether one foretells more than the other at ``level`` shared among so many rivals (Bonferroni)."""
+    return float(np.quantile(advantage(blocks, better, worse), level / rivals)) > 0.0
+
+
+def gaps(problem: Problem, blocks: Blocks, score: Score) -> Array:
+    """(RESAMPLES,) E^2, every piece alike."""
+    total = np.zeros(blocks.counts.shape[0])
+    size = blocks.counts.shape[1]
+    for piece in problem.pieces:
+        bins = blocks.folds.bins[piece.rows]
+        sums = blocks.counts @ np.bincount(bins, weights=score.squares[piece.rows], minlength=size)
+        number = blocks.counts @ np.bincount(bins, minlength=size)
+        total += sums / np.maximum(number, 1.0)
+    return total / len(problem.pieces)
+
+
+def share_closed(before: Array | float, after: Array | float) -> Array:
+    """``1 - (after - 1) / (before - 1)`` of two E^2; NaN where there was nothing to close."""
+    wide = np.asarray(before, dtype=float) - 1.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(wide > 0.0, 1.0 - (np.asarray(after) - 1.0) / wide, np.nan)

@@ -1,0 +1,132 @@
+"""One likelihood for a residual: a discrepancy that forgets, plus white noise (Kennedy and O'Hagan 2001).
+
+A channel's residual in noise units is r_k = d_k + e_k with e white of variance 1 and d a first-order autoregression of
+standard deviation `size` and memory `memory`. One pass of a Kalman filter gives the log density, and the same pass
+whitens a Jacobian's columns. How many samples count as independent follows from the memory; nothing else has to.
+
+A channel that accumulates keeps what was missed once: its residual is a path of few steps plus white noise, see
+`slider_drilling.gap.problem.missed_steps`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slider_drilling.compiler import njit
+from slider_drilling.gap.model import Array
+
+# The grid on which the discrepancy is looked for: its standard deviation in noise units, and its memory as shares of
+# the longest allowed one, down to the sampling interval.
+_SIZES = np.concatenate([[0.0], np.geomspace(0.1, 400.0, 22)])
+_MEMORIES = 7
+_EVEN = 1e-3  # intervals that differ by less are one
+
+_compiled = njit(cache=True, error_model="numpy", nogil=True)
+
+
+@dataclass(frozen=True)
+class Discrepancy:
+    """size: standard deviation in noise units, 0 for none; memory: s."""
+
+    size: float
+    memory: float
+
+
+@_compiled
+def filtered(rows: Array, interval: Array, size: float, memory: float, white: Array, spread: Array) -> None:
+    """Whitened innovations of rows (M, n) into white (M, n), and their standard deviations into spread (n,).
+
+    interval: (n,) s since the sample before (the first is not read).
+    """
+    mean = np.zeros(rows.shape[0])
+    power = size * size
+    kept = 1.0
+    for k in range(rows.shape[1]):
+        if k > 0:
+            if k == 1 or abs(interval[k] - interval[k - 1]) > _EVEN * interval[k]:
+                kept = np.exp(-interval[k] / memory)
+            for m in range(rows.shape[0]):
+                mean[m] *= kept
+            power = kept * kept * power + (1.0 - kept * kept) * size * size
+        total = power + 1.0
+        deviation = np.sqrt(total)
+        spread[k] = deviation
+        gain = power / total
+        for m in range(rows.shape[0]):
+            surprise = rows[m, k] - mean[m]
+            white[m, k] = surprise / deviation
+            mean[m] += gain * surprise
+        power *= 1.0 - gain
+
+
+@_compiled
+def minus_twice_log(residual: Array, interval: Array, size: float, memory: float) -> float:
+    """``-2 log p`` of a residual (n,) but for the constant of white noise alone (``n log 2 pi``)."""
+    mean, power, total = 0.0, size * size, 0.0
+    kept, gain, price, weight, settled = 1.0, 0.0, 0.0, 1.0, False
+    for k in range(residual.size):
+        if (k > 0 and abs(interval[k] - interval[k - 1]) > _EVEN * interval[k]) or k == 1:
+            kept = np.exp(-interval[k] / memory)
+            settled = False
+        if not settled:
+            # Evenly sampled, the filter soon repeats itself: nothing but the mean changes any more.
+            if k > 0:
+                power = kept * kept * power + (1.0 - kept * kept) * size * size
+            variance = power + 1.0
+            weight, price = 1.0 / variance, np.log(variance)
+            settled = k > 1 and abs(power * weight - gain) < 1e-9
+            gain = power * weight
+            power *= 1.0 - gain
+        mean *= kept
+        surprise = residual[k] - mean
+        total += surprise * surprise * weight + price
+        mean += gain * surprise
+    return total
+
+
+@_compiled
+def _best(residual: Array, interval: Array, sizes: Array, memories: Array) -> tuple[float, float, float]:
+    found = (minus_twice_log(residual, interval, 0.0, memories[0]), 0.0, memories[0])
+    middle = sizes.size // 2
+    for memory in memories:
+        # One valley in the size: walk down it from the middle.
+        at = middle
+        here = minus_twice_log(residual, interval, sizes[at], memory)
+        for direction in (1, -1):
+            while 0 < at + direction < sizes.size:
+                there = minus_twice_log(residual, interval, sizes[at + direction], memory)
+                if there >= here:
+                    break
+                at += direction
+                here = there
+        middle = at
+        if here < found[0]:
+            found = (here, sizes[at], memory)
+    return found
+
+
+def memories_of(interval: Array, longest: float) -> Array:
+    """Memories s that a discrepancy may have: from the sampling interval to the longest allowed.
+
+    longest: s; a discrepancy that remembers longer would be a change of the model.
+    """
+    if interval.size < 2:
+        return np.array([longest])
+    shortest = min(float(np.median(interval[1:])), 0.5 * longest)
+    return np.geomspace(shortest, longest, _MEMORIES)
+
+
+def most_likely(residual: Array, interval: Array, memories: Array) -> tuple[float, Discrepancy]:
+    """``-2 log p`` of a residual (n,) in noise units under the discrepancy that suits it best, and that discrepancy."""
+    cost, size, memory = _best(np.ascontiguousarray(residual), interval, _SIZES, memories)
+    return float(cost), Discrepancy(float(size), float(memory))
+
+
+def whitened(rows: Array, interval: Array, discrepancy: Discrepancy) -> tuple[Array, Array]:
+    """Rows (M, n) through the filter of a discrepancy: whitened (M, n), and (n,) the innovations' log variance."""
+    rows = np.ascontiguousarray(rows)
+    white, spread = np.empty_like(rows), np.empty(rows.shape[1])
+    filtered(rows, interval, discrepancy.size, discrepancy.memory, white, spread)
+    return white, 2.0 * np.log(spread)

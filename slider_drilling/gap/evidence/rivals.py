@@ -1,0 +1,128 @@
+"""Flexible rivals: at each site one disturbance with many coefficients and no law, to hold the named laws against.
+
+Each is solved for once, linearised at a fit, without the stretch it is judged on. Where one foretells more than the
+best named law, that law is at most a likeness of what is there, and what is said is the disturbance's own shape.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from slider_drilling.gap.choice.state import Explained
+from slider_drilling.gap.evidence.score import FOLDS, Folds, Score, score_of
+from slider_drilling.gap.model import Array, Disturbed
+from slider_drilling.gap.problem.problem import Piece, Problem
+from slider_drilling.gap.search.least_squares import prior_weights
+
+_KNOTS = 8
+# Ridge on the coefficients, of a typical one: what the data do not ask for stays near zero.
+_RIDGE = 0.3
+
+
+@dataclass(frozen=True)
+class Rival:
+    """words: what it would be; x, y: (m,) its shape, y in y_unit; score: linearised and held out."""
+
+    site: str
+    words: str
+    x: Array = field(repr=False)
+    x_unit: str
+    y: Array = field(repr=False)
+    y_unit: str
+    score: Score = field(repr=False)
+
+
+@dataclass(frozen=True)
+class _Columns:
+    site: str
+    words: str
+    x: Array
+    x_unit: str
+    y_unit: str
+    rows: Array  # (m, N) change of the simulation per coefficient, noise units
+
+
+def rivals(explained: Explained, folds: Folds) -> list[Rival]:
+    """Every disturbance that the model and its channels offer, solved at a fit; the one that foretells most first."""
+    problem = explained.problem
+    found = [_solved(explained, columns, folds) for columns in (*_readings(explained), *_inside(explained))]
+    return sorted(found, key=lambda rival: float(np.sum(rival.score.density))) if problem.size else []
+
+
+def _readings(explained: Explained) -> list[_Columns]:
+    """A reading that is off by a smooth function of time, of its own level, of the excitation, or of its rate."""
+    problem, made = explained.problem, []
+    model = problem.model
+    for piece in problem.pieces:
+        if piece.channel.time.size < 4 * _KNOTS:
+            continue
+        run = model.runs[piece.run]
+        angle = np.interp(piece.channel.time, run.time, run.excitation)
+        rate = np.interp(piece.channel.time, run.time, np.gradient(run.excitation, run.time))
+        level = explained.fit.simulated[piece.rows] * piece.noise
+        site = model.site_of(piece.name) if isinstance(model, Disturbed) else "sensor"
+        for over, values, unit in (
+            ("time", piece.channel.time, "s"), ("its own level", level, piece.channel.unit),
+            ("the excitation", angle, "-"), ("the excitation's rate", rate, "1/s"),
+        ):  # fmt: skip
+            made.append(_reading(problem, piece, site, over, values, unit))
+    return made
+
+
+def _reading(problem: Problem, piece: Piece, site: str, over: str, values: Array, unit: str) -> _Columns:
+    knots = np.linspace(float(values.min()), max(float(values.max()), float(values.min()) + 1e-9), _KNOTS)
+    rows = np.zeros((_KNOTS, problem.size))
+    for index in range(_KNOTS):
+        rows[index, piece.rows] = np.interp(values, knots, np.eye(_KNOTS)[index])
+    words = f"{piece.name} off by an amount that follows {over}"
+    return _Columns(site, words, knots, unit, piece.channel.unit, rows)
+
+
+def _inside(explained: Explained) -> list[_Columns]:
+    """What the model itself offers."""
+    problem, fit = explained.problem, explained.fit
+    if not isinstance(problem.model, Disturbed):
+        return []
+    made = []
+    for one in problem.model.disturbances(fit.values):
+        rows = (problem.simulate(one.sets) - fit.simulated) / np.array(one.steps)[:, None]
+        made.append(_Columns(one.site, one.words, np.array(one.x), one.x_unit, "-", rows))
+    return made
+
+
+def _solved(explained: Explained, columns: _Columns, folds: Folds) -> Rival:
+    problem, fit = explained.problem, explained.fit
+    own = [index for index, parameter in enumerate(fit.parameters) if not parameter.per_run]
+    rows = np.vstack([fit.jacobian[own], columns.rows])
+    white, through = problem.whitened(fit.residual, rows, fit.discrepancy)
+    prior = prior_weights([fit.parameters[index] for index in own])
+    residual = np.empty(problem.size)
+    for fold in range(FOLDS):
+        kept = folds.of != fold
+        step = _ridge(through[:, kept], white[kept], prior, len(own))
+        residual[~kept] = (fit.residual - step @ rows)[~kept]
+    shape = _ridge(through, white, prior, len(own))[len(own) :]
+    _, found = problem.cost(residual)
+    scale = _noise_of(problem, columns)
+    score = score_of(problem, residual, replace(fit, discrepancy=found))
+    return Rival(columns.site, columns.words, columns.x, columns.x_unit, scale * shape, columns.y_unit, score)
+
+
+def _ridge(rows: Array, target: Array, prior: Array, own: int) -> Array:
+    normal = rows @ rows.T
+    diagonal = np.diag(normal).copy()
+    extra = np.concatenate([prior**2, np.zeros(len(diagonal) - own)]) + 1e-9 * max(float(diagonal.max()), 1e-12)
+    flexible = diagonal[own:]
+    used = flexible > 1e-9 * max(float(flexible.max(initial=0.0)), 1e-12)
+    extra[own:] += np.where(used, _RIDGE**2 * float(np.median(flexible[used])) / 100.0 if used.any() else 1.0, 1e12)
+    return np.asarray(np.linalg.solve(normal + np.diag(extra), rows @ target))
+
+
+def _noise_of(problem: Problem, columns: _Columns) -> float:
+    """A reading's coefficients are in noise units; the model's own are in theirs."""
+    if columns.y_unit == "-":
+        return 1.0
+    touched = [piece for piece in problem.pieces if np.any(columns.rows[:, piece.rows])]
+    return touched[0].noise if touched else 1.0

@@ -1,0 +1,105 @@
+"""What a fit foretells of stretches that it has not seen: its log predictive density there, and the gap it leaves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slider_drilling.gap.model import Array
+from slider_drilling.gap.problem.cycles import block_length
+from slider_drilling.gap.problem.missed_steps import missed_steps
+from slider_drilling.gap.problem.problem import STEP_SIZE, Problem
+from slider_drilling.gap.search.least_squares import Fit, fit
+
+FOLDS = 6
+_BINS_PER_BLOCK = 4
+_REFITS = 2  # iterations
+
+
+@dataclass(frozen=True)
+class Folds:
+    """of: (N,) the fold of each sample, contiguous stretches of time, the same for every channel; bins: (N,) the finer
+    stretch of each sample; bins_of: per run, the indices of its bins in time's order; block: per run, bins in a block.
+    """
+
+    of: NDArray[np.int_] = field(repr=False)
+    bins: NDArray[np.int_] = field(repr=False)
+    bins_of: tuple[NDArray[np.int_], ...]
+    block: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Score:
+    """density: (N,) held-out ``-2 log p`` of each sample; residual: (N,) held out, noise units; squares: (N,) each
+    sample's share of E^2 before averaging, a missed step of what accumulates counted once; gap: E; by_channel: E of
+    each; not_refitted: folds whose refit did not arrive, so that they are in-sample.
+    """
+
+    density: Array = field(repr=False)
+    residual: Array = field(repr=False)
+    squares: Array = field(repr=False)
+    gap: float
+    by_channel: dict[str, float]
+    not_refitted: int
+
+
+def make_folds(problem: Problem) -> Folds:
+    """Six folds a run, and bins of a quarter of a block."""
+    fold_of, bin_of = np.zeros(problem.size, dtype=int), np.zeros(problem.size, dtype=int)
+    bins_of, block, used = [], [], 0
+    for index, run in enumerate(problem.model.runs):
+        length = block_length(run)
+        count = max(round(run.duration / length * _BINS_PER_BLOCK), FOLDS)
+        for piece in problem.pieces:
+            if piece.run == index:
+                elapsed = (piece.channel.time - run.time[0]) / run.duration
+                fold_of[piece.rows] = np.clip((elapsed * FOLDS).astype(int), 0, FOLDS - 1)
+                bin_of[piece.rows] = used + np.clip((elapsed * count).astype(int), 0, count - 1)
+        bins_of.append(np.arange(used, used + count))
+        block.append(max(int(np.ceil(length / run.duration * count - 1e-9)), 1))
+        used += count
+    return Folds(fold_of, bin_of, tuple(bins_of), tuple(block))
+
+
+def held_out(problem: Problem, found: Fit, folds: Folds) -> Score:
+    """Refit without each fold and look at it. What belongs to the run (how it began) keeps the whole run's value.
+
+    A refit goes down the likelihood of the rest; where none of its trial steps gets lower although the linear forecast
+    says it should, the fold is in-sample and counted as such.
+    """
+    own = [parameter for parameter in found.parameters if not parameter.per_run]
+    known = {parameter.name: row for parameter, row in zip(found.parameters, found.jacobian, strict=True)}
+    residual = np.empty(problem.size)
+    missing = 0
+    for fold in range(FOLDS):
+        kept = (folds.of != fold).astype(float)
+        refit = fit(problem, own, found.values, iterations=_REFITS, kept=kept, known=known)
+        inside = folds.of == fold
+        residual[inside] = refit.residual[inside]
+        missing += not refit.settled and refit.values == found.values
+    return score_of(problem, residual, found, missing)
+
+
+def score_of(problem: Problem, residual: Array, found: Fit, missing: int = 0) -> Score:
+    """The score of a residual (N,) under a fit's discrepancies."""
+    squares = squares_of(problem, residual)
+    by_channel: dict[str, list[float]] = {}
+    for piece in problem.pieces:
+        by_channel.setdefault(piece.name, []).append(float(np.mean(squares[piece.rows])))
+    gap = float(np.sqrt(np.mean([np.mean(squares[piece.rows]) for piece in problem.pieces])))
+    channels = {name: float(np.sqrt(np.mean(values))) for name, values in by_channel.items()}
+    return Score(problem.log_density(residual, found.discrepancy), residual, squares, gap, channels, missing)
+
+
+def squares_of(problem: Problem, residual: Array) -> Array:
+    """(N,) squared residual in noise units; of a pulled channel as a free run's, of one that accumulates its loss."""
+    squares = np.empty(problem.size)
+    for piece in problem.pieces:
+        part = problem.gain(piece) * residual[piece.rows]
+        if piece.channel.accumulates:
+            squares[piece.rows] = missed_steps(problem.unwrapped(piece, part), STEP_SIZE)[0]
+        else:
+            squares[piece.rows] = part**2
+    return squares

@@ -1,0 +1,89 @@
+"""The noise of a channel, which has to earn its name.
+
+Noise is what differs from sample to sample and nothing else: the robust fourth difference of a record, and of what a
+fitted model leaves of it. What steps, drifts, or has a period of its own is gap, however badly it repeats.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from slider_drilling.gap.model import Array, Channel
+
+# A difference of order 4 of white noise has this many times its variance: sum of binomial(4, k)^2.
+_FOURTH_DIFFERENCE = 70.0
+_MAD = 1.4826
+_FEWEST = 100
+# Noise this many times what is declared is reported, and what is above counts as gap.
+BELIEVED = 2.0
+
+
+@dataclass(frozen=True)
+class NoiseFloor:
+    """sigma in the channel's unit: what residuals are counted in.
+
+    method: ``differences``, ``declared`` or ``resolution``; declared: what somebody states, None if nobody does; seen:
+    what the record shows; excess: seen over declared where that is more than is believed, else None; least: what the
+    record's own digits scatter, below which no floor falls.
+    """
+
+    sigma: float
+    method: str
+    declared: float | None
+    seen: float | None
+    excess: float | None = None
+    least: float = 0.0
+
+
+def difference_noise(values: Array) -> float:
+    """Standard deviation of white noise on a smooth signal, values (n,): robust fourth differences; NaN if too few."""
+    if values.size < 8:
+        return float("nan")
+    return float(_MAD * np.median(np.abs(np.diff(values, n=4))) / np.sqrt(_FOURTH_DIFFERENCE))
+
+
+def noise_floor(channel: Channel) -> NoiseFloor:
+    """The noise of one channel. Raises ValueError when the log has too little and nothing is declared."""
+    quantum = channel.resolution / np.sqrt(12.0)
+    declared = None if channel.declared_noise is None else float(np.hypot(channel.declared_noise, quantum))
+    if channel.period is not None or channel.time.size < _FEWEST:
+        if not declared:
+            raise ValueError(f"channel {channel.name}: too few samples to tell its noise, and none is declared")
+        return NoiseFloor(declared, "declared", declared, None)
+    least = max(quantum, _smallest_step(channel.measured))
+    seen = difference_noise(channel.measured)
+    if seen <= least:
+        return NoiseFloor(least, "resolution", declared, seen, least=least)
+    return _believed(NoiseFloor(seen, "differences", declared, seen, least=least))
+
+
+def lowered(floor: NoiseFloor, left: Array) -> NoiseFloor:
+    """The floor once a model has taken the signal's own kinks away; left (n,): residual in the channel's unit."""
+    if floor.method != "differences" or floor.seen is None:
+        return floor
+    reached = max(difference_noise(left), floor.least)
+    if not reached < floor.seen:
+        return floor
+    return _believed(replace(floor, sigma=reached, seen=reached, excess=None))
+
+
+def _believed(floor: NoiseFloor) -> NoiseFloor:
+    """Noise far above what the sensor is said to have is not taken for noise."""
+    if not floor.declared or floor.seen is None or floor.seen <= BELIEVED * floor.declared:
+        return floor
+    return replace(floor, sigma=BELIEVED * floor.declared, excess=floor.seen / floor.declared)
+
+
+def sigmas(floors: Mapping[str, NoiseFloor]) -> dict[str, float]:
+    """Standard deviations by channel."""
+    return {name: floor.sigma for name, floor in floors.items()}
+
+
+def _smallest_step(values: Array) -> float:
+    """What the last digit of a record scatters: the smallest step between its values over sqrt(12)."""
+    steps = np.diff(np.unique(values))
+    least = 1e-6 * float(np.std(values)) or 1.0
+    return max(float(np.min(steps)) / float(np.sqrt(12.0)), least) if steps.size else least

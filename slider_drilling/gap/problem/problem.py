@@ -1,0 +1,204 @@
+"""What is to be explained: every run's channels in one stack, in noise units, and how the model is run against them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from slider_drilling.gap.evidence.likelihood import Discrepancy, memories_of, most_likely, whitened
+from slider_drilling.gap.model import Array, Channel, How, Model, Parameter, Pulled, Values
+from slider_drilling.gap.problem.missed_steps import missed_steps
+
+# Noise units beyond which a missed step of a channel that accumulates costs by its logarithm.
+STEP_SIZE = 4.0
+FREE = How()
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One channel of one run within the stack.
+
+    rows: where it stands in the stack; noise: its standard deviation in the channel's unit; interval: (n,) s between
+    samples; memories: s, that a discrepancy may have; pulled: whether the observer feeds it back.
+    """
+
+    run: int
+    channel: Channel
+    rows: slice
+    noise: float
+    interval: Array = field(repr=False)
+    memories: Array = field(repr=False)
+    pulled: bool
+
+    @property
+    def name(self) -> str:
+        return self.channel.name
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A model against its logs. Everything stacked has length N: runs, then channels, then samples.
+
+    correction: (N,) noise units, what finer simulations add to cheap ones at the values that `at` was given; it is
+    part of every simulation. Nothing here ever changes: `at`, `run_as` and `weighted` give new problems.
+    """
+
+    model: Model
+    pieces: tuple[Piece, ...]
+    how: How
+    correction: Array = field(repr=False)
+
+    @property
+    def size(self) -> int:
+        return self.correction.size
+
+    @property
+    def time(self) -> Array:
+        """(N,) s."""
+        return np.concatenate([piece.channel.time for piece in self.pieces])
+
+    def set_of(self, values: Values, run: int) -> dict[str, float]:
+        """The parameter set of one run: per-run parameters are named ``name@run`` outside the model."""
+        suffix = f"@{run}"
+        chosen = {name: value for name, value in values.items() if "@" not in name}
+        return chosen | {name[: -len(suffix)]: value for name, value in values.items() if name.endswith(suffix)}
+
+    def simulate(self, sets: Sequence[Values], how: How | None = None) -> Array:
+        """(K, N) simulated channels in noise units; how: another way than the problem's own, then uncorrected."""
+        stacked = np.empty((len(sets), self.size))
+        for run in sorted({piece.run for piece in self.pieces}):
+            found = self.model.simulate(run, [self.set_of(values, run) for values in sets], how or self.how)
+            for piece in self.pieces:
+                if piece.run == run:
+                    stacked[:, piece.rows] = found[piece.name] / piece.noise
+        return stacked if how else stacked + self.correction
+
+    def against_log(self, simulated: Array) -> Array:
+        """(..., N) residuals, measured - simulated in noise units; angles wrapped."""
+        residual = np.empty_like(simulated)
+        for piece in self.pieces:
+            raw = piece.channel.residual(simulated[..., piece.rows] * piece.noise) / piece.noise
+            residual[..., piece.rows] = raw
+        return residual
+
+    def residuals(self, sets: Sequence[Values]) -> Array:
+        """(K, N) residuals in noise units."""
+        return self.against_log(self.simulate(sets))
+
+    def at(self, values: Values, fidelity: int) -> Problem:
+        """The same problem whose simulations at these values equal those of a higher fidelity."""
+        cheap, fine = (self.simulate([values], replace(self.how, fidelity=f))[0] for f in (self.how.fidelity, fidelity))
+        difference = fine - cheap
+        for piece in self.pieces:
+            if piece.channel.period is not None:
+                turn = piece.channel.period / piece.noise
+                part = difference[piece.rows]
+                difference[piece.rows] = part - turn * np.round(part / turn)
+        return replace(self, correction=difference)
+
+    def run_as(self, how: How) -> Problem:
+        """The same problem simulated in another way, without correction."""
+        return replace(self, how=how, correction=np.zeros(self.size))
+
+    def free(self, parameters: Sequence[Parameter]) -> list[Parameter]:
+        """The parameters as a fit sees them: one copy per run of those that belong to the run."""
+        runs = range(len(self.model.runs))
+        found = []
+        for parameter in parameters:
+            copies = [replace(parameter, name=f"{parameter.name}@{run}") for run in runs]
+            found += copies if parameter.per_run else [parameter]
+        return found
+
+    def gain(self, piece: Piece) -> float:
+        """By how much a piece's residual was shrunk by the observer's pull."""
+        return 1.0 + self.how.pull if piece.pulled else 1.0
+
+    def cost(self, residual: Array) -> tuple[float, dict[int, Discrepancy]]:
+        """``-2 log p`` of a residual (N,), and the discrepancy of each piece that does not accumulate."""
+        total, found = 0.0, {}
+        for index, piece in enumerate(self.pieces):
+            part = self.gain(piece) * residual[piece.rows]
+            if piece.channel.accumulates:
+                total += float(missed_steps(self.unwrapped(piece, part), STEP_SIZE)[0].sum())
+            else:
+                cost, found[index] = most_likely(part, piece.interval, piece.memories)
+                total += cost
+        return total, found
+
+    def unwrapped(self, piece: Piece, residual: Array) -> Array:
+        """A piece's residual (n,) without jumps of whole periods."""
+        if piece.channel.period is None:
+            return residual
+        return np.unwrap(residual * piece.noise, period=piece.channel.period) / piece.noise
+
+    def log_density(self, residual: Array, found: Mapping[int, Discrepancy]) -> Array:
+        """(N,) each sample's share of ``-2 log p`` given the samples before it."""
+        shares = np.empty(self.size)
+        for index, piece in enumerate(self.pieces):
+            part = self.gain(piece) * residual[piece.rows]
+            if piece.channel.accumulates:
+                shares[piece.rows] = missed_steps(self.unwrapped(piece, part), STEP_SIZE)[0]
+            else:
+                white, price = whitened(part[None], piece.interval, found[index])
+                shares[piece.rows] = white[0] ** 2 + price
+        return shares
+
+    def whitened(
+        self, residual: Array, rows: Array, found: Mapping[int, Discrepancy], forgiving: bool = True
+    ) -> tuple[Array, Array]:
+        """Residual (N,) and rows (M, N) so that ``-2 log p`` is the residual's square but for a constant.
+
+        forgiving: false takes what is left for one error of its own size throughout, neither a discrepancy that
+        forgets nor missed steps: from afar, where the likelihood is flat, that shows the way.
+        """
+        white, out = np.empty(self.size), np.empty_like(rows)
+        for index, piece in enumerate(self.pieces):
+            gain = self.gain(piece)
+            part, own = gain * residual[piece.rows], gain * rows[:, piece.rows]
+            if not forgiving:
+                whole = self.unwrapped(piece, part)
+                size = max(float(np.sqrt(np.mean(whole**2))), 1.0)
+                white[piece.rows], out[:, piece.rows] = whole / size, own / size
+            elif piece.channel.accumulates:
+                loss, rest = missed_steps(self.unwrapped(piece, part), STEP_SIZE)
+                mapped = np.sign(rest) * np.sqrt(np.maximum(loss, 0.0))
+                tiny = np.abs(mapped) < 1e-3
+                slope = np.where(tiny, 1.0, rest / np.where(tiny, 1.0, mapped))
+                white[piece.rows], out[:, piece.rows] = np.where(tiny, rest, mapped), slope * own
+            else:
+                through, _ = whitened(np.vstack([part[None], own]), piece.interval, found[index])
+                white[piece.rows], out[:, piece.rows] = through[0], through[1:]
+        return white, out
+
+    def structure(self, residual: Array) -> dict[int, float]:
+        """By how much ``-2 log p`` of each piece falls for allowing it a discrepancy: little where it is noise."""
+        found = {}
+        for index, piece in enumerate(self.pieces):
+            if not piece.channel.accumulates:
+                part = self.gain(piece) * residual[piece.rows]
+                found[index] = float(part @ part) - most_likely(part, piece.interval, piece.memories)[0]
+        return found
+
+    def gap_squared(self, residual: Array) -> float:
+        """E^2: the mean over pieces of each one's mean square in noise units."""
+        return float(np.mean([np.mean(residual[piece.rows] ** 2) for piece in self.pieces]))
+
+
+def build_problem(model: Model, noise: Sequence[Mapping[str, float]], how: How = FREE) -> Problem:
+    """Stack a model's runs; noise: standard deviation by channel, one mapping a run. ValueError without a channel."""
+    fed = model.pulled if isinstance(model, Pulled) else None
+    pieces, start = [], 0
+    for index, run in enumerate(model.runs):
+        for channel in run.channels:
+            rows = slice(start, start + channel.time.size)
+            interval = np.diff(channel.time, prepend=channel.time[:1])
+            longest = max(run.duration / 20.0, 2.0 * float(np.median(interval[1:])) if interval.size > 1 else 1.0)
+            memories = memories_of(interval, longest)
+            sigma = noise[index][channel.name]
+            pieces.append(Piece(index, channel, rows, sigma, interval, memories, channel.name == fed))
+            start = rows.stop
+    if not pieces:
+        raise ValueError("no run holds a channel that can be used")
+    return Problem(model, tuple(pieces), how, np.zeros(start))

@@ -1,0 +1,172 @@
+"""A fit from one start: Gauss-Newton on the whitened residual, several step lengths tried in one batch.
+
+One iteration is one batch of simulations: the residual, every column of its Jacobian, and the trial steps of the
+iteration before were simulated together. The discrepancy is estimated again at each point (profile likelihood), so a
+channel that the model cannot follow yet loses weight by itself, and regains it as the fit gets there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from slider_drilling.gap.evidence.likelihood import Discrepancy
+from slider_drilling.gap.model import Array, Parameter, Values
+from slider_drilling.gap.problem.problem import Problem
+
+# Finite-difference step in units of a parameter's scale: large against the kinks that stick and slip leave in a
+# residual, small against the curvature over one scale.
+STEP = 0.2
+# Trial steps: lengths of the Gauss-Newton step, and a damped step, in units of the scales' own curvature.
+_LENGTHS = (1.0, 0.4, 0.1)
+_DAMPED = 0.3
+# Where no trial helps, the next ones are a tenth as long, once; after a gain they grow again.
+_SHORTEST, _LONGER = 0.5, 5.0
+
+
+@dataclass(frozen=True)
+class Fit:
+    """One local optimum, or the way there.
+
+    values: everything that is not nominal; parameters: those freed, in the Jacobian's order; simulated, residual:
+    (N,) noise units; jacobian: (p, N) of the simulation per scale; cost: ``-2 log p`` with the priors; discrepancy:
+    by piece; simulations: spent on it; settled: whether the last iteration brought less than the tolerance.
+    """
+
+    values: dict[str, float]
+    parameters: tuple[Parameter, ...]
+    simulated: Array = field(repr=False)
+    residual: Array = field(repr=False)
+    jacobian: Array = field(repr=False)
+    cost: float
+    discrepancy: dict[int, Discrepancy]
+    simulations: int
+    settled: bool
+
+
+def fit(
+    problem: Problem,
+    parameters: Sequence[Parameter],
+    start: Values,
+    *,
+    iterations: int = 8,
+    tolerance: float = 0.5,
+    kept: Array | None = None,
+    known: Mapping[str, Array] | None = None,
+) -> Fit:
+    """Follow the likelihood down from one start; names in start that are not free stay as they are.
+
+    parameters: expanded per run (`Problem.free`). tolerance: of ``-2 log p``. kept: (N,) weights 0 or 1, samples that
+    count (all by default). known: rows (N,) of the first Jacobian by name, where a fit nearby has them already.
+    """
+    space = _Space(problem, parameters, start, kept)
+    point = space.begin(start)
+    simulated = problem.simulate([space.values(point)])[0]
+    cost, found = space.cost(simulated, point)
+    spent, settled = 1, False
+    jacobian = np.zeros((len(space.parameters), problem.size))
+    reach, moved = 1.0, True
+    for turn in range(iterations):
+        if moved:
+            nearby = known if turn == 0 and known is not None else {}
+            jacobian = space.jacobian(point, simulated, nearby)
+            spent += len(point) - len(nearby)
+        trials = space.trials(point, problem.against_log(simulated), jacobian, found, reach)
+        outcomes = problem.simulate([space.values(trial) for trial in trials])
+        spent += len(trials)
+        costs = [space.cost(outcome, trial) for outcome, trial in zip(outcomes, trials, strict=True)]
+        best = int(np.argmin([entry[0] for entry in costs]))
+        gained = cost - costs[best][0]
+        moved = gained > 0.0
+        if moved:
+            point, simulated, (cost, found) = trials[best], outcomes[best], costs[best]
+        if gained >= tolerance:
+            reach = min(reach * _LONGER, 1.0)
+        elif reach > _SHORTEST:
+            reach *= _LENGTHS[-1]
+        else:
+            settled = True
+            break
+    return Fit(
+        space.values(point), tuple(space.parameters), simulated, problem.against_log(simulated), jacobian, cost, found,
+        spent, settled,
+    )  # fmt: skip
+
+
+class _Space:
+    """Scaled coordinates of the free parameters, their bounds and priors."""
+
+    def __init__(self, problem: Problem, parameters: Sequence[Parameter], start: Values, kept: Array | None) -> None:
+        self.problem, self.parameters, self.kept = problem, list(parameters), kept
+        names = {parameter.name for parameter in parameters}
+        self.fixed = {name: value for name, value in start.items() if name not in names}
+        self.scale = np.array([parameter.scale for parameter in parameters])
+        self.nominal = np.array([parameter.nominal for parameter in parameters])
+        self.lower = (np.array([parameter.lower for parameter in parameters]) - self.nominal) / self.scale
+        self.upper = (np.array([parameter.upper for parameter in parameters]) - self.nominal) / self.scale
+        self.prior = prior_weights(self.parameters)
+
+    def begin(self, start: Values) -> Array:
+        begin = np.array([(start.get(p.name, p.nominal) - p.nominal) / p.scale for p in self.parameters])
+        return np.clip(begin, self.lower, self.upper)
+
+    def values(self, point: Array) -> dict[str, float]:
+        chosen = self.nominal + self.scale * point
+        return self.fixed | {p.name: float(v) for p, v in zip(self.parameters, chosen, strict=True)}
+
+    def cost(self, simulated: Array, point: Array) -> tuple[float, dict[int, Discrepancy]]:
+        residual = self.problem.against_log(simulated)
+        if not np.isfinite(residual).all():
+            return float("inf"), {}
+        total, found = self.problem.cost(residual)
+        if self.kept is not None:
+            total = float(self.problem.log_density(residual, found) @ self.kept)
+        return total + float(np.sum((self.prior * point) ** 2)), found
+
+    def jacobian(self, point: Array, simulated: Array, known: Mapping[str, Array]) -> Array:
+        """(p, N) change of the simulation per scale."""
+        step = np.where(point + STEP < self.upper, STEP, -STEP)
+        rows = np.zeros((point.size, self.problem.size))
+        new = [index for index, parameter in enumerate(self.parameters) if parameter.name not in known]
+        if new:
+            moved = [self.values(point + step[index] * np.eye(point.size)[index]) for index in new]
+            rows[new] = (self.problem.simulate(moved) - simulated) / step[new, None]
+        for index, parameter in enumerate(self.parameters):
+            if parameter.name in known:
+                rows[index] = known[parameter.name]
+        return rows
+
+    def trials(
+        self, point: Array, residual: Array, jacobian: Array, found: dict[int, Discrepancy], reach: float
+    ) -> list[Array]:
+        """Points to try next, inside the bounds; reach: longest share of a Gauss-Newton step."""
+        tried = []
+        for forgiving in (True, False):
+            white, rows = self.problem.whitened(residual, jacobian, found, forgiving)
+            if self.kept is not None:
+                white, rows = white * self.kept, rows * self.kept
+            normal = rows @ rows.T + np.diag(self.prior**2)
+            gradient = rows @ white - self.prior**2 * point
+            full = bounded_step(normal, gradient, 0.0, self.lower - point, self.upper - point)
+            tried += [reach * length * full for length in (_LENGTHS if forgiving else _LENGTHS[:2])]
+            if forgiving:
+                tried.append(reach * bounded_step(normal, gradient, _DAMPED, self.lower - point, self.upper - point))
+        return [np.clip(point + step, self.lower, self.upper) for step in tried]
+
+
+def bounded_step(normal: Array, gradient: Array, damping: float, low: Array, high: Array) -> Array:
+    """s (p,) that minimises ``s' (normal + damping diag) s / 2 - gradient' s`` within bounds."""
+    diagonal = np.diag(normal)
+    ridge = damping * diagonal + 1e-9 * max(float(diagonal.max(initial=0.0)), 1e-30)
+    factor = np.linalg.cholesky(normal + np.diag(ridge))
+    right = np.linalg.solve(factor, gradient)
+    margin = 1e-9
+    return np.asarray(lsq_linear(factor.T, right, (low - margin, high + margin)).x)
+
+
+def prior_weights(parameters: Sequence[Parameter]) -> Array:
+    """(p,) one over the prior's spread in scales, 0 where nothing is known."""
+    return np.array([p.scale / p.spread if np.isfinite(p.spread) else 0.0 for p in parameters])

@@ -1,0 +1,87 @@
+"""Where fits of an effect begin: what each scan point promises, before any of them is fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slider_drilling.gap.model import Array, Effect
+from slider_drilling.gap.problem.problem import Problem
+from slider_drilling.gap.search.least_squares import Fit, bounded_step, prior_weights
+
+# A secant is trusted between a quarter of the scan's amplitude and three times it, a nuisance's derivative for so many
+# of its scales.
+_SHORTEST, _LONGEST, _NUISANCE = 0.25, 3.0, 6.0
+_MARGIN = 0.02
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """promise: by how much ``-2 log p`` falls at the best point if its secant and the nuisance's derivatives hold;
+    starts: parameter values to begin fits from, most promising first, one a scan point.
+    """
+
+    effect: Effect
+    promise: float
+    starts: tuple[dict[str, float], ...]
+
+
+def screen(problem: Problem, base: Fit, effects: Sequence[Effect]) -> list[Candidate]:
+    """Score every effect at a fit, most promising first.
+
+    Each scan point is simulated once. The secant replaces the derivative at neutral, which for a dead zone, or a
+    friction that depends on direction, says nothing about the size that matters; the freed parameters follow.
+    """
+    points = [(effect, point) for effect in effects for point in effect.scan]
+    if not points:
+        return []
+    changes = problem.simulate([base.values | effect.values(point) for effect, point in points]) - base.simulated
+    now = problem.cost(base.residual)[0]
+    scored: dict[str, dict[tuple[float, ...], tuple[float, dict[str, float]]]] = {e.name: {} for e in effects}
+    for forgiving in (True, False):
+        rows = np.vstack([base.jacobian, changes])
+        white, through = problem.whitened(base.residual, rows, base.discrepancy, forgiving)
+        for index, (effect, point) in enumerate(points):
+            own = [*range(len(base.parameters)), len(base.parameters) + index]
+            step = _step(base, effect, through[own], white)
+            left = problem.against_log(base.simulated + step @ rows[own])
+            promise = now - problem.cost(left)[0]
+            if promise > scored[effect.name].get(point, (-np.inf, {}))[0]:
+                scored[effect.name][point] = promise, _start(base, effect, point, step)
+    found = []
+    for effect in effects:
+        ordered = sorted(scored[effect.name].values(), key=lambda entry: -entry[0])
+        found.append(Candidate(effect, ordered[0][0], tuple(start for _, start in ordered)))
+    return sorted(found, key=lambda candidate: -candidate.promise)
+
+
+def _step(base: Fit, effect: Effect, rows: Array, white: Array) -> Array:
+    """(p + 1,) nuisance step in scales and multiple of the effect's change that together leave least, bounded."""
+    here = np.array([base.values.get(p.name, p.nominal) for p in base.parameters])
+    scale = np.array([p.scale for p in base.parameters])
+    low = np.maximum((np.array([p.lower for p in base.parameters]) - here) / scale, -_NUISANCE)
+    high = np.minimum((np.array([p.upper for p in base.parameters]) - here) / scale, _NUISANCE)
+    amplitude = effect.parameters[0]
+    both_ways = amplitude.lower < amplitude.nominal < amplitude.upper
+    prior = np.append(prior_weights(base.parameters), 0.0) ** 2
+    nominal = np.array([p.nominal for p in base.parameters])
+    normal = rows @ rows.T + np.diag(prior)
+    gradient = rows @ white - prior * np.append((here - nominal) / scale, 0.0)
+    lowest, highest = np.append(np.minimum(low, 0.0), -_LONGEST if both_ways else 0.0), np.append(high, _LONGEST)
+    return bounded_step(normal, gradient, 0.0, lowest, np.maximum(highest, 0.0))
+
+
+def _start(base: Fit, effect: Effect, point: tuple[float, ...], step: Array) -> dict[str, float]:
+    """The base moved as asked for, and the scan point at its amplitude, off neutral and off the bounds."""
+    start = dict(base.values)
+    for parameter, move in zip(base.parameters, step[:-1], strict=True):
+        moved = start.get(parameter.name, parameter.nominal) + parameter.scale * float(move)
+        start[parameter.name] = float(np.clip(moved, parameter.lower, parameter.upper))
+    amplitude, multiple = effect.parameters[0], float(step[-1])
+    multiple = multiple if abs(multiple) >= _SHORTEST else _SHORTEST
+    margin = _MARGIN * (amplitude.upper - amplitude.lower)
+    size = amplitude.nominal + multiple * (point[0] - amplitude.nominal)
+    size = float(np.clip(size, amplitude.lower + margin, amplitude.upper - margin))
+    return start | effect.values((point[0] if size == amplitude.nominal else size, *point[1:]))

@@ -1,0 +1,95 @@
+"""Levels of the whole engine on a linear model: false alarms, names, intervals, over 200 replicates."""
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+from toy import TIME, Toy, toy
+
+from slider_drilling.gap import explain
+from slider_drilling.gap.answer.intervals import intervals
+
+TUNED = {"level": 2.0, "slope": -1.5}
+REPLICATES = 100
+
+
+@pytest.fixture(scope="module")
+def quiet():
+    return [explain(toy(TUNED, seed)) for seed in range(REPLICATES)]
+
+
+@pytest.fixture(scope="module")
+def sawn():
+    return [explain(toy(TUNED | {"saw": 4.0}, 1000 + seed)) for seed in range(REPLICATES)]
+
+
+def test_false_alarms_stay_at_their_level(quiet):
+    alarms = sum(answer.verdict not in ("none", "parameters") for answer in quiet)
+    # one of a hundred by each of the two tests that may raise one
+    assert alarms <= binom.ppf(0.999, REPLICATES, 0.02)
+
+
+def test_the_effect_is_named_and_no_other(sawn):
+    right = sum(answer.effects == ("saw",) for answer in sawn)
+    assert right >= 0.97 * REPLICATES
+
+
+def test_intervals_hold_the_truth_as_often_as_they_say(quiet, sawn):
+    held = []
+    for answer in sawn:
+        if answer.effects == ("saw",):
+            current = answer.state.current
+            spans = intervals(current.problem, current.fit)
+            held += [low <= truth <= high for truth, (low, high) in ((4.0, spans["saw"]), (-1.5, spans["slope"]))]
+    assert binom.ppf(0.001, len(held), 0.95) <= sum(held) <= binom.ppf(0.999, len(held), 0.95)
+
+
+def test_a_name_shrinks_the_gap(sawn):
+    for answer in sawn:
+        if answer.effects:
+            assert answer.with_effect < answer.tuned
+            assert answer.interval[0] > 0.0
+
+
+def test_the_same_seed_gives_the_same_answer():
+    first, second = (explain(toy(TUNED | {"bend": 3.0}, 7), seed=4) for _ in range(2))
+    assert (first.effects, first.closed, first.interval) == (second.effects, second.closed, second.interval)
+    assert [one.closed for one in first.judged] == [one.closed for one in second.judged]
+
+
+def test_two_effects_at_once_are_both_named():
+    answer = explain(toy(TUNED | {"bend": 4.0, "saw": 5.0}, 5))
+    assert set(answer.effects) == {"bend", "saw"}
+    assert answer.verdict == "effect"
+
+
+def test_what_no_effect_has_is_unknown_and_its_shape_is_shown():
+    hump = 4.0 * np.exp(-(((TIME - 40.0) / 9.0) ** 2)) - 3.0 * np.exp(-(((TIME - 95.0) / 9.0) ** 2))
+    answer = explain(toy(TUNED, 3, extra=hump))
+    assert answer.verdict in ("unknown", "effect_and_unknown")
+    if answer.rival is not None:
+        assert answer.rival.x.shape == answer.rival.y.shape
+
+
+def test_an_interrupt_gives_the_answer_so_far():
+    calls = []
+
+    def interrupted(stage, share):
+        calls.append(stage)
+        if stage.startswith("racing"):
+            raise KeyboardInterrupt
+
+    answer = explain(toy(TUNED | {"saw": 4.0}, 1), progress=interrupted)
+    assert answer.state.partial
+    assert answer.effects == ()
+    assert any("interrupted" in remark for remark in answer.remarks)
+
+
+def test_effects_that_are_not_asked_for_are_not_named():
+    model = toy(TUNED | {"saw": 4.0}, 2)
+    answer = explain(model, effects=[effect for effect in model.effects if effect.name != "saw"])
+    assert "saw" not in answer.effects
+    assert answer.verdict != "effect"
+
+
+def test_the_model_is_asked_for_nothing_else():
+    assert not hasattr(Toy, "finest")

@@ -1,0 +1,236 @@
+"""Diagnosis of drill-string logs: from an MCAP file to diagnosis.json, on short logs and coarse meshes."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from slider_drilling.blind.law import no_effect
+from slider_drilling.blind.laws import CATALOGUE
+from slider_drilling.blind.outside import OUTSIDE
+from slider_drilling.blind.plant import Hidden, run_sealed
+from slider_drilling.blind.recording import write_sealed
+from slider_drilling.diagnosis import situation
+from slider_drilling.diagnosis.catalogue import catalogue
+from slider_drilling.diagnosis.diagnose import as_json, diagnose, tuned_rig
+from slider_drilling.diagnosis.drill_string import depth_probes, rig_with
+from slider_drilling.diagnosis.first_look.usable import unusable
+from slider_drilling.diagnosis.save import write_diagnosis
+from slider_drilling.diagnosis.situation import prepare
+from slider_drilling.drillstring import Commands, simulate
+from slider_drilling.effects import Effects
+from slider_drilling.errors import InputError
+from slider_drilling.gap.model import Channel, How
+from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.log import read_log
+from slider_drilling.rig import FrictionInterval, Section, load_rig, parse_rig
+from slider_drilling.share import share_file
+
+
+def short_rig():
+    rig = load_rig(share_file("config/rig.example.yaml"))
+    survey = ((0.0, 0.0, 0.0), (300.0, 0.0, 0.0), (700.0, 80.0, 0.0), (1000.0, 88.0, 0.0))
+    pipe, assembly = rig.string.sections
+    sections = (
+        Section("pipe", 940.0, pipe.outer_diameter, pipe.inner_diameter),
+        Section("assembly", 60.0, assembly.outer_diameter, assembly.inner_diameter),
+    )
+    well = replace(
+        rig.well, survey=survey, friction_intervals=(FrictionInterval(700.0, 0.8), FrictionInterval(1000.0, 1.0))
+    )
+    return replace(rig, well=well, string=replace(rig.string, sections=sections))
+
+
+def rocking(duration, period=8.0, amplitude=5.0, lowering=0.002):
+    time = np.arange(0.0, duration, 0.1)
+    omega = 2.0 * np.pi / period
+    still = np.full_like(time, lowering)
+    return Commands(
+        time, amplitude * (1.0 - np.cos(omega * time)), amplitude * omega * np.sin(omega * time), lowering * time,
+        still, np.full_like(time, 12.3),
+    )  # fmt: skip
+
+
+def write_run(path, rig, commands, actual=None):
+    response = simulate(rig if actual is None else actual, commands, 60)
+    write_sealed(path, replace(rig, effects=Effects()), commands, response, np.random.default_rng(4))
+    return path
+
+
+@pytest.fixture
+def coarse(monkeypatch):
+    monkeypatch.setattr(situation, "MESHES", (16, 24, 30))
+
+
+def test_a_biased_torque_sensor_is_named_and_the_tuned_rig_replays(tmp_path, coarse):
+    rig = short_rig()
+    actual = rig_with(rig, {"friction_2": 1.05, "pressure_gain": 1.01, "torque_sensor_bias.bias": 700.0})
+    path = write_run(tmp_path / "run.mcap", rig, rocking(80.0), actual)
+    log = read_log(path)
+    diagnosis = diagnose([log], log.rig(), only=["torque_sensor_bias", "torque_sensor_lag"])
+    assert diagnosis.answer.effects == ("torque_sensor_bias",)
+    assert diagnosis.answer.site == "sensor"
+    tree = as_json(diagnosis)
+    assert json.loads(json.dumps(tree, allow_nan=False)) == tree
+    assert tree["schema"] == "slider_drilling/diagnosis/2"
+    assert tree["driller"].startswith("The torque reading is 0.")
+    assert tree["ranking"][0]["in_answer"]
+    assert tree["gap"]["rms"]["surface_torque"]["tuned"] > tree["gap"]["rms"]["surface_torque"]["with_effect"]
+    assert tree["gap"]["nominal"] > tree["gap"]["tuned"] > tree["gap"]["with_effect"]
+    assert tree["ranking"][0]["parameters"]["bias"]["value"] == pytest.approx(700.0, abs=60.0)
+    floor = tree["gap"]["noise_floor"]["surface_torque"]
+    assert floor["declared"] == rig.sensors.surface_torque.noise
+    assert floor["value"] == pytest.approx(floor["declared"], rel=0.2)
+    assert tuned_rig(diagnosis).effects.torque_sensor_bias.bias == pytest.approx(700.0, abs=60.0)
+
+
+def test_command_writes_all_three_files(tmp_path, coarse):
+    from slider_drilling.commands.diagnose import command
+
+    path = write_run(tmp_path / "run.mcap", short_rig(), rocking(60.0))
+    outcome = CliRunner().invoke(command, [str(path), "-o", str(tmp_path / "out"), "--only", "torque_sensor_bias"])
+    assert outcome.exit_code == 0, outcome.output
+    tree = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
+    assert tree["verdict"] in ("none", "parameters")
+    parse_rig((tmp_path / "out" / "rig.tuned.yaml").read_text(), "rig.tuned.yaml")
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert tree["driller"].replace("'", "&#39;") in page
+    assert "<script src" not in page
+    assert tree["rig"] == {"name": "rig.yaml in run.mcap", "source": "attached", "path": str(path)}
+    assert not [p for p in (tmp_path / "out").iterdir() if p.name.startswith(".")]
+
+
+def test_log_that_never_moved_is_inconclusive(tmp_path, coarse):
+    path = write_run(tmp_path / "run.mcap", short_rig(), rocking(60.0, amplitude=0.01))
+    log = read_log(path)
+    diagnosis = diagnose([log], log.rig())
+    assert diagnosis.verdict == "inconclusive"
+    assert "too little" in diagnosis.driller
+    assert diagnosis.answer is None
+    paths = write_diagnosis(diagnosis, tmp_path / "out")
+    tree = json.loads(paths[0].read_text())
+    assert tree["verdict"] == "inconclusive"
+    assert tree["gap"]["nominal"] is None
+    assert "too little" in paths[2].read_text()
+    assert tuned_rig(diagnosis) == log.rig()
+
+
+def test_torque_alone_is_enough_to_prepare(tmp_path):
+    rig = short_rig()
+    log = read_log(write_run(tmp_path / "run.mcap", rig, rocking(40.0)))
+    alone = replace(log, draw_works=None, standpipe_pressure=None, mud_pump=None, mwd_tool_face=None)
+    prepared = prepare([alone], rig)
+    assert [channel.name for channel in prepared.model.runs[0].channels] == ["surface_torque"]
+    names = {parameter.name for parameter in prepared.model.nuisance}
+    assert {"friction_1", "friction_2", "start_twist"} <= names
+    assert not names & {"motor_gain", "pressure_gain", "bit_stiffness", "tool_face_offset"}
+    assert any("off bottom" in remark for remark in prepared.remarks)
+    assert "motor_wear" not in {effect.name for effect in prepared.model.effects}
+
+
+def test_stuck_and_saturated_channels_are_left_out():
+    time = np.arange(0.0, 50.0, 0.1)
+    wave = 1000.0 * np.sin(time)
+    assert unusable(Channel("surface_torque", time, wave)) is None
+    stuck = np.where(time > 10.0, 5.0, wave)
+    assert "stuck" in unusable(Channel("surface_torque", time, stuck))
+    assert "saturated" in unusable(Channel("surface_torque", time, np.minimum(wave, 900.0), "N m"))
+    rest_first = np.where(time < 5.0, wave.min(), wave)
+    assert unusable(Channel("surface_torque", time, rest_first, "N m")) is None
+
+
+def test_sealed_laws_cover_the_catalogue_and_every_scan_point_is_a_rig():
+    names = {effect.name for effect in catalogue(3000.0, 400.0)}
+    assert names == set(CATALOGUE)
+    rig = short_rig()
+    for effect in catalogue(1000.0, 400.0):
+        for point in effect.scan:
+            changed = rig_with(rig, effect.values(point))
+            assert changed.effects != rig.effects
+            assert getattr(changed.effects, effect.name) != getattr(Effects(), effect.name)
+
+
+def test_a_wave_of_negative_amplitude_is_half_a_period_on():
+    rig = rig_with(short_rig(), {"heave.amplitude": -0.2, "heave.period": 8.0, "heave.phase": 0.5})
+    assert rig.effects.heave.amplitude == pytest.approx(0.2)
+    assert np.sin(rig.effects.heave.phase) == pytest.approx(-np.sin(0.5))
+
+
+def test_neutral_values_leave_the_rig_as_it_is():
+    rig = short_rig()
+    assert rig_with(rig, {"friction_1": 1.0, "torque_sensor_bias.bias": 0.0}) == rig
+
+
+def test_depth_probe_multiplies_friction_between_its_ends_only():
+    rig = rig_with(short_rig(), {"probe_3": 1.5})
+    factor = {interval.to: interval.factor for interval in rig.well.friction_intervals}
+    assert depth_probes(1000.0)[3][1:] == (300.0, 400.0)
+    assert factor[300.0] == pytest.approx(0.8)
+    assert factor[400.0] == pytest.approx(1.2)
+    assert factor[700.0] == pytest.approx(0.8)
+    assert factor[1000.0] == pytest.approx(1.0)
+
+
+def test_unknown_effect_name_is_a_users_mistake(tmp_path):
+    log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))
+    with pytest.raises(InputError, match="gremlins"):
+        diagnose([log], log.rig(), only=["gremlins"])
+
+
+def test_a_problem_at_a_place_is_exact_there_and_the_one_it_came_from_is_not_touched(tmp_path):
+    rig = short_rig()
+    log = read_log(write_run(tmp_path / "run.mcap", rig, rocking(40.0)))
+    model = replace(prepare([log], rig).model, meshes=(12, 40))
+    values = {"friction_2": 1.1}
+    noise = {channel.name: 1.0 for channel in model.runs[0].channels}
+    problem = build_problem(model, [noise])
+    before = problem.simulate([values])[0]
+    exact = problem.at(values, 1).simulate([values])[0]
+    torque = next(piece for piece in problem.pieces if piece.name == "surface_torque")
+    fine = simulate(rig_with(rig, values), model.commands[0], 40).surface_torque
+    assert exact[torque.rows] == pytest.approx(fine, abs=1e-6)
+    assert np.array_equal(problem.simulate([values])[0], before)
+    assert not np.allclose(before[torque.rows], fine, atol=1.0)
+    part = model.shortened(0.5).simulate(0, [values], How(1))["surface_torque"][0]
+    assert part == pytest.approx(fine[: part.size], abs=1e-4)
+
+
+def test_runs_that_could_be_made_next(tmp_path):
+    log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))
+    model = replace(prepare([log], short_rig()).model, meshes=(12, 20))
+    offered = model.manoeuvres()
+    assert len({manoeuvre.description for manoeuvre in offered}) == len(offered) >= 6
+    for manoeuvre in offered:
+        (torque,) = manoeuvre.model.simulate(0, [{}], How())["surface_torque"]
+        assert np.isfinite(torque).all()
+
+
+@pytest.mark.parametrize("words", ["friction over depth", "drive angle off over time", "block off over time",
+                                   "friction over slip speed", "friction over rest", "rock over time"])  # fmt: skip
+def test_flexible_rivals_are_neutral_at_zero_and_change_something(tmp_path, words):
+    log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))
+    model = replace(prepare([log], short_rig()).model, meshes=(12, 20))
+    one = next(one for one in model.disturbances({}) if one.words == words)
+    assert len(one.sets) == len(one.steps) == len(one.x)
+    plain = model.simulate(0, [{}], How())
+    moved = model.simulate(0, one.sets, How())
+    changed = [np.abs(moved[name] - plain[name]).max() for name in plain]
+    assert max(changed) > 0.0
+    assert np.isfinite(changed).all()
+
+
+@pytest.mark.parametrize("name", [*CATALOGUE, *OUTSIDE])
+def test_sealed_laws_change_what_the_sensors_see(name):
+    rig = short_rig()
+    commands = rocking(24.0)
+    generator = np.random.default_rng(2)
+    plain = run_sealed(rig, Hidden(), no_effect(generator, rig, 1.0), commands)
+    law = {**CATALOGUE, **OUTSIDE}[name](generator, rig, 2.0)
+    changed = run_sealed(rig, Hidden(), law, commands)
+    assert np.isfinite(changed.surface_torque).all()
+    names = ("surface_torque", "hook_load", "standpipe_pressure")
+    moved = max(np.max(np.abs(getattr(changed, channel) - getattr(plain, channel))) for channel in names)
+    # A formation that changes after this short run has ended shows nothing in it.
+    assert moved > 1.0 or name == "formation_change"
