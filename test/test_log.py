@@ -260,7 +260,7 @@ def test_killed_recording_loses_the_last_second_at_most(tmp_path: Path) -> None:
         "import sys, time\nfrom slider_drilling.log import LogWriter\n"
         "writer = LogWriter(sys.argv[1], rig_text='schema: x')\n"
         "while True:\n"
-        "    now = time.time()\n"
+        "    now = time.monotonic() % 1000.0\n"
         "    writer.joint_state('top_drive/joint_states', now, 'top_drive', now, 0.0, 0.0)\n"
         "    print(now, flush=True)\n"
         "    time.sleep(0.02)\n"
