@@ -24,7 +24,7 @@ from numba.core.event import Event, Listener, install_listener
 
 from slider_drilling.errors import InputError
 
-__all__ = ["COMPILE", "INNER", "announced", "njit", "vector_bits"]
+__all__ = ["COMPILE", "INNER", "announced", "njit", "threads", "vector_bits"]
 
 COMPILE: dict[str, Any] = {
     "cache": True,
@@ -38,6 +38,11 @@ COMPILE: dict[str, Any] = {
 }
 # Of functions that only compiled code calls: no entry for Python, which takes longest to compile.
 INNER: dict[str, Any] = {**COMPILE, "cache": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+
+def threads() -> int:
+    """How many threads a batch of simulations may use: two, or as many as numba was allowed (NUMBA_NUM_THREADS)."""
+    return min(2, config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
 
 
 def vector_bits() -> int:

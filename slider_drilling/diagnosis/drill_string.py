@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from slider_drilling.compiler import threads
 from slider_drilling.diagnosis.disturbances import disturbances, disturbed, moves_commands
 from slider_drilling.diagnosis.manoeuvres import next_runs
 from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
@@ -18,7 +19,6 @@ from slider_drilling.rig import FrictionInterval, Rig
 
 # Elements of each fidelity.
 MESHES = (32, 100, 160)
-_THREADS = 2
 _SPLIT = 40  # lanes from which a batch is shared among the cores
 
 
@@ -151,13 +151,13 @@ def simulate_on_threads(
     """One batch split over the cores (the kernel runs without the interpreter's lock)."""
     if len(rigs) < _SPLIT:
         return simulate_batch(rigs, commands, elements, starts, observer=observer)
-    share = int(np.ceil(len(rigs) / _THREADS))
+    share = int(np.ceil(len(rigs) / threads()))
 
     def run(begin: int) -> list[Response]:
         end = begin + share
         return simulate_batch(rigs[begin:end], commands, elements, starts[begin:end], observer=observer)
 
-    with ThreadPoolExecutor(_THREADS) as pool:
+    with ThreadPoolExecutor(threads()) as pool:
         answers = pool.map(run, range(0, len(rigs), share))
         return [response for answer in answers for response in answer]
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from slider_drilling.compiler import threads
 from slider_drilling.gap.model import Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit, fit
@@ -23,7 +24,6 @@ _KEPT = (0.6, 0.4)
 _EACH = (2, 1)  # arms of a set that go on
 # Sets that are always followed to the end, as far as there are so many.
 FINALISTS = 4
-_WORKERS = 2
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def race(problems: Sequence[Problem], arms: Sequence[Arm]) -> list[Arm]:
         def advance(arm: Arm, iterations: int = iterations, first: bool = rung == 0) -> Arm:
             return _advanced(problems[arm.way], arm, iterations, first)
 
-        with ThreadPoolExecutor(_WORKERS) as pool:
+        with ThreadPoolExecutor(threads()) as pool:
             running = list(pool.map(advance, running))
         running.sort(key=lambda arm: arm.cost)
         if rung < len(_KEPT):
