@@ -61,10 +61,12 @@ def test_every_page_has_command_lines_to_check() -> None:
 
 
 @pytest.mark.parametrize(("page", "line"), LINES, ids=lambda value: " ".join(value) if isinstance(value, list) else "")
-def test_every_command_line_is_one_that_the_program_takes(page: Path, line: list[str]) -> None:
+def test_every_command_line_is_one_that_the_program_takes(desk: Path, page: Path, line: list[str]) -> None:
     parent = click.Context(group, info_name="slider-drilling")
     command = group.get_command(parent, line[0])
     assert command is not None
+    for folder in ("sealed", "DIR"):
+        (desk / folder).mkdir()
     try:
         command.make_context(line[0], line[1:], parent=parent)
     except click.exceptions.Exit as leaving:  # --help

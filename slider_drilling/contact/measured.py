@@ -79,6 +79,7 @@ def read_measured(path: Path) -> AgainstTime | AgainstVelocity:
         found = _named(path, header, columns, AGAINST_TIME, OPTIONAL_AGAINST_TIME)
         _check(path, "time_s", np.concatenate([[True], np.diff(found["time_s"]) > 0.0]), "must increase")
         _check(path, "normal_force_n", found["normal_force_n"] > 0.0, "must be positive")
+        _rubs(path, found["friction_n"])
         nothing = np.zeros(0)
         return AgainstTime(
             found["time_s"], found["axial_m"], found.get("tangential_m", np.zeros_like(found["time_s"])),
@@ -88,11 +89,17 @@ def read_measured(path: Path) -> AgainstTime | AgainstVelocity:
     for name in ("feed_m_per_s", "frequency_hz", "normal_force_n"):
         _check(path, name, found[name] > 0.0, "must be positive")
     _check(path, "vibration_m_per_s", found["vibration_m_per_s"] >= 0.0, "must not be negative")
+    _rubs(path, found["friction_n"])
     direction = np.radians(found.get("direction_deg", np.zeros_like(found["feed_m_per_s"])))
     return AgainstVelocity(
         found["feed_m_per_s"], found["vibration_m_per_s"], found["frequency_hz"], direction, found["normal_force_n"],
         found["friction_n"],
     )  # fmt: skip
+
+
+def _rubs(path: Path, friction: Series) -> None:
+    if not friction.any():
+        raise InputError(f"{path}: friction_n is zero throughout: there is no friction to identify")
 
 
 def _columns(path: Path) -> tuple[list[str], list[list[str]]]:
@@ -133,8 +140,6 @@ def _numbers(path: Path, name: str, column: int, rows: list[list[str]]) -> Serie
     values = np.array([_number(row[column]) if column < len(row) else math.nan for row in rows])
     _check(path, name, np.isfinite(values), "is missing or not a finite number")
     _check(path, name, np.abs(values) <= MOST[name], f"is beyond {MOST[name]:g}, which nothing measures")
-    if name == "friction_n" and not values.any():
-        raise InputError(f"{path}: friction_n is zero throughout: there is no friction to identify")
     return values
 
 
