@@ -118,6 +118,8 @@ class Recorder(Node):
             if heard.topic == self._clock_topic:
                 # Whether a second subscription to the clock hears of a step before this one or after is left open.
                 now = max(0, cdr.read_clock(heard.data))
+                # This node's own hearing of it may come later than what was published after it.
+                self._simulated_ns = max(self._simulated_ns, now)
             elif heard.topic == self._rig_topic and not self._has_rig:
                 self._bag.attach_rig(cdr.read_string(heard.data))
                 self._has_rig = True
