@@ -13,6 +13,8 @@ OK, WARN, ERROR = 0, 1, 2
 COMMANDS = "friction_simulator: commands"
 
 
+pytestmark = pytest.mark.processes
+
 def test_a_rig_without_controller_stops_its_block_and_says_so_until_commands_return(start, ear):
     """It lowered the block for as long as it ran."""
     controller = start("rocking_controller", use_sim_time=True)
