@@ -62,10 +62,8 @@ def test_lockstep_goes_on_when_its_controller_is_started_again(number, start, ea
     stood = ear.time
     start("rocking_controller", use_sim_time=True)
     ear.until_time(stood + 20.0)
-    samples = [sample for sample in ear.heard["top_drive"] if sample[0] > stood]
-    stamps = [stamp for stamp, *_ in samples]
-    # The sample that waits may be heard again; a step made twice would give its stamp another content.
-    assert len(set(samples)) == len(set(stamps)) and stamps == sorted(stamps), "no step was made twice"
+    stamps = [stamp for stamp, *_ in ear.heard["top_drive"] if stamp > stood]
+    assert len(set(stamps)) == len(stamps) and stamps == sorted(stamps), "no step was made twice"
     simulator.process.send_signal(signal.SIGINT)
     assert simulator.end() == 0, simulator.said
 
@@ -112,10 +110,9 @@ def test_two_rigs_in_one_graph_keep_their_own_time(start, tmp_path):
     for name, begins in (("a", 0.0), ("b", 5000.0)):
         (path,) = tmp_path.rglob(f"{name}.mcap")
         log = read_log(path)
-        # A recorder that is starved hears late, and the log says so; what may not be is a jump, or the other's time.
-        assert [note for note in log.notes if not note.startswith("log times are")] == [] and log.start == begins
+        assert log.notes == () and log.start == begins
         assert len(log.top_drive.time) == 601
-        assert abs(log.top_drive.arrival - log.top_drive.time).max() < 100.0, "arrivals are on the rig's own clock"
+        assert abs(log.top_drive.arrival - log.top_drive.time).max() < 1.0, "arrivals are on the rig's own clock"
 
 
 STUCK = """

@@ -163,14 +163,11 @@ def _as_given(problem: Problem, tuned: Explained) -> tuple[Score, Array]:
 
 def _judge_otherwise(state: State, ran: Sequence[Arm], rivals: int, seed: int) -> tuple[State, tuple[Judged, ...]]:
     """The same in the other way of running the model: one spin of the bit may hide what all the rest says."""
-    other = 1 - ran[0].way
-    best = ran[0].names
-    leading = [arm for arm in ran if arm.names == best]
-    moved = [replace(arm, way=arm.way) for arm in leading]
-    problem = state.ways[other]
-    found = fit(problem, moved[0].fit.parameters, moved[0].fit.values, iterations=_TUNING) if moved[0].fit else None
-    assert found is not None
-    return _judge(state, [replace(moved[0], way=other, fit=found)], rivals, seed)
+    leader = ran[0]
+    assert leader.fit is not None
+    other = 1 - leader.way
+    found = fit(state.ways[other], leader.fit.parameters, leader.fit.values, iterations=_TUNING)
+    return _judge(state, [replace(leader, way=other, fit=found)], rivals, seed)
 
 
 def _verdict(state: State, explained: Explained, rivals: int) -> Judged:
