@@ -20,7 +20,7 @@ from slider_drilling.gap.model import Array, Effect, Graded, How, Model, Paramet
 from slider_drilling.gap.problem.noise import NoiseFloor, lowered, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.least_squares import Fit, fit
-from slider_drilling.gap.search.race import FINALISTS, Arm, parameters_of, race
+from slider_drilling.gap.search.race import FINALISTS, Arm, begun_again, parameters_of, race
 from slider_drilling.gap.search.screen import Candidate, screen
 from slider_drilling.gap.search.wide import wide
 
@@ -35,6 +35,8 @@ MOST_EFFECTS = 3
 _TUNING, _POLISH = 14, 3
 # Of ``-2 log p`` per sample: a fit that loses more on the fine mesh is made there.
 _RECOVERED = 0.02
+# A way of running the model whose cost is so much above the other's is not raced in.
+_AS_GOOD = 0.03
 # A floor that falls by less is the same.
 _SAME_FLOOR = 0.95
 _SCATTERED, _FOLLOWED = 32, 2
@@ -82,27 +84,34 @@ def step(
         return replace(state, done=True)
     turn = len(state.steps)
     report(f"racing {len(left)} effects" + (f", step {turn + 1}" if turn else ""), min(0.1 + 0.3 * turn, 0.8))
-    arms, promised = _arms(state, left, together if turn == 0 else ())
-    ran = race(state.ways, arms)
+    arms, promised, ways = _arms(state, left, together if turn == 0 else ())
+    ran = begun_again(state.ways, race(state.ways, arms))
     spent = sum(arm.fit.simulations for arm in ran if arm.fit is not None)
     report("judging the finalists", min(0.25 + 0.3 * turn, 0.9))
     before = state
     state, judged = _judge(before, ran, len(left), seed)
-    accepted = next((one for one in judged if one.passed), None)
-    if accepted is None and len(state.ways) > 1:
+    if len(ways) > 1 and not any(one.passed for one in judged):
         otherwise, again = _judge_otherwise(before, ran, 2 * len(left), seed)
         if again[0].passed:
-            state, accepted = otherwise, again[0]
-            judged = (accepted, *(one for one in judged if one.effect.name != accepted.effect.name))
+            state = otherwise
+            judged = (again[0], *(one for one in judged if one.effect.name != again[0].effect.name))
     state = replace(state, simulations=state.simulations + spent)
-    if accepted is None:
-        return replace(state, steps=(*state.steps, Step(judged, None, (), promised)), done=True)
-    group = _group(state.blocks, accepted, judged)
-    state, accepted = _refloored(state, accepted, len(left))
-    enough = adequacy(accepted.explained.problem, accepted.explained.fit, accepted.explained.score, seed)
-    judged = tuple(accepted if one.effect.name == accepted.effect.name else one for one in judged)
-    taken = Step(judged, accepted, group, promised)
-    return replace(state, current=accepted.explained, enough=enough, steps=(*state.steps, taken), done=enough.adequate)
+    for one in judged:
+        if one.passed:
+            group = _group(state.blocks, one, judged)
+            refloored, accepted = _refloored(state, one, len(left))
+            judged = tuple(accepted if other is one else other for other in judged)
+            if accepted.passed:
+                return _with(refloored, Step(judged, accepted, group, promised), seed)
+    return replace(state, steps=(*state.steps, Step(judged, None, (), promised)), done=True)
+
+
+def _with(state: State, taken: Step, seed: int) -> State:
+    """The state with one more effect in it."""
+    assert taken.accepted is not None
+    found = taken.accepted.explained
+    enough = adequacy(found.problem, found.fit, found.score, seed)
+    return replace(state, current=found, enough=enough, steps=(*state.steps, taken), done=enough.adequate)
 
 
 def _judge(state: State, ran: Sequence[Arm], rivals: int, seed: int) -> tuple[State, tuple[Judged, ...]]:
@@ -276,58 +285,71 @@ def _lowered(
 
 def _arms(
     state: State, effects: Sequence[Effect], together: Sequence[Sequence[Effect]]
-) -> tuple[list[Arm], dict[str, float]]:
-    """Where the race begins: in every way of running the model, from what is known and from the rig as given.
+) -> tuple[list[Arm], dict[str, float], list[int]]:
+    """Where the race begins: in every way of running the model that is worth it, from what is known and from the rig as
+    given.
 
     A nuisance that was tuned without the effect has gone as far as it could to make up for it; a rig is more likely
-    near its file. Besides the arms, what each effect's scan promises, by name.
+    near its file. Besides the arms, what each effect's scan promises, by name, and the ways.
     """
     known = state.current
     arms: list[Arm] = []
     promised: dict[str, float] = {}
-    for way, problem in enumerate(state.ways):
-        parameters = known.fit.parameters
-        tuned = fit(problem, parameters, known.fit.values, iterations=_TUNING // 2)
+    tuned, ways = _worth_running(state)
+    for way in ways:
+        problem = state.ways[way]
         given = {name: value for name, value in known.fit.values.items() if "@" in name or "." in name}
-        as_given = fit(problem, parameters, given, iterations=1)
-        for base in (tuned, as_given):
+        as_given = fit(problem, known.fit.parameters, given, iterations=1)
+        for heat, (base, starts) in enumerate(((tuned[way], 1), (as_given, 2)), 3 * way):
             candidates = screen(problem, base, effects)
             by_name = {candidate.effect.name: candidate for candidate in candidates}
             for candidate in candidates:
                 promised[candidate.effect.name] = max(promised.get(candidate.effect.name, 0.0), candidate.promise)
-                for start in candidate.starts[: 2 if base is tuned else 1]:
-                    arms.append(Arm((*known.effects, candidate.effect), way, start, base))
+                for start in candidate.starts[:starts]:
+                    arms.append(Arm((*known.effects, candidate.effect), way, start, base, heat))
             for chosen in together:
                 if all(effect.name in by_name for effect in chosen):
-                    arms.append(_joined(known.effects, chosen, by_name, way, base))
-        for chosen in together:
-            arms += _spread_out(problem, tuned, known.effects, chosen, way)
-    return arms, promised
+                    arms.append(_joined(known.effects, chosen, by_name, way, base, heat))
+    for chosen in together:
+        arms += _spread_out(state.ways[0], tuned[0], known.effects, chosen)
+    return arms, promised, ways
+
+
+def _worth_running(state: State) -> tuple[dict[int, Fit], list[int]]:
+    """What is known, tuned in every way of running the model, and the ways that foretell about as much as the best."""
+    known = state.current
+    tuned = {}
+    for way, problem in enumerate(state.ways):
+        if not state.steps or problem.how.pull == known.problem.how.pull:
+            tuned[way] = fit(problem, known.fit.parameters, known.fit.values, iterations=_TUNING // 2)
+    least = min(one.cost for one in tuned.values())
+    return tuned, [way for way, one in tuned.items() if one.cost <= least + _AS_GOOD * abs(least)]
 
 
 def _joined(
-    known: Sequence[Effect], chosen: Sequence[Effect], by_name: dict[str, Candidate], way: int, base: Fit
+    known: Sequence[Effect], chosen: Sequence[Effect], by_name: dict[str, Candidate], way: int, base: Fit, heat: int
 ) -> Arm:
     """An arm in which several effects start at once, each where it does alone."""
     start = dict(base.values)
     for effect in chosen:
         own = {parameter.name for parameter in effect.parameters}
         start |= {name: value for name, value in by_name[effect.name].starts[0].items() if name in own}
-    return Arm((*known, *chosen), way, start, base)
+    return Arm((*known, *chosen), way, start, base, heat)
 
 
-def _spread_out(problem: Problem, tuned: Fit, known: Sequence[Effect], chosen: Sequence[Effect], way: int) -> list[Arm]:
-    """Arms of several effects at once, searched for widely: as long as one is missing the phase is off, and no scan of
-    an effect alone leads there.
+def _spread_out(problem: Problem, tuned: Fit, known: Sequence[Effect], chosen: Sequence[Effect]) -> list[Arm]:
+    """Arms of several effects at once, searched for widely in free runs: as long as one is missing the phase is off,
+    and no scan of an effect alone leads there.
     """
     spans = {parameter.name: _plausible(parameter) for parameter in tuned.parameters}
     for effect in chosen:
-        for index, parameter in enumerate(effect.parameters):
-            scanned = [point[index] for point in effect.scan]
-            low, high = min(scanned), max(scanned)
-            spans[parameter.name] = (0.3 * low if low > 0.0 else low, high)
-    found = wide(problem, spans, tuned.values, way + 1)
-    return [Arm((*known, *chosen), way, values, None) for values in found]
+        for parameter in effect.parameters:
+            spans[parameter.name] = parameter.lower, parameter.upper
+        amplitude = effect.parameters[0]
+        spans[amplitude.name] = (
+            max(amplitude.lower, effect.physical[0]), min(amplitude.upper, effect.physical[1])
+        )  # fmt: skip
+    return [Arm((*known, *chosen), 0, values, None, 2) for values in wide(problem, spans, tuned.values, seed=1)]
 
 
 def _can_be_pulled(model: Model) -> bool:
