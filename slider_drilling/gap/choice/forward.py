@@ -33,8 +33,8 @@ LEAST_SHARE = 0.05
 # Effects that may be named together.
 MOST_EFFECTS = 3
 _TUNING, _POLISH = 14, 3
-# Of ``-2 log p`` per sample: a fit that loses more on the fine mesh is made there.
-_RECOVERED = 0.02
+# Of the noise: where the mesh adds more, fits are finished on the fine one.
+_COARSE = 0.5
 # A way of running the model whose cost is so much above the other's is not raced in.
 _AS_GOOD = 0.03
 # A floor that falls by less is the same.
@@ -88,13 +88,7 @@ def step(
     ran = begun_again(state.ways, race(state.ways, arms))
     spent = sum(arm.fit.simulations for arm in ran if arm.fit is not None)
     report("judging the finalists", min(0.25 + 0.3 * turn, 0.9))
-    before = state
-    state, judged = _judge(before, ran, len(left), seed)
-    if len(ways) > 1 and not any(one.passed for one in judged):
-        otherwise, again = _judge_otherwise(before, ran, 2 * len(left), seed)
-        if again[0].passed:
-            state = otherwise
-            judged = (again[0], *(one for one in judged if one.effect.name != again[0].effect.name))
+    state, judged = _judge(state, ran, ways, len(left), seed)
     state = replace(state, simulations=state.simulations + spent)
     for one in judged:
         if one.passed:
@@ -114,28 +108,40 @@ def _with(state: State, taken: Step, seed: int) -> State:
     return replace(state, current=found, enough=enough, steps=(*state.steps, taken), done=enough.adequate)
 
 
-def _judge(state: State, ran: Sequence[Arm], rivals: int, seed: int) -> tuple[State, tuple[Judged, ...]]:
+def _judge(
+    state: State, ran: Sequence[Arm], ways: Sequence[int], rivals: int, seed: int
+) -> tuple[State, tuple[Judged, ...]]:
     """Refit the finalists in the way that foretells most, and hold them out against what is known so far.
 
-    Where that way is not the one the state was scored in, what is known is scored anew in it.
+    Which way that is, the leader shows where it is finished. Where it is not the one the state was scored in, what is
+    known is scored anew in it.
     """
-    way = ran[0].way
-    problem = state.ways[way]
-    if state.current.problem.how != problem.how:
-        state = _in_way(state, problem, seed)
+    folds = state.blocks.folds
+    led = {way: _finished(state.ways[way], _reached(state, ran, ran[0].names, way)) for way in ways}
+    way = min(led, key=lambda one: led[one][1].cost)
+    if state.current.problem.how.pull != state.ways[way].how.pull:
+        state = _in_way(state, state.ways[way], seed)
     finalists = list(dict.fromkeys(arm.names for arm in ran))[:FINALISTS]
     judged = []
     for names in finalists:
-        own = [arm for arm in ran if arm.names == names]
-        arm = next((a for a in own if a.way == way), own[0])
-        assert arm.fit is not None
-        found = arm.fit
-        if arm.way != way:
-            found = fit(problem, arm.fit.parameters, arm.fit.values, iterations=_TUNING)
-        explained = _explained(problem, arm.effects, found, state.blocks.folds)
+        effects = next(arm.effects for arm in ran if arm.names == names)
+        if names == ran[0].names:
+            problem, found = led[way]
+        else:
+            problem, found = _finished(state.ways[way], _reached(state, ran, names, way))
+        explained = Explained(tuple(effects), problem, found, held_out(problem, found, folds))
         judged.append(_verdict(state, explained, rivals))
     judged.sort(key=lambda one: float(np.sum(one.explained.score.density)))
     return state, tuple(judged)
+
+
+def _reached(state: State, ran: Sequence[Arm], names: tuple[str, ...], way: int) -> Fit:
+    """The best fit of a set in one way of running the model: its own arm's, or one that goes on from another way's."""
+    own = [arm for arm in ran if arm.names == names]
+    fits = [arm.fit for arm in own if arm.way == way and arm.fit is not None]
+    if own[0].way != way and own[0].fit is not None:
+        fits.append(fit(state.ways[way], own[0].fit.parameters, own[0].fit.values, iterations=_TUNING))
+    return min(fits, key=lambda one: one.cost)
 
 
 def _refloored(state: State, accepted: Judged, rivals: int) -> tuple[State, Judged]:
@@ -168,15 +174,6 @@ def _as_given(problem: Problem, tuned: Explained) -> tuple[Score, Array]:
     exact = problem.at({}, _fine(problem.model))
     residual = exact.residuals([{}])[0]
     return score_of(exact, residual, replace(tuned.fit, discrepancy=exact.cost(residual)[1])), residual
-
-
-def _judge_otherwise(state: State, ran: Sequence[Arm], rivals: int, seed: int) -> tuple[State, tuple[Judged, ...]]:
-    """The same in the other way of running the model: one spin of the bit may hide what all the rest says."""
-    leader = ran[0]
-    assert leader.fit is not None
-    other = 1 - leader.way
-    found = fit(state.ways[other], leader.fit.parameters, leader.fit.values, iterations=_TUNING)
-    return _judge(state, [replace(leader, way=other, fit=found)], rivals, seed)
 
 
 def _verdict(state: State, explained: Explained, rivals: int) -> Judged:
@@ -230,20 +227,30 @@ def _in_way(state: State, problem: Problem, seed: int) -> State:
 
 
 def _explained(problem: Problem, effects: Sequence[Effect], found: Fit, folds: Folds) -> Explained:
-    """A fit finished where the cheap simulation equals the fine one, and held out.
+    """A fit finished and held out."""
+    exact, polished = _finished(problem, found)
+    return Explained(tuple(effects), exact, polished, held_out(exact, polished, folds))
 
-    Where what the mesh adds changes with every step, so that correcting the cheap simulation leads nowhere, the fine
-    one itself is fitted.
+
+def _finished(problem: Problem, found: Fit) -> tuple[Problem, Fit]:
+    """A fit finished where the cheap simulation equals the fine one.
+
+    Where what the mesh adds is a good part of the noise it changes with every step, and the fine one itself is fitted.
     """
     fine = _fine(problem.model)
     exact = problem.at(found.values, fine)
     polished = fit(exact, found.parameters, found.values, iterations=_POLISH)
     exact = problem.at(polished.values, fine)
-    polished = fit(exact, found.parameters, polished.values, iterations=1)
-    if fine > problem.how.fidelity and polished.cost > found.cost + _RECOVERED * problem.size:
+    if fine > problem.how.fidelity and _mesh_error(exact) > _COARSE:
         exact = problem.run_as(replace(problem.how, fidelity=fine))
-        polished = fit(exact, found.parameters, found.values, iterations=_POLISH + 2)
-    return Explained(tuple(effects), exact, polished, held_out(exact, polished, folds))
+        return exact, fit(exact, found.parameters, polished.values, iterations=_POLISH)
+    return exact, fit(exact, found.parameters, polished.values, iterations=1)
+
+
+def _mesh_error(problem: Problem) -> float:
+    """What finer simulations add, RMS in noise units of the channel that shows most; not where a miss accumulates."""
+    shown = [np.mean(problem.correction[p.rows] ** 2) for p in problem.pieces if not p.channel.accumulates]
+    return float(np.sqrt(max(shown, default=0.0)))
 
 
 def _tuned(problem: Problem, starts: Sequence[Values]) -> Fit:
@@ -338,17 +345,15 @@ def _joined(
 
 
 def _spread_out(problem: Problem, tuned: Fit, known: Sequence[Effect], chosen: Sequence[Effect]) -> list[Arm]:
-    """Arms of several effects at once, searched for widely in free runs: as long as one is missing the phase is off,
-    and no scan of an effect alone leads there.
+    """Arms of several effects at once, searched for widely: as long as one is missing the phase is off, and no scan of
+    an effect alone leads there.
     """
     spans = {parameter.name: _plausible(parameter) for parameter in tuned.parameters}
     for effect in chosen:
-        for parameter in effect.parameters:
-            spans[parameter.name] = parameter.lower, parameter.upper
-        amplitude = effect.parameters[0]
-        spans[amplitude.name] = (
-            max(amplitude.lower, effect.physical[0]), min(amplitude.upper, effect.physical[1])
-        )  # fmt: skip
+        for index, parameter in enumerate(effect.parameters):
+            scanned = [point[index] for point in effect.scan]
+            low, high = min(scanned), max(scanned)
+            spans[parameter.name] = (0.3 * low if low > 0.0 else low, high)
     return [Arm((*known, *chosen), 0, values, None, 2) for values in wide(problem, spans, tuned.values, seed=1)]
 
 

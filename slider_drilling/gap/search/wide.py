@@ -13,27 +13,21 @@ from slider_drilling.gap.problem.problem import Problem
 _POINTS, _BATCH = 512, 64
 _POPULATION, _GENERATIONS, _SPREAD = 24, 60, 0.2
 _BEGUN = 2
-_DECADE = 10.0
 
 
 def wide(
     problem: Problem, spans: Mapping[str, tuple[float, float]], fixed: Values, seed: int
 ) -> list[dict[str, float]]:
-    """The parameter values within spans (low, high by name) that leave the smallest gap, one of each population,
-    smallest first.
+    """The best parameter values found within spans (low, high by name), one of each population, cheapest first.
 
-    A likelihood that forgives errors which last would forgive a run that is out of phase; the gap does not. Spans over
-    decades are searched by their logarithm. fixed: values of everything else. Same seed, same answer.
+    fixed: values of everything else. Same seed, same answer.
     """
     import cma
 
     low, high = np.array([span[0] for span in spans.values()]), np.array([span[1] for span in spans.values()])
-    decades = (low > 0.0) & (high > _DECADE * low)
 
     def values(row: np.ndarray) -> dict[str, float]:
-        share = np.clip(row, 0.0, 1.0)
-        ratio = np.where(decades, high / np.where(decades, low, 1.0), 1.0)
-        inside = np.where(decades, low * ratio**share, low + (high - low) * share)
+        inside = low + (high - low) * np.clip(row, 0.0, 1.0)
         return dict(fixed) | {name: float(value) for name, value in zip(spans, inside, strict=True)}
 
     def costs(rows: np.ndarray) -> list[float]:
@@ -41,7 +35,7 @@ def wide(
         for begin in range(0, len(rows), _BATCH):
             residuals = problem.residuals([values(row) for row in rows[begin : begin + _BATCH]])
             found += [
-                problem.gap_squared(residual) if np.isfinite(residual).all() else float("inf") for residual in residuals
+                problem.cost(residual)[0] if np.isfinite(residual).all() else float("inf") for residual in residuals
             ]
         return found
 
