@@ -27,6 +27,7 @@ from slider_drilling.gap.choice.state import Explained, Judged
 from slider_drilling.gap.evidence.rivals import Rival
 from slider_drilling.gap.explain import Answer
 from slider_drilling.gap.model import Effect, Model
+from slider_drilling.gap.problem.noise import is_white
 
 NOT_FITTED = "fell behind in the race: others explained more with as many trials"
 # Widest interval of a share that still says something: beyond, what it is a share of is hardly there.
@@ -72,7 +73,9 @@ def _gap(answer: Answer, model: Model) -> Gap:
         nominal=answer.nominal, tuned=answer.tuned, with_effect=answer.with_effect if answer.effects else None,
         closed=closed, closed_interval=interval, threshold=answer.threshold,
         noise_floor={
-            name: Floor(floor.sigma, floor.declared, channels[name].unit, floor.method, None, floor.excess)
+            name: Floor(
+                floor.sigma, floor.declared, channels[name].unit, floor.method, _white(answer, name), floor.excess
+            )
             for name, floor in floors.items()
         },
         rms={
@@ -80,6 +83,14 @@ def _gap(answer: Answer, model: Model) -> Gap:
             for name, channel in channels.items()
         },
     )  # fmt: skip
+
+
+def _white(answer: Answer, channel: str) -> bool | None:
+    """Whether the final model leaves white noise of a channel in every run, None where no run can tell."""
+    known = answer.state.current
+    told = [is_white(known.fit.residual[p.rows]) for p in known.problem.pieces if p.name == channel]
+    sure = [one for one in told if one is not None]
+    return all(sure) if sure else None
 
 
 def _share(closed: float, interval: Interval, answer: Answer) -> tuple[float | None, Interval | None]:

@@ -16,7 +16,7 @@ from slider_drilling.gap.choice.state import Explained, Judged, State, Step
 from slider_drilling.gap.evidence.adequacy import adequacy
 from slider_drilling.gap.evidence.compare import LEVEL, Blocks, beats, gaps, make_blocks, share_closed
 from slider_drilling.gap.evidence.score import Folds, Score, held_out, make_folds, score_of
-from slider_drilling.gap.model import Array, Effect, Graded, How, Model, Parameter, Pulled, Values
+from slider_drilling.gap.model import Effect, Graded, How, Model, Parameter, Pulled, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, lowered, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.least_squares import Fit, fit
@@ -66,11 +66,11 @@ def begin(
         if again.cost < tuned.cost:
             explained = _explained(free, (), again, blocks.folds)
             enough = adequacy(explained.problem, explained.fit, explained.score, seed, effects)
-    given, residual = _as_given(free, explained)
+    given = _as_given(free, explained)
     good = given.gap <= enough.threshold and all(given.by_channel[c] <= v for c, v in enough.by_channel.items())
     ways = (free, free.run_as(How(0, PULL))) if _can_be_pulled(model) else (free,)
     return State(
-        tuple(floors), ways, given, residual, explained, explained, enough, enough, good, blocks, (),
+        tuple(floors), ways, given, explained, explained, enough, enough, good, blocks, (),
         explained.fit.simulations, done=enough.adequate,
     )  # fmt: skip
 
@@ -162,18 +162,16 @@ def _refloored(state: State, accepted: Judged, rivals: int) -> tuple[State, Judg
 
     tuned = again(state.tuned)
     current = tuned if state.current is state.tuned else again(state.current)
-    nominal, residual = _as_given(problem, tuned)
-    state = replace(
-        state, floors=floors, ways=ways, tuned=tuned, current=current, nominal=nominal, nominal_residual=residual
-    )
+    nominal = _as_given(problem, tuned)
+    state = replace(state, floors=floors, ways=ways, tuned=tuned, current=current, nominal=nominal)
     return state, _verdict(state, again(found), rivals)
 
 
-def _as_given(problem: Problem, tuned: Explained) -> tuple[Score, Array]:
-    """Score and residual (N,) of the model as given."""
+def _as_given(problem: Problem, tuned: Explained) -> Score:
+    """Score of the model as given."""
     exact = problem.at({}, _fine(problem.model))
     residual = exact.residuals([{}])[0]
-    return score_of(exact, residual, replace(tuned.fit, discrepancy=exact.cost(residual)[1])), residual
+    return score_of(exact, residual, replace(tuned.fit, discrepancy=exact.cost(residual)[1]))
 
 
 def _verdict(state: State, explained: Explained, rivals: int) -> Judged:
@@ -221,9 +219,9 @@ def _in_way(state: State, problem: Problem, seed: int) -> State:
 
     tuned = again(state.tuned)
     current = tuned if state.current is state.tuned else again(state.current)
-    given, residual = _as_given(problem, tuned)
+    given = _as_given(problem, tuned)
     enough = adequacy(tuned.problem, tuned.fit, tuned.score, seed)
-    return replace(state, tuned=tuned, current=current, nominal=given, nominal_residual=residual, tuned_enough=enough)
+    return replace(state, tuned=tuned, current=current, nominal=given, tuned_enough=enough)
 
 
 def _explained(problem: Problem, effects: Sequence[Effect], found: Fit, folds: Folds) -> Explained:
