@@ -6,9 +6,8 @@ import time
 from pathlib import Path
 from typing import Any, cast
 
-from rclpy.clock import Clock, JumpThreshold, ROSClock, TimeJump
+from rclpy.clock import Clock, ROSClock
 from rclpy.clock_type import ClockType
-from rclpy.duration import Duration
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
@@ -38,6 +37,8 @@ PARAMETERS = (
     Declared("paused", False, "begin paused: nothing is recorded before the service resume is called"),
 )
 RECORDED = (*TOPICS.values(), DIAGNOSTICS, link.PUMP_COMMAND, link.RIG_DESCRIPTION, link.CLOCK)
+BEAT = TOPICS["top_drive"]  # the topic by which a rig is seen to run
+CONNECT = 0.02  # s of wall time between two looks for it
 QUIET = 5.0  # s of wall time without a message after which the log says so
 LOOK_AROUND = 0.5  # s of wall time between two looks at who publishes what
 # Metadata records beside the one that every log has.
@@ -65,29 +66,28 @@ class Recorder(Node):
         self._paused_at: int | None = None
         self.messages = 0
         self._simulated_ns = 0
-        any_jump = JumpThreshold(min_forward=Duration(nanoseconds=1), min_backward=Duration(nanoseconds=-1))
-        self._jumps = self.get_clock().create_jump_callback(any_jump, post_callback=self._on_jump)
         self._last_message = time.monotonic()
         self._health = Health(self)
         if not self._bag.is_bag:
             self.get_logger().warning(f"{self._bag.folder} is the bag of another recording: {self.path.name} is "
                                       "not in its metadata.yaml")
         self.get_logger().info(f"recording to {self.path}")
-        self._beat = self.resolve_topic_name(TOPICS["top_drive"].name)
+        self._beat = self.resolve_topic_name(BEAT.name)
         self._rig_topic = self.resolve_topic_name(link.RIG_DESCRIPTION.name)
         self._clock_topic = self.resolve_topic_name(link.CLOCK.name)
         self._about = {self._rig_topic, self._clock_topic, self.resolve_topic_name(DIAGNOSTICS.name)}
         self._listening = Listening(self, wanted, self._receive)
         for topic in RECORDED:
-            self._listening.expect(topic, link.LATCHED if topic is link.RIG_DESCRIPTION else link.RELIABLE)
+            if topic is not BEAT:
+                self._listening.expect(topic, link.LATCHED if topic is link.RIG_DESCRIPTION else link.RELIABLE)
         if values["paused"]:
             self._paused_at = self._now()
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timers = [self.create_timer(FLUSH_PERIOD, self._on_flush, clock=steady),
-                        self.create_timer(LOOK_AROUND, self._listening.look_around, clock=steady)]
-        self._services = [self.create_service(Trigger, f"~/{name}", serve)
-                          for name, serve in (("pause", self._on_pause), ("resume", self._on_resume),
-                                              ("split", self._on_split))]
+        self._connecting = self.create_timer(CONNECT, self._connect, clock=steady)
+        self.create_timer(FLUSH_PERIOD, self._on_flush, clock=steady)
+        self.create_timer(LOOK_AROUND, self._listening.look_around, clock=steady)
+        for name, serve in (("pause", self._on_pause), ("resume", self._on_resume), ("split", self._on_split)):
+            self.create_service(Trigger, f"~/{name}", serve)
 
     @property
     def path(self) -> Path:
@@ -106,20 +106,28 @@ class Recorder(Node):
         return all(self._listening.publishers_of(self.resolve_topic_name(name)) >= count
                    for name, count in wanted.items())
 
+    def _connect(self) -> None:
+        """Listen to the beat once it is there: a simulator that counts its listeners begins when it sees this one.
+
+        It is the last that a rig announces, so that all its other topics are connected by then. One that were not
+        would be heard late, under times when others were heard that were sent long after.
+        """
+        if self.count_publishers(self._beat):
+            self.destroy_timer(self._connecting)
+            self._listening.expect(BEAT, link.RELIABLE)
+
     def _now(self) -> int:
-        # Simulated time stands still between two messages of /clock, and asking for it is dear.
+        # ROS 2's own hearing of /clock is best-effort and in no order with other topics; this node's is. Until it has
+        # heard something, and where it is not to, there is nothing but the other one.
         clock = cast(ROSClock, self.get_clock())
-        return self._simulated_ns if clock.ros_time_is_active else clock.now().nanoseconds
+        return self._simulated_ns if self._simulated_ns and clock.ros_time_is_active else clock.now().nanoseconds
 
     def _receive(self, heard: Heard) -> None:
         """Write one message."""
         now = self._now()
         try:
             if heard.topic == self._clock_topic:
-                # Whether a second subscription to the clock hears of a step before this one or after is left open.
-                now = max(0, cdr.read_clock(heard.data))
-                # This node's own hearing of it may come later than what was published after it.
-                self._simulated_ns = max(self._simulated_ns, now)
+                now = self._simulated_ns = max(0, cdr.read_clock(heard.data))
             elif heard.topic == self._rig_topic and not self._has_rig:
                 self._bag.attach_rig(cdr.read_string(heard.data))
                 self._has_rig = True
@@ -135,9 +143,6 @@ class Recorder(Node):
             self._last_message = time.monotonic()
             if self._health.is_due(now):
                 self._health.publish(now, [self._status()])
-
-    def _on_jump(self, jump: TimeJump) -> None:
-        self._simulated_ns = self.get_clock().now().nanoseconds
 
     def _status(self) -> Status:
         values = (("messages", str(self.messages)), ("lost", str(self.lost)))

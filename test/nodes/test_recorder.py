@@ -8,10 +8,12 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 import rclpy
 import yaml
+from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -61,10 +63,10 @@ class Bench:
             publisher.publish(cdr.joint_state(value * 10**8, "top_drive", float(value), 0.0, 0.0))  # type: ignore[attr-defined]
         self.turn(lambda: self.recorder.messages >= wanted)
 
-    def call(self, service: str) -> Trigger.Response:
-        client = self.node.create_client(Trigger, f"/recorder/{service}")
+    def call(self, service: str, kind: type = Trigger, **request: object) -> Any:
+        client = self.node.create_client(kind, f"/recorder/{service}")
         assert client.wait_for_service(10.0)
-        future = client.call_async(Trigger.Request())
+        future = client.call_async(kind.Request(**request))
         self.turn(future.done)
         return future.result()
 
@@ -227,6 +229,12 @@ def test_pause_and_resume(bench, tmp_path):
     one.end()
     assert read_log(tmp_path).top_drive.position.tolist() == [0, 1, 2, 6, 7]
     assert one.recorder.lost == 0
+
+
+def test_its_parameters_are_told_to_who_asks(bench, tmp_path):
+    one = bench(directory=str(tmp_path), notes="a slide")
+    assert one.call("get_parameters", GetParameters, names=["notes"]).values[0].string_value == "a slide"
+    one.end()
 
 
 def test_what_never_came_is_counted(bench, tmp_path):
