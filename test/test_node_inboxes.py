@@ -228,7 +228,7 @@ def test_only_a_controller_that_came_while_one_waits_is_asked_again():
 
 
 def test_the_first_sample_is_sent_again_where_its_answer_never_comes():
-    """DDS may show the simulator a controller to which it does not yet show the simulator: that one's answer is lost."""
+    """DDS may show the simulator to a controller later than the controller to it: an answer is lost then."""
     now = [0.0]
     newcomers = Newcomers(lambda: {b"first"}, lambda: now[0])
     newcomers.begin(0)
