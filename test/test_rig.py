@@ -59,5 +59,5 @@ def test_an_asperity_that_never_slides_steadily_is_refused_with_its_file_and_key
     from slider_drilling.rig import dump_rig
 
     rough = dump_rig(load_rig(EXAMPLE)).replace("shear_factor: 0.1", "shear_factor: 0.99")
-    with pytest.raises(InputError, match=r"mine\.yaml: contact\.shear_factor = 0\.99: with attack angles up to 16\.9"):
+    with pytest.raises(InputError, match=r"mine\.yaml: contact\.shear_factor = 0\.99: with attack angles up to "):
         parse_rig(rough, "mine.yaml")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, print_json, tell_written, units_option
+from slider_drilling.commands.options import deliver, json_option, units_option
 
 if TYPE_CHECKING:
     from slider_drilling.units import Units
@@ -47,8 +47,4 @@ def command(log: Path, output: Path, rig_path: Path | None, elements: int, units
         stdout().print(lines)
     for sentence in found.not_found:
         stderr().print(f"not found: {sentence}")
-    paths = write_study(shown, output, tree, units)
-    if as_json:
-        print_json({**tree, "wrote": paths})
-        return
-    tell_written(paths)
+    deliver(tree if as_json else None, lambda: write_study(shown, output, tree, units))

@@ -48,12 +48,13 @@ def run_campaign(
     repeat = {name: partial(repeat_command, controller=name, setting=setting, own_rig=own_rig) for name in found}
     tree = campaign_page.as_json(found, setting, code_version(), repeat)
     text = json.dumps(tree, indent=1, allow_nan=False)
-    write_whole(output / FILE, text.encode("utf-8"))
-    write_page(output / PAGE, campaign_page.campaign_page(found, setting, code_version(), repeat), SI)
     if as_json:
         click.echo(text)
     else:
         _print(found)
+    write_whole(output / FILE, text.encode("utf-8"))
+    write_page(output / PAGE, campaign_page.campaign_page(found, setting, code_version(), repeat), SI)
+    if not as_json:
         tell_written((output / FILE, output / PAGE))
     return ran.code
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -53,6 +53,22 @@ def _plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         return _plain(value.tolist())
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def deliver(tree: Mapping[str, Any] | None, write: Callable[[], Sequence[Path]]) -> None:
+    """Write an answer's files, then say which; with a tree, as JSON, the answer itself with it.
+
+    An answer may have taken minutes: whoever prints it as text does so before, and as JSON it is printed here whether
+    the files could be written or not.
+    """
+    written: Sequence[Path] = ()
+    try:
+        written = write()
+    finally:
+        if tree is not None:
+            print_json({**tree, "wrote": written})
+    if tree is None:
+        tell_written(written)
 
 
 def tell_written(paths: Iterable[Path]) -> None:
