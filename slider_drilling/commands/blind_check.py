@@ -146,7 +146,8 @@ def _report(
         return
     tree = as_json(cases, options)
     paths = (output / "blind.json", output / "blind.html")
-    if not to_json:
+
+    def show() -> None:
         for case in cases:
             stdout().print(_line(case))
         _print_totals(cases, units)
@@ -156,7 +157,7 @@ def _report(
         write_blind_page(paths[1], cases, tree, units)
         return paths
 
-    deliver(tree if to_json else None, write)
+    deliver(tree if to_json else None, show, write)
 
 
 def _line(case: Scored) -> str:

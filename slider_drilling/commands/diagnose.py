@@ -96,9 +96,8 @@ def command(
     for record in records:
         for note in record.notes:
             stderr().print(f"{record.source}: {note}")
-    if not as_json:
-        _print(diagnosed.found, units)
-    deliver(diagnosed.tree if as_json else None, lambda: diagnosed.save(output, units))
+    deliver(diagnosed.tree if as_json else None, lambda: _print(diagnosed.found, units),
+            lambda: diagnosed.save(output, units))  # fmt: skip
     return 0
 
 

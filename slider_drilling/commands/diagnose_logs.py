@@ -41,15 +41,13 @@ def diagnose_each(
         elif (why := results.error(key)) is not None:
             rows.append(_failed(log, name, why))
     tree = as_json(rows, code_version())
-    if not as_json_text:
-        _print(rows)
 
     def write() -> list[Path]:
         write_whole(output / FILE, (json.dumps(tree, indent=1, allow_nan=False) + "\n").encode("utf-8"))
         write_page(output / PAGE, page_of(rows), units)
         return [output / FILE, output / PAGE]
 
-    deliver(tree if as_json_text else None, write)
+    deliver(tree if as_json_text else None, lambda: _print(rows), write)
     return ran.code
 
 

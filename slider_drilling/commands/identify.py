@@ -85,10 +85,8 @@ def command(
             progress=report,
         )  # fmt: skip
     findings = _findings(data, found, seed)
-    if not as_json:
-        _print(found)
     page = _page(data, measured, found)
-    deliver(findings if as_json else None, lambda: write_study(page, output, findings, units))
+    deliver(findings if as_json else None, lambda: _print(found), lambda: write_study(page, output, findings, units))
 
 
 def _findings(path: Path, found: Identification, seed: int) -> dict[str, Any]:

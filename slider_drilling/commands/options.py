@@ -55,17 +55,18 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def deliver(tree: Mapping[str, Any] | None, write: Callable[[], Sequence[Path]]) -> None:
-    """Write an answer's files, then say which; with a tree, as JSON, the answer itself with it.
+def deliver(tree: Mapping[str, Any] | None, show: Callable[[], None], write: Callable[[], Sequence[Path]]) -> None:
+    """Write an answer's files, print it (the tree as JSON, without one by ``show``), and say what was written.
 
-    An answer may have taken minutes: whoever prints it as text does so before, and as JSON it is printed here whether
-    the files could be written or not.
+    An answer may have taken minutes: it is printed where no file could be written, and written where nobody reads it.
     """
     written: Sequence[Path] = ()
     try:
         written = write()
     finally:
-        if tree is not None:
+        if tree is None:
+            show()
+        else:
             print_json({**tree, "wrote": written})
     if tree is None:
         tell_written(written)

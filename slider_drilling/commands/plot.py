@@ -34,8 +34,6 @@ def command(log: Path, output: Path | None, namespace: str | None, units: Units,
     make_folder(folder)
     prepare_outputs((page, picture), (log,))
     summary = summarise(record)
-    if not as_json:
-        stdout().print(summary_table(summary, units=units))
     for note in record.notes:
         stderr().print(f"{log.name}: {note}")
 
@@ -44,4 +42,5 @@ def command(log: Path, output: Path | None, namespace: str | None, units: Units,
         write_picture(picture, record, units)
         return page, picture
 
-    deliver({"log": log, "summary": asdict(summary), "notes": record.notes} if as_json else None, write)
+    deliver({"log": log, "summary": asdict(summary), "notes": record.notes} if as_json else None,
+            lambda: stdout().print(summary_table(summary, units=units)), write)  # fmt: skip

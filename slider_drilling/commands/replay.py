@@ -43,7 +43,8 @@ def command(
     record = read_log(log, rig_path, namespace)
     replayed = replay(record, elements=elements)
     run = replayed.found
-    if not as_json:
+
+    def show() -> None:
         _print(run, units)
         for sentence in (*record.notes, *run.assumed):
             stderr().print(f"note: {sentence}")
@@ -58,7 +59,7 @@ def command(
     channels = {name: {"rms": rms, "rms_over_noise": replayed.rms_over_noise[name]}
                 for name, rms in replayed.rms.items()}
     tree = {"channels": channels, "assumed": run.assumed, "notes": record.notes}
-    deliver(tree if as_json else None, write)
+    deliver(tree if as_json else None, show, write)
 
 
 def _print(run: Replay, units: Units) -> None:

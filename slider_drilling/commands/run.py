@@ -149,8 +149,6 @@ def _tell(outcome: Outcome, keep: bool, as_json: bool, units: Units) -> None:
     more: tuple[tuple[str, str], ...] = ()
     if outcome.wall > 0.0:
         more = (("took", f"{outcome.wall:.1f} s, {outcome.simulated / outcome.wall:.1f} times real time"),)
-    if not as_json:
-        stdout().print(summary_table(summary, more, units))
     for note in log.notes:
         stderr().print(f"{outcome.log.name}: {note}")
     page, picture = (outcome.log.with_suffix(suffix) for suffix in (".html", ".png"))
@@ -164,4 +162,5 @@ def _tell(outcome: Outcome, keep: bool, as_json: bool, units: Units) -> None:
 
     log_file, interrupted = outcome.log, outcome.signal > 0
     figures = {"simulated_s": outcome.simulated, "wall_s": outcome.wall, "interrupted": interrupted}
-    deliver({**figures, "summary": asdict(summary)} if as_json else None, write)
+    deliver({**figures, "summary": asdict(summary)} if as_json else None,
+            lambda: stdout().print(summary_table(summary, more, units)), write)  # fmt: skip

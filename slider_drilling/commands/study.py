@@ -68,7 +68,8 @@ def command(name: str | None, listing: bool, output: Path, jobs: int, units: Uni
     names = list(STUDIES) if name == "all" else [name]
     finished = _run(names, output, jobs, units)
     ended = [finished[one] for one in names if one in finished]
-    if not as_json:
+
+    def show() -> None:
         for study, _ in ended:
             _print(study)
 
@@ -79,7 +80,7 @@ def command(name: str | None, listing: bool, output: Path, jobs: int, units: Uni
         index = [write_index([study for study, _ in ended], output, units)] if len(names) > 1 else []
         return [*(path for study, _ in ended for path in study_files(study.name, output)), *index]
 
-    deliver({"studies": [claims_json(study) for study, _ in ended]} if as_json else None, write)
+    deliver({"studies": [claims_json(study) for study, _ in ended]} if as_json else None, show, write)
 
 
 def _run(names: list[str], output: Path, jobs: int, units: Units) -> dict[str, tuple[Study, str]]:

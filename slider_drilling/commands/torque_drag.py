@@ -68,8 +68,6 @@ def command(
     notes = () if log is None else log.notes
     for note in notes:
         stderr().print(f"note: {note}")
-    if not as_json:
-        _print(sticks, units)
 
     def write() -> list[Path]:
         write_page(page, torque_drag_page(rig, sticks, points, notes, units), units)
@@ -80,7 +78,7 @@ def command(
         return written
 
     tree = {"at_total_depth": [_at_total_depth(one) for one in sticks], "notes": notes}
-    deliver(tree if as_json else None, write)
+    deliver(tree if as_json else None, lambda: _print(sticks, units), write)
 
 
 def _rig(rig_path: Path | None, log: RigLog | None, survey_path: Path | None) -> Rig:
