@@ -34,6 +34,8 @@ def wrong_in(out: Path, before: dict[Path, bytes], parts_too: bool) -> str:
                 continue
             return f"left {path.name}"
         wrong = _wrong_with(path, content)
+        if parts_too and "it holds no topics" in wrong:
+            continue  # a recording that was killed before its first chunk
         if wrong:
             return f"{path.relative_to(out)}: {wrong}"
     return ""
