@@ -57,14 +57,13 @@ def start(namespace: str, tmp_path: Path) -> Iterator[object]:
     started: list[Program] = []
 
     def start_one(name: str, within: str = "", **parameters: object) -> Program:
-        started.append(Program(name, namespace + within, tmp_path, **parameters))
+        started.append(Program(name, namespace + within, tmp_path, started, **parameters))
         return started[-1]
 
     yield start_one
     for program in started:
         if program.process.poll() is None:
-            program.process.kill()
-            program.process.communicate()
+            program.kill()
 
 
 @pytest.fixture
