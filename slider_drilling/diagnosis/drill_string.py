@@ -216,7 +216,7 @@ def rig_with(rig: Rig, values: Values) -> Rig:
             hydraulics, reference_pressure=hydraulics.reference_pressure * values.get("pressure_gain", 1.0)
         ),
     )
-    return replace(tuned, effects=_effects_with(tuned, _rectified(values)))
+    return replace(tuned, effects=_effects_with(tuned, _upright(_rectified(values))))
 
 
 def _effects_with(rig: Rig, values: Values) -> Effects:
@@ -235,6 +235,12 @@ def _rectified(values: Values) -> Values:
         return values
     phase = (values.get("heave.phase", 0.0) + 2.0 * np.pi) % (2.0 * np.pi) - np.pi
     return {**values, "heave.amplitude": -values["heave.amplitude"], "heave.phase": phase}
+
+
+def _upright(values: Values) -> Values:
+    """A bed whose ends a fit has moved past each other lies between them all the same."""
+    top, bottom = values.get("cuttings_bed.top", 0.0), values.get("cuttings_bed.bottom", np.inf)
+    return values if top <= bottom else {**values, "cuttings_bed.top": bottom, "cuttings_bed.bottom": top}
 
 
 def depth_probes(length: float, count: int = 10) -> tuple[tuple[Parameter, float, float], ...]:
