@@ -175,7 +175,7 @@ def test_all_topics_with_their_own_definitions(bench, tmp_path):
     message = Odometry(child_frame_id="sled")
     message.pose.covariance[35] = 4.5
     publisher.publish(message)
-    one.turn(lambda: one.recorder.messages > 0)
+    one.turn(lambda: one.recorder._listening._channels["/sled"].received > 0)   # /rosout is recorded, too
     one.end()
     (found,) = [each.ros_msg for each in read_ros2_messages(one.recorder.path) if each.channel.topic == "/sled"]
     assert found.child_frame_id == "sled" and found.pose.covariance[35] == 4.5
