@@ -25,7 +25,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Channel, How
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.log import read_log
-from slider_drilling.rig import FrictionInterval, Section, dump_rig, load_rig, parse_rig
+from slider_drilling.rig import FrictionInterval, Section, load_rig, parse_rig
 from slider_drilling.share import share_file
 
 
