@@ -127,7 +127,7 @@ def conclude(state: State, runtime: float) -> Answer:
         named, state = (), replace(state, current=state.tuned, enough=state.tuned_enough)
     if named:
         verdict = "effect" if enough else "effect_and_unknown"
-    elif not stronger and (enough or (rival is None and _within(state))):
+    elif enough and not stronger:
         verdict = "none" if state.nominal_enough else "parameters"
     else:
         verdict = "unknown"
@@ -140,12 +140,6 @@ def conclude(state: State, runtime: float) -> Answer:
         verdict, site, named, closed, interval, where, rival, None if state.partial else next_manoeuvre(state),
         _remarks(state), runtime, state,
     )  # fmt: skip
-
-
-def _within(state: State) -> bool:
-    """Whether the gap itself, whole and by channel, is within what the model leaves of its own replicates."""
-    limits, score = state.enough, state.tuned.score
-    return score.gap <= limits.threshold and not limits.beyond
 
 
 def _closed(state: State) -> tuple[float, tuple[float, float]]:

@@ -60,7 +60,7 @@ def begin(
     tuned = fit(free, tuned.parameters, tuned.values, iterations=2)
     explained = _explained(free, (), tuned, blocks.folds)
     enough = adequacy(explained.problem, explained.fit, explained.score, seed, effects)
-    if not enough.adequate:
+    if not enough.done:
         report("re-tuning from other starts", 0.06)
         again = _tuned(free, _scattered(free, tuned))
         if again.cost < tuned.cost:
@@ -71,7 +71,7 @@ def begin(
     ways = (free, free.run_as(How(0, PULL))) if _can_be_pulled(model) else (free,)
     return State(
         tuple(floors), ways, given, explained, explained, enough, enough, good, blocks, (),
-        explained.fit.simulations, done=enough.adequate,
+        explained.fit.simulations, done=enough.done,
     )  # fmt: skip
 
 
@@ -96,16 +96,17 @@ def step(
             refloored, accepted = _refloored(state, one, len(left))
             judged = tuple(accepted if other is one else other for other in judged)
             if accepted.passed:
-                return _with(refloored, Step(judged, accepted, group, promised), seed)
+                return _with(refloored, Step(judged, accepted, group, promised), left, seed)
     return replace(state, steps=(*state.steps, Step(judged, None, (), promised)), done=True)
 
 
-def _with(state: State, taken: Step, seed: int) -> State:
-    """The state with one more effect in it."""
+def _with(state: State, taken: Step, left: Sequence[Effect], seed: int) -> State:
+    """The state with one more effect in it; left: those that it was chosen from."""
     assert taken.accepted is not None
     found = taken.accepted.explained
-    enough = adequacy(found.problem, found.fit, found.score, seed)
-    return replace(state, current=found, enough=enough, steps=(*state.steps, taken), done=enough.adequate)
+    others = [effect for effect in left if effect.name not in found.names]
+    enough = adequacy(found.problem, found.fit, found.score, seed, others)
+    return replace(state, current=found, enough=enough, steps=(*state.steps, taken), done=enough.done)
 
 
 def _judge(

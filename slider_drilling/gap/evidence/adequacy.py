@@ -25,28 +25,35 @@ LEVEL = 0.01
 _FLOOR_SPREAD = 2.0
 # What two free numbers (size and memory) gain on white noise hardly ever: -2 log p.
 _FREE = 20.0
-# E^2 - 1 that no engineer would act upon: other codes for the same equations differ by as much.
-NEGLIGIBLE = 0.3
+# E^2 - 1 that no engineer would act upon, of the whole and of one channel: other codes for the same equations, and noise
+# with a colour, differ by as much.
+NEGLIGIBLE, NEGLIGIBLE_ALONE = 0.3, 0.5
 
 
 @dataclass(frozen=True)
 class Adequacy:
     """threshold: E that the model would leave of its own replicates at the stated level, or that is negligible;
     by_channel: likewise; beyond: channels that are above theirs, or that are not negligible and hold more structure
-    (a discrepancy that pays) than replicates do; adequate: whether neither the whole nor a channel is.
+    (a discrepancy that pays) than replicates do; adequate: whether neither the whole nor a channel is; hidden: whether
+    an effect that was looked for stands out in what is left as in no replicate, however small the gap.
     """
 
     threshold: float
     by_channel: dict[str, float]
     beyond: tuple[str, ...]
     adequate: bool
+    hidden: bool
+
+    @property
+    def done(self) -> bool:
+        """Whether there is nothing to look for."""
+        return self.adequate and not self.hidden
 
 
 def adequacy(problem: Problem, found: Fit, score: Score, seed: int, effects: Sequence[Effect] = ()) -> Adequacy:
     """Compare what a fit leaves with what it leaves of its own replicates.
 
-    effects: looked for in what is left (a score test): one that stands out there as in no replicate is reason enough to
-    go on, however small the gap.
+    effects: looked for in what is left (a score test).
     """
     generator = np.random.default_rng([seed, 7])
     residuals = _replicates(problem, found, generator)
@@ -54,7 +61,7 @@ def adequacy(problem: Problem, found: Fit, score: Score, seed: int, effects: Seq
     limits = _structure_limits(problem, residuals)
     names = dict.fromkeys(piece.name for piece in problem.pieces)
     whole = np.array([np.mean([np.mean(squares[piece.rows]) for piece in problem.pieces]) for squares in left])
-    channels, least = {}, float(np.sqrt(1.0 + NEGLIGIBLE))
+    channels, least = {}, float(np.sqrt(1.0 + NEGLIGIBLE_ALONE))
     for name in names:
         own = [piece for piece in problem.pieces if piece.name == name]
         draws = np.array([np.mean([np.mean(squares[piece.rows]) for piece in own]) for squares in left])
@@ -64,9 +71,9 @@ def adequacy(problem: Problem, found: Fit, score: Score, seed: int, effects: Seq
         if pays > limits[i] and score.by_channel[problem.pieces[i].name] > least
     }  # fmt: skip
     beyond = tuple(name for name, value in score.by_channel.items() if value > channels[name] or name in structured)
-    threshold = max(_upper(whole, LEVEL), least)
+    threshold = max(_upper(whole, LEVEL), float(np.sqrt(1.0 + NEGLIGIBLE)))
     hidden = bool(effects) and _stands_out(problem, found, residuals, effects)
-    return Adequacy(threshold, channels, beyond, score.gap <= threshold and not beyond and not hidden)
+    return Adequacy(threshold, channels, beyond, score.gap <= threshold and not beyond, hidden)
 
 
 def _stands_out(problem: Problem, found: Fit, residuals: list[Array], effects: Sequence[Effect]) -> bool:
