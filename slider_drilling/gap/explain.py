@@ -15,7 +15,7 @@ from slider_drilling.gap.choice.forward import begin, step
 from slider_drilling.gap.choice.state import Judged, State
 from slider_drilling.gap.evidence.compare import LEVEL, beats, gaps, share_closed
 from slider_drilling.gap.evidence.rivals import Rival, rivals
-from slider_drilling.gap.model import Effect, Model, Together, Values
+from slider_drilling.gap.model import Disturbed, Effect, Model, Together, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, noise_floor
 
 Report = Callable[[str, float], None]
@@ -153,13 +153,18 @@ def _closed(state: State) -> tuple[float, tuple[float, float]]:
 
 def _likeliest_site(state: State, found: Sequence[Rival]) -> str | None:
     """The site of what foretells most of all that was tried, whether or not it may be named: a law that passes no test
-    and a disturbance that no law describes act where something is missing.
+    and a disturbance that no law describes act where something is missing. Where none of them foretells more for
+    certain and one channel alone is off, that channel's own.
     """
     tried = [(one.effect.site, one.explained.score) for taken in state.steps[:1] for one in taken.judged]
     tried += [(rival.site, rival.score) for rival in found]
+    certain = [one for one in tried if beats(state.blocks, one[1], state.tuned.score, len(tried))]
+    model, off = state.tuned.problem.model, state.tuned_enough.beyond
+    if not certain and len(off) == 1 and isinstance(model, Disturbed):
+        return model.site_of(off[0])
     if not tried:
         return None
-    return min(tried, key=lambda one: float(np.sum(one[1].density)))[0]
+    return min(certain or tried, key=lambda one: float(np.sum(one[1].density)))[0]
 
 
 def _together(model: Model, candidates: Sequence[Effect]) -> list[list[Effect]]:
