@@ -118,13 +118,14 @@ def explain(
 
 def conclude(state: State, runtime: float) -> Answer:
     """The answer that the state supports."""
-    enough = state.enough.adequate
     named = state.current.names
-    found = [] if enough or state.partial else rivals(state.tuned, state.blocks.folds)
+    found = [] if state.enough.adequate or state.partial else rivals(state.tuned, state.blocks.folds)
     rival = found[0] if found and beats(state.blocks, found[0].score, state.tuned.score, len(found)) else None
     stronger = rival is not None and named and beats(state.blocks, rival.score, state.current.score, len(found))
     if stronger:
         named, state = (), replace(state, current=state.tuned, enough=state.tuned_enough)
+    foretold = _foretold(state) if named else rival is not None
+    enough = state.enough.adequate or (state.enough.within and not foretold)
     if named:
         verdict = "effect" if enough else "effect_and_unknown"
     elif enough and not stronger:
@@ -140,6 +141,14 @@ def conclude(state: State, runtime: float) -> Answer:
         verdict, site, named, closed, interval, where, rival, None if state.partial else next_manoeuvre(state),
         _remarks(state), runtime, state,
     )  # fmt: skip
+
+
+def _foretold(state: State) -> bool:
+    """Whether any flexible disturbance foretells more of what the final model leaves: if none does, what is left within
+    its limits is noise with a colour, not structure.
+    """
+    found = rivals(state.current, state.blocks.folds)
+    return any(beats(state.blocks, one.score, state.current.score, len(found)) for one in found)
 
 
 def _closed(state: State) -> tuple[float, tuple[float, float]]:
@@ -159,7 +168,8 @@ def _likeliest_site(state: State, found: Sequence[Rival]) -> str | None:
     tried = [(one.effect.site, one.explained.score) for taken in state.steps[:1] for one in taken.judged]
     tried += [(rival.site, rival.score) for rival in found]
     certain = [one for one in tried if beats(state.blocks, one[1], state.tuned.score, len(tried))]
-    model, off = state.tuned.problem.model, state.tuned_enough.beyond
+    model, left = state.tuned.problem.model, state.tuned_enough
+    off = left.beyond or left.structured
     if not certain and len(off) == 1 and isinstance(model, Disturbed):
         return model.site_of(off[0])
     if not tried:

@@ -17,7 +17,7 @@ from slider_drilling.gap.evidence.adequacy import adequacy
 from slider_drilling.gap.evidence.compare import LEVEL, Blocks, beats, gaps, make_blocks, share_closed
 from slider_drilling.gap.evidence.score import Folds, Score, held_out, make_folds, score_of
 from slider_drilling.gap.model import Effect, Graded, How, Model, Parameter, Pulled, Values
-from slider_drilling.gap.problem.noise import NoiseFloor, lowered, sigmas
+from slider_drilling.gap.problem.noise import NoiseFloor, coloured, lowered, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import FINALISTS, Arm, begun_again, parameters_of, race
@@ -37,7 +37,7 @@ _TUNING, _POLISH = 14, 3
 _COARSE = 0.5
 # A way of running the model whose cost is so much above the other's is not raced in.
 _AS_GOOD = 0.03
-# A floor that falls by less is the same.
+# A floor that falls or rises by less is the same.
 _SAME_FLOOR = 0.95
 _SCATTERED, _FOLLOWED = 32, 2
 
@@ -146,11 +146,11 @@ def _reached(state: State, ran: Sequence[Arm], names: tuple[str, ...], way: int)
 
 
 def _refloored(state: State, accepted: Judged, rivals: int) -> tuple[State, Judged]:
-    """The same with floors that the better model shows to be lower: its kinks had been taken for noise."""
+    """The same with floors that the better model shows: what were kinks of the signal had been taken for noise."""
     found = accepted.explained
     floors = _lowered(found.problem, found.fit, state.floors)
     ratios = [floors[p.run][p.name].sigma / state.floors[p.run][p.name].sigma for p in found.problem.pieces]
-    if min(ratios) > _SAME_FLOOR:
+    if all(_SAME_FLOOR < ratio < 1.0 / _SAME_FLOOR for ratio in ratios):
         return state, accepted
     free = build_problem(found.problem.model, [sigmas(own) for own in floors])
     ways = tuple(free.run_as(problem.how) for problem in state.ways)
@@ -282,10 +282,15 @@ def _plausible(parameter: Parameter) -> tuple[float, float]:
 def _lowered(
     problem: Problem, tuned: Fit, floors: Sequence[dict[str, NoiseFloor]]
 ) -> tuple[dict[str, NoiseFloor], ...]:
+    """Floors by what a fit leaves: without the signal's own kinks, and with the colour of the noise."""
     found = [dict(own) for own in floors]
-    for piece in problem.pieces:
+    for index, piece in enumerate(problem.pieces):
         left = tuned.residual[piece.rows] * piece.noise
-        found[piece.run][piece.name] = lowered(found[piece.run][piece.name], left)
+        floor = lowered(found[piece.run][piece.name], left)
+        if index in tuned.discrepancy and piece.interval.size > 1:
+            shared, interval = tuned.discrepancy[index], float(np.median(piece.interval[1:]))
+            floor = coloured(floor, shared.size * piece.noise / floor.sigma, shared.memory, interval)
+        found[piece.run][piece.name] = floor
     return tuple(found)
 
 

@@ -33,16 +33,23 @@ NEGLIGIBLE, NEGLIGIBLE_ALONE = 0.3, 0.5
 @dataclass(frozen=True)
 class Adequacy:
     """threshold: E that the model would leave of its own replicates at the stated level, or that is negligible;
-    by_channel: likewise; beyond: channels that are above theirs, or that are not negligible and hold more structure
-    (a discrepancy that pays) than replicates do; adequate: whether neither the whole nor a channel is; hidden: whether
-    an effect that was looked for stands out in what is left as in no replicate, however small the gap.
+    by_channel: likewise; beyond: channels that are above theirs; structured: those that are not negligible and hold
+    more structure (a discrepancy that pays) than replicates do; within: whether neither the whole nor a channel is
+    above its threshold; hidden: whether an effect that was looked for stands out in what is left as in no replicate,
+    however small the gap.
     """
 
     threshold: float
     by_channel: dict[str, float]
     beyond: tuple[str, ...]
-    adequate: bool
+    structured: tuple[str, ...]
+    within: bool
     hidden: bool
+
+    @property
+    def adequate(self) -> bool:
+        """Whether what is left is no more, and no other, than what replicates leave."""
+        return self.within and not self.structured
 
     @property
     def done(self) -> bool:
@@ -70,10 +77,11 @@ def adequacy(problem: Problem, found: Fit, score: Score, seed: int, effects: Seq
         problem.pieces[i].name for i, pays in problem.structure(found.residual).items()
         if pays > limits[i] and score.by_channel[problem.pieces[i].name] > least
     }  # fmt: skip
-    beyond = tuple(name for name, value in score.by_channel.items() if value > channels[name] or name in structured)
+    beyond = tuple(name for name, value in score.by_channel.items() if value > channels[name])
     threshold = max(_upper(whole, LEVEL), float(np.sqrt(1.0 + NEGLIGIBLE)))
     hidden = bool(effects) and _stands_out(problem, found, residuals, effects)
-    return Adequacy(threshold, channels, beyond, score.gap <= threshold and not beyond, hidden)
+    within = score.gap <= threshold and not beyond
+    return Adequacy(threshold, channels, beyond, tuple(sorted(structured)), within, hidden)
 
 
 def _stands_out(problem: Problem, found: Fit, residuals: list[Array], effects: Sequence[Effect]) -> bool:

@@ -21,15 +21,17 @@ _FEWEST = 100
 # Noise this many times what is declared is reported, and what is above counts as gap.
 BELIEVED = 2.0
 _LAGS, _UNLIKELY = 10, 0.01
+# Samples that noise may remember.
+_FEW = 10.0
 
 
 @dataclass(frozen=True)
 class NoiseFloor:
     """sigma in the channel's unit: what residuals are counted in.
 
-    method: ``differences``, ``declared`` or ``resolution``; declared: what somebody states, None if nobody does; seen:
-    what the record shows; excess: seen over declared where that is more than is believed, else None; least: what the
-    record's own digits scatter, below which no floor falls.
+    method: ``differences``, ``colour`` (differences and what a few samples share), ``declared`` or ``resolution``;
+    declared: what somebody states, None if nobody does; seen: what the record shows; excess: seen over declared where
+    that is more than is believed, else None; least: what the record's own digits scatter, below which no floor falls.
     """
 
     sigma: float
@@ -64,12 +66,24 @@ def noise_floor(channel: Channel) -> NoiseFloor:
 
 def lowered(floor: NoiseFloor, left: Array) -> NoiseFloor:
     """The floor once a model has taken the signal's own kinks away; left (n,): residual in the channel's unit."""
-    if floor.method != "differences" or floor.seen is None:
+    if floor.method not in ("differences", "colour") or floor.seen is None:
         return floor
     reached = max(difference_noise(left), floor.least)
     if not reached < floor.seen:
         return floor
-    return _believed(replace(floor, sigma=reached, seen=reached, excess=None))
+    return _believed(replace(floor, sigma=reached, seen=reached, excess=None, method="differences"))
+
+
+def coloured(floor: NoiseFloor, size: float, memory: float, interval: float) -> NoiseFloor:
+    """The floor with what a few samples share, up to the noise that is declared: sensors are seldom white, and a slow
+    part of the noise leaves no trace in differences.
+
+    size, memory: of the discrepancy that a model leaves, in the floor's sigma and s; interval: s between samples.
+    """
+    if floor.method != "differences" or not floor.declared or memory > _FEW * interval:
+        return floor
+    reached = min(floor.sigma * float(np.sqrt(1.0 + size**2)), floor.declared)
+    return replace(floor, sigma=reached, method="colour") if reached > floor.sigma else floor
 
 
 def _believed(floor: NoiseFloor) -> NoiseFloor:
