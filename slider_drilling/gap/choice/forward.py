@@ -79,7 +79,8 @@ def step(
     state: State, effects: Sequence[Effect], together: Sequence[Sequence[Effect]], seed: int, report: Report
 ) -> State:
     """Race the effects that may come next, judge the finalists on unseen data, and accept the best that passes."""
-    left = [effect for effect in effects if effect.name not in state.current.names]
+    had = {one.accepted.effect.name for one in state.steps if one.accepted is not None}
+    left = [effect for effect in effects if effect.name not in had]
     if not left or len(state.current.effects) >= MOST_EFFECTS:
         return replace(state, done=True)
     turn = len(state.steps)
@@ -96,7 +97,8 @@ def step(
             refloored, accepted = _refloored(state, one, len(left))
             judged = tuple(accepted if other is one else other for other in judged)
             if accepted.passed:
-                return _with(refloored, Step(judged, accepted, group, promised), left, seed)
+                taken = _with(refloored, Step(judged, accepted, group, promised), left, seed)
+                return _without_needless(taken, left, seed)
     return replace(state, steps=(*state.steps, Step(judged, None, (), promised)), done=True)
 
 
@@ -107,6 +109,21 @@ def _with(state: State, taken: Step, left: Sequence[Effect], seed: int) -> State
     others = [effect for effect in left if effect.name not in found.names]
     enough = adequacy(found.problem, found.fit, found.score, seed, others)
     return replace(state, current=found, enough=enough, steps=(*state.steps, taken), done=enough.done)
+
+
+def _without_needless(state: State, left: Sequence[Effect], seed: int) -> State:
+    """The state without an earlier effect that the newest makes needless: nothing is foretold worse without it."""
+    for earlier in state.current.effects[:-1]:
+        rest = tuple(effect for effect in state.current.effects if effect is not earlier)
+        own = {parameter.name for parameter in earlier.parameters}
+        problem = next(way for way in state.ways if way.how.pull == state.current.problem.how.pull)
+        begin = {name: value for name, value in state.current.fit.values.items() if name not in own}
+        found = fit(problem, parameters_of(problem, rest), begin, iterations=_TUNING)
+        reduced = _explained(problem, rest, found, state.blocks.folds)
+        if not beats(state.blocks, state.current.score, reduced.score):
+            enough = adequacy(reduced.problem, reduced.fit, reduced.score, seed, left)
+            state = replace(state, current=reduced, enough=enough, done=enough.done)
+    return state
 
 
 def _judge(
