@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from slider_drilling.rig import Rig
 
+# Response time: a longer string lets weight go later, and all at once where it hung on the wall.
+_TIME_PER_METRE, _SHORTEST_TIME = 5.4e-3, 18.0   # s/m, s
+
 
 class AutoDriller:
     """PI on differential pressure about the block speed that the rig file's bit and motor need.
@@ -31,7 +34,8 @@ class AutoDriller:
         return rate_of_penetration / self.speed_per_pressure
 
     def configure(self, rig: Rig, response_time: float, max_block_speed: float) -> None:
-        """Another response time (s) and fastest lowering (m/s) from now on."""
+        """Another response time (s, 0 for one that suits the string) and fastest lowering (m/s) from now on."""
+        response_time = response_time or max(_TIME_PER_METRE * rig.string.length, _SHORTEST_TIME)
         self._gain = self.weight_per_pressure / (axial_stiffness(rig) * response_time)      # m/(s Pa)
         self._integral_time = 10.0 * response_time
         self._max_block_speed = max_block_speed

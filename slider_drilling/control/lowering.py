@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 from slider_drilling.control.approach import Approach
@@ -18,8 +17,6 @@ if TYPE_CHECKING:
 _LOADED_SHARE = 0.8          # of the pressure asked for, from which on the string slides steadily
 _TOUCHED_SHARE = 0.1         # of the pressure wanted, at which the bit is on bottom again
 _EASED, _LEAST_SHARE, _RESTORED = 0.02, 0.6, 0.0006   # of the pressure wanted: at a torque limit, the least, per s
-_NEAR, _FAR = math.radians(15.0), math.radians(60.0)   # errors between which weight is given ever more slowly
-_LEAST_RAMP = 0.1            # of the ramp that is set
 
 
 class Lowering:
@@ -83,11 +80,8 @@ class Lowering:
         self.driller.restart()
         return 0.0
 
-    def speed(self, pressure: DifferentialPressure, position: float, error: float, step: float) -> float:
-        """Block speed, m/s. position: m, of the block; error: rad, of the tool-face; step: s since the last sample.
-
-        First the tool-face, then the weight: each newton turns the bit, and what turns it back arrives late.
-        """
+    def speed(self, pressure: DifferentialPressure, position: float, step: float) -> float:
+        """Block speed, m/s. position: m, of the block; step: s since the last sample."""
         if self.lock_up.stops:
             self.driller.follow(pressure.smooth)
             return 0.0
@@ -95,6 +89,5 @@ class Lowering:
             return self.approach.speed(position, self._settings.max_block_speed, self.drag.share, step)
         self.approach.touched()
         self.approach.drilling(position, pressure.quick, step)
-        patience = min(max((_FAR - abs(error)) / (_FAR - _NEAR), _LEAST_RAMP), 1.0)
-        ramp = patience * self.wanted / self._settings.pressure_ramp_time
+        ramp = self.wanted / self._settings.pressure_ramp_time
         return self.driller.update(pressure.smooth, self.asked, ramp, step, self.drag.arriving)

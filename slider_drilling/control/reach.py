@@ -18,11 +18,13 @@ _NEAR = 0.05               # share of drag beyond, up to which the swing has a s
 _SWING, _ENOUGH = math.radians(1.8), math.radians(1.5)   # rad: less from here, no more from here
 _PER_SWING = 0.0006 / math.radians(1.0)   # of the amplitude per s and rad of swing beyond
 _FASTEST_LESS = 0.0015     # of the amplitude per s, for the swing is known late
-_STUCK = 0.0025            # of the amplitude per s, while what pulls does not turn the bit
+_STUCK = 0.002             # of the amplitude per s, while what pulls does not turn the bit,
+_HOLDS = 0.16              # ... and as much of the drag as this says that pipe holds it
 _SMALLEST, _LARGEST = 0.65, 1.8    # of the amplitude that the breakover test found
 _WINDOW = 50.0             # s, over which what pulls is held against what turns
-_PULLED = math.radians(30.0)       # rad in that window, that what pulls should have turned
+_PULLED = math.radians(18.0)       # rad in that window, that what pulls should have turned
 _TURNED_SHARE = 0.35       # of it, below which the bit is stuck
+_URGED = 20.0              # s, in which the urge comes and goes
 _ASKED = math.radians(6.0)         # of error, which the pull is meant to mend
 
 
@@ -32,6 +34,7 @@ class Reach:
     def __init__(self) -> None:
         self.share = 1.0
         self.stuck = False       # what pulls does not turn the bit
+        self.urge = 0.0          # 0 to 1: how long that has been so
         self._expected = 0.0     # rad/s, of the tool-face, by what pulls
         self._turning = 0.0      # rad/s, as estimated
         self._tool_face = math.nan
@@ -49,6 +52,7 @@ class Reach:
         along = math.copysign(self._turning, self._turning * self._expected)
         asked = error * self._expected > 0.0 and abs(error) > _ASKED
         self.stuck = asked and abs(self._expected) * _WINDOW > _PULLED and along < _TURNED_SHARE * abs(self._expected)
+        self.urge += (1.0 - math.exp(-step / _URGED)) * (float(self.stuck) - self.urge)
 
     def update(self, drag: float, swing: float, swing_sigma: float, step: float) -> None:
         """Take the share of drag, and the swing (rad) with its one-sigma."""
@@ -56,7 +60,7 @@ class Reach:
             return
         beyond = drag - _DRAG
         rate = _DEEPER * min(beyond, _MOST_OFF) if beyond > 0.0 else _LESS * min(max(beyond + _SLACK, _LEAST_OFF), 0.0)
-        if self.stuck:
+        if self.stuck and drag > _HOLDS:
             rate = max(rate, _STUCK)
         elif beyond < _NEAR:
             if swing - swing_sigma > _SWING:

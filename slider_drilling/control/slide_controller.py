@@ -305,7 +305,8 @@ class SlideController:
         if self._estimator.known:
             self._trim_pull(step)
             # While the string slides fast it turns freely, and means over a stroke say little.
-            lead = 0.0 if self._lowering.approach.fast else min(max(s.gain * self.error, -s.max_lead), s.max_lead)
+            lead = (1.0 + self._reach.urge) * s.gain * self.error
+            lead = 0.0 if self._lowering.approach.fast else min(max(lead, -s.max_lead), s.max_lead)
             wanted = self._target - self._estimator.offset + lead + self._trim
         share = 1.0 - math.exp(-step / (_CENTRE_TIME * self._period_now()))
         self._aim += share * (wanted - self._aim)
@@ -364,7 +365,7 @@ class SlideController:
             return self._lowering.rest()
         if not self._permission.lower or self._testing() or self._motion() is not Motion.ROCK:
             return 0.0
-        return self._lowering.speed(self._pressure, self._watch.value["block_position"], self.error, self._watch.step)
+        return self._lowering.speed(self._pressure, self._watch.value["block_position"], self._watch.step)
 
     def status(self) -> tuple[Status, ...]:
         """The tool-face and its error, what was learnt of the string, the zones, and every interlock with its

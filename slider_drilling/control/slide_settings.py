@@ -30,7 +30,7 @@ class SlideSettings:
     rate_of_penetration: float = setting(0.0025, "m/s", 0.0, 0.05, "drilling rate that sets the pressure wanted")
     differential_pressure: float = setting(0.0, "Pa", 0.0, 20e6, "pressure wanted; 0: from the drilling rate")
     pressure_ramp_time: float = setting(60.0, "s", 5.0, 600.0, "from no weight on bit to the pressure wanted")
-    auto_driller_time: float = setting(18.0, "s", 5.0, 600.0, "in which an error of pressure decays")
+    auto_driller_time: float = setting(0.0, "s", 0.0, 600.0, "in which an error of pressure decays; 0: own")
     max_block_speed: float = setting(0.1, "m/s", 0.0, 0.1, "fastest lowering")
     pick_up_speed: float = setting(0.2, "m/s", 0.005, 0.5, "at which the bit is lifted after a stall")
     compensation_speed: float = setting(0.2, "m/s", 0.0, 1.0, "fastest that the block moves against heave; 0: not")
