@@ -6,11 +6,13 @@ import hashlib
 import os
 import stat
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from slider_drilling.errors import InputError
 
+_LONGEST_LINE = 1_000_000
 _NO_FILES = ("/dev/", "/proc/")  # even where a link there leads to a file, whoever opened it goes on writing to it
 
 
@@ -19,12 +21,30 @@ def read_text(path: str | os.PathLike[str], what: str, longest: int | None = Non
 
     longest: bytes that such a file has at most. Raises InputError.
     """
-    try:
+    with _readable(path, what):
         with open(path, "rb") as file:
             content = file.read(-1 if longest is None else longest + 1)
         if longest is not None and len(content) > longest:
             raise InputError(f"{path}: longer than {longest / 1e6:g} MB, which no {what} is; check the path")
         return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+
+
+def text_lines(path: str | os.PathLike[str], what: str) -> Iterator[str]:
+    """A UTF-8 file's lines, each with its end, read as they are asked for; errors as of `read_text`."""
+    with _readable(path, what), open(path, encoding="utf-8-sig") as file:
+        number = 0
+        while line := file.readline(_LONGEST_LINE):
+            number += 1
+            if len(line) == _LONGEST_LINE:
+                raise InputError(f"{path}: line {number}: longer than a million characters; is this a {what}?")
+            yield line
+
+
+@contextmanager
+def _readable(path: str | os.PathLike[str], what: str) -> Iterator[None]:
+    """Failures to open, read and decode a file as errors that name it."""
+    try:
+        yield
     except FileNotFoundError:
         raise InputError(f"{path}: no such {what}; check the path") from None
     except OSError as error:

@@ -1,6 +1,7 @@
 """The rig as a gymnasium environment: its own checker, what an action does, what a reward is made of."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -49,3 +50,10 @@ def test_a_seed_is_an_episode():
 def test_a_step_before_a_reset_is_an_error():
     with pytest.raises(RuntimeError, match="reset"):
         SlideEnvironment(HOLD, elements=20).step(np.zeros(2, np.float32))
+
+
+def test_code_of_the_control_page_runs(repository):
+    (code,) = re.findall(r"```py\n(.*?)```", (repository / "docs" / "control.md").read_text(), re.DOTALL)
+    names = {}
+    exec(code, names)
+    assert names["environment"].observation_space.contains(names["observation"]) and not names["ended"]

@@ -187,7 +187,7 @@ def test_batch_makes_each_run_a_controller(rig: sd.Rig) -> None:
 
 @pytest.mark.parametrize(("drive", "duration", "said"), [
     ("nowhere:Mine", 5.0, "cannot be imported"),
-    ("slider_drilling.control:SlideController", None, "needs a duration"),
+    ("slider_drilling.control:SlideController", None, "duration is missing"),
     (object(), 5.0, "drives nothing"),
 ])  # fmt: skip
 def test_what_drives_nothing_is_refused(rig: sd.Rig, drive: object, duration: float | None, said: str) -> None:
@@ -234,3 +234,38 @@ def test_study(tmp_path: Path) -> None:
     assert studied.plot().data
     with pytest.raises(sd.InputError, match="no such study"):
         sd.study("nothing")
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"duration": float("nan")}, r"simulate: duration = nan s: must be finite"),
+        ({"duration": float("inf")}, r"simulate: duration = inf s: must be finite"),
+        ({"duration": 1e9}, r"simulate: duration = 1e\+09 s: makes 1e\+10 samples at 10 Hz"),
+        ({"duration": 1e-3}, r"simulate: duration = 0.001 s: makes 0.01 samples"),
+        ({"duration": None}, r"simulate: duration is missing"),
+        ({"target": float("nan")}, r"simulate: target = nan: must be a finite number of rad"),
+        ({"start": sd.Start(twist=float("inf"))}, r"simulate: start\.twist = inf: must be a finite"),
+        ({"seed": -1}, r"simulate: seed = -1: must be a whole number"),
+        ({"elements": 3}, r"simulate: elements = 3: must be within 10 to 5000"),
+        ({"rig": sd.load_rig().with_({"effects.friction_drift.rate": -0.01}), "duration": 120.0},
+         r"effects\.friction_drift\.rate = -0\.01: leaves no friction after 100 s, and the run takes 120 s"),
+    ],
+)  # fmt: skip
+def test_arguments_of_a_run_are_checked(rig: sd.Rig, changed: dict[str, object], said: str) -> None:
+    asked = {"rig": rig, "duration": 10.0, "elements": ELEMENTS, **changed}
+    with pytest.raises(sd.InputError, match=said):
+        sd.simulate(asked.pop("rig"), "slider_drilling.control:SlideController", **asked)
+
+
+def test_commands_that_outlast_the_friction_are_refused(rig: sd.Rig) -> None:
+    drifting = rig.with_({"effects.friction_drift.rate": -0.01})
+    commands = sd.rocking(rig, 120.0, amplitude=10.0, period=15.0)
+    for ran in (sd.simulate, sd.batch):
+        with pytest.raises(sd.InputError, match="leaves no friction after 100 s"):
+            ran(drifting, commands, elements=ELEMENTS)
+    still = sd.Commands(*np.zeros((6, 1)))
+    with pytest.raises(sd.InputError, match=r"simulate: commands: 1 sample"):
+        sd.simulate(rig, still, elements=ELEMENTS)
+    with pytest.raises(sd.InputError, match="rocking: centre = nan"):
+        sd.rocking(rig, 10.0, amplitude=1.0, period=5.0, centre=float("nan"))

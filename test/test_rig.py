@@ -53,3 +53,11 @@ def test_mistake_is_named_in_one_line(right, wrong, said):
 def test_missing_file_is_named(tmp_path):
     with pytest.raises(InputError, match="no such rig file"):
         load_rig(tmp_path / "absent.yaml")
+
+
+def test_an_asperity_that_never_slides_steadily_is_refused_with_its_file_and_key() -> None:
+    from slider_drilling.rig import dump_rig
+
+    rough = dump_rig(load_rig(EXAMPLE)).replace("shear_factor: 0.1", "shear_factor: 0.99")
+    with pytest.raises(InputError, match=r"mine\.yaml: contact\.shear_factor = 0\.99: with attack angles up to "):
+        parse_rig(rough, "mine.yaml")

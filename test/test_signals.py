@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import random
 import signal
 import subprocess
 import sys
@@ -10,6 +11,11 @@ import time
 from pathlib import Path
 
 import pytest
+
+sys.path.insert(0, str(Path(__file__).parent / "fuzz"))
+import kills
+from commands import COMMANDS, make_inputs
+from tally import FINE
 
 BODY = """\
 import os, signal, sys
@@ -114,3 +120,13 @@ def test_a_controller_stuck_in_its_step_is_ended_and_leaves_nobody(tmp_path: Pat
     finally:
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
+
+
+@pytest.mark.parametrize("number", kills.SIGNALS)
+def test_a_killed_import_leaves_a_whole_log_or_the_one_of_before(number: signal.Signals, tmp_path: Path) -> None:
+    """One of `python test/fuzz kills`, which does so to every command."""
+    make_inputs(tmp_path)
+    (tmp_path / "before").mkdir()
+    (tmp_path / "before" / "imported.mcap").write_bytes((tmp_path / "run.mcap").read_bytes())
+    after = random.Random(f"a small kill {number}").uniform(0.2, 1.5)
+    assert kills.killed(COMMANDS["import"], number, after, tmp_path / "before", tmp_path) in FINE

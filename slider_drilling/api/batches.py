@@ -13,11 +13,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slider_drilling import drillstring
+from slider_drilling.api.checks import check_commands, check_elements, check_seed
 from slider_drilling.api.readings import log_of, readings_of
 from slider_drilling.api.runs import UNITS, Run, simulate
 from slider_drilling.columns import Columns
 from slider_drilling.control.protocol import Controller
 from slider_drilling.drillstring import ELEMENTS, Commands, Response
+from slider_drilling.drillstring.record import finite
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
 
@@ -108,6 +110,10 @@ def batch(
     if isinstance(drive, Commands):
         if duration is not None:
             raise InputError("batch: duration: commands have their own; leave it out")
+        check_seed(seed, "batch")
+        check_elements(elements, "batch")
+        for rig in made:
+            check_commands(rig, drive, "batch")
         runs = _side_by_side(made, drive, seed, elements, workers)
         progress(len(runs))
         return Batch(runs, labels)
@@ -144,7 +150,7 @@ def _side_by_side(rigs: list[Rig], commands: Commands, seed: int, elements: int,
     responses: dict[int, Response] = {}
     for indices in alike.values():
         found = drillstring.simulate_batch([rigs[i] for i in indices], commands, elements, workers=workers)
-        responses.update(zip(indices, found, strict=True))
+        responses.update(zip(indices, map(finite, found), strict=True))
     return tuple(
         Run(rig, commands, responses[k],
             log_of(rig, commands, responses[k], readings_of(rig, responses[k], seed + k), (), f"run {k}"), "commands")

@@ -28,8 +28,13 @@ def rocking(
     reached over the first period; block_speed: m/s, positive lowers; pump_speed: rad/s, the one for the reference flow
     if None; interval: s between samples, that of the rig's sensors if None. Raises InputError.
     """
-    if not (np.isfinite(duration) and duration > 0.0):
-        raise InputError(f"rocking: duration = {duration} s: must be finite and positive")
+    given = {"duration": duration, "centre": centre, "block_speed": block_speed, "pump_speed": pump_speed or 0.0,
+             "interval": interval or 1.0}  # fmt: skip
+    for name, value in given.items():
+        if not np.isfinite(value):
+            raise InputError(f"rocking: {name} = {value}: must be a finite number")
+    if duration <= 0.0 or given["interval"] <= 0.0:
+        raise InputError(f"rocking: duration = {duration} s, interval = {interval} s: must be above 0")
     wave = Rocking(amplitude, period, rounding)
     step = 1.0 / rig.sensors.rate if interval is None else interval
     time = step * np.arange(round(duration / step) + 1, dtype=np.float64)

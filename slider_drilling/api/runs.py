@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -12,11 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slider_drilling import drillstring
+from slider_drilling.api.checks import check_commands, check_run
 from slider_drilling.api.readings import Readings, log_of, readings_of
 from slider_drilling.columns import Columns, Sampled, joined
 from slider_drilling.control.load import load_controller, set_target, step_checked
 from slider_drilling.control.protocol import Controller
 from slider_drilling.drillstring import ELEMENTS, Commands, Response, Start, VirtualRig
+from slider_drilling.drillstring.record import finite
 from slider_drilling.errors import InputError
 from slider_drilling.log import RigLog, save_log
 from slider_drilling.rig import Rig
@@ -127,11 +128,14 @@ def simulate(
     if isinstance(drive, Commands):
         if duration is not None:
             raise InputError("simulate: duration: commands have their own; leave it out, or cut the commands")
-        response = drillstring.simulate(rig, drive, elements, start)
+        check_commands(rig, drive, "simulate")
+        check_run(rig, float(drive.time[-1] - drive.time[0]), target, seed, elements, start, "simulate")
+        response = finite(drillstring.simulate(rig, drive, elements, start))
         log = log_of(told, drive, response, readings_of(rig, response, seed), (), "simulation")
         return Run(rig, drive, response, log, "commands")
-    if duration is None or not (math.isfinite(duration) and duration > 0.0):
-        raise InputError(f"simulate: duration = {duration}: a controller needs a duration in s, above 0")
+    if duration is None:
+        raise InputError("simulate: duration is missing: a controller needs one, in s")
+    check_run(rig, duration, target, seed, elements, start, "simulate")
     controller = made(drive, told)
     return _slide(rig, told, controller, duration, target, seed, elements, start)
 

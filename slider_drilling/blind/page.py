@@ -11,13 +11,13 @@ import numpy as np
 from slider_drilling.blind.score import Scored
 from slider_drilling.blind.tally import Share, Spread, Tally, tally
 from slider_drilling.pages import Bullets, Chart, Lead, Line, Page, Panel, Section, Table, Tag, write_page
-from slider_drilling.units import SI
+from slider_drilling.units import SI, Units
 
 _FACTS = ("code", "date")
 
 
-def write_blind_page(path: Path, cases: Sequence[Scored], tree: dict[str, Any]) -> None:
-    """Write the page. tree: of blind.json. Raises InputError."""
+def write_blind_page(path: Path, cases: Sequence[Scored], tree: dict[str, Any], units: Units = SI) -> None:
+    """Write the page. tree: of blind.json; units: of the page. Raises InputError."""
     found = tally(cases)
     page = Page(
         about="Blind check",
@@ -33,7 +33,7 @@ def write_blind_page(path: Path, cases: Sequence[Scored], tree: dict[str, Any]) 
             Section("Every case", (_cases(cases),), folded=True),
         ),
     )  # fmt: skip
-    write_page(path, page, SI)
+    write_page(path, page, units)
 
 
 _READING = (
@@ -61,19 +61,19 @@ def total_rows(found: Tally) -> list[tuple[str, str]]:
         ("catalogue: site right", str(found.sites)),
         ("interval holds the oracle's share", str(found.coverage)),
         ("share closed minus the oracle's", _shown(found.against_oracle)),
-        ("ends of a cuttings bed off by, m", _shown(found.ends)),
-        ("processor time of a diagnosis, s", _shown(found.cpu)),
-        ("time of a diagnosis, s", _shown(found.wall)),
+        ("ends of a cuttings bed off by", _shown(found.ends, " m")),
+        ("processor time of a diagnosis", _shown(found.cpu, " s")),
+        ("time of a diagnosis", _shown(found.wall, " s")),
     ]
     rows += [(f"named, {name} well", str(count)) for name, count in found.by_well.items()]
     rows += [(f"named, {name} manoeuvre", str(count)) for name, count in found.by_manoeuvre.items()]
     return rows
 
 
-def _shown(of: Spread) -> str:
+def _shown(of: Spread, unit: str = "") -> str:
     if of.median is None:
         return "-"
-    return f"median {of.median:.3g}, 5 to 95 %: {of.low:.3g} to {of.high:.3g} ({of.of})"
+    return f"median {of.median:.3g}{unit}, 5 to 95 %: {of.low:.3g} to {of.high:.3g}{unit} ({of.of})"
 
 
 def _sizes(found: Tally) -> Table:

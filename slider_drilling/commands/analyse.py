@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, print_json, tell_written, units_option
+from slider_drilling.commands.options import deliver, json_option, units_option
 
 if TYPE_CHECKING:
+    from slider_drilling.tools.study import Table
     from slider_drilling.units import Units
 
 
@@ -25,11 +27,9 @@ if TYPE_CHECKING:
 @json_option
 def command(log: Path, output: Path, rig_path: Path | None, elements: int, units: Units, as_json: bool) -> None:
     """Friction per hole interval, breakover, friction work, axial friction, zones and weight transfer in LOG."""
-    from rich.table import Table
-
     from slider_drilling.analysis.analyse import analyse
     from slider_drilling.analysis.report import findings, page
-    from slider_drilling.console import stages, stderr, stdout
+    from slider_drilling.console import stages, stderr
     from slider_drilling.files import prepare_outputs
     from slider_drilling.log import read_log
     from slider_drilling.tools.render import study_files, write_study
@@ -40,15 +40,18 @@ def command(log: Path, output: Path, rig_path: Path | None, elements: int, units
     with stages() as report:
         found = analyse(record, rig, elements, report)
     shown, tree = page(found, units), findings(found)
-    for table in () if as_json else shown.tables:
-        lines = Table(*table.header, title=table.title)
+    for sentence in found.not_found:
+        stderr().print(f"not found: {sentence}")
+    deliver(tree if as_json else None, lambda: _print(shown.tables), lambda: write_study(shown, output, tree, units))
+
+
+def _print(tables: Sequence[Table]) -> None:
+    from rich.table import Table as Lines
+
+    from slider_drilling.console import stdout
+
+    for table in tables:
+        lines = Lines(*table.header, title=table.title)
         for row in table.rows:
             lines.add_row(*row)
         stdout().print(lines)
-    for sentence in found.not_found:
-        stderr().print(f"not found: {sentence}")
-    paths = write_study(shown, output, tree, units)
-    if as_json:
-        print_json({**tree, "wrote": paths})
-        return
-    tell_written(paths)

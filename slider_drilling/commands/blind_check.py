@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from slider_drilling.commands.campaign_options import jobs_option, scheduler_option
-from slider_drilling.commands.options import json_option, print_json, seeds, tell_written
+from slider_drilling.commands.options import deliver, json_option, print_json, seeds, units_option
 
 if TYPE_CHECKING:
     from slider_drilling.blind.score import Scored
     from slider_drilling.campaign.job import Job
     from slider_drilling.campaign.run import Ran
+    from slider_drilling.units import Units
 
 EXAMPLES = """\
 Examples:
@@ -54,10 +55,11 @@ Examples:
 @click.option("-o", "--output", type=click.Path(path_type=Path), default="blind", show_default=True,
               help="Folder for logs, labels, answers, blind.json and blind.html.")  # fmt: skip
 @json_option
+@units_option
 def command(
     cases: int, seed: int, effects: str, sizes: str, wells: str, manoeuvres: str, duration: float,
     rig_path: Path | None, seal_only: bool, sealed: Path | None, answers: Path | None, only: str, oracle: bool,
-    jobs: int, scheduler: str, output: Path, as_json: bool,
+    jobs: int, scheduler: str, output: Path, as_json: bool, units: Units,
 ) -> int:
     """Seal logs, diagnose them from the logs alone, then open the seals and score.
 
@@ -102,10 +104,10 @@ def command(
                    "manoeuvres": manoeuvres, "duration": duration, "rig": str(rig_path or ""),
                    "only": only}  # fmt: skip
     if answers is not None:
-        _report(check.score_answers(sealed / check.LABELS, answers), options, output, as_json)
+        _report(check.score_answers(sealed / check.LABELS, answers), options, output, as_json, units)
         return 0
     checked = check.check(sealed, output, stems, check.Asked(_names(only), oracle=oracle), run)
-    _report(checked.cases, options, output, as_json)
+    _report(checked.cases, options, output, as_json, units)
     return checked.code
 
 
@@ -131,7 +133,9 @@ def _numbers(option: str, text: str) -> tuple[float, ...]:
         raise InputError(f"{option} {text}: give numbers with commas between, such as 0.5,1.5,4") from None
 
 
-def _report(cases: Sequence[Scored], options: dict[str, Any], output: Path, to_json: bool) -> None:
+def _report(
+    cases: Sequence[Scored], options: dict[str, Any], output: Path, to_json: bool, units: Units
+) -> None:
     from slider_drilling.blind.check import as_json
     from slider_drilling.blind.page import write_blind_page
     from slider_drilling.console import stdout
@@ -141,16 +145,19 @@ def _report(cases: Sequence[Scored], options: dict[str, Any], output: Path, to_j
         click.echo(f"{output}: nothing to score: no answer has a label", err=to_json)
         return
     tree = as_json(cases, options)
-    write_whole(output / "blind.json", (json.dumps(tree, indent=1) + "\n").encode("utf-8"))
-    write_blind_page(output / "blind.html", cases, tree)
     paths = (output / "blind.json", output / "blind.html")
-    if to_json:
-        print_json({**tree, "wrote": paths})
-        return
-    for case in cases:
-        stdout().print(_line(case))
-    _print_totals(cases)
-    tell_written(paths)
+
+    def show() -> None:
+        for case in cases:
+            stdout().print(_line(case))
+        _print_totals(cases, units)
+
+    def write() -> tuple[Path, ...]:
+        write_whole(paths[0], (json.dumps(tree, indent=1) + "\n").encode("utf-8"))
+        write_blind_page(paths[1], cases, tree, units)
+        return paths
+
+    deliver(tree if to_json else None, show, write)
 
 
 def _line(case: Scored) -> str:
@@ -160,7 +167,7 @@ def _line(case: Scored) -> str:
     return f"{case.outcome}: {truth} at {size} noise floors, {case.manoeuvre} -> {case.verdict}: {said or 'no name'}"
 
 
-def _print_totals(cases: Sequence[Scored]) -> None:
+def _print_totals(cases: Sequence[Scored], units: Units) -> None:
     from rich.table import Table
 
     from slider_drilling.blind.page import total_rows
@@ -169,5 +176,5 @@ def _print_totals(cases: Sequence[Scored]) -> None:
 
     table = Table("", "count, share, 95 % interval")
     for name, value in total_rows(tally(cases)):
-        table.add_row(name, value)
+        table.add_row(name, units.sentence(value))
     stdout().print(table)

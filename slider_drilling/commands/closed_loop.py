@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from slider_drilling.commands.campaign_options import scheduler_option
-from slider_drilling.commands.options import print_listing, tell_written, units_option
+from slider_drilling.commands.options import deliver, print_listing, units_option
 
 if TYPE_CHECKING:
     from slider_drilling.closed_loop import Outcome, Scenario
@@ -87,7 +87,7 @@ def command(
             raise InputError("--set: not with --campaign; give it a class of your own that has these settings")
         names = list(dict.fromkeys((name or DEFAULT, *against)))
         where = Where(jobs, scheduler)
-        return run_campaign(names, slides, setting, where, output, rig_path is not None, as_json_text)
+        return run_campaign(names, slides, setting, where, output, rig_path is not None, as_json_text, units)
     scenarios = _chosen(only, every)
     if slide is not None:
         drawn, seed = drawn_scenario(slide, setting)
@@ -101,18 +101,17 @@ def command(
     rows = report.by_scenario(outcomes, scenarios)
     figures = report.as_json(rows, name, seed, elements)
     figures["partial"] = len(rows) < len(scenarios)
-    text = json.dumps(figures, indent=1)
-    if as_json_text:
-        click.echo(text)
-    else:
-        _print(rows, units)
     if figures["partial"]:
         stderr().print(f"interrupted: {len(rows)} of {len(scenarios)} scenarios")
-    if output is not None:
-        write_whole(output / "closed_loop.json", text.encode("utf-8"))
+
+    def write() -> tuple[Path, ...]:
+        if output is None:
+            return ()
+        write_whole(output / "closed_loop.json", json.dumps(figures, indent=1).encode("utf-8"))
         write_page(output / "closed_loop.html", closed_loop_page(rows, name, seed, elements), units)
-        if not as_json_text:
-            tell_written((output / "closed_loop.json", output / "closed_loop.html"))
+        return output / "closed_loop.json", output / "closed_loop.html"
+
+    deliver(figures if as_json_text else None, lambda: _print(rows, units), write)
     return 0
 
 

@@ -8,20 +8,20 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
-from slider_drilling.commands.options import tell_written
+from slider_drilling.commands.options import deliver
 
 if TYPE_CHECKING:
     from slider_drilling.campaign.run import Where
     from slider_drilling.closed_loop.campaign import Setting, Slide
     from slider_drilling.closed_loop.scenario import Scenario
+    from slider_drilling.units import Units
 
 FILE, PAGE, RESULTS = "closed_loop_campaign.json", "closed_loop_campaign.html", "results"
 
 
 def run_campaign(
-    controllers: Sequence[str], slides: int, setting: Setting, where: Where, output: Path, own_rig: bool, as_json: bool
+    controllers: Sequence[str], slides: int, setting: Setting, where: Where, output: Path, own_rig: bool, as_json: bool,
+    units: Units,
 ) -> int:
     """Every controller through every slide; the exit code. The first controller is the one under test."""
     from slider_drilling.campaign.code import code_version
@@ -31,7 +31,6 @@ def run_campaign(
     from slider_drilling.closed_loop.campaign import repeat_command, slide_job, slide_of
     from slider_drilling.files import make_folder, prepare_outputs, write_whole
     from slider_drilling.pages import write_page
-    from slider_drilling.units import SI
 
     make_folder(output)
     prepare_outputs((output / FILE, output / PAGE), (setting.rig,))
@@ -47,14 +46,13 @@ def run_campaign(
         return ran.code
     repeat = {name: partial(repeat_command, controller=name, setting=setting, own_rig=own_rig) for name in found}
     tree = campaign_page.as_json(found, setting, code_version(), repeat)
-    text = json.dumps(tree, indent=1, allow_nan=False)
-    write_whole(output / FILE, text.encode("utf-8"))
-    write_page(output / PAGE, campaign_page.campaign_page(found, setting, code_version(), repeat), SI)
-    if as_json:
-        click.echo(text)
-    else:
-        _print(found)
-        tell_written((output / FILE, output / PAGE))
+
+    def write() -> tuple[Path, ...]:
+        write_whole(output / FILE, json.dumps(tree, indent=1, allow_nan=False).encode("utf-8"))
+        write_page(output / PAGE, campaign_page.campaign_page(found, setting, code_version(), repeat), units)
+        return output / FILE, output / PAGE
+
+    deliver(tree if as_json else None, lambda: _print(found), write)
     return ran.code
 
 

@@ -9,14 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from slider_drilling.commands.campaign_options import jobs_option, scheduler_option
-from slider_drilling.commands.options import (
-    json_option,
-    namespace_option,
-    print_json,
-    seeds,
-    tell_written,
-    units_option,
-)
+from slider_drilling.commands.options import deliver, json_option, namespace_option, seeds, units_option
 
 if TYPE_CHECKING:
     from slider_drilling.diagnosis.diagnose import Diagnosis
@@ -103,12 +96,8 @@ def command(
     for record in records:
         for note in record.notes:
             stderr().print(f"{record.source}: {note}")
-    paths = diagnosed.save(output, units)
-    if as_json:
-        print_json({**diagnosed.tree, "wrote": paths})
-        return 0
-    _print(diagnosed.found, units)
-    tell_written(paths)
+    deliver(diagnosed.tree if as_json else None, lambda: _print(diagnosed.found, units),
+            lambda: diagnosed.save(output, units))  # fmt: skip
     return 0
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slider_drilling.commands.options import print_json, tell_written
+from slider_drilling.commands.options import deliver
 
 if TYPE_CHECKING:
     from slider_drilling.campaign.logs import Options, Row
@@ -41,14 +41,13 @@ def diagnose_each(
         elif (why := results.error(key)) is not None:
             rows.append(_failed(log, name, why))
     tree = as_json(rows, code_version())
-    write_whole(output / FILE, (json.dumps(tree, indent=1, allow_nan=False) + "\n").encode("utf-8"))
-    write_page(output / PAGE, page_of(rows), units)
-    written = [output / FILE, output / PAGE]
-    if as_json_text:
-        print_json({**tree, "wrote": written})
-    else:
-        _print(rows)
-        tell_written(written)
+
+    def write() -> list[Path]:
+        write_whole(output / FILE, (json.dumps(tree, indent=1, allow_nan=False) + "\n").encode("utf-8"))
+        write_page(output / PAGE, page_of(rows), units)
+        return [output / FILE, output / PAGE]
+
+    deliver(tree if as_json_text else None, lambda: _print(rows), write)
     return ran.code
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from slider_drilling.commands.options import json_option, print_json, seeds, tell_written, units_option
+from slider_drilling.commands.options import deliver, json_option, seeds, units_option
 from slider_drilling.printable import printable
 
 if TYPE_CHECKING:
@@ -85,12 +85,8 @@ def command(
             progress=report,
         )  # fmt: skip
     findings = _findings(data, found, seed)
-    paths = write_study(_page(data, measured, found), output, findings, units)
-    if as_json:
-        print_json({**findings, "wrote": paths})
-        return
-    _print(found)
-    tell_written(paths)
+    page = _page(data, measured, found)
+    deliver(findings if as_json else None, lambda: _print(found), lambda: write_study(page, output, findings, units))
 
 
 def _findings(path: Path, found: Identification, seed: int) -> dict[str, Any]:

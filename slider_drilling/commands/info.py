@@ -8,19 +8,21 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, namespace_option, print_json
+from slider_drilling.commands.options import json_option, namespace_option, print_json, units_option
 
 if TYPE_CHECKING:
     from slider_drilling.log.info import LogInfo, TopicInfo
     from slider_drilling.log.series import RigLog
+    from slider_drilling.units import Units
 
 
 @click.command(epilog="Example:\n\n  slider-drilling info run.mcap")
 @click.argument("log", type=click.Path(path_type=Path))
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file instead of the log's own.")
 @namespace_option
+@units_option
 @json_option
-def command(log: Path, rig_path: Path | None, namespace: str | None, as_json: bool) -> None:
+def command(log: Path, rig_path: Path | None, namespace: str | None, units: Units, as_json: bool) -> None:
     """Topics of LOG, or of a folder of its parts: types, rates, gaps, steps of the clock, losses; then what it lacks.
 
     Says what is missing for a replay and for a diagnosis.
@@ -45,7 +47,7 @@ def command(log: Path, rig_path: Path | None, namespace: str | None, as_json: bo
     if as_json:
         _print_json(found, notes, missing, assumed)
     else:
-        _print(found, notes, missing, assumed)
+        _print(found, notes, missing, assumed, units)
 
 
 def _missing(record: RigLog, use: str) -> list[str]:
@@ -104,7 +106,9 @@ def _print_json(found: LogInfo, notes: list[str], missing: dict[str, list[str]],
     })  # fmt: skip
 
 
-def _print(found: LogInfo, notes: list[str], missing: dict[str, list[str]], assumed: list[str]) -> None:
+def _print(
+    found: LogInfo, notes: list[str], missing: dict[str, list[str]], assumed: list[str], units: Units
+) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
@@ -125,13 +129,13 @@ def _print(found: LogInfo, notes: list[str], missing: dict[str, list[str]], assu
     say(table)
     say(f"attachments: {', '.join(found.attachments) or 'none'}; metadata: {', '.join(found.metadata) or 'none'}")
     for note in notes:
-        say(f"note: {note}")
+        say(f"note: {units.sentence(note)}")
     for use, reasons in missing.items():
         say(f"{use}: ready" if not reasons else f"{use}: not possible")
         for reason in reasons:
-            say(f"  {reason}")
+            say(f"  {units.sentence(reason)}")
     for sentence in assumed:
-        say(f"  in a replay {sentence}")
+        say(f"  in a replay {units.sentence(sentence)}")
 
 
 def _number(value: float, form: str) -> str:

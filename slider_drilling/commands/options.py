@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -53,6 +53,23 @@ def _plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         return _plain(value.tolist())
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def deliver(tree: Mapping[str, Any] | None, show: Callable[[], None], write: Callable[[], Sequence[Path]]) -> None:
+    """Write an answer's files, print it (the tree as JSON, without one by ``show``), and say what was written.
+
+    An answer may have taken minutes: it is printed where no file could be written, and written where nobody reads it.
+    """
+    written: Sequence[Path] = ()
+    try:
+        written = write()
+    finally:
+        if tree is None:
+            show()
+        else:
+            print_json({**tree, "wrote": written})
+    if tree is None:
+        tell_written(written)
 
 
 def tell_written(paths: Iterable[Path]) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, namespace_option, print_json, tell_written, units_option
+from slider_drilling.commands.options import deliver, json_option, namespace_option, units_option
 
 if TYPE_CHECKING:
     from slider_drilling.units import Units
@@ -34,13 +34,13 @@ def command(log: Path, output: Path | None, namespace: str | None, units: Units,
     make_folder(folder)
     prepare_outputs((page, picture), (log,))
     summary = summarise(record)
-    if not as_json:
-        stdout().print(summary_table(summary, units=units))
     for note in record.notes:
         stderr().print(f"{log.name}: {note}")
-    write_page(page, record, summary, units=units)
-    write_picture(picture, record, units)
-    if as_json:
-        print_json({"log": log, "summary": asdict(summary), "notes": record.notes, "wrote": [page, picture]})
-        return
-    tell_written((page, picture))
+
+    def write() -> tuple[Path, ...]:
+        write_page(page, record, summary, units=units)
+        write_picture(picture, record, units)
+        return page, picture
+
+    deliver({"log": log, "summary": asdict(summary), "notes": record.notes} if as_json else None,
+            lambda: stdout().print(summary_table(summary, units=units)), write)  # fmt: skip

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, namespace_option, print_json, tell_written, units_option
+from slider_drilling.commands.options import deliver, json_option, namespace_option, units_option
 
 if TYPE_CHECKING:
     from slider_drilling.diagnosis.replay import Replay
@@ -30,9 +30,11 @@ def command(
     """Drive the plant with LOG's commands from its first sample; print how far it lands from LOG's channels."""
     from slider_drilling.api.comparisons import replay
     from slider_drilling.console import stderr
+    from slider_drilling.diagnosis.replay_page import replay_page
     from slider_drilling.errors import InputError
     from slider_drilling.files import prepare_outputs
     from slider_drilling.log import read_log
+    from slider_drilling.pages import write_page
 
     if not 10 <= elements <= 5000:
         raise InputError(f"--elements = {elements}: must be within 10 to 5000")
@@ -41,22 +43,23 @@ def command(
     record = read_log(log, rig_path, namespace)
     replayed = replay(record, elements=elements)
     run = replayed.found
-    if output is not None:
-        replayed.save(output)
-    if page is not None:
-        from slider_drilling.diagnosis.replay_page import replay_page
-        from slider_drilling.pages import write_page
 
-        write_page(page, replay_page(record, run, units, (*record.notes, *run.assumed)), units)
-    if as_json:
-        channels = {name: {"rms": rms, "rms_over_noise": replayed.rms_over_noise[name]}
-                    for name, rms in replayed.rms.items()}
-        print_json({"channels": channels, "assumed": run.assumed, "notes": record.notes, "wrote": written})
-        return
-    _print(run, units)
-    for sentence in (*record.notes, *run.assumed):
-        stderr().print(f"note: {sentence}")
-    tell_written(written)
+    def show() -> None:
+        _print(run, units)
+        for sentence in (*record.notes, *run.assumed):
+            stderr().print(f"note: {sentence}")
+
+    def write() -> list[Path]:
+        if output is not None:
+            replayed.save(output)
+        if page is not None:
+            write_page(page, replay_page(record, run, units, (*record.notes, *run.assumed)), units)
+        return written
+
+    channels = {name: {"rms": rms, "rms_over_noise": replayed.rms_over_noise[name]}
+                for name, rms in replayed.rms.items()}
+    tree = {"channels": channels, "assumed": run.assumed, "notes": record.notes}
+    deliver(tree if as_json else None, show, write)
 
 
 def _print(run: Replay, units: Units) -> None:

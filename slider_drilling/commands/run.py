@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import effect_names, json_option, print_json, tell_written, units_option
+from slider_drilling.commands.options import deliver, effect_names, json_option, units_option
 from slider_drilling.errors import InputError
 
 if TYPE_CHECKING:
@@ -102,7 +102,7 @@ def command(
         )
         outcome = _run(plan)
         _tell(outcome, record is not None, as_json, units)
-    return 130 if outcome.interrupted else 0
+    return 128 + outcome.signal if outcome.signal else 0
 
 
 def _check(target: float | None, seed: int, elements: int) -> None:
@@ -149,18 +149,18 @@ def _tell(outcome: Outcome, keep: bool, as_json: bool, units: Units) -> None:
     more: tuple[tuple[str, str], ...] = ()
     if outcome.wall > 0.0:
         more = (("took", f"{outcome.wall:.1f} s, {outcome.simulated / outcome.wall:.1f} times real time"),)
-    if not as_json:
-        stdout().print(summary_table(summary, more, units))
     for note in log.notes:
         stderr().print(f"{outcome.log.name}: {note}")
-    paths: list[Path] = []
-    if keep:
-        page, picture = (outcome.log.with_suffix(suffix) for suffix in (".html", ".png"))
+    page, picture = (outcome.log.with_suffix(suffix) for suffix in (".html", ".png"))
+
+    def write() -> tuple[Path, ...]:
+        if not keep:
+            return ()
         write_page(page, log, summary, more, units)
         write_picture(picture, log, units)
-        paths = [outcome.log, page, picture]
-    if as_json:
-        figures = {"simulated_s": outcome.simulated, "wall_s": outcome.wall, "interrupted": outcome.interrupted}
-        print_json({**figures, "summary": asdict(summary), "wrote": paths})
-        return
-    tell_written(paths)
+        return log_file, page, picture
+
+    log_file, interrupted = outcome.log, outcome.signal > 0
+    figures = {"simulated_s": outcome.simulated, "wall_s": outcome.wall, "interrupted": interrupted}
+    deliver({**figures, "summary": asdict(summary)} if as_json else None,
+            lambda: stdout().print(summary_table(summary, more, units)), write)  # fmt: skip

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, print_json, print_listing, tell_written, units_option
+from slider_drilling.commands.options import deliver, json_option, print_json, print_listing, units_option
 
 if TYPE_CHECKING:
     from slider_drilling.tools.study import Study
@@ -68,18 +68,23 @@ def command(name: str | None, listing: bool, output: Path, jobs: int, units: Uni
     names = list(STUDIES) if name == "all" else [name]
     finished = _run(names, output, jobs, units)
     ended = [finished[one] for one in names if one in finished]
-    paths = [path for study in ended for path in study_files(study.name, output)]
-    if len(names) > 1:
-        paths.append(write_index(ended, output, units))
-    if as_json:
-        print_json({"studies": [claims_json(study) for study in ended], "wrote": paths})
-        return
-    for study in ended:
-        _print(study)
-    tell_written(paths)
+
+    def show() -> None:
+        for study, _ in ended:
+            _print(study)
+
+    def write() -> list[Path]:
+        for _, why in ended:
+            if why:
+                raise InputError(why)
+        index = [write_index([study for study, _ in ended], output, units)] if len(names) > 1 else []
+        return [*(path for study, _ in ended for path in study_files(study.name, output)), *index]
+
+    deliver({"studies": [claims_json(study) for study, _ in ended]} if as_json else None, show, write)
 
 
-def _run(names: list[str], output: Path, jobs: int, units: Units) -> dict[str, Study]:
+def _run(names: list[str], output: Path, jobs: int, units: Units) -> dict[str, tuple[Study, str]]:
+    """Of each study that ended, what it found and, where its files could not be written, why."""
     from joblib import Parallel, delayed
     from rich.progress import Progress, SpinnerColumn, TimeElapsedColumn
 
@@ -89,13 +94,13 @@ def _run(names: list[str], output: Path, jobs: int, units: Units) -> dict[str, S
 
     prepare_outputs(path for name in names for path in study_files(name, output))
     columns = (SpinnerColumn(), *Progress.get_default_columns(), TimeElapsedColumn())
-    finished: dict[str, Study] = {}
+    finished: dict[str, tuple[Study, str]] = {}
     with progress_bar(*columns) as progress:
         task = progress.add_task("studies" if len(names) > 1 else names[0], total=len(names))
         work = Parallel(n_jobs=min(jobs, len(names)), return_as="generator_unordered")
         try:
-            for study in work(delayed(_run_one)(name, output, units) for name in names):
-                finished[study.name] = study
+            for study, why in work(delayed(_run_one)(name, output, units) for name in names):
+                finished[study.name] = study, why
                 progress.advance(task)
         except KeyboardInterrupt:
             if not finished:
@@ -104,13 +109,18 @@ def _run(names: list[str], output: Path, jobs: int, units: Units) -> dict[str, S
     return finished
 
 
-def _run_one(name: str, output: Path, units: Units) -> Study:
+def _run_one(name: str, output: Path, units: Units) -> tuple[Study, str]:
+    """Its files are written where it ran, at once: what comes after may be interrupted."""
+    from slider_drilling.errors import InputError
     from slider_drilling.tools.catalogue import run_study
     from slider_drilling.tools.render import write_study
 
     study = run_study(name)
-    write_study(study, output, units=units)
-    return study
+    try:
+        write_study(study, output, units=units)
+    except InputError as error:
+        return study, str(error)
+    return study, ""
 
 
 def _print(study: Study) -> None:

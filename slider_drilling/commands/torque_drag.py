@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, namespace_option, print_json, tell_written, units_option
+from slider_drilling.commands.options import deliver, json_option, namespace_option, units_option
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -66,18 +66,19 @@ def command(
     sticks = [broomstick(rig, friction, elements=elements) for friction in (None, *(frictions or FRICTIONS))]
     points = None if log is None else log_points(log, rig)
     notes = () if log is None else log.notes
-    write_page(page, torque_drag_page(rig, sticks, points, notes, units), units)
-    write_whole(image, picture((hook_load_chart(sticks, points), torque_chart(sticks, points)), units))
-    write_whole(table, _csv(sticks).encode())
-    if survey_path is not None:
-        write_whole(changed, dump_rig(rig).encode())
     for note in notes:
         stderr().print(f"note: {note}")
-    if as_json:
-        print_json({"at_total_depth": [_at_total_depth(one) for one in sticks], "notes": notes, "wrote": written})
-        return
-    _print(sticks, units)
-    tell_written(written)
+
+    def write() -> list[Path]:
+        write_page(page, torque_drag_page(rig, sticks, points, notes, units), units)
+        write_whole(image, picture((hook_load_chart(sticks, points), torque_chart(sticks, points)), units))
+        write_whole(table, _csv(sticks).encode())
+        if survey_path is not None:
+            write_whole(changed, dump_rig(rig).encode())
+        return written
+
+    tree = {"at_total_depth": [_at_total_depth(one) for one in sticks], "notes": notes}
+    deliver(tree if as_json else None, lambda: _print(sticks, units), write)
 
 
 def _rig(rig_path: Path | None, log: RigLog | None, survey_path: Path | None) -> Rig:

@@ -12,14 +12,12 @@ Arrays are in s and m; see `friction_history`.
 from slider_drilling.contact.asperity import (
     PAPER,
     TABLE_SIZE,
-    WearMode,
     effective_attack_angle,
-    friction_coefficient,
     friction_coefficient_of_direction,
     friction_table,
-    wear_mode,
 )
 from slider_drilling.contact.multiscale import FrictionHistory, Means, friction_history
+from slider_drilling.wear_modes import WearMode, friction_coefficient, wear_mode
 
 __all__ = [
     "PAPER",

@@ -7,6 +7,7 @@ import datetime
 import math
 import os
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slider_drilling.errors import InputError
-from slider_drilling.files import read_text
+from slider_drilling.files import read_text, text_lines
 from slider_drilling.log.mapping import CHANNELS, ISO_TIME, Layout, Mapping, load_mapping
 from slider_drilling.log.possible import possible
 from slider_drilling.log.series import Array, JointSeries, RigLog, ScalarSeries
@@ -24,6 +25,7 @@ from slider_drilling.rig import parse_rig
 from slider_drilling.yaml_tree import shown
 
 LAST = 2.0**31  # s since the epoch that a message's stamp can hold: January 2038
+_MOST_CELLS = 10_000_000  # of the columns that are kept: a gigabyte, as text and as numbers
 _TALLEST = 50  # lines of a cell; a quote that is never closed takes in the rest of the table
 Words = dict[str, list[str]]
 
@@ -87,40 +89,56 @@ def read_table(
 
 
 def _read_words(path: Path, mapping: Mapping, rows: tuple[int, int] | None) -> Table:
-    """The columns that the mapping names, as text."""
+    """The columns that the mapping names, as text; the others, and rows that are not asked for, are not kept."""
     layout = mapping.layout
-    lines = read_text(path, "table").splitlines(keepends=True)[layout.skip_lines :]
+    body = _rows(path, layout)
+    header = list(layout.names) or [word.strip() for word in next(body, (0, []))[1]]
+    if not header:
+        raise InputError(f"{path}: is empty; expected a header line and rows of numbers")
+    if layout.unit_line:
+        next(body, None)
+    places = _places(mapping, header, path)
+    columns: Words = {name: [] for name in places}
+    first, last = rows if rows is not None else (0, math.inf)
+    lines: list[int] = []
+    count = 0
+    for index, (line, row) in enumerate(body):
+        count = index + 1
+        if not first <= index <= last:
+            continue
+        if len(row) != len(header):
+            raise InputError(f"{path}: line {line}: {len(row)} cells where {len(header)} columns are named")
+        if len(lines) * len(places) >= _MOST_CELLS:
+            raise InputError(
+                f"{path}: line {line}: more than {_MOST_CELLS} cells so far, in {len(places)} columns that the mapping "
+                f"names; import it in parts, the first with --rows {int(first)}:{int(first) + len(lines) - 1}"
+            )
+        lines.append(line)
+        for name, place in places.items():
+            columns[name].append(row[place].strip())
+    if rows is not None and not first <= last < count:
+        raise InputError(f"{path}: rows {first}:{last}: the table has rows 0 to {count - 1}")
+    if not lines:
+        raise InputError(f"{path}: has no rows of numbers")
+    return Table(printable(str(path)), columns, lines)
+
+
+def _rows(path: Path, layout: Layout) -> Iterator[tuple[int, list[str]]]:
+    """Rows that hold anything, each with the line it ends on."""
+    lines = text_lines(path, "table")
+    for _ in range(layout.skip_lines):
+        next(lines, None)
     reader = csv.reader(lines, delimiter=layout.delimiter)
-    body: list[tuple[int, list[str]]] = []
+    begun = layout.skip_lines + 1
     try:
         for row in reader:
             if any(word.count("\n") > _TALLEST for word in row):
                 raise csv.Error(f"a cell of more than {_TALLEST} lines")
             if any(word.strip() for word in row):
-                body.append((layout.skip_lines + reader.line_num, row))
+                yield layout.skip_lines + reader.line_num, row
+                begun = layout.skip_lines + reader.line_num + 1
     except csv.Error as error:
-        begun = body[-1][0] + 1 if body else layout.skip_lines + 1
         raise InputError(f"{path}: line {begun}: {error}; is a quote opened there and never closed?") from None
-    header = list(layout.names)
-    if not header:
-        if not body:
-            raise InputError(f"{path}: is empty; expected a header line and rows of numbers")
-        header = [word.strip() for word in body.pop(0)[1]]
-    if layout.unit_line and body:
-        body.pop(0)
-    if rows is not None:
-        first, last = rows
-        if not 0 <= first <= last < len(body):
-            raise InputError(f"{path}: rows {first}:{last}: the table has rows 0 to {len(body) - 1}")
-        body = body[first : last + 1]
-    if not body:
-        raise InputError(f"{path}: has no rows of numbers")
-    places = _places(mapping, header, path)
-    for line, row in body:
-        if len(row) != len(header):
-            raise InputError(f"{path}: line {line}: {len(row)} cells where {len(header)} columns are named")
-    columns = {name: [row[place].strip() for _, row in body] for name, place in places.items()}
-    return Table(printable(str(path)), columns, [line for line, _ in body])
 
 
 def _places(mapping: Mapping, header: list[str], path: Path) -> dict[str, int]:

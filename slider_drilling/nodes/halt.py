@@ -25,7 +25,7 @@ class Halt:
 
     def __init__(self) -> None:
         self.requested = False
-        self.interrupted = False
+        self.signal = 0  # number of the first one that came
         self.error: InputError | None = None
         self.on_stop: Callable[[], None] = lambda: None
         self._may_interrupt = False
@@ -42,7 +42,7 @@ class Halt:
         self.stop()
 
     def take_signals(self) -> None:
-        """End on SIGINT and SIGTERM from now on, however often they come.
+        """End on SIGINT, SIGTERM and SIGHUP from now on, however often they come.
 
         rclpy's own handlers would shut its context down at once, and a second SIGINT would then end the
         shut-down code itself, a recorder's file unfinished.
@@ -50,7 +50,7 @@ class Halt:
         self._handle_with(self._on_signal)
 
     def leave_on_signals(self, leaving: type[BaseException]) -> None:
-        """Raise this on SIGINT and SIGTERM from now on: while there is nothing to end in order yet.
+        """Raise this on SIGINT, SIGTERM and SIGHUP from now on: while there is nothing to end in order yet.
 
         The first time on a machine a plant compiles for a quarter of a minute; nobody should have to wait for that.
         """
@@ -64,7 +64,9 @@ class Halt:
         self._handle_with(leave)
 
     def _handle_with(self, handler: Callable[[int, FrameType | None], None]) -> None:
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            if signal.getsignal(number) is signal.SIG_IGN:
+                continue  # whoever started it wants it so: nohup
             before = signal.signal(number, handler)
             self._before.setdefault(number, before)
 
@@ -86,7 +88,7 @@ class Halt:
             return None
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
-        self.interrupted = True
+        self.signal = self.signal or number
         self.requested = True
         if self._may_interrupt:
             raise Interrupted

@@ -48,13 +48,13 @@ class Plan:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a run. log: path or None; simulated, wall: s; messages: in the log; interrupted: by a signal."""
+    """What came of a run. log: path or None; simulated, wall: s; messages: in the log; signal: that ended it, or 0."""
 
     log: Path | None
     simulated: float
     wall: float
     messages: int
-    interrupted: bool
+    signal: int
 
 
 def run(
@@ -117,10 +117,10 @@ def _run(
     progress(simulator.simulated)
     if recorder is None:
         halt.raise_error()
-        return Outcome(None, simulator.simulated, wall, 0, halt.interrupted)
+        return Outcome(None, simulator.simulated, wall, 0, halt.signal)
     drain(executor, lambda: recorder.messages)
     halt.raise_error()
-    return Outcome(recorder.path, simulator.simulated, wall, recorder.messages, halt.interrupted)
+    return Outcome(recorder.path, simulator.simulated, wall, recorder.messages, halt.signal)
 
 
 def _told(plan: Plan) -> str:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from slider_drilling.errors import InputError
 from slider_drilling.rig.parts import SCHEMA, Rig
+from slider_drilling.wear_modes import WearMode, wear_mode
 
 _CLOSE = 1e-6  # m, by which lengths that should meet may miss
 _NEAREST = 0.01  # m, between two stations: nearer ones are one, written twice
@@ -15,6 +18,7 @@ _THINNEST = 1e-3  # m of pipe wall
 _EFFICIENCY = 1.2  # of a motor, with room for published figures that do not quite agree
 _LEAST_GRIP, _MOST_GRIP = 0.1, 6000.0  # 1/m, stiffness over load; the paper identifies 22.6
 _MOST_SECTIONS = 500
+_ATTACK_ANGLES = 257  # looked at, as many as a friction table has
 
 
 def check_relations(rig: Rig, source: str) -> None:
@@ -25,6 +29,7 @@ def check_relations(rig: Rig, source: str) -> None:
     _check_survey(rig, source)
     _check_intervals(rig, source)
     _check_material(rig, source)
+    _check_wedge(rig, source)
     _check_bit_and_motor(rig, source)
     _check_effects(rig, source)
 
@@ -32,6 +37,8 @@ def check_relations(rig: Rig, source: str) -> None:
 def check_duration(rig: Rig, duration: float, source: str) -> None:
     """Raises InputError where a run of ``duration`` s would outlast an effect that changes with time."""
     rate = rig.effects.friction_drift.rate
+    if not math.isfinite(duration):
+        raise InputError(f"{source}: a run of {duration} s: give a finite duration")
     if 1.0 + rate * duration <= 0.0:
         raise InputError(
             f"{source}: effects.friction_drift.rate = {rate:g}: leaves no friction after {-1.0 / rate:.0f} s, and the "
@@ -134,6 +141,21 @@ def _check_material(rig: Rig, source: str) -> None:
         raise InputError(
             f"{source}: contact.asperity.minor_axis = {asperity.minor_axis:g}: larger than the major axis "
             f"{asperity.major_axis:g} m"
+        )
+
+
+def _check_wedge(rig: Rig, source: str) -> None:
+    """Between the smallest and the largest attack angle (eq. 6 along either axis) the asperity slides at all."""
+    contact, asperity = rig.contact, rig.contact.asperity
+    least, most = (math.atan(2.0 * asperity.height / (asperity.shape_factor * axis))
+                   for axis in (asperity.major_axis, asperity.minor_axis))  # fmt: skip
+    angles = np.linspace(least, most, _ATTACK_ANGLES)
+    stuck = wear_mode(contact.shear_factor, angles) == WearMode.NO_STEADY_SOLUTION
+    if stuck.any():
+        raise InputError(
+            f"{source}: contact.shear_factor = {contact.shear_factor:g}: with attack angles up to "
+            f"{math.degrees(most):.3g} deg, of contact.asperity.height over its axes, the wedge before an asperity "
+            "never slides steadily; lower one of the two"
         )
 
 

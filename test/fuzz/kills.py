@@ -1,131 +1,98 @@
-"""Every command ended by every signal at a random time: in time, no trace, its files whole, nobody left behind."""
+"""Every command ended by every signal at a random time: in time, no trace, its files whole, nobody left behind.
+
+What was in the folder before, whole files of a run that was let be, is there afterwards or has been replaced by what is
+whole. SIGKILL asks nobody: it may leave a hidden `.part`, and nothing else that is not whole.
+"""
 
 from __future__ import annotations
 
-import contextlib
-import json
-import os
+import itertools
 import random
+import shutil
 import signal
 import subprocess
-import sys
 import tempfile
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
+from commands import COMMANDS, make_inputs, started
 from tally import Tally
+from whole import contents, wrong_in
 
-import slider_drilling as sd
-from slider_drilling.log import read_log
-
-PROGRAM = [sys.executable, "-m", "slider_drilling"]
-SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-PATIENCE = 60.0  # s that a command may take to end after a signal, on a busy machine
-COMMANDS = {
-    "analyse": "analyse run.mcap --elements 20 -o {out}",
-    "plot": "plot run.mcap -o {out}",
-    "replay": "replay run.mcap --elements 50 -o {out}/replayed.mcap",
-    "import": "import table.csv --mapping mapping.yaml -o {out}/imported.mcap",
-    "diagnose": "diagnose run.mcap -o {out}",
-    "identify": "identify friction.csv --generations 20 -o {out}",
-    "closed-loop": "closed-loop --only hold --elements 20 -o {out}",
-    "study": "study all -o {out}",
-    "blind-check": "blind-check -o {out}",
-}
-MAPPING = """\
-schema: slider_drilling/csv/1
-time: {column: t, unit: s}
-channels: {surface_torque: {column: torque, unit: N m}, top_drive_speed: {column: speed, unit: rad/s}}
-"""
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL)
+PATIENCE = 120.0  # s that a command may take to end after a signal, on a busy machine
+LONGEST = 10.0  # s of a command within which it is killed
 
 
-def fuzz(cases: int, seed: int) -> int:
-    """Kill each command `cases` times with each signal; 1 where one did not end as it should."""
+@dataclass(frozen=True)
+class Length:
+    """wall: s that a command takes when it is let be; before: folder with what it left."""
+
+    wall: float
+    before: Path
+
+
+def fuzz(cases: int, seed: int, only: str = "") -> int:
+    """Kill each command (only: those that begin so) `cases` times with each signal; 1 where one ended otherwise."""
     tally = Tally()
     with tempfile.TemporaryDirectory() as folder:
         here = Path(folder)
-        _inputs(here)
+        make_inputs(here)
         for name, arguments in COMMANDS.items():
-            longest = _length(arguments, here)
-            for number in SIGNALS:
-                for case in range(cases):
-                    draw = random.Random(f"kill {seed} {name} {number} {case}")
-                    after = draw.uniform(0.3, 1.0) * longest
-                    outcome = _killed(arguments, number, after, here)
-                    tally.run(lambda outcome=outcome: outcome, f"{name} {number.name} after {after:.1f} s")
+            if not name.startswith(only):
+                continue
+            length = let_be(name, arguments, here)
+            counted = Tally()
+            for number, case in itertools.product(SIGNALS, range(cases)):
+                draw = random.Random(f"kill {seed} {name} {number} {case}")
+                after = draw.uniform(0.02, 1.0) * length.wall
+                outcome = killed(arguments, number, after, length.before, here)
+                counted.run(lambda outcome=outcome: outcome, f"{name} {number.name} after {after:.2f} s")
+            counted.report(f"{name}, {length.wall:.1f} s")
+            tally.add(counted)
     return tally.report("kills")
 
 
-def _inputs(here: Path) -> None:
-    run = sd.simulate(sd.load_rig(), "slider_drilling.control:SlideController", 60.0, elements=20)
-    run.save(here / "run.mcap")
-    (here / "mapping.yaml").write_text(MAPPING)
-    (here / "table.csv").write_text("t,torque,speed\n" + "".join(f"{0.01 * k:.2f},{k % 7},1\n" for k in range(100_000)))
-    head = "feed_m_per_s,vibration_m_per_s,frequency_hz,normal_force_n,friction_n\n"
-    (here / "friction.csv").write_text(head + "".join(f"0.01,{0.02 * k},10,1000,{250 - 3 * k}\n" for k in range(30)))
-
-
-def _length(arguments: str, here: Path) -> float:
-    """Seconds that the command takes when it is let be, 20 at most."""
+def let_be(name: str, arguments: str, here: Path) -> Length:
+    """Run the command to its end, or for as long as it is killed within."""
+    out = here / "let be" / name
+    out.mkdir(parents=True)
     begun = time.monotonic()
-    with contextlib.suppress(subprocess.TimeoutExpired), _started(arguments, here / "let_be", here) as process:
+    with started(arguments, out, here) as command:
         try:
-            process.wait(20.0)
-        finally:
-            os.killpg(process.pid, signal.SIGKILL) if process.poll() is None else None
-    return time.monotonic() - begun
-
-
-def _started(arguments: str, out: Path, here: Path) -> subprocess.Popen[bytes]:
-    out.mkdir(exist_ok=True)
-    words = arguments.format(out=out).split()
-    return subprocess.Popen(
-        [*PROGRAM, *words], cwd=here, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True
-    )
-
-
-def _killed(arguments: str, number: signal.Signals, after: float, here: Path) -> str:
-    """What came of it, ``ran`` where all is as it should be."""
-    with tempfile.TemporaryDirectory(dir=here) as out:
-        process = _started(arguments, Path(out), here)
-        time.sleep(after)
-        process.send_signal(number)
-        try:
-            said = process.communicate(timeout=PATIENCE)[1].decode(errors="replace")
+            command.process.communicate(timeout=LONGEST)
         except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.communicate()
-            return "hang"
-        left = _left_in(process.pid)
+            command.process.terminate()
+            command.process.communicate()
+            shutil.rmtree(out)
+            out.mkdir()
+            return Length(LONGEST, out)
+    if command.process.returncode != 0:
+        raise RuntimeError(f"{name}: ends with {command.process.returncode} when it is let be")
+    return Length(time.monotonic() - begun, out)
+
+
+def killed(arguments: str, number: signal.Signals, after: float, before: Path, here: Path) -> str:
+    """What came of it, ``ended by the signal`` or ``done before it`` where all is as it should be."""
+    with tempfile.TemporaryDirectory(dir=here) as folder:
+        out = Path(folder) / "out"
+        shutil.copytree(before, out)
+        held = contents(out)
+        with started(arguments, out, here) as command:
+            time.sleep(after)
+            command.process.send_signal(number)
+            try:
+                said = command.process.communicate(timeout=PATIENCE)[1].decode(errors="replace").strip()
+            except subprocess.TimeoutExpired:
+                return "hang"
+            left = command.left()
         if left:
-            os.killpg(process.pid, signal.SIGKILL)
-            return "a process left behind"
-        if "Traceback" in said:
-            return f"traceback on stderr: {said.strip().splitlines()[-1][:200]}"
-        if process.returncode not in (0, 128 + number):
-            return f"exit code {process.returncode}: {said.strip()[-200:]}"
-        return _whole(Path(out))
-
-
-def _left_in(session: int) -> bool:
-    """Whether a process of this session is there a little later."""
-    for _ in range(30):
-        try:
-            os.killpg(session, 0)
-        except ProcessLookupError:
-            return False
-        time.sleep(0.1)
-    return True
-
-
-def _whole(out: Path) -> str:
-    for path in out.rglob("*"):
-        if path.name.endswith(".part"):
-            return f"left {path.name}"
-        if path.suffix == ".json":
-            json.loads(path.read_text())
-        if path.suffix == ".mcap":
-            read_log(path)
-        if path.suffix == ".html" and "</html>" not in path.read_text()[-200:]:
-            return f"{path.name} is not whole"
-    return "ran"
+            return f"left running: {left}"
+        hard, code = number == signal.SIGKILL, command.process.returncode
+        if "Traceback" in said and not hard:
+            return f"traceback on stderr: {said.splitlines()[-1][:200]}"
+        # A signal that comes before the first line of the program ends Python itself, which then says nothing.
+        if code not in (0, 128 + number) and not (code == -number and (hard or not said)):
+            return f"exit code {code}: {said[-200:]}"
+        return wrong_in(out, held, parts_too=hard) or ("done before it" if code == 0 else "ended by the signal")

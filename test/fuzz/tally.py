@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import signal
 import traceback
 from collections import Counter
@@ -13,6 +14,7 @@ from slider_drilling.errors import InputError
 LONGEST = 10.0  # s of this process, or ten times that by the clock, before a case counts as a hang
 SHOWN = 10  # failures of a kind to look at
 LINE = 1000  # characters of an error that is still one line
+FINE = ("refused", "ran", "ended by the signal", "done before it", "said that the disk is full")
 
 
 class Hang(BaseException):
@@ -50,14 +52,22 @@ class Tally:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
         self.counts["tried"] += 1
         self.counts[outcome] += 1
-        if outcome not in ("refused", "ran", "traceback"):
+        if outcome not in (*FINE, "traceback"):
             self.failures.setdefault(
                 f"{outcome} {self.counts[outcome] if self.counts[outcome] < SHOWN else SHOWN}", what
             )
 
+    def add(self, other: Tally) -> None:
+        """Count what another has counted, too."""
+        self.counts += other.counts
+        for kind, what in other.failures.items():
+            self.failures.setdefault(f"{kind} {what}", what)
+
     def report(self, name: str) -> int:
-        """Print the counts; 1 where anything but refusing and running came of a case."""
-        print(f"{name}: " + ", ".join(f"{count} {kind}" for kind, count in self.counts.items()))
+        """Print the counts and the most memory that any process held; 1 where a case did not end as it should."""
+        peak = max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+        counts = ", ".join(f"{count} {kind}" for kind, count in self.counts.items())
+        print(f"{name}: {counts}; {peak / 1e3:.0f} MB at most", flush=True)
         for what in self.failures.values():
             print(f"  {what}")
         return 1 if self.failures else 0

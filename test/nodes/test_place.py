@@ -1,15 +1,21 @@
 """One rig a place in the graph, and nothing that listens beyond this machine."""
 
+import contextlib
 import os
 import re
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
+import rclpy
+from rclpy.context import Context
+from rclpy.node import Node
 
 from slider_drilling.log import read_log
+from slider_drilling.nodes import environment
 
 LOCAL = {"7F000001", "EFFF0001"}  # 127.0.0.1, and the group address of discovery, joined on the loopback
 
@@ -36,6 +42,28 @@ def test_a_node_listens_on_the_loopback_alone(start, ear):
     for program in (controller, simulator):
         addresses = [as_written(address) for address in sockets_of(program.process.pid)]
         assert addresses and set(addresses) <= LOCAL, addresses
+
+
+def test_more_than_four_programs_find_each_other(namespace, monkeypatch):
+    """Only the first four of a domain were looked for: whoever came later never found who came later still."""
+    variables = dict(os.environ)
+    environment.keep_to_loopback(variables)
+    for name in variables.keys() - os.environ.keys() | {"ROS_AUTOMATIC_DISCOVERY_RANGE"}:
+        monkeypatch.setenv(name, variables[name])
+    with contextlib.ExitStack() as ending:
+        nodes = []
+        for number in range(8):
+            context = Context()
+            rclpy.init(args=[], context=context)
+            ending.callback(rclpy.try_shutdown, context=context)
+            nodes.append(Node(f"program_{number}", namespace=namespace, context=context))
+            ending.callback(nodes[-1].destroy_node)
+        wanted = {(node.get_name(), namespace) for node in nodes}
+        end = time.monotonic() + 60.0
+        while unknown := [(node.get_name(), wanted - found) for node in nodes
+                          if not wanted <= (found := set(node.get_node_names_and_namespaces()))]:
+            assert time.monotonic() < end, unknown
+            time.sleep(0.1)
 
 
 def test_a_second_run_is_refused_and_the_first_goes_on(namespace, wait_for_bytes, repository, tmp_path):

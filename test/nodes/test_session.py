@@ -38,7 +38,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
         plans = [Plan(duration=25.0, record=tmp_path_factory.mktemp("log"), target=0.3, controller=FIXED,
                       elements=ELEMENTS) for _ in range(2)]
         outcomes = [run(plan) for plan in plans]
-    assert all(not outcome.interrupted and outcome.simulated == 25.0 for outcome in outcomes)
+    assert all(not outcome.signal and outcome.simulated == 25.0 for outcome in outcomes)
     return [outcome.log for outcome in outcomes if outcome.log is not None]
 
 
