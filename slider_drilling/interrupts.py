@@ -17,8 +17,18 @@ def raise_on_signals() -> None:
     """Raise `Ended` on the signals that end a command, but for those that whoever started it had ignored."""
     _received.clear()
     for number in _ENDING:
-        if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
+        if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _end)
+
+
+def end_at_once() -> None:
+    """From now on such a signal ends the process without a word: what there was to do in order is done.
+
+    While Python shuts down an exception would only be printed.
+    """
+    for number in _ENDING:
+        if signal.getsignal(number) is _end:
+            signal.signal(number, signal.SIG_DFL)
 
 
 def exit_code() -> int:
@@ -26,6 +36,11 @@ def exit_code() -> int:
     return 128 + _received[0] if _received else 0
 
 
-def _end(number: int, frame: FrameType | None) -> None:
+def note(number: int) -> None:
+    """Keep for `exit_code` a signal that another handler has taken."""
     _received.append(number)
+
+
+def _end(number: int, frame: FrameType | None) -> None:
+    note(number)
     raise Ended(signal.Signals(number).name)
