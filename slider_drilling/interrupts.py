@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import sys
+import threading
 from types import FrameType
+from typing import Any
 
 _ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _received: list[int] = []
 
 
+_LATER = 0.02  # s after which a signal whose exception was lost comes again
+
+
 class Ended(KeyboardInterrupt):
-    """A signal asked the command to end. What ends in order on Ctrl-C ends in order on this."""
+    """A signal asked the command to end. What ends in order on Ctrl-C ends in order on this. number: of the signal."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(signal.Signals(number).name)
+        self.number = number
 
 
 def raise_on_signals() -> None:
@@ -19,6 +30,7 @@ def raise_on_signals() -> None:
     for number in _ENDING:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _end)
+    sys.unraisablehook = _again
 
 
 def end_at_once() -> None:
@@ -43,4 +55,14 @@ def note(number: int) -> None:
 
 def _end(number: int, frame: FrameType | None) -> None:
     note(number)
-    raise Ended(signal.Signals(number).name)
+    raise Ended(number)
+
+
+def _again(lost: Any) -> None:
+    """Send a signal again that came where Python lets nothing be raised: in a finaliser, in a callback of an import."""
+    if isinstance(lost.exc_value, Ended):
+        timer = threading.Timer(_LATER, os.kill, (os.getpid(), lost.exc_value.number))
+        timer.daemon = True
+        timer.start()
+    else:
+        sys.__unraisablehook__(lost)
