@@ -1,4 +1,4 @@
-"""What crosses between a rig and its controller: the measurements it sends, the commands it takes.
+"""What crosses between a rig and its controller: measurements, commands, and how each of the two fares.
 
 Both sides import this module and neither imports the other, so a controller can be tested on
 any rig and a rig with any controller. SI units, rad; times are rig (or simulation) seconds.
@@ -6,6 +6,7 @@ any rig and a rig with any controller. SI units, rad; times are rig (or simulati
 
 from __future__ import annotations
 
+import enum
 from dataclasses import dataclass
 
 
@@ -56,3 +57,21 @@ class RigCommand:
     top_drive_speed: float
     block_speed: float
     pump_speed: float
+
+
+class Level(enum.IntEnum):
+    """Severity, numbered as in diagnostic_msgs/DiagnosticStatus."""
+
+    OK = 0
+    WARN = 1
+    ERROR = 2
+
+
+@dataclass(frozen=True)
+class Status:
+    """One line of health. name: what it is about; message: the reason; values: (key, value) pairs."""
+
+    level: Level
+    name: str
+    message: str
+    values: tuple[tuple[str, str], ...] = ()

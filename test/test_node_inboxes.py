@@ -8,7 +8,7 @@ import pytest
 from slider_drilling.control.protocol import Level
 from slider_drilling.nodes.command_inbox import BLOCK, PUMP, TOP_DRIVE, CommandInbox
 from slider_drilling.nodes.echoes import Echoes
-from slider_drilling.nodes.newcomers import AGAIN, Newcomers
+from slider_drilling.nodes.newcomers import AGAIN, FIRST, Newcomers
 from slider_drilling.nodes.pace import Pace
 from slider_drilling.nodes.sample_inbox import Joint, SampleInbox
 from slider_drilling.nodes.silence import Silence
@@ -217,7 +217,7 @@ def test_two_answers_to_one_sample_are_two_controllers_unless_it_was_sent_twice(
 def test_only_a_controller_that_came_while_one_waits_is_asked_again():
     there, now = {b"first"}, [0.0]
     newcomers = Newcomers(lambda: set(there), lambda: now[0])
-    newcomers.begin()
+    newcomers.begin(6)
     assert not newcomers.wait_for(7)
     there.add(b"second")
     assert newcomers.wait_for(7)
@@ -225,6 +225,18 @@ def test_only_a_controller_that_came_while_one_waits_is_asked_again():
     now[0] += AGAIN
     assert newcomers.wait_for(7)
     assert not newcomers.wait_for(8), "the sample was answered: the newcomer has heard it"
+
+
+def test_the_first_sample_is_sent_again_where_its_answer_never_comes():
+    """DDS may show the simulator to a controller later than the controller to it: an answer is lost then."""
+    now = [0.0]
+    newcomers = Newcomers(lambda: {b"first"}, lambda: now[0])
+    newcomers.begin(0)
+    now[0] += FIRST - 0.1
+    assert not newcomers.wait_for(0)
+    now[0] += 0.2
+    assert newcomers.wait_for(0) and not newcomers.wait_for(0)
+    assert not newcomers.wait_for(1)
 
 
 def test_echoes_are_known_by_their_bytes_and_order():

@@ -8,11 +8,11 @@ which calls `configure`; `status` is published in `diagnostics`.
 
 from __future__ import annotations
 
-import enum
-from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
-from slider_drilling.signals import Measurements, RigCommand
+from slider_drilling.signals import Level, Measurements, RigCommand, Status
+
+__all__ = ["AdjustableController", "Controller", "Level", "ReportingController", "Status", "TargetedController"]
 
 
 @runtime_checkable
@@ -43,24 +43,6 @@ class AdjustableController(Controller, Protocol):
     def configure(self, settings: Any) -> None:
         """Use these settings from the next step on. Raises InputError, changing nothing, if they cannot be."""
         ...
-
-
-class Level(enum.IntEnum):
-    """Severity, numbered as in diagnostic_msgs/DiagnosticStatus."""
-
-    OK = 0
-    WARN = 1
-    ERROR = 2
-
-
-@dataclass(frozen=True)
-class Status:
-    """One line of health. name: what it is about; message: the reason; values: (key, value) pairs."""
-
-    level: Level
-    name: str
-    message: str
-    values: tuple[tuple[str, str], ...] = ()
 
 
 @runtime_checkable

@@ -9,11 +9,11 @@ from typing import Any
 
 from nicegui import ui
 
-from slider_drilling.control.protocol import Level, Status
 from slider_drilling.live.desk import Desk, Record, Rock, SetParameter, SetTarget, Wish
 from slider_drilling.live.frame import Along, dial_json, rocking_json, rows_json
 from slider_drilling.live.instruments import Instruments
 from slider_drilling.live.state import LiveState, Setting
+from slider_drilling.signals import Level, Status
 
 TITLE = "Slide drilling"
 FRAME = 0.1       # s between frames

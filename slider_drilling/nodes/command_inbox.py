@@ -7,9 +7,8 @@ from collections import Counter, deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from slider_drilling.control.protocol import Level
 from slider_drilling.nodes.other_clock import name_clock
-from slider_drilling.signals import RigCommand
+from slider_drilling.signals import Level, RigCommand
 
 TOP_DRIVE, BLOCK, PUMP = "top_drive/command", "draw_works/command", "mud_pump/command"
 AHEAD = 0.5   # s by which a command may be ahead of the rig's clock in real time: stamped between two samples

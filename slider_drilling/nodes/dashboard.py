@@ -51,8 +51,8 @@ class Dashboard(Node):
         self._clients_of: dict[tuple[str, str], Any] = {}
         self._described: dict[str, list[Setting]] = {}
         wall = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timers = [self.create_timer(_WISHES, self._grant, clock=wall),
-                        self.create_timer(_SETTINGS, self._look_at_settings, clock=wall)]
+        self.create_timer(_WISHES, self._grant, clock=wall)
+        self.create_timer(_SETTINGS, self._look_at_settings, clock=wall)
         self._server = Server(self.state, self._desk, Address(values["host"], values["port"], values["token"]))
         self.get_logger().info(f"live page: {self._server.url}")
 

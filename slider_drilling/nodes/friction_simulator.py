@@ -230,7 +230,7 @@ class FrictionSimulator(LifecycleNode):
             return
         self._awaited = tuple(topic for topic in COMMANDS if topic not in absent)
         self._started = True
-        self._newcomers.begin()
+        self._newcomers.begin(self._stamp_ns)
         self._last_progress = time.monotonic()
         self._set_pace()
         how = "in lockstep" if self._in_lockstep() else f"at {self._values['speed']:g} times real time"

@@ -93,9 +93,9 @@ class Listening:
         return channel.subscription.get_publisher_count() if channel is not None else 0
 
     def expect(self, topic: Topic, quality: QoSProfile) -> None:
-        """Listen before anybody publishes: the first message counts."""
+        """Listen before anybody publishes: the first message counts. Once: another subscription would hear it twice."""
         name = self._node.resolve_topic_name(topic.name)
-        if not self._wanted.is_excluded(name):
+        if name not in self._channels and not self._wanted.is_excluded(name):
             self._channels[name] = Channel(
                 topic.type, self._subscribe(name, topic.type, quality), SequenceWatch())
 

@@ -14,7 +14,6 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.publisher import Publisher
 from std_msgs.msg import String
 
-from slider_drilling.control.protocol import Level, Status
 from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS, Topic
@@ -27,6 +26,7 @@ from slider_drilling.nodes.pace import Pace
 from slider_drilling.nodes.parameters import Declared, declare, on_change, warn_of_unknown
 from slider_drilling.nodes.played_log import Message, load
 from slider_drilling.nodes.services import stepping_services
+from slider_drilling.signals import Level, Status
 
 PARAMETERS = (
     Declared("log", "", "path of the MCAP log to play, or of a bag's folder"),

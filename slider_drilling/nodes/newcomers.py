@@ -1,4 +1,4 @@
-"""Notices, while an answer is missing, that a controller has come that was not there when the question was asked."""
+"""Notices, while an answer is missing, that it may be for want of hearing the question, or of being heard."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 
 AGAIN = 1.0  # s of wall time before a newcomer is asked once more: DDS connects its two directions one by one
+FIRST = 5.0  # s of wall time before those who were there from the start are asked once more, for the same reason
 
 
 class Newcomers:
@@ -19,9 +20,11 @@ class Newcomers:
         self._is_waiting_for_newcomer = False
         self._asked = 0.0
 
-    def begin(self) -> None:
-        """Those who are there now are no newcomers."""
+    def begin(self, stamp_ns: int) -> None:
+        """Those who are there now hear the first sample, of this stamp; whether they are heard is not known yet."""
         self._known = self._present()
+        self._waiting_ns, self._is_waiting_for_newcomer = stamp_ns, True
+        self._asked = self._now() + FIRST - AGAIN
 
     def wait_for(self, stamp_ns: int) -> bool:
         """Whether the sample of this stamp, which nobody has answered yet, is to be sent again now."""

@@ -12,7 +12,6 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from slider_drilling.control.settings import Limits, limits_of
 from slider_drilling.errors import InputError
 
 
@@ -42,16 +41,6 @@ class Declared:
         elif isinstance(self.default, int) and not isinstance(self.default, bool):
             described.integer_range = [IntegerRange(from_value=int(self.low), to_value=int(self.high), step=1)]
         return described
-
-
-def of_settings(settings: Any) -> list[Declared]:
-    """A controller's settings as parameters that can change while it runs; their values are the defaults."""
-
-    def declared(name: str, limits: Limits) -> Declared:
-        value = getattr(settings, name)
-        return Declared(name, value, limits.description, limits.unit, limits.low, limits.high, live=True)
-
-    return [declared(name, limits) for name, limits in limits_of(settings).items()]
 
 
 def declare(node: Node, parameters: Sequence[Declared]) -> dict[str, Any]:

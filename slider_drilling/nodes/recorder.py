@@ -6,10 +6,9 @@ import time
 from pathlib import Path
 from typing import Any, cast
 
-from rclpy.clock import Clock, JumpThreshold, ROSClock, TimeJump
+from rclpy.clock import Clock, ROSClock
 from rclpy.clock_type import ClockType
-from rclpy.duration import Duration
-from rclpy.node import Node
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from std_srvs.srv import Trigger
 
 from slider_drilling.errors import InputError
@@ -21,6 +20,7 @@ from slider_drilling.nodes import link
 from slider_drilling.nodes.halt import Halt
 from slider_drilling.nodes.health import Health, Level, Status
 from slider_drilling.nodes.listening import Heard, Listening, Wanted
+from slider_drilling.nodes.managed import AUTOSTART, Transitions
 from slider_drilling.nodes.parameters import Declared, declare, warn_of_unknown
 from slider_drilling.nodes.rig_parameter import rig_of
 
@@ -36,15 +36,18 @@ PARAMETERS = (
     Declared("split_size", 0, "begin another file when one holds so much; 0: never", "byte", 0, 2**62),
     Declared("split_duration", 0.0, "begin another file after so long, by the log's clock; 0: never", "s", 0.0, 1e9),
     Declared("paused", False, "begin paused: nothing is recorded before the service resume is called"),
+    AUTOSTART,
 )
 RECORDED = (*TOPICS.values(), DIAGNOSTICS, link.PUMP_COMMAND, link.RIG_DESCRIPTION, link.CLOCK)
+BEAT = TOPICS["top_drive"]  # the topic by which a rig is seen to run
+CONNECT = 0.02  # s of wall time between two looks for it
 QUIET = 5.0  # s of wall time without a message after which the log says so
 LOOK_AROUND = 0.5  # s of wall time between two looks at who publishes what
 # Metadata records beside the one that every log has.
 LOSSES, PAUSES = "slider_drilling_losses", "slider_drilling_pause"
 
 
-class Recorder(Node):
+class Recorder(LifecycleNode):
     """Writes every message's bytes under the time of its arrival by this node's clock (simulated, with use_sim_time).
 
     messages: how many, not counting the clock, the rig's file and diagnostics. `close` finishes the bag; it must be
@@ -56,38 +59,72 @@ class Recorder(Node):
         self._halt = halt
         values = declare(self, PARAMETERS)
         warn_of_unknown(self)
+        self._transitions = Transitions(self)
+        self._active = self._is_open = False
+        self.messages = 0
+        if values["autostart"]:
+            self._transitions.start()
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Begin the bag and listen, without recording yet."""
+        return self._transitions.run(self._configure)
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Record."""
+        self._active = True
+        return self._transitions.run(self._note_pause)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Record nothing; the log notes from when to when."""
+        self._active = False
+        return self._transitions.run(self._note_pause)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Finish the bag."""
+        link.destroy(self, link.entities(self) - self._before)
+        return self._transitions.run(self.close)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """End the program, which finishes the bag."""
+        self._halt.stop()
+        return TransitionCallbackReturn.SUCCESS
+
+    def _configure(self) -> None:
+        self._before = link.entities(self)
+        values = {one.name: self.get_parameter(one.name).value for one in PARAMETERS}
         wanted = Wanted(tuple(values["topics"]), values["regex"], values["all"], values["exclude"])
         rig_text = rig_of(values["rig"])[1] if values["rig"] else None
         settings = Settings(rig_text, "slider_drilling recorder", values["notes"], values["split_size"],
                             values["split_duration"])
-        self._bag = Bag(Path(values["directory"]), _file_name(values["file"]), settings)
         self._has_rig = rig_text is not None
-        self._paused_at: int | None = None
-        self.messages = 0
+        self._paused = values["paused"]      # by who uses the services
+        self._quiet_from: int | None = None  # ns, from when on nothing is recorded
         self._simulated_ns = 0
-        any_jump = JumpThreshold(min_forward=Duration(nanoseconds=1), min_backward=Duration(nanoseconds=-1))
-        self._jumps = self.get_clock().create_jump_callback(any_jump, post_callback=self._on_jump)
         self._last_message = time.monotonic()
-        self._health = Health(self)
+        self._bag = Bag(Path(values["directory"]), _file_name(values["file"]), settings)
+        self._is_open = True
         if not self._bag.is_bag:
             self.get_logger().warning(f"{self._bag.folder} is the bag of another recording: {self.path.name} is "
                                       "not in its metadata.yaml")
         self.get_logger().info(f"recording to {self.path}")
-        self._beat = self.resolve_topic_name(TOPICS["top_drive"].name)
+        self._listen(wanted)
+        for name, serve in (("pause", self._on_pause), ("resume", self._on_resume), ("split", self._on_split)):
+            self.create_service(Trigger, f"~/{name}", serve)
+
+    def _listen(self, wanted: Wanted) -> None:
+        self._health = Health(self)
+        self._beat = self.resolve_topic_name(BEAT.name)
         self._rig_topic = self.resolve_topic_name(link.RIG_DESCRIPTION.name)
         self._clock_topic = self.resolve_topic_name(link.CLOCK.name)
         self._about = {self._rig_topic, self._clock_topic, self.resolve_topic_name(DIAGNOSTICS.name)}
         self._listening = Listening(self, wanted, self._receive)
         for topic in RECORDED:
-            self._listening.expect(topic, link.LATCHED if topic is link.RIG_DESCRIPTION else link.RELIABLE)
-        if values["paused"]:
-            self._paused_at = self._now()
+            if topic is not BEAT:
+                self._listening.expect(topic, link.LATCHED if topic is link.RIG_DESCRIPTION else link.RELIABLE)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timers = [self.create_timer(FLUSH_PERIOD, self._on_flush, clock=steady),
-                        self.create_timer(LOOK_AROUND, self._listening.look_around, clock=steady)]
-        self._services = [self.create_service(Trigger, f"~/{name}", serve)
-                          for name, serve in (("pause", self._on_pause), ("resume", self._on_resume),
-                                              ("split", self._on_split))]
+        self._connecting = self.create_timer(CONNECT, self._connect, clock=steady)
+        self.create_timer(FLUSH_PERIOD, self._on_flush, clock=steady)
+        self.create_timer(LOOK_AROUND, self._listening.look_around, clock=steady)
 
     @property
     def path(self) -> Path:
@@ -106,26 +143,37 @@ class Recorder(Node):
         return all(self._listening.publishers_of(self.resolve_topic_name(name)) >= count
                    for name, count in wanted.items())
 
+    def _connect(self) -> None:
+        """Hear the beat once it is there: a simulator that counts its listeners begins when it sees this one.
+
+        It is the last that a rig announces, so that all its other topics are connected by then. One that were not
+        would be heard late, under times when others were heard that were sent long after.
+        """
+        if self.count_publishers(self._beat):
+            self.destroy_timer(self._connecting)
+            self._hear_the_beat()
+
+    def _hear_the_beat(self) -> None:
+        self._listening.expect(BEAT, link.RELIABLE)
+
     def _now(self) -> int:
-        # Simulated time stands still between two messages of /clock, and asking for it is dear.
+        # ROS 2's own hearing of /clock is best-effort and in no order with other topics; this node's is. Until it has
+        # heard something, and where it is not to, there is nothing but the other one.
         clock = cast(ROSClock, self.get_clock())
-        return self._simulated_ns if clock.ros_time_is_active else clock.now().nanoseconds
+        return self._simulated_ns if self._simulated_ns and clock.ros_time_is_active else clock.now().nanoseconds
 
     def _receive(self, heard: Heard) -> None:
         """Write one message."""
         now = self._now()
         try:
             if heard.topic == self._clock_topic:
-                # Whether a second subscription to the clock hears of a step before this one or after is left open.
-                now = max(0, cdr.read_clock(heard.data))
-                # This node's own hearing of it may come later than what was published after it.
-                self._simulated_ns = max(self._simulated_ns, now)
+                now = self._simulated_ns = max(0, cdr.read_clock(heard.data))
             elif heard.topic == self._rig_topic and not self._has_rig:
                 self._bag.attach_rig(cdr.read_string(heard.data))
                 self._has_rig = True
-            if self._paused_at is None:
-                if heard.described is not None:
-                    self._bag.declare(heard.described)
+            if heard.described is not None:
+                self._bag.declare(heard.described)
+            if not self._is_quiet:
                 self._bag.message(heard.topic, heard.data, now, heard.number)
                 self.messages += heard.topic not in self._about
         except InputError as error:
@@ -136,14 +184,11 @@ class Recorder(Node):
             if self._health.is_due(now):
                 self._health.publish(now, [self._status()])
 
-    def _on_jump(self, jump: TimeJump) -> None:
-        self._simulated_ns = self.get_clock().now().nanoseconds
-
     def _status(self) -> Status:
         values = (("messages", str(self.messages)), ("lost", str(self.lost)))
         if self.lost:
             return Status(Level.ERROR, "log", f"{self.lost} messages are missing in the log", values)
-        return Status(Level.OK, "log", "recording" if self._paused_at is None else "paused", values)
+        return Status(Level.OK, "log", "paused" if self._is_quiet else "recording", values)
 
     def _on_flush(self) -> None:
         """Write out what came in before all fell silent, and say so when it does."""
@@ -156,7 +201,7 @@ class Recorder(Node):
             self.get_logger().error(f"{self.lost} messages lost before they could be written",
                                     throttle_duration_sec=5.0)
         quiet = time.monotonic() - self._last_message
-        if self._paused_at is not None or self._halt.requested:
+        if self._is_quiet or self._halt.requested:
             return
         if quiet > QUIET:
             what = f"nothing comes on {self._beat} for {quiet:.0f} s"
@@ -165,20 +210,35 @@ class Recorder(Node):
             if self._health.is_due(now):
                 self._health.publish(now, [Status(Level.WARN, "log", what)])
 
+    @property
+    def _is_quiet(self) -> bool:
+        return self._paused or not self._active
+
+    def _note_pause(self) -> None:
+        """Keep when recording stops; where it goes on, have the log say so. Raises InputError."""
+        if self._is_quiet:
+            self._quiet_from = self._now() if self._quiet_from is None else self._quiet_from
+        elif self._quiet_from is not None:
+            self._bag.remark(PAUSES, {"from_ns": str(self._quiet_from), "to_ns": str(self._now())})
+            self._quiet_from = None
+            self._last_message = time.monotonic()
+
     def _on_pause(self, request: Trigger.Request, answer: Trigger.Response) -> Trigger.Response:
-        answer.success = self._paused_at is None
-        answer.message = "paused" if answer.success else "is paused already"
-        if answer.success:
-            self._paused_at = self._now()
-        return answer
+        return self._pause(True, "paused", "is paused already", answer)
 
     def _on_resume(self, request: Trigger.Request, answer: Trigger.Response) -> Trigger.Response:
-        answer.success = self._paused_at is not None
-        answer.message = "recording" if answer.success else "is recording already"
-        if self._paused_at is not None:
-            self._remark(PAUSES, {"from_ns": str(self._paused_at), "to_ns": str(self._now())})
-            self._paused_at = None
-            self._last_message = time.monotonic()
+        return self._pause(False, "recording" if self._active else "records once it is active", "is recording already",
+                           answer)
+
+    def _pause(self, paused: bool, done: str, already: str, answer: Trigger.Response) -> Trigger.Response:
+        answer.success = self._paused != paused
+        answer.message = done if answer.success else already
+        self._paused = paused
+        try:
+            self._note_pause()
+        except InputError as error:
+            answer.success, answer.message = False, str(error)
+            self._halt.fail(error)
         return answer
 
     def _on_split(self, request: Trigger.Request, answer: Trigger.Response) -> Trigger.Response:
@@ -190,20 +250,21 @@ class Recorder(Node):
             self._halt.fail(error)
         return answer
 
-    def _remark(self, name: str, values: dict[str, str]) -> None:
-        try:
-            self._bag.remark(name, values)
-        except InputError as error:
-            self._halt.fail(error)
-
     def close(self) -> None:
-        """Finish the bag. Raises InputError where that fails; what is safe in it stays."""
+        """Finish the bag, where one is begun. Raises InputError where that fails; what is safe in it stays."""
+        if not self._is_open:
+            return
+        self._is_open = False
         if self.lost and self._halt.error is None:
-            self._remark(LOSSES, {topic: str(count) for topic, count in self._listening.losses().items()})
+            try:
+                self._bag.remark(LOSSES, {topic: str(count) for topic, count in self._listening.losses().items()})
+            except InputError as error:
+                self._halt.fail(error)
         self._bag.close()
 
     def discard(self) -> None:
         """Leave no log: what was to be recorded never began."""
+        self._is_open = False
         self._bag.discard()
 
 

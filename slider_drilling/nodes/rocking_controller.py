@@ -26,11 +26,12 @@ from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS
 from slider_drilling.nodes import link
+from slider_drilling.nodes.controller_settings import of_settings
 from slider_drilling.nodes.echoes import Echoes
 from slider_drilling.nodes.halt import Halt
 from slider_drilling.nodes.health import Health, Level, Status
 from slider_drilling.nodes.managed import AUTOSTART, Transitions
-from slider_drilling.nodes.parameters import Declared, declare, of_settings, on_change
+from slider_drilling.nodes.parameters import Declared, declare, on_change
 from slider_drilling.nodes.rig_parameter import RIG, name_of, rig_of
 from slider_drilling.nodes.sample_inbox import Joint, SampleInbox
 from slider_drilling.nodes.services import reset_service, trigger_service

@@ -52,23 +52,29 @@ def wait_for_bytes() -> Callable[[Path, int, subprocess.Popen], Path]:
 
 
 @pytest.fixture
-def start(namespace: str, tmp_path: Path) -> Iterator[object]:
-    """Starts programs in one namespace; what is still there at the end is killed."""
-    started: list[Program] = []
-
-    def start_one(name: str, within: str = "", **parameters: object) -> Program:
-        started.append(Program(name, namespace + within, tmp_path, started, **parameters))
-        return started[-1]
-
-    yield start_one
-    for program in started:
+def started() -> Iterator[list[Program]]:
+    """The programs of a test; what is still there at the end is killed."""
+    programs: list[Program] = []
+    yield programs
+    for program in programs:
         if program.process.poll() is None:
             program.kill()
 
 
 @pytest.fixture
-def ear(namespace: str) -> Iterator[Ear]:
+def start(namespace: str, tmp_path: Path, started: list[Program]) -> Callable[..., Program]:
+    """Starts programs in one namespace."""
+
+    def start_one(name: str, within: str = "", **parameters: object) -> Program:
+        started.append(Program(name, namespace + within, tmp_path, started, **parameters))
+        return started[-1]
+
+    return start_one
+
+
+@pytest.fixture
+def ear(namespace: str, started: list[Program]) -> Iterator[Ear]:
     """Hears and says things in the namespace of the programs."""
-    made = Ear(namespace)
+    made = Ear(namespace, started)
     yield made
     made.close()

@@ -1,11 +1,12 @@
 """A node of the test's own: hears what programs say on topics, says things to them, calls their services."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from program import Program
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -19,9 +20,13 @@ KEPT = ("top_drive", "draw_works", "mud_pump", "top_drive_command", "tool_face_t
 
 
 class Ear:
-    """Keeps the joint states of a rig's topics as (stamp s, position, velocity, effort), and the latest statuses."""
+    """Keeps the joint states of a rig's topics as (stamp s, position, velocity, effort), and the latest statuses.
 
-    def __init__(self, namespace: str) -> None:
+    programs: those that it listens to; what they said is told where something never happens.
+    """
+
+    def __init__(self, namespace: str, programs: Sequence[Program] = ()) -> None:
+        self._programs = programs
         self._context = Context()
         rclpy.init(args=[], context=self._context)
         self.node = Node("ear", namespace=namespace, context=self._context)
@@ -48,8 +53,11 @@ class Ear:
         """Turn until it has."""
         end = time.monotonic() + DEADLINE
         while not has_happened():
-            assert time.monotonic() < end, (why, {name: found[-1:] for name, found in self.heard.items()},
-                                            {name: one.message for name, one in self.statuses.items()})
+            if time.monotonic() > end:
+                last = [*((name, found[-1:]) for name, found in self.heard.items()),
+                        *((name, one.message) for name, one in self.statuses.items()),
+                        *(one.last_words() for one in self._programs)]
+                raise AssertionError("\n".join([f"waited {DEADLINE:g} s: {why}", *map(str, last)]))
             self._executor.spin_once(timeout_sec=0.02)
 
     def until_status(self, name: str, level: int, text: str) -> None:

@@ -12,8 +12,9 @@ from rclpy.signals import SignalHandlerOptions
 
 from slider_drilling.log import LogWriter
 from slider_drilling.nodes import friction_simulator, log_player, recorder, rocking_controller
+from slider_drilling.nodes.controller_settings import of_settings
 from slider_drilling.nodes.halt import Halt
-from slider_drilling.nodes.parameters import Declared, of_settings
+from slider_drilling.nodes.parameters import Declared
 
 MODULES = {
     "friction_simulator": (friction_simulator, friction_simulator.FrictionSimulator),
@@ -82,6 +83,8 @@ def test_a_page_says_what_its_node_has(node, repository):
     assert {(row[0], row[1]) for row in rows(page, "Services")} == services
     if name == "log_player":
         return   # its topics are the log's
+    if isinstance(node, recorder.Recorder):
+        node._hear_the_beat()
     if isinstance(node, rocking_controller.RockingController):
         node._make_command_publishers()
         settings = rows(page, "Settings of SlideController")
@@ -110,6 +113,8 @@ def test_the_policy_allows_a_node_its_own_topics_and_services_and_nothing_else(n
     assert allowed("service", "reply") == topics(node.get_service_names_and_types_by_node(name, "/"))
     if name == "log_player":
         return   # its topics are the log's, and a rig's samples where it plays commands to one
+    if isinstance(node, recorder.Recorder):
+        node._hear_the_beat()
     if isinstance(node, rocking_controller.RockingController):
         node._make_command_publishers()
     timed = set() if name == "friction_simulator" else {"/clock"}   # use_sim_time

@@ -8,10 +8,15 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 import rclpy
 import yaml
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from mcap.reader import make_reader
+from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -26,7 +31,7 @@ from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS
 from slider_drilling.nodes import link
 from slider_drilling.nodes.halt import Halt
-from slider_drilling.nodes.recorder import Recorder
+from slider_drilling.nodes.recorder import PAUSES, Recorder
 from slider_drilling.nodes.sequence import SequenceWatch
 from slider_drilling.nodes.spin import drain, make_executor
 
@@ -61,10 +66,10 @@ class Bench:
             publisher.publish(cdr.joint_state(value * 10**8, "top_drive", float(value), 0.0, 0.0))  # type: ignore[attr-defined]
         self.turn(lambda: self.recorder.messages >= wanted)
 
-    def call(self, service: str) -> Trigger.Response:
-        client = self.node.create_client(Trigger, f"/recorder/{service}")
+    def call(self, service: str, kind: type = Trigger, **request: object) -> Any:
+        client = self.node.create_client(kind, f"/recorder/{service}")
         assert client.wait_for_service(10.0)
-        future = client.call_async(Trigger.Request())
+        future = client.call_async(kind.Request(**request))
         self.turn(future.done)
         return future.result()
 
@@ -173,7 +178,7 @@ def test_all_topics_with_their_own_definitions(bench, tmp_path):
     message = Odometry(child_frame_id="sled")
     message.pose.covariance[35] = 4.5
     publisher.publish(message)
-    one.turn(lambda: one.recorder.messages > 0)
+    one.turn(lambda: one.recorder._listening._channels["/sled"].received > 0)   # /rosout is recorded, too
     one.end()
     (found,) = [each.ros_msg for each in read_ros2_messages(one.recorder.path) if each.channel.topic == "/sled"]
     assert found.child_frame_id == "sled" and found.pose.covariance[35] == 4.5
@@ -227,6 +232,51 @@ def test_pause_and_resume(bench, tmp_path):
     one.end()
     assert read_log(tmp_path).top_drive.position.tolist() == [0, 1, 2, 6, 7]
     assert one.recorder.lost == 0
+
+
+def test_a_managed_recorder_records_while_it_is_active(bench, tmp_path):
+    one = bench(directory=str(tmp_path), autostart=False)
+    drive = link.publisher(one.node, DRIVE)
+    assert list(tmp_path.iterdir()) == []
+
+    def change(transition: int) -> None:
+        assert one.call("change_state", ChangeState, transition=Transition(id=transition)).success
+
+    def pass_by(value: int) -> None:
+        """A message that is heard and not recorded."""
+        heard = one.recorder._listening._channels["/top_drive/joint_states"]
+        wanted = heard.received + 1
+        drive.publish(cdr.joint_state(value * 10**8, "top_drive", float(value), 0.0, 0.0))
+        one.turn(lambda: heard.received >= wanted)
+
+    change(Transition.TRANSITION_CONFIGURE)
+    one.turn(lambda: one.recorder._listening.publishers_of("/top_drive/joint_states") > 0)
+    pass_by(0)
+    change(Transition.TRANSITION_ACTIVATE)
+    one.send(drive, range(1, 3))
+    change(Transition.TRANSITION_DEACTIVATE)
+    assert one.call("pause").success and one.call("resume").message == "records once it is active"
+    pass_by(3)
+    change(Transition.TRANSITION_ACTIVATE)
+    one.send(drive, range(4, 6))
+    change(Transition.TRANSITION_DEACTIVATE)
+    change(Transition.TRANSITION_CLEANUP)
+    first = one.recorder.path
+    log = read_log(first)
+    assert log.top_drive.position.tolist() == [1, 2, 4, 5]
+    with first.open("rb") as stream:
+        noted = [record.metadata for record in make_reader(stream).iter_metadata() if record.name == PAUSES]
+    assert len(noted) == 1 and int(noted[0]["from_ns"]) < int(noted[0]["to_ns"])
+    change(Transition.TRANSITION_CONFIGURE)
+    assert one.recorder.path != first
+    one.end()
+    assert read_log(first).top_drive.position.tolist() == [1, 2, 4, 5]
+
+
+def test_its_parameters_are_told_to_who_asks(bench, tmp_path):
+    one = bench(directory=str(tmp_path), notes="a slide")
+    assert one.call("get_parameters", GetParameters, names=["notes"]).values[0].string_value == "a slide"
+    one.end()
 
 
 def test_what_never_came_is_counted(bench, tmp_path):

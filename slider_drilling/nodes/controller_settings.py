@@ -1,0 +1,18 @@
+"""A controller's settings as parameters; apart from those, as a controller loads what other nodes do not need."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from slider_drilling.control.settings import Limits, limits_of
+from slider_drilling.nodes.parameters import Declared
+
+
+def of_settings(settings: Any) -> list[Declared]:
+    """A controller's settings as parameters that can change while it runs; their values are the defaults."""
+
+    def declared(name: str, limits: Limits) -> Declared:
+        value = getattr(settings, name)
+        return Declared(name, value, limits.description, limits.unit, limits.low, limits.high, live=True)
+
+    return [declared(name, limits) for name, limits in limits_of(settings).items()]
