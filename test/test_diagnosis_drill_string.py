@@ -25,7 +25,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Channel, How
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.log import read_log
-from slider_drilling.rig import FrictionInterval, Section, dump_rig, load_rig, parse_rig
+from slider_drilling.rig import FrictionInterval, Section, load_rig, parse_rig
 from slider_drilling.share import share_file
 
 
@@ -156,13 +156,6 @@ def test_a_wave_of_negative_amplitude_is_half_a_period_on():
     rig = rig_with(short_rig(), {"heave.amplitude": -0.2, "heave.period": 8.0, "heave.phase": 0.5})
     assert rig.effects.heave.amplitude == pytest.approx(0.2)
     assert np.sin(rig.effects.heave.phase) == pytest.approx(-np.sin(0.5))
-
-
-def test_a_bed_whose_ends_have_passed_each_other_lies_between_them():
-    bed = {"cuttings_bed.factor": 2.0, "cuttings_bed.top": 1500.0, "cuttings_bed.bottom": 1200.0}
-    found = rig_with(short_rig(), bed)
-    assert (found.effects.cuttings_bed.top, found.effects.cuttings_bed.bottom) == (1200.0, 1500.0)
-    assert parse_rig(dump_rig(found)) == found
 
 
 def test_neutral_values_leave_the_rig_as_it_is():

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from slider_drilling.diagnosis import words
-from slider_drilling.diagnosis.catalogue import catalogue
+from slider_drilling.diagnosis.catalogue import catalogue, spoken
 from slider_drilling.diagnosis.diagnose import Diagnosis
 from slider_drilling.diagnosis.figures import intervals, waterfall
 from slider_drilling.diagnosis.origin import RigOrigin, origin_of, remarks_on
@@ -143,7 +143,8 @@ def test_an_answer_of_nothing_says_why():
 
 @pytest.mark.parametrize("effect", catalogue(3000.0, 400.0), ids=lambda effect: effect.name)
 def test_every_effect_has_words_of_its_own(effect):
-    text = phrase(effect.name, {name.rpartition(".")[2]: v for name, v in effect.values(effect.scan[0]).items()})
+    told = spoken(effect.values(effect.scan[0]), 3000.0)
+    text = phrase(effect.name, {name.rpartition(".")[2]: value for name, value in told.items()})
     assert text[0].isupper()
     assert "_" not in text
     assert not text.startswith(effect.name.replace("_", " ").capitalize() + " (")

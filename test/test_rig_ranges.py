@@ -236,9 +236,7 @@ def test_whatever_a_fit_may_end_at_can_be_read_back(path: Path) -> None:
         for parameter in effect.parameters:
             for end in (parameter.lower, parameter.upper):
                 values = effect.values(effect.scan[0]) | {parameter.name: end}
-                if parameter.name in ("cuttings_bed.top", "cuttings_bed.bottom"):
-                    values |= {"cuttings_bed.top": 0.0, "cuttings_bed.bottom": rig.string.length}
-                elif parameter.name == "axial_oscillation_tool.depth":
+                if parameter.name == "axial_oscillation_tool.depth":
                     values[parameter.name] = max(end, 1.0)  # at 0 m is where the file says nothing of it
                 check_rig(rig_with(rig, values))
 

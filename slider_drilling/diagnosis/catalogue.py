@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slider_drilling.gap.model import Effect, Parameter
+from slider_drilling.gap.model import Effect, Parameter, Values
 
 # Periods of waves at sea, where the log itself shows no line.
 ANY_WAVE_S = (6.0, 9.0, 13.0)
@@ -101,18 +101,49 @@ def aging_with_memory() -> Effect:
 
 
 def _cuttings_bed(length: float) -> Effect:
-    narrow = [(1.6, (0.15 + 0.1 * k) * length, (0.27 + 0.1 * k) * length) for k in range(8)]
-    wide = [(1.4, share * length, (share + 0.25) * length) for share in (0.25, 0.45, 0.7)]
+    """Searched for by how much it holds in all, by its middle and by its length (see `spoken`): what a log tells best,
+    nearly not at all, and little.
+    """
+    narrow = [(0.6 * 0.12 * length, (0.21 + 0.1 * k) * length, 0.12 * length) for k in range(8)]
+    wide = [(0.4 * 0.25 * length, (share + 0.125) * length, 0.25 * length) for share in (0.25, 0.45, 0.7)]
     return Effect(
         "cuttings_bed", "contact",
         (
-            Parameter("cuttings_bed.factor", 1.0, 0.2, 6.0, 0.1),
-            Parameter("cuttings_bed.top", 0.5 * length, 0.0, length, 0.01 * length, "m"),
-            Parameter("cuttings_bed.bottom", 0.7 * length, 0.0, length, 0.01 * length, "m"),
+            Parameter("cuttings_bed.excess", 0.0, -0.15 * length, length, 0.02 * length, "m"),
+            Parameter("cuttings_bed.middle", 0.6 * length, 0.0, length, 0.01 * length, "m"),
+            Parameter("cuttings_bed.length", 0.2 * length, 0.03 * length, 0.6 * length, 0.03 * length, "m"),
         ),
-        scan=(*narrow, *wide), physical=(1.0, np.inf), nonphysical="less friction over one depth interval",
+        scan=(*narrow, *wide), physical=(0.0, np.inf), nonphysical="less friction over one depth interval",
         law="friction times factor from top to bottom",
     )  # fmt: skip
+
+
+def said(length: float) -> dict[str, Parameter]:
+    """The rig file's parameters of what is fitted under other names; length: m, of the string."""
+    return {
+        parameter.name: parameter
+        for parameter in (
+            Parameter("cuttings_bed.factor", 1.0, 0.2, 20.0, 0.1),
+            Parameter("cuttings_bed.top", 0.5 * length, 0.0, length, 0.01 * length, "m"),
+            Parameter("cuttings_bed.bottom", 0.7 * length, 0.0, length, 0.01 * length, "m"),
+        )
+    }
+
+
+def spoken(values: Values, length: float) -> dict[str, float]:
+    """Fitted values as the rig file's ``effects:`` block wants them; length: m, of the string."""
+    told = dict(values)
+    if "cuttings_bed.excess" in told:
+        excess = told.pop("cuttings_bed.excess")
+        middle, long = told.pop("cuttings_bed.middle", 0.6 * length), told.pop("cuttings_bed.length", 0.2 * length)
+        told["cuttings_bed.factor"] = float(np.clip(1.0 + excess / long, 0.2, 20.0))
+        told["cuttings_bed.top"] = max(middle - 0.5 * long, 0.0)
+        told["cuttings_bed.bottom"] = min(middle + 0.5 * long, length)
+    if told.get("heave.amplitude", 0.0) < 0.0:
+        # A wave of negative amplitude is the same wave half a period on.
+        told["heave.amplitude"] *= -1.0
+        told["heave.phase"] = (told.get("heave.phase", 0.0) + 2.0 * np.pi) % (2.0 * np.pi) - np.pi
+    return told
 
 
 def _along_the_string(length: float, tool_frequencies: Sequence[float]) -> tuple[Effect, ...]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from slider_drilling.compiler import threads
+from slider_drilling.diagnosis.catalogue import said, spoken
 from slider_drilling.diagnosis.disturbances import disturbances, disturbed, moves_commands
 from slider_drilling.diagnosis.manoeuvres import next_runs
 from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
@@ -24,7 +25,8 @@ _SPLIT = 40  # lanes from which a batch is shared among the cores
 
 @dataclass(frozen=True)
 class DrillString:
-    """See `slider_drilling.gap.model`: `Model`, `Graded`, `Pulled`, `Disturbed`, `Shortened`, `Probed`.
+    """See `slider_drilling.gap.model`: `Model`, `Graded`, `Pulled`, `Disturbed`, `Shortened`, `Probed`,
+    `Spoken`.
 
     rig: with the log's nominal parameters; commands: one per run. Nothing here changes by being used.
     """
@@ -58,6 +60,15 @@ class DrillString:
         runs = list(self.runs)
         runs[run] = replace(runs[run], channels=channels)
         return replace(self, runs=tuple(runs))
+
+    @property
+    def said(self) -> Mapping[str, Parameter]:
+        """See `Spoken`."""
+        return said(self.rig.string.length)
+
+    def spoken(self, values: Values) -> dict[str, float]:
+        """See `Spoken`."""
+        return spoken(values, self.rig.string.length)
 
     def disturbances(self, values: Values) -> list[Disturbance]:
         """See `Disturbed`."""
@@ -216,7 +227,7 @@ def rig_with(rig: Rig, values: Values) -> Rig:
             hydraulics, reference_pressure=hydraulics.reference_pressure * values.get("pressure_gain", 1.0)
         ),
     )
-    return replace(tuned, effects=_effects_with(tuned, _upright(_rectified(values))))
+    return replace(tuned, effects=_effects_with(tuned, spoken(values, string.length)))
 
 
 def _effects_with(rig: Rig, values: Values) -> Effects:
@@ -227,20 +238,6 @@ def _effects_with(rig: Rig, values: Values) -> Effects:
             blocks.setdefault(effect, {})[parameter] = value
     changed = {name: replace(getattr(rig.effects, name), **block) for name, block in blocks.items()}
     return replace(rig.effects, **changed)
-
-
-def _rectified(values: Values) -> Values:
-    """A wave of negative amplitude is the same wave half a period on; the rig file wants it positive."""
-    if values.get("heave.amplitude", 0.0) >= 0.0:
-        return values
-    phase = (values.get("heave.phase", 0.0) + 2.0 * np.pi) % (2.0 * np.pi) - np.pi
-    return {**values, "heave.amplitude": -values["heave.amplitude"], "heave.phase": phase}
-
-
-def _upright(values: Values) -> Values:
-    """A bed whose ends a fit has moved past each other lies between them all the same."""
-    top, bottom = values.get("cuttings_bed.top", 0.0), values.get("cuttings_bed.bottom", np.inf)
-    return values if top <= bottom else {**values, "cuttings_bed.top": bottom, "cuttings_bed.bottom": top}
 
 
 def depth_probes(length: float, count: int = 10) -> tuple[tuple[Parameter, float, float], ...]:

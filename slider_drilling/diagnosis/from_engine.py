@@ -22,11 +22,12 @@ from slider_drilling.diagnosis.outcome import (
 )
 from slider_drilling.diagnosis.shapes import shape_in_words
 from slider_drilling.gap.answer.beyond import Beyond
-from slider_drilling.gap.answer.intervals import intervals
+from slider_drilling.gap.answer.intervals import intervals, known, spoken
 from slider_drilling.gap.choice.state import Explained, Judged
 from slider_drilling.gap.evidence.rivals import Rival
 from slider_drilling.gap.explain import Answer
-from slider_drilling.gap.model import Effect, Model, Parameter
+from slider_drilling.gap.model import Effect, Model
+from slider_drilling.gap.problem.noise import is_white
 
 NOT_FITTED = "fell behind in the race: others explained more with as many trials"
 # Widest interval of a share that still says something: beyond, what it is a share of is hardly there.
@@ -52,7 +53,7 @@ def outcome_of(answer: Answer, model: Model, beyond: Beyond, effects: Sequence[E
             manoeuvre.description, manoeuvre.settings, manoeuvre.separates, manoeuvre.distance, manoeuvre.now,
             manoeuvre.others,
         ),
-        tuned_parameters=_fitted(state.current, state.current.fit.values),
+        tuned_parameters=_fitted(state.current),
         horizon=beyond.horizon,
         counts={"simulations": spent, "not_refitted": state.current.score.not_refitted},
         remarks=answer.remarks,
@@ -72,7 +73,9 @@ def _gap(answer: Answer, model: Model) -> Gap:
         nominal=answer.nominal, tuned=answer.tuned, with_effect=answer.with_effect if answer.effects else None,
         closed=closed, closed_interval=interval, threshold=answer.threshold,
         noise_floor={
-            name: Floor(floor.sigma, floor.declared, channels[name].unit, floor.method, None, floor.excess)
+            name: Floor(
+                floor.sigma, floor.declared, channels[name].unit, floor.method, _white(answer, name), floor.excess
+            )
             for name, floor in floors.items()
         },
         rms={
@@ -80,6 +83,14 @@ def _gap(answer: Answer, model: Model) -> Gap:
             for name, channel in channels.items()
         },
     )  # fmt: skip
+
+
+def _white(answer: Answer, channel: str) -> bool | None:
+    """Whether the final model leaves white noise of a channel in every run, None where no run can tell."""
+    known = answer.state.current
+    told = [is_white(known.fit.residual[p.rows]) for p in known.problem.pieces if p.name == channel]
+    sure = [one for one in told if one is not None]
+    return all(sure) if sure else None
 
 
 def _share(closed: float, interval: Interval, answer: Answer) -> tuple[float | None, Interval | None]:
@@ -121,19 +132,19 @@ def _candidate(one: Judged, effect: Effect, answer: Answer, groups: Mapping[str,
     if not in_answer and not why_not:
         better = " and ".join(answer.effects) or (answer.rival.words if answer.rival is not None else "")
         why_not = (f"what it explains, {better} explains better" if better else "what remains is no more than noise",)
-    own = {parameter.name: one.explained.fit.values[parameter.name] for parameter in effect.parameters}
     return Candidate(
         name, effect.site, one.passed, in_answer, () if in_answer else why_not, closed, interval,
-        _fitted(one.explained, own), groups.get(name, ()),
+        _fitted(one.explained, f"{name}."), groups.get(name, ()),
     )  # fmt: skip
 
 
-def _fitted(explained: Explained, values: Mapping[str, float]) -> dict[str, Fitted]:
+def _fitted(explained: Explained, prefix: str = "") -> dict[str, Fitted]:
+    """What was fitted, by the names that a user knows; prefix: of those to tell."""
     spans = intervals(explained.problem, explained.fit)
-    known: dict[str, Parameter] = {parameter.name: parameter for parameter in explained.fit.parameters}
+    values = spoken(explained.problem, explained.fit.values)
     return {
-        name: Fitted(value, known[name].unit, known[name].nominal, spans.get(name))
-        for name, value in values.items() if name in known
+        name: Fitted(values[name], parameter.unit, parameter.nominal, spans.get(name))
+        for name, parameter in known(explained.problem, explained.fit).items() if name.startswith(prefix)
     }  # fmt: skip
 
 

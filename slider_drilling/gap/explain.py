@@ -15,7 +15,7 @@ from slider_drilling.gap.choice.forward import begin, step
 from slider_drilling.gap.choice.state import Judged, State
 from slider_drilling.gap.evidence.compare import LEVEL, beats, gaps, share_closed
 from slider_drilling.gap.evidence.rivals import Rival, rivals
-from slider_drilling.gap.model import Disturbed, Effect, Model, Together, Values
+from slider_drilling.gap.model import Effect, Model, Together, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, noise_floor
 
 Report = Callable[[str, float], None]
@@ -135,7 +135,7 @@ def conclude(state: State, runtime: float) -> Answer:
     where = locate(state.tuned)
     site = state.current.effects[0].site if named else None
     if verdict == "unknown":
-        site = rival.site if rival is not None else _site_of_channel(state, where)
+        site = _likeliest_site(state, found)
     return Answer(
         verdict, site, named, closed, interval, where, rival, None if state.partial else next_manoeuvre(state),
         _remarks(state), runtime, state,
@@ -157,10 +157,15 @@ def _closed(state: State) -> tuple[float, tuple[float, float]]:
     return float(share_closed(state.tuned.score.gap**2, state.current.score.gap**2)), (low, high)
 
 
-def _site_of_channel(state: State, where: Where) -> str | None:
-    model = state.tuned.problem.model
-    worst = max(where.channel, key=lambda name: where.channel[name])
-    return model.site_of(worst) if isinstance(model, Disturbed) else None
+def _likeliest_site(state: State, found: Sequence[Rival]) -> str | None:
+    """The site of what foretells most of all that was tried, whether or not it may be named: a law that passes no test
+    and a disturbance that no law describes act where something is missing.
+    """
+    tried = [(one.effect.site, one.explained.score) for taken in state.steps[:1] for one in taken.judged]
+    tried += [(rival.site, rival.score) for rival in found]
+    if not tried:
+        return None
+    return min(tried, key=lambda one: float(np.sum(one[1].density)))[0]
 
 
 def _together(model: Model, candidates: Sequence[Effect]) -> list[list[Effect]]:

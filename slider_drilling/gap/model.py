@@ -198,6 +198,22 @@ class Together(Protocol):
 
 
 @runtime_checkable
+class Spoken(Protocol):
+    """A model that fits some of its parameters under other names than those that a user knows.
+
+    A stretch of a hole is known by its ends and what is in it; a search gets along better with how much there is in
+    all, where its middle is, and how long it is.
+    """
+
+    @property
+    def said(self) -> Mapping[str, Parameter]:
+        """The parameters that a user knows instead, by name."""
+
+    def spoken(self, values: Values) -> dict[str, float]:
+        """Fitted values by the names that a user knows; what has one name only is passed on."""
+
+
+@runtime_checkable
 class Probed(Protocol):
     """A model that can say where along it something is missing."""
 

@@ -21,7 +21,7 @@ from tally import Tally
 from whole import contents, wrong_in
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL)
-PATIENCE = 120.0  # s that a command may take to end after a signal, on a busy machine
+PATIENCE = 600.0  # s that a command may take to end after a signal, on a machine that others use, too
 LONGEST = 10.0  # s of a command within which it is killed
 
 

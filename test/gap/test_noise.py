@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from slider_drilling.gap.model import Channel
-from slider_drilling.gap.problem.noise import difference_noise, lowered, noise_floor
+from slider_drilling.gap.problem.noise import difference_noise, is_white, lowered, noise_floor
 
 TIME = np.arange(0.0, 400.0, 0.1)
 
@@ -51,3 +52,12 @@ def test_too_few_samples_and_nothing_declared():
     few = Channel("mwd", TIME[:20], TIME[:20], "rad")
     with pytest.raises(ValueError, match="none is declared"):
         noise_floor(few)
+
+
+def test_white_is_white_as_often_as_stated_and_a_drift_is_not():
+    generator = np.random.default_rng(8)
+    noise = generator.normal(size=(400, 500))
+    told = sum(is_white(row) is False for row in noise)
+    assert binom.ppf(0.001, 400, 0.01) <= told <= binom.ppf(0.999, 400, 0.01)
+    assert is_white(noise[0] + np.sin(np.arange(500.0) / 30.0)) is False
+    assert is_white(noise[0, :50]) is None

@@ -4,23 +4,48 @@ from __future__ import annotations
 
 import numpy as np
 
+from slider_drilling.gap.model import Array, Parameter, Spoken
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit, prior_weights
 
 _NORMAL_95 = 1.96
+# Of a parameter's scale: how far it is moved to see what that is in the names that a user knows.
+_MOVED = 1e-3
 
 
 def intervals(problem: Problem, found: Fit) -> dict[str, tuple[float, float]]:
-    """95 % of each freed parameter, cut at its bounds."""
+    """95 % of each freed parameter, by the names that a user knows, cut at its bounds."""
     if not found.parameters:
         return {}
     _, rows = problem.whitened(found.residual, found.jacobian, found.discrepancy)
     normal = rows @ rows.T + np.diag(prior_weights(found.parameters) ** 2)
     # What the log says nothing of may lie anywhere within its bounds.
     covariance = np.linalg.pinv(normal + 1e-9 * np.eye(len(normal)))
+    values = spoken(problem, found.values)
     spans = {}
-    for index, parameter in enumerate(found.parameters):
-        half = _NORMAL_95 * parameter.scale * float(np.sqrt(max(covariance[index, index], 0.0)))
-        value = found.values[parameter.name]
-        spans[parameter.name] = max(value - half, parameter.lower), min(value + half, parameter.upper)
+    for name, parameter in known(problem, found).items():
+        slope = _slope(problem, found, name)
+        half = _NORMAL_95 * float(np.sqrt(max(float(slope @ covariance @ slope), 0.0)))
+        spans[name] = max(values[name] - half, parameter.lower), min(values[name] + half, parameter.upper)
     return spans
+
+
+def spoken(problem: Problem, values: dict[str, float]) -> dict[str, float]:
+    """Fitted values by the names that a user knows."""
+    return problem.model.spoken(values) if isinstance(problem.model, Spoken) else dict(values)
+
+
+def known(problem: Problem, found: Fit) -> dict[str, Parameter]:
+    """The freed parameters by the names that a user knows."""
+    freed = {parameter.name: parameter for parameter in found.parameters}
+    said = problem.model.said if isinstance(problem.model, Spoken) else {}
+    return {name: freed.get(name) or said[name] for name in spoken(problem, found.values) if name in {**freed, **said}}
+
+
+def _slope(problem: Problem, found: Fit, name: str) -> Array:
+    """(p,) change of one known parameter per scale of each freed one."""
+    here = spoken(problem, found.values)[name]
+    return np.array([
+        (spoken(problem, found.values | {p.name: found.values[p.name] + _MOVED * p.scale})[name] - here) / _MOVED
+        for p in found.parameters
+    ])  # fmt: skip

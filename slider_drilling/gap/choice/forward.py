@@ -16,11 +16,11 @@ from slider_drilling.gap.choice.state import Explained, Judged, State, Step
 from slider_drilling.gap.evidence.adequacy import adequacy
 from slider_drilling.gap.evidence.compare import LEVEL, Blocks, beats, gaps, make_blocks, share_closed
 from slider_drilling.gap.evidence.score import Folds, Score, held_out, make_folds, score_of
-from slider_drilling.gap.model import Array, Effect, Graded, How, Model, Parameter, Pulled, Values
+from slider_drilling.gap.model import Effect, Graded, How, Model, Parameter, Pulled, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, lowered, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.least_squares import Fit, fit
-from slider_drilling.gap.search.race import FINALISTS, Arm, parameters_of, race
+from slider_drilling.gap.search.race import FINALISTS, Arm, begun_again, parameters_of, race
 from slider_drilling.gap.search.screen import Candidate, screen
 from slider_drilling.gap.search.wide import wide
 
@@ -33,8 +33,10 @@ LEAST_SHARE = 0.05
 # Effects that may be named together.
 MOST_EFFECTS = 3
 _TUNING, _POLISH = 14, 3
-# Of ``-2 log p`` per sample: a fit that loses more on the fine mesh is made there.
-_RECOVERED = 0.02
+# Of the noise: where the mesh adds more, fits are finished on the fine one.
+_COARSE = 0.5
+# A way of running the model whose cost is so much above the other's is not raced in.
+_AS_GOOD = 0.03
 # A floor that falls by less is the same.
 _SAME_FLOOR = 0.95
 _SCATTERED, _FOLLOWED = 32, 2
@@ -64,11 +66,11 @@ def begin(
         if again.cost < tuned.cost:
             explained = _explained(free, (), again, blocks.folds)
             enough = adequacy(explained.problem, explained.fit, explained.score, seed, effects)
-    given, residual = _as_given(free, explained)
+    given = _as_given(free, explained)
     good = given.gap <= enough.threshold and all(given.by_channel[c] <= v for c, v in enough.by_channel.items())
     ways = (free, free.run_as(How(0, PULL))) if _can_be_pulled(model) else (free,)
     return State(
-        tuple(floors), ways, given, residual, explained, explained, enough, enough, good, blocks, (),
+        tuple(floors), ways, given, explained, explained, enough, enough, good, blocks, (),
         explained.fit.simulations, done=enough.adequate,
     )  # fmt: skip
 
@@ -82,51 +84,64 @@ def step(
         return replace(state, done=True)
     turn = len(state.steps)
     report(f"racing {len(left)} effects" + (f", step {turn + 1}" if turn else ""), min(0.1 + 0.3 * turn, 0.8))
-    arms, promised = _arms(state, left, together if turn == 0 else ())
-    ran = race(state.ways, arms)
+    arms, promised, ways = _arms(state, left, together if turn == 0 else ())
+    ran = begun_again(state.ways, race(state.ways, arms))
     spent = sum(arm.fit.simulations for arm in ran if arm.fit is not None)
     report("judging the finalists", min(0.25 + 0.3 * turn, 0.9))
-    before = state
-    state, judged = _judge(before, ran, len(left), seed)
-    accepted = next((one for one in judged if one.passed), None)
-    if accepted is None and len(state.ways) > 1:
-        otherwise, again = _judge_otherwise(before, ran, 2 * len(left), seed)
-        if again[0].passed:
-            state, accepted = otherwise, again[0]
-            judged = (accepted, *(one for one in judged if one.effect.name != accepted.effect.name))
+    state, judged = _judge(state, ran, ways, len(left), seed)
     state = replace(state, simulations=state.simulations + spent)
-    if accepted is None:
-        return replace(state, steps=(*state.steps, Step(judged, None, (), promised)), done=True)
-    group = _group(state.blocks, accepted, judged)
-    state, accepted = _refloored(state, accepted, len(left))
-    enough = adequacy(accepted.explained.problem, accepted.explained.fit, accepted.explained.score, seed)
-    judged = tuple(accepted if one.effect.name == accepted.effect.name else one for one in judged)
-    taken = Step(judged, accepted, group, promised)
-    return replace(state, current=accepted.explained, enough=enough, steps=(*state.steps, taken), done=enough.adequate)
+    for one in judged:
+        if one.passed:
+            group = _group(state.blocks, one, judged)
+            refloored, accepted = _refloored(state, one, len(left))
+            judged = tuple(accepted if other is one else other for other in judged)
+            if accepted.passed:
+                return _with(refloored, Step(judged, accepted, group, promised), seed)
+    return replace(state, steps=(*state.steps, Step(judged, None, (), promised)), done=True)
 
 
-def _judge(state: State, ran: Sequence[Arm], rivals: int, seed: int) -> tuple[State, tuple[Judged, ...]]:
+def _with(state: State, taken: Step, seed: int) -> State:
+    """The state with one more effect in it."""
+    assert taken.accepted is not None
+    found = taken.accepted.explained
+    enough = adequacy(found.problem, found.fit, found.score, seed)
+    return replace(state, current=found, enough=enough, steps=(*state.steps, taken), done=enough.adequate)
+
+
+def _judge(
+    state: State, ran: Sequence[Arm], ways: Sequence[int], rivals: int, seed: int
+) -> tuple[State, tuple[Judged, ...]]:
     """Refit the finalists in the way that foretells most, and hold them out against what is known so far.
 
-    Where that way is not the one the state was scored in, what is known is scored anew in it.
+    Which way that is, the leader shows where it is finished. Where it is not the one the state was scored in, what is
+    known is scored anew in it.
     """
-    way = ran[0].way
-    problem = state.ways[way]
-    if state.current.problem.how != problem.how:
-        state = _in_way(state, problem, seed)
+    folds = state.blocks.folds
+    led = {way: _finished(state.ways[way], _reached(state, ran, ran[0].names, way)) for way in ways}
+    way = min(led, key=lambda one: led[one][1].cost)
+    if state.current.problem.how.pull != state.ways[way].how.pull:
+        state = _in_way(state, state.ways[way], seed)
     finalists = list(dict.fromkeys(arm.names for arm in ran))[:FINALISTS]
     judged = []
     for names in finalists:
-        own = [arm for arm in ran if arm.names == names]
-        arm = next((a for a in own if a.way == way), own[0])
-        assert arm.fit is not None
-        found = arm.fit
-        if arm.way != way:
-            found = fit(problem, arm.fit.parameters, arm.fit.values, iterations=_TUNING)
-        explained = _explained(problem, arm.effects, found, state.blocks.folds)
+        effects = next(arm.effects for arm in ran if arm.names == names)
+        if names == ran[0].names:
+            problem, found = led[way]
+        else:
+            problem, found = _finished(state.ways[way], _reached(state, ran, names, way))
+        explained = Explained(tuple(effects), problem, found, held_out(problem, found, folds))
         judged.append(_verdict(state, explained, rivals))
     judged.sort(key=lambda one: float(np.sum(one.explained.score.density)))
     return state, tuple(judged)
+
+
+def _reached(state: State, ran: Sequence[Arm], names: tuple[str, ...], way: int) -> Fit:
+    """The best fit of a set in one way of running the model: its own arm's, or one that goes on from another way's."""
+    own = [arm for arm in ran if arm.names == names]
+    fits = [arm.fit for arm in own if arm.way == way and arm.fit is not None]
+    if own[0].way != way and own[0].fit is not None:
+        fits.append(fit(state.ways[way], own[0].fit.parameters, own[0].fit.values, iterations=_TUNING))
+    return min(fits, key=lambda one: one.cost)
 
 
 def _refloored(state: State, accepted: Judged, rivals: int) -> tuple[State, Judged]:
@@ -147,27 +162,16 @@ def _refloored(state: State, accepted: Judged, rivals: int) -> tuple[State, Judg
 
     tuned = again(state.tuned)
     current = tuned if state.current is state.tuned else again(state.current)
-    nominal, residual = _as_given(problem, tuned)
-    state = replace(
-        state, floors=floors, ways=ways, tuned=tuned, current=current, nominal=nominal, nominal_residual=residual
-    )
+    nominal = _as_given(problem, tuned)
+    state = replace(state, floors=floors, ways=ways, tuned=tuned, current=current, nominal=nominal)
     return state, _verdict(state, again(found), rivals)
 
 
-def _as_given(problem: Problem, tuned: Explained) -> tuple[Score, Array]:
-    """Score and residual (N,) of the model as given."""
+def _as_given(problem: Problem, tuned: Explained) -> Score:
+    """Score of the model as given."""
     exact = problem.at({}, _fine(problem.model))
     residual = exact.residuals([{}])[0]
-    return score_of(exact, residual, replace(tuned.fit, discrepancy=exact.cost(residual)[1])), residual
-
-
-def _judge_otherwise(state: State, ran: Sequence[Arm], rivals: int, seed: int) -> tuple[State, tuple[Judged, ...]]:
-    """The same in the other way of running the model: one spin of the bit may hide what all the rest says."""
-    leader = ran[0]
-    assert leader.fit is not None
-    other = 1 - leader.way
-    found = fit(state.ways[other], leader.fit.parameters, leader.fit.values, iterations=_TUNING)
-    return _judge(state, [replace(leader, way=other, fit=found)], rivals, seed)
+    return score_of(exact, residual, replace(tuned.fit, discrepancy=exact.cost(residual)[1]))
 
 
 def _verdict(state: State, explained: Explained, rivals: int) -> Judged:
@@ -215,26 +219,36 @@ def _in_way(state: State, problem: Problem, seed: int) -> State:
 
     tuned = again(state.tuned)
     current = tuned if state.current is state.tuned else again(state.current)
-    given, residual = _as_given(problem, tuned)
+    given = _as_given(problem, tuned)
     enough = adequacy(tuned.problem, tuned.fit, tuned.score, seed)
-    return replace(state, tuned=tuned, current=current, nominal=given, nominal_residual=residual, tuned_enough=enough)
+    return replace(state, tuned=tuned, current=current, nominal=given, tuned_enough=enough)
 
 
 def _explained(problem: Problem, effects: Sequence[Effect], found: Fit, folds: Folds) -> Explained:
-    """A fit finished where the cheap simulation equals the fine one, and held out.
+    """A fit finished and held out."""
+    exact, polished = _finished(problem, found)
+    return Explained(tuple(effects), exact, polished, held_out(exact, polished, folds))
 
-    Where what the mesh adds changes with every step, so that correcting the cheap simulation leads nowhere, the fine
-    one itself is fitted.
+
+def _finished(problem: Problem, found: Fit) -> tuple[Problem, Fit]:
+    """A fit finished where the cheap simulation equals the fine one.
+
+    Where what the mesh adds is a good part of the noise it changes with every step, and the fine one itself is fitted.
     """
     fine = _fine(problem.model)
     exact = problem.at(found.values, fine)
     polished = fit(exact, found.parameters, found.values, iterations=_POLISH)
     exact = problem.at(polished.values, fine)
-    polished = fit(exact, found.parameters, polished.values, iterations=1)
-    if fine > problem.how.fidelity and polished.cost > found.cost + _RECOVERED * problem.size:
+    if fine > problem.how.fidelity and _mesh_error(exact) > _COARSE:
         exact = problem.run_as(replace(problem.how, fidelity=fine))
-        polished = fit(exact, found.parameters, found.values, iterations=_POLISH + 2)
-    return Explained(tuple(effects), exact, polished, held_out(exact, polished, folds))
+        return exact, fit(exact, found.parameters, polished.values, iterations=_POLISH)
+    return exact, fit(exact, found.parameters, polished.values, iterations=1)
+
+
+def _mesh_error(problem: Problem) -> float:
+    """What finer simulations add, RMS in noise units of the channel that shows most; not where a miss accumulates."""
+    shown = [np.mean(problem.correction[p.rows] ** 2) for p in problem.pieces if not p.channel.accumulates]
+    return float(np.sqrt(max(shown, default=0.0)))
 
 
 def _tuned(problem: Problem, starts: Sequence[Values]) -> Fit:
@@ -276,47 +290,59 @@ def _lowered(
 
 def _arms(
     state: State, effects: Sequence[Effect], together: Sequence[Sequence[Effect]]
-) -> tuple[list[Arm], dict[str, float]]:
-    """Where the race begins: in every way of running the model, from what is known and from the rig as given.
+) -> tuple[list[Arm], dict[str, float], list[int]]:
+    """Where the race begins: in every way of running the model that is worth it, from what is known and from the rig as
+    given.
 
     A nuisance that was tuned without the effect has gone as far as it could to make up for it; a rig is more likely
-    near its file. Besides the arms, what each effect's scan promises, by name.
+    near its file. Besides the arms, what each effect's scan promises, by name, and the ways.
     """
     known = state.current
     arms: list[Arm] = []
     promised: dict[str, float] = {}
-    for way, problem in enumerate(state.ways):
-        parameters = known.fit.parameters
-        tuned = fit(problem, parameters, known.fit.values, iterations=_TUNING // 2)
+    tuned, ways = _worth_running(state)
+    for way in ways:
+        problem = state.ways[way]
         given = {name: value for name, value in known.fit.values.items() if "@" in name or "." in name}
-        as_given = fit(problem, parameters, given, iterations=1)
-        for base in (tuned, as_given):
+        as_given = fit(problem, known.fit.parameters, given, iterations=1)
+        for heat, (base, starts) in enumerate(((tuned[way], 1), (as_given, 2)), 3 * way):
             candidates = screen(problem, base, effects)
             by_name = {candidate.effect.name: candidate for candidate in candidates}
             for candidate in candidates:
                 promised[candidate.effect.name] = max(promised.get(candidate.effect.name, 0.0), candidate.promise)
-                for start in candidate.starts[: 2 if base is tuned else 1]:
-                    arms.append(Arm((*known.effects, candidate.effect), way, start, base))
+                for start in candidate.starts[:starts]:
+                    arms.append(Arm((*known.effects, candidate.effect), way, start, base, heat))
             for chosen in together:
                 if all(effect.name in by_name for effect in chosen):
-                    arms.append(_joined(known.effects, chosen, by_name, way, base))
-        for chosen in together:
-            arms += _spread_out(problem, tuned, known.effects, chosen, way)
-    return arms, promised
+                    arms.append(_joined(known.effects, chosen, by_name, way, base, heat))
+    for chosen in together:
+        arms += _spread_out(state.ways[0], tuned[0], known.effects, chosen)
+    return arms, promised, ways
+
+
+def _worth_running(state: State) -> tuple[dict[int, Fit], list[int]]:
+    """What is known, tuned in every way of running the model, and the ways that foretell about as much as the best."""
+    known = state.current
+    tuned = {}
+    for way, problem in enumerate(state.ways):
+        if not state.steps or problem.how.pull == known.problem.how.pull:
+            tuned[way] = fit(problem, known.fit.parameters, known.fit.values, iterations=_TUNING // 2)
+    least = min(one.cost for one in tuned.values())
+    return tuned, [way for way, one in tuned.items() if one.cost <= least + _AS_GOOD * abs(least)]
 
 
 def _joined(
-    known: Sequence[Effect], chosen: Sequence[Effect], by_name: dict[str, Candidate], way: int, base: Fit
+    known: Sequence[Effect], chosen: Sequence[Effect], by_name: dict[str, Candidate], way: int, base: Fit, heat: int
 ) -> Arm:
     """An arm in which several effects start at once, each where it does alone."""
     start = dict(base.values)
     for effect in chosen:
         own = {parameter.name for parameter in effect.parameters}
         start |= {name: value for name, value in by_name[effect.name].starts[0].items() if name in own}
-    return Arm((*known, *chosen), way, start, base)
+    return Arm((*known, *chosen), way, start, base, heat)
 
 
-def _spread_out(problem: Problem, tuned: Fit, known: Sequence[Effect], chosen: Sequence[Effect], way: int) -> list[Arm]:
+def _spread_out(problem: Problem, tuned: Fit, known: Sequence[Effect], chosen: Sequence[Effect]) -> list[Arm]:
     """Arms of several effects at once, searched for widely: as long as one is missing the phase is off, and no scan of
     an effect alone leads there.
     """
@@ -326,8 +352,7 @@ def _spread_out(problem: Problem, tuned: Fit, known: Sequence[Effect], chosen: S
             scanned = [point[index] for point in effect.scan]
             low, high = min(scanned), max(scanned)
             spans[parameter.name] = (0.3 * low if low > 0.0 else low, high)
-    found = wide(problem, spans, tuned.values, way + 1)
-    return [Arm((*known, *chosen), way, values, None) for values in found]
+    return [Arm((*known, *chosen), 0, values, None, 2) for values in wide(problem, spans, tuned.values, seed=1)]
 
 
 def _can_be_pulled(model: Model) -> bool:

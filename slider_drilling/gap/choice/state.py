@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from slider_drilling.gap.evidence.adequacy import Adequacy
 from slider_drilling.gap.evidence.compare import Blocks
 from slider_drilling.gap.evidence.score import Score
-from slider_drilling.gap.model import Array, Effect
+from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.noise import NoiseFloor
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit
@@ -59,7 +59,7 @@ class Step:
 
 @dataclass(frozen=True)
 class State:
-    """nominal: E and residual (N,) as given; tuned: re-tuned only; current: with the effects accepted so far; enough:
+    """nominal: score as given; tuned: re-tuned only; current: with the effects accepted so far; enough:
     adequacy of the current; ways: problems that fits may be made in, the free one first; step: those taken; partial:
     interrupted before the end.
     """
@@ -67,7 +67,6 @@ class State:
     floors: tuple[dict[str, NoiseFloor], ...]
     ways: tuple[Problem, ...] = field(repr=False)
     nominal: Score
-    nominal_residual: Array = field(repr=False)
     tuned: Explained
     current: Explained
     enough: Adequacy

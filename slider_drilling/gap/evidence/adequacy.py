@@ -25,13 +25,15 @@ LEVEL = 0.01
 _FLOOR_SPREAD = 2.0
 # What two free numbers (size and memory) gain on white noise hardly ever: -2 log p.
 _FREE = 20.0
+# E^2 - 1 that no engineer would act upon: other codes for the same equations differ by as much.
+NEGLIGIBLE = 0.3
 
 
 @dataclass(frozen=True)
 class Adequacy:
-    """threshold: E that the model would leave of its own replicates at the stated level; by_channel: likewise; beyond:
-    channels that are above theirs, or hold more structure (a discrepancy that pays) than theirs; adequate: whether
-    neither the whole nor a channel is.
+    """threshold: E that the model would leave of its own replicates at the stated level, or that is negligible;
+    by_channel: likewise; beyond: channels that are above theirs, or that are not negligible and hold more structure
+    (a discrepancy that pays) than replicates do; adequate: whether neither the whole nor a channel is.
     """
 
     threshold: float
@@ -52,14 +54,17 @@ def adequacy(problem: Problem, found: Fit, score: Score, seed: int, effects: Seq
     limits = _structure_limits(problem, residuals)
     names = dict.fromkeys(piece.name for piece in problem.pieces)
     whole = np.array([np.mean([np.mean(squares[piece.rows]) for piece in problem.pieces]) for squares in left])
-    channels = {}
+    channels, least = {}, float(np.sqrt(1.0 + NEGLIGIBLE))
     for name in names:
         own = [piece for piece in problem.pieces if piece.name == name]
         draws = np.array([np.mean([np.mean(squares[piece.rows]) for piece in own]) for squares in left])
-        channels[name] = _upper(draws, LEVEL / len(names))
-    structured = {problem.pieces[i].name for i, d in problem.structure(found.residual).items() if d > limits[i]}
+        channels[name] = max(_upper(draws, LEVEL / len(names)), least)
+    structured = {
+        problem.pieces[i].name for i, pays in problem.structure(found.residual).items()
+        if pays > limits[i] and score.by_channel[problem.pieces[i].name] > least
+    }  # fmt: skip
     beyond = tuple(name for name, value in score.by_channel.items() if value > channels[name] or name in structured)
-    threshold = _upper(whole, LEVEL)
+    threshold = max(_upper(whole, LEVEL), least)
     hidden = bool(effects) and _stands_out(problem, found, residuals, effects)
     return Adequacy(threshold, channels, beyond, score.gap <= threshold and not beyond and not hidden)
 

@@ -15,7 +15,7 @@ from slider_drilling.gap.search.least_squares import Fit, fit
 
 FOLDS = 6
 _BINS_PER_BLOCK = 4
-_REFITS = 2  # iterations
+_REFITS = 1  # iterations
 
 
 @dataclass(frozen=True)

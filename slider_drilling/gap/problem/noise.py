@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import chi2
 
 from slider_drilling.gap.model import Array, Channel
 
@@ -19,6 +20,7 @@ _MAD = 1.4826
 _FEWEST = 100
 # Noise this many times what is declared is reported, and what is above counts as gap.
 BELIEVED = 2.0
+_LAGS, _UNLIKELY = 10, 0.01
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,19 @@ def _believed(floor: NoiseFloor) -> NoiseFloor:
     if not floor.declared or floor.seen is None or floor.seen <= BELIEVED * floor.declared:
         return floor
     return replace(floor, sigma=BELIEVED * floor.declared, excess=floor.seen / floor.declared)
+
+
+def is_white(left: Array) -> bool | None:
+    """Whether what is left (n,) of a channel is white by the test of Ljung and Box (Biometrika 65, 1978), None if too
+    short to tell.
+    """
+    if left.size < _FEWEST or not np.any(left):
+        return None
+    centred = left - left.mean()
+    lags = np.arange(1, _LAGS + 1)
+    correlation = np.array([centred[:-lag] @ centred[lag:] for lag in lags]) / float(centred @ centred)
+    statistic = left.size * (left.size + 2.0) * float(np.sum(correlation**2 / (left.size - lags)))
+    return bool(chi2.sf(statistic, _LAGS) >= _UNLIKELY)
 
 
 def sigmas(floors: Mapping[str, NoiseFloor]) -> dict[str, float]:

@@ -14,6 +14,8 @@ from slider_drilling.gap.problem.missed_steps import missed_steps
 # Noise units beyond which a missed step of a channel that accumulates costs by its logarithm.
 STEP_SIZE = 4.0
 FREE = How()
+# Stretches of a piece, and how many of them single events may spoil before they count as structure.
+_STRETCHES, _EVENTS = 20, 3
 
 
 @dataclass(frozen=True)
@@ -173,17 +175,28 @@ class Problem:
         return white, out
 
     def structure(self, residual: Array) -> dict[int, float]:
-        """By how much ``-2 log p`` of each piece falls for allowing it a discrepancy: little where it is noise."""
+        """By how much ``-2 log p`` of each piece falls for allowing it a discrepancy: little where it is noise.
+
+        Its worst stretches are left out: a single event that no simulation can time is no law that is missing.
+        """
         found = {}
         for index, piece in enumerate(self.pieces):
             if not piece.channel.accumulates:
-                part = self.gain(piece) * residual[piece.rows]
-                found[index] = float(part @ part) - most_likely(part, piece.interval, piece.memories)[0]
+                part, interval = _without_worst(self.gain(piece) * residual[piece.rows], piece.interval)
+                found[index] = float(part @ part) - most_likely(part, interval, piece.memories)[0]
         return found
 
     def gap_squared(self, residual: Array) -> float:
         """E^2: the mean over pieces of each one's mean square in noise units."""
         return float(np.mean([np.mean(residual[piece.rows] ** 2) for piece in self.pieces]))
+
+
+def _without_worst(part: Array, interval: Array) -> tuple[Array, Array]:
+    """A residual (n,) and its intervals without the stretches of highest power."""
+    stretches = np.array_split(np.arange(part.size), _STRETCHES)
+    ordered = sorted(stretches, key=lambda rows: float(np.sum(part[rows] ** 2)))
+    kept = np.sort(np.concatenate(ordered[: _STRETCHES - _EVENTS]))
+    return part[kept], interval[kept]
 
 
 def build_problem(model: Model, noise: Sequence[Mapping[str, float]], how: How = FREE) -> Problem:

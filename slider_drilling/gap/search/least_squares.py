@@ -59,7 +59,8 @@ def fit(
 ) -> Fit:
     """Follow the likelihood down from one start; names in start that are not free stay as they are.
 
-    parameters: expanded per run (`Problem.free`). tolerance: of ``-2 log p``. kept: (N,) weights 0 or 1, samples that
+    parameters: expanded per run (`Problem.free`). iterations: 0 for the start itself with its Jacobian. tolerance: of
+    ``-2 log p``. kept: (N,) weights 0 or 1, samples that
     count (all by default). known: rows (N,) of the first Jacobian by name, where a fit nearby has them already.
     """
     space = _Space(problem, parameters, start, kept)
@@ -69,6 +70,9 @@ def fit(
     spent, settled = 1, False
     jacobian = np.zeros((len(space.parameters), problem.size))
     reach, moved = 1.0, True
+    if not iterations:
+        jacobian = space.jacobian(point, simulated, {})
+        spent += len(point)
     for turn in range(iterations):
         if moved:
             nearby = known if turn == 0 and known is not None else {}

@@ -7,7 +7,7 @@ so far, a free run one from the commands alone, and which of the two foretells m
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -17,25 +17,28 @@ from slider_drilling.compiler import threads
 from slider_drilling.gap.model import Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit, fit
+from slider_drilling.gap.search.screen import screen
 
 # Iterations of each rung; after each but the last, the better share of the sets of effects goes on.
-_RUNGS = (2, 2, 8)
-_KEPT = (0.6, 0.4)
-_EACH = (2, 1)  # arms of a set that go on
+_RUNGS = (1, 2, 8)
+_KEPT = (0.5, 0.4)
+_AGAIN = 2  # places from which the leader begins again
 # Sets that are always followed to the end, as far as there are so many.
-FINALISTS = 4
+FINALISTS = 3
 
 
 @dataclass(frozen=True)
 class Arm:
     """effects: all that are freed; way: index of the problem it is fitted in; begin: values to start from; near: the
-    fit whose Jacobian serves as its first, None where no fit is; fit: as far as it has come.
+    fit whose Jacobian serves as its first, None where no fit is; heat: arms of one heat begin from the same nuisance;
+    fit: as far as it has come.
     """
 
     effects: tuple[Effect, ...]
     way: int
     begin: Values
     near: Fit | None
+    heat: int = 0
     fit: Fit | None = None
 
     @property
@@ -54,7 +57,7 @@ def parameters_of(problem: Problem, effects: Sequence[Effect]) -> list[Parameter
 
 
 def race(problems: Sequence[Problem], arms: Sequence[Arm]) -> list[Arm]:
-    """Run the arms; the best of each set of effects that lasted, cheapest first.
+    """Run the arms; those that lasted, cheapest first.
 
     problems: one per way.
     """
@@ -64,12 +67,34 @@ def race(problems: Sequence[Problem], arms: Sequence[Arm]) -> list[Arm]:
         def advance(arm: Arm, iterations: int = iterations, first: bool = rung == 0) -> Arm:
             return _advanced(problems[arm.way], arm, iterations, first)
 
-        with ThreadPoolExecutor(threads()) as pool:
-            running = list(pool.map(advance, running))
-        running.sort(key=lambda arm: arm.cost)
+        running = _at_once(advance, running)
         if rung < len(_KEPT):
-            running = _better(running, _KEPT[rung], _EACH[rung])
+            running = _better(running, _KEPT[rung])
     return running
+
+
+def begun_again(problems: Sequence[Problem], ran: Sequence[Arm]) -> list[Arm]:
+    """What the race left, and its leader once more: looked for anew, with the nuisance that it was found with.
+
+    A scan from a nuisance that makes up for the effect, or from the rig as given, points where the effect would do for
+    all the rest as well; from the leader's own it points to the effect alone.
+    """
+    leader = ran[0]
+    assert leader.fit is not None
+    problem, effect = problems[leader.way], leader.effects[-1]
+    own = {parameter.name for parameter in effect.parameters}
+    bare = {name: value for name, value in leader.fit.values.items() if name not in own}
+    base = fit(problem, parameters_of(problem, leader.effects[:-1]), bare, iterations=0)
+    (candidate,) = screen(problem, base, [effect])
+    arms = [replace(leader, begin=start, near=None, fit=None) for start in candidate.starts[:_AGAIN]]
+    found = _at_once(lambda arm: _advanced(problem, arm, sum(_RUNGS), first=True), arms)
+    return sorted([*ran, *found], key=lambda arm: arm.cost)
+
+
+def _at_once(advance: Callable[[Arm], Arm], arms: Sequence[Arm]) -> list[Arm]:
+    """Arms advanced on all cores, cheapest first."""
+    with ThreadPoolExecutor(threads()) as pool:
+        return sorted(pool.map(advance, arms), key=lambda arm: arm.cost)
 
 
 def _advanced(problem: Problem, arm: Arm, iterations: int, first: bool) -> Arm:
@@ -84,14 +109,17 @@ def _advanced(problem: Problem, arm: Arm, iterations: int, first: bool) -> Arm:
     return replace(arm, fit=replace(found, simulations=before + found.simulations))
 
 
-def _better(running: Sequence[Arm], share: float, each: int) -> list[Arm]:
-    """The arms of the better share of sets, at most ``each`` of a set; arms come cheapest first."""
-    sets = list(dict.fromkeys(arm.names for arm in running))
-    kept = set(sets[: max(FINALISTS, int(np.ceil(share * len(sets))))])
-    counts = dict.fromkeys(sets, 0)
+def _better(running: Sequence[Arm], share: float) -> list[Arm]:
+    """Of every heat the arms of its better sets, the best arm of each; arms come cheapest first.
+
+    Compared with arms that began elsewhere, one that begins where nothing has been tuned yet looks worse than one that
+    does nothing.
+    """
     chosen = []
-    for arm in running:
-        counts[arm.names] += 1
-        if arm.names in kept and counts[arm.names] <= each:
-            chosen.append(arm)
+    for heat in dict.fromkeys(arm.heat for arm in running):
+        best: dict[tuple[str, ...], Arm] = {}
+        for arm in running:
+            if arm.heat == heat:
+                best.setdefault(arm.names, arm)
+        chosen += list(best.values())[: max(FINALISTS, int(np.ceil(share * len(best))))]
     return chosen
