@@ -5,7 +5,7 @@
 
 from launch import LaunchDescription, LaunchDescriptionEntity
 
-from slider_drilling.nodes.launching import Given, description, ended_together, process, target
+from slider_drilling.nodes.launching import Given, dashboard, description, ended_together, process, target
 
 
 def real_rig(given: Given) -> list[LaunchDescriptionEntity]:
@@ -16,10 +16,11 @@ def real_rig(given: Given) -> list[LaunchDescriptionEntity]:
     if given["record"]:
         nodes.append(process("recorder", given, {"use_sim_time": False}, {
             "rig": given["rig"], "directory": given["record"]}))
-    return ended_together([], nodes)
+    return ended_together([], [*nodes, *dashboard(given)])
 
 
 def generate_launch_description() -> LaunchDescription:
     """What `ros2 launch` asks for."""
     return description(
-        ("rig", "target_deg", "controller", "record", "namespace", "parameters", "respawn", "discovery"), real_rig)
+        ("rig", "target_deg", "controller", "record", "dashboard", "namespace", "parameters", "respawn", "discovery"),
+        real_rig)

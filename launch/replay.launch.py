@@ -8,21 +8,22 @@ from pathlib import Path
 from launch import LaunchDescription, LaunchDescriptionEntity
 
 from slider_drilling.log import read_log
-from slider_drilling.nodes.launching import Given, description, ended_together, process, speed
+from slider_drilling.nodes.launching import Given, dashboard, description, ended_together, process, speed
 
 
 def replay(given: Given) -> list[LaunchDescriptionEntity]:
     """Simulator, player and, where a folder is given, recorder; all end with the log. Raises InputError."""
     if not given["log"]:
         raise ValueError("log:= is missing: give the MCAP log to play")
+    shown = dashboard(given)
     begins = read_log(Path(given["log"])).start
     simulator = process(
         "friction_simulator", given, {"speed": 1.0, "wait_for_controller": True},
         {"rig": given["rig"] or given["log"], "speed": speed(given), "start_time": begins,
-         "minimum_subscribers": 2 if given["record"] else None})
+         "minimum_subscribers": 2 + len(shown) if given["record"] else None})
     player = process("log_player", given, {"use_sim_time": True, "beside": "recorded"},
                      {"log": given["log"], "commands_only": True})
-    others = []
+    others = shown
     if given["record"]:
         others.append(process("recorder", given, {"use_sim_time": True}, {
             "rig": given["rig"], "directory": given["record"], "regex": ".*/recorded/.*"}))
@@ -31,4 +32,5 @@ def replay(given: Given) -> list[LaunchDescriptionEntity]:
 
 def generate_launch_description() -> LaunchDescription:
     """What `ros2 launch` asks for."""
-    return description(("log", "rig", "speed", "record", "namespace", "parameters", "respawn", "discovery"), replay)
+    return description(
+        ("log", "rig", "speed", "record", "dashboard", "namespace", "parameters", "respawn", "discovery"), replay)

@@ -5,6 +5,7 @@
 
 from launch import LaunchDescription, LaunchDescriptionEntity
 
+from slider_drilling.live.serve import PORT
 from slider_drilling.nodes.launching import Given, description, ended_together
 from slider_drilling.nodes.simulated_rig import SIMULATED, simulated_rig
 
@@ -13,9 +14,9 @@ def two_rigs(given: Given) -> list[LaunchDescriptionEntity]:
     """Both rigs, until both have ended; logs in folders of the rigs' names."""
     space = given["namespace"].strip("/")
     simulators, others = [], []
-    for name in ("rig_a", "rig_b"):
+    for name, port in (("rig_a", PORT), ("rig_b", PORT + 1)):
         own = {**given, "record": f"{given['record']}/{name}" if given["record"] else ""}
-        simulator, beside = simulated_rig(own, "/".join(filter(None, [space, name])))
+        simulator, beside = simulated_rig(own, "/".join(filter(None, [space, name])), port)
         simulators.append(simulator)
         others += beside
     return ended_together(simulators, others)

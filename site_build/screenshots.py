@@ -23,7 +23,7 @@ PROGRAM = (sys.executable, "-m", "slider_drilling")
 
 def live(browser: Browser) -> None:
     """A slide that has run for two minutes, as its live page shows it."""
-    command = [*PROGRAM, "run", "--live", "--live-port", str(PORT), "--target", "45", "--speed", "4"]
+    command = [*PROGRAM, "run", "--live", "--live-port", str(PORT), "--target", "45", "--speed", "2"]
     run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         page = browser.new_page(viewport={"width": 1280, "height": 900})
@@ -34,7 +34,7 @@ def live(browser: Browser) -> None:
             except Exception as error:  # not up yet: whatever the browser calls that
                 print(f"waiting for the live page: {str(error).splitlines()[0]}")
                 time.sleep(1.0)
-        time.sleep(60.0)
+        time.sleep(100.0)
         page.screenshot(path=PICTURES / "live.png")
     finally:
         run.terminate()

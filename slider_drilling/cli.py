@@ -15,7 +15,7 @@ import click
 
 from slider_drilling import __version__
 from slider_drilling.errors import InputError
-from slider_drilling.interrupts import exit_code, raise_on_signals
+from slider_drilling.interrupts import end_at_once, exit_code, raise_on_signals
 from slider_drilling.printable import printable
 
 EXAMPLES = """\
@@ -92,6 +92,7 @@ def group() -> None:
 
 def fail(message: str, code: int) -> NoReturn:
     """One line on stderr, whatever the message held, and the exit code."""
+    end_at_once()
     line = printable(" ".join(message.split()))
     if len(line) > LONGEST:
         line = f"{line[: LONGEST // 2]} ... {line[-LONGEST // 2 :]}"
@@ -105,6 +106,7 @@ def run_group(command: click.Group, arguments: list[str] | None = None) -> None:
     try:
         outcome = command.main(args=arguments, prog_name="slider-drilling", standalone_mode=False)
         sys.stdout.flush()
+        end_at_once()
     except InputError as error:
         fail(str(error), 2)
     except click.UsageError as error:

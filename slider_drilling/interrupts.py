@@ -2,23 +2,45 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import sys
+import threading
 from types import FrameType
+from typing import Any
 
 _ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _received: list[int] = []
 
 
+_LATER = 0.02  # s after which a signal whose exception was lost comes again
+
+
 class Ended(KeyboardInterrupt):
-    """A signal asked the command to end. What ends in order on Ctrl-C ends in order on this."""
+    """A signal asked the command to end. What ends in order on Ctrl-C ends in order on this. number: of the signal."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(signal.Signals(number).name)
+        self.number = number
 
 
 def raise_on_signals() -> None:
     """Raise `Ended` on the signals that end a command, but for those that whoever started it had ignored."""
     _received.clear()
     for number in _ENDING:
-        if signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
+        if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _end)
+    sys.unraisablehook = _again
+
+
+def end_at_once() -> None:
+    """From now on such a signal ends the process without a word: what there was to do in order is done.
+
+    While Python shuts down an exception would only be printed.
+    """
+    for number in _ENDING:
+        if signal.getsignal(number) is _end:
+            signal.signal(number, signal.SIG_DFL)
 
 
 def exit_code() -> int:
@@ -26,6 +48,21 @@ def exit_code() -> int:
     return 128 + _received[0] if _received else 0
 
 
-def _end(number: int, frame: FrameType | None) -> None:
+def note(number: int) -> None:
+    """Keep for `exit_code` a signal that another handler has taken."""
     _received.append(number)
-    raise Ended(signal.Signals(number).name)
+
+
+def _end(number: int, frame: FrameType | None) -> None:
+    note(number)
+    raise Ended(number)
+
+
+def _again(lost: Any) -> None:
+    """Send a signal again that came where Python lets nothing be raised: in a finaliser, in a callback of an import."""
+    if isinstance(lost.exc_value, Ended):
+        timer = threading.Timer(_LATER, os.kill, (os.getpid(), lost.exc_value.number))
+        timer.daemon = True
+        timer.start()
+    else:
+        sys.__unraisablehook__(lost)

@@ -1,26 +1,30 @@
 """The closed loop without DDS: its score on made-up traces, its faults, and short slides of the real controller."""
 
 import dataclasses
+import io
 import json
 import math
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from rich.console import Console
 
-from slider_drilling.closed_loop import SCENARIOS, Trace, run_scenario, score
-from slider_drilling.closed_loop.contenders import UNDER_TEST, believed_rig, seen
+from slider_drilling.closed_loop import SCENARIOS, WELLS, Trace, every_effect, run_scenario, score
+from slider_drilling.closed_loop.contenders import UNDER_TEST, believed_rig, build, seen
 from slider_drilling.closed_loop.faulty_rig import FaultyRig
 from slider_drilling.closed_loop.page import closed_loop_page
-from slider_drilling.closed_loop.report import as_json
+from slider_drilling.closed_loop.report import as_json, costs
 from slider_drilling.closed_loop.run import Outcome
 from slider_drilling.closed_loop.scenarios import unknown
-from slider_drilling.commands.closed_loop import command
+from slider_drilling.commands.closed_loop import _print, command
 from slider_drilling.drillstring import VirtualRig
+from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
 from slider_drilling.pages import page_html
+from slider_drilling.rig import check_rig
 from slider_drilling.signals import RigCommand
-from slider_drilling.units import FIELD
+from slider_drilling.units import FIELD, SI
 
 HOLD = next(one for one in SCENARIOS if one.name == "hold, 4.0 km")
 
@@ -156,6 +160,63 @@ def test_a_controller_that_does_nothing_is_not_praised():
     page = closed_loop_page([row], "module:Idle", 0, 200)
     assert "Nothing was drilled in 1." in page.lead.text and page.lead.tone == "bad"
     assert "nothing drilled" in page_html(page, FIELD)
+
+
+def outcomes_of(scenario, *means):
+    """Of the controller, informed and the oracle, with these mean errors."""
+    found = {}
+    for contender, mean in zip(("controller", "informed", "oracle"), means, strict=True):
+        trace = trace_of(lambda t, mean=mean: mean, 300.0)
+        found[contender] = Outcome(scenario, contender, score(scenario, trace), trace)
+    return found
+
+
+def test_what_mwd_and_not_knowing_the_rig_cost_is_said():
+    brief = dataclasses.replace(HOLD, targets=((0.0, 170.0),), duration=300.0)
+    rows = [outcomes_of(brief, 3.0, 2.0, 0.5), outcomes_of(brief, 4.0, 2.5, 1.5), outcomes_of(brief, 9.0, 6.0, 5.5)]
+    said = costs(rows)
+    assert "below 4.00 deg, 2.50 with the true rig file, 1.50 with the true tool-face" in said
+    assert "costs +1.50 deg" in said and "alone +1.00 deg" in said
+    assert costs([{UNDER_TEST: rows[0][UNDER_TEST]}]) == ""
+
+
+def test_every_effect_of_the_catalogue_comes_at_two_sizes_on_three_wells_and_two_at_once():
+    found = every_effect()
+    names = [one.name for one in found]
+    assert len(set(names)) == len(names) and not set(names) & {one.name for one in SCENARIOS}
+    neutral = Effects()
+    for block in (field.name for field in dataclasses.fields(Effects)):
+        alone = [one for one in found if [
+            field.name for field in dataclasses.fields(Effects)
+            if getattr(one.effects, field.name) != getattr(neutral, field.name)] == [block]]
+        assert sorted(one.well for one in alone) == sorted(2 * list(WELLS)), block
+        assert len({getattr(one.effects, block) for one in alone if one.well == "4.0 km"}) == 2, block
+    pairs = [one for one in found if " and " in one.name]
+    assert len(pairs) >= 9
+    for scenario in found:
+        check_rig(scenario.true_rig())
+        assert scenario.believed_rig().effects == neutral
+
+
+def test_settings_reach_the_controller_under_test_and_a_wrong_one_is_refused(tmp_path):
+    assert build("controller", HOLD, settings={"gain": 1.25}).settings.gain == 1.25
+    assert build("oracle", HOLD, settings={"gain": 1.25}).settings.gain == 1.25
+    for wrong in ("gane=1", "gain=99", "gain"):
+        with pytest.raises(InputError, match=r"--set|gain"):
+            CliRunner().invoke(command, ["--only", "hold, 2.6", "--set", wrong], catch_exceptions=False)
+
+
+def test_the_table_fits_eighty_columns_with_full_numbers(monkeypatch):
+    monkeypatch.setattr("slider_drilling.console.stdout", lambda: Console(width=80, file=shown))
+    shown = io.StringIO()
+    longest = max(every_effect(), key=lambda one: len(one.name))
+    row = outcomes_of(dataclasses.replace(longest, targets=((0.0, 170.0),), duration=300.0), 123.45, 101.25, 88.75)
+    _print([row], SI)
+    lines = shown.getvalue().splitlines()
+    assert max(map(len, lines)) <= 80
+    for number in ("123.45", "101.25", "88.75"):
+        assert number in lines[1] or number in lines[2]
+    assert "\u2026" not in shown.getvalue()
 
 
 def test_unknown_scenario_is_refused():

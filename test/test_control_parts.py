@@ -18,6 +18,7 @@ from slider_drilling.control.drag import DragMonitor
 from slider_drilling.control.drive import Motion, RockingDrive, Wish
 from slider_drilling.control.heave import HeaveCompensator
 from slider_drilling.control.learnt_rig import corrected, with_worn_motor
+from slider_drilling.control.lock_up import Lock, LockUp
 from slider_drilling.control.reach import Reach
 from slider_drilling.control.rocking import Rocking
 from slider_drilling.control.string_filter import Learnt
@@ -231,26 +232,72 @@ def test_period_is_chosen_so_that_samples_meet_unlike_phases():
         cycles = abs(math.remainder(sampling / chosen, 1.0))
         before = abs(math.remainder(sampling / period, 1.0))
         assert abs(chosen / period - 1.0) <= 0.121
-        assert min(cycles, 1.0 - 2.0 * cycles) >= min(before, 1.0 - 2.0 * before, 0.2) - 1e-9
+        assert chosen >= period
+        assert min(cycles, 1.0 - 2.0 * cycles) >= min(before, 1.0 - 2.0 * before, 0.1) - 1e-9
 
 
-def test_drag_is_the_weight_that_neither_hook_nor_bit_carries_and_lock_up_is_told():
+def test_drag_is_the_weight_that_neither_hook_nor_bit_carries():
     drag = DragMonitor(RIG, 0.235, 8e4)
     for _ in range(300):
         drag.tare(460e3, 0.1)
-    for hook_load, locked in ((360e3, False), (250e3, True), (250e3, True), (360e3, False)):
+    assert drag.arriving == 1.0
+    for hook_load, weight, arriving in ((360e3, 8e4, 1.0), (250e3, 4e4, 0.0), (250e3, 4e4, 0.0), (360e3, 8e4, 1.0)):
         for _ in range(900):
-            drag.update(hook_load, 8e4 if hook_load > 3e5 else 4e4, 1.0, 0.1)
-            drag.watch(1.8e6 if hook_load > 3e5 else 0.9e6, 1.8e6, 0.1)
-        assert drag.drag == pytest.approx(460e3 - hook_load - (8e4 if hook_load > 3e5 else 4e4), abs=500.0)
-        assert drag.locked == locked
+            drag.update(hook_load, weight, 1.0, 0.1)
+        assert drag.drag == pytest.approx(460e3 - hook_load - weight, abs=500.0)
+        assert drag.arriving == arriving
+
+
+def lock_up_after(lock, drag, pressure, seconds):
+    for _ in range(round(10.0 * seconds)):
+        lock.update(drag, pressure, 1.8e6, 0.1)
+    return lock.state
+
+
+def test_lock_up_lets_go_with_less_weight_each_time_and_then_latches():
+    lock = LockUp()
+    assert lock_up_after(lock, 0.7, 1.7e6, 600.0) is Lock.FREE, "weight that arrives is no lock-up"
+    assert lock_up_after(lock, 0.3, 0.9e6, 600.0) is Lock.FREE, "pipe that hardly drags holds no weight"
+    for trip, share in ((1, 0.8), (2, 0.64)):
+        assert lock_up_after(lock, 0.7, 0.9e6, 21.0) is Lock.HELD and lock.stops
+        assert lock.share_left == pytest.approx(share) and lock.trips == trip
+        assert lock_up_after(lock, 0.5, 0.9e6, 60.0) is Lock.HELD, "not freed yet"
+        assert lock_up_after(lock, 0.2, 0.9e6, 20.0) is Lock.HELD, "not freed for long enough"
+        assert lock_up_after(lock, 0.2, 0.9e6, 11.0) is Lock.LESS and not lock.stops
+    assert lock_up_after(lock, 0.7, 0.9e6, 21.0) is Lock.LATCHED
+    assert lock_up_after(lock, 0.0, 1.8e6, 3600.0) is Lock.LATCHED and lock.stops, "drag that is gone tells nothing now"
+    lock.release()
+    assert lock.state is Lock.FREE and lock.share_left == 1.0
+
+
+def test_lock_up_that_rocking_does_not_free_latches():
+    lock = LockUp()
+    assert lock_up_after(lock, 0.7, 0.9e6, 300.0) is Lock.LATCHED
+    assert lock.never_freed and lock.trips == 1
+
+
+def test_weight_that_arrives_too_slowly_is_lock_up_too():
+    assert lock_up_after(LockUp(), 0.45, 0.9e6, 170.0) is Lock.FREE
+    assert lock_up_after(LockUp(), 0.45, 0.9e6, 181.0) is Lock.HELD
+    assert lock_up_after(LockUp(), math.nan, 0.9e6, 600.0) is Lock.FREE
+
+
+def test_nothing_is_lowered_that_would_hang_on_the_wall():
+    driller = AutoDriller(RIG, 20.0, 0.1)
+    free = [driller.update(0.5e6, 1.8e6, 1e5, 0.1) for _ in range(100)]
+    hung = AutoDriller(RIG, 20.0, 0.1)
+    held = [hung.update(0.5e6, 1.8e6, 1e5, 0.1, arriving=0.0) for _ in range(100)]
+    assert held[-1] == pytest.approx(min(hung.speed_per_pressure * 0.5e6, held[0])) and free[-1] > held[-1]
+    assert hung.setpoint == 0.0 and driller.setpoint == pytest.approx(1e6)
+    driller.follow(0.3e6)
+    assert driller.setpoint == 0.3e6
 
 
 def test_reach_goes_deeper_for_drag_and_less_deep_for_swing():
-    def after(drag, swing, pull=0.0):
+    def after(drag, swing, pull=0.0, error=0.3):
         reach = Reach()
         for k in range(1000):
-            reach.answer(pull, 60.0, 0.0, 0.1)
+            reach.answer(pull, 60.0, 0.0, error, 0.1)
             reach.update(drag, swing, 0.01, 0.1)
             assert 0.65 <= reach.share <= 1.8, k
         return reach
@@ -260,6 +307,9 @@ def test_reach_goes_deeper_for_drag_and_less_deep_for_swing():
     assert after(0.19, 0.02).share == 1.0
     assert after(0.3, 0.0).share < after(0.3, 0.0, pull=2.0).share
     assert after(0.3, 0.0, pull=2.0).stuck and not after(0.3, 0.0).stuck
+    assert after(0.3, 0.0, pull=2.0).urge > 0.9 and after(0.3, 0.0).urge == 0.0
+    assert not after(0.3, 0.0, pull=2.0, error=-0.3).stuck, "a pull that no error asked for is the sensors'"
+    assert after(0.1, 0.0, pull=2.0).share <= 1.0, "pipe that does not drag does not hold the bit"
 
 
 def test_pressure_is_tared_off_bottom_but_not_while_drilling():

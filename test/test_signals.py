@@ -78,6 +78,16 @@ def test_a_signal_that_is_ignored_stays_so() -> None:
         assert process.returncode == 143
 
 
+def test_a_signal_that_comes_where_nothing_can_be_raised_is_not_lost() -> None:
+    """Within a finaliser, or the callbacks of an import, Python prints an exception and goes on."""
+    losing = BODY.replace("        while True:\n", "        Lost()\n        while True:\n").replace(
+        "def act():", "class Lost:\n    def __del__(self):\n        os.kill(os.getpid(), signal.SIGTERM)\n        "
+        "for _ in range(1000):\n            pass\n\ndef act():"
+    )  # fmt: skip
+    answer = subprocess.run([sys.executable, "-c", losing], capture_output=True, text=True, timeout=60)
+    assert (answer.returncode, answer.stdout, answer.stderr.strip()) == (143, "begun\n", "interrupted")
+
+
 @pytest.mark.parametrize("closed", [1, 2])
 def test_an_output_that_was_closed_is_no_trace(repository: Path, closed: int) -> None:
     command = f"exec {sys.executable} -m slider_drilling study --list {closed}>&-"

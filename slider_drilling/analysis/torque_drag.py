@@ -11,7 +11,7 @@ import numpy as np
 
 from slider_drilling.log.series import Array, RigLog
 from slider_drilling.pages import Chart, Line, Page, Panel, Section, Table
-from slider_drilling.pages.colours import AMBER, BLUE, GREEN, GREY, INK, ORDER, PURPLE, RED
+from slider_drilling.pages.colours import AMBER, BLUE, GREEN, GREY, INK, ORDER, RED
 from slider_drilling.pages.titles import well_name
 from slider_drilling.rig import Rig
 from slider_drilling.units import SI, Units
@@ -22,7 +22,7 @@ from slider_drilling.wellbore.static_loads import static_loads
 WINDOW = 30.0  # s of a log that make one point
 _MOVES = {"lowered": 2e-4, "raised": 2e-3}  # m/s of the block; drilling is slower than tripping
 _TURNS = 0.2  # rad/s
-_COLOURS = {"raised": RED, "lowered": BLUE, "lowered and rocked": PURPLE, "turned": GREEN, "still": GREY}
+_COLOURS = {"raised": RED, "lowered": INK, "lowered and rocked": BLUE, "turned": GREEN, "still": GREY}
 
 
 @dataclass(frozen=True)
@@ -185,7 +185,15 @@ def path_charts(rig: Rig) -> tuple[Chart, ...]:
     bends = Panel("dog leg, deg in 30 m", (Line("dog leg", depth, dog_leg, colour=AMBER),))
     return (
         Chart("From the side", "distance along the course seen from above, m", (side,)),
-        Chart("From above", "east, m", (above,)),
+        Chart("From above", "east, m", (above,), x_limits=_beside(positions)),
         Chart("Angles", "measured depth, m", (
             Panel("inclination, deg", (Line("inclination", depth, inclination, colour=BLUE),)), bends)),
     )  # fmt: skip
+
+
+def _beside(positions: Array) -> tuple[float, float]:
+    """How far east a map of a course (n, 3) goes: a straight one shows as straight, not as its rounding."""
+    north, east = positions[:, 0], positions[:, 1]
+    room = max(0.55 * float(np.ptp(east)), 0.1 * float(np.ptp(north)), 10.0)
+    middle = 0.5 * float(east.min() + east.max())
+    return middle - room, middle + room

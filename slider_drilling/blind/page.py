@@ -97,7 +97,8 @@ def _curves(found: Tally) -> Chart:
         x, y = np.array([float(size) for size in sizes]), np.array([count.count / count.of for count in counts])
         low, high = (np.array([getattr(count, end) for count in counts], dtype=float) for end in ("low", "high"))
         lines.append(Line(name, x, y, "dots", low=low, high=high, hidden=len(lines) >= 4))
-    return Chart("Share named", "size in noise floors", (Panel("named", tuple(lines), limits=(0.0, 1.0)),), x_log=True)
+    named = Panel("named", tuple(lines), limits=(-0.02, 1.02))
+    return Chart("Share named", "size in noise floors", (named,), x_log=True)
 
 
 def _confusion(found: Tally) -> Table:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 
 from slider_drilling.closed_loop.scenario import Scenario
 from slider_drilling.control import FixedRocking, SlideController, SlideSettings
 from slider_drilling.control.fixed_rocking import settings_for
-from slider_drilling.control.load import DEFAULT, load_controller
+from slider_drilling.control.load import DEFAULT, configure, load_controller, settings_of
 from slider_drilling.control.protocol import Controller
 from slider_drilling.drillstring import Truth
 from slider_drilling.rig import Mwd, Rig
@@ -32,8 +33,11 @@ ABOUT = {
 }
 
 
-def build(contender: str, scenario: Scenario, name: str = DEFAULT) -> Controller:
-    """The contender for this scenario; `name` is the module:Class under test. Raises InputError."""
+def build(
+    contender: str, scenario: Scenario, name: str = DEFAULT, settings: Mapping[str, float] | None = None
+) -> Controller:
+    """The contender for this scenario; `name` is the module:Class under test, settings change some of its own. Raises
+    InputError."""
     rig = believed_rig(contender, scenario)
     fixed = settings_for(rig)
     if contender == NO_ROCKING:
@@ -43,9 +47,13 @@ def build(contender: str, scenario: Scenario, name: str = DEFAULT) -> Controller
     if contender == SHIFTED_ROCKING:
         return FixedRocking(rig, fixed)
     if name != DEFAULT:
-        return load_controller(name, rig)
+        controller = load_controller(name, rig)
+        if settings:
+            configure(controller, dataclasses.replace(settings_of(controller), **settings))
+        return controller
     limits = {"make_up_torque_limit": scenario.make_up_limit, "back_off_torque_limit": scenario.back_off_limit}
-    return SlideController(rig, dataclasses.replace(SlideSettings(), **{k: v for k, v in limits.items() if v}))
+    known = {key: value for key, value in limits.items() if value}
+    return SlideController(rig, dataclasses.replace(SlideSettings(), **{**known, **(settings or {})}))
 
 
 def believed_rig(contender: str, scenario: Scenario) -> Rig:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from slider_drilling.closed_loop.contenders import ABOUT, BASELINES, INFORMED, LIMITS, ORACLE, UNDER_TEST
+from slider_drilling.closed_loop.report import costs
 from slider_drilling.closed_loop.run import Outcome
 from slider_drilling.closed_loop.score import ALLOWED, HELD, WITHIN_DEG, Score, error_deg
 from slider_drilling.pages import Bars, Chart, Lead, Line, Page, Panel, Section, Table, Tag
@@ -28,7 +29,7 @@ def closed_loop_page(rows: Sequence[dict[str, Outcome]], name: str, seed: int, e
         f"Error of the tool-face on truth, mean of its magnitude, from {ALLOWED:.0f} s after the start and after each "
         f"new target. Set: within {WITHIN_DEG:.0f} deg for {HELD:.0f} s without a break. Peak torque: of either sign. "
         + " ".join(f"{key.replace('_', ' ').capitalize()}: {ABOUT[key]}." for key in (*LIMITS, *BASELINES)),
-        Table(HEADS, tuple(cells(row) for row in rows)), _means(rows),
+        Table(HEADS, tuple(cells(row) for row in rows)), costs(rows), _means(rows),
     ))  # fmt: skip
     scenarios = tuple(_scenario(row) for row in rows)
     facts = (("seed", str(seed)), ("elements", str(elements)))

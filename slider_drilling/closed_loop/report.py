@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
@@ -55,6 +56,20 @@ def brief_cells(row: dict[str, Outcome], units: Units) -> list[str]:
     set_after = "never" if own.time_to_set_s is None else f"{own.time_to_set_s:.0f}"
     return [row[UNDER_TEST].scenario.name, f"{own.mean_abs_error_deg:.2f}", f"{own.p95_abs_error_deg:.1f}",
             f"{100.0 * own.within_15_deg:.1f}", set_after, *(_mean(row, key) for key in LIMITS), *end]
+
+
+def costs(rows: Sequence[dict[str, Outcome]]) -> str:
+    """In a sentence, over the scenarios in which all three drilled: what not knowing the rig costs, what MWD does."""
+    means = [[row[key].score.mean_abs_error_deg for key in (UNDER_TEST, *LIMITS)] for row in rows
+             if all(key in row and not row[key].score.nothing_drilled for key in (UNDER_TEST, *LIMITS))]
+    if not means:
+        return ""
+    own, informed, oracle = (statistics.median(column) for column in zip(*means, strict=True))
+    unknown = statistics.median(one[0] - one[1] for one in means)
+    mwd = statistics.median(one[1] - one[2] for one in means)
+    return (f"Half of {len(means)} scenarios: below {own:.2f} deg, {informed:.2f} with the true rig file, {oracle:.2f} "
+            f"with the true tool-face at 10 Hz too. Not knowing the rig costs {unknown:+.2f} deg, the period and the "
+            f"noise of MWD alone {mwd:+.2f} deg (medians).")
 
 
 def _mean(row: dict[str, Outcome], contender: str) -> str:

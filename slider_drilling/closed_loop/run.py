@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,11 +32,13 @@ class Outcome:
 
 
 def run_scenario(
-    scenario: Scenario, contender: str, seed: int = 0, elements: int = 200, name: str = DEFAULT
-) -> Outcome:
-    """Drive one contender through a scenario. `name`: module:Class of the controller under test. Raises InputError."""
+    scenario: Scenario, contender: str, seed: int = 0, elements: int = 200, name: str = DEFAULT,
+    settings: Mapping[str, float] | None = None,
+) -> Outcome:  # fmt: skip
+    """Drive one contender through a scenario. `name`: module:Class of the controller under test, settings: those of its
+    own that are not at their default. Raises InputError."""
     rig = FaultyRig(scenario, seed, elements)
-    controller = build(contender, scenario, name)
+    controller = build(contender, scenario, name, settings)
     measurements = rig.rig.measurements
     rows, events = [], _Events()
     for _ in range(round(scenario.duration / rig.rig.interval)):
@@ -54,14 +56,15 @@ def run_scenario(
 
 
 def run_all(
-    pairs: Sequence[tuple[Scenario, str]], seed: int, elements: int, name: str, jobs: int
+    pairs: Sequence[tuple[Scenario, str]], seed: int, elements: int, name: str, jobs: int,
+    settings: Mapping[str, float] | None = None,
 ) -> Iterator[Outcome]:
     """Each contender through its scenario, as they end. Raises InputError."""
     from joblib import Parallel, delayed
 
     parallel = Parallel(n_jobs=jobs, return_as="generator_unordered")
     one = delayed(run_scenario)
-    yield from parallel(one(scenario, contender, seed, elements, name) for scenario, contender in pairs)
+    yield from parallel(one(scenario, contender, seed, elements, name, settings) for scenario, contender in pairs)
 
 
 def tasks(scenarios: Sequence[Scenario]) -> list[tuple[Scenario, str]]:

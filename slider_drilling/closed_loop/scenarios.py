@@ -1,7 +1,4 @@
-"""The slides that every controller is put through: the everyday ones, and those of a rig that is not as its file says.
-
-What `EVERY_EFFECT` adds is for `--all`: each effect of the catalogue at two sizes on three wells, then two at once.
-"""
+"""The slides that every controller is put through: everyday ones, and those of a rig that is not as its file says."""
 
 from __future__ import annotations
 

@@ -95,6 +95,8 @@ def command(
         ran = check.seal(drawn, rig, output, run)
         count = ran.done + ran.kept
         click.echo(f"sealed {count} of {cases} logs in {output / check.LOGS}", err=as_json)
+        if ran.failed and not count:
+            raise InputError(f"{output}: nothing could be sealed: {next(iter(ran.failed.values()))}")
         if seal_only or ran.stopped:
             if as_json:
                 print_json({"sealed": count, "of": cases, "logs": output / check.LOGS})

@@ -47,7 +47,7 @@ def change(
     if keys:
         rig = rig.with_({name: _value(value) for name, value in keys.items()})
         given = _write(rig, folder / "rig.set.yaml")
-    _check_settings(own, controller, rig)
+    _check_settings(own, controller, rig, "; keys of the rig file have a dot")
     plant = rig
     for effect in effects:
         plant = planted(plant, effect)
@@ -76,7 +76,15 @@ def _value(text: str) -> object:
         raise InputError(f"--set: {text!r} is no value of a rig file") from None
 
 
-def _check_settings(settings: dict[str, float], controller: str | None, rig: Rig) -> None:
+def settings_of(sets: Sequence[str], controller: str | None, rig: Rig) -> dict[str, float]:
+    """Settings of the controller from ``NAME=VALUE``, tried on this rig. Raises InputError."""
+    pairs = dict(_pair(text) for text in sets)
+    settings = {name: number(value, f"--set {name}") for name, value in pairs.items()}
+    _check_settings(settings, controller, rig, "")
+    return settings
+
+
+def _check_settings(settings: dict[str, float], controller: str | None, rig: Rig, hint: str) -> None:
     from slider_drilling.control.load import DEFAULT, load_controller
     from slider_drilling.control.protocol import AdjustableController
     from slider_drilling.control.settings import limits_of
@@ -89,7 +97,7 @@ def _check_settings(settings: dict[str, float], controller: str | None, rig: Rig
     for one in settings:
         if one not in known:
             there = f"its settings: {', '.join(known)}" if known else "it has no settings"
-            raise InputError(f"--set {one}: no setting of {name}; {there}; keys of the rig file have a dot")
+            raise InputError(f"--set {one}: no setting of {name}; {there}{hint}")
     if isinstance(built, AdjustableController):
         built.configure(dataclasses.replace(built.settings, **settings))
 

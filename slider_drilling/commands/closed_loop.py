@@ -21,7 +21,8 @@ Examples:
 \b
   slider-drilling closed-loop -o out
   slider-drilling closed-loop --only "hold, 4.0 km" --json
-  slider-drilling closed-loop --controller mine:Steering -o out
+  slider-drilling closed-loop --controller mine:Steering --set gain=1.5 -o out
+  slider-drilling closed-loop --all --elements 60 -o out
   slider-drilling closed-loop --campaign 200 --controller mine:Steering --against fixed_rocking -o out
   slider-drilling closed-loop --slide 17 -o out
 """
@@ -32,6 +33,10 @@ Examples:
 @click.option("--json", "as_json_text", is_flag=True, help="Print JSON: the units are in the names.")
 @click.option("--controller", "name", default="", help="Controller under test, module:Class.")
 @click.option("--only", multiple=True, help="Scenario by name, or the beginning of its name; may be repeated.")
+@click.option("--all", "every", is_flag=True,
+              help="Each effect of the catalogue at two sizes on three wells, and two at once, too.")
+@click.option("--set", "sets", multiple=True, metavar="NAME=VALUE",
+              help="Change a setting of the controller under test (gain=1.5); repeatable.")
 @click.option("--list", "listing", is_flag=True, help="List the scenarios and leave.")
 @click.option("--elements", default=200, show_default=True, help="Elements of the string, 10 to 5000.")
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(min=0), help="Of sensor noise and faults.")
@@ -47,18 +52,19 @@ Examples:
 @scheduler_option
 @units_option
 def command(
-    output: Path | None, as_json_text: bool, name: str, only: tuple[str, ...], listing: bool, elements: int, seed: int,
-    jobs: int, slides: int | None, against: tuple[str, ...], slide: int | None, rig_path: Path | None, scheduler: str,
-    units: Units,
+    output: Path | None, as_json_text: bool, name: str, only: tuple[str, ...], every: bool, sets: tuple[str, ...],
+    listing: bool, elements: int, seed: int, jobs: int, slides: int | None, against: tuple[str, ...], slide: int | None,
+    rig_path: Path | None, scheduler: str, units: Units,
 ) -> int:
     """Hold the tool-face through every scenario; compare with no rocking and with fixed rocking.
 
     Ctrl-C (or SIGTERM) keeps the scenarios that have ended; the exit code is then 130 (143).
     """
     from slider_drilling.campaign.run import Where
-    from slider_drilling.closed_loop import SCENARIOS, report
+    from slider_drilling.closed_loop import report
     from slider_drilling.closed_loop.campaign import Setting
     from slider_drilling.closed_loop.page import closed_loop_page
+    from slider_drilling.commands.changes import settings_of
     from slider_drilling.commands.closed_loop_campaign import drawn_scenario, run_campaign
     from slider_drilling.console import stderr
     from slider_drilling.control.load import DEFAULT
@@ -70,17 +76,19 @@ def command(
     if not 10 <= elements <= 5000:
         raise InputError(f"--elements = {elements}: must be within 10 to 5000")
     if listing:
-        print_listing((scenario.name, scenario.about) for scenario in SCENARIOS)
+        print_listing((scenario.name, scenario.about) for scenario in _known(every))
         return 0
     if slides is not None or slide is not None:
         setting = Setting(rig_path or share_file("config/rig.example.yaml"), seed, elements)
     if slides is not None:
         if output is None:
             raise InputError("--campaign: give the folder for its results with -o; it is where it goes on from")
+        if sets:
+            raise InputError("--set: not with --campaign; give it a class of your own that has these settings")
         names = list(dict.fromkeys((name or DEFAULT, *against)))
         where = Where(jobs, scheduler)
         return run_campaign(names, slides, setting, where, output, rig_path is not None, as_json_text, units)
-    scenarios = _chosen(only)
+    scenarios = _chosen(only, every)
     if slide is not None:
         drawn, seed = drawn_scenario(slide, setting)
         scenarios = [drawn]
@@ -88,7 +96,8 @@ def command(
         make_folder(output)
         prepare_outputs((output / "closed_loop.json", output / "closed_loop.html"))
     name = name or DEFAULT
-    outcomes = _run(scenarios, seed, elements, name, jobs)
+    settings = settings_of(sets, name, scenarios[0].believed_rig())
+    outcomes = _run(scenarios, seed, elements, name, jobs, settings)
     rows = report.by_scenario(outcomes, scenarios)
     figures = report.as_json(rows, name, seed, elements)
     figures["partial"] = len(rows) < len(scenarios)
@@ -106,18 +115,26 @@ def command(
     return 0
 
 
-def _chosen(only: tuple[str, ...]) -> list[Scenario]:
-    from slider_drilling.closed_loop import SCENARIOS
+def _known(every: bool) -> tuple[Scenario, ...]:
+    from slider_drilling.closed_loop import SCENARIOS, every_effect
+
+    return (*SCENARIOS, *every_effect()) if every else SCENARIOS
+
+
+def _chosen(only: tuple[str, ...], every: bool) -> list[Scenario]:
     from slider_drilling.errors import InputError
 
+    known = _known(every)
     for wanted in only:
-        if not any(scenario.name.startswith(wanted) for scenario in SCENARIOS):
-            raise InputError(f"--only = {wanted!r}: no such scenario; see --list")
-    return [scenario for scenario in SCENARIOS
+        if not any(scenario.name.startswith(wanted) for scenario in known):
+            raise InputError(f"--only = {wanted!r}: no such scenario; see --list, or --all --list")
+    return [scenario for scenario in known
             if not only or any(scenario.name.startswith(wanted) for wanted in only)]
 
 
-def _run(scenarios: list[Scenario], seed: int, elements: int, name: str, jobs: int) -> list[Outcome]:
+def _run(
+    scenarios: list[Scenario], seed: int, elements: int, name: str, jobs: int, settings: dict[str, float]
+) -> list[Outcome]:
     from slider_drilling.closed_loop import run_all, tasks
     from slider_drilling.console import progress_bar
 
@@ -126,7 +143,7 @@ def _run(scenarios: list[Scenario], seed: int, elements: int, name: str, jobs: i
         pairs = tasks(scenarios)
         task = progress.add_task("slides", total=len(pairs))
         try:
-            for outcome in run_all(pairs, seed, elements, name, jobs):
+            for outcome in run_all(pairs, seed, elements, name, jobs, settings):
                 outcomes.append(outcome)
                 progress.advance(task)
         except KeyboardInterrupt:
@@ -138,12 +155,14 @@ def _run(scenarios: list[Scenario], seed: int, elements: int, name: str, jobs: i
 def _print(rows: list[dict[str, Outcome]], units: Units) -> None:
     from rich.table import Table
 
-    from slider_drilling.closed_loop.report import brief_cells, brief_heads
+    from slider_drilling.closed_loop.report import brief_cells, brief_heads, costs
     from slider_drilling.console import stdout
 
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
     for place, head in enumerate(brief_heads(units)):
-        table.add_column(head, justify="right" if place else "left", no_wrap=True)
+        table.add_column(head, justify="right" if place else "left", no_wrap=bool(place), overflow="fold")
     for row in rows:
         table.add_row(*brief_cells(row, units))
     stdout().print(table)
+    if said := costs(rows):
+        stdout().print(said)

@@ -22,7 +22,7 @@ def diagnose_each(
 ) -> int:
     """Diagnose each log into a folder of its own; the exit code."""
     from slider_drilling.campaign.code import code_version
-    from slider_drilling.campaign.logs import as_json, folder_names, log_job, page_of, unfold
+    from slider_drilling.campaign.logs import as_json, folder_names, log_job, page_of, row_of, unfold
     from slider_drilling.campaign.results import Results
     from slider_drilling.campaign.shown import run_shown
     from slider_drilling.files import make_folder, prepare_outputs, write_whole
@@ -36,26 +36,21 @@ def diagnose_each(
     rows = []
     for log, name, key in zip(logs, names, ran.keys, strict=True):
         if results.path(key).is_file():
-            unfold(results, key, output / name)
-            rows.append(_row(log, name, output))
+            rows.append(row_of(log, name, json.loads(results.read(key).tree["files"]["diagnosis.json"])))
         elif (why := results.error(key)) is not None:
             rows.append(_failed(log, name, why))
     tree = as_json(rows, code_version())
 
     def write() -> list[Path]:
+        for name, key in zip(names, ran.keys, strict=True):
+            if results.path(key).is_file():
+                unfold(results, key, output / name)
         write_whole(output / FILE, (json.dumps(tree, indent=1, allow_nan=False) + "\n").encode("utf-8"))
         write_page(output / PAGE, page_of(rows), units)
         return [output / FILE, output / PAGE]
 
     deliver(tree if as_json_text else None, lambda: _print(rows), write)
     return ran.code
-
-
-def _row(log: Path, name: str, output: Path) -> Row:
-    from slider_drilling.campaign.logs import row_of
-
-    tree = json.loads((output / name / "diagnosis.json").read_text(encoding="utf-8"))
-    return row_of(log, name, tree)
 
 
 def _failed(log: Path, name: str, why: str) -> Row:

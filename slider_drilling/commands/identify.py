@@ -139,7 +139,7 @@ def _page(path: Path, data: Data, found: Identification) -> Study:
         },
         figures=(
             Chart("Axial friction (Fig. 13)", label, "friction, N",
-                  (line("measured", axis, measured), line("model", axis, predicted))),
+                  (line("measured", axis, measured, colour=6), line("model", axis, predicted, colour=0))),
             Chart("Error (Fig. 14)", label, "error, % of the largest friction",
                   (line("model - measured", axis, 100.0 * (predicted - measured) / peak),)),
         ),

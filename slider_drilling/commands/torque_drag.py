@@ -84,14 +84,12 @@ def command(
 def _rig(rig_path: Path | None, log: RigLog | None, survey_path: Path | None) -> Rig:
     import dataclasses
 
-    from slider_drilling.rig import check_rig, load_rig
-    from slider_drilling.share import share_file
+    from slider_drilling.api.rigs import load_rig
+    from slider_drilling.rig import check_rig
     from slider_drilling.wellbore.survey_table import read_survey
 
-    if log is not None and (rig_path is not None or log.rig_text is not None):
-        rig = log.rig()
-    else:
-        rig = load_rig(rig_path if rig_path is not None else share_file("config/rig.example.yaml"))
+    has_own = log is not None and (rig_path is not None or log.rig_text is not None)
+    rig = log.rig() if log is not None and has_own else load_rig(rig_path)
     if survey_path is None:
         return rig
     well = dataclasses.replace(rig.well, survey=read_survey(survey_path), name="")

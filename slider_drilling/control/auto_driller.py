@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from slider_drilling.rig import Rig
 
+# Response time: a longer string lets weight go later, and all at once where it hung on the wall.
+_TIME_PER_METRE, _SHORTEST_TIME = 5.4e-3, 18.0   # s/m, s
+
 
 class AutoDriller:
     """PI on differential pressure about the block speed that the rig file's bit and motor need.
@@ -31,7 +34,8 @@ class AutoDriller:
         return rate_of_penetration / self.speed_per_pressure
 
     def configure(self, rig: Rig, response_time: float, max_block_speed: float) -> None:
-        """Another response time (s) and fastest lowering (m/s) from now on."""
+        """Another response time (s, 0 for one that suits the string) and fastest lowering (m/s) from now on."""
+        response_time = response_time or max(_TIME_PER_METRE * rig.string.length, _SHORTEST_TIME)
         self._gain = self.weight_per_pressure / (axial_stiffness(rig) * response_time)      # m/(s Pa)
         self._integral_time = 10.0 * response_time
         self._max_block_speed = max_block_speed
@@ -41,14 +45,24 @@ class AutoDriller:
         self.setpoint = 0.0
         self._integral = 0.0
 
-    def update(self, pressure: float, wanted: float, ramp: float, step: float) -> float:
-        """Block speed (m/s) now. pressure, wanted: Pa; ramp: Pa/s, how fast the set point may rise; step: s."""
+    def follow(self, pressure: float) -> None:
+        """Lowering is stopped: go on from the pressure (Pa) that is left, not from what was asked for before."""
+        self.setpoint = min(self.setpoint, max(pressure, 0.0))
+        self._integral = 0.0
+
+    def update(self, pressure: float, wanted: float, ramp: float, step: float, arriving: float = 1.0) -> float:
+        """Block speed (m/s) now. pressure, wanted: Pa; ramp: Pa/s, how fast the set point may rise; step: s; arriving:
+        share of what is lowered beyond what the bit drills that may be lowered."""
         change = wanted - self.setpoint
-        self.setpoint += math.copysign(min(abs(change), ramp * step), change)
+        rising = arriving if change > 0.0 else 1.0
+        self.setpoint += math.copysign(min(abs(change), rising * ramp * step), change)
         error = self.setpoint - pressure
         feed_forward = self.speed_per_pressure * self.setpoint
         speed = feed_forward + self._gain * error + self._integral
-        if change == 0.0 and 0.0 < speed < self._max_block_speed:
+        drilled = self.speed_per_pressure * max(pressure, 0.0)
+        if speed > drilled:
+            speed = drilled + arriving * (speed - drilled)
+        if change == 0.0 and arriving == 1.0 and 0.0 < speed < self._max_block_speed:
             self._integral += self._gain * error * step / self._integral_time
             self._integral = min(max(self._integral, -feed_forward), feed_forward)
         return min(max(speed, 0.0), self._max_block_speed)

@@ -1,8 +1,7 @@
 """What the hook load tells of reach: weight that neither hook nor bit carries hangs on pipe that rocking left still.
 
 Pipe that turns drags little along the hole. Off bottom, while it rocks, the hook load is tared; what it has fallen by
-since, less the weight on bit, is the drag of the pipe that rocking does not reach. Where that grows while pressure
-stays behind, what the block lowers no longer arrives: lock-up.
+since, less the weight on bit, is the drag of the pipe that rocking does not reach.
 """
 
 from __future__ import annotations
@@ -17,9 +16,7 @@ if TYPE_CHECKING:
 
 _TARE_TIME = 10.0      # s
 _MEAN_TIME = 15.0      # s, a stroke or two
-_LOCKED, _FREED = 0.6, 0.35   # share of the drag of a string that does not turn, on which lock-up trips and lets go
-_ARRIVES = 0.85        # of the pressure asked for
-_LOCKED_FOR = 10.0     # s
+_ARRIVES, _HANGS = 0.3, 0.55   # shares of drag, up to which all that is lowered arrives, and from which on nothing does
 
 
 class DragMonitor:
@@ -31,10 +28,8 @@ class DragMonitor:
         lowered = static_loads(rig, axial_speed=1.0, weight_on_bit=weight_on_bit, friction_coefficient=friction_factor)
         self._whole = max(hanging - lowered.hook_load, 1.0)
         self._hanging = self._hook = math.nan
-        self._behind_for = 0.0
         self.drag = math.nan     # N
         self.share = math.nan    # of the drag of a string that does not turn
-        self.locked = False      # weight no longer arrives
 
     def tare(self, hook_load: float, step: float) -> None:
         """Take a sample off bottom: N, s since the last one."""
@@ -53,11 +48,9 @@ class DragMonitor:
         self.drag = self._hanging - self._hook - weight_on_bit
         self.share = self.drag / (self._whole * friction)
 
-    def watch(self, pressure: float, asked: float, step: float) -> None:
-        """Judge whether weight arrives: Pa across the motor, Pa that the auto-driller asks for."""
-        behind = self.share > _LOCKED and pressure < _ARRIVES * asked
-        self._behind_for = self._behind_for + step if behind else 0.0
-        if self._behind_for >= _LOCKED_FOR:
-            self.locked = True
-        elif self.share < _FREED:
-            self.locked = False
+    @property
+    def arriving(self) -> float:
+        """Share of what is lowered that may be lowered: the rest would hang on the wall, to come down all at once."""
+        if not math.isfinite(self.share):
+            return 1.0
+        return min(max((_HANGS - self.share) / (_HANGS - _ARRIVES), 0.0), 1.0)

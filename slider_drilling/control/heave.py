@@ -7,11 +7,14 @@ need not be known well: what is left of the line tells what is still missing.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections import deque
 
 import numpy as np
+from numpy.typing import NDArray
 
+Array = NDArray[np.float64]
 _SHORTEST, _LONGEST = 4.5, 22.0    # s, of waves
 _WINDOW, _EVERY, _SAMPLING = 90.0, 15.0, 0.5   # s: of the spectrum, between two looks, between its samples
 _CLEAR = 6.0            # of the median of the spectrum, from which a peak is a line
@@ -88,10 +91,8 @@ class HeaveCompensator:
         if self.amplitude > 0.25 * _LEAST and not math.isnan(self.period):
             return
         values = np.array(self._seen)
-        time = np.arange(len(values)) * _SAMPLING
+        time, periods, waves = _spectrum(len(values))
         values = (values - np.polyval(np.polyfit(time, values, 3), time)) * np.hanning(len(values))
-        periods = 1.0 / np.linspace(1.0 / _LONGEST, 1.0 / _SHORTEST, 240)
-        waves = np.exp(-2.0j * math.pi * np.outer(1.0 / periods, time))
         amplitude = np.abs(waves @ values) * 2.0 / (0.5 * len(values)) / self._stiffness
         for harmonic in _HARMONICS:
             amplitude[np.abs(1.0 / periods - harmonic / rocking_period) < _OF_ROCKING / _WINDOW] = 0.0
@@ -99,3 +100,11 @@ class HeaveCompensator:
         line = amplitude[best] > max(_CLEAR * float(np.median(amplitude)), _LEAST) and 0 < best < len(periods) - 1
         self.left = float(amplitude[best])
         self.period = float(periods[best]) if line else math.nan
+
+
+@functools.lru_cache(maxsize=1)
+def _spectrum(samples: int) -> tuple[Array, Array, NDArray[np.complex128]]:
+    """Instants (samples,) s, periods (240,) s, and the waves (240, samples) of those periods at those instants."""
+    time = np.asarray(np.arange(samples) * _SAMPLING, dtype=np.float64)
+    periods = np.asarray(1.0 / np.linspace(1.0 / _LONGEST, 1.0 / _SHORTEST, 240), dtype=np.float64)
+    return time, periods, np.exp(-2.0j * math.pi * np.outer(1.0 / periods, time))

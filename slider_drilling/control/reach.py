@@ -10,19 +10,22 @@ from __future__ import annotations
 
 import math
 
-_DRAG = 0.20               # share of the drag of a string that does not turn, that is aimed at
+_DRAG = 0.28               # share of the drag of a string that does not turn, that is aimed at
 _DEEPER, _LESS = 0.010, 0.004      # of the amplitude per s and share of drag beyond, below
-_SLACK = 0.03              # share of drag, below which rocking may reach less
+_SLACK = 0.16              # share of drag, below which rocking may reach less
 _MOST_OFF, _LEAST_OFF = 0.4, -0.1  # shares of drag that count at most
 _NEAR = 0.05               # share of drag beyond, up to which the swing has a say
 _SWING, _ENOUGH = math.radians(1.8), math.radians(1.5)   # rad: less from here, no more from here
 _PER_SWING = 0.0006 / math.radians(1.0)   # of the amplitude per s and rad of swing beyond
 _FASTEST_LESS = 0.0015     # of the amplitude per s, for the swing is known late
-_STUCK = 0.0025            # of the amplitude per s, while what pulls does not turn the bit
+_STUCK = 0.002             # of the amplitude per s, while what pulls does not turn the bit,
+_HOLDS = 0.16              # ... and as much of the drag as this says that pipe holds it
 _SMALLEST, _LARGEST = 0.65, 1.8    # of the amplitude that the breakover test found
 _WINDOW = 50.0             # s, over which what pulls is held against what turns
-_PULLED = math.radians(30.0)       # rad in that window, that what pulls should have turned
+_PULLED = math.radians(18.0)       # rad in that window, that what pulls should have turned
 _TURNED_SHARE = 0.35       # of it, below which the bit is stuck
+_URGED = 20.0              # s, in which the urge comes and goes
+_ASKED = math.radians(6.0)         # of error, which the pull is meant to mend
 
 
 class Reach:
@@ -31,12 +34,14 @@ class Reach:
     def __init__(self) -> None:
         self.share = 1.0
         self.stuck = False       # what pulls does not turn the bit
+        self.urge = 0.0          # 0 to 1: how long that has been so
         self._expected = 0.0     # rad/s, of the tool-face, by what pulls
         self._turning = 0.0      # rad/s, as estimated
         self._tool_face = math.nan
 
-    def answer(self, pull: float, response_time: float, tool_face: float, step: float) -> None:
-        """Take what pulls (rad), the time (s) in which the tool-face should follow it, and the tool-face (rad)."""
+    def answer(self, pull: float, response_time: float, tool_face: float, error: float, step: float) -> None:
+        """Take what pulls (rad), the time (s) in which the tool-face should follow it, the tool-face and by how much it
+        should turn (rad). A pull that no error asked for says more of the sensors than of the string."""
         moved = tool_face - self._tool_face if math.isfinite(self._tool_face) else 0.0
         self._tool_face = tool_face
         if step <= 0.0:
@@ -45,20 +50,19 @@ class Reach:
         self._expected += kept * (pull / response_time - self._expected)
         self._turning += kept * (moved / step - self._turning)
         along = math.copysign(self._turning, self._turning * self._expected)
-        self.stuck = abs(self._expected) * _WINDOW > _PULLED and along < _TURNED_SHARE * abs(self._expected)
+        asked = error * self._expected > 0.0 and abs(error) > _ASKED
+        self.stuck = asked and abs(self._expected) * _WINDOW > _PULLED and along < _TURNED_SHARE * abs(self._expected)
+        self.urge += (1.0 - math.exp(-step / _URGED)) * (float(self.stuck) - self.urge)
 
     def update(self, drag: float, swing: float, swing_sigma: float, step: float) -> None:
         """Take the share of drag, and the swing (rad) with its one-sigma."""
         if not math.isfinite(drag):
             return
         beyond = drag - _DRAG
-        if beyond > 0.0:
-            rate = _DEEPER * min(beyond, _MOST_OFF)
-            if self.stuck:
-                rate = max(rate, _STUCK)
-        else:
-            rate = _LESS * min(max(beyond + _SLACK, _LEAST_OFF), 0.0)
-        if beyond < _NEAR:
+        rate = _DEEPER * min(beyond, _MOST_OFF) if beyond > 0.0 else _LESS * min(max(beyond + _SLACK, _LEAST_OFF), 0.0)
+        if self.stuck and drag > _HOLDS:
+            rate = max(rate, _STUCK)
+        elif beyond < _NEAR:
             if swing - swing_sigma > _SWING:
                 rate = min(rate, -min(_PER_SWING * (swing - swing_sigma - _SWING), _FASTEST_LESS))
             elif swing - 0.5 * swing_sigma > _ENOUGH:

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING
 
 from slider_drilling.control import slide_status
 from slider_drilling.control.amplitude import LANDING, AmplitudeFinder
-from slider_drilling.control.approach import Approach
-from slider_drilling.control.auto_driller import AutoDriller, axial_stiffness
+from slider_drilling.control.auto_driller import axial_stiffness
 from slider_drilling.control.differential_pressure import DifferentialPressure
-from slider_drilling.control.drag import DragMonitor
 from slider_drilling.control.drive import Motion, RockingDrive, Wish
 from slider_drilling.control.heave import HeaveCompensator
 from slider_drilling.control.learnt_rig import corrected, with_worn_motor
 from slider_drilling.control.limits import HOLD_AFTER, Interlocks, Permission, Stall, StallGuard
+from slider_drilling.control.lowering import Lowering
 from slider_drilling.control.protocol import Status
 from slider_drilling.control.reach import Reach
 from slider_drilling.control.settings import check
@@ -51,9 +50,6 @@ _PRIOR_SPREAD = 0.25         # of ln(friction)
 _QUICK, _SMOOTH = 0.5, 6.0   # s, filters of differential pressure
 _RELEASED_SHARE = 0.25       # of the pressure wanted, at which the bit has let go
 _CUT, _LEAST_BEARABLE, _REGAINED = 0.98, 0.3, 0.001   # of the amplitude: a stroke cut short, the least, per s
-_EASED, _LEAST_PRESSURE, _RESTORED = 0.02, 0.6, 0.0006   # of the pressure wanted, likewise
-_LOADED_SHARE = 0.8          # of the pressure wanted, from which on the string slides steadily
-_TOUCHED_SHARE = 0.1         # of the pressure wanted, at which the bit is on bottom again
 _MOVING_SHARE = 0.3          # of the amplitude while the string slides fast: it then turns easily
 _LEAST_FLOW_SHARE = 0.3      # of the reference flow, below which the motor is not fed
 _ACCELERATION_SHARE, _SPEED_SHARE = 0.9, 0.95   # of the top drive's limits, the rest is for following
@@ -76,9 +72,7 @@ class SlideController:
         self._reference_pump = rig.hydraulics.reference_flow / rig.mud_pump.displacement
         self._watch = Watch()
         self._pressure = DifferentialPressure(rig, s.off_bottom_pressure, _QUICK, _SMOOTH)
-        self._driller = AutoDriller(rig, s.auto_driller_time, s.max_block_speed)
-        self._wanted_pressure = self._pressure_wanted(s)
-        self._approach = Approach(axial_stiffness(rig), self._driller.weight_per_pressure)
+        self._lowering = Lowering(rig, s)
         self._believe(s)
         mwd = rig.sensors.mwd
         sample = math.sqrt(mwd.noise**2 + mwd.resolution**2 / 12.0 + _SWING**2)
@@ -88,11 +82,10 @@ class SlideController:
             self._belief.compliance, s.response_time, noise, bias=rig.effects.torque_sensor_bias.bias)
         self._means = StrokeMeans()
         self._swing = Swing(math.sqrt(mwd.noise**2 + mwd.resolution**2 / 12.0 + _UNEXPLAINED**2))
-        self._drag = DragMonitor(rig, s.friction_factor, self._driller.weight_per_pressure * self._wanted_pressure)
         self._reach = Reach()
         self._heave = HeaveCompensator(axial_stiffness(rig), s.compensation_speed)
         self._strokes = 0            # of the drive, that the swing knows of
-        stall = StallGuard(s.stall_share * rig.motor.max_pressure, _RELEASED_SHARE * self._wanted_pressure)
+        stall = StallGuard(s.stall_share * rig.motor.max_pressure, _RELEASED_SHARE * self._lowering.wanted)
         self._interlocks = Interlocks(s.make_up_torque_limit, s.back_off_torque_limit, stall,
                                       _LEAST_FLOW_SHARE * self._reference_pump)
         self._torque_turn = TorqueTurn(s.right_torque_turn, s.left_torque_turn)
@@ -103,7 +96,6 @@ class SlideController:
         self._trim = 0.0             # rad
         self._amplitude = 0.0        # rad
         self._bearable = math.inf    # rad, amplitude that the torque limits bear
-        self._pressure_share = 1.0   # of the pressure wanted, that they leave
         self._mwd_age = 0.0          # s since the last accepted sample was read
         self._target = self._asked = tool_face_target   # rad: the turn of the target that is nearest; as asked
 
@@ -118,13 +110,12 @@ class SlideController:
         friction_changed = settings.friction_factor != self._settings.friction_factor
         s = self._settings = settings
         self._pressure.configure(self._rig, s.off_bottom_pressure)
-        self._driller.configure(self._rig, s.auto_driller_time, s.max_block_speed)
-        self._wanted_pressure = self._pressure_wanted(s)
+        self._lowering.configure(self._rig, s)
         self._estimator.filter.response_time = s.response_time
         self._heave.fastest = s.compensation_speed
         stall = self._interlocks.stall
         stall.limit = s.stall_share * self._rig.motor.max_pressure
-        stall.released = _RELEASED_SHARE * self._wanted_pressure
+        stall.released = _RELEASED_SHARE * self._lowering.wanted
         self._interlocks.make_up, self._interlocks.back_off = s.make_up_torque_limit, s.back_off_torque_limit
         self._torque_turn.right, self._torque_turn.left = s.right_torque_turn, s.left_torque_turn
         if friction_changed:
@@ -134,29 +125,24 @@ class SlideController:
 
     def _keep_reach(self, step: float) -> None:
         """Rock as deep as drag and swing ask for, while the bit is loaded; see whether weight arrives."""
-        hook_load = self._fresh("hook_load")
+        lowering, hook_load, pressure = self._lowering, self._fresh("hook_load"), self._pressure.smooth
         if self._testing():
-            self._drag.tare(hook_load, step)
+            lowering.drag.tare(hook_load, step)
             return
-        string = self._estimator.filter
-        weight = self._driller.weight_per_pressure * string.motor_gain * max(self._pressure.smooth, 0.0)
-        self._drag.update(hook_load, weight, self._finder.scale, step)
-        if self._approach.under_way or not self._permission.lower or self._interlocks.stall.state is not Stall.NONE:
+        lowering.weigh(hook_load, pressure, self._estimator.filter.motor_gain, self._finder.scale, step)
+        if lowering.approach.under_way or not self._permission.lower:
             return
-        self._drag.watch(self._pressure.smooth, self._driller.setpoint, step)
-        self._reach.answer(self._estimator.pull, self._settings.response_time, self._estimator.tool_face, step)
-        if self._pressure.smooth > _HALF_LOADED * self._wanted_pressure:
-            share = self._drag.share if math.isfinite(self._drag.share) else 0.0
+        lowering.judge(pressure, step)
+        estimator = self._estimator
+        self._reach.answer(estimator.pull, self._settings.response_time, estimator.tool_face, self.error, step)
+        if pressure > _HALF_LOADED * lowering.wanted:
+            share = lowering.drag.share if math.isfinite(lowering.drag.share) else 0.0
             self._estimator.mobility = min(max(1.0 - (share - _HOLDS[0]) / _HOLDS[1], _LEAST_MOBILITY), 1.0)
-            self._reach.update(self._drag.share, self._swing.amplitude, self._swing.spread, step)
-
-    def _pressure_wanted(self, s: SlideSettings) -> float:
-        return s.differential_pressure or self._driller.pressure_for(s.rate_of_penetration)
+            self._reach.update(lowering.drag.share, self._swing.amplitude, self._swing.spread, step)
 
     def _believe(self, s: SlideSettings) -> None:
         """Torque and drag from the rig file, to be corrected by the breakover test."""
-        weight = self._driller.weight_per_pressure * self._wanted_pressure
-        self._belief = TorqueAndDrag(self._rig, s.friction_factor, weight)
+        self._belief = TorqueAndDrag(self._rig, s.friction_factor, self._lowering.weight_wanted)
         self._finder = AmplitudeFinder(TorqueAndDrag(self._rig, s.friction_factor, 0.0), _PRIOR_SPREAD)
 
     def _max_speed(self) -> float:
@@ -180,7 +166,7 @@ class SlideController:
         self._permission = self._interlocks.update(watch, waited, self._pressure.quick, self._mwd_age, behind)
         self._rock(drive)
         pump_speed = self._settings.pump_speed or self._reference_pump
-        moving = self._permission.lower and not self._testing() and not self._drag.locked
+        moving = self._permission.lower and not self._testing() and not self._lowering.lock_up.stops
         wave = self._heave.update(self._fresh("hook_load"), self._period_now(), moving, watch.step)
         return RigCommand(drive.angle, drive.speed, self._lower() + wave, pump_speed)
 
@@ -197,7 +183,7 @@ class SlideController:
         if watch.jumped:
             estimator.restamp(watch.time)
         self._mwd_age += watch.step
-        estimator.sliding = self._approach.fast
+        estimator.sliding = self._lowering.approach.fast
         estimator.settled = self._drilling()
         if math.isfinite(watch.time):
             estimator.advance(watch.time, self._pressure.reactive_torque)
@@ -228,8 +214,7 @@ class SlideController:
 
     def _drilling(self) -> bool:
         """Whether the bit is loaded and the string slides after it."""
-        loaded = self._pressure.smooth > _LOADED_SHARE * self._pressure_share * self._wanted_pressure
-        return self._permission.lower and not self._approach.under_way and loaded
+        return self._permission.lower and self._lowering.loaded(self._pressure.smooth)
 
     def _carried(self) -> float:
         """Share of the string's compliance that carries the mean torque of surface; half of the static zone does."""
@@ -242,9 +227,11 @@ class SlideController:
     def _choose_turn(self) -> None:
         """The turn of the target nearest to the tool-face: when that is first known, when a target is asked for, and
         when a turn was lost."""
-        if not self._estimator.known or not math.isfinite(self.tool_face_target) or self._approach.fast:
+        if not self._estimator.known or not math.isfinite(self.tool_face_target) or self._lowering.approach.fast:
             return
         tool_face = self._estimator.tool_face
+        if self.tool_face_target != self._asked:
+            self._lowering.lock_up.release()
         if self.tool_face_target != self._asked or abs(self._target - tool_face) > _LOST_TURN:
             self._asked = self.tool_face_target
             self._target = tool_face + math.remainder(self._asked - tool_face, 2.0 * math.pi)
@@ -257,6 +244,14 @@ class SlideController:
     def zones(self) -> Zones:
         """The three zones as believed now: how deep rocking reaches, how far up the reactive torque."""
         return self._belief.zones(self._amplitude, self._pressure.reactive_torque, self._finder.scale)
+
+    def _freed_to(self) -> float:
+        """Measured depth (m) down to which the last strokes have freed the string: at what torque they ended tells,
+        whatever friction is there."""
+        torque = self._finder.breakover_torque
+        if not torque > 0.0 or self._amplitude <= 0.0:
+            return self.zones().rocked_to
+        return self._belief.reach(self._amplitude, self._belief.scale_from(self._amplitude, torque))
 
     def _rock(self, drive: RockingDrive) -> None:
         watch = self._watch
@@ -276,7 +271,7 @@ class SlideController:
         """Amplitude (rad) that the torque limits bear; it and the pressure that they bear are regained slowly."""
         hold = self._amplitude_for(self._settings.reach_share)
         self._bearable = max(self._bearable, _LEAST_BEARABLE * hold) * (1.0 + _REGAINED * step)
-        self._pressure_share = min(self._pressure_share + _RESTORED * step, 1.0)
+        self._lowering.regain(step)
         return min(wished, self._bearable)
 
     def _may_shift(self) -> bool:
@@ -293,9 +288,9 @@ class SlideController:
         trips = self._interlocks.torque_trips
         limited = self._interlocks.must_turn(torque, drive.side, self._watch.step, turn_time)
         if self._interlocks.torque_trips > trips:
-            # The reactive torque takes its part of what the pipe bears: less of it leaves room to rock.
+            # Less of the reactive torque leaves room to rock.
             self._bearable = _CUT * self._amplitude
-            self._pressure_share = max(self._pressure_share - _EASED, _LEAST_PRESSURE)
+            self._lowering.ease()
         return self._torque_turn.must_turn(drive.angle, torque, drive.side, self._centre) or limited
 
     def _motion(self) -> Motion:
@@ -310,7 +305,8 @@ class SlideController:
         if self._estimator.known:
             self._trim_pull(step)
             # While the string slides fast it turns freely, and means over a stroke say little.
-            lead = 0.0 if self._approach.fast else min(max(s.gain * self.error, -s.max_lead), s.max_lead)
+            lead = (1.0 + self._reach.urge) * s.gain * self.error
+            lead = 0.0 if self._lowering.approach.fast else min(max(lead, -s.max_lead), s.max_lead)
             wanted = self._target - self._estimator.offset + lead + self._trim
         share = 1.0 - math.exp(-step / (_CENTRE_TIME * self._period_now()))
         self._aim += share * (wanted - self._aim)
@@ -326,11 +322,11 @@ class SlideController:
 
     def _expected_torque(self) -> float:
         """Reactive torque (N m) on its way: what pressure shows, or midway from there to more that it is driven to."""
-        if self._approach.under_way:
+        if self._lowering.approach.under_way:
             # A stalled motor lets go of the string when the bit does, before pressure can tell.
             return 0.0
         measured = self._pressure.reactive_torque
-        ahead = self._rig.motor.torque_per_pressure * self._driller.setpoint
+        ahead = self._rig.motor.torque_per_pressure * self._lowering.driller.setpoint
         return max(measured, 0.5 * (measured + ahead))
 
     def _wished_amplitude(self) -> float:
@@ -339,9 +335,9 @@ class SlideController:
             return s.amplitude
         if self._testing():
             return self._amplitude_for(s.reach_share)
-        if self._approach.fast:
+        if self._lowering.approach.fast:
             return self._amplitude_for(_MOVING_SHARE * s.reach_share)
-        if self._approach.under_way:
+        if self._lowering.approach.under_way:
             return self._amplitude_for(s.setting_share)
         share = min(max((abs(self.error) - _NEAR) / (_FAR - _NEAR), 0.0), 1.0)
         return self._amplitude_for(s.reach_share + (s.setting_share - s.reach_share) * share)
@@ -363,35 +359,25 @@ class SlideController:
 
     def _lower(self) -> float:
         """Block speed, m/s."""
-        position = self._watch.value["block_position"]
         if self._permission.pick_up:
-            self._driller.restart()
-            self._approach.pick_up()
-            return -self._settings.pick_up_speed
+            return self._lowering.pick_up()
         if self._interlocks.stall.state is not Stall.NONE:
-            self._driller.restart()
+            return self._lowering.rest()
+        if not self._permission.lower or self._testing() or self._motion() is not Motion.ROCK:
             return 0.0
-        if not self._permission.lower or self._testing() or self._motion() is not Motion.ROCK or self._drag.locked:
-            return 0.0
-        if self._approach.under_way and self._pressure.quick < _TOUCHED_SHARE * self._wanted_pressure:
-            return self._approach.speed(
-                position, self._settings.max_block_speed, self._drag.share, self._watch.step)
-        self._approach.touched()
-        self._approach.drilling(position, self._pressure.quick, self._watch.step)
-        wanted = self._pressure_share * self._wanted_pressure
-        ramp = self._wanted_pressure / self._settings.pressure_ramp_time
-        return self._driller.update(self._pressure.smooth, wanted, ramp, self._watch.step)
+        return self._lowering.speed(self._pressure, self._watch.value["block_position"], self._watch.step)
 
     def status(self) -> tuple[Status, ...]:
         """The tool-face and its error, what was learnt of the string, the zones, and every interlock with its
         reason."""
-        zones = self.zones()
+        zones, lowering = self.zones(), self._lowering
         return (
             slide_status.of_tool_face(self._estimator, self._target, self._centre, self._pressure.reactive_torque),
             slide_status.of_string(self._estimator),
             slide_status.of_reach(zones, self._belief.bit_depth, self._amplitude, self._period_now(), self._finder,
-                                  self._reach, self._swing, self._drag, self._pressure_share),
-            slide_status.of_heave(self._heave), slide_status.of_lock_up(self._drag, zones),
+                                  self._reach, self._swing, lowering),
+            slide_status.of_heave(self._heave),
+            slide_status.of_lock_up(lowering.lock_up, lowering.drag, self._freed_to()),
             *self._interlocks.statuses())
 
     def corrected_rig(self) -> Rig:

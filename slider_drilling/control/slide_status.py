@@ -7,6 +7,8 @@ import math
 from slider_drilling.control.amplitude import AmplitudeFinder
 from slider_drilling.control.drag import DragMonitor
 from slider_drilling.control.heave import HeaveCompensator
+from slider_drilling.control.lock_up import Lock, LockUp
+from slider_drilling.control.lowering import Lowering
 from slider_drilling.control.protocol import Level, Status
 from slider_drilling.control.reach import Reach
 from slider_drilling.control.swing import Swing
@@ -43,8 +45,9 @@ def of_string(estimator: ToolFaceEstimator) -> Status:
 
 
 def of_reach(zones: Zones, bit_depth: float, amplitude: float, period: float, finder: AmplitudeFinder, reach: Reach,
-             swing: Swing, drag: DragMonitor, pressure_share: float) -> Status:
-    """bit_depth: m; amplitude: rad; period: s; pressure_share: of the pressure wanted, that torque limits leave."""
+             swing: Swing, lowering: Lowering) -> Status:
+    """bit_depth: m; amplitude: rad; period: s."""
+    drag = lowering.drag
     values = (("rocking_m", f"{zones.rocked_to:.0f}"), ("static_m", f"{zones.static_length:.0f}"),
               ("reactive_from_m", f"{zones.reactive_from:.0f}"), ("amplitude_rad", f"{amplitude:.2f}"),
               ("amplitude_over_test", f"{reach.share:.2f}"), ("period_s", f"{period:.1f}"),
@@ -53,8 +56,8 @@ def of_reach(zones: Zones, bit_depth: float, amplitude: float, period: float, fi
               ("swing_deg", f"{math.degrees(swing.amplitude):.1f}"),
               ("swing_one_sigma_deg", f"{math.degrees(swing.spread):.1f}"),
               ("drag_n", f"{drag.drag:.0f}"), ("drag_share", f"{drag.share:.2f}"),
-              ("share_of_pressure_wanted", f"{pressure_share:.2f}"))
-    if drag.locked:
+              ("share_of_pressure_wanted", f"{lowering.asked / lowering.wanted:.2f}"))
+    if lowering.lock_up.stops:
         return Status(Level.ERROR, "reach", f"rocking frees the string down to {zones.rocked_to:.0f} m of "
                       f"{bit_depth:.0f} m only", values)
     if reach.stuck:
@@ -74,10 +77,22 @@ def of_heave(heave: HeaveCompensator) -> Status:
                   "it", values)
 
 
-def of_lock_up(drag: DragMonitor, zones: Zones) -> Status:
-    """The interlock: lowering stopped because weight no longer arrives."""
-    if not drag.locked:
-        return Status(Level.OK, "lock_up", "weight arrives at the bit")
-    return Status(Level.ERROR, "lock_up",
-                  f"weight no longer arrives: {drag.drag / 1e3:.0f} kN hang on pipe below {zones.rocked_to:.0f} m and "
-                  "pressure does not rise: lowering stopped; pick up, or slide with less weight")
+def of_lock_up(lock: LockUp, drag: DragMonitor, freed_to: float) -> Status:
+    """The interlock: whether lowering is stopped as weight no longer arrives, where it hangs, what to do.
+
+    freed_to: m, measured depth that rocking frees the string to.
+    """
+    values = (("trips", str(lock.trips)), ("share_of_weight_left", f"{lock.share_left:.2f}"),
+              ("drag_n", f"{drag.drag:.0f}"), ("held_below_m", f"{freed_to:.0f}"))
+    if lock.state is Lock.FREE:
+        return Status(Level.OK, "lock_up", lock.state.value, values)
+    hangs = f"{drag.drag / 1e3:.0f} kN hang on pipe below {freed_to:.0f} m"
+    if lock.state is Lock.LESS:
+        return Status(Level.WARN, "lock_up", f"the string has locked up: {100.0 * lock.share_left:.0f} % of the weight "
+                      f"is asked for now, {hangs}", values)
+    if lock.state is Lock.HELD:
+        return Status(Level.ERROR, "lock_up", f"weight no longer arrives: {hangs} and pressure does not rise: "
+                      "lowering stopped until rocking has freed them", values)
+    why = "rocking does not free it" if lock.never_freed else f"locked up {lock.trips} times, with ever less weight"
+    return Status(Level.ERROR, "lock_up", f"latched: {why}; {hangs}: lowering stays stopped; pick up, ream or ask for "
+                  "less pressure; another target or setting releases it", values)

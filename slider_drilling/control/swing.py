@@ -6,6 +6,7 @@ whatever period MWD has, unless that keeps meeting the same phases: `apart` find
 
 from __future__ import annotations
 
+import functools
 import math
 from collections import deque
 
@@ -14,12 +15,13 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 _MEMORY = 120.0                     # s, over which samples are forgotten
+_FADED_EVERY = 1.0                  # s
 _PRIOR = math.radians(3.0)          # rad, of each part of the swing before any sample
 _SCATTER_SHARE = 0.15               # of one sample
 _MOST_SCATTER = math.radians(10.0)  # rad, that one sample may show
 _APART = 60.0                       # s, between samples that are held against each other
 _KEPT = 40                          # reversals
-_NEAR = 0.2                         # of a cycle: what phases of consecutive samples differ by, half from half a cycle
+_NEAR = 0.1                         # of a cycle: what phases of consecutive samples differ by, half from half a cycle
 _FURTHEST, _TRIED = 0.12, 13        # share by which the period may be changed; periods tried
 
 
@@ -36,6 +38,7 @@ class Swing:
         self._last: tuple[float, float, float] | None = None   # s, rad of phase, rad
         self._parts: Array = np.zeros(2)
         self._covariance: Array = np.eye(2) * _PRIOR**2
+        self._unfaded = 0.0        # s
 
     def reversal(self, time: float) -> None:
         """A stroke has ended at `time` (s)."""
@@ -78,8 +81,12 @@ class Swing:
         self._parts = self._covariance @ self._told
 
     def fade(self, step: float) -> None:
-        """`step` s have passed: what is not renewed is forgotten."""
-        kept = math.exp(-step / _MEMORY)
+        """`step` s have passed: what is not renewed is forgotten, a second's worth at a time."""
+        self._unfaded += step
+        if self._unfaded < _FADED_EVERY:
+            return
+        kept = math.exp(-self._unfaded / _MEMORY)
+        self._unfaded = 0.0
         self._information *= kept
         self._told *= kept
         self._solve()
@@ -103,12 +110,13 @@ class Swing:
         return float(self._parts[0] * math.cos(phase) + self._parts[1] * math.sin(phase))
 
 
+@functools.lru_cache(maxsize=64)
 def apart(period: float, sampling: float) -> float:
     """The period of rocking (s) next to `period` at which samples every `sampling` (s) meet unlike phases."""
-    steps = sorted((k / (_TRIED // 2) * _FURTHEST for k in range(-(_TRIED // 2), _TRIED // 2 + 1)), key=abs)
     best, widest = period, -1.0
-    for change in steps:
-        tried = period * (1.0 + change)
+    for step in range(_TRIED):
+        # Longer only: faster strokes reach less deep, and swing the bit more.
+        tried = period * (1.0 + step / (_TRIED - 1) * _FURTHEST)
         apart_by = abs(math.remainder(sampling / tried, 1.0))   # cycles
         distance = min(apart_by, 2.0 * (0.5 - apart_by))
         if distance >= _NEAR:

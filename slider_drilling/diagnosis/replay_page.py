@@ -60,7 +60,7 @@ def _panels(name: str, one: Comparison) -> tuple[Panel, Panel]:
     difference = Line("measured less simulated", time, factor * one.residual, "dots" if sparse else "line", RED)
     return (
         Panel(f"{said}, {unit}", over),
-        Panel(f"{said}: measured less simulated, {unit}", (difference,), level=(0.0, "no difference"), height=0.7),
+        Panel(f"{said}: measured less simulated, {unit}", (difference,), level=(0.0, ""), height=0.7),
     )
 
 

@@ -39,6 +39,7 @@ class View:
         self._along: Along | None = None
         self._told = state.last_notice
         self._shown_statuses: list[tuple[Any, ...]] = []
+        self._lines: list[_StatusLine] = []
         self._inputs: dict[tuple[str, str], Any] = {}
         self._values: dict[tuple[str, str], float] = {}
         ui.add_css(STYLE)
@@ -125,14 +126,14 @@ class View:
         if wanted == self._shown_statuses:
             return
         self._shown_statuses = wanted
-        self._status_rows.clear()
+        # Rows are written over, not made anew: a browser lets go of elements late, and these change every second.
         with self._status_rows:
-            for level, name, message in wanted:
-                icon, colour = _MARKS[Level(level)]
-                with ui.element("div").classes("sd-status"):
-                    ui.icon(icon).classes(colour).style("font-size: 1.15rem")
-                    ui.label(name)
-                    ui.label(message).classes(colour if level else "")
+            while len(self._lines) < len(wanted):
+                self._lines.append(_StatusLine())
+        while len(self._lines) > len(wanted):
+            self._lines.pop().delete()
+        for row, (level, name, message) in zip(self._lines, wanted, strict=True):
+            row.show(Level(level), name, message)
 
     def _show_settings(self) -> None:
         for one in self._state.settings():
@@ -159,6 +160,26 @@ class View:
             field.props(f"data-name=parameter-{one.name}")
             field.on("blur", change).on("keydown.enter", change)
         return field
+
+
+class _StatusLine:
+    """One status: its mark, what it is about, what it says."""
+
+    def __init__(self) -> None:
+        with ui.element("div").classes("sd-status") as self._row:
+            self._icon = ui.icon("").style("font-size: 1.15rem")
+            self._name, self._message = ui.label(), ui.label()
+
+    def show(self, level: Level, name: str, message: str) -> None:
+        icon, colour = _MARKS[level]
+        self._icon.name = icon
+        self._icon.classes(replace=colour)
+        self._name.set_text(name)
+        self._message.set_text(message)
+        self._message.classes(replace=colour if level else "")
+
+    def delete(self) -> None:
+        self._row.delete()
 
 
 def _title(name: str, statuses: Sequence[Status]) -> str:

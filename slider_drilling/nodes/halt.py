@@ -8,6 +8,7 @@ from types import FrameType
 from typing import Any, TypeVar
 
 from slider_drilling.errors import InputError
+from slider_drilling.interrupts import note
 
 Result = TypeVar("Result")
 
@@ -89,6 +90,7 @@ class Halt:
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
         self.signal = self.signal or number
+        note(number)
         self.requested = True
         if self._may_interrupt:
             raise Interrupted

@@ -30,6 +30,7 @@ ARGUMENTS = {
     "target_deg": "tool-face to hold, deg [0]",
     "controller": "controller as module:Class [this package's own]",
     "record": "folder for the log; empty: no recorder",
+    "dashboard": "serve the live page, its address in the output: true or false [false]",
     "namespace": "namespace of every topic",
     "parameters": "YAML file with node parameters; arguments win over it",
     "respawn": "start a controller or recorder that died again: true or false [true]",
@@ -84,7 +85,7 @@ def process(
     own = {name: value for name, value in defaults.items() if name not in mentioned}
     own |= {name: value for name, value in wanted.items() if value not in (None, "")}
     space = given.get("namespace", "") if namespace is None else namespace
-    respawn = executable in ("recorder", "rocking_controller") and _is_true(given.get("respawn") or "true")
+    respawn = executable in ("recorder", "rocking_controller") and is_true(given, "respawn", True)
     return Node(
         package=PACKAGE, executable=executable, exec_name=executable, name=executable, namespace=space,
         output="screen", parameters=[*([file] if file else []), *([own] if own else [])], respawn=respawn,
@@ -112,10 +113,18 @@ def _mentioned(file: str, node: str) -> set[str]:
     return names(tree, "")
 
 
-def _is_true(text: str) -> bool:
+def is_true(given: Given, name: str, otherwise: bool = False) -> bool:
+    """An argument that is true or false, `otherwise` where it was not given. Raises ValueError naming it."""
+    text = given.get(name) or str(otherwise)
     if text.lower() not in ("true", "false"):
-        raise ValueError(f"respawn:={text}: must be true or false")
+        raise ValueError(f"{name}:={text}: must be true or false")
     return text.lower() == "true"
+
+
+def dashboard(given: Given, namespace: str | None = None, port: int | None = None) -> list[Node]:
+    """The live page's process where it is asked for. port: that it takes unless the parameter file gives one."""
+    defaults = {} if port is None else {"port": port}
+    return [process("dashboard", given, defaults, {}, namespace)] if is_true(given, "dashboard") else []
 
 
 def _waiting_signals() -> str | None:

@@ -56,8 +56,9 @@ class Bars:
 
 @dataclass(frozen=True)
 class Panel:
-    """One pair of axes. level: a horizontal line to compare with, and its name; down: the axis points down, as depth
-    does; limits: of the axis, in the label's unit, where the data's own will not do; height: beside other panels'.
+    """One pair of axes. level: a horizontal line to compare with, and its name or none; down: the axis points down, as
+    depth does; limits: of the axis, in the label's unit, where the data's own will not do; height: beside other
+    panels'.
     """
 
     y: str

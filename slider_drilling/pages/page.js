@@ -42,6 +42,9 @@
       Object.assign(layout[key], { gridcolor: rule, linecolor: rule, zerolinecolor: rule, zerolinewidth: 1.5, exponentformat: "power",
         hoverformat: ".7~g" });
     }
+    for (const note of layout.annotations ?? []) {  // a heading that is wider than the figure takes two lines
+      if (note.text.length * 6 > width - 46) note.text = note.text.replace(" · ", "<br>");
+    }
     return Object.assign(layout, {
       width, height: paper ? Math.min(figure.height * PAPER.scale, PAPER.height) : figure.height, autosize: false, showlegend: false, paper_bgcolor: "rgba(0,0,0,0)",
       plot_bgcolor: "rgba(0,0,0,0)", font: { color: ink, size: width < 460 ? 11 : 12.5, family: "system-ui, sans-serif" },

@@ -41,7 +41,7 @@ def _chart(chart: Chart, units: Units) -> dict[str, Any]:
                 legend.setdefault(mark.name, _entry(mark, colour))
         layout[f"yaxis{axis[1:]}"] = _axis(panel.marks, panel.limits, panel.y, units, panel.log, panel.down, flat=True)
         layout[f"yaxis{axis[1:]}"] |= {"domain": domain}
-        beside = f" · dotted: {panel.level[1]}" if panel.level is not None else ""
+        beside = f" · dotted: {panel.level[1]}" if panel.level is not None and panel.level[1] else ""
         notes.append(_heading(_said(panel.y, units) + beside, domain[1]))
         if panel.level is not None:
             shapes.append(_level(units.value(panel.level[0], unit_of(panel.y)[1]), axis))

@@ -65,7 +65,7 @@ def started(arguments: str, out: Path, here: Path, stdout: int | IO[bytes] = sub
     mark = f"{os.getpid()} {out}"
     process = subprocess.Popen(
         [*PROGRAM, *words], cwd=here, stdout=stdout, stderr=subprocess.PIPE, start_new_session=True,
-        env={**os.environ, _MARK: mark, "ROS_DOMAIN_ID": str(1 + os.getpid() % 100)},
+        preexec_fn=_heed_signals, env={**os.environ, _MARK: mark, "ROS_DOMAIN_ID": str(1 + os.getpid() % 100)},
     )  # fmt: skip
     begun = Started(process, f"{_MARK}={mark}".encode())
     try:
@@ -74,6 +74,12 @@ def started(arguments: str, out: Path, here: Path, stdout: int | IO[bytes] = sub
         for number in begun.there():
             os.kill(number, signal.SIGKILL)
         process.communicate()
+
+
+def _heed_signals() -> None:
+    """A command started in the background, or under nohup, ignores what its starter ignored, and so would ours."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
 
 
 class Started:

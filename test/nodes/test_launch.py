@@ -47,6 +47,20 @@ def test_recorder_only_where_a_folder_is_given(repository):
         2 * ["friction_simulator", "recorder", "rocking_controller"])
 
 
+@pytest.mark.parametrize(("file", "more"), [
+    ("rocking", {}), ("replay", {"log": "LOG"}), ("real_rig", {}), ("two_rigs", {})])
+def test_the_live_page_comes_where_it_is_asked_for(file, more, repository, tmp_path):
+    import slider_drilling as sd
+
+    if more:
+        commands = sd.rocking(sd.load_rig(), 4.0, amplitude=3.0, period=4.0)
+        more = {"log": str(sd.simulate(sd.load_rig(), commands, elements=20).save(tmp_path / "a.mcap"))}
+    without, shown = (names(described(repository, file, dashboard=asked, **more)) for asked in ("false", "true"))
+    assert shown == sorted([*without, *["dashboard"] * (2 if file == "two_rigs" else 1)])
+    with pytest.raises(ValueError, match="dashboard:=perhaps: must be true or false"):
+        described(repository, file, dashboard="perhaps", **more)
+
+
 @pytest.mark.parametrize(("arguments", "expected"), [
     ({"speed": "fast"}, "speed:=fast: must be a number"),
     ({"respawn": "maybe"}, "respawn:=maybe: must be true or false"),

@@ -7,8 +7,9 @@ import pytest
 from slider_drilling.log import read_log
 
 
-def test_three_processes_in_lockstep(start, tmp_path):
-    """The simulator ends after its duration, the others when told; nothing is lost between them."""
+@pytest.fixture
+def recorded(start, tmp_path):
+    """The log of a simulator that ended after its duration, and of others that ended when told."""
     recorder = start("recorder", directory=tmp_path, file="run.mcap", use_sim_time=True)
     controller = start("rocking_controller", use_sim_time=True)
     simulator = start("friction_simulator", duration=20.0, elements=20, minimum_subscribers=2)
@@ -16,41 +17,55 @@ def test_three_processes_in_lockstep(start, tmp_path):
     for program in (controller, recorder):
         program.process.send_signal(signal.SIGINT)
         assert program.end() == 0, program.said
-    log = read_log(tmp_path / "run.mcap")
-    assert log.notes == ()
-    assert log.top_drive is not None and len(log.top_drive.time) == 201
-    assert log.top_drive_command is not None and len(log.top_drive_command.time) == 201
-    assert log.rig().string.length == pytest.approx(4000.0)
+    return tmp_path / "run.mcap"
 
 
-@pytest.mark.parametrize("signals", [[signal.SIGINT], [signal.SIGINT, signal.SIGINT], [signal.SIGTERM]],
-                         ids=["interrupt", "interrupt twice", "terminate"])
-def test_a_recorder_that_is_told_to_end_finishes_its_log(signals, start, wait_for_bytes, tmp_path):
+def test_three_processes_in_lockstep_and_their_log_played(recorded, start, tmp_path):
+    """Nothing is lost between them; the player and another recorder make the same log again."""
+    again = start("recorder", directory=tmp_path, file="again.mcap", use_sim_time=True)
+    again.wait_for("recording to")
+    player = start("log_player", log=recorded, rate=20.0, delay=0.5, minimum_subscribers=1)
+    first = read_log(recorded)
+    assert first.notes == ()
+    assert first.top_drive is not None and len(first.top_drive.time) == 201
+    assert first.top_drive_command is not None and len(first.top_drive_command.time) == 201
+    assert first.rig().string.length == pytest.approx(4000.0)
+    assert player.end() == 0, player.said
+    again.process.send_signal(signal.SIGINT)
+    assert again.end() == 0, again.said
+    second = read_log(tmp_path / "again.mcap")
+    for key in ("top_drive", "top_drive_command", "draw_works", "mud_pump", "mwd_tool_face", "truth_bit"):
+        one, two = getattr(first, key), getattr(second, key)
+        assert one.time.tolist() == two.time.tolist(), key
+        assert one.position.tolist() == pytest.approx(two.position.tolist(), nan_ok=True), key
+    assert first.rig_text == second.rig_text
+
+
+ENDINGS = {"interrupt": (signal.SIGINT,), "interrupt_twice": (signal.SIGINT, signal.SIGINT),
+           "terminate": (signal.SIGTERM,), "kill": (signal.SIGKILL,)}
+
+
+def test_however_a_recorder_ends_its_log_can_be_read(start, wait_for_bytes, tmp_path):
+    """Four of one rig: told to end in three ways they finish their logs; killed, one leaves what it had written."""
     start("rocking_controller", use_sim_time=True)
-    recorder = start("recorder", directory=tmp_path, file="run.mcap", use_sim_time=True)
-    start("friction_simulator", elements=20, minimum_subscribers=2)
-    wait_for_bytes(tmp_path, 100_000, recorder.process)
-    for number in signals:
-        recorder.process.send_signal(number)
-    assert recorder.end() == 0, recorder.said
-    assert "Traceback" not in recorder.said
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["metadata.yaml", "run.mcap"]
-    log = read_log(tmp_path / "run.mcap")
-    assert log.notes == ()
-    assert log.top_drive is not None and log.top_drive.time[-1] > 5.0
-
-
-def test_a_recorder_that_is_killed_leaves_a_log_that_can_be_read(start, wait_for_bytes, tmp_path):
-    start("rocking_controller", use_sim_time=True)
-    recorder = start("recorder", directory=tmp_path, file="run.mcap", use_sim_time=True)
-    start("friction_simulator", elements=20, minimum_subscribers=2)
-    path = wait_for_bytes(tmp_path, 100_000, recorder.process)
-    recorder.process.kill()
-    assert recorder.end() == -signal.SIGKILL
-    log = read_log(path)
-    assert log.top_drive is not None and log.top_drive.time[-1] > 5.0
-    assert log.rig_text is not None
-    assert "recovered up to the last complete chunk" in " ".join(log.notes)
+    recorders = {how: start("recorder", directory=tmp_path / how, file="run.mcap", use_sim_time=True)
+                 for how in ENDINGS}
+    start("friction_simulator", elements=20, minimum_subscribers=1 + len(recorders))
+    for how, recorder in recorders.items():
+        wait_for_bytes(tmp_path / how, 100_000, recorder.process)
+        for number in ENDINGS[how]:
+            recorder.process.send_signal(number)
+    for how, recorder in recorders.items():
+        assert recorder.end() == (-signal.SIGKILL if how == "kill" else 0), recorder.said
+        assert "Traceback" not in recorder.said
+        assert sorted(path.name for path in (tmp_path / how).iterdir()) == ["metadata.yaml", "run.mcap"]
+        log = read_log(tmp_path / how / "run.mcap")
+        assert log.top_drive is not None and log.top_drive.time[-1] > 5.0
+        assert log.rig_text is not None
+        if how == "kill":
+            assert "recovered up to the last complete chunk" in " ".join(log.notes)
+        else:
+            assert log.notes == ()
 
 
 @pytest.mark.parametrize("name", ["friction_simulator", "rocking_controller"])
@@ -98,25 +113,3 @@ def test_a_mistake_is_one_line_and_exit_code_2(name, parameters, expected, start
     assert program.end() == 2
     lines = [line for line in program.said.splitlines() if not line.startswith("[")]
     assert len(lines) == 1 and expected in lines[0], program.said
-
-
-def test_a_played_log_is_recorded_as_it_was(start, tmp_path):
-    """Simulator, controller and recorder make a log; the player and another recorder make it again."""
-    recorder = start("recorder", directory=tmp_path, file="first.mcap", use_sim_time=True)
-    controller = start("rocking_controller", use_sim_time=True)
-    start("friction_simulator", duration=20.0, elements=20, minimum_subscribers=2).end()
-    for program in (controller, recorder):
-        program.process.send_signal(signal.SIGINT)
-        program.end()
-    again = start("recorder", directory=tmp_path, file="again.mcap", use_sim_time=True)
-    again.wait_for("recording to")
-    player = start("log_player", log=tmp_path / "first.mcap", rate=20.0, delay=0.5, minimum_subscribers=1)
-    assert player.end() == 0, player.said
-    again.process.send_signal(signal.SIGINT)
-    assert again.end() == 0, again.said
-    first, second = read_log(tmp_path / "first.mcap"), read_log(tmp_path / "again.mcap")
-    for key in ("top_drive", "top_drive_command", "draw_works", "mud_pump", "mwd_tool_face", "truth_bit"):
-        one, two = getattr(first, key), getattr(second, key)
-        assert one.time.tolist() == two.time.tolist(), key
-        assert one.position.tolist() == pytest.approx(two.position.tolist(), nan_ok=True), key
-    assert first.rig_text == second.rig_text

@@ -81,13 +81,13 @@ def test_dds_changes_nothing(runs, repository):
 
 def test_real_time_gives_the_same_run(runs, alone, tmp_path):
     """The command for a sample drives the rig to the next one, whoever moves time: up to the first late command."""
-    outcome = run(Plan(duration=8.0, speed=2.0, record=tmp_path, target=0.3, controller=FIXED, elements=ELEMENTS))
+    outcome = run(Plan(duration=4.0, speed=1.0, record=tmp_path, target=0.3, controller=FIXED, elements=ELEMENTS))
     assert outcome.wall > 3.9
     paced, lockstep = read_log(outcome.log), read_log(runs[0])
-    np.testing.assert_allclose(paced.top_drive.time, 0.1 * np.arange(81), atol=1e-9)
+    np.testing.assert_allclose(paced.top_drive.time, 0.1 * np.arange(41), atol=1e-9)
     command = paced.top_drive_command
     answered = set(np.round(command.time[command.arrival < command.time + 0.05], 1))
-    same = next((k for k in range(81) if round(0.1 * k, 1) not in answered), 80)
+    same = next((k for k in range(41) if round(0.1 * k, 1) not in answered), 40)
     np.testing.assert_array_equal(paced.top_drive.effort[: same + 1], lockstep.top_drive.effort[: same + 1])
     assert same > 1, "this machine answered not even the first samples in time"
 

@@ -1,0 +1,93 @@
+"""The block: how much weight is asked for, how fast to lower, and when not to."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slider_drilling.control.approach import Approach
+from slider_drilling.control.auto_driller import AutoDriller, axial_stiffness
+from slider_drilling.control.differential_pressure import DifferentialPressure
+from slider_drilling.control.drag import DragMonitor
+from slider_drilling.control.lock_up import LockUp
+from slider_drilling.control.slide_settings import SlideSettings
+
+if TYPE_CHECKING:
+    from slider_drilling.rig import Rig
+
+_LOADED_SHARE = 0.8          # of the pressure asked for, from which on the string slides steadily
+_TOUCHED_SHARE = 0.1         # of the pressure wanted, at which the bit is on bottom again
+_EASED, _LEAST_SHARE, _RESTORED = 0.02, 0.6, 0.0006   # of the pressure wanted: at a torque limit, the least, per s
+
+
+class Lowering:
+    """wanted: Pa across the motor, by the settings; asked: what torque limits and lock-up leave of it."""
+
+    def __init__(self, rig: Rig, settings: SlideSettings):
+        self.driller = AutoDriller(rig, settings.auto_driller_time, settings.max_block_speed)
+        self.approach = Approach(axial_stiffness(rig), self.driller.weight_per_pressure)
+        self.lock_up = LockUp()
+        self.borne_share = 1.0   # of the pressure wanted, that torque limits leave
+        self.configure(rig, settings)
+        self.drag = DragMonitor(rig, settings.friction_factor, self.weight_wanted)
+
+    def configure(self, rig: Rig, settings: SlideSettings) -> None:
+        """Use other settings from now on; a lock-up is let go of."""
+        self._settings = settings
+        self.driller.configure(rig, settings.auto_driller_time, settings.max_block_speed)
+        self.wanted = settings.differential_pressure or self.driller.pressure_for(settings.rate_of_penetration)
+        self.lock_up.release()
+
+    @property
+    def weight_wanted(self) -> float:
+        """N on bit, as believed."""
+        return self.driller.weight_per_pressure * self.wanted
+
+    @property
+    def asked(self) -> float:
+        """Pa."""
+        return self.lock_up.share_left * self.borne_share * self.wanted
+
+    def loaded(self, pressure: float) -> bool:
+        """Whether the bit is, at this pressure (Pa) across the motor, and the string slides after it."""
+        return not self.approach.under_way and pressure > _LOADED_SHARE * self.asked
+
+    def ease(self) -> None:
+        """A torque limit was met: the reactive torque takes its part of what the pipe bears."""
+        self.borne_share = max(self.borne_share - _EASED, _LEAST_SHARE)
+
+    def regain(self, step: float) -> None:
+        """`step` s without: what was taken back returns slowly."""
+        self.borne_share = min(self.borne_share + _RESTORED * step, 1.0)
+
+    def weigh(self, hook_load: float, pressure: float, motor_gain: float, friction: float, step: float) -> None:
+        """Take a sample: N, NaN where there is none; Pa across the motor; torque per pressure and friction, each over
+        its belief; s since the last one."""
+        weight = self.driller.weight_per_pressure * motor_gain * max(pressure, 0.0)
+        self.drag.update(hook_load, weight, friction, step)
+
+    def judge(self, pressure: float, step: float) -> None:
+        """See whether weight arrives: Pa across the motor, s."""
+        self.lock_up.update(self.drag.share, pressure, self.asked, step)
+
+    def pick_up(self) -> float:
+        """Block speed (m/s) that lifts the bit."""
+        self.driller.restart()
+        self.approach.pick_up()
+        return -self._settings.pick_up_speed
+
+    def rest(self) -> float:
+        """No speed, and none to go on from."""
+        self.driller.restart()
+        return 0.0
+
+    def speed(self, pressure: DifferentialPressure, position: float, step: float) -> float:
+        """Block speed, m/s. position: m, of the block; step: s since the last sample."""
+        if self.lock_up.stops:
+            self.driller.follow(pressure.smooth)
+            return 0.0
+        if self.approach.under_way and pressure.quick < _TOUCHED_SHARE * self.wanted:
+            return self.approach.speed(position, self._settings.max_block_speed, self.drag.share, step)
+        self.approach.touched()
+        self.approach.drilling(position, pressure.quick, step)
+        ramp = self.wanted / self._settings.pressure_ramp_time
+        return self.driller.update(pressure.smooth, self.asked, ramp, step, self.drag.arriving)

@@ -1,0 +1,59 @@
+"""The rig as a gymnasium environment: its own checker, what an action does, what a reward is made of."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+
+from slider_drilling.closed_loop import SCENARIOS
+
+pytest.importorskip("gymnasium")
+
+from gymnasium.utils.env_checker import check_env
+
+from slider_drilling.closed_loop.environment import SlideEnvironment
+
+HOLD = dataclasses.replace(next(one for one in SCENARIOS if one.name == "hold, 2.6 km"), duration=20.0)
+
+
+def slid(action, seed=3):
+    """Observations, rewards and the last step's facts of one whole episode."""
+    environment = SlideEnvironment(HOLD, elements=20)
+    seen, rewards, over = [environment.reset(seed=seed)[0]], [], False
+    while not over:
+        observation, reward, ended, over, facts = environment.step(np.array(action, np.float32))
+        assert not ended and len(rewards) < 20
+        seen.append(observation)
+        rewards.append(reward)
+    return np.array(seen), np.array(rewards), facts
+
+
+def test_gymnasium_itself_finds_no_fault():
+    check_env(SlideEnvironment(HOLD, elements=20), skip_render_check=True)
+
+
+def test_an_action_turns_the_drive_and_lowers_the_block():
+    seen, rewards, facts = slid((0.1, 0.02))
+    assert len(rewards) == 20
+    assert seen[-1][0] == pytest.approx(20.0 * 0.1 * HOLD.believed_rig().top_drive.max_speed, rel=0.1)
+    assert seen[-1][2] == pytest.approx(20.0 * 0.002, rel=0.1)
+    assert seen[-1][1] > 1.0, "turning right takes torque to the right"
+    assert rewards[-1] == pytest.approx(-abs(facts["error"]) / np.pi, abs=0.01)
+
+
+def test_a_seed_is_an_episode():
+    assert np.array_equal(slid((0.1, 0.0))[0], slid((0.1, 0.0))[0])
+    assert not np.array_equal(slid((0.1, 0.0))[0], slid((0.1, 0.0), seed=4)[0])
+
+
+def test_a_step_before_a_reset_is_an_error():
+    with pytest.raises(RuntimeError, match="reset"):
+        SlideEnvironment(HOLD, elements=20).step(np.zeros(2, np.float32))
+
+
+def test_code_of_the_control_page_runs(repository):
+    (code,) = re.findall(r"```py\n(.*?)```", (repository / "docs" / "control.md").read_text(), re.DOTALL)
+    names = {}
+    exec(code, names)
+    assert names["environment"].observation_space.contains(names["observation"]) and not names["ended"]
