@@ -27,7 +27,7 @@ _FLOOR_SPREAD = 2.0
 _FREE = 20.0
 # E^2 - 1 that no engineer would act upon, of the whole and of one channel: other codes for the same equations and noise
 # with a colour, differ by as much.
-NEGLIGIBLE, NEGLIGIBLE_ALONE = 0.3, 0.5
+NEGLIGIBLE, NEGLIGIBLE_ALONE = 0.4, 0.5
 
 
 @dataclass(frozen=True)
