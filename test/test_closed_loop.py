@@ -134,6 +134,7 @@ def test_command_prints_the_schema_and_writes_both_files(tmp_path, monkeypatch):
     outcome = CliRunner().invoke(
         command, ["--json", "-o", str(tmp_path), "--elements", "20", "--jobs", "1"], catch_exceptions=False)
     figures = json.loads(outcome.stdout)
+    assert figures.pop("wrote") == [str(tmp_path / "closed_loop.json"), str(tmp_path / "closed_loop.html")]
     assert json.loads((tmp_path / "closed_loop.json").read_text()) == figures
     scenario = figures["scenarios"][0]
     asked = {"name", "well", "mwd_period_s", "mean_abs_error_deg", "within_15_deg", "time_to_set_s", "peak_torque_n_m",
