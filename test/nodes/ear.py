@@ -81,9 +81,10 @@ class Ear:
         return self.heard["top_drive"][-1][0]
 
     def sayer(self, topic: Topic, qos: Any = link.RELIABLE) -> Any:
-        """A publisher that somebody listens to."""
+        """A publisher that somebody besides this ear listens to."""
         publisher = link.publisher(self.node, topic, qos)
-        self.until(lambda: publisher.get_subscription_count() > 0)
+        own = sum(one.topic_name == publisher.topic_name for one in self.node.subscriptions)
+        self.until(lambda: publisher.get_subscription_count() > own, f"a listener to {topic.name}")
         return publisher
 
     def call(self, kind: Any, name: str, **request: Any) -> Any:
