@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from short_well import short_rig
 
 from slider_drilling.blind.law import no_effect
 from slider_drilling.blind.laws import CATALOGUE
@@ -25,22 +26,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Channel, How
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.log import read_log
-from slider_drilling.rig import FrictionInterval, Section, load_rig, parse_rig
-from slider_drilling.share import share_file
-
-
-def short_rig():
-    rig = load_rig(share_file("config/rig.example.yaml"))
-    survey = ((0.0, 0.0, 0.0), (300.0, 0.0, 0.0), (700.0, 80.0, 0.0), (1000.0, 88.0, 0.0))
-    pipe, assembly = rig.string.sections
-    sections = (
-        Section("pipe", 940.0, pipe.outer_diameter, pipe.inner_diameter),
-        Section("assembly", 60.0, assembly.outer_diameter, assembly.inner_diameter),
-    )
-    well = replace(
-        rig.well, survey=survey, friction_intervals=(FrictionInterval(700.0, 0.8), FrictionInterval(1000.0, 1.0))
-    )
-    return replace(rig, well=well, string=replace(rig.string, sections=sections))
+from slider_drilling.rig import parse_rig
 
 
 def rocking(duration, period=8.0, amplitude=5.0, lowering=0.002):

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from short_well import short_rig
 
 from slider_drilling.diagnosis.first_look import FirstLook, first_look
 from slider_drilling.diagnosis.first_look.glitches import glitches
@@ -18,26 +19,14 @@ from slider_drilling.drillstring.from_log import commands_from_log
 from slider_drilling.errors import InputError
 from slider_drilling.log import RigLog, read_log
 from slider_drilling.log.series import JointSeries, ScalarSeries
-from slider_drilling.rig import FrictionInterval, Rig, Section, load_rig
+from slider_drilling.rig import Rig
 from slider_drilling.share import share_file
 from slider_drilling.units import KINDS
 
 
 @pytest.fixture(scope="module")
 def rig() -> Rig:
-    base = load_rig(share_file("config/rig.example.yaml"))
-    survey = ((0.0, 0.0, 0.0), (300.0, 0.0, 0.0), (700.0, 80.0, 0.0), (1000.0, 88.0, 0.0))
-    pipe, assembly = base.string.sections
-    sections = (
-        Section("pipe", 940.0, pipe.outer_diameter, pipe.inner_diameter),
-        Section("assembly", 60.0, assembly.outer_diameter, assembly.inner_diameter),
-    )
-    intervals = (FrictionInterval(700.0, 0.8), FrictionInterval(1000.0, 1.0))
-    return replace(
-        base,
-        well=replace(base.well, survey=survey, friction_intervals=intervals),
-        string=replace(base.string, sections=sections),
-    )
+    return short_rig()
 
 
 def rocking(duration=80.0, amplitude=5.0, lowering=0.004) -> Commands:

@@ -13,7 +13,7 @@ from slider_drilling.gap.answer.sentence import sentence
 from slider_drilling.gap.answer.where import Where, locate
 from slider_drilling.gap.choice.forward import begin, step
 from slider_drilling.gap.choice.state import Judged, State
-from slider_drilling.gap.evidence.compare import LEVEL, beats, gaps, share_closed
+from slider_drilling.gap.evidence.compare import beats, closed_between
 from slider_drilling.gap.evidence.rivals import Rival, rivals
 from slider_drilling.gap.model import Disturbed, Effect, Model, Together, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, noise_floor
@@ -153,11 +153,8 @@ def _foretold(state: State) -> bool:
 
 def _closed(state: State) -> tuple[float, tuple[float, float]]:
     """Share of the re-tuned gap that the named effects close, and its 95 % interval."""
-    before = gaps(state.tuned.problem, state.blocks, state.tuned.score)
-    after = gaps(state.current.problem, state.blocks, state.current.score)
-    shares = share_closed(before, after)
-    low, high = (float(np.nanquantile(shares, q)) for q in (0.5 * LEVEL, 1.0 - 0.5 * LEVEL))
-    return float(share_closed(state.tuned.score.gap**2, state.current.score.gap**2)), (low, high)
+    tuned, current = state.tuned, state.current
+    return closed_between(state.blocks, (tuned.problem, tuned.score), (current.problem, current.score))
 
 
 def _likeliest_site(state: State, found: Sequence[Rival]) -> str | None:

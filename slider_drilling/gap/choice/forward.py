@@ -14,7 +14,7 @@ from scipy.stats import qmc
 
 from slider_drilling.gap.choice.state import Explained, Judged, State, Step
 from slider_drilling.gap.evidence.adequacy import adequacy
-from slider_drilling.gap.evidence.compare import LEVEL, Blocks, beats, gaps, make_blocks, share_closed
+from slider_drilling.gap.evidence.compare import LEVEL, Blocks, beats, closed_between, gaps, make_blocks
 from slider_drilling.gap.evidence.score import Folds, Score, held_out, make_folds, score_of
 from slider_drilling.gap.model import Effect, Graded, How, Model, Parameter, Pulled, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, coloured, lowered, sigmas
@@ -173,16 +173,21 @@ def _refloored(state: State, accepted: Judged, rivals: int) -> tuple[State, Judg
     ways = tuple(free.run_as(problem.how) for problem in state.ways)
     problem = free.run_as(replace(found.problem.how, fidelity=free.how.fidelity))
     folds = state.blocks.folds
+    state = replace(_scored_in(problem, state, _POLISH), floors=floors, ways=ways)
+    return state, _verdict(state, _refitted(problem, found, folds, _POLISH), rivals)
 
-    def again(known: Explained) -> Explained:
-        fitted = fit(problem, known.fit.parameters, known.fit.values, iterations=_POLISH)
-        return _explained(problem, known.effects, fitted, folds)
 
-    tuned = again(state.tuned)
-    current = tuned if state.current is state.tuned else again(state.current)
-    nominal = _as_given(problem, tuned)
-    state = replace(state, floors=floors, ways=ways, tuned=tuned, current=current, nominal=nominal)
-    return state, _verdict(state, again(found), rivals)
+def _scored_in(problem: Problem, state: State, iterations: int) -> State:
+    """The state with what is known fitted and scored again, in another problem."""
+    folds = state.blocks.folds
+    tuned = _refitted(problem, state.tuned, folds, iterations)
+    current = tuned if state.current is state.tuned else _refitted(problem, state.current, folds, iterations)
+    return replace(state, tuned=tuned, current=current, nominal=_as_given(problem, tuned))
+
+
+def _refitted(problem: Problem, known: Explained, folds: Folds, iterations: int) -> Explained:
+    found = fit(problem, known.fit.parameters, known.fit.values, iterations=iterations)
+    return _explained(problem, known.effects, found, folds)
 
 
 def _as_given(problem: Problem, tuned: Explained) -> Score:
@@ -196,19 +201,18 @@ def _verdict(state: State, explained: Explained, rivals: int) -> Judged:
     """The tests of an effect: it foretells more than what is known, the gap shrinks by enough, its sign is its own."""
     known, blocks = state.current, state.blocks
     effect = explained.effects[-1]
-    before, after = gaps(known.problem, blocks, known.score), gaps(explained.problem, blocks, explained.score)
-    shares = share_closed(before, after)
-    closed = float(share_closed(known.score.gap**2, explained.score.gap**2))
-    low, high = (float(np.nanquantile(shares, q)) for q in (0.5 * LEVEL, 1.0 - 0.5 * LEVEL))
+    closed, interval = closed_between(
+        blocks, (known.problem, known.score), (explained.problem, explained.score)
+    )  # fmt: skip
     why = []
     if not beats(blocks, explained.score, known.score, rivals):
         why.append("foretells no more of unseen data than without it, at the level shared among all candidates")
-    if not (closed >= LEAST_SHARE and low > 0.0):
+    if not (closed >= LEAST_SHARE and interval[0] > 0.0):
         why.append("the gap does not shrink for certain")
     amplitude = explained.fit.values[effect.parameters[0].name]
     if not effect.physical[0] <= amplitude <= effect.physical[1]:
         why.append(f"its sign is not physical: it would be {effect.nonphysical}")
-    return Judged(effect, explained, closed, (low, high), tuple(why))
+    return Judged(effect, explained, closed, interval, tuple(why))
 
 
 def _group(blocks: Blocks, accepted: Judged, judged: Sequence[Judged]) -> tuple[str, ...]:
@@ -229,17 +233,9 @@ def _group(blocks: Blocks, accepted: Judged, judged: Sequence[Judged]) -> tuple[
 
 def _in_way(state: State, problem: Problem, seed: int) -> State:
     """The state with what is known fitted and scored in another way of running the model."""
-    folds = state.blocks.folds
-
-    def again(known: Explained) -> Explained:
-        found = fit(problem, known.fit.parameters, known.fit.values, iterations=_TUNING)
-        return _explained(problem, known.effects, found, folds)
-
-    tuned = again(state.tuned)
-    current = tuned if state.current is state.tuned else again(state.current)
-    given = _as_given(problem, tuned)
-    enough = adequacy(tuned.problem, tuned.fit, tuned.score, seed)
-    return replace(state, tuned=tuned, current=current, nominal=given, tuned_enough=enough)
+    state = _scored_in(problem, state, _TUNING)
+    tuned = state.tuned
+    return replace(state, tuned_enough=adequacy(tuned.problem, tuned.fit, tuned.score, seed))
 
 
 def _explained(problem: Problem, effects: Sequence[Effect], found: Fit, folds: Folds) -> Explained:
@@ -328,16 +324,16 @@ def _arms(
         problem = state.ways[way]
         given = {name: value for name, value in known.fit.values.items() if "@" in name or "." in name}
         as_given = fit(problem, known.fit.parameters, given, iterations=1)
-        for heat, (base, starts) in enumerate(((tuned[way], 1), (as_given, 2)), 3 * way):
+        for base, starts in ((tuned[way], 1), (as_given, 2)):
             candidates = screen(problem, base, effects)
             by_name = {candidate.effect.name: candidate for candidate in candidates}
             for candidate in candidates:
                 promised[candidate.effect.name] = max(promised.get(candidate.effect.name, 0.0), candidate.promise)
                 for start in candidate.starts[:starts]:
-                    arms.append(Arm((*known.effects, candidate.effect), way, start, base, heat))
+                    arms.append(Arm((*known.effects, candidate.effect), way, start, base))
             for chosen in together:
                 if all(effect.name in by_name for effect in chosen):
-                    arms.append(_joined(known.effects, chosen, by_name, way, base, heat))
+                    arms.append(_joined(known.effects, chosen, by_name, way, base))
     for chosen in together:
         arms += _spread_out(state.ways[0], tuned[0], known.effects, chosen)
     return arms, promised, ways
@@ -355,14 +351,14 @@ def _worth_running(state: State) -> tuple[dict[int, Fit], list[int]]:
 
 
 def _joined(
-    known: Sequence[Effect], chosen: Sequence[Effect], by_name: dict[str, Candidate], way: int, base: Fit, heat: int
+    known: Sequence[Effect], chosen: Sequence[Effect], by_name: dict[str, Candidate], way: int, base: Fit
 ) -> Arm:
     """An arm in which several effects start at once, each where it does alone."""
     start = dict(base.values)
     for effect in chosen:
         own = {parameter.name for parameter in effect.parameters}
         start |= {name: value for name, value in by_name[effect.name].starts[0].items() if name in own}
-    return Arm((*known, *chosen), way, start, base, heat)
+    return Arm((*known, *chosen), way, start, base)
 
 
 def _spread_out(problem: Problem, tuned: Fit, known: Sequence[Effect], chosen: Sequence[Effect]) -> list[Arm]:
@@ -375,7 +371,7 @@ def _spread_out(problem: Problem, tuned: Fit, known: Sequence[Effect], chosen: S
             scanned = [point[index] for point in effect.scan]
             low, high = min(scanned), max(scanned)
             spans[parameter.name] = (0.3 * low if low > 0.0 else low, high)
-    return [Arm((*known, *chosen), 0, values, None, 2) for values in wide(problem, spans, tuned.values, seed=1)]
+    return [Arm((*known, *chosen), 0, values, None) for values in wide(problem, spans, tuned.values, seed=1)]
 
 
 def _can_be_pulled(model: Model) -> bool:

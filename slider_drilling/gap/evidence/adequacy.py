@@ -25,8 +25,8 @@ LEVEL = 0.01
 _FLOOR_SPREAD = 2.0
 # What two free numbers (size and memory) gain on white noise hardly ever: -2 log p.
 _FREE = 20.0
-# E^2 - 1 that no engineer would act upon, of the whole and of one channel: other codes for the same equations and noise
-# with a colour, differ by as much.
+# E^2 - 1 that no engineer would act upon, of the whole and of one channel: other codes for the same equations,
+# and noise with a colour, differ by as much.
 NEGLIGIBLE, NEGLIGIBLE_ALONE = 0.4, 0.5
 
 

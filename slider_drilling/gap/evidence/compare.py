@@ -60,6 +60,15 @@ def gaps(problem: Problem, blocks: Blocks, score: Score) -> Array:
     return total / len(problem.pieces)
 
 
+def closed_between(
+    blocks: Blocks, before: tuple[Problem, Score], after: tuple[Problem, Score]
+) -> tuple[float, tuple[float, float]]:
+    """Share of the gap before that is closed after, and its 95 % interval; NaN where there was nothing to close."""
+    shares = share_closed(*(gaps(problem, blocks, score) for problem, score in (before, after)))
+    low, high = (float(np.nanquantile(shares, q)) for q in (0.5 * LEVEL, 1.0 - 0.5 * LEVEL))
+    return float(share_closed(before[1].gap ** 2, after[1].gap ** 2)), (low, high)
+
+
 def share_closed(before: Array | float, after: Array | float) -> Array:
     """``1 - (after - 1) / (before - 1)`` of two E^2; NaN where there was nothing to close."""
     wide = np.asarray(before, dtype=float) - 1.0

@@ -186,10 +186,6 @@ class Problem:
                 found[index] = float(part @ part) - most_likely(part, interval, piece.memories)[0]
         return found
 
-    def gap_squared(self, residual: Array) -> float:
-        """E^2: the mean over pieces of each one's mean square in noise units."""
-        return float(np.mean([np.mean(residual[piece.rows] ** 2) for piece in self.pieces]))
-
 
 def _without_worst(part: Array, interval: Array) -> tuple[Array, Array]:
     """A residual (n,) and its intervals without the stretches of highest power."""

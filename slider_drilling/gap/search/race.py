@@ -30,15 +30,13 @@ FINALISTS = 3
 @dataclass(frozen=True)
 class Arm:
     """effects: all that are freed; way: index of the problem it is fitted in; begin: values to start from; near: the
-    fit whose Jacobian serves as its first, None where no fit is; heat: arms of one heat begin from the same nuisance;
-    fit: as far as it has come.
+    fit that it begins beside, whose Jacobian serves as its first, None where no fit is; fit: as far as it has come.
     """
 
     effects: tuple[Effect, ...]
     way: int
     begin: Values
     near: Fit | None
-    heat: int = 0
     fit: Fit | None = None
 
     @property
@@ -110,16 +108,15 @@ def _advanced(problem: Problem, arm: Arm, iterations: int, first: bool) -> Arm:
 
 
 def _better(running: Sequence[Arm], share: float) -> list[Arm]:
-    """Of every heat the arms of its better sets, the best arm of each; arms come cheapest first.
+    """Of the arms that began beside the same fit those of the better sets, the best of each; arms come cheapest first.
 
     Compared with arms that began elsewhere, one that begins where nothing has been tuned yet looks worse than one that
     does nothing.
     """
+    heats: dict[int, dict[tuple[str, ...], Arm]] = {}
+    for arm in running:
+        heats.setdefault(id(arm.near), {}).setdefault(arm.names, arm)
     chosen = []
-    for heat in dict.fromkeys(arm.heat for arm in running):
-        best: dict[tuple[str, ...], Arm] = {}
-        for arm in running:
-            if arm.heat == heat:
-                best.setdefault(arm.names, arm)
+    for best in heats.values():
         chosen += list(best.values())[: max(FINALISTS, int(np.ceil(share * len(best))))]
     return chosen
