@@ -110,10 +110,11 @@ class FrictionSimulator(LifecycleNode):
         self._inbox.forget(self._stamp_ns)
         self._port = CommandPort(self, self._inbox, self._on_command)
         self._newcomers = Newcomers(self._port.controllers)
-        self._topics = RigTopics(self, self._rig.sensors.standpipe_pressure.noise ** 2)
-        self._health = Health(self, name_of(values["rig"]))
+        # Before the readings: who hears the top drive shall know that there is a rig to be told of.
         self._rig_publisher = self.create_publisher(String, link.RIG_DESCRIPTION.name, link.LATCHED)
         self._rig_publisher.publish(String(data=rig_text))
+        self._topics = RigTopics(self, self._rig.sensors.standpipe_pressure.noise ** 2)
+        self._health = Health(self, name_of(values["rig"]))
         stepping_services(self, self._pause, self._step_once)
         reset_service(self, self._reset)
         self._pace: Pace | None = None       # in real time, once started

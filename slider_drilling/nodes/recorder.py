@@ -41,6 +41,7 @@ PARAMETERS = (
 RECORDED = (*TOPICS.values(), DIAGNOSTICS, link.PUMP_COMMAND, link.RIG_DESCRIPTION, link.CLOCK)
 BEAT = TOPICS["top_drive"]  # the topic by which a rig is seen to run
 CONNECT = 0.02  # s of wall time between two looks for it
+TOLD = 100      # looks at the most that it waits for the rig's description, once somebody has one
 QUIET = 5.0  # s of wall time without a message after which the log says so
 LOOK_AROUND = 0.5  # s of wall time between two looks at who publishes what
 # Metadata records beside the one that every log has.
@@ -97,6 +98,7 @@ class Recorder(LifecycleNode):
         settings = Settings(rig_text, "slider_drilling recorder", values["notes"], values["split_size"],
                             values["split_duration"])
         self._has_rig = rig_text is not None
+        self._looks_for_rig = 0 if wanted.is_excluded(self.resolve_topic_name(link.RIG_DESCRIPTION.name)) else TOLD
         self._paused = values["paused"]      # by who uses the services
         self._quiet_from: int | None = None  # ns, from when on nothing is recorded
         self._simulated_ns = 0
@@ -147,9 +149,12 @@ class Recorder(LifecycleNode):
         """Hear the beat once it is there: a simulator that counts its listeners begins when it sees this one.
 
         It is the last that a rig announces, so that all its other topics are connected by then. One that were not
-        would be heard late, under times when others were heard that were sent long after.
+        would be heard late, under times when others were heard that were sent long after; so would the rig's
+        description, which was sent before and comes when its publisher is found.
         """
-        if self.count_publishers(self._beat):
+        if self.count_publishers(self._rig_topic) and self._looks_for_rig:
+            self._looks_for_rig -= 1
+        elif self.count_publishers(self._beat):
             self.destroy_timer(self._connecting)
             self._hear_the_beat()
 
@@ -168,9 +173,11 @@ class Recorder(LifecycleNode):
         try:
             if heard.topic == self._clock_topic:
                 now = self._simulated_ns = max(0, cdr.read_clock(heard.data))
-            elif heard.topic == self._rig_topic and not self._has_rig:
-                self._bag.attach_rig(cdr.read_string(heard.data))
-                self._has_rig = True
+            elif heard.topic == self._rig_topic:
+                self._looks_for_rig = 0
+                if not self._has_rig:
+                    self._bag.attach_rig(cdr.read_string(heard.data))
+                    self._has_rig = True
             if heard.described is not None:
                 self._bag.declare(heard.described)
             if not self._is_quiet:
