@@ -15,9 +15,10 @@ from scipy.stats import qmc
 from slider_drilling.gap.choice.state import Explained, Judged, State, Step
 from slider_drilling.gap.evidence.adequacy import adequacy
 from slider_drilling.gap.evidence.compare import LEVEL, Blocks, beats, closed_between, gaps, make_blocks
+from slider_drilling.gap.evidence.replicates import unforeseen
 from slider_drilling.gap.evidence.score import Folds, Score, held_out, make_folds, score_of
 from slider_drilling.gap.model import Effect, Graded, How, Model, Parameter, Pulled, Values
-from slider_drilling.gap.problem.noise import NoiseFloor, coloured, lowered, sigmas
+from slider_drilling.gap.problem.noise import NoiseFloor, coloured, lowered, raised, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import FINALISTS, Arm, begun_again, parameters_of, race
@@ -58,6 +59,8 @@ def begin(
     free = build_problem(model, [sigmas(own) for own in floors])
     blocks = make_blocks(make_folds(free), seed)
     tuned = fit(free, tuned.parameters, tuned.values, iterations=2)
+    floors = _raised(*_finished(free, tuned), floors, seed)
+    free = build_problem(model, [sigmas(own) for own in floors])
     explained = _explained(free, (), tuned, blocks.folds)
     enough = adequacy(explained.problem, explained.fit, explained.score, seed, effects)
     if not enough.done:
@@ -201,9 +204,7 @@ def _verdict(state: State, explained: Explained, rivals: int) -> Judged:
     """The tests of an effect: it foretells more than what is known, the gap shrinks by enough, its sign is its own."""
     known, blocks = state.current, state.blocks
     effect = explained.effects[-1]
-    closed, interval = closed_between(
-        blocks, (known.problem, known.score), (explained.problem, explained.score)
-    )  # fmt: skip
+    closed, interval = closed_between(blocks, known.score, explained.score)
     why = []
     if not beats(blocks, explained.score, known.score, rivals):
         why.append("foretells no more of unseen data than without it, at the level shared among all candidates")
@@ -225,7 +226,7 @@ def _group(blocks: Blocks, accepted: Judged, judged: Sequence[Judged]) -> tuple[
     mine = accepted.explained
 
     def told_apart(rival: Explained) -> bool:
-        wider = gaps(rival.problem, blocks, rival.score) - gaps(mine.problem, blocks, mine.score)
+        wider = gaps(blocks, rival.score) - gaps(blocks, mine.score)
         return beats(blocks, mine.score, rival.score, len(rivals)) and float(np.quantile(wider, level)) > 0.0
 
     return tuple(one.effect.name for one in rivals if not told_apart(one.explained))
@@ -304,6 +305,17 @@ def _lowered(
             shared, interval = tuned.discrepancy[index], float(np.median(piece.interval[1:]))
             floor = coloured(floor, shared.size * piece.noise / floor.sigma, shared.memory, interval)
         found[piece.run][piece.name] = floor
+    return tuple(found)
+
+
+def _raised(
+    problem: Problem, tuned: Fit, floors: Sequence[dict[str, NoiseFloor]], seed: int
+) -> tuple[dict[str, NoiseFloor], ...]:
+    """Floors by what a fit foretells of replicates of itself."""
+    found = [dict(own) for own in floors]
+    for index, factor in unforeseen(problem, tuned, seed).items():
+        piece = problem.pieces[index]
+        found[piece.run][piece.name] = raised(found[piece.run][piece.name], factor)
     return tuple(found)
 
 
