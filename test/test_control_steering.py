@@ -85,6 +85,8 @@ def test_a_torque_that_is_missing_stays_so_and_teaches_nothing():
         assert math.isnan(learning.pipe_torque(speed, math.nan, 0.1))
     assert learning.inertia == 0.0
     assert learning.pipe_torque(1.0, 500.0, 0.0) == 500.0
+    for speed in (1e30, -1e30, math.inf, math.nan, 0.0):
+        assert learning.pipe_torque(speed, 500.0, 0.1) == 500.0
 
 
 def test_response_time_stays_within_what_strings_do():

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 _PRIOR = (300.0, 1e3)         # kg m2 and N m s: one standard deviation of J, of Z
 _SHARP = 2.0                  # rad/s2, of change from one sample to the next, that tells of J
+_ABSURD = 1e3                 # rad/s2, that no drive makes
 _SURE = 4.0                   # standard deviations of J beyond nothing, from which on it is believed
 _LARGEST = 2e4                # kg m2
 _SHORTEST, _LONGEST = 0.5, 1.5    # of a sample's interval, between samples that are held against each other
@@ -40,9 +41,9 @@ class DriveInertia:
         self._last = (speed, acceleration, torque)
         row = np.array([acceleration - before[1], speed - before[0]])
         change = torque - before[2]
-        if math.isfinite(change) and math.isfinite(row[0]) and abs(row[0]) > _SHARP:
+        if math.isfinite(change) and _SHARP < abs(row[0]) < _ABSURD:
             self._learn(row, change)
-        return torque - self.inertia * acceleration if math.isfinite(acceleration) else torque
+        return torque - self.inertia * acceleration if abs(acceleration) < _ABSURD else torque
 
     def _learn(self, row: NDArray[np.float64], change: float) -> None:
         self._information += np.outer(row, row) / self._variance
