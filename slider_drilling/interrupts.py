@@ -6,12 +6,14 @@ import os
 import signal
 import sys
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
 _ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _received: list[int] = []
-
+_waiting: list[int] | None = None  # signals that came while they were put off; None while they are not
 
 _LATER = 0.02  # s after which a signal whose exception was lost comes again
 
@@ -31,6 +33,25 @@ def raise_on_signals() -> None:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _end)
     sys.unraisablehook = _again
+
+
+@contextmanager
+def put_off() -> Iterator[None]:
+    """Have the signals that come meanwhile end the command after this: for a second of work that must not be torn.
+
+    A library in C++ that calls Python makes another error of what a signal raises there, or aborts the process.
+    """
+    global _waiting
+    if _waiting is not None or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came = _waiting = []
+    try:
+        yield
+    finally:
+        _waiting = None
+    if came:
+        raise Ended(came[0])
 
 
 def end_at_once() -> None:
@@ -55,6 +76,9 @@ def note(number: int) -> None:
 
 def _end(number: int, frame: FrameType | None) -> None:
     note(number)
+    if _waiting is not None:
+        _waiting.append(number)
+        return
     raise Ended(number)
 
 

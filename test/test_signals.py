@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import io
 import os
 import random
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from slider_drilling import interrupts
+from slider_drilling.pages import Chart, Line, Panel
+from slider_drilling.pages.picture import picture
+from slider_drilling.units import SI
 
 sys.path.insert(0, str(Path(__file__).parent / "fuzz"))
 import kills
@@ -86,6 +95,39 @@ def test_a_signal_that_comes_where_nothing_can_be_raised_is_not_lost() -> None:
     )  # fmt: skip
     answer = subprocess.run([sys.executable, "-c", losing], capture_output=True, text=True, timeout=60)
     assert (answer.returncode, answer.stdout, answer.stderr.strip()) == (143, "begun\n", "interrupted")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_waits_for_a_picture_that_is_being_drawn(
+    number: signal.Signals, monkeypatch: pytest.MonkeyPatch, own_handlers: None
+) -> None:
+    """matplotlib's C++ made a ValueError of it, or aborted."""
+    drawn = []
+
+    def draw(canvas: FigureCanvasAgg, held: io.BytesIO) -> None:
+        os.kill(os.getpid(), number)
+        drawn.append(original(canvas, held))
+
+    original = FigureCanvasAgg.print_png
+    monkeypatch.setattr(FigureCanvasAgg, "print_png", draw)
+    interrupts.raise_on_signals()
+    line = Line("a", np.arange(3.0), np.arange(3.0))
+    with pytest.raises(interrupts.Ended, match=number.name):
+        picture((Chart("title", "time, s", (Panel("angle, rad", (line,)),)),), SI)
+    assert drawn and interrupts.exit_code() == 128 + number
+    with pytest.raises(interrupts.Ended):
+        os.kill(os.getpid(), number)  # no more put off
+
+
+@pytest.fixture
+def own_handlers() -> Iterator[None]:
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    hook = sys.unraisablehook
+    yield
+    interrupts.raise_on_signals()  # forgets those that came
+    sys.unraisablehook = hook
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 @pytest.mark.parametrize("closed", [1, 2])

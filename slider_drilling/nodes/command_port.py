@@ -99,14 +99,14 @@ class CommandPort:
         errors, self._errors = self._errors, {}
         unanswered = self._unanswered - self._told_unanswered
         self._told_unanswered = self._unanswered
-        if rivals := self.rivals():
+        rivals = self.rivals()
+        if rivals:
             self._node.get_logger().warning(rivals, throttle_duration_sec=5.0)
-            return Status(Level.ERROR, "commands", rivals, values)
-        if self._silent:
-            return Status(Level.ERROR, "commands", self._told_silent(self._silent), values)
-        if errors:
-            told = "; ".join(f"{topic}: refused: {reason}" for topic, reason in errors.items())
-            return Status(Level.ERROR, "commands", told, values)
+        # All of them: a refusal is often why a topic is silent, and it is told once.
+        faults = [*([rivals] if rivals else []), *([self._told_silent(self._silent)] if self._silent else []),
+                  *(f"{topic}: refused: {reason}" for topic, reason in errors.items())]
+        if faults:
+            return Status(Level.ERROR, "commands", "; ".join(faults), values)
         if unanswered:
             what = f"{unanswered} samples had no command in time; the top drive held"
             return Status(Level.WARN, "commands", what, values)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slider_drilling.interrupts import put_off
 from slider_drilling.pages.colours import LIGHT, ORDER
 from slider_drilling.pages.figures import Bars, Chart, Figure, Line, Map, Panel, thin
 from slider_drilling.pages.plotly_js import KINDS
@@ -28,6 +29,11 @@ _STYLES: dict[str, dict[str, Any]] = {
 
 def picture(figures: tuple[Figure, ...], units: Units, title: str = "") -> bytes:
     """PNG of every figure: one below the other where there is one or it has panels, else two a row."""
+    with put_off():
+        return _png(figures, units, title)
+
+
+def _png(figures: tuple[Figure, ...], units: Units, title: str) -> bytes:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure as Paper
 

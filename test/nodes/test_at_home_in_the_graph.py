@@ -47,7 +47,8 @@ def test_rocking_is_stopped_and_started(start, ear):
     start("friction_simulator", elements=20)
     ear.until(lambda: any(abs(speed) > 1.0 for *_, speed, _ in ear.heard["top_drive"]), "rocks")
     assert triggered(ear, "rocking_controller/stop_rocking") == (True, "the top drive parks")
-    ear.until(lambda: all(speed == 0.0 for *_, speed, _ in ear.heard["top_drive"][-50:]), "parked")
+    # A drive that is braked in finite steps ends at zero but for rounding.
+    ear.until(lambda: all(abs(speed) < 1e-9 for *_, speed, _ in ear.heard["top_drive"][-50:]), "parked")
     assert triggered(ear, "rocking_controller/start_rocking") == (True, "rocking")
     parked = ear.time
     ear.until(lambda: any(abs(speed) > 1.0 for stamp, _, speed, _ in ear.heard["top_drive"] if stamp > parked), "rocks")

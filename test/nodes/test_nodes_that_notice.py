@@ -29,6 +29,8 @@ def test_a_rig_without_controller_stops_its_block_and_says_so_until_commands_ret
     ear.until_time(ear.time + 2.0)
     assert ear.heard["draw_works"][-1][1] == depth
     assert ear.heard["mud_pump"][-1][2] > 5.0, "the pump goes on"
+    ear.sayer(TOPICS["top_drive_command"]).publish(cdr.joint_state(time.time_ns(), "top_drive", 50.0, 0.0))
+    ear.until_status(COMMANDS, ERROR, "ahead of the rig: that is the wall's clock")  # the silence did not hide it
     start("rocking_controller", use_sim_time=True)
     # Whether every sample is answered in time again is the machine's affair.
     ear.until(lambda: ear.statuses[COMMANDS].level < bytes([ERROR]), "commands are back")
@@ -37,13 +39,15 @@ def test_a_rig_without_controller_stops_its_block_and_says_so_until_commands_ret
 @pytest.mark.parametrize("speed", [0.0, 5.0], ids=["lockstep", "real time"])
 def test_one_command_stamped_ahead_locks_nobody_out(speed, start, ear):
     controller = start("rocking_controller", use_sim_time=True)
-    simulator = start("friction_simulator", elements=20, speed=speed, wait_for_controller=True, duration=400.0)
+    simulator = start("friction_simulator", elements=20, speed=speed, wait_for_controller=True)
     typed = ear.sayer(TOPICS["top_drive_command"])
-    ear.until_time(1.0)
+    # This publisher is enough for the rig to begin: its controller may come later.
+    ear.until(lambda: any(stamp >= 1.0 for stamp, *_ in ear.heard["top_drive_command"]), "the controller's commands")
     typed.publish(cdr.joint_state(time.time_ns(), "top_drive", 50.0, 0.0))
     ear.until_status(COMMANDS, ERROR, "ahead of the rig: that is the wall's clock; set use_sim_time on its node")
     told = ear.time
-    ear.until_status(COMMANDS, OK, "every sample is answered")
+    # Whether every sample is answered in time is the machine's affair.
+    ear.until(lambda: ear.statuses[COMMANDS].level < bytes([ERROR]), "the next good command is taken")
     ear.until_time(told + 5.0)
     assert all(abs(position) < 45.0 for _, position, *_ in ear.heard["top_drive"]), "the refused angle was not used"
     for program in (simulator, controller):
