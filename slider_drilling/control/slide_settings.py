@@ -22,7 +22,7 @@ class SlideSettings:
     back_off_torque_limit: float = setting(15e3, "N m", 500.0, 100e3, "never more to the left: back-off")
     right_torque_turn: float = setting(0.0, "N m", 0.0, 100e3, "end strokes to the right here; 0: at amplitude")
     left_torque_turn: float = setting(0.0, "N m", 0.0, 100e3, "end strokes to the left here; 0: at amplitude")
-    response_time: float = setting(60.0, "s", 5.0, 600.0, "believed lag of the tool-face behind the centre")
+    response_time: float = setting(0.0, "s", 0.0, 600.0, "lag of the tool-face behind the centre; 0: own")
     gain: float = setting(3.0, "-", 0.0, 8.0, "centre shift per tool-face error, beyond feed-forward")
     trim_rate: float = setting(0.01, "1/s", 0.0, 0.1, "speed of the centre per tool-face error, near the target")
     max_lead: float = setting(5.0, "rad", 0.0, 40.0, "most that the error may shift the centre")
