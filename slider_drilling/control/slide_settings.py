@@ -23,7 +23,7 @@ class SlideSettings:
     right_torque_turn: float = setting(0.0, "N m", 0.0, 100e3, "end strokes to the right here; 0: at amplitude")
     left_torque_turn: float = setting(0.0, "N m", 0.0, 100e3, "end strokes to the left here; 0: at amplitude")
     response_time: float = setting(0.0, "s", 0.0, 600.0, "lag of the tool-face behind the centre; 0: own")
-    gain: float = setting(3.0, "-", 0.0, 8.0, "centre shift per tool-face error, beyond feed-forward")
+    gain: float = setting(4.5, "-", 0.0, 8.0, "most centre shift per tool-face error, beyond feed-forward")
     trim_rate: float = setting(0.01, "1/s", 0.0, 0.1, "speed of the centre per tool-face error, near the target")
     max_lead: float = setting(5.0, "rad", 0.0, 40.0, "most that the error may shift the centre")
     feed_forward: float = setting(1.0, "-", 0.0, 1.5, "share of the reactive twist given to the centre")
