@@ -101,7 +101,7 @@ class Recorder(LifecycleNode):
         self._looks_for_rig = 0 if wanted.is_excluded(self.resolve_topic_name(link.RIG_DESCRIPTION.name)) else TOLD
         self._paused = values["paused"]      # by who uses the services
         self._quiet_from: int | None = None  # ns, from when on nothing is recorded
-        self._simulated_ns = 0
+        self._simulated_ns: int | None = None
         self._last_message = time.monotonic()
         self._bag = Bag(Path(values["directory"]), _file_name(values["file"]), settings)
         self._is_open = True
@@ -165,15 +165,17 @@ class Recorder(LifecycleNode):
         # ROS 2's own hearing of /clock is best-effort and in no order with other topics; this node's is. Until it has
         # heard something, and where it is not to, there is nothing but the other one.
         clock = cast(ROSClock, self.get_clock())
-        return self._simulated_ns if self._simulated_ns and clock.ros_time_is_active else clock.now().nanoseconds
+        if self._simulated_ns is None or not clock.ros_time_is_active:
+            return int(clock.now().nanoseconds)
+        return self._simulated_ns
 
     def _receive(self, heard: Heard) -> None:
         """Write one message."""
-        now = self._now()
         try:
             if heard.topic == self._clock_topic:
-                now = self._simulated_ns = max(0, cdr.read_clock(heard.data))
-            elif heard.topic == self._rig_topic:
+                self._simulated_ns = max(0, cdr.read_clock(heard.data))
+            now = self._now()
+            if heard.topic == self._rig_topic:
                 self._looks_for_rig = 0
                 if not self._has_rig:
                     self._bag.attach_rig(cdr.read_string(heard.data))
