@@ -314,6 +314,23 @@ def test_by_the_walls_clock_the_rigs_is_recorded_as_anything_else(bench, tmp_pat
     assert info.seconds < 1000.0 and info.start_ns > 10**18
 
 
+@pytest.mark.parametrize("begins", [5000, None], ids=["a clock comes", "none does"])
+def test_what_comes_before_the_rigs_first_time_is_logged_at_that(begins, bench, tmp_path):
+    """The rig's file comes first: logged at 0, a rig that begins at the time of day had a log of 56 years."""
+    one = bench(directory=str(tmp_path), use_sim_time=True)
+    clock = link.publisher(one.node, link.CLOCK)
+    described = one.node.create_publisher(String, "rig_description", LATCHED)
+    described.publish(String(data="schema: x"))
+    one.turn(lambda: one.recorder._has_rig and one.recorder._listening.publishers_of("/clock") > 0)
+    if begins is not None:
+        clock.publish(cdr.clock(begins * 10**9))
+        one.turn(lambda: one.recorder._simulated_ns is not None)
+    one.end()
+    info = log_info(tmp_path)
+    assert {t.topic: t.messages for t in info.topics}.get("/rig_description") == 1
+    assert (info.start_ns, info.seconds) == ((begins or 0) * 10**9, 0.0)
+
+
 @pytest.mark.parametrize(("numbers", "lost"), [
     ([5, 6, 7], 0), ([5, 7, 8, 12], 4), ([100, 1, 101, 2, 102, 5, 103], 2), ([9, 10, 1, 2, 3], 0),
 ])
