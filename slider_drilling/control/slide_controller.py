@@ -11,6 +11,7 @@ from slider_drilling.control.amplitude import LANDING, AmplitudeFinder
 from slider_drilling.control.auto_driller import axial_stiffness
 from slider_drilling.control.differential_pressure import DifferentialPressure
 from slider_drilling.control.drive import Motion, RockingDrive, Wish
+from slider_drilling.control.drive_inertia import DriveInertia
 from slider_drilling.control.heave import HeaveCompensator
 from slider_drilling.control.learnt_rig import corrected, with_worn_motor
 from slider_drilling.control.limits import HOLD_AFTER, Interlocks, Permission, Stall, StallGuard
@@ -19,6 +20,7 @@ from slider_drilling.control.protocol import Status
 from slider_drilling.control.reach import Reach
 from slider_drilling.control.settings import check
 from slider_drilling.control.slide_settings import SlideSettings
+from slider_drilling.control.steering import Answer, lead
 from slider_drilling.control.stroke_means import StrokeMeans
 from slider_drilling.control.swing import Swing, apart
 from slider_drilling.control.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
@@ -84,6 +86,8 @@ class SlideController:
         self._swing = Swing(math.sqrt(mwd.noise**2 + mwd.resolution**2 / 12.0 + _UNEXPLAINED**2))
         self._reach = Reach()
         self._heave = HeaveCompensator(axial_stiffness(rig), s.compensation_speed)
+        self._inertia = DriveInertia(rig.sensors.surface_torque.noise, self._interval)
+        self._torque = math.nan      # N m that the pipe takes, this sample; NaN where there is none
         self._strokes = 0            # of the drive, that the swing knows of
         stall = StallGuard(s.stall_share * rig.motor.max_pressure, _RELEASED_SHARE * self._lowering.wanted)
         self._interlocks = Interlocks(s.make_up_torque_limit, s.back_off_torque_limit, stall,
@@ -156,6 +160,8 @@ class SlideController:
         watch = self._watch
         watch.update(measurements, self._interval)
         drive = self._started()
+        self._torque = self._inertia.pipe_torque(
+            measurements.top_drive_speed, self._fresh("surface_torque"), watch.step)
         pressure, pump = self._fresh("standpipe_pressure"), watch.value["pump_speed"]
         if self._testing():
             self._pressure.tare(pressure, pump, watch.step)
@@ -191,7 +197,7 @@ class SlideController:
                 self._strokes = drive.strokes
                 self._swing.reversal(watch.time)
             self._swing.fade(watch.step)
-            cycle = self._means.update(watch.step, self._fresh("top_drive_angle"), self._fresh("surface_torque"),
+            cycle = self._means.update(watch.step, self._fresh("top_drive_angle"), self._torque,
                                        self._pressure.quick_reactive_torque, drive.strokes)
             if cycle is not None:
                 estimator.observe(watch.time, cycle, self._carried(), self.tool_face_target)
@@ -259,7 +265,7 @@ class SlideController:
         if self._may_shift():
             self._steer(watch.step)
         self._amplitude = self._borne(self._wished_amplitude(), watch.step)
-        torque = self._fresh("surface_torque")
+        torque = self._torque
         if drive.side * drive.speed > 0.0 and self._must_turn(drive, torque):
             drive.turn()
         landing = LANDING * self._belief.travel_time if self._testing() else 0.0
@@ -304,15 +310,23 @@ class SlideController:
         wanted = self._aim
         if self._estimator.known:
             self._trim_pull(step)
-            # While the string slides fast it turns freely, and means over a stroke say little.
-            lead = (1.0 + self._reach.urge) * s.gain * self.error
-            lead = 0.0 if self._lowering.approach.fast else min(max(lead, -s.max_lead), s.max_lead)
-            wanted = self._target - self._estimator.offset + lead + self._trim
+            wanted = self._target - self._estimator.offset + self._lead() + self._trim
         share = 1.0 - math.exp(-step / (_CENTRE_TIME * self._period_now()))
         self._aim += share * (wanted - self._aim)
         string = self._estimator.filter
         twist = string.compliance * string.motor_gain * self._expected_torque()
         self._centre = self._aim + s.feed_forward * twist
+
+    def _lead(self) -> float:
+        """rad, for the error of the tool-face."""
+        if self._lowering.approach.fast:
+            # While the string slides fast it turns freely, and means over a stroke say little.
+            return 0.0
+        s, estimator, mwd = self._settings, self._estimator, self._rig.sensors.mwd
+        response = estimator.filter.learnt.response_time / estimator.mobility
+        answer = Answer(response, self._period_now(), mwd.period + mwd.latency, estimator.spread,
+                        self._amplitude_for(1.0))
+        return lead(self.error, (1.0 + self._reach.urge) * s.gain, s.max_lead, answer)
 
     def _trim_pull(self, step: float) -> None:
         """What friction leaves of a pull where the tool-face has come to rest: slow, bounded, near the target only."""

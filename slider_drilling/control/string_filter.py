@@ -27,6 +27,7 @@ _X, _B, _S, _K, _BETA, _TAU = range(6)
 _ANYWHERE = 100.0         # rad2
 _THROUGH_DOUBT = 0.3     # of a twist that changes
 _LEAST_STIFFNESS, _LEAST_MOTOR, _MOST = -0.3, -0.6, 0.6   # bounds of s and of k
+_MOST_MOBILE = 1.1        # bound of l, to either side
 _PRIOR = {"compliance": 0.08, "motor": 0.12, "bias": 200.0, "mobility": 0.25}
 _WALK = {"compliance": 2e-4, "motor": 2e-3, "bias": 12.0, "mobility": 1e-3}   # per sqrt(s)
 
@@ -143,6 +144,7 @@ class StringFilter:
         self.mean = self.mean + gain * innovation
         self.mean[_S] = min(max(self.mean[_S], _LEAST_STIFFNESS), _MOST)
         self.mean[_K] = min(max(self.mean[_K], _LEAST_MOTOR), _MOST)
+        self.mean[_TAU] = min(max(self.mean[_TAU], -_MOST_MOBILE), _MOST_MOBILE)
         left = np.eye(6) - np.outer(gain, row)
         self._covariance = left @ covariance @ left.T + variance * np.outer(gain, gain)
         return float(self.mean[_X]) - before

@@ -19,6 +19,7 @@ _FADED_EVERY = 1.0                  # s
 _PRIOR = math.radians(3.0)          # rad, of each part of the swing before any sample
 _SCATTER_SHARE = 0.15               # of one sample
 _MOST_SCATTER = math.radians(10.0)  # rad, that one sample may show
+_LEAST_APART = math.radians(60.0)   # of phase, between them
 _APART = 60.0                       # s, between samples that are held against each other
 _KEPT = 40                          # reversals
 _NEAR = 0.1                         # of a cycle: what phases of consecutive samples differ by, half from half a cycle
@@ -62,6 +63,8 @@ class Swing:
         phase = self.phase(time)
         if math.isnan(phase):
             return
+        if self._last is not None and 0.0 <= phase - self._last[1] < _LEAST_APART:
+            return   # as good as the same phase: the two say nothing of the swing
         before, self._last = self._last, (time, phase, residual)
         if before is None or not 0.0 < time - before[0] <= _APART:
             return

@@ -30,6 +30,7 @@ _RATE_DOUBT = 0.05         # of the squared rate at which what pulls is believed
 _RAMP_DOUBT = 1.0          # ... while the bit is being loaded: pipe near it gives before surface sees anything
 _SLIDING_WALK, _SLIDING_DOUBT = 0.4, 0.7    # rad/sqrt(s) of the tool-face, rad of the twist, while the string slides
 _STRING_DOUBT = math.radians(6.0)   # rad, of the twist at first
+_CLOSEST = 0.05            # s between two samples
 _PLACED = 0.5              # probability of one offset, below which it is too early to act on it
 _BELIEVED = 0.7            # ... above which samples that were refused are
 
@@ -176,7 +177,7 @@ class ToolFaceEstimator:
         if sample.measured_at > self._past[-1].time + 1.0 or sample.measured_at < self._past[-1].time - self._memory:
             return False
         then = self._past[self._index_at(sample.measured_at)]
-        variance = self._noise.sample**2
+        variance = self._noise.sample**2 * self._alike(sample.measured_at)
         doubt = variance + (_STRING_DOUBT**2 if not self.known else self.filter.spread**2)
         self._offset.diffuse(self._moved)
         self._moved = 0.0
@@ -186,6 +187,13 @@ class ToolFaceEstimator:
             self.samples += 1
             self.last_sample = sample.measured_at
         return accepted
+
+    def _alike(self, time: float) -> float:
+        """How many samples as close as this one (s) is to the last are worth one: within half a cycle rocking leaves
+        the same in each."""
+        since = math.inf if self.last_sample is None else abs(time - self.last_sample)
+        half = 0.5 * self._cycle.duration if self._cycle is not None else 0.0
+        return max(half / max(since, _CLOSEST), 1.0)
 
     def _place(self, reference: float) -> bool:
         """Begin with the offset that the first samples agree on."""

@@ -1,0 +1,131 @@
+"""How hard the controller pulls, and what it takes a torque reading for."""
+
+import math
+
+import numpy as np
+import pytest
+
+from slider_drilling.control.drive_inertia import DriveInertia
+from slider_drilling.control.steering import Answer, bearable_gain, lead
+from slider_drilling.control.string_filter import StringFilter
+from slider_drilling.control.stroke_means import CycleMean
+from slider_drilling.control.swing import Swing
+from slider_drilling.control.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
+from slider_drilling.signals import MwdSample
+
+LOOSE = Answer(response_time=60.0, cycle=8.0, mwd=18.0, spread=0.0, freeing=24.0)
+
+
+def turns_too_far(gain, answer):
+    """Whether the tool-face, following what pulls late by a cycle and a half, passes its target by more than half."""
+    step, late = 0.1, round(1.5 * answer.cycle / 0.1)
+    off = [1.0] * (late + 1)
+    for _ in range(6000):
+        off.append(off[-1] - step * (1.0 + gain) * off[-1 - late] / answer.response_time)
+    return min(off) < -0.5
+
+
+@pytest.mark.parametrize("response_time", [8.0, 20.0, 60.0, 300.0])
+def test_gain_is_what_a_late_loop_bears(response_time):
+    answer = Answer(response_time, cycle=8.0, mwd=18.0, spread=0.0, freeing=24.0)
+    gain = lead(0.1, 3.0, 5.0, answer) / 0.1
+    assert 0.5 <= gain < 3.001
+    # Three would have gone round in a string that answers within 20 s; what is left does not.
+    assert turns_too_far(3.0, answer) == (response_time <= 20.0)
+    assert not turns_too_far(gain, answer) or gain == 0.5
+
+
+def test_a_held_string_gets_the_whole_gain_and_slow_mwd_less():
+    assert bearable_gain(Answer(300.0, 8.0, 18.0, 0.0, 24.0)) > 3.0
+    assert bearable_gain(Answer(60.0, 8.0, 36.0, 0.0, 24.0)) < bearable_gain(LOOSE)
+
+
+def test_no_lead_breaks_the_string_free():
+    assert lead(math.pi, 3.0, 5.0, LOOSE) == 5.0
+    short = Answer(60.0, 6.0, 18.0, 0.0, freeing=5.0)
+    assert lead(-math.pi, 3.0, 5.0, short) == pytest.approx(-1.5)
+
+
+def test_an_angle_that_may_be_any_is_worth_no_pull():
+    sure, unsure = (lead(1.0, 1.0, 5.0, Answer(60.0, 8.0, 18.0, spread, 24.0)) for spread in (0.05, 3.0))
+    assert sure == pytest.approx(1.0, abs=0.01)
+    assert unsure < 0.02
+
+
+def strokes(inertia, friction=5e3, impedance=300.0, noise=150.0, seconds=60.0):
+    """Speed and torque at 10 Hz of a drive that rocks by 5 rad/s and is turned around at 16 rad/s2; torque of the pipe
+    and as read at the motor."""
+    random, speed, side, twist = np.random.default_rng(1), 0.0, 1.0, 0.0
+    for k in range(round(seconds * 10)):
+        if k % 40 == 20:
+            side = -side
+        before = speed
+        for _ in range(100):
+            speed += np.clip(5.0 * side - speed, -0.016, 0.016)
+        twist = np.clip(twist + 0.1 * speed * 300.0, -friction, friction)
+        pipe = twist + impedance * speed
+        yield speed, pipe, pipe + inertia * (speed - before) / 0.1 + random.normal(0.0, noise)
+
+
+@pytest.mark.parametrize("inertia", [0.0, 300.0, 1500.0])
+def test_what_speeds_the_drive_up_is_no_torque_of_the_pipe(inertia):
+    learning = DriveInertia(150.0, 0.1)
+    off, read = [], []
+    for speed, pipe, torque in strokes(inertia):
+        off.append(learning.pipe_torque(speed, torque, 0.1) - pipe)
+        read.append(torque - pipe)
+    assert learning.inertia == pytest.approx(inertia, abs=25.0)
+    assert np.max(np.abs(off[200:])) < 1e3
+    assert inertia == 0.0 or np.max(np.abs(read[200:])) > 12.0 * inertia
+
+
+def test_a_torque_that_is_missing_stays_so_and_teaches_nothing():
+    learning = DriveInertia(150.0, 0.1)
+    for speed, _, _ in strokes(0.0, seconds=20.0):
+        assert math.isnan(learning.pipe_torque(speed, math.nan, 0.1))
+    assert learning.inertia == 0.0
+    assert learning.pipe_torque(1.0, 500.0, 0.0) == 500.0
+    for speed in (1e30, -1e30, math.inf, math.nan, 0.0):
+        assert learning.pipe_torque(speed, 500.0, 0.1) == 500.0
+
+
+def test_response_time_stays_within_what_strings_do():
+    """A tool-face that leaps about must not teach that the string answers at once."""
+    string = StringFilter(0.0042, 60.0)
+    string.place(0.0, 0.0, 0.01)
+    random = np.random.default_rng(2)
+    for _ in range(300):
+        string.advance(6.0, 1500.0, 500.0, 1.0, 0.01, 0.003)
+        string.sample(float(random.normal(0.0, 1.5)), 0.003)
+    assert 20.0 <= string.learnt.response_time <= 181.0
+
+
+def followed(every, seconds=120.0):
+    """Degrees that the estimate of a tool-face at rest swings by, where the bit swings by ten: read every so many s."""
+    noise = EstimatorNoise(math.radians(3.0), 150.0, 0.1, 0.1, 0.3, math.radians(0.6), math.radians(0.15))
+    estimator, samples, held = ToolFaceEstimator(0.0042, 60.0, noise), round(every / 0.1), []
+    for k in range(1, round(seconds * 10)):
+        time = 0.1 * k
+        if k % 40 == 0:
+            estimator.observe(time, CycleMean(0.0, 0.0, 0.0, 8.0), 0.75, 0.0)
+        estimator.advance(time)
+        if k % samples == 0:
+            estimator.correct(MwdSample(time, time, math.radians(10.0) * math.sin(2.0 * math.pi * time / 8.0)), 0.0)
+        held.append(estimator.tool_face)
+    return math.degrees(np.max(np.abs(held[-80:])))
+
+
+def test_samples_within_half_a_cycle_are_worth_one():
+    """At 10 Hz what rocking leaves at the bit is the same in forty samples: it must not be taken for the mean."""
+    assert followed(0.1) < 5.0
+
+
+def test_swing_is_found_in_samples_at_ten_hertz():
+    swing = Swing(math.radians(1.5))
+    for k in range(3000):
+        time = 0.1 * k
+        if k % 40 == 0:
+            swing.reversal(time)
+        swing.update(time, math.radians(5.0) * math.sin(2.0 * math.pi * time / 8.0))
+        swing.fade(0.1)
+    assert math.degrees(swing.amplitude) == pytest.approx(5.0, abs=0.7)
