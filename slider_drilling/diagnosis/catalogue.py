@@ -170,7 +170,7 @@ def _along_the_string(length: float, tool_frequencies: Sequence[float]) -> tuple
             ),
             # Waves of 300 m: what reaches the surface changes over a fraction of that.
             scan=tuple((4e3, hertz, share * length) for share in shares for hertz in tool_frequencies or (8.0, 16.0)),
-            law="force sin(2 pi frequency t) at one depth",
+            law="force sin(2 pi frequency t) at one depth", fidelity=1,
         ),
     )  # fmt: skip
 

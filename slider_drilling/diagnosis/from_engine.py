@@ -37,7 +37,7 @@ _WIDEST = 2.0
 def outcome_of(answer: Answer, model: Model, beyond: Beyond, effects: Sequence[Effect]) -> Outcome:
     """The engine's answer about a model's runs; effects: every candidate, for those that were not followed."""
     manoeuvre, where, state = answer.manoeuvre, answer.where, answer.state
-    spent = state.simulations
+    spent = state.current.problem.spent.simulations
     return Outcome(
         verdict=answer.verdict,
         site=answer.site,

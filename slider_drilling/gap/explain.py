@@ -154,7 +154,7 @@ def _foretold(state: State) -> bool:
 def _closed(state: State) -> tuple[float, tuple[float, float]]:
     """Share of the re-tuned gap that the named effects close, and its 95 % interval."""
     tuned, current = state.tuned, state.current
-    return closed_between(state.blocks, (tuned.problem, tuned.score), (current.problem, current.score))
+    return closed_between(state.blocks, tuned.score, current.score)
 
 
 def _likeliest_site(state: State, found: Sequence[Rival]) -> str | None:

@@ -48,7 +48,7 @@ class Effect:
     parameters: first the amplitude (neutral at its nominal), then shape parameters. scan: full parameter values
     at which the score test probes, all away from neutral and from the bounds; the fits start from the best of
     them, so at least three. physical: the range of the amplitude that the effect's name stands for; a fit that
-    leaves it is reported as ``nonphysical``, the shape it has.
+    leaves it is reported as ``nonphysical``, the shape it has. fidelity: of the cheapest simulation that shows it.
     """
 
     name: str
@@ -58,6 +58,7 @@ class Effect:
     physical: tuple[float, float] = (-float("inf"), float("inf"))
     nonphysical: str = "its opposite"
     law: str = ""
+    fidelity: int = 0
 
     def __post_init__(self) -> None:
         if len(self.scan) < 3:

@@ -31,10 +31,7 @@ class Where:
 def locate(explained: Explained) -> Where:
     """Split the held-out gap of a fit."""
     problem, score = explained.problem, explained.score
-    energy = np.empty(problem.size)
-    for piece in problem.pieces:
-        energy[piece.rows] = score.squares[piece.rows] / piece.channel.time.size
-    energy /= energy.sum()
+    energy = score.squares / score.squares.sum()
     channel: dict[str, float] = {}
     phase = dict.fromkeys(PHASES, 0.0)
     windows = np.zeros((len(problem.model.runs), TIME_WINDOWS))

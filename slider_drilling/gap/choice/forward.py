@@ -15,9 +15,10 @@ from scipy.stats import qmc
 from slider_drilling.gap.choice.state import Explained, Judged, State, Step
 from slider_drilling.gap.evidence.adequacy import adequacy
 from slider_drilling.gap.evidence.compare import LEVEL, Blocks, beats, closed_between, gaps, make_blocks
+from slider_drilling.gap.evidence.replicates import unforeseen
 from slider_drilling.gap.evidence.score import Folds, Score, held_out, make_folds, score_of
 from slider_drilling.gap.model import Effect, Graded, How, Model, Parameter, Pulled, Values
-from slider_drilling.gap.problem.noise import NoiseFloor, coloured, lowered, sigmas
+from slider_drilling.gap.problem.noise import NoiseFloor, coloured, lowered, raised, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import FINALISTS, Arm, begun_again, parameters_of, race
@@ -55,9 +56,12 @@ def begin(
     free = build_problem(model, [sigmas(own) for own in floors])
     tuned = _tuned(free, starts)
     floors = _lowered(free, tuned, floors)
-    free = build_problem(model, [sigmas(own) for own in floors])
+    free = build_problem(model, [sigmas(own) for own in floors], spent=free.spent)
     blocks = make_blocks(make_folds(free), seed)
     tuned = fit(free, tuned.parameters, tuned.values, iterations=2)
+    floors = _raised(*_finished(free, tuned), floors, seed)
+    free = build_problem(model, [sigmas(own) for own in floors], spent=free.spent)
+    tuned = fit(free, tuned.parameters, tuned.values, iterations=1)
     explained = _explained(free, (), tuned, blocks.folds)
     enough = adequacy(explained.problem, explained.fit, explained.score, seed, effects)
     if not enough.done:
@@ -70,8 +74,7 @@ def begin(
     good = given.gap <= enough.threshold and all(given.by_channel[c] <= v for c, v in enough.by_channel.items())
     ways = (free, free.run_as(How(0, PULL))) if _can_be_pulled(model) else (free,)
     return State(
-        tuple(floors), ways, given, explained, explained, enough, enough, good, blocks, (),
-        explained.fit.simulations, done=enough.done,
+        tuple(floors), ways, given, explained, explained, enough, enough, good, blocks, done=enough.done,
     )  # fmt: skip
 
 
@@ -87,10 +90,8 @@ def step(
     report(f"racing {len(left)} effects" + (f", step {turn + 1}" if turn else ""), min(0.1 + 0.3 * turn, 0.8))
     arms, promised, ways = _arms(state, left, together if turn == 0 else ())
     ran = begun_again(state.ways, race(state.ways, arms))
-    spent = sum(arm.fit.simulations for arm in ran if arm.fit is not None)
     report("judging the finalists", min(0.25 + 0.3 * turn, 0.9))
     state, judged = _judge(state, ran, ways, len(left), seed)
-    state = replace(state, simulations=state.simulations + spent)
     for one in judged:
         if one.passed:
             group = _group(state.blocks, one, judged)
@@ -118,6 +119,7 @@ def _without_needless(state: State, left: Sequence[Effect], seed: int) -> State:
         own = {parameter.name for parameter in earlier.parameters}
         problem = next(way for way in state.ways if way.how.pull == state.current.problem.how.pull)
         begin = {name: value for name, value in state.current.fit.values.items() if name not in own}
+        problem = problem.showing(rest)
         found = fit(problem, parameters_of(problem, rest), begin, iterations=_TUNING)
         reduced = _explained(problem, rest, found, state.blocks.folds)
         if not beats(state.blocks, state.current.score, reduced.score):
@@ -135,7 +137,7 @@ def _judge(
     known is scored anew in it.
     """
     folds = state.blocks.folds
-    led = {way: _finished(state.ways[way], _reached(state, ran, ran[0].names, way)) for way in ways}
+    led = {way: _finished(*_reached(state, ran, ran[0].names, way)) for way in ways}
     way = min(led, key=lambda one: led[one][1].cost)
     if state.current.problem.how.pull != state.ways[way].how.pull:
         state = _in_way(state, state.ways[way], seed)
@@ -146,20 +148,21 @@ def _judge(
         if names == ran[0].names:
             problem, found = led[way]
         else:
-            problem, found = _finished(state.ways[way], _reached(state, ran, names, way))
+            problem, found = _finished(*_reached(state, ran, names, way))
         explained = Explained(tuple(effects), problem, found, held_out(problem, found, folds))
         judged.append(_verdict(state, explained, rivals))
     judged.sort(key=lambda one: float(np.sum(one.explained.score.density)))
     return state, tuple(judged)
 
 
-def _reached(state: State, ran: Sequence[Arm], names: tuple[str, ...], way: int) -> Fit:
+def _reached(state: State, ran: Sequence[Arm], names: tuple[str, ...], way: int) -> tuple[Problem, Fit]:
     """The best fit of a set in one way of running the model: its own arm's, or one that goes on from another way's."""
     own = [arm for arm in ran if arm.names == names]
+    problem = state.ways[way].showing(own[0].effects)
     fits = [arm.fit for arm in own if arm.way == way and arm.fit is not None]
     if own[0].way != way and own[0].fit is not None:
-        fits.append(fit(state.ways[way], own[0].fit.parameters, own[0].fit.values, iterations=_TUNING))
-    return min(fits, key=lambda one: one.cost)
+        fits.append(fit(problem, own[0].fit.parameters, own[0].fit.values, iterations=_TUNING))
+    return problem, min(fits, key=lambda one: one.cost)
 
 
 def _refloored(state: State, accepted: Judged, rivals: int) -> tuple[State, Judged]:
@@ -169,7 +172,7 @@ def _refloored(state: State, accepted: Judged, rivals: int) -> tuple[State, Judg
     ratios = [floors[p.run][p.name].sigma / state.floors[p.run][p.name].sigma for p in found.problem.pieces]
     if all(_SAME_FLOOR < ratio < 1.0 / _SAME_FLOOR for ratio in ratios):
         return state, accepted
-    free = build_problem(found.problem.model, [sigmas(own) for own in floors])
+    free = build_problem(found.problem.model, [sigmas(own) for own in floors], spent=found.problem.spent)
     ways = tuple(free.run_as(problem.how) for problem in state.ways)
     problem = free.run_as(replace(found.problem.how, fidelity=free.how.fidelity))
     folds = state.blocks.folds
@@ -186,6 +189,7 @@ def _scored_in(problem: Problem, state: State, iterations: int) -> State:
 
 
 def _refitted(problem: Problem, known: Explained, folds: Folds, iterations: int) -> Explained:
+    problem = problem.showing(known.effects)
     found = fit(problem, known.fit.parameters, known.fit.values, iterations=iterations)
     return _explained(problem, known.effects, found, folds)
 
@@ -201,9 +205,7 @@ def _verdict(state: State, explained: Explained, rivals: int) -> Judged:
     """The tests of an effect: it foretells more than what is known, the gap shrinks by enough, its sign is its own."""
     known, blocks = state.current, state.blocks
     effect = explained.effects[-1]
-    closed, interval = closed_between(
-        blocks, (known.problem, known.score), (explained.problem, explained.score)
-    )  # fmt: skip
+    closed, interval = closed_between(blocks, known.score, explained.score)
     why = []
     if not beats(blocks, explained.score, known.score, rivals):
         why.append("foretells no more of unseen data than without it, at the level shared among all candidates")
@@ -225,7 +227,7 @@ def _group(blocks: Blocks, accepted: Judged, judged: Sequence[Judged]) -> tuple[
     mine = accepted.explained
 
     def told_apart(rival: Explained) -> bool:
-        wider = gaps(rival.problem, blocks, rival.score) - gaps(mine.problem, blocks, mine.score)
+        wider = gaps(blocks, rival.score) - gaps(blocks, mine.score)
         return beats(blocks, mine.score, rival.score, len(rivals)) and float(np.quantile(wider, level)) > 0.0
 
     return tuple(one.effect.name for one in rivals if not told_apart(one.explained))
@@ -307,6 +309,17 @@ def _lowered(
     return tuple(found)
 
 
+def _raised(
+    problem: Problem, tuned: Fit, floors: Sequence[dict[str, NoiseFloor]], seed: int
+) -> tuple[dict[str, NoiseFloor], ...]:
+    """Floors by what a fit foretells of replicates of itself."""
+    found = [dict(own) for own in floors]
+    for index, factor in unforeseen(problem, tuned, seed).items():
+        piece = problem.pieces[index]
+        found[piece.run][piece.name] = raised(found[piece.run][piece.name], factor)
+    return tuple(found)
+
+
 def _arms(
     state: State, effects: Sequence[Effect], together: Sequence[Sequence[Effect]]
 ) -> tuple[list[Arm], dict[str, float], list[int]]:
@@ -321,7 +334,7 @@ def _arms(
     promised: dict[str, float] = {}
     tuned, ways = _worth_running(state)
     for way in ways:
-        problem = state.ways[way]
+        problem = state.ways[way].showing(known.effects)
         given = {name: value for name, value in known.fit.values.items() if "@" in name or "." in name}
         as_given = fit(problem, known.fit.parameters, given, iterations=1)
         for base, starts in ((tuned[way], 1), (as_given, 2)):
@@ -345,6 +358,7 @@ def _worth_running(state: State) -> tuple[dict[int, Fit], list[int]]:
     tuned = {}
     for way, problem in enumerate(state.ways):
         if not state.steps or problem.how.pull == known.problem.how.pull:
+            problem = problem.showing(known.effects)
             tuned[way] = fit(problem, known.fit.parameters, known.fit.values, iterations=_TUNING // 2)
     least = min(one.cost for one in tuned.values())
     return tuned, [way for way, one in tuned.items() if one.cost <= least + _AS_GOOD * abs(least)]

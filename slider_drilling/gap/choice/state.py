@@ -74,6 +74,5 @@ class State:
     nominal_enough: bool
     blocks: Blocks = field(repr=False)
     steps: tuple[Step, ...] = ()
-    simulations: int = 0
     done: bool = False
     partial: bool = False

@@ -1,28 +1,24 @@
 """Whether what a model leaves is what it would leave if it were the truth.
 
-Replicates are made with the model itself: parameters as well as the log tells them, its finest simulation, and the
-channels' noise. What the cheaper simulation that was fitted leaves of such a replicate is its error of discretisation,
-what cannot be foretold, and noise; a gap beyond that is structure.
+What a cheaper simulation that was fitted leaves of a replicate is its error of discretisation, what cannot be
+foretold, and noise; a gap beyond that is structure.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import cast
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import t as student
 
+from slider_drilling.gap.evidence.replicates import replicates
 from slider_drilling.gap.evidence.score import Score, squares_of
-from slider_drilling.gap.model import Array, Effect, Graded, How, Model, Pulled
+from slider_drilling.gap.model import Array, Effect
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit
 
-REPLICATES = 8
 LEVEL = 0.01
-# Relative standard deviation of a floor that comes from differences of few samples.
-_FLOOR_SPREAD = 2.0
 # What two free numbers (size and memory) gain on white noise hardly ever: -2 log p.
 _FREE = 20.0
 # E^2 - 1 that no engineer would act upon, of the whole and of one channel: other codes for the same equations,
@@ -63,11 +59,11 @@ def adequacy(problem: Problem, found: Fit, score: Score, seed: int, effects: Seq
     effects: looked for in what is left (a score test).
     """
     generator = np.random.default_rng([seed, 7])
-    residuals = _replicates(problem, found, generator)
+    residuals = replicates(problem, found, generator)
     left = [squares_of(problem, residual) for residual in residuals]
     limits = _structure_limits(problem, residuals)
     names = dict.fromkeys(piece.name for piece in problem.pieces)
-    whole = np.array([np.mean([np.mean(squares[piece.rows]) for piece in problem.pieces]) for squares in left])
+    whole = np.array([np.mean(squares) for squares in left])
     channels, least = {}, float(np.sqrt(1.0 + NEGLIGIBLE_ALONE))
     for name in names:
         own = [piece for piece in problem.pieces if piece.name == name]
@@ -126,59 +122,3 @@ def _upper(squares: Array, level: float) -> float:
     logs = np.log(squares)
     spread = float(np.std(logs, ddof=1)) * np.sqrt(1.0 + 1.0 / logs.size)
     return float(np.exp(0.5 * (np.mean(logs) + student.ppf(1.0 - level, logs.size - 1) * spread)))
-
-
-def _replicates(problem: Problem, found: Fit, generator: np.random.Generator) -> list[Array]:
-    """Residuals (N,) that the problem leaves of replicates of its own fit."""
-    finest = problem.model.finest if isinstance(problem.model, Graded) else 0
-    sets = _nearby(problem, found, generator)
-    truths = problem.simulate(sets, How(finest, 0.0))
-    samples = [truth + _noise(problem, generator) for truth in truths]
-    if problem.how.pull == 0.0 or not isinstance(problem.model, Pulled):
-        return [_wrapped(problem, sample - found.simulated) for sample in samples]
-    left = []
-    for sample in samples:
-        fed: Pulled = problem.model
-        for piece in problem.pieces:
-            if piece.name == fed.pulled:
-                fed = fed.fed(piece.run, sample[piece.rows] * piece.noise)
-        own = replace(problem, model=cast(Model, fed), correction=np.zeros(problem.size))
-        left.append(_wrapped(problem, sample - own.simulate([found.values], replace(problem.how, fidelity=finest))[0]))
-    return left
-
-
-def _nearby(problem: Problem, found: Fit, generator: np.random.Generator) -> list[dict[str, float]]:
-    """Parameter sets as likely as the fit's, by its curvature."""
-    if not found.parameters:
-        return [found.values] * REPLICATES
-    _, rows = problem.whitened(found.residual, found.jacobian, found.discrepancy)
-    normal = rows @ rows.T
-    normal[np.diag_indices_from(normal)] += 1.0
-    factor = np.linalg.cholesky(normal)
-    sets = []
-    for _ in range(REPLICATES):
-        step = np.linalg.solve(factor.T, generator.normal(size=len(found.parameters)))
-        moved = {
-            p.name: float(np.clip(found.values[p.name] + p.scale * change, p.lower, p.upper))
-            for p, change in zip(found.parameters, step, strict=True)
-        }
-        sets.append(found.values | moved)
-    return sets
-
-
-def _noise(problem: Problem, generator: np.random.Generator) -> Array:
-    noise = np.empty(problem.size)
-    for piece in problem.pieces:
-        count = piece.channel.time.size
-        off = 1.0 + generator.normal() * _FLOOR_SPREAD / np.sqrt(count)
-        noise[piece.rows] = off * generator.normal(size=count)
-    return noise
-
-
-def _wrapped(problem: Problem, residual: Array) -> Array:
-    for piece in problem.pieces:
-        if piece.channel.period is not None:
-            turn = piece.channel.period / piece.noise
-            part = residual[piece.rows]
-            residual[piece.rows] = part - turn * np.round(part / turn)
-    return residual

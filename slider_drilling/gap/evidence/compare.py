@@ -8,7 +8,6 @@ import numpy as np
 
 from slider_drilling.gap.evidence.score import Folds, Score
 from slider_drilling.gap.model import Array
-from slider_drilling.gap.problem.problem import Problem
 
 RESAMPLES = 2000
 LEVEL = 0.05
@@ -48,25 +47,18 @@ def beats(blocks: Blocks, better: Score, worse: Score, rivals: int = 1, level: f
     return float(np.quantile(advantage(blocks, better, worse), level / rivals)) > 0.0
 
 
-def gaps(problem: Problem, blocks: Blocks, score: Score) -> Array:
-    """(RESAMPLES,) E^2, every piece alike."""
-    total = np.zeros(blocks.counts.shape[0])
-    size = blocks.counts.shape[1]
-    for piece in problem.pieces:
-        bins = blocks.folds.bins[piece.rows]
-        sums = blocks.counts @ np.bincount(bins, weights=score.squares[piece.rows], minlength=size)
-        number = blocks.counts @ np.bincount(bins, minlength=size)
-        total += sums / np.maximum(number, 1.0)
-    return total / len(problem.pieces)
+def gaps(blocks: Blocks, score: Score) -> Array:
+    """(RESAMPLES,) E^2."""
+    bins, size = blocks.folds.bins, blocks.counts.shape[1]
+    sums = blocks.counts @ np.bincount(bins, weights=score.squares, minlength=size)
+    return np.asarray(sums / (blocks.counts @ np.bincount(bins, minlength=size)))
 
 
-def closed_between(
-    blocks: Blocks, before: tuple[Problem, Score], after: tuple[Problem, Score]
-) -> tuple[float, tuple[float, float]]:
+def closed_between(blocks: Blocks, before: Score, after: Score) -> tuple[float, tuple[float, float]]:
     """Share of the gap before that is closed after, and its 95 % interval; NaN where there was nothing to close."""
-    shares = share_closed(*(gaps(problem, blocks, score) for problem, score in (before, after)))
+    shares = share_closed(gaps(blocks, before), gaps(blocks, after))
     low, high = (float(np.nanquantile(shares, q)) for q in (0.5 * LEVEL, 1.0 - 0.5 * LEVEL))
-    return float(share_closed(before[1].gap ** 2, after[1].gap ** 2)), (low, high)
+    return float(share_closed(before.gap**2, after.gap**2)), (low, high)
 
 
 def share_closed(before: Array | float, after: Array | float) -> Array:

@@ -33,8 +33,9 @@ class Folds:
 @dataclass(frozen=True)
 class Score:
     """density: (N,) held-out ``-2 log p`` of each sample; residual: (N,) held out, noise units; squares: (N,) each
-    sample's share of E^2 before averaging, a missed step of what accumulates counted once; gap: E; by_channel: E of
-    each; not_refitted: folds whose refit did not arrive, so that they are in-sample.
+    sample's share of E^2 before averaging, a missed step of what accumulates counted once; gap: E, over all samples (a
+    dozen of one channel are no equal to thousands of another); by_channel: E of each; not_refitted: folds whose refit
+    did not arrive, so that they are in-sample.
     """
 
     density: Array = field(repr=False)
@@ -88,8 +89,8 @@ def score_of(problem: Problem, residual: Array, found: Fit, missing: int = 0) ->
     by_channel: dict[str, list[float]] = {}
     for piece in problem.pieces:
         by_channel.setdefault(piece.name, []).append(float(np.mean(squares[piece.rows])))
-    gap = float(np.sqrt(np.mean([np.mean(squares[piece.rows]) for piece in problem.pieces])))
     channels = {name: float(np.sqrt(np.mean(values))) for name, values in by_channel.items()}
+    gap = float(np.sqrt(np.mean(squares)))
     return Score(problem.log_density(residual, found.discrepancy), residual, squares, gap, channels, missing)
 
 

@@ -21,15 +21,16 @@ _FEWEST = 100
 # Noise this many times what is declared is reported, and what is above counts as gap.
 BELIEVED = 2.0
 _LAGS, _UNLIKELY = 10, 0.01
-# Samples that noise may remember.
-_FEW = 10.0
+# Samples that noise may remember, with half a step of the grid that memories are looked for on.
+_FEW = 15.0
 
 
 @dataclass(frozen=True)
 class NoiseFloor:
     """sigma in the channel's unit: what residuals are counted in.
 
-    method: ``differences``, ``colour`` (differences and what a few samples share), ``declared`` or ``resolution``;
+    method: ``differences``, ``colour`` (differences and what a few samples share), ``declared``, ``resolution`` or
+    ``foretelling`` (what the model itself could not foretell if it were the truth);
     declared: what somebody states, None if nobody does; seen: what the record shows; excess: seen over declared where
     that is more than is believed, else None; least: what the record's own digits scatter, below which no floor falls.
     """
@@ -84,6 +85,11 @@ def coloured(floor: NoiseFloor, size: float, memory: float, interval: float) -> 
         return floor
     reached = min(floor.sigma * float(np.sqrt(1.0 + size**2)), floor.declared)
     return replace(floor, sigma=reached, method="colour") if reached > floor.sigma else floor
+
+
+def raised(floor: NoiseFloor, factor: float) -> NoiseFloor:
+    """The floor of a channel that cannot be foretold as well as its sensor measures it; factor: 1 or more."""
+    return replace(floor, sigma=factor * floor.sigma, method="foretelling") if factor > 1.0 else floor
 
 
 def _believed(floor: NoiseFloor) -> NoiseFloor:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from threading import Lock
 
 import numpy as np
 
 from slider_drilling.gap.evidence.likelihood import Discrepancy, memories_of, most_likely, whitened
-from slider_drilling.gap.model import Array, Channel, How, Model, Parameter, Pulled, Values
+from slider_drilling.gap.model import Array, Channel, Effect, How, Model, Parameter, Pulled, Values
 from slider_drilling.gap.problem.missed_steps import missed_steps
 
 # Noise units beyond which a missed step of a channel that accumulates costs by its logarithm.
@@ -39,18 +40,32 @@ class Piece:
         return self.channel.name
 
 
+class Spent:
+    """How many simulations were run in all, whoever asked for them: shared by every problem made from another."""
+
+    def __init__(self) -> None:
+        self.simulations = 0
+        self._lock = Lock()
+
+    def add(self, number: int) -> None:
+        """Count some more; from any thread."""
+        with self._lock:
+            self.simulations += number
+
+
 @dataclass(frozen=True)
 class Problem:
     """A model against its logs. Everything stacked has length N: runs, then channels, then samples.
 
     correction: (N,) noise units, what finer simulations add to cheap ones at the values that `at` was given; it is
-    part of every simulation. Nothing here ever changes: `at`, `run_as` and `weighted` give new problems.
+    part of every simulation. Nothing here ever changes but what was spent: `at` and `run_as` give new problems.
     """
 
     model: Model
     pieces: tuple[Piece, ...]
     how: How
     correction: Array = field(repr=False)
+    spent: Spent = field(repr=False, compare=False)
 
     @property
     def size(self) -> int:
@@ -72,6 +87,7 @@ class Problem:
         stacked = np.empty((len(sets), self.size))
         for run in sorted({piece.run for piece in self.pieces}):
             found = self.model.simulate(run, [self.set_of(values, run) for values in sets], how or self.how)
+            self.spent.add(len(sets))
             for piece in self.pieces:
                 if piece.run == run:
                     stacked[:, piece.rows] = found[piece.name] / piece.noise
@@ -103,6 +119,11 @@ class Problem:
     def run_as(self, how: How) -> Problem:
         """The same problem simulated in another way, without correction."""
         return replace(self, how=how, correction=np.zeros(self.size))
+
+    def showing(self, effects: Sequence[Effect]) -> Problem:
+        """The same problem in simulations that show the effects: finer ones where one of them asks for it."""
+        asked = max((effect.fidelity for effect in effects), default=0)
+        return self.run_as(replace(self.how, fidelity=asked)) if asked > self.how.fidelity else self
 
     def free(self, parameters: Sequence[Parameter]) -> list[Parameter]:
         """The parameters as a fit sees them: one copy per run of those that belong to the run."""
@@ -195,8 +216,12 @@ def _without_worst(part: Array, interval: Array) -> tuple[Array, Array]:
     return part[kept], interval[kept]
 
 
-def build_problem(model: Model, noise: Sequence[Mapping[str, float]], how: How = FREE) -> Problem:
-    """Stack a model's runs; noise: standard deviation by channel, one mapping a run. ValueError without a channel."""
+def build_problem(
+    model: Model, noise: Sequence[Mapping[str, float]], how: How = FREE, spent: Spent | None = None
+) -> Problem:
+    """Stack a model's runs; noise: standard deviation by channel, one mapping a run; spent: what was run before, to go
+    on counting. ValueError without a channel.
+    """
     fed = model.pulled if isinstance(model, Pulled) else None
     pieces, start = [], 0
     for index, run in enumerate(model.runs):
@@ -210,4 +235,4 @@ def build_problem(model: Model, noise: Sequence[Mapping[str, float]], how: How =
             start = rows.stop
     if not pieces:
         raise ValueError("no run holds a channel that can be used")
-    return Problem(model, tuple(pieces), how, np.zeros(start))
+    return Problem(model, tuple(pieces), how, np.zeros(start), spent or Spent())

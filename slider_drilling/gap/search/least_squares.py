@@ -33,7 +33,7 @@ class Fit:
 
     values: everything that is not nominal; parameters: those freed, in the Jacobian's order; simulated, residual:
     (N,) noise units; jacobian: (p, N) of the simulation per scale; cost: ``-2 log p`` with the priors; discrepancy:
-    by piece; simulations: spent on it; settled: whether the last iteration brought less than the tolerance.
+    by piece; settled: whether the last iteration brought less than the tolerance.
     """
 
     values: dict[str, float]
@@ -43,7 +43,6 @@ class Fit:
     jacobian: Array = field(repr=False)
     cost: float
     discrepancy: dict[int, Discrepancy]
-    simulations: int
     settled: bool
 
 
@@ -67,20 +66,17 @@ def fit(
     point = space.begin(start)
     simulated = problem.simulate([space.values(point)])[0]
     cost, found = space.cost(simulated, point)
-    spent, settled = 1, False
+    settled = False
     jacobian = np.zeros((len(space.parameters), problem.size))
     reach, moved = 1.0, True
     if not iterations:
         jacobian = space.jacobian(point, simulated, {})
-        spent += len(point)
     for turn in range(iterations):
         if moved:
             nearby = known if turn == 0 and known is not None else {}
             jacobian = space.jacobian(point, simulated, nearby)
-            spent += len(point) - len(nearby)
         trials = space.trials(point, problem.against_log(simulated), jacobian, found, reach)
         outcomes = problem.simulate([space.values(trial) for trial in trials])
-        spent += len(trials)
         costs = [space.cost(outcome, trial) for outcome, trial in zip(outcomes, trials, strict=True)]
         best = int(np.argmin([entry[0] for entry in costs]))
         gained = cost - costs[best][0]
@@ -96,7 +92,7 @@ def fit(
             break
     return Fit(
         space.values(point), tuple(space.parameters), simulated, problem.against_log(simulated), jacobian, cost, found,
-        spent, settled,
+        settled,
     )  # fmt: skip
 
 

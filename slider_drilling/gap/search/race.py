@@ -63,7 +63,7 @@ def race(problems: Sequence[Problem], arms: Sequence[Arm]) -> list[Arm]:
     for rung, iterations in enumerate(_RUNGS):
 
         def advance(arm: Arm, iterations: int = iterations, first: bool = rung == 0) -> Arm:
-            return _advanced(problems[arm.way], arm, iterations, first)
+            return _advanced(problems[arm.way].showing(arm.effects), arm, iterations, first)
 
         running = _at_once(advance, running)
         if rung < len(_KEPT):
@@ -79,7 +79,7 @@ def begun_again(problems: Sequence[Problem], ran: Sequence[Arm]) -> list[Arm]:
     """
     leader = ran[0]
     assert leader.fit is not None
-    problem, effect = problems[leader.way], leader.effects[-1]
+    problem, effect = problems[leader.way].showing(leader.effects), leader.effects[-1]
     own = {parameter.name for parameter in effect.parameters}
     bare = {name: value for name, value in leader.fit.values.items() if name not in own}
     base = fit(problem, parameters_of(problem, leader.effects[:-1]), bare, iterations=0)
@@ -103,8 +103,7 @@ def _advanced(problem: Problem, arm: Arm, iterations: int, first: bool) -> Arm:
         known = {parameter.name: row for parameter, row in zip(arm.near.parameters, arm.near.jacobian, strict=True)}
     start = arm.begin if arm.fit is None else arm.fit.values
     found = fit(problem, parameters_of(problem, arm.effects), start, iterations=iterations, known=known)
-    before = 0 if arm.fit is None else arm.fit.simulations
-    return replace(arm, fit=replace(found, simulations=before + found.simulations))
+    return replace(arm, fit=found)
 
 
 def _better(running: Sequence[Arm], share: float) -> list[Arm]:

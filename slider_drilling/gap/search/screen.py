@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,7 +37,7 @@ def screen(problem: Problem, base: Fit, effects: Sequence[Effect]) -> list[Candi
     points = [(effect, point) for effect in effects for point in effect.scan]
     if not points:
         return []
-    changes = problem.simulate([base.values | effect.values(point) for effect, point in points]) - base.simulated
+    changes = _changes(problem, base, points)
     now = problem.cost(base.residual)[0]
     scored: dict[str, dict[tuple[float, ...], tuple[float, dict[str, float]]]] = {e.name: {} for e in effects}
     for forgiving in (True, False):
@@ -55,6 +55,20 @@ def screen(problem: Problem, base: Fit, effects: Sequence[Effect]) -> list[Candi
         ordered = sorted(scored[effect.name].values(), key=lambda entry: -entry[0])
         found.append(Candidate(effect, ordered[0][0], tuple(start for _, start in ordered)))
     return sorted(found, key=lambda candidate: -candidate.promise)
+
+
+def _changes(problem: Problem, base: Fit, points: Sequence[tuple[Effect, tuple[float, ...]]]) -> Array:
+    """(P, N) what each scan point changes at the base, by simulations that show its effect."""
+    changes = np.empty((len(points), problem.size))
+    for asked in sorted({effect.fidelity for effect, _ in points}):
+        own = [index for index, (effect, _) in enumerate(points) if effect.fidelity == asked]
+        sets = [base.values | points[index][0].values(points[index][1]) for index in own]
+        if asked <= problem.how.fidelity:
+            changes[own] = problem.simulate(sets) - base.simulated
+        else:
+            without, *with_it = problem.simulate([base.values, *sets], replace(problem.how, fidelity=asked))
+            changes[own] = np.array(with_it) - without
+    return changes
 
 
 def _step(base: Fit, effect: Effect, rows: Array, white: Array) -> Array:

@@ -1,0 +1,112 @@
+"""What a model can foretell of itself, and how much of the gap that decides."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from toy import EFFECTS, TIME, Toy, force, toy
+
+from slider_drilling.gap import Channel, How, explain
+from slider_drilling.gap.choice.forward import begin
+from slider_drilling.gap.evidence.replicates import unforeseen
+from slider_drilling.gap.evidence.score import score_of
+from slider_drilling.gap.problem.noise import noise_floor
+from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.gap.search.least_squares import fit
+from slider_drilling.gap.search.race import parameters_of
+
+READINGS = TIME[9::20]
+
+
+@dataclass(frozen=True)
+class Turning(Toy):
+    """The toy with an angle that is read seldom and that a parameter turns: by a little, or by jumps without end."""
+
+    jump: float = 0.0
+
+    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+        found = {"force": np.stack([force(values) for values in sets])}
+        angles = [self.jump * np.sin(1e4 * values.get("level", 0.0)) * (READINGS > 40.0) for values in sets]
+        return found | {"angle": np.stack(angles)}
+
+
+def turning(jump: float, seed: int = 3) -> Turning:
+    plain = toy({"level": 1.0}, seed)
+    noise = np.random.default_rng(seed).normal(0.0, 1.0, READINGS.size)
+    angle = Channel("angle", READINGS, jump * np.sin(1e4) * (READINGS > 40.0) + noise, "rad", None, 1.0, 0.0, True)
+    (run,) = plain.runs
+    return Turning((replace(run, channels=(*run.channels, angle)),), jump=jump)
+
+
+def factor(jump: float) -> float:
+    problem = build_problem(turning(jump), [{"force": 1.0, "angle": 1.0}])
+    found = fit(problem, parameters_of(problem, ()), {"level": 1.0})
+    ((index, own),) = unforeseen(problem, found, seed=1).items()
+    assert problem.pieces[index].name == "angle"
+    return own
+
+
+def test_what_accumulates_counts_by_what_can_be_foretold_of_it():
+    calm, wild, wilder = factor(0.0), factor(30.0), factor(300.0)
+    assert 1.0 <= calm < 1.5
+    assert 1.5 < wild < wilder
+
+
+def test_the_floor_of_an_angle_that_nobody_can_foretell_is_raised_and_that_of_the_force_is_not():
+    floors = begun(turning(300.0)).floors
+    assert floors[0]["angle"].method == "foretelling" and floors[0]["angle"].sigma > 3.0
+    assert floors[0]["force"].sigma == pytest.approx(1.0, rel=0.2)
+
+
+def begun(model):
+    floors = [{channel.name: noise_floor(channel) for channel in run.channels} for run in model.runs]
+    return begin(model, EFFECTS, floors, [{}], 0, lambda stage, share: None)
+
+
+def test_a_dozen_readings_of_an_angle_weigh_as_a_dozen_samples():
+    problem = build_problem(turning(0.0), [{"force": 1.0, "angle": 1.0}])
+    found = fit(problem, parameters_of(problem, ()), {"level": 1.0})
+    residual = np.zeros(problem.size)
+    residual[problem.pieces[1].rows] = 3.0
+    score = score_of(problem, residual, found)
+    mean = score.by_channel["angle"] ** 2 * READINGS.size / problem.size
+    assert score.by_channel["angle"] > 1.0
+    assert score.gap**2 == pytest.approx(mean)
+
+
+@dataclass(frozen=True)
+class Coarse(Toy):
+    """The toy whose cheap simulation shows the saw turned over; the next two show it as it is."""
+
+    finest: int = 2
+
+    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+        sign = -1.0 if how.fidelity == 0 else 1.0
+        rows = [force({**values, "saw": sign * values.get("saw", 0.0)}) for values in sets]
+        return {"force": np.stack(rows)}
+
+
+def test_an_effect_that_cheap_simulations_do_not_show_is_raced_in_those_that_do():
+    effects = tuple(
+        replace(effect, fidelity=1, physical=(0.0, np.inf)) if effect.name == "saw" else effect for effect in EFFECTS
+    )
+    model = Coarse(toy({"level": 1.0, "saw": 4.0}, 5).runs, effects=effects)
+    answer = explain(model)
+    assert answer.effects == ("saw",)
+    assert answer.parameters["saw"] == pytest.approx(4.0, abs=0.6)
+
+
+def test_every_simulation_is_counted():
+    model = toy({"level": 1.0, "saw": 4.0}, 5)
+    asked = []
+
+    @dataclass(frozen=True)
+    class Counted(Toy):
+        def simulate(self, run, sets, how):
+            asked.append(len(sets))
+            return Toy.simulate(self, run, sets, how)
+
+    answer = explain(Counted(model.runs))
+    during = answer.state.current.problem.spent.simulations
+    assert during > 100 and during == sum(asked)
