@@ -1,18 +1,22 @@
 """How hard the controller pulls, and what it takes a torque reading for."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from slider_drilling.control import SlideController, SlideSettings
 from slider_drilling.control.drive_inertia import DriveInertia
 from slider_drilling.control.steering import Answer, bearable_gain, lead
 from slider_drilling.control.string_filter import StringFilter
 from slider_drilling.control.stroke_means import CycleMean
 from slider_drilling.control.swing import Swing
 from slider_drilling.control.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
+from slider_drilling.rig import load_rig
 from slider_drilling.signals import MwdSample
 
+CONFIG = Path(__file__).resolve().parents[1] / "config"
 LOOSE = Answer(response_time=60.0, cycle=8.0, mwd=18.0, spread=0.0, freeing=24.0)
 
 
@@ -129,3 +133,36 @@ def test_swing_is_found_in_samples_at_ten_hertz():
         swing.update(time, math.radians(5.0) * math.sin(2.0 * math.pi * time / 8.0))
         swing.fade(0.1)
     assert math.degrees(swing.amplitude) == pytest.approx(5.0, abs=0.7)
+
+
+def surprised(jump):
+    """One standard deviation of the tool-face, deg, after samples that leap by `jump` (deg) to and fro."""
+    noise = EstimatorNoise(math.radians(3.0), 150.0, 0.1, 0.1, 0.3, math.radians(0.6), math.radians(0.15))
+    estimator = ToolFaceEstimator(0.0042, 60.0, noise)
+    for k in range(1, 601):
+        time = 0.5 * k
+        if k % 16 == 0:
+            estimator.observe(time, CycleMean(0.0, 0.0, 0.0, 8.0), 0.75, 0.0)
+        estimator.advance(time)
+        if k % 24 == 0:
+            side = 1.0 if k % 48 == 0 else -1.0
+            estimator.correct(MwdSample(time, time, math.radians(side * jump)), 0.0)
+    return math.degrees(estimator.spread)
+
+
+def test_samples_that_surprise_widen_the_doubt_of_the_tool_face():
+    assert surprised(2.0) == pytest.approx(surprised(0.0), rel=0.02)
+    assert surprised(12.0) > 1.3 * surprised(2.0)
+
+
+@pytest.mark.parametrize(("rig", "seconds"), [("rig.short.yaml", 60.0), ("rig.example.yaml", 60.0),
+                                              ("rig.long.yaml", 60.0 * (5.6 / 4.0) ** 2)])
+def test_lag_of_the_tool_face_goes_with_the_square_of_the_length_of_a_long_string(rig, seconds):
+    own = SlideController(load_rig(CONFIG / rig))
+    assert status_value(own, "string", "response_time_s") == pytest.approx(seconds, rel=0.1)
+    told = SlideController(load_rig(CONFIG / rig), SlideSettings(response_time=77.0))
+    assert status_value(told, "string", "response_time_s") == 77.0
+
+
+def status_value(controller, name, key):
+    return float(next(dict(one.values)[key] for one in controller.status() if one.name == name))

@@ -41,6 +41,8 @@ def test_passing_by_is_not_being_set():
     hold = summarise(log(truth_bit=joint(tool_face))).tool_face
     assert hold.targets[0].set_after is None and hold.targets[0].error_once_set is None
     assert ("tool-face set", "never: not within 15 deg for 60 s") in rows(summarise(log(truth_bit=joint(tool_face))))
+    lead = page(log(truth_bit=joint(tool_face)), summarise(log(truth_bit=joint(tool_face)))).lead
+    assert lead.text == "Tool-face never set: not within 15 deg for 60 s (truth)."
 
 
 def test_mwd_stands_in_for_truth():

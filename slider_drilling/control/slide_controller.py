@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from slider_drilling.rig import Rig
 
 _PERIOD_PER_TRAVEL = 6.4     # best period of rocking over the time that torsion takes from top to bit
+_RESPONSE_PER_TRAVEL = 38.0  # 1/s, lag of the tool-face behind what pulls over the square of that time
+_LEAST_RESPONSE = 60.0       # s, believed before it is learnt: less makes short strings late to set
 _SHORTEST_PERIOD = 6.0       # s
 _NEAR, _FAR = math.radians(12.0), math.radians(45.0)   # errors between which holding turns into setting
 _LOST_TURN = math.radians(200.0)   # of error: the nearest turn of the target is now another
@@ -81,7 +83,7 @@ class SlideController:
         noise = EstimatorNoise(sample, rig.sensors.surface_torque.noise, self._interval, _PULL_SHARE, _MOVE_SHARE,
                                _WALK, _DRIFT)
         self._estimator = ToolFaceEstimator(
-            self._belief.compliance, s.response_time, noise, bias=rig.effects.torque_sensor_bias.bias)
+            self._belief.compliance, self._response_time(), noise, bias=rig.effects.torque_sensor_bias.bias)
         self._means = StrokeMeans()
         self._swing = Swing(math.sqrt(mwd.noise**2 + mwd.resolution**2 / 12.0 + _UNEXPLAINED**2))
         self._reach = Reach()
@@ -115,7 +117,7 @@ class SlideController:
         s = self._settings = settings
         self._pressure.configure(self._rig, s.off_bottom_pressure)
         self._lowering.configure(self._rig, s)
-        self._estimator.filter.response_time = s.response_time
+        self._estimator.filter.response_time = self._response_time()
         self._heave.fastest = s.compensation_speed
         stall = self._interlocks.stall
         stall.limit = s.stall_share * self._rig.motor.max_pressure
@@ -138,7 +140,7 @@ class SlideController:
             return
         lowering.judge(pressure, step)
         estimator = self._estimator
-        self._reach.answer(estimator.pull, self._settings.response_time, estimator.tool_face, self.error, step)
+        self._reach.answer(estimator.pull, self._response_time(), estimator.tool_face, self.error, step)
         if pressure > _HALF_LOADED * lowering.wanted:
             share = lowering.drag.share if math.isfinite(lowering.drag.share) else 0.0
             self._estimator.mobility = min(max(1.0 - (share - _HOLDS[0]) / _HOLDS[1], _LEAST_MOBILITY), 1.0)
@@ -148,6 +150,10 @@ class SlideController:
         """Torque and drag from the rig file, to be corrected by the breakover test."""
         self._belief = TorqueAndDrag(self._rig, s.friction_factor, self._lowering.weight_wanted)
         self._finder = AmplitudeFinder(TorqueAndDrag(self._rig, s.friction_factor, 0.0), _PRIOR_SPREAD)
+
+    def _response_time(self) -> float:
+        """s; rocking lets twist spread along a long string as heat does in a rod: with the square of its length."""
+        return self._settings.response_time or max(_RESPONSE_PER_TRAVEL * self._belief.travel_time**2, _LEAST_RESPONSE)
 
     def _max_speed(self) -> float:
         return min(self._settings.max_rocking_speed, _SPEED_SHARE * self._rig.top_drive.max_speed)
@@ -160,8 +166,8 @@ class SlideController:
         watch = self._watch
         watch.update(measurements, self._interval)
         drive = self._started()
-        self._torque = self._inertia.pipe_torque(
-            measurements.top_drive_speed, self._fresh("surface_torque"), watch.step)
+        speed, torque = measurements.top_drive_speed, self._fresh("surface_torque")
+        self._torque = self._inertia.pipe_torque(speed, torque, watch.step)
         pressure, pump = self._fresh("standpipe_pressure"), watch.value["pump_speed"]
         if self._testing():
             self._pressure.tare(pressure, pump, watch.step)
@@ -260,18 +266,17 @@ class SlideController:
         return self._belief.reach(self._amplitude, self._belief.scale_from(self._amplitude, torque))
 
     def _rock(self, drive: RockingDrive) -> None:
-        watch = self._watch
-        self._keep_reach(watch.step)
+        step = self._watch.step
+        self._keep_reach(step)
         if self._may_shift():
-            self._steer(watch.step)
-        self._amplitude = self._borne(self._wished_amplitude(), watch.step)
-        torque = self._torque
-        if drive.side * drive.speed > 0.0 and self._must_turn(drive, torque):
+            self._steer(step)
+        self._amplitude = self._borne(self._wished_amplitude(), step)
+        if drive.side * drive.speed > 0.0 and self._must_turn(drive, self._torque):
             drive.turn()
         landing = LANDING * self._belief.travel_time if self._testing() else 0.0
-        drive.advance(watch.step, Wish(self._centre, self._amplitude, self._period_now(), landing), self._motion())
+        drive.advance(step, Wish(self._centre, self._amplitude, self._period_now(), landing), self._motion())
         if self._motion() is Motion.ROCK:
-            self._finder.update(drive.angle, torque, drive.strokes)
+            self._finder.update(drive.angle, self._torque, drive.strokes)
 
     def _borne(self, wished: float, step: float) -> float:
         """Amplitude (rad) that the torque limits bear; it and the pressure that they bear are regained slowly."""
@@ -306,7 +311,6 @@ class SlideController:
 
     def _steer(self, step: float) -> None:
         """Move the centre: the reactive twist at once, what the tool-face asks for within a period of rocking."""
-        s = self._settings
         wanted = self._aim
         if self._estimator.known:
             self._trim_pull(step)
@@ -315,7 +319,7 @@ class SlideController:
         self._aim += share * (wanted - self._aim)
         string = self._estimator.filter
         twist = string.compliance * string.motor_gain * self._expected_torque()
-        self._centre = self._aim + s.feed_forward * twist
+        self._centre = self._aim + self._settings.feed_forward * twist
 
     def _lead(self) -> float:
         """rad, for the error of the tool-face."""
@@ -324,8 +328,8 @@ class SlideController:
             return 0.0
         s, estimator, mwd = self._settings, self._estimator, self._rig.sensors.mwd
         response = estimator.filter.learnt.response_time / estimator.mobility
-        answer = Answer(response, self._period_now(), mwd.period + mwd.latency, estimator.spread,
-                        self._amplitude_for(1.0))
+        freeing = self._amplitude_for(1.0)
+        answer = Answer(response, self._period_now(), mwd.period + mwd.latency, estimator.spread, freeing)
         return lead(self.error, (1.0 + self._reach.urge) * s.gain, s.max_lead, answer)
 
     def _trim_pull(self, step: float) -> None:
@@ -340,15 +344,12 @@ class SlideController:
             # A stalled motor lets go of the string when the bit does, before pressure can tell.
             return 0.0
         measured = self._pressure.reactive_torque
-        ahead = self._rig.motor.torque_per_pressure * self._lowering.driller.setpoint
-        return max(measured, 0.5 * (measured + ahead))
+        return max(measured, 0.5 * (measured + self._rig.motor.torque_per_pressure * self._lowering.driller.setpoint))
 
     def _wished_amplitude(self) -> float:
         s = self._settings
-        if s.amplitude > 0.0:
-            return s.amplitude
-        if self._testing():
-            return self._amplitude_for(s.reach_share)
+        if s.amplitude > 0.0 or self._testing():
+            return s.amplitude or self._amplitude_for(s.reach_share)
         if self._lowering.approach.fast:
             return self._amplitude_for(_MOVING_SHARE * s.reach_share)
         if self._lowering.approach.under_way:
@@ -362,9 +363,8 @@ class SlideController:
 
     def _period_now(self) -> float:
         """s; longer than the best one where the drive could not make the amplitude in it."""
-        if self._settings.period > 0.0:
-            wanted = self._settings.period
-        else:
+        wanted = self._settings.period
+        if wanted <= 0.0:
             wanted = max(_PERIOD_PER_TRAVEL * self._belief.travel_time, _SHORTEST_PERIOD)
             wanted = apart(wanted, self._rig.sensors.mwd.period)
             if self._testing():

@@ -28,8 +28,8 @@ _ANYWHERE = 100.0         # rad2
 _THROUGH_DOUBT = 0.3     # of a twist that changes
 _LEAST_STIFFNESS, _LEAST_MOTOR, _MOST = -0.3, -0.6, 0.6   # bounds of s and of k
 _MOST_MOBILE = 1.1        # bound of l, to either side
-_PRIOR = {"compliance": 0.08, "motor": 0.12, "bias": 200.0, "mobility": 0.25}
-_WALK = {"compliance": 2e-4, "motor": 2e-3, "bias": 12.0, "mobility": 1e-3}   # per sqrt(s)
+_PRIOR = {"compliance": 0.08, "motor": 0.12, "bias": 200.0, "mobility": 0.5}
+_WALK = {"compliance": 2e-4, "motor": 2e-3, "bias": 12.0, "mobility": 1e-2}   # per sqrt(s)
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,8 @@ from slider_drilling.signals import MwdSample
 _STEP = 0.5                # s between the instants that are kept
 _OUTLIERS = 0.1            # share of MWD samples that may be any angle
 _GATE = 4.0                # standard deviations beyond which a sample counts as refused
-_RATE_DOUBT = 0.05         # of the squared rate at which what pulls is believed to turn the bit
+_NOTICED, _MOST_SURPRISE = 0.25, 16.0   # share of one sample in the mean square of surprise; the most that one counts
+_RATE_DOUBT = 0.2          # of the squared rate at which what pulls is believed to turn the bit
 _RAMP_DOUBT = 1.0          # ... while the bit is being loaded: pipe near it gives before surface sees anything
 _SLIDING_WALK, _SLIDING_DOUBT = 0.4, 0.7    # rad/sqrt(s) of the tool-face, rad of the twist, while the string slides
 _STRING_DOUBT = math.radians(6.0)   # rad, of the twist at first
@@ -74,6 +75,7 @@ class ToolFaceEstimator:
         self._cycle: CycleMean | None = None
         self._reactive = math.nan   # N m, at the last advance
         self._carried = 1.0         # w of the last cycle
+        self._surprise = 1.0     # mean square of what samples are off by, over what it should be; never below
         self._moved = 0.0        # rad2, that the offset may have moved since its last sample
         self.mobility = 1.0      # of 1 / response time, that rocking leaves
         self.settled = False     # whether the bit is loaded
@@ -116,7 +118,7 @@ class ToolFaceEstimator:
         if self._cycle is not None:
             rate = self.pull / self.filter.response_time
             doubt = _RATE_DOUBT if self.settled else _RAMP_DOUBT
-            walk = math.sqrt(self._noise.walk**2 + doubt * rate * rate * self.filter.response_time)
+            walk = math.sqrt(self._surprise * (self._noise.walk**2 + doubt * rate * rate * self.filter.response_time))
             mobility, walk = (0.0, _SLIDING_WALK) if self.sliding else (self.mobility, walk)
             self.filter.advance(step, self._cycle.torque, self._cycle.reactive_torque, mobility, walk, drift)
         self._moved += drift * drift * step
@@ -216,6 +218,9 @@ class ToolFaceEstimator:
 
     def _take(self, sample: MwdSample, then: _Instant, variance: float) -> bool:
         off = math.remainder(sample.tool_face - then.tool_face, 2.0 * math.pi)
+        expected = variance + self.filter.spread**2
+        self._surprise += _NOTICED * (min(off * off / expected, _MOST_SURPRISE) - self._surprise)
+        self._surprise = max(self._surprise, 1.0)
         if abs(off) > _GATE * math.sqrt(variance + self.filter.spread**2):
             self.rejections += 1
             self._find_again()

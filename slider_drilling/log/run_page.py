@@ -9,7 +9,7 @@ import numpy as np
 from slider_drilling.errors import InputError
 from slider_drilling.files import write_whole
 from slider_drilling.log.by_depth import depth_charts
-from slider_drilling.log.run_summary import RunSummary, held_words, rows, target_at
+from slider_drilling.log.run_summary import NOT_SET, RunSummary, held_words, rows, target_at
 from slider_drilling.log.series import Array, RigLog
 from slider_drilling.pages import Chart, Lead, Line, Page, Panel, Section, Table
 from slider_drilling.pages import write_page as write
@@ -135,7 +135,9 @@ def _lead(summary: RunSummary, units: Units) -> Lead | None:
     if found is not None and found.source != "block":
         said.append(f"Drilled {units.text(found.metres, 'm')} at {units.text(found.rate * 3600.0, 'm/h')}.")
     if hold is not None:
-        said.append(f"Tool-face set {held_words(hold.targets[-1])} ({hold.source}).")
+        last = hold.targets[-1]
+        held = f"never set: {NOT_SET}" if last.set_after is None else f"set {held_words(last)}"
+        said.append(f"Tool-face {held} ({hold.source}).")
     good = hold is None or all(one.set_after is not None and one.lost_after is None for one in hold.targets)
     return Lead(" ".join(said), "good" if good else "bad") if said else None
 

@@ -15,6 +15,7 @@ from slider_drilling.units import SI, Units
 ON_TARGET = np.radians(15.0)
 PAUSE = 60.0  # s without new hole that still count as drilling
 SET = 60.0  # s within, to count as set; and out again, to count as lost
+NOT_SET = "not within 15 deg for 60 s"
 
 
 @dataclass(frozen=True)
@@ -253,7 +254,7 @@ def _hold_rows(hold: ToolFaceHold, idle: bool) -> list[tuple[str, str]]:
 def held_words(one: TargetHold) -> str:
     """How one target was held, to follow "set"."""
     if one.set_after is None or one.error_once_set is None:
-        return "never: not within 15 deg for 60 s"
+        return f"never: {NOT_SET}"
     error = f"{np.degrees(one.error_once_set):.1f} deg mean error"
     if one.lost_after is None:
         return f"after {one.set_after:.0f} s, {error} from there"

@@ -50,19 +50,24 @@ class Halt:
         """
         self._handle_with(self._on_signal)
 
-    def leave_on_signals(self, leaving: type[BaseException]) -> None:
-        """Raise this on SIGINT, SIGTERM and SIGHUP from now on: while there is nothing to end in order yet.
+    def leave_on_signals(self, leaving: Callable[[int], BaseException]) -> None:
+        """Raise this, of a signal's number, on SIGINT, SIGTERM and SIGHUP: while there is nothing to end in order yet.
 
-        The first time on a machine a plant compiles for a quarter of a minute; nobody should have to wait for that.
+        Raises it at once where such a signal has come already. The first time on a machine a plant compiles for a
+        quarter of a minute; nobody should have to wait for that. No bare KeyboardInterrupt: where one leaves a text
+        that Python executes, as libraries do that make code, Python ends the process by SIGINT after all is done.
         """
 
         def leave(number: int, frame: FrameType | None) -> None:
             # A second one would break off the leaving.
             self.take_signals()
             self._on_signal(number, frame)
-            raise leaving
+            raise leaving(number)
 
         self._handle_with(leave)
+        if self.signal:
+            self.take_signals()
+            raise leaving(self.signal)
 
     def _handle_with(self, handler: Callable[[int, FrameType | None], None]) -> None:
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):

@@ -42,6 +42,7 @@ RECORDED = (*TOPICS.values(), DIAGNOSTICS, link.PUMP_COMMAND, link.RIG_DESCRIPTI
 BEAT = TOPICS["top_drive"]  # the topic by which a rig is seen to run
 CONNECT = 0.02  # s of wall time between two looks for it
 TOLD = 100      # looks at the most that it waits for the rig's description, once somebody has one
+EARLY = 100     # messages that wait for the rig's first time at the most
 QUIET = 5.0  # s of wall time without a message after which the log says so
 LOOK_AROUND = 0.5  # s of wall time between two looks at who publishes what
 # Metadata records beside the one that every log has.
@@ -101,7 +102,8 @@ class Recorder(LifecycleNode):
         self._looks_for_rig = 0 if wanted.is_excluded(self.resolve_topic_name(link.RIG_DESCRIPTION.name)) else TOLD
         self._paused = values["paused"]      # by who uses the services
         self._quiet_from: int | None = None  # ns, from when on nothing is recorded
-        self._simulated_ns = 0
+        self._simulated_ns: int | None = None
+        self._early: list[Heard] = []        # the rig's file and health, heard before any time of the rig
         self._last_message = time.monotonic()
         self._bag = Bag(Path(values["directory"]), _file_name(values["file"]), settings)
         self._is_open = True
@@ -165,24 +167,26 @@ class Recorder(LifecycleNode):
         # ROS 2's own hearing of /clock is best-effort and in no order with other topics; this node's is. Until it has
         # heard something, and where it is not to, there is nothing but the other one.
         clock = cast(ROSClock, self.get_clock())
-        return self._simulated_ns if self._simulated_ns and clock.ros_time_is_active else clock.now().nanoseconds
+        if self._simulated_ns is None or not clock.ros_time_is_active:
+            return int(clock.now().nanoseconds)
+        return self._simulated_ns
 
     def _receive(self, heard: Heard) -> None:
-        """Write one message."""
-        now = self._now()
+        """Write one message, at the time that it is."""
         try:
             if heard.topic == self._clock_topic:
-                now = self._simulated_ns = max(0, cdr.read_clock(heard.data))
-            elif heard.topic == self._rig_topic:
+                self._simulated_ns = max(0, cdr.read_clock(heard.data))
+            now = self._now()
+            if heard.topic == self._rig_topic:
                 self._looks_for_rig = 0
                 if not self._has_rig:
                     self._bag.attach_rig(cdr.read_string(heard.data))
                     self._has_rig = True
-            if heard.described is not None:
-                self._bag.declare(heard.described)
-            if not self._is_quiet:
-                self._bag.message(heard.topic, heard.data, now, heard.number)
-                self.messages += heard.topic not in self._about
+            if now == 0 and self._simulated_ns is None and heard.topic in self._about and len(self._early) < EARLY:
+                self._early.append(heard)
+                return
+            self._write_early(now)
+            self._write(heard, now)
         except InputError as error:
             self._halt.fail(error)
             return
@@ -190,6 +194,19 @@ class Recorder(LifecycleNode):
             self._last_message = time.monotonic()
             if self._health.is_due(now):
                 self._health.publish(now, [self._status()])
+
+    def _write_early(self, now: int) -> None:
+        """What came before there was any time is of the first time that there is."""
+        early, self._early = self._early, []
+        for one in early:
+            self._write(one, now)
+
+    def _write(self, heard: Heard, now: int) -> None:
+        if heard.described is not None:
+            self._bag.declare(heard.described)
+        if not self._is_quiet:
+            self._bag.message(heard.topic, heard.data, now, heard.number)
+            self.messages += heard.topic not in self._about
 
     def _status(self) -> Status:
         values = (("messages", str(self.messages)), ("lost", str(self.lost)))
@@ -262,11 +279,12 @@ class Recorder(LifecycleNode):
         if not self._is_open:
             return
         self._is_open = False
-        if self.lost and self._halt.error is None:
-            try:
+        try:
+            self._write_early(self._now())
+            if self.lost and self._halt.error is None:
                 self._bag.remark(LOSSES, {topic: str(count) for topic, count in self._listening.losses().items()})
-            except InputError as error:
-                self._halt.fail(error)
+        except InputError as error:
+            self._halt.fail(error)
         self._bag.close()
 
     def discard(self) -> None:

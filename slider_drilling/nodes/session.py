@@ -13,6 +13,7 @@ from typing import Any
 import rclpy
 from rclpy.parameter import Parameter
 
+from slider_drilling.interrupts import Ended
 from slider_drilling.live.serve import Address
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
 from slider_drilling.nodes.halt import Halt
@@ -69,7 +70,7 @@ def run(
     # Nodes of this process are configured by the plan; `--ros-args` are for nodes that run alone.
     init(["slider-drilling"])
     halt = Halt()
-    halt.leave_on_signals(KeyboardInterrupt)
+    halt.leave_on_signals(Ended)
     try:
         with contextlib.ExitStack() as ending:
             return _run(plan, progress, announce, halt, ending)
@@ -97,8 +98,10 @@ def _run(
                      minimum_subscribers=1 + (plan.record is not None) + (plan.live is not None))
     recorder: Recorder | None = None
     if plan.record is not None:
+        halt.take_signals()   # its file is begun while it is made, and has to be ended
         recorder = make(Recorder, directory=str(plan.record), rig=_told(plan), notes=plan.notes, use_sim_time=True)
         ending.push(functools.partial(_finish, recorder))
+        halt.leave_on_signals(Ended)
     dashboard = None
     if plan.live is not None:
         dashboard = _make_dashboard(make, plan.live, announce)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -22,6 +23,7 @@ from whole import contents, wrong_in
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL)
 PATIENCE = 600.0  # s that a command may take to end after a signal, on a machine that others use, too
+FIRST = ("slider_drilling/__init__.py", "slider_drilling/__main__.py")
 LONGEST = 10.0  # s of a command within which it is killed
 
 
@@ -90,10 +92,17 @@ def killed(arguments: str, number: signal.Signals, after: float, before: Path, h
         if left:
             return f"left running: {left}"
         hard, code = number == signal.SIGKILL, command.process.returncode
-        if "Traceback" in said and not hard:
+        if "Traceback" in said and not hard and not _before_the_first_line(said):
             return f"traceback on stderr: {said.splitlines()[-1][:200]}"
         # A shell says 128 + number of both: of a program that ends so, and of one that the system ends, as it does
         # before the program's first line and after its last.
         if code not in (0, 128 + number, -number):
             return f"exit code {code}: {said[-200:]}"
         return wrong_in(out, held, parts_too=hard) or ("done before it" if code == 0 else "ended by the signal")
+
+
+def _before_the_first_line(said: str) -> bool:
+    """Whether it is Python's own trace of a SIGINT that came while Python began: the program takes signals first."""
+    frames = re.findall(r'File "([^"]*)"', said)
+    own = [frame for frame in frames if "slider_drilling/" in frame and not frame.endswith(FIRST)]
+    return said.endswith("\nKeyboardInterrupt") and not own

@@ -27,6 +27,7 @@ from std_srvs.srv import Trigger
 
 from slider_drilling.errors import InputError
 from slider_drilling.log import read_log
+from slider_drilling.log.info import log_info
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS
 from slider_drilling.nodes import link
@@ -296,6 +297,38 @@ def test_what_never_came_is_counted(bench, tmp_path):
     position = read_log(tmp_path).top_drive.position
     assert position[-1] == sent - 1
     assert one.recorder.lost == sent - len(position) > 0
+
+
+def test_by_the_walls_clock_the_rigs_is_recorded_as_anything_else(bench, tmp_path):
+    """Without use_sim_time, /clock alone was logged at the rig's time: a log of a minute reached over 56 years."""
+    one = bench(directory=str(tmp_path))
+    clock = link.publisher(one.node, link.CLOCK)
+    drive = link.publisher(one.node, DRIVE)
+    one.turn(lambda: one.recorder._listening.publishers_of("/clock") > 0)
+    for seconds in range(3):
+        clock.publish(cdr.clock(seconds * 10**9))
+        one.send(drive, range(seconds, seconds + 1))
+    one.end()
+    info = log_info(tmp_path)
+    assert {"/clock": 3, "/top_drive/joint_states": 3}.items() <= {t.topic: t.messages for t in info.topics}.items()
+    assert info.seconds < 1000.0 and info.start_ns > 10**18
+
+
+@pytest.mark.parametrize("begins", [5000, None], ids=["a clock comes", "none does"])
+def test_what_comes_before_the_rigs_first_time_is_logged_at_that(begins, bench, tmp_path):
+    """The rig's file comes first: logged at 0, a rig that begins at the time of day had a log of 56 years."""
+    one = bench(directory=str(tmp_path), use_sim_time=True)
+    clock = link.publisher(one.node, link.CLOCK)
+    described = one.node.create_publisher(String, "rig_description", LATCHED)
+    described.publish(String(data="schema: x"))
+    one.turn(lambda: one.recorder._has_rig and one.recorder._listening.publishers_of("/clock") > 0)
+    if begins is not None:
+        clock.publish(cdr.clock(begins * 10**9))
+        one.turn(lambda: one.recorder._simulated_ns is not None)
+    one.end()
+    info = log_info(tmp_path)
+    assert {t.topic: t.messages for t in info.topics}.get("/rig_description") == 1
+    assert (info.start_ns, info.seconds) == ((begins or 0) * 10**9, 0.0)
 
 
 @pytest.mark.parametrize(("numbers", "lost"), [

@@ -130,3 +130,46 @@ def test_a_full_disk_is_one_line(recorded, environment, tmp_path):
     said = re.search(r"(\d+) messages over ([\d.]+) s are safe in it", lines[0])
     assert said and log.notes == () and log.rig_text is not None
     assert log.top_drive.time[-1] == pytest.approx(float(said[2]), abs=0.15) and log.top_drive.time[-1] > 5.0
+
+
+STARTING = """\
+import os, signal, sys
+from pathlib import Path
+import click
+from slider_drilling.nodes import environment
+environment.prepare()
+from slider_drilling import cli
+from slider_drilling.interrupts import raise_on_signals
+from slider_drilling.nodes import session
+
+KILL = "import os, signal\\nos.kill(os.getpid(), signal.{number})\\nfor _ in range(1000): pass"
+
+class Rig:
+    def __init__(self, halt, **options):
+        if sys.argv[1] == "in code that was made": exec(KILL)
+    def destroy_node(self): pass
+
+class Recorder(session.Recorder):
+    def __init__(self, *arguments, **options):
+        super().__init__(*arguments, **options)
+        exec(KILL)
+
+session.FrictionSimulator, session.Recorder = Rig, Recorder
+
+def act():
+    raise_on_signals()
+    session.run(session.Plan(record=Path("out")))
+
+cli.run_group(click.Group("g", commands={"act": click.Command("act", callback=act)}), ["act"])
+"""
+
+
+@pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
+@pytest.mark.parametrize("when", ["in code that was made", "while its log is begun"])
+def test_a_start_that_is_interrupted_leaves_no_log_and_says_so(number, when, environment, tmp_path):
+    """Python ended it by SIGINT, whichever signal it was; a log without a message stayed, unfinished."""
+    (tmp_path / "starting.py").write_text(STARTING.replace("{number}", number))
+    done = subprocess.run([sys.executable, "-m", "starting", when], cwd=tmp_path, env=environment, capture_output=True,
+                          text=True, timeout=200, check=False)
+    assert done.returncode == 128 + signal.Signals[number], done.stderr
+    assert "interrupted" in done.stderr and not list(tmp_path.rglob("*.mcap"))
