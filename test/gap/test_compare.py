@@ -1,6 +1,7 @@
 """The only "better than", the race, and the screen, on the linear toy whose answers are known."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from slider_drilling.gap.evidence.score import held_out, make_folds
 from slider_drilling.gap.problem.noise import noise_floor
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.least_squares import fit
-from slider_drilling.gap.search.race import Arm, parameters_of, race
+from slider_drilling.gap.search.race import FINALISTS, Arm, finalists, parameters_of, race
 from slider_drilling.gap.search.screen import screen
 
 
@@ -98,3 +99,12 @@ def test_begin_leaves_what_it_was_given_alone():
     assert states[0].tuned.fit.values == states[1].tuned.fit.values
     assert all(a.name != b.name for a, b in itertools.pairwise(states[0].tuned.fit.parameters))
     assert states[0].tuned.problem.size == TIME.size
+
+
+def test_what_bends_to_much_with_the_wrong_sign_takes_no_named_effects_place():
+    signed = [replace(effect, physical=(0.0, np.inf)) for effect in EFFECTS]
+    wrong = [Arm((effect,), 0, {effect.name: -3.0}, None) for effect in signed[:3]]
+    right = [Arm((effect,), 0, {effect.name: 3.0}, None) for effect in signed]
+    judged = [arms[0] for arms in finalists([*wrong, *right])]
+    assert sum(arm.physical for arm in judged) == FINALISTS
+    assert [arm.names for arm in judged if not arm.physical] == [(signed[0].name,)]

@@ -20,7 +20,7 @@ from slider_drilling.gap.model import Effect, Graded, How, Model, Pulled, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.least_squares import Fit, fit
-from slider_drilling.gap.search.race import FINALISTS, Arm, begun_again, parameters_of, race
+from slider_drilling.gap.search.race import Arm, begun_again, finalists, parameters_of, race
 from slider_drilling.gap.search.screen import Candidate, screen
 from slider_drilling.gap.search.wide import wide
 
@@ -138,27 +138,22 @@ def _judge(
     known is scored anew in it.
     """
     folds = state.blocks.folds
-    led = {way: _finished(*_reached(state, ran, ran[0].names, way)) for way in ways}
+    sets = finalists(ran)
+    led = {way: _finished(*_reached(state, sets[0], way)) for way in ways}
     way = min(led, key=lambda one: led[one][1].cost)
     if state.current.problem.how.pull != state.ways[way].how.pull:
         state = _in_way(state, state.ways[way], seed)
-    finalists = list(dict.fromkeys(arm.names for arm in ran))[:FINALISTS]
     judged = []
-    for names in finalists:
-        effects = next(arm.effects for arm in ran if arm.names == names)
-        if names == ran[0].names:
-            problem, found = led[way]
-        else:
-            problem, found = _finished(*_reached(state, ran, names, way))
-        explained = Explained(tuple(effects), problem, found, held_out(problem, found, folds))
+    for arms in sets:
+        problem, found = led[way] if arms is sets[0] else _finished(*_reached(state, arms, way))
+        explained = Explained(arms[0].effects, problem, found, held_out(problem, found, folds))
         judged.append(_verdict(state, explained, rivals))
     judged.sort(key=lambda one: float(np.sum(one.explained.score.density)))
     return state, tuple(judged)
 
 
-def _reached(state: State, ran: Sequence[Arm], names: tuple[str, ...], way: int) -> tuple[Problem, Fit]:
+def _reached(state: State, own: Sequence[Arm], way: int) -> tuple[Problem, Fit]:
     """The best fit of a set in one way of running the model: its own arm's, or one that goes on from another way's."""
-    own = [arm for arm in ran if arm.names == names]
     problem = state.ways[way].showing(own[0].effects)
     fits = [arm.fit for arm in own if arm.way == way and arm.fit is not None]
     if own[0].way != way and own[0].fit is not None:

@@ -47,6 +47,13 @@ class Arm:
     def cost(self) -> float:
         return self.fit.cost if self.fit is not None else float("inf")
 
+    @property
+    def physical(self) -> bool:
+        """Whether the newest effect has the sign that its name stands for."""
+        values, effect = (self.begin if self.fit is None else self.fit.values), self.effects[-1]
+        low, high = effect.physical
+        return low <= values[effect.parameters[0].name] <= high
+
 
 def parameters_of(problem: Problem, effects: Sequence[Effect]) -> list[Parameter]:
     """The nuisance and the effects' own parameters, one copy per run of what belongs to the run."""
@@ -77,7 +84,7 @@ def begun_again(problems: Sequence[Problem], ran: Sequence[Arm]) -> list[Arm]:
     A scan from a nuisance that makes up for the effect, or from the rig as given, points where the effect would do for
     all the rest as well; from the leader's own it points to the effect alone.
     """
-    leader = ran[0]
+    leader = next((arm for arm in ran if arm.physical), ran[0])
     assert leader.fit is not None
     problem, effect = problems[leader.way].showing(leader.effects), leader.effects[-1]
     own = {parameter.name for parameter in effect.parameters}
@@ -110,12 +117,24 @@ def _better(running: Sequence[Arm], share: float) -> list[Arm]:
     """Of the arms that began beside the same fit those of the better sets, the best of each; arms come cheapest first.
 
     Compared with arms that began elsewhere, one that begins where nothing has been tuned yet looks worse than one that
-    does nothing.
+    does nothing. Of those whose sign is not their name's only the best goes on: they bend to much, and none is a cause.
     """
-    heats: dict[int, dict[tuple[str, ...], Arm]] = {}
+    heats: dict[int, dict[tuple[tuple[str, ...], bool], Arm]] = {}
     for arm in running:
-        heats.setdefault(id(arm.near), {}).setdefault(arm.names, arm)
+        heats.setdefault(id(arm.near), {}).setdefault((arm.names, arm.physical), arm)
     chosen = []
     for best in heats.values():
-        chosen += list(best.values())[: max(FINALISTS, int(np.ceil(share * len(best))))]
+        sets = len({names for names, _ in best})
+        chosen += [arm for arm in best.values() if arm.physical][: max(FINALISTS, int(np.ceil(share * sets)))]
+        chosen += [arm for arm in best.values() if not arm.physical][:1]
     return chosen
+
+
+def finalists(ran: Sequence[Arm]) -> list[list[Arm]]:
+    """The arms of each set that is judged, cheapest first: the best of those with their name's sign, one without."""
+    sets: dict[tuple[tuple[str, ...], bool], list[Arm]] = {}
+    for arm in ran:
+        sets.setdefault((arm.names, arm.physical), []).append(arm)
+    named = [arms for (_, physical), arms in sets.items() if physical][:FINALISTS]
+    shapes = [arms for (_, physical), arms in sets.items() if not physical][:1]
+    return sorted(named + shapes, key=lambda arms: arms[0].cost)
