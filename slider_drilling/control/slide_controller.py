@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 _PERIOD_PER_TRAVEL = 6.4     # best period of rocking over the time that torsion takes from top to bit
 _RESPONSE_PER_TRAVEL = 38.0  # 1/s, lag of the tool-face behind what pulls over the square of that time
+_LEAST_RESPONSE = 60.0       # s, believed before it is learnt: less makes short strings late to set
 _SHORTEST_PERIOD = 6.0       # s
 _NEAR, _FAR = math.radians(12.0), math.radians(45.0)   # errors between which holding turns into setting
 _LOST_TURN = math.radians(200.0)   # of error: the nearest turn of the target is now another
@@ -151,8 +152,8 @@ class SlideController:
         self._finder = AmplitudeFinder(TorqueAndDrag(self._rig, s.friction_factor, 0.0), _PRIOR_SPREAD)
 
     def _response_time(self) -> float:
-        """s; rocking lets twist spread along the string as heat does in a rod: with the square of its length."""
-        return self._settings.response_time or _RESPONSE_PER_TRAVEL * self._belief.travel_time**2
+        """s; rocking lets twist spread along a long string as heat does in a rod: with the square of its length."""
+        return self._settings.response_time or max(_RESPONSE_PER_TRAVEL * self._belief.travel_time**2, _LEAST_RESPONSE)
 
     def _max_speed(self) -> float:
         return min(self._settings.max_rocking_speed, _SPEED_SHARE * self._rig.top_drive.max_speed)
@@ -343,8 +344,7 @@ class SlideController:
             # A stalled motor lets go of the string when the bit does, before pressure can tell.
             return 0.0
         measured = self._pressure.reactive_torque
-        ahead = self._rig.motor.torque_per_pressure * self._lowering.driller.setpoint
-        return max(measured, 0.5 * (measured + ahead))
+        return max(measured, 0.5 * (measured + self._rig.motor.torque_per_pressure * self._lowering.driller.setpoint))
 
     def _wished_amplitude(self) -> float:
         s = self._settings
