@@ -14,7 +14,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.share import share_file
 
 LOOPBACK = "config/loopback.xml"  # a profile of Fast DDS
-LAST_DOMAIN = 232
+LAST_DOMAIN = 231  # of 232 the ports of 64 programs, which config/loopback.xml has DDS knock at, do not exist
 RANGES = ("OFF", "LOCALHOST", "SUBNET", "SYSTEM_DEFAULT")  # how far ROS 2 looks for others
 INSTALL = "install it with `pip install 'slider_drilling[ros]'`, or source a ROS 2 Jazzy (setup.bash)"
 # The wheels' own mark that LD_LIBRARY_PATH is theirs; children inherit it, whichever environment they belong to.
