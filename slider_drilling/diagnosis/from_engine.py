@@ -104,7 +104,7 @@ def _share(closed: float, interval: Interval, answer: Answer) -> tuple[float | N
 
 def _ranking(answer: Answer, effects: Sequence[Effect]) -> tuple[Candidate, ...]:
     """Who was fitted to the end, accepted ones first, then who fell behind, most promising first."""
-    groups = {step.accepted.effect.name: step.group for step in answer.state.steps if step.accepted is not None}
+    groups = answer.groups
     found: list[Candidate] = []
     for one in answer.judged:
         found += [_candidate(one, effect, answer, groups) for effect in _new(one, answer, {c.effect for c in found})]

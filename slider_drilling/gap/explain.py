@@ -68,12 +68,19 @@ class Answer:
     def sentence(self) -> str:
         """The verdict with its figures."""
         gaps = (self.nominal, self.tuned, self.with_effect, self.threshold)
-        groups = {one.accepted.effect.name: one.group for one in self.state.steps if one.accepted is not None}
         told = tuple(
-            name + (f" (or {' or '.join(groups[name])}: not told apart)" if groups.get(name) else "")
+            name + (f" (or {' or '.join(self.groups[name])}: not told apart)" if self.groups[name] else "")
             for name in self.effects
         )
         return sentence(self.verdict, told, self.site, gaps, self.closed, self.interval)
+
+    @property
+    def groups(self) -> dict[str, tuple[str, ...]]:
+        """By accepted effect, those that cannot be told from it and that are not named besides."""
+        return {
+            one.accepted.effect.name: tuple(name for name in one.group if name not in self.effects)
+            for one in self.state.steps if one.accepted is not None
+        }  # fmt: skip
 
     @property
     def judged(self) -> tuple[Judged, ...]:

@@ -62,6 +62,17 @@ def test_two_effects_at_once_are_both_named():
     assert answer.verdict == "effect"
 
 
+def test_beside_what_explains_the_gap_a_trifle_is_not_named():
+    answer = explain(toy(TUNED | {"bend": 30.0, "saw": 1.6}, 5))
+    assert answer.effects == ("bend",)
+    assert "saw" not in {one.effect.name for one in answer.judged if one.passed}
+
+
+def test_an_effect_that_is_small_beside_another_is_named_where_something_remains_without_it():
+    answer = explain(toy(TUNED | {"bend": 30.0, "saw": 6.0}, 5))
+    assert set(answer.effects) == {"bend", "saw"}
+
+
 def test_what_no_effect_has_is_unknown_and_its_shape_is_shown():
     hump = 4.0 * np.exp(-(((TIME - 40.0) / 9.0) ** 2)) - 3.0 * np.exp(-(((TIME - 95.0) / 9.0) ** 2))
     answer = explain(toy(TUNED, 3, extra=hump))

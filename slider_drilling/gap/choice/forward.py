@@ -10,15 +10,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import qmc
 
 from slider_drilling.gap.choice.state import Explained, Judged, State, Step
+from slider_drilling.gap.choice.tuning import TUNING, floors_lowered, floors_raised, plausible, scattered, tuned_from
 from slider_drilling.gap.evidence.adequacy import adequacy
 from slider_drilling.gap.evidence.compare import LEVEL, Blocks, beats, closed_between, gaps, make_blocks
-from slider_drilling.gap.evidence.replicates import unforeseen
 from slider_drilling.gap.evidence.score import Folds, Score, held_out, make_folds, score_of
-from slider_drilling.gap.model import Effect, Graded, How, Model, Parameter, Pulled, Values
-from slider_drilling.gap.problem.noise import NoiseFloor, coloured, lowered, raised, sigmas
+from slider_drilling.gap.model import Effect, Graded, How, Model, Pulled, Values
+from slider_drilling.gap.problem.noise import NoiseFloor, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import FINALISTS, Arm, begun_again, parameters_of, race
@@ -33,14 +32,13 @@ PULL = 0.3
 LEAST_SHARE = 0.05
 # Effects that may be named together.
 MOST_EFFECTS = 3
-_TUNING, _POLISH = 14, 3
+_POLISH = 3  # iterations
 # Of the noise: where the mesh adds more, fits are finished on the fine one.
 _COARSE = 0.5
 # A way of running the model whose cost is so much above the other's is not raced in.
 _AS_GOOD = 0.03
 # A floor that falls or rises by less is the same.
 _SAME_FLOOR = 0.95
-_SCATTERED, _FOLLOWED = 32, 2
 
 
 def begin(
@@ -54,19 +52,19 @@ def begin(
     """Re-tune the model and see whether that is enough."""
     report("re-tuning", 0.02)
     free = build_problem(model, [sigmas(own) for own in floors])
-    tuned = _tuned(free, starts)
-    floors = _lowered(free, tuned, floors)
+    tuned = tuned_from(free, starts)
+    floors = floors_lowered(free, tuned, floors)
     free = build_problem(model, [sigmas(own) for own in floors], spent=free.spent)
     blocks = make_blocks(make_folds(free), seed)
     tuned = fit(free, tuned.parameters, tuned.values, iterations=2)
-    floors = _raised(*_finished(free, tuned), floors, seed)
+    floors = floors_raised(*_finished(free, tuned), floors, seed)
     free = build_problem(model, [sigmas(own) for own in floors], spent=free.spent)
     tuned = fit(free, tuned.parameters, tuned.values, iterations=1)
     explained = _explained(free, (), tuned, blocks.folds)
     enough = adequacy(explained.problem, explained.fit, explained.score, seed, effects)
     if not enough.done:
         report("re-tuning from other starts", 0.06)
-        again = _tuned(free, _scattered(free, tuned))
+        again = tuned_from(free, scattered(free, tuned))
         if again.cost < tuned.cost:
             explained = _explained(free, (), again, blocks.folds)
             enough = adequacy(explained.problem, explained.fit, explained.score, seed, effects)
@@ -113,16 +111,19 @@ def _with(state: State, taken: Step, left: Sequence[Effect], seed: int) -> State
 
 
 def _without_needless(state: State, left: Sequence[Effect], seed: int) -> State:
-    """The state without an earlier effect that the newest makes needless: nothing is foretold worse without it."""
+    """The state without an earlier effect that the newest makes needless: without it nothing is foretold worse, and the
+    gap does not grow for certain.
+    """
     for earlier in state.current.effects[:-1]:
         rest = tuple(effect for effect in state.current.effects if effect is not earlier)
         own = {parameter.name for parameter in earlier.parameters}
         problem = next(way for way in state.ways if way.how.pull == state.current.problem.how.pull)
         begin = {name: value for name, value in state.current.fit.values.items() if name not in own}
         problem = problem.showing(rest)
-        found = fit(problem, parameters_of(problem, rest), begin, iterations=_TUNING)
+        found = fit(problem, parameters_of(problem, rest), begin, iterations=TUNING)
         reduced = _explained(problem, rest, found, state.blocks.folds)
-        if not beats(state.blocks, state.current.score, reduced.score):
+        shrinks = closed_between(state.blocks, reduced.score, state.current.score)[1][0] > 0.0
+        if not shrinks and not beats(state.blocks, state.current.score, reduced.score):
             enough = adequacy(reduced.problem, reduced.fit, reduced.score, seed, left)
             state = replace(state, current=reduced, enough=enough, done=enough.done)
     return state
@@ -161,14 +162,14 @@ def _reached(state: State, ran: Sequence[Arm], names: tuple[str, ...], way: int)
     problem = state.ways[way].showing(own[0].effects)
     fits = [arm.fit for arm in own if arm.way == way and arm.fit is not None]
     if own[0].way != way and own[0].fit is not None:
-        fits.append(fit(problem, own[0].fit.parameters, own[0].fit.values, iterations=_TUNING))
+        fits.append(fit(problem, own[0].fit.parameters, own[0].fit.values, iterations=TUNING))
     return problem, min(fits, key=lambda one: one.cost)
 
 
 def _refloored(state: State, accepted: Judged, rivals: int) -> tuple[State, Judged]:
     """The same with floors that the better model shows: what were kinks of the signal had been taken for noise."""
     found = accepted.explained
-    floors = _lowered(found.problem, found.fit, state.floors)
+    floors = floors_lowered(found.problem, found.fit, state.floors)
     ratios = [floors[p.run][p.name].sigma / state.floors[p.run][p.name].sigma for p in found.problem.pieces]
     if all(_SAME_FLOOR < ratio < 1.0 / _SAME_FLOOR for ratio in ratios):
         return state, accepted
@@ -211,6 +212,9 @@ def _verdict(state: State, explained: Explained, rivals: int) -> Judged:
         why.append("foretells no more of unseen data than without it, at the level shared among all candidates")
     if not (closed >= LEAST_SHARE and interval[0] > 0.0):
         why.append("the gap does not shrink for certain")
+    gained = known.score.gap**2 - explained.score.gap**2
+    if state.enough.adequate and not gained >= LEAST_SHARE * (state.tuned.score.gap**2 - 1.0):
+        why.append("nothing needs it: what it closes is next to nothing of what re-tuning left")
     amplitude = explained.fit.values[effect.parameters[0].name]
     if not effect.physical[0] <= amplitude <= effect.physical[1]:
         why.append(f"its sign is not physical: it would be {effect.nonphysical}")
@@ -235,7 +239,7 @@ def _group(blocks: Blocks, accepted: Judged, judged: Sequence[Judged]) -> tuple[
 
 def _in_way(state: State, problem: Problem, seed: int) -> State:
     """The state with what is known fitted and scored in another way of running the model."""
-    state = _scored_in(problem, state, _TUNING)
+    state = _scored_in(problem, state, TUNING)
     tuned = state.tuned
     return replace(state, tuned_enough=adequacy(tuned.problem, tuned.fit, tuned.score, seed))
 
@@ -265,59 +269,6 @@ def _mesh_error(problem: Problem) -> float:
     """What finer simulations add, RMS in noise units of the channel that shows most; not where a miss accumulates."""
     shown = [np.mean(problem.correction[p.rows] ** 2) for p in problem.pieces if not p.channel.accumulates]
     return float(np.sqrt(max(shown, default=0.0)))
-
-
-def _tuned(problem: Problem, starts: Sequence[Values]) -> Fit:
-    parameters = parameters_of(problem, ())
-    found = [fit(problem, parameters, start, iterations=_TUNING) for start in starts]
-    return min(found, key=lambda one: one.cost)
-
-
-def _scattered(problem: Problem, tuned: Fit) -> list[dict[str, float]]:
-    """Where else tuning may begin: the cheapest of points spread over where a rig may lie."""
-    parameters = list(tuned.parameters)
-    if not parameters:
-        return [tuned.values]
-    low, high = zip(*(_plausible(parameter) for parameter in parameters), strict=True)
-    unit = qmc.Sobol(len(parameters), seed=0).random(_SCATTERED)
-    points = [
-        tuned.values | {p.name: float(v) for p, v in zip(parameters, row, strict=True)}
-        for row in np.array(low) + (np.array(high) - np.array(low)) * unit
-    ]
-    costs = [problem.cost(residual)[0] for residual in problem.residuals(points)]
-    return [points[index] for index in np.argsort(costs)[:_FOLLOWED]]
-
-
-def _plausible(parameter: Parameter) -> tuple[float, float]:
-    spread = parameter.spread if np.isfinite(parameter.spread) else parameter.upper - parameter.lower
-    low = max(parameter.lower, parameter.nominal - 1.5 * spread)
-    return low, min(parameter.upper, parameter.nominal + 1.5 * spread)
-
-
-def _lowered(
-    problem: Problem, tuned: Fit, floors: Sequence[dict[str, NoiseFloor]]
-) -> tuple[dict[str, NoiseFloor], ...]:
-    """Floors by what a fit leaves: without the signal's own kinks, and with the colour of the noise."""
-    found = [dict(own) for own in floors]
-    for index, piece in enumerate(problem.pieces):
-        left = tuned.residual[piece.rows] * piece.noise
-        floor = lowered(found[piece.run][piece.name], left)
-        if index in tuned.discrepancy and piece.interval.size > 1:
-            shared, interval = tuned.discrepancy[index], float(np.median(piece.interval[1:]))
-            floor = coloured(floor, shared.size * piece.noise / floor.sigma, shared.memory, interval)
-        found[piece.run][piece.name] = floor
-    return tuple(found)
-
-
-def _raised(
-    problem: Problem, tuned: Fit, floors: Sequence[dict[str, NoiseFloor]], seed: int
-) -> tuple[dict[str, NoiseFloor], ...]:
-    """Floors by what a fit foretells of replicates of itself."""
-    found = [dict(own) for own in floors]
-    for index, factor in unforeseen(problem, tuned, seed).items():
-        piece = problem.pieces[index]
-        found[piece.run][piece.name] = raised(found[piece.run][piece.name], factor)
-    return tuple(found)
 
 
 def _arms(
@@ -359,7 +310,7 @@ def _worth_running(state: State) -> tuple[dict[int, Fit], list[int]]:
     for way, problem in enumerate(state.ways):
         if not state.steps or problem.how.pull == known.problem.how.pull:
             problem = problem.showing(known.effects)
-            tuned[way] = fit(problem, known.fit.parameters, known.fit.values, iterations=_TUNING // 2)
+            tuned[way] = fit(problem, known.fit.parameters, known.fit.values, iterations=TUNING // 2)
     least = min(one.cost for one in tuned.values())
     return tuned, [way for way, one in tuned.items() if one.cost <= least + _AS_GOOD * abs(least)]
 
@@ -379,7 +330,7 @@ def _spread_out(problem: Problem, tuned: Fit, known: Sequence[Effect], chosen: S
     """Arms of several effects at once, searched for widely: as long as one is missing the phase is off, and no scan of
     an effect alone leads there.
     """
-    spans = {parameter.name: _plausible(parameter) for parameter in tuned.parameters}
+    spans = {parameter.name: plausible(parameter) for parameter in tuned.parameters}
     for effect in chosen:
         for index, parameter in enumerate(effect.parameters):
             scanned = [point[index] for point in effect.scan]

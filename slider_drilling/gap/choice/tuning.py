@@ -1,0 +1,74 @@
+"""Re-tuning: what any rig is tuned in is fitted from several places, and a tuned model shows what is noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.stats import qmc
+
+from slider_drilling.gap.evidence.replicates import unforeseen
+from slider_drilling.gap.model import Parameter, Values
+from slider_drilling.gap.problem.noise import NoiseFloor, coloured, lowered, raised
+from slider_drilling.gap.problem.problem import Problem
+from slider_drilling.gap.search.least_squares import Fit, fit
+from slider_drilling.gap.search.race import parameters_of
+
+# Iterations of a fit that begins anywhere.
+TUNING = 14
+_SCATTERED, _FOLLOWED = 32, 2
+
+
+def tuned_from(problem: Problem, starts: Sequence[Values]) -> Fit:
+    """The best re-tuned fit of those that begin at the starts."""
+    parameters = parameters_of(problem, ())
+    found = [fit(problem, parameters, start, iterations=TUNING) for start in starts]
+    return min(found, key=lambda one: one.cost)
+
+
+def scattered(problem: Problem, tuned: Fit) -> list[dict[str, float]]:
+    """Where else tuning may begin: the cheapest of points spread over where a rig may lie."""
+    parameters = list(tuned.parameters)
+    if not parameters:
+        return [tuned.values]
+    low, high = zip(*(plausible(parameter) for parameter in parameters), strict=True)
+    unit = qmc.Sobol(len(parameters), seed=0).random(_SCATTERED)
+    points = [
+        tuned.values | {p.name: float(v) for p, v in zip(parameters, row, strict=True)}
+        for row in np.array(low) + (np.array(high) - np.array(low)) * unit
+    ]
+    costs = [problem.cost(residual)[0] for residual in problem.residuals(points)]
+    return [points[index] for index in np.argsort(costs)[:_FOLLOWED]]
+
+
+def plausible(parameter: Parameter) -> tuple[float, float]:
+    """Where a parameter may lie: within one and a half spreads of nominal, inside its bounds."""
+    spread = parameter.spread if np.isfinite(parameter.spread) else parameter.upper - parameter.lower
+    low = max(parameter.lower, parameter.nominal - 1.5 * spread)
+    return low, min(parameter.upper, parameter.nominal + 1.5 * spread)
+
+
+def floors_lowered(
+    problem: Problem, tuned: Fit, floors: Sequence[dict[str, NoiseFloor]]
+) -> tuple[dict[str, NoiseFloor], ...]:
+    """Floors by what a fit leaves: without the signal's own kinks, and with the colour of the noise."""
+    found = [dict(own) for own in floors]
+    for index, piece in enumerate(problem.pieces):
+        left = tuned.residual[piece.rows] * piece.noise
+        floor = lowered(found[piece.run][piece.name], left)
+        if index in tuned.discrepancy and piece.interval.size > 1:
+            shared, interval = tuned.discrepancy[index], float(np.median(piece.interval[1:]))
+            floor = coloured(floor, shared.size * piece.noise / floor.sigma, shared.memory, interval)
+        found[piece.run][piece.name] = floor
+    return tuple(found)
+
+
+def floors_raised(
+    problem: Problem, tuned: Fit, floors: Sequence[dict[str, NoiseFloor]], seed: int
+) -> tuple[dict[str, NoiseFloor], ...]:
+    """Floors by what a fit foretells of replicates of itself."""
+    found = [dict(own) for own in floors]
+    for index, factor in unforeseen(problem, tuned, seed).items():
+        piece = problem.pieces[index]
+        found[piece.run][piece.name] = raised(found[piece.run][piece.name], factor)
+    return tuple(found)
