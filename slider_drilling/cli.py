@@ -15,7 +15,7 @@ import click
 
 from slider_drilling import __version__
 from slider_drilling.errors import InputError
-from slider_drilling.interrupts import end_at_once, exit_code, raise_on_signals
+from slider_drilling.interrupts import came_of_a_signal, end_at_once, exit_code, raise_on_signals
 from slider_drilling.printable import printable
 
 EXAMPLES = """\
@@ -126,6 +126,11 @@ def run_group(command: click.Group, arguments: list[str] | None = None) -> None:
         _say_no_more()
         where = error.filename if error.filename is not None else "slider-drilling"
         fail(f"{where}: {error.strerror or error}", 2)
+    except Exception as error:
+        # Python 3.11 and older make a RuntimeError of what is raised while a class is made.
+        if not came_of_a_signal(error):
+            raise
+        fail("interrupted", exit_code())
     # What a signal cut short is whole on disk and says that it is partial; so does the code.
     raise SystemExit(exit_code() or (outcome if isinstance(outcome, int) else 0))
 

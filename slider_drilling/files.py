@@ -13,18 +13,19 @@ from pathlib import Path
 from slider_drilling.errors import InputError
 
 _LONGEST_LINE = 1_000_000
+_LONGEST_TEXT = 100_000_000  # bytes; what is read line by line may be longer
 _NO_FILES = ("/dev/", "/proc/")  # even where a link there leads to a file, whoever opened it goes on writing to it
 
 
-def read_text(path: str | os.PathLike[str], what: str, longest: int | None = None) -> str:
+def read_text(path: str | os.PathLike[str], what: str, longest: int = _LONGEST_TEXT) -> str:
     """A UTF-8 file's text; ``what`` it should be, such as "rig file", goes into errors.
 
     longest: bytes that such a file has at most. Raises InputError.
     """
     with _readable(path, what):
         with open(path, "rb") as file:
-            content = file.read(-1 if longest is None else longest + 1)
-        if longest is not None and len(content) > longest:
+            content = file.read(longest + 1)
+        if len(content) > longest:
             raise InputError(f"{path}: longer than {longest / 1e6:g} MB, which no {what} is; check the path")
         return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
 
@@ -44,6 +45,8 @@ def text_lines(path: str | os.PathLike[str], what: str) -> Iterator[str]:
 def _readable(path: str | os.PathLike[str], what: str) -> Iterator[None]:
     """Failures to open, read and decode a file as errors that name it."""
     try:
+        if stat.S_ISFIFO(os.stat(path).st_mode) and not os.path.abspath(path).startswith(_NO_FILES):
+            raise InputError(f"{path}: is a pipe, which may never end, and no {what}; give a file")
         yield
     except FileNotFoundError:
         raise InputError(f"{path}: no such {what}; check the path") from None
@@ -83,7 +86,7 @@ def prepare_outputs(outputs: Iterable[Path], inputs: Iterable[Path | None] = ())
 def check_distinct(paths: Sequence[Path]) -> None:
     """Raises InputError where two of these files hold the same bytes: what is counted twice weighs twice."""
     seen: dict[bytes, Path] = {}
-    for path in paths:
+    for path in filter(os.path.isfile, paths):
         try:
             with open(path, "rb") as file:
                 digest = hashlib.sha256()

@@ -69,6 +69,16 @@ def exit_code() -> int:
     return 128 + _received[0] if _received else 0
 
 
+def came_of_a_signal(error: BaseException) -> bool:
+    """Whether an error stands for `Ended`: Python and libraries make others of what is raised within them."""
+    cause: BaseException | None = error
+    while cause is not None:
+        if isinstance(cause, Ended):
+            return True
+        cause = cause.__cause__ or cause.__context__
+    return False
+
+
 def note(number: int) -> None:
     """Keep for `exit_code` a signal that another handler has taken."""
     _received.append(number)

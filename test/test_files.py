@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from slider_drilling.errors import InputError
-from slider_drilling.files import read_text, write_whole
+from slider_drilling.files import check_distinct, read_text, write_whole
+from slider_drilling.log import read_log
 
 
 def test_written_whole_and_readable_as_other_files_are(tmp_path: Path) -> None:
@@ -43,3 +44,24 @@ def test_what_cannot_be_read(tmp_path: Path) -> None:
 def test_byte_order_mark_is_no_text(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_bytes(b"\xef\xbb\xbft,x\n")
     assert read_text(tmp_path / "a.csv", "table") == "t,x\n"
+
+
+def test_what_has_no_end_is_not_waited_for(tmp_path: Path) -> None:
+    """A pipe that nobody writes to hung, a device was read until the memory was full."""
+    pipe, device = tmp_path / "pipe", tmp_path / "device"
+    os.mkfifo(pipe)
+    device.symlink_to("/dev/zero")
+    with pytest.raises(InputError, match="pipe: is a pipe, which may never end, and no survey; give a file"):
+        read_text(pipe, "survey")
+    with pytest.raises(InputError, match="device: longer than 100 MB, which no survey is"):
+        read_text(device, "survey")
+    for path in (pipe, device):
+        check_distinct([path, path])
+        with pytest.raises(InputError, match=f"{path.name}: is a pipe or a device; give a file"):
+            read_log(path)
+    # What a shell makes of <(command) is a pipe that somebody writes to.
+    reading, writing = os.pipe()
+    os.write(writing, b"text")
+    os.close(writing)
+    assert read_text(f"/dev/fd/{reading}", "survey") == "text"
+    os.close(reading)

@@ -93,5 +93,5 @@ def test_files_are_written_where_nobody_reads_the_answer(desk: Path, tmp_path: P
         )  # fmt: skip
     assert (answer.returncode, answer.stderr.count("\n")) == (2, 1)
     assert {path.name for path in contents(tmp_path)} == {
-        "torque_drag.html", "torque_drag.png", "torque_drag.csv", "rig.yaml",
+        "torque_drag.html", "torque_drag.png", "torque_drag.csv", "torque_drag.rig.yaml",
     }  # fmt: skip

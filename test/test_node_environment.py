@@ -48,6 +48,22 @@ def test_a_path_that_cannot_be_set_is_not_tried_for_ever(own, monkeypatch):
         environment._start_again({"LD_LIBRARY_PATH": "/wanted"})
 
 
+@pytest.mark.parametrize("domain", ["232", "9999", "-1", "x", "1.0", "9" * 5000])
+def test_a_domain_without_ports_is_refused(domain):
+    """Fast DDS ended the process with 1."""
+    with pytest.raises(InputError, match=r"ROS_DOMAIN_ID = .*: must be a whole number within 0 to 231"):
+        environment.check_domain({"ROS_DOMAIN_ID": domain})
+    for good in ("0", "231", ""):
+        environment.check_domain({"ROS_DOMAIN_ID": good})
+
+
+@pytest.mark.parametrize("reach", ["localhost", "SUBNETS", "MOON"])
+def test_a_range_that_ros_does_not_know_is_refused(reach):
+    """ROS 2 takes another for it, with sockets on every interface."""
+    with pytest.raises(InputError, match=f"ROS_AUTOMATIC_DISCOVERY_RANGE = '{reach}': must be one of OFF, LOCALHOST"):
+        environment.keep_to_loopback({"ROS_AUTOMATIC_DISCOVERY_RANGE": reach})
+
+
 def test_dds_is_kept_to_the_loopback_unless_the_user_says_otherwise():
     variables = {}
     environment.keep_to_loopback(variables)

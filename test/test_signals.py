@@ -97,6 +97,28 @@ def test_a_signal_that_comes_where_nothing_can_be_raised_is_not_lost() -> None:
     assert (answer.returncode, answer.stdout, answer.stderr.strip()) == (143, "begun\n", "interrupted")
 
 
+CLASS = """\
+        class Named:
+            def __set_name__(self, owner, name):
+                os.kill(os.getpid(), signal.SIGTERM)
+                for _ in range(1000):
+                    pass
+        class Made:
+            it = Named()
+"""
+
+
+@pytest.mark.parametrize("within", [CLASS, CLASS.replace("signal.SIGTERM)", "0); 1 / 0")])
+def test_a_signal_that_became_another_error_is_one_and_an_error_is_none(within: str) -> None:
+    """What is raised while a class is made, as an import does, was a trace of a RuntimeError."""
+    code = BODY.replace("        while True:\n            signal.pause()\n", within)
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    if "1 / 0" in within:
+        assert answer.returncode == 1 and "ZeroDivisionError" in answer.stderr
+    else:
+        assert (answer.returncode, answer.stderr.strip()) == (143, "interrupted")
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_waits_for_a_picture_that_is_being_drawn(
     number: signal.Signals, monkeypatch: pytest.MonkeyPatch, own_handlers: None

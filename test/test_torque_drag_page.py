@@ -134,10 +134,14 @@ def test_the_command_writes_a_rig_file_with_the_path(tmp_path: Path, rig: Rig) -
     lines = ["md_m,inclination,azimuth", *(f"{md},{inc},{azi}" for md, inc, azi in rig.well.survey)]
     (tmp_path / "path.csv").write_text("\n".join(lines))
     out = tmp_path / "out"
+    out.mkdir()
+    (out / "rig.yaml").write_text("a user's own, which was written over")
     arguments = ["--survey", str(tmp_path / "path.csv"), "--friction", "0.3", "-o", str(out), "--elements", "40"]
     outcome = CliRunner().invoke(command, arguments, catch_exceptions=False)
     assert outcome.exit_code == 0 and "friction 0.3" in outcome.output
-    assert load_rig(out / "rig.yaml") == dataclasses.replace(rig, well=dataclasses.replace(rig.well, name=""))
+    assert (out / "rig.yaml").read_text() == "a user's own, which was written over"
+    expected = dataclasses.replace(rig, well=dataclasses.replace(rig.well, name=""))
+    assert load_rig(out / "torque_drag.rig.yaml") == expected
     assert (out / "torque_drag.html").stat().st_size < 1_500_000 and (out / "torque_drag.png").exists()
     table = (out / "torque_drag.csv").read_text().splitlines()
     assert len(table) == 1 + 2 * 40 and table[-1].startswith("0.3,4000,")

@@ -33,7 +33,7 @@ Examples:
 @click.option("--log", "log_path", type=click.Path(path_type=Path), help="Log whose points are drawn on it.")
 @click.option("--survey", "survey_path", type=click.Path(path_type=Path),
               help="CSV of the well's path in place of the rig file's: md with its unit (md_m, MD [ft]), inclination, "
-              "azimuth. Writes rig.yaml with it, too.")  # fmt: skip
+              "azimuth. Writes torque_drag.rig.yaml with it, too.")  # fmt: skip
 @click.option("--friction", "frictions", multiple=True, type=click.FloatRange(0.0, 2.0),
               help="Friction coefficient; repeatable. [default: 0.15 to 0.35]")  # fmt: skip
 @click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("torque_drag"), show_default=True,
@@ -58,7 +58,7 @@ def command(
 
     make_folder(output)
     page, image, table, changed = (output / name for name in ("torque_drag.html", "torque_drag.png", "torque_drag.csv",
-                                                              "rig.yaml"))  # fmt: skip
+                                                              "torque_drag.rig.yaml"))  # fmt: skip
     written = [page, image, table, *([changed] if survey_path is not None else [])]
     prepare_outputs(written, (rig_path, log_path, survey_path))
     log = None if log_path is None else read_log(log_path, rig_path, namespace)

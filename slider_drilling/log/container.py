@@ -77,6 +77,9 @@ class Container:
     def blocks(self) -> Iterator[Block]:
         """The same, many at a time, each with a channel that is known and a log time below 2^63 ns."""
         try:
+            # A pipe would be waited for, and a device has no end.
+            if self.path.exists() and not (self.path.is_file() or self.path.is_dir()):
+                raise InputError(f"{self.path}: is a pipe or a device; give a file")
             with self.path.open("rb") as file:
                 source = Source(file)
                 if source.size == 0:

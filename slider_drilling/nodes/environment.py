@@ -7,13 +7,15 @@ import os
 import signal
 import sys
 import tempfile
-from collections.abc import MutableMapping
+from collections.abc import Mapping, MutableMapping
 from pathlib import Path
 
 from slider_drilling.errors import InputError
 from slider_drilling.share import share_file
 
 LOOPBACK = "config/loopback.xml"  # a profile of Fast DDS
+LAST_DOMAIN = 231  # of 232 the ports of 64 programs, which config/loopback.xml has DDS knock at, do not exist
+RANGES = ("OFF", "LOCALHOST", "SUBNET", "SYSTEM_DEFAULT")  # how far ROS 2 looks for others
 INSTALL = "install it with `pip install 'slider_drilling[ros]'`, or source a ROS 2 Jazzy (setup.bash)"
 # The wheels' own mark that LD_LIBRARY_PATH is theirs; children inherit it, whichever environment they belong to.
 TRIED = "SLIDER_DRILLING_RESTARTED"  # holds the LD_LIBRARY_PATH that a process has started itself again with
@@ -36,6 +38,7 @@ def prepare() -> None:
     if not {"HOME", "ROS_HOME", "ROS_LOG_DIR"} & set(os.environ):
         # ROS 2 refuses to start without a place for its logs.
         os.environ["ROS_LOG_DIR"] = str(Path(tempfile.gettempdir()) / f"slider_drilling_ros_{os.getuid()}")
+    check_domain(os.environ)
     keep_to_loopback(os.environ)
     wanted = library_path(os.environ.get("LD_LIBRARY_PATH", ""), from_wheels=_within(Path(spec.origin), sys.prefix))
     if wanted is not None:
@@ -46,13 +49,24 @@ def prepare() -> None:
             os.environ["AMENT_PREFIX_PATH"] = os.pathsep.join([sys.prefix, *filter(None, prefixes)])
 
 
+def check_domain(variables: Mapping[str, str]) -> None:
+    """Raises InputError for a ROS_DOMAIN_ID whose ports do not exist: Fast DDS would end the process."""
+    given = variables.get("ROS_DOMAIN_ID", "")
+    if given and not (given.isdecimal() and int(given[:9]) <= LAST_DOMAIN):
+        raise InputError(f"ROS_DOMAIN_ID = {given!r}: must be a whole number within 0 to {LAST_DOMAIN}")
+
+
 def keep_to_loopback(variables: MutableMapping[str, str]) -> None:
     """Have DDS open sockets on the loopback interface alone, unless the variables of the environment say otherwise.
 
     With LOCALHOST ROS 2 keeps discovery to this machine, but its sockets listen on every interface. With a profile of
-    Fast DDS they do not; what ROS 2 adds to it would open the others again, and SYSTEM_DEFAULT keeps that out.
+    Fast DDS they do not; what ROS 2 adds to it would open the others again, and SYSTEM_DEFAULT keeps that out. Raises
+    InputError for a range that ROS 2 does not know, and would take for another.
     """
-    if variables.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST") != "LOCALHOST":
+    reach = variables.get("ROS_AUTOMATIC_DISCOVERY_RANGE") or "LOCALHOST"
+    if reach not in RANGES:
+        raise InputError(f"ROS_AUTOMATIC_DISCOVERY_RANGE = {reach!r}: must be one of {', '.join(RANGES)}")
+    if reach != "LOCALHOST":
         return
     variables["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     profile = str(share_file(LOOPBACK))

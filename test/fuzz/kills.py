@@ -92,7 +92,9 @@ def killed(arguments: str, number: signal.Signals, after: float, before: Path, h
         if left:
             return f"left running: {left}"
         hard, code = number == signal.SIGKILL, command.process.returncode
-        if "Traceback" in said and not hard and not _before_the_first_line(said):
+        if number == signal.SIGINT and _before_the_first_line(said):
+            return wrong_in(out, held, parts_too=False) or "ended by the signal"
+        if "Traceback" in said and not hard:
             return f"traceback on stderr: {said.splitlines()[-1][:200]}"
         # A shell says 128 + number of both: of a program that ends so, and of one that the system ends, as it does
         # before the program's first line and after its last.
