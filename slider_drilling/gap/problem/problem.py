@@ -150,16 +150,6 @@ class Problem:
                 total += cost
         return total, found
 
-    def plain_cost(self, residual: Array) -> float:
-        """``-2 log p`` of a residual (N,) if every piece held one white error of its own size: from afar, where the
-        likelihood forgives everything that is slow, this still tells near from far.
-        """
-        total = 0.0
-        for piece in self.pieces:
-            whole = self.unwrapped(piece, self.gain(piece) * residual[piece.rows])
-            total += whole.size * float(np.log1p(np.mean(whole**2)))
-        return total
-
     def unwrapped(self, piece: Piece, residual: Array) -> Array:
         """A piece's residual (n,) without jumps of whole periods."""
         if piece.channel.period is None:

@@ -35,7 +35,7 @@ def wide(
         for begin in range(0, len(rows), _BATCH):
             residuals = problem.residuals([values(row) for row in rows[begin : begin + _BATCH]])
             found += [
-                problem.plain_cost(residual) if np.isfinite(residual).all() else float("inf") for residual in residuals
+                problem.cost(residual)[0] if np.isfinite(residual).all() else float("inf") for residual in residuals
             ]
         return found
 
