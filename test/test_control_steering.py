@@ -166,3 +166,12 @@ def test_lag_of_the_tool_face_goes_with_the_square_of_the_length_of_a_long_strin
 
 def status_value(controller, name, key):
     return float(next(dict(one.values)[key] for one in controller.status() if one.name == name))
+
+
+def test_pipe_that_drags_raises_no_gain(monkeypatch):
+    own = SlideController(load_rig(CONFIG / "rig.short.yaml"))
+    monkeypatch.setattr(SlideController, "error", 0.2)
+    monkeypatch.setattr(ToolFaceEstimator, "spread", 0.05)
+    free = own._lead()
+    own._estimator.mobility = 0.1
+    assert own._lead() == free != 0.0

@@ -327,7 +327,7 @@ class SlideController:
             # While the string slides fast it turns freely, and means over a stroke say little.
             return 0.0
         s, estimator, mwd = self._settings, self._estimator, self._rig.sensors.mwd
-        response = estimator.filter.learnt.response_time / estimator.mobility
+        response = estimator.filter.learnt.response_time
         freeing = self._amplitude_for(1.0)
         answer = Answer(response, self._period_now(), mwd.period + mwd.latency, estimator.spread, freeing)
         return lead(self.error, (1.0 + self._reach.urge) * s.gain, s.max_lead, answer)
