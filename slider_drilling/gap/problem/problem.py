@@ -14,6 +14,8 @@ from slider_drilling.gap.problem.missed_steps import missed_steps
 
 # Noise units beyond which a missed step of a channel that accumulates costs by its logarithm.
 STEP_SIZE = 4.0
+# Samples that a discrepancy remembers at most, and the share of a run: what errs for longer is for a law to explain.
+_SAMPLES, _SHARE = 40.0, 0.05
 FREE = How()
 # Stretches of a piece, and how many of them single events may spoil before they count as structure.
 _STRETCHES, _EVENTS = 20, 3
@@ -228,7 +230,7 @@ def build_problem(
         for channel in run.channels:
             rows = slice(start, start + channel.time.size)
             interval = np.diff(channel.time, prepend=channel.time[:1])
-            longest = max(run.duration / 20.0, 2.0 * float(np.median(interval[1:])) if interval.size > 1 else 1.0)
+            longest = _longest_memory(run.duration, float(np.median(interval[1:])) if interval.size > 1 else 0.5)
             memories = memories_of(interval, longest)
             sigma = noise[index][channel.name]
             pieces.append(Piece(index, channel, rows, sigma, interval, memories, channel.name == fed))
@@ -236,3 +238,12 @@ def build_problem(
     if not pieces:
         raise ValueError("no run holds a channel that can be used")
     return Problem(model, tuple(pieces), how, np.zeros(start), spent or Spent())
+
+
+def _longest_memory(duration: float, interval: float) -> float:
+    """Memory s that a discrepancy has at most; interval: s between samples.
+
+    A likelihood that forgives whatever is slow takes a tool that turns at the wrong time for a discrepancy, and
+    re-tuning then leaves a larger gap than it found.
+    """
+    return max(min(_SHARE * duration, _SAMPLES * interval), 2.0 * interval)
