@@ -166,8 +166,8 @@ class SlideController:
         watch = self._watch
         watch.update(measurements, self._interval)
         drive = self._started()
-        speed, torque = measurements.top_drive_speed, self._fresh("surface_torque")
-        self._torque = self._inertia.pipe_torque(speed, torque, watch.step)
+        torque = self._fresh("surface_torque")
+        self._torque = self._inertia.pipe_torque(measurements.top_drive_speed, torque, watch.step)
         pressure, pump = self._fresh("standpipe_pressure"), watch.value["pump_speed"]
         if self._testing():
             self._pressure.tare(pressure, pump, watch.step)
@@ -327,9 +327,8 @@ class SlideController:
             # While the string slides fast it turns freely, and means over a stroke say little.
             return 0.0
         s, estimator, mwd = self._settings, self._estimator, self._rig.sensors.mwd
-        response = estimator.filter.learnt.response_time
-        freeing = self._amplitude_for(1.0)
-        answer = Answer(response, self._period_now(), mwd.period + mwd.latency, estimator.spread, freeing)
+        response, cycle = estimator.filter.learnt.response_time, self._period_now()
+        answer = Answer(response, cycle, mwd.period + mwd.latency, estimator.spread, self._amplitude_for(1.0))
         return lead(self.error, (1.0 + self._reach.urge) * s.gain, s.max_lead, answer)
 
     def _trim_pull(self, step: float) -> None:
@@ -348,8 +347,10 @@ class SlideController:
 
     def _wished_amplitude(self) -> float:
         s = self._settings
-        if s.amplitude > 0.0 or self._testing():
-            return s.amplitude or self._amplitude_for(s.reach_share)
+        if s.amplitude > 0.0:
+            return s.amplitude
+        if self._testing():
+            return self._amplitude_for(s.reach_share)
         if self._lowering.approach.fast:
             return self._amplitude_for(_MOVING_SHARE * s.reach_share)
         if self._lowering.approach.under_way:

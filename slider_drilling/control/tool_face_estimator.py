@@ -221,7 +221,7 @@ class ToolFaceEstimator:
         expected = variance + self.filter.spread**2
         self._surprise += _NOTICED * (min(off * off / expected, _MOST_SURPRISE) - self._surprise)
         self._surprise = max(self._surprise, 1.0)
-        if abs(off) > _GATE * math.sqrt(variance + self.filter.spread**2):
+        if abs(off) > _GATE * math.sqrt(expected):
             self.rejections += 1
             self._find_again()
             return False

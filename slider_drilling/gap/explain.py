@@ -77,10 +77,7 @@ class Answer:
     @property
     def groups(self) -> dict[str, tuple[str, ...]]:
         """By accepted effect, those that cannot be told from it and that are not named besides."""
-        return {
-            one.accepted.effect.name: tuple(name for name in one.group if name not in self.effects)
-            for one in self.state.steps if one.accepted is not None
-        }  # fmt: skip
+        return self.state.groups
 
     @property
     def judged(self) -> tuple[Judged, ...]:

@@ -72,6 +72,11 @@ class Effect:
             if point[0] == self.parameters[0].nominal:
                 raise ValueError(f"effect {self.name}: scan point {point} is neutral")
 
+    def means_its_name(self, values: Values) -> bool:
+        """Whether the amplitude among these values is of the sign and size that the name stands for."""
+        low, high = self.physical
+        return low <= values[self.parameters[0].name] <= high
+
     def values(self, point: Sequence[float]) -> dict[str, float]:
         """Parameter values by name."""
         return {parameter.name: float(value) for parameter, value in zip(self.parameters, point, strict=True)}

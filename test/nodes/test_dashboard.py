@@ -23,7 +23,6 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
-from slider_drilling.control import SlideSettings
 from slider_drilling.errors import InputError
 from slider_drilling.live import serve
 from slider_drilling.live.desk import Desk, Record, Rock, SetParameter, SetTarget
@@ -94,7 +93,7 @@ def test_graph_is_shown_and_follows_the_page(graph: list[Node]) -> None:
     assert state.rig is not None and state.rig.string.length == 4000.0
     assert state.value("reach", "amplitude_rad") is not None
     gain = next(one for one in state.settings() if one.name == "gain")
-    assert (gain.value, gain.low, gain.high, gain.unit) == (SlideSettings().gain, 0.0, 8.0, "-")
+    assert (gain.value, gain.low, gain.high, gain.unit) == (4.5, 0.0, 8.0, "-")
     desk.ask(SetTarget(-1.0))
     desk.ask(SetParameter("rocking_controller", "gain", 1.5))
     desk.ask(SetParameter("rocking_controller", "gain", 99.0))

@@ -55,8 +55,8 @@ def _rivals(state: State) -> tuple[Judged, Judged] | None:
     first = state.steps[0]
     if first.accepted is None:
         return (first.judged[0], first.judged[1]) if len(first.judged) > 1 else None
-    apart = [name for name in first.group if name not in state.current.names]
-    rival = next((one for one in first.judged if one.effect.name in apart), None)
+    group = state.groups[first.accepted.effect.name]
+    rival = next((one for one in first.judged if one.effect.name in group), None)
     return None if rival is None else (first.accepted, rival)
 
 

@@ -117,9 +117,9 @@ def _without_needless(state: State, left: Sequence[Effect], seed: int) -> State:
     for earlier in state.current.effects[:-1]:
         rest = tuple(effect for effect in state.current.effects if effect is not earlier)
         own = {parameter.name for parameter in earlier.parameters}
-        problem = next(way for way in state.ways if way.how.pull == state.current.problem.how.pull)
+        way = next(way for way in state.ways if way.how.pull == state.current.problem.how.pull)
+        problem = way.showing(rest)
         begin = {name: value for name, value in state.current.fit.values.items() if name not in own}
-        problem = problem.showing(rest)
         found = fit(problem, parameters_of(problem, rest), begin, iterations=TUNING)
         reduced = _explained(problem, rest, found, state.blocks.folds)
         shrinks = closed_between(state.blocks, reduced.score, state.current.score)[1][0] > 0.0
@@ -210,8 +210,7 @@ def _verdict(state: State, explained: Explained, rivals: int) -> Judged:
     gained = known.score.gap**2 - explained.score.gap**2
     if state.enough.adequate and not gained >= LEAST_SHARE * (state.tuned.score.gap**2 - 1.0):
         why.append("nothing needs it: what it closes is next to nothing of what re-tuning left")
-    amplitude = explained.fit.values[effect.parameters[0].name]
-    if not effect.physical[0] <= amplitude <= effect.physical[1]:
+    if not effect.means_its_name(explained.fit.values):
         why.append(f"its sign is not physical: it would be {effect.nonphysical}")
     return Judged(effect, explained, closed, interval, tuple(why))
 

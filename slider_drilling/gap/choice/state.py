@@ -76,3 +76,11 @@ class State:
     steps: tuple[Step, ...] = ()
     done: bool = False
     partial: bool = False
+
+    @property
+    def groups(self) -> dict[str, tuple[str, ...]]:
+        """By accepted effect, those that cannot be told from it and that are not in the answer besides."""
+        return {
+            one.accepted.effect.name: tuple(name for name in one.group if name not in self.current.names)
+            for one in self.steps if one.accepted is not None
+        }  # fmt: skip

@@ -50,9 +50,7 @@ class Arm:
     @property
     def physical(self) -> bool:
         """Whether the newest effect has the sign that its name stands for."""
-        values, effect = (self.begin if self.fit is None else self.fit.values), self.effects[-1]
-        low, high = effect.physical
-        return low <= values[effect.parameters[0].name] <= high
+        return self.effects[-1].means_its_name(self.begin if self.fit is None else self.fit.values)
 
 
 def parameters_of(problem: Problem, effects: Sequence[Effect]) -> list[Parameter]:
