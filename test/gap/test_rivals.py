@@ -57,7 +57,7 @@ def test_a_nuisance_within_its_bounds_is_tuned_beside_a_disturbance():
     known, found = found_at(0.5)
     moved = replace(known, fit=replace(known.fit, values={"level": 0.0}, residual=known.fit.residual + shift(known)))
     idle = [rival for rival in rivals(moved, make_folds(known.problem)) if rival.words.startswith("still")]
-    assert all(rival.score.by_channel["force"] < 1.02 * known.score.by_channel["force"] for rival in idle)
+    assert all(rival.score.by_channel["force"] < 1.05 * known.score.by_channel["force"] for rival in idle)
     assert found
 
 
