@@ -8,6 +8,7 @@ import pytest
 
 from slider_drilling.control.approach import Approach
 from slider_drilling.control.auto_driller import AutoDriller
+from slider_drilling.control.block_slip import BlockSlip
 from slider_drilling.control.differential_pressure import DifferentialPressure
 from slider_drilling.control.drag import DragMonitor
 from slider_drilling.control.heave import HeaveCompensator
@@ -58,6 +59,30 @@ def test_drag_is_the_weight_that_neither_hook_nor_bit_carries():
             drag.update(hook_load, weight, 1.0, 0.1)
         assert drag.drag == pytest.approx(460e3 - hook_load - weight, abs=500.0)
         assert drag.arriving == arriving
+
+
+@pytest.mark.parametrize(("falling", "lifted"), [(0.2, True), (0.03, True), (0.0, False), (-0.2, False)])
+def test_a_block_that_comes_down_by_itself_is_lifted_back_to_where_it_should_be(falling, lifted):
+    """Beside 2.5 mm/s that are asked for it falls (m/s) for 10 s; what is lifted is lifted at 0.2 m/s."""
+    slip, block, furthest = BlockSlip(), 0.0, 0.0
+    for k in range(400):
+        lift = slip.update(block, 0.0025, 0.1)
+        block += 0.1 * (0.0025 + (falling if 100 <= k < 200 else 0.0) - (0.2 if lift else 0.0))
+        furthest = max(furthest, block - 0.1 * (k + 1) * 0.0025)
+    assert (slip.slips > 0) == lifted
+    if lifted:
+        assert furthest < 0.17
+        assert block - 40.0 * 0.0025 < 0.2
+
+
+def test_a_sensor_that_leaps_drops_out_or_lags_is_no_block_that_slips():
+    slip = BlockSlip()
+    waves = [0.2 * math.sin(2.0 * math.pi * 0.1 * k / 8.0) for k in range(200)]   # asked for, and made 0.2 s later
+    readings = [5.0, math.nan, 0.3, 0.0, *(waves[max(k - 2, 0)] for k in range(200))]
+    told = [0.0, 0.0, 0.0, 0.0, 0.0, *(np.diff(waves) / 0.1)]
+    for reading, speed in zip(readings, told, strict=True):
+        assert not slip.update(reading, speed, 0.1)
+    assert slip.slips == 0
 
 
 def lock_up_after(lock, drag, pressure, seconds):

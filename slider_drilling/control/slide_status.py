@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from slider_drilling.control.amplitude import AmplitudeFinder
+from slider_drilling.control.block_slip import BlockSlip
 from slider_drilling.control.drag import DragMonitor
 from slider_drilling.control.heave import HeaveCompensator
 from slider_drilling.control.lock_up import Lock, LockUp
@@ -75,6 +76,15 @@ def of_heave(heave: HeaveCompensator) -> Status:
         return Status(Level.WARN, "heave", f"a wave of {heave.period:.1f} s is more than the block may follow", values)
     return Status(Level.OK, "heave", f"a wave of {heave.period:.1f} s: the block moves {heave.amplitude:.2f} m against "
                   "it", values)
+
+
+def of_slip(slip: BlockSlip) -> Status:
+    """The interlock: whether the block came down by itself and is being lifted back."""
+    values = (("below_m", f"{slip.below:.2f}"), ("slips", str(slip.slips)))
+    if slip.lifting:
+        return Status(Level.ERROR, "draw_works", f"the block is {slip.below:.2f} m lower than it was told to be: "
+                      "lifted back; see to the brake", values)
+    return Status(Level.OK, "draw_works", "the block is where it was told to be", values)
 
 
 def of_lock_up(lock: LockUp, drag: DragMonitor, freed_to: float) -> Status:
