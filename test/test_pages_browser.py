@@ -39,7 +39,7 @@ def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     level = Chart("Level", "time, s", (Panel("channel, kN m", (WAVE,), level=(1.0, "what noise reaches in 100 logs")),))
     folded = Section("Folded", (Chart("In it", "time, s", PANELS[:1]),), folded=True)
     what = Section("What", ("Text.", table, chart, grid, told, level))
-    write_page(path, Page("Run", "A well, 45 deg", (what, folded)), FIELD)
+    write_page(path, Page("Run", "A well, 45 deg, by a_module.of.many.words:AndAClassOfMore", (what, folded)), FIELD)
     return path
 
 

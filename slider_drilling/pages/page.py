@@ -145,8 +145,9 @@ def _item(item: str | Bullets | Table | Chart | Map, units: Units, drawings: lis
     drawn = drawing(item, units)
     drawings.append({"data": drawn["data"], "layout": drawn["layout"], "height": drawn["height"]})
     wide = isinstance(item, Chart) and (item.wide or len(item.panels) > 1)
-    return {"kind": "figure", "place": len(drawings) - 1, "title": item.title, "caption": units.sentence(item.caption),
-            "legend": drawn["legend"], "height": drawn["height"], "wide": wide}  # fmt: skip
+    return {"kind": "figure", "place": len(drawings) - 1, "title": units.sentence(item.title),
+            "caption": units.sentence(item.caption), "legend": drawn["legend"],
+            "height": drawn["height"], "wide": wide}  # fmt: skip
 
 
 def _grouped(items: list[dict[str, Any]]) -> list[list[dict[str, Any]]]:
