@@ -69,6 +69,13 @@ def test_a_page_without_figures_has_no_script() -> None:
     assert "<script" not in html and len(html) < 12_000
 
 
+def test_names_and_titles_of_figures_are_in_the_units_of_their_axes() -> None:
+    chart = Chart("Friction at 3 m/h", "time, s", (Panel("friction, N", (Line("3 m/h", TIME, TIME),)),))
+    html = page_html(a_page(chart), FIELD)
+    assert "<h3>Friction at 9.8 ft/h</h3>" in html
+    assert drawings_in(html)[0]["data"][0]["name"] == "9.8 ft/h"
+
+
 @pytest.mark.parametrize(("units", "torque", "angle"), [(SI, 1.3558, 2 * np.pi), (FIELD, 1000.0, 1.0)])
 def test_figures_are_told_in_the_readers_units(units: Any, torque: float, angle: float) -> None:
     (drawn,) = drawings_in(page_html(a_page(CHART), units))

@@ -58,7 +58,7 @@ def _height(figure: Figure) -> float:
 
 
 def _draw(place: SubFigure, figure: Figure, units: Units) -> None:
-    place.suptitle(figure.title, fontsize=10.5, x=0.02, ha="left")
+    place.suptitle(units.sentence(figure.title), fontsize=10.5, x=0.02, ha="left")
     if isinstance(figure, Map):
         _map(place.subplots(), figure, units)
         return
@@ -111,7 +111,8 @@ def _line(axes: Axes, mark: Line, x_unit: str, y_unit: str, colour: str, units: 
             axes.errorbar(told, middle, [middle - low, high - middle], fmt="none", ecolor=colour, elinewidth=1.1)
         else:
             axes.fill_between(told, low, high, color=colour, alpha=0.2, linewidth=0.0)
-    axes.plot(told, units.value(y, y_unit), color=colour, linewidth=1.2, label=mark.name or None, **_STYLES[mark.style])
+    name = units.sentence(mark.name) or None
+    axes.plot(told, units.value(y, y_unit), color=colour, linewidth=1.2, label=name, **_STYLES[mark.style])
 
 
 def _bars(axes: Axes, mark: Bars, chart: Chart, panel: Panel, number: int, units: Units) -> None:
@@ -123,7 +124,8 @@ def _bars(axes: Axes, mark: Bars, chart: Chart, panel: Panel, number: int, units
     base: Any = 0.0 if mark.base is None else units.value(mark.base, long_unit)
     draw, rest = (axes.barh, {"left": base, "height": width}) if mark.flat else (
         axes.bar, {"bottom": base, "width": width})  # fmt: skip
-    drawn = draw(at, long, color=colours if len(colours) > 1 else colours[0], label=mark.name or None, **rest)
+    name = units.sentence(mark.name) or None
+    drawn = draw(at, long, color=colours if len(colours) > 1 else colours[0], label=name, **rest)
     if mark.low is not None and mark.high is not None:
         ends = [units.value(values, long_unit) for values in (mark.y - mark.low, mark.high - mark.y)]
         where = {"x": long, "y": at, "xerr": ends} if mark.flat else {"x": at, "y": long, "yerr": ends}
