@@ -6,9 +6,11 @@ since, less the weight on bit, is the drag of the pipe that rocking does not rea
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import TYPE_CHECKING
 
+from slider_drilling.effects import BucklingContact
 from slider_drilling.wellbore.static_loads import static_loads
 
 if TYPE_CHECKING:
@@ -24,6 +26,8 @@ class DragMonitor:
     reckoned."""
 
     def __init__(self, rig: Rig, friction_factor: float, weight_on_bit: float):
+        # What buckling holds is lock-up, not the drag to measure it by.
+        rig = dataclasses.replace(rig, effects=dataclasses.replace(rig.effects, buckling_contact=BucklingContact()))
         hanging = static_loads(rig).hook_load - weight_on_bit
         lowered = static_loads(rig, axial_speed=1.0, weight_on_bit=weight_on_bit, friction_coefficient=friction_factor)
         self._whole = max(hanging - lowered.hook_load, 1.0)
