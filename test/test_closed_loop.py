@@ -178,7 +178,7 @@ def test_what_mwd_and_not_knowing_the_rig_cost_is_said():
     said = costs(rows)
     assert "below 4.00 deg, 2.50 with the true rig file, 1.50 with the true tool-face" in said
     assert "costs +1.50 deg" in said and "alone +1.00 deg" in said
-    assert costs([{UNDER_TEST: rows[0][UNDER_TEST]}]) == ""
+    assert costs([{UNDER_TEST: rows[0][UNDER_TEST]}]) == "" == costs(rows[:1])
 
 
 def test_every_effect_of_the_catalogue_comes_at_two_sizes_on_three_wells_and_two_at_once():

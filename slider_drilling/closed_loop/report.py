@@ -59,10 +59,11 @@ def brief_cells(row: dict[str, Outcome], units: Units) -> list[str]:
 
 
 def costs(rows: Sequence[dict[str, Outcome]]) -> str:
-    """In a sentence, over the scenarios in which all three drilled: what not knowing the rig costs, what MWD does."""
+    """In a sentence, over the scenarios in which all three drilled: what not knowing the rig costs, what MWD does. None
+    of one scenario, whose figures stand above it."""
     means = [[row[key].score.mean_abs_error_deg for key in (UNDER_TEST, *LIMITS)] for row in rows
              if all(key in row and not row[key].score.nothing_drilled for key in (UNDER_TEST, *LIMITS))]
-    if not means:
+    if len(means) < 2:
         return ""
     own, informed, oracle = (statistics.median(column) for column in zip(*means, strict=True))
     unknown = statistics.median(one[0] - one[1] for one in means)
