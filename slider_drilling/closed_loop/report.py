@@ -30,7 +30,9 @@ def as_json(rows: Sequence[dict[str, Outcome]], name: str, seed: int, elements: 
     for row in rows:
         scenario = row[UNDER_TEST].scenario
         head = {"name": scenario.name, "well": scenario.well, "about": scenario.about,
-                "mwd_period_s": scenario.mwd_period}
+                "mwd_period_s": scenario.mwd_period,
+                "interlocks": [{"time_s": round(time, 3), "name": interlock, "message": message}
+                               for time, interlock, message in stops(row)]}
         others = {key: _figures(row[key].score) for key in (*LIMITS, *BASELINES) if key in row}
         scenarios.append({**head, **_figures(row[UNDER_TEST].score), **others})
     return {"schema": "slider_drilling/closed_loop/1", "controller": name, "seed": seed, "elements": elements,
@@ -71,6 +73,15 @@ def costs(rows: Sequence[dict[str, Outcome]]) -> str:
     return (f"Half of {len(means)} scenarios: below {own:.2f} deg, {informed:.2f} with the true rig file, {oracle:.2f} "
             f"with the true tool-face at 10 Hz too. Not knowing the rig costs {unknown:+.2f} deg, the period and the "
             f"noise of MWD alone {mwd:+.2f} deg (medians).")
+
+
+def stops(row: dict[str, Outcome]) -> list[tuple[float, str, str]]:
+    """When (s) each interlock of the controller under test first stopped something, its name, and why."""
+    first: dict[str, tuple[float, str, str]] = {}
+    for time, level, name, message in row[UNDER_TEST].trace.events:
+        if level == "ERROR":
+            first.setdefault(name, (time, name, message))
+    return list(first.values())
 
 
 def _mean(row: dict[str, Outcome], contender: str) -> str:
