@@ -51,6 +51,24 @@ def test_auto_driller_holds_pressure_on_a_spring_and_a_bit():
     assert speed == pytest.approx(0.0025, rel=0.05)
 
 
+def test_depth_that_holds_is_where_pipe_that_lies_still_drags_as_much():
+    """In the horizontal hole each metre of drill pipe drags by friction times its buoyed weight."""
+    depths = []
+    for held in (0.0, 3e4, 5e4, 9e5):
+        drag = DragMonitor(RIG, 0.235, 8e4)
+        drag.tare(460e3, 0.1)
+        drag.update(460e3 - 8e4 - held, 8e4, 1.0, 0.1)
+        depths.append(drag.held_below)
+    metre = 0.235 * (RIG.string.density - RIG.mud.density) * 9.81 * math.pi / 4.0 * (0.127**2 - 0.1086**2)
+    assert depths[1] - depths[2] == pytest.approx(2e4 / metre, rel=0.01)
+    assert depths[0] == pytest.approx(4000.0) and depths[3] == 0.0
+    assert DragMonitor(RIG, 0.235, 8e4).held_below == pytest.approx(4000.0), "nothing was measured yet"
+    looser = DragMonitor(RIG, 0.235, 8e4)
+    looser.tare(460e3, 0.1)
+    looser.update(460e3 - 8e4 - 3e4, 8e4, 0.8, 0.1)
+    assert looser.held_below < depths[1], "where friction is less, more pipe must lie still to drag as much"
+
+
 def test_pipe_that_is_known_to_buckle_locks_up_at_the_same_drag():
     """What buckling holds is lock-up: a rig file that knows of it must not make it count for less."""
     known = dataclasses.replace(RIG, effects=dataclasses.replace(RIG.effects, buckling_contact=BucklingContact(1.0)))

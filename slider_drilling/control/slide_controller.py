@@ -257,14 +257,6 @@ class SlideController:
         """The three zones as believed now: how deep rocking reaches, how far up the reactive torque."""
         return self._belief.zones(self._amplitude, self._pressure.reactive_torque, self._finder.scale)
 
-    def _freed_to(self) -> float:
-        """Measured depth (m) down to which the last strokes have freed the string: at what torque they ended tells,
-        whatever friction is there."""
-        torque = self._finder.breakover_torque
-        if not torque > 0.0 or self._amplitude <= 0.0:
-            return self.zones().rocked_to
-        return self._belief.reach(self._amplitude, self._belief.scale_from(self._amplitude, torque))
-
     def _rock(self, drive: RockingDrive) -> None:
         step = self._watch.step
         self._keep_reach(step)
@@ -391,7 +383,7 @@ class SlideController:
             slide_status.of_reach(zones, self._belief.bit_depth, self._amplitude, self._period_now(), self._finder,
                                   self._reach, self._swing, lowering),
             slide_status.of_heave(self._heave),
-            slide_status.of_lock_up(lowering.lock_up, lowering.drag, self._freed_to()),
+            slide_status.of_lock_up(lowering.lock_up, lowering.drag),
             slide_status.of_slip(lowering.slip),
             *self._interlocks.statuses())
 
