@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import io
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,9 +36,21 @@ def picture(figures: tuple[Figure, ...], units: Units, title: str = "") -> bytes
         return _png(figures, units, title)
 
 
+@contextmanager
+def _without_windows() -> Iterator[None]:
+    """Import matplotlib within: MPLBACKEND says where windows are drawn, and a wrong one would end the import."""
+    given = os.environ.pop("MPLBACKEND", None)
+    try:
+        yield
+    finally:
+        if given is not None:
+            os.environ["MPLBACKEND"] = given
+
+
 def _png(figures: tuple[Figure, ...], units: Units, title: str) -> bytes:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure as Paper
+    with _without_windows():
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure as Paper
 
     columns = 1 if len(figures) == 1 else 2
     rows = [figures[first : first + columns] for first in range(0, len(figures), columns)]

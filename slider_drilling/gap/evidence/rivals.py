@@ -6,15 +6,16 @@ best named law, that law is at most a likeness of what is there, and what is sai
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from slider_drilling.gap.choice.state import Explained
 from slider_drilling.gap.evidence.score import FOLDS, Folds, Score, score_of
-from slider_drilling.gap.model import Array, Disturbed
+from slider_drilling.gap.model import Array, Disturbed, Parameter, Values
 from slider_drilling.gap.problem.problem import Piece, Problem
-from slider_drilling.gap.search.least_squares import prior_weights
+from slider_drilling.gap.search.least_squares import bounded_step, prior_weights
 
 _KNOTS = 8
 # Ridge on the coefficients, of a typical one: what the data do not ask for stays near zero.
@@ -97,27 +98,35 @@ def _solved(explained: Explained, columns: _Columns, folds: Folds) -> Rival:
     own = [index for index, parameter in enumerate(fit.parameters) if not parameter.per_run]
     rows = np.vstack([fit.jacobian[own], columns.rows])
     white, through = problem.whitened(fit.residual, rows, fit.discrepancy)
-    prior = prior_weights([fit.parameters[index] for index in own])
+    nuisance = [fit.parameters[index] for index in own]
     residual = np.empty(problem.size)
     for fold in range(FOLDS):
         kept = folds.of != fold
-        step = _ridge(through[:, kept], white[kept], prior, len(own))
+        step = _ridge(through[:, kept], white[kept], nuisance, fit.values)
         residual[~kept] = (fit.residual - step @ rows)[~kept]
-    shape = _ridge(through, white, prior, len(own))[len(own) :]
+    shape = _ridge(through, white, nuisance, fit.values)[len(own) :]
     _, found = problem.cost(residual)
     scale = _noise_of(problem, columns)
     score = score_of(problem, residual, replace(fit, discrepancy=found))
     return Rival(columns.site, columns.words, columns.x, columns.x_unit, scale * shape, columns.y_unit, score)
 
 
-def _ridge(rows: Array, target: Array, prior: Array, own: int) -> Array:
+def _ridge(rows: Array, target: Array, nuisance: Sequence[Parameter], values: Values) -> Array:
+    """(p + knots,) step of the nuisance in scales, within its bounds, and the coefficients of the disturbance.
+
+    A nuisance that were free to pass its bounds would explain by itself what an effect has to, beside any disturbance.
+    """
     normal = rows @ rows.T
-    diagonal = np.diag(normal).copy()
-    extra = np.concatenate([prior**2, np.zeros(len(diagonal) - own)]) + 1e-9 * max(float(diagonal.max()), 1e-12)
+    diagonal, own = np.diag(normal).copy(), len(nuisance)
+    extra = np.concatenate([prior_weights(nuisance) ** 2, np.zeros(len(diagonal) - own)])
     flexible = diagonal[own:]
     used = flexible > 1e-9 * max(float(flexible.max(initial=0.0)), 1e-12)
     extra[own:] += np.where(used, _RIDGE**2 * float(np.median(flexible[used])) / 100.0 if used.any() else 1.0, 1e12)
-    return np.asarray(np.linalg.solve(normal + np.diag(extra), rows @ target))
+    room = [(p.lower - values[p.name], p.upper - values[p.name]) for p in nuisance]
+    scales = np.array([p.scale for p in nuisance])
+    low, high = np.full(len(diagonal), -np.inf), np.full(len(diagonal), np.inf)
+    low[:own], high[:own] = (np.array(room).reshape(own, 2) / scales[:, None]).T
+    return bounded_step(normal + np.diag(extra), rows @ target, 0.0, np.minimum(low, 0.0), np.maximum(high, 0.0))
 
 
 def _noise_of(problem: Problem, columns: _Columns) -> float:
