@@ -17,6 +17,7 @@ from slider_drilling import __version__
 from slider_drilling.errors import InputError
 from slider_drilling.interrupts import came_of_a_signal, end_at_once, exit_code, raise_on_signals
 from slider_drilling.printable import printable
+from slider_drilling.variables import check_variables
 
 EXAMPLES = """\
 Examples:
@@ -88,6 +89,7 @@ def group() -> None:
 
     SI units and radians, unless an option's name says otherwise.
     """
+    check_variables(os.environ)
 
 
 def fail(message: str, code: int) -> NoReturn:

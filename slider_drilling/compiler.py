@@ -11,18 +11,28 @@ import os
 import stat
 import tempfile
 import time
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import llvmlite.binding
-from numba import njit
-from numba.core import config
-from numba.core.codegen import get_host_cpu_features
-from numba.core.event import Event, Listener, install_listener
-
 from slider_drilling.errors import InputError
+
+try:
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", message="Environment variable 'NUMBA_")
+        import llvmlite.binding
+        from numba import njit
+        from numba.core import config
+        from numba.core.codegen import get_host_cpu_features
+        from numba.core.event import Event, Listener, install_listener
+except Exception as error:
+    # Whatever numba makes of a variable that it cannot read; without any it is no fault of the user's.
+    if not (_given := " ".join(f"{name}={value}" for name, value in os.environ.items() if name.startswith("NUMBA_"))):
+        raise
+    _why = str(error).partition("\n")[0].rstrip(".")
+    raise InputError(f"{_given}: numba does not start: {_why}; unset it") from None
 
 __all__ = ["COMPILE", "INNER", "announced", "njit", "threads", "vector_bits"]
 
@@ -87,6 +97,8 @@ class _Announcement(Listener):
 
 
 def _set_up() -> None:
+    if config.DISABLE_JIT:  # type: ignore[attr-defined]
+        raise InputError("NUMBA_DISABLE_JIT = 1: the loops run compiled only; unset it")
     # LLVM vectorises a loop over many arrays only if it may check that they do not overlap; its default of 8 checks
     # is too few for a step of the string.
     llvmlite.binding.set_option("slider_drilling", "-runtime-memory-check-threshold=1000")

@@ -76,6 +76,17 @@ def test_unknown_command_is_one_line(repository: Path) -> None:
     assert "no-such-command" in answer.stderr
 
 
+@pytest.mark.parametrize("words", [("info", "run.mcap"), ("run", "--duration", "1"), ("plot", "run.mcap")])
+def test_a_date_that_is_none_is_refused_before_numpy_reads_it(
+    words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "x")
+    with pytest.raises(SystemExit, match="2"):
+        run_group(cli.group, list(words))
+    line = "SOURCE_DATE_EPOCH = 'x': must be a whole number of seconds since 1970; mend it, or unset it\n"
+    assert capsys.readouterr().err == line
+
+
 def test_lazy_group_imports_a_command_when_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     module = type(sys)("lazy_example")
     module.command = click.Command("example")  # type: ignore[attr-defined]

@@ -14,7 +14,7 @@ from slider_drilling.closed_loop import SCENARIOS, WELLS, Trace, every_effect, r
 from slider_drilling.closed_loop.contenders import UNDER_TEST, believed_rig, build, seen
 from slider_drilling.closed_loop.faulty_rig import FaultyRig
 from slider_drilling.closed_loop.page import closed_loop_page
-from slider_drilling.closed_loop.report import as_json, costs
+from slider_drilling.closed_loop.report import as_json, costs, stops
 from slider_drilling.closed_loop.run import Outcome
 from slider_drilling.closed_loop.scenarios import unknown
 from slider_drilling.commands.closed_loop import _print, command
@@ -163,6 +163,29 @@ def test_a_controller_that_does_nothing_is_not_praised():
     assert "nothing drilled" in page_html(page, FIELD)
 
 
+def test_what_stopped_a_slide_and_one_that_was_not_held_are_said():
+    lock = "weight no longer arrives: 108 kN hang on pipe below 3458 m"
+    events = ((0.1, "WARN", "tool_face", "no MWD"), (329.4, "ERROR", "lock_up", lock), (436.0, "WARN", "lock_up", ""),
+              (700.0, "ERROR", "lock_up", "again"), (800.0, "ERROR", "clock", "stamps stand still"))
+    trace = dataclasses.replace(trace_of(lambda t: 20.0 if t > 800.0 else 1.0), events=events)
+    row = {UNDER_TEST: Outcome(HOLD, UNDER_TEST, score(HOLD, trace), trace)}
+    assert stops(row) == [(329.4, "lock_up", lock), (800.0, "clock", "stamps stand still")]
+    assert as_json([row], "a:B", 0, 200)["scenarios"][0]["interlocks"][0] == {
+        "time_s": 329.4, "name": "lock_up", "message": lock}
+    lead = closed_loop_page([row], "a:B", 0, 200).lead
+    assert "more than 15 deg off for over a twentieth of the time in 1." in lead.text and lead.tone == "bad"
+    held = outcomes_of(HOLD, 1.0, 1.0, 1.0)
+    assert closed_loop_page([held], "a:B", 0, 200).lead.tone == "good"
+
+
+def test_the_terminal_says_what_stopped_a_slide(monkeypatch):
+    trace = dataclasses.replace(trace_of(lambda t: 1.0), events=((329.4, "ERROR", "lock_up", "weight [kN] hangs"),))
+    outcome = Outcome(HOLD, UNDER_TEST, score(HOLD, trace), trace)
+    monkeypatch.setattr("slider_drilling.closed_loop.run_all", lambda *args: iter([outcome]))
+    said = CliRunner().invoke(command, ["--only", HOLD.name], catch_exceptions=False).stdout
+    assert f"{HOLD.name}, 329 s: lock_up: weight [kN] hangs" in " ".join(said.split())
+
+
 def outcomes_of(scenario, *means):
     """Of the controller, informed and the oracle, with these mean errors."""
     found = {}
@@ -178,7 +201,7 @@ def test_what_mwd_and_not_knowing_the_rig_cost_is_said():
     said = costs(rows)
     assert "below 4.00 deg, 2.50 with the true rig file, 1.50 with the true tool-face" in said
     assert "costs +1.50 deg" in said and "alone +1.00 deg" in said
-    assert costs([{UNDER_TEST: rows[0][UNDER_TEST]}]) == ""
+    assert costs([{UNDER_TEST: rows[0][UNDER_TEST]}]) == "" == costs(rows[:1])
 
 
 def test_every_effect_of_the_catalogue_comes_at_two_sizes_on_three_wells_and_two_at_once():

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
 from pathlib import Path
+
+import pytest
 
 from slider_drilling.compiler import announced, njit, vector_bits
 
@@ -25,6 +28,23 @@ def test_loops_are_compiled_for_the_widest_vectors():
     command = [sys.executable, "-c", asks]
     answer = subprocess.run(command, capture_output=True, text=True, check=True, cwd=PACKAGE.parent)
     assert answer.stdout.strip() == str(vector_bits() == 512)
+
+
+@pytest.mark.parametrize(
+    ("variable", "said"),
+    [
+        ("NUMBA_NUM_THREADS=0", "NUMBA_NUM_THREADS=0: numba does not start: .* must be > 0; unset it"),
+        ("NUMBA_NUM_THREADS=x", "NUMBA_NUM_THREADS=x: numba does not start: .* could not be parsed; unset it"),
+        ("NUMBA_DISABLE_JIT=1", "NUMBA_DISABLE_JIT = 1: the loops run compiled only; unset it"),
+    ],
+)
+def test_a_variable_that_numba_cannot_start_with_is_named(variable, said):
+    asks = "from slider_drilling.errors import InputError\ntry: import slider_drilling.compiler\n"
+    asks += "except InputError as error: print(error)"
+    name, _, value = variable.partition("=")
+    answer = subprocess.run([sys.executable, "-c", asks], capture_output=True, text=True, check=True,
+                            cwd=PACKAGE.parent, env={**os.environ, name: value})  # fmt: skip
+    assert re.fullmatch(said + "\n", answer.stdout) and answer.stderr == ""
 
 
 def test_says_when_it_compiles_and_not_when_it_does_not(capsys, monkeypatch):

@@ -100,7 +100,7 @@ def test_response_time_stays_within_what_strings_do():
     random = np.random.default_rng(2)
     for _ in range(300):
         string.advance(6.0, 1500.0, 500.0, 1.0, 0.01, 0.003)
-        string.sample(float(random.normal(0.0, 1.5)), 0.003)
+        string.sample(float(random.normal(0.0, 1.5)), 0.003, 1.0)
     assert 20.0 <= string.learnt.response_time <= 181.0
 
 
@@ -153,6 +153,37 @@ def surprised(jump):
 def test_samples_that_surprise_widen_the_doubt_of_the_tool_face():
     assert surprised(2.0) == pytest.approx(surprised(0.0), rel=0.02)
     assert surprised(12.0) > 1.3 * surprised(2.0)
+
+
+def doubt_after(third):
+    """One standard deviation of the tool-face, deg, 29 s after the fifth sample of an MWD of 30 s, which is `third`
+    (deg), or lost where that is None."""
+    noise = EstimatorNoise(math.radians(2.0), 150.0, 0.1, 0.1, 0.3, math.radians(0.6), math.radians(0.15))
+    estimator = ToolFaceEstimator(0.0042, 60.0, noise)
+    for k in range(1, 359):
+        time = 0.5 * k
+        if k % 16 == 0:
+            estimator.observe(time, CycleMean(0.0, 0.0, 0.0, 8.0), 0.75, 0.0)
+        estimator.advance(time)
+        if k % 60 == 0 and (k != 300 or third is not None):
+            estimator.correct(MwdSample(time, time, math.radians(third if k == 300 else 0.0)), 0.0)
+    return math.degrees(estimator.spread)
+
+
+def test_a_wrong_sample_does_not_open_the_door_to_the_next_one():
+    assert doubt_after(140.0) == pytest.approx(doubt_after(None), rel=0.02)
+    assert doubt_after(1.0) < 0.95 * doubt_after(None)
+
+
+def test_a_sample_that_may_be_wrong_moves_the_tool_face_by_as_much_as_it_is_likely_and_leaves_the_doubt():
+    outcome = {}
+    for genuine in (1.0, 0.5, 0.0):
+        string = StringFilter(0.0042, 60.0)
+        string.place(0.0, 0.0, 1.0)
+        outcome[genuine] = (string.sample(2.0, 1e-4, genuine), string.spread)
+    assert outcome[1.0] == pytest.approx((2.0, 0.01), rel=1e-3)
+    assert outcome[0.5] == pytest.approx((1.0, math.sqrt(0.5 * 1.0 + 0.25 * 2.0**2)), rel=1e-3)
+    assert outcome[0.0] == (0.0, 1.0)
 
 
 @pytest.mark.parametrize(("rig", "seconds"), [("rig.short.yaml", 60.0), ("rig.example.yaml", 60.0),

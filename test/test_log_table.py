@@ -266,5 +266,13 @@ def test_command_does_not_overwrite_the_table(tmp_path: Path) -> None:
     assert table.read_text() == "t,torque\n0,1\n"
 
 
+@pytest.mark.parametrize(("units", "told"), [("si", "1.0000 to 2.0000"), ("field", "737.56 to 1475.1")])
+def test_command_lists_what_the_log_holds_in_the_units_asked_for(tmp_path: Path, units: str, told: str) -> None:
+    table = table_file(tmp_path, "t,torque\n0,1000\n1,2000\n")
+    arguments = [str(table), "--mapping", str(mapping_file(tmp_path)), "-o", str(tmp_path / "o.mcap")]
+    answer = CliRunner().invoke(command, [*arguments, "--units", units], catch_exceptions=False)
+    assert told in answer.output and ("kN m" if units == "si" else "ft lbf") in answer.output
+
+
 def test_command_is_in_the_table_of_commands() -> None:
     assert COMMANDS["import"].module == "slider_drilling.commands.import_table"

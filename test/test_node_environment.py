@@ -57,6 +57,17 @@ def test_a_domain_without_ports_is_refused(domain):
         environment.check_domain({"ROS_DOMAIN_ID": good})
 
 
+@pytest.mark.parametrize("homeless", [{}, {"HOME": ""}, {"HOME": "", "ROS_LOG_DIR": ""}])
+def test_logs_have_a_place_without_a_home(homeless):
+    variables = dict(homeless)
+    environment.give_logs_a_place(variables)
+    assert "slider_drilling_ros_" in variables["ROS_LOG_DIR"]
+    for housed in ({"HOME": "/home/a"}, {"HOME": "", "ROS_HOME": "/ros"}):
+        left = dict(housed)
+        environment.give_logs_a_place(left)
+        assert left == housed
+
+
 @pytest.mark.parametrize("reach", ["localhost", "SUBNETS", "MOON"])
 def test_a_range_that_ros_does_not_know_is_refused(reach):
     """ROS 2 takes another for it, with sockets on every interface."""

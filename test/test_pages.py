@@ -3,7 +3,10 @@
 import base64
 import gzip
 import json
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +70,22 @@ def test_a_page_stands_alone_and_is_small(tmp_path: Path) -> None:
 def test_a_page_without_figures_has_no_script() -> None:
     html = page_html(a_page("One sentence.", Bullets(("a", "b"))), SI)
     assert "<script" not in html and len(html) < 12_000
+
+
+def test_a_picture_is_drawn_whatever_windows_are_drawn_by(tmp_path: Path) -> None:
+    asks = "from slider_drilling.pages import Chart, Panel, line; from slider_drilling.pages.picture import picture;"
+    asks += "from slider_drilling.units import SI; import os, sys;"
+    asks += "chart = Chart('A', 'time, s', (Panel('force, N', (line('a', [0, 1], [0, 1]),)),));"
+    asks += "sys.exit(picture((chart,), SI)[:4] != b'\\x89PNG' or os.environ['MPLBACKEND'] != 'nope')"
+    subprocess.run([sys.executable, "-c", asks], check=True, env={**os.environ, "MPLBACKEND": "nope"},
+                   cwd=Path(__file__).parents[1])  # fmt: skip
+
+
+def test_names_and_titles_of_figures_are_in_the_units_of_their_axes() -> None:
+    chart = Chart("Friction at 3 m/h", "time, s", (Panel("friction, N", (Line("3 m/h", TIME, TIME),)),))
+    html = page_html(a_page(chart), FIELD)
+    assert "<h3>Friction at 9.8 ft/h</h3>" in html
+    assert drawings_in(html)[0]["data"][0]["name"] == "9.8 ft/h"
 
 
 @pytest.mark.parametrize(("units", "torque", "angle"), [(SI, 1.3558, 2 * np.pi), (FIELD, 1000.0, 1.0)])

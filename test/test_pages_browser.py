@@ -35,8 +35,11 @@ def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     table = Table(tuple(f"column {k}, kN" for k in range(14)), (tuple(float(k) for k in range(14)),) * 3)
     grid = Map("A map", "speed, m/s", "size, mm", "share", np.arange(5.0), np.arange(4.0), np.eye(4, 5))
     chart = Chart("Tall", "time, s", PANELS, wide=True)
+    told = Table(("claim", "size, kN", "what came of it"), (("It holds " * 20, 1.0, "as far as it goes " * 10),) * 2)
+    level = Chart("Level", "time, s", (Panel("channel, kN m", (WAVE,), level=(1.0, "what noise reaches in 100 logs")),))
     folded = Section("Folded", (Chart("In it", "time, s", PANELS[:1]),), folded=True)
-    write_page(path, Page("Run", "A well, 45 deg", (Section("What", ("Text.", table, chart, grid)), folded)), FIELD)
+    what = Section("What", ("Text.", table, chart, grid, told, level))
+    write_page(path, Page("Run", "A well, 45 deg, by a_module.of.many.words:AndAClassOfMore", (what, folded)), FIELD)
     return path
 
 
@@ -59,6 +62,15 @@ def test_a_page_draws_itself_alone_and_fits_a_telephone(browser, page_file: Path
     assert page.locator(".plot .main-svg").count() > 0
     widths = page.evaluate("[...document.querySelectorAll('.plot .main-svg')].map(one => one.clientWidth)")
     assert max(widths) <= 390
+    # Sentences stand one below the other, each with its heading; a heading of two lines is whole.
+    assert page.evaluate("[...document.querySelectorAll('.prose')].map(one => one.scrollWidth <= 390)") == [True]
+    cell = "document.querySelector('.prose td:nth-child(2)')"
+    said = page.evaluate(f"[{cell}.textContent, getComputedStyle({cell}, '::before').content]")
+    assert said == ["0.225", '"size, klbf: "']
+    heads = page.evaluate("""[...document.querySelectorAll('.plot')].filter(plot => plot.data).map(plot =>
+        Math.min(...[...plot.querySelectorAll('.annotation-text')].map(one => one.getBoundingClientRect().top))
+        - plot.getBoundingClientRect().top)""")
+    assert min(heads) >= 0.0
     # Turned off with its name, a line is gone from every panel; a folded figure is drawn once it is opened.
     page.locator(".legend button", has_text="simulated").first.click()
     shown = page.evaluate("document.querySelector('.plot').data.map(one => one.visible)")
@@ -83,7 +95,7 @@ def test_paper_is_light_and_no_figure_is_longer_than_it(browser, page_file: Path
     page.pdf(path=tmp_path / "page.pdf", format="A4")
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
     heights = page.evaluate("[...document.querySelectorAll('.plot')].map(one => one.layout.height)")
-    assert max(heights) <= 900 and len(heights) == 3
+    assert max(heights) <= 900 and len(heights) == 4
     assert page.evaluate("document.querySelector('.plot').data[0].line.color") == "#1c2733"
     if shutil.which("pdftotext"):
         text = subprocess.run(["pdftotext", tmp_path / "page.pdf", "-"], capture_output=True, text=True, check=True)

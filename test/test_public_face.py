@@ -217,6 +217,7 @@ def test_every_usual_size_acts(rig: sd.Rig, name: str) -> None:
 
 @pytest.mark.parametrize(("effect", "said"), [
     ("stribek", "no such effect; one of stribeck"),
+    ("stribeck=0.4", "'stribeck=0.4': give its values by their keys, as in stribeck:KEY=VALUE"),
     ("stribeck:drop", "not KEY=VALUE"),
     ("stribeck:drop=much", "expected a number"),
     ("stribeck:dropp=0.3", "did you mean drop"),

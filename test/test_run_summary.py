@@ -166,3 +166,10 @@ def test_figures_against_depth():
     assert charts["Weight on bit"].panels[0].marks[0].x == pytest.approx(60.0)
     assert charts["Weight on bit"].panels[0].down
     assert depth_charts(log(truth_bit=joint(0 * TIME))) == ()
+
+
+def test_a_hole_too_short_for_figures_has_no_empty_heading():
+    for metres, expected in ((0.05, False), (0.9, True)):
+        record = log(truth_bit=joint(0 * TIME), **depth(4000.0 + metres * TIME / TIME[-1], 6e4 + 0 * TIME))
+        headings = [section.title for section in page(record, summarise(record)).sections]
+        assert ("By depth" in headings) == expected

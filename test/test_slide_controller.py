@@ -142,6 +142,19 @@ def test_stall_picks_up_and_resumes():
     assert level(controller, "motor_stall") is Level.OK
 
 
+def test_a_block_that_slips_is_lifted_at_once_and_it_is_said():
+    controller = SlideController(RIG)
+    follow(controller, 60.0)
+    commands = [follow(controller, PERIOD, 60.0 + PERIOD * k, block_position=0.02 * k)[0] for k in range(1, 11)]
+    assert commands[2].block_speed >= 0.0
+    assert commands[-1].block_speed == -controller.settings.pick_up_speed
+    assert level(controller, "draw_works") is Level.ERROR
+    for k in range(1, 11):
+        commands = follow(controller, PERIOD, 61.0 + PERIOD * k, block_position=0.2 - 0.02 * k)
+    assert commands[-1].block_speed >= 0.0
+    assert level(controller, "draw_works") is Level.OK
+
+
 def test_losing_pressure_does_not_switch_a_stall_off():
     controller = SlideController(RIG)
     follow(controller, 60.0)

@@ -246,8 +246,8 @@ def _string_figures(found: Analysis) -> tuple[Chart, ...]:
     figures = [
         Chart("Friction coefficient along the string (second half of the log)", "friction coefficient",
               "measured depth, m", (line("mean", along["friction_coefficient"], depth),), depth_down=True),
-        Chart("Direction of slip along the string: 0 along the hole, 90 around it", "beta_v, deg", "measured depth, m",
-              (line("mean", np.degrees(along["beta_v"]), depth),), depth_down=True),
+        Chart("Direction of slip along the string: 0 along the hole, 90 around it", "direction of slip, deg",
+              "measured depth, m", (line("mean", np.degrees(along["beta_v"]), depth),), depth_down=True),
     ]  # fmt: skip
     if found.zones:
         time = [t for t, _ in found.zones]

@@ -39,6 +39,9 @@ def planted(rig: Rig, effect: str) -> Rig:
     """
     name, colon, given = effect.partition(":")
     known = [one.name for one in fields(Effects)]
+    meant = name.partition("=")[0]
+    if meant in known and name not in known:
+        raise InputError(f"effect = {effect!r}: give its values by their keys, as in {meant}:KEY=VALUE")
     if name not in known:
         raise InputError(f"effect = {name!r}: no such effect; one of {', '.join(known)}")
     if name not in USUAL and not colon:

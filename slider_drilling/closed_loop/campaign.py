@@ -16,7 +16,7 @@ from slider_drilling.campaign.job import Job
 from slider_drilling.closed_loop.contenders import BASELINES, UNDER_TEST
 from slider_drilling.closed_loop.drawn import draw_slide
 from slider_drilling.closed_loop.run import run_scenario
-from slider_drilling.closed_loop.score import ALLOWED, Score
+from slider_drilling.closed_loop.score import ALLOWED, HELD_SHARE, Score
 from slider_drilling.control.load import DEFAULT
 from slider_drilling.rig import load_rig
 from slider_drilling.user_code import load_named
@@ -122,7 +122,7 @@ def spread(slides: Sequence[Slide]) -> Spread:
         slides=len(slides), error=quantiles([one.error for one in slides]), time_to_set=quantiles(times),
         peak_torque=quantiles([one.score.peak_torque_n_m for one in slides]),
         set_in_time=sum(one.set_in_time for one in slides),
-        held=sum(not one.score.nothing_drilled and one.score.within_15_deg >= 0.95 for one in slides),
+        held=sum(not one.score.nothing_drilled and one.score.within_15_deg >= HELD_SHARE for one in slides),
         idle=sum(one.score.nothing_drilled for one in slides),
     )  # fmt: skip
 

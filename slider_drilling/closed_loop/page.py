@@ -10,7 +10,7 @@ import numpy as np
 from slider_drilling.closed_loop.contenders import ABOUT, BASELINES, INFORMED, LIMITS, ORACLE, UNDER_TEST
 from slider_drilling.closed_loop.report import costs
 from slider_drilling.closed_loop.run import Outcome
-from slider_drilling.closed_loop.score import ALLOWED, HELD, WITHIN_DEG, Score, error_deg
+from slider_drilling.closed_loop.score import ALLOWED, HELD, HELD_SHARE, WITHIN_DEG, Score, error_deg
 from slider_drilling.pages import Bars, Chart, Lead, Line, Page, Panel, Section, Table, Tag
 from slider_drilling.pages.colours import AMBER, BLUE, GREEN, GREY, PURPLE, RED, SKY
 from slider_drilling.pages.page import Cell
@@ -63,9 +63,11 @@ def _lead(rows: Sequence[dict[str, Outcome]]) -> Lead | None:
     if errors:
         said.append(f"The tool-face was {np.mean(errors):.1f} deg off its target on average, "
                     f"{max(errors):.1f} deg in the worst scenario.")  # fmt: skip
+    lost = sum(score.within_15_deg < HELD_SHARE for score in own if not score.nothing_drilled)
+    said += [f"It was more than {WITHIN_DEG:.0f} deg off for over a twentieth of the time in {lost}."] if lost else []
     said += [f"It was never set in {unset}."] if unset else []
     said += [f"Nothing was drilled in {idle}."] if idle else []
-    return Lead(" ".join(said), "bad" if idle or unset else "good") if said else None
+    return Lead(" ".join(said), "bad" if idle or unset or lost else "good") if said else None
 
 
 def _means(rows: Sequence[dict[str, Outcome]]) -> Chart:

@@ -16,6 +16,7 @@ from slider_drilling.closed_loop.scenario import Scenario
 from slider_drilling.closed_loop.trace import Array, Trace
 
 WITHIN_DEG = 15.0
+HELD_SHARE = 0.95  # of the scored time within, to count as held
 HELD = 60.0       # s within, to count as set
 ALLOWED = 240.0   # s for setting
 LEAST = 0.01      # m of hole; less is nothing drilled

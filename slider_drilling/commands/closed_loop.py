@@ -155,7 +155,8 @@ def _run(
 def _print(rows: list[dict[str, Outcome]], units: Units) -> None:
     from rich.table import Table
 
-    from slider_drilling.closed_loop.report import brief_cells, brief_heads, costs
+    from slider_drilling.closed_loop.contenders import UNDER_TEST
+    from slider_drilling.closed_loop.report import brief_cells, brief_heads, costs, stops
     from slider_drilling.console import stdout
 
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
@@ -164,5 +165,8 @@ def _print(rows: list[dict[str, Outcome]], units: Units) -> None:
     for row in rows:
         table.add_row(*brief_cells(row, units))
     stdout().print(table)
+    for row in rows:
+        for time, name, message in stops(row):
+            stdout().print(f"{row[UNDER_TEST].scenario.name}, {time:.0f} s: {name}: {message}", markup=False)
     if said := costs(rows):
         stdout().print(said)

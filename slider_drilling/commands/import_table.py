@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, print_json, tell_written
+from slider_drilling.commands.options import json_option, print_json, tell_written, units_option
 from slider_drilling.errors import InputError
+
+if TYPE_CHECKING:
+    from slider_drilling.units import Units
 
 EXAMPLES = """\
 The mapping file names columns and units; config/import.example.yaml explains every key of it.
@@ -43,8 +47,10 @@ class RowRange(click.ParamType):
 @click.option("--rows", type=RowRange(), help="Data rows to keep, counted from 0, both ends included.")
 @click.option("--notes", default="", help="A note for the log's metadata.")
 @json_option
+@units_option
 def command(
-    data: Path, mapping: Path, output: Path, rig: Path | None, rows: tuple[int, int] | None, notes: str, as_json: bool
+    data: Path, mapping: Path, output: Path, rig: Path | None, rows: tuple[int, int] | None, notes: str, as_json: bool,
+    units: Units,
 ) -> None:
     """Turn the CSV table DATA into an MCAP log, in SI units, and list what it holds."""
     from slider_drilling.console import progress_bar, stderr, stdout
@@ -75,5 +81,5 @@ def command(
     if as_json:
         print_json({"contents": [asdict(one) for one in contents(log)], "notes": log.notes, "wrote": [output]})
         return
-    stdout().print(summary_table(log))
+    stdout().print(summary_table(log, units))
     tell_written((output,))

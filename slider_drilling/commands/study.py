@@ -85,11 +85,11 @@ def command(name: str | None, listing: bool, output: Path, jobs: int, units: Uni
 
 def _run(names: list[str], output: Path, jobs: int, units: Units) -> dict[str, tuple[Study, str]]:
     """Of each study that ended, what it found and, where its files could not be written, why."""
-    from joblib import Parallel, delayed
     from rich.progress import Progress, SpinnerColumn, TimeElapsedColumn
 
     from slider_drilling.console import progress_bar, stderr
     from slider_drilling.files import prepare_outputs
+    from slider_drilling.parallel import in_processes
     from slider_drilling.tools.render import study_files
 
     prepare_outputs(path for name in names for path in study_files(name, output))
@@ -97,9 +97,9 @@ def _run(names: list[str], output: Path, jobs: int, units: Units) -> dict[str, t
     finished: dict[str, tuple[Study, str]] = {}
     with progress_bar(*columns) as progress:
         task = progress.add_task("studies" if len(names) > 1 else names[0], total=len(names))
-        work = Parallel(n_jobs=min(jobs, len(names)), return_as="generator_unordered")
+        calls = ((name, output, units) for name in names)
         try:
-            for study, why in work(delayed(_run_one)(name, output, units) for name in names):
+            for study, why in in_processes(_run_one, calls, min(jobs, len(names))):
                 finished[study.name] = study, why
                 progress.advance(task)
         except KeyboardInterrupt:

@@ -6,9 +6,13 @@ since, less the weight on bit, is the drag of the pipe that rocking does not rea
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from slider_drilling.effects import BucklingContact
 from slider_drilling.wellbore.static_loads import static_loads
 
 if TYPE_CHECKING:
@@ -24,9 +28,14 @@ class DragMonitor:
     reckoned."""
 
     def __init__(self, rig: Rig, friction_factor: float, weight_on_bit: float):
-        hanging = static_loads(rig).hook_load - weight_on_bit
+        # What buckling holds is lock-up, not the drag to measure it by.
+        rig = dataclasses.replace(rig, effects=dataclasses.replace(rig.effects, buckling_contact=BucklingContact()))
+        turned = static_loads(rig, weight_on_bit=weight_on_bit)
         lowered = static_loads(rig, axial_speed=1.0, weight_on_bit=weight_on_bit, friction_coefficient=friction_factor)
-        self._whole = max(hanging - lowered.hook_load, 1.0)
+        self._depth = lowered.measured_depth
+        self._below = turned.tension - lowered.tension   # N, drag of the pipe below each depth where it does not turn
+        self._whole = max(float(self._below[0]), 1.0)
+        self._friction = 1.0
         self._hanging = self._hook = math.nan
         self.drag = math.nan     # N
         self.share = math.nan    # of the drag of a string that does not turn
@@ -45,8 +54,16 @@ class DragMonitor:
         if math.isnan(self._hook):
             self._hook = hook_load
         self._hook += (1.0 - math.exp(-step / _MEAN_TIME)) * (hook_load - self._hook)
+        self._friction = friction
         self.drag = self._hanging - self._hook - weight_on_bit
         self.share = self.drag / (self._whole * friction)
+
+    @property
+    def held_below(self) -> float:
+        """Measured depth (m) below which pipe that does not turn would drag as much: the string's end where none is
+        known of. What torque says of the reach of rocking is blind to pipe that drags more than the rest."""
+        drag = self.drag / self._friction if math.isfinite(self.drag) else 0.0
+        return float(np.interp(-drag, -self._below, self._depth))
 
     @property
     def arriving(self) -> float:

@@ -35,7 +35,7 @@ class HeaveCompensator:
         self._sum, self._count = 0.0, 0
         self._slow = math.nan           # N, mean of the hook load
         self._cosine = self._sine = 0.0   # m, of the block's compensation
-        self._moved = 0.0               # m, of the block by this
+        self.moved = 0.0               # m, of the block by this
         self.period = math.nan          # s, of the wave, NaN where none was found
         self.left = 0.0                 # m, amplitude that the spectrum shows
         self.short = False              # the draw-works cannot follow
@@ -68,9 +68,9 @@ class HeaveCompensator:
             scale = most / self.amplitude
             self._cosine, self._sine = scale * self._cosine, scale * self._sine
         # By differences of position: a sum of speeds whose amplitude is being learnt would walk away.
-        behind = self._cosine * cosine + self._sine * sine - self._moved
+        behind = self._cosine * cosine + self._sine * sine - self.moved
         speed = min(max(behind / step, -self.fastest), self.fastest)
-        self._moved += speed * step
+        self.moved += speed * step
         return speed
 
     def _collect(self, hook_load: float, rocking_period: float, step: float) -> None:

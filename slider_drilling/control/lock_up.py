@@ -16,7 +16,7 @@ _ARRIVES = 0.85        # of the pressure asked for
 _LOCKED_FOR, _HANGING_FOR = 20.0, 180.0   # s
 _FREED_FOR = 30.0      # s
 _LONGEST = 240.0       # s, in which rocking has to free the string
-_BACK_OFF = 0.8        # of the weight that was asked for, at each trip
+_BACK_OFF = 0.9        # of the weight that was asked for, at each trip
 _TRIPS = 3
 
 

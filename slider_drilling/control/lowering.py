@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from slider_drilling.control.approach import Approach
 from slider_drilling.control.auto_driller import AutoDriller, axial_stiffness
+from slider_drilling.control.block_slip import BlockSlip
 from slider_drilling.control.differential_pressure import DifferentialPressure
 from slider_drilling.control.drag import DragMonitor
 from slider_drilling.control.lock_up import LockUp
@@ -26,6 +27,8 @@ class Lowering:
         self.driller = AutoDriller(rig, settings.auto_driller_time, settings.max_block_speed)
         self.approach = Approach(axial_stiffness(rig), self.driller.weight_per_pressure)
         self.lock_up = LockUp()
+        self.slip = BlockSlip()
+        self._told = 0.0         # m/s
         self.borne_share = 1.0   # of the pressure wanted, that torque limits leave
         self.configure(rig, settings)
         self.drag = DragMonitor(rig, settings.friction_factor, self.weight_wanted)
@@ -91,3 +94,13 @@ class Lowering:
         self.approach.drilling(position, pressure.quick, step)
         ramp = self.wanted / self._settings.pressure_ramp_time
         return self.driller.update(pressure.smooth, self.asked, ramp, step, self.drag.arriving)
+
+    def held(self, speed: float, position: float, step: float) -> float:
+        """Block speed, m/s: `speed` (m/s), or what lifts a block that has come down by itself. position: m, of the
+        block but for what it moves against heave, NaN where there is none; step: s since the last sample."""
+        if speed < 0.0 or self.approach.under_way:
+            self.slip.restart()
+            return speed
+        lift = self.slip.update(position, self._told, step)
+        self._told = 0.0 if lift else speed
+        return -self._settings.pick_up_speed if lift else speed

@@ -173,14 +173,14 @@ class SlideController:
             self._pressure.tare(pressure, pump, watch.step)
         self._pressure.update(pressure, pump, watch.step)
         self._estimate(measurements, drive)
-        waited = watch.step if watch.step > 0.0 else self._interval
-        behind = watch.value["top_drive_angle"] - drive.angle
+        waited, behind = watch.step or self._interval, watch.value["top_drive_angle"] - drive.angle
         self._permission = self._interlocks.update(watch, waited, self._pressure.quick, self._mwd_age, behind)
         self._rock(drive)
         pump_speed = self._settings.pump_speed or self._reference_pump
         moving = self._permission.lower and not self._testing() and not self._lowering.lock_up.stops
         wave = self._heave.update(self._fresh("hook_load"), self._period_now(), moving, watch.step)
-        return RigCommand(drive.angle, drive.speed, self._lower() + wave, pump_speed)
+        lower = self._lowering.held(self._lower(), self._fresh("block_position") - self._heave.moved, watch.step)
+        return RigCommand(drive.angle, drive.speed, lower + wave, pump_speed)
 
     def _started(self) -> RockingDrive:
         """The reference, which begins at the angle that the top drive has."""
@@ -256,14 +256,6 @@ class SlideController:
     def zones(self) -> Zones:
         """The three zones as believed now: how deep rocking reaches, how far up the reactive torque."""
         return self._belief.zones(self._amplitude, self._pressure.reactive_torque, self._finder.scale)
-
-    def _freed_to(self) -> float:
-        """Measured depth (m) down to which the last strokes have freed the string: at what torque they ended tells,
-        whatever friction is there."""
-        torque = self._finder.breakover_torque
-        if not torque > 0.0 or self._amplitude <= 0.0:
-            return self.zones().rocked_to
-        return self._belief.reach(self._amplitude, self._belief.scale_from(self._amplitude, torque))
 
     def _rock(self, drive: RockingDrive) -> None:
         step = self._watch.step
@@ -383,8 +375,7 @@ class SlideController:
         return self._lowering.speed(self._pressure, self._watch.value["block_position"], self._watch.step)
 
     def status(self) -> tuple[Status, ...]:
-        """The tool-face and its error, what was learnt of the string, the zones, and every interlock with its
-        reason."""
+        """The tool-face and its error, what was learnt of the string, the zones, every interlock with its reason."""
         zones, lowering = self.zones(), self._lowering
         return (
             slide_status.of_tool_face(self._estimator, self._target, self._centre, self._pressure.reactive_torque),
@@ -392,7 +383,8 @@ class SlideController:
             slide_status.of_reach(zones, self._belief.bit_depth, self._amplitude, self._period_now(), self._finder,
                                   self._reach, self._swing, lowering),
             slide_status.of_heave(self._heave),
-            slide_status.of_lock_up(lowering.lock_up, lowering.drag, self._freed_to()),
+            slide_status.of_lock_up(lowering.lock_up, lowering.drag),
+            slide_status.of_slip(lowering.slip),
             *self._interlocks.statuses())
 
     def corrected_rig(self) -> Rig:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from slider_drilling.control.amplitude import AmplitudeFinder
+from slider_drilling.control.block_slip import BlockSlip
 from slider_drilling.control.drag import DragMonitor
 from slider_drilling.control.heave import HeaveCompensator
 from slider_drilling.control.lock_up import Lock, LockUp
@@ -58,8 +59,8 @@ def of_reach(zones: Zones, bit_depth: float, amplitude: float, period: float, fi
               ("drag_n", f"{drag.drag:.0f}"), ("drag_share", f"{drag.share:.2f}"),
               ("share_of_pressure_wanted", f"{lowering.asked / lowering.wanted:.2f}"))
     if lowering.lock_up.stops:
-        return Status(Level.ERROR, "reach", f"rocking frees the string down to {zones.rocked_to:.0f} m of "
-                      f"{bit_depth:.0f} m only", values)
+        return Status(Level.ERROR, "reach", f"rocking frees the string down to {drag.held_below:.0f} m of "
+                      f"{bit_depth:.0f} m only, by its drag", values)
     if reach.stuck:
         return Status(Level.WARN, "reach", f"what pulls does not turn the bit: rocking reaches {zones.rocked_to:.0f} m "
                       f"of {bit_depth:.0f} m as believed", values)
@@ -77,16 +78,22 @@ def of_heave(heave: HeaveCompensator) -> Status:
                   "it", values)
 
 
-def of_lock_up(lock: LockUp, drag: DragMonitor, freed_to: float) -> Status:
-    """The interlock: whether lowering is stopped as weight no longer arrives, where it hangs, what to do.
+def of_slip(slip: BlockSlip) -> Status:
+    """The interlock: whether the block came down by itself and is being lifted back."""
+    values = (("below_m", f"{slip.below:.2f}"), ("slips", str(slip.slips)))
+    if slip.lifting:
+        return Status(Level.ERROR, "draw_works", f"the block is {slip.below:.2f} m lower than it was told to be: "
+                      "lifted back; see to the brake", values)
+    return Status(Level.OK, "draw_works", "the block is where it was told to be", values)
 
-    freed_to: m, measured depth that rocking frees the string to.
-    """
+
+def of_lock_up(lock: LockUp, drag: DragMonitor) -> Status:
+    """The interlock: whether lowering is stopped as weight no longer arrives, where it hangs, what to do."""
     values = (("trips", str(lock.trips)), ("share_of_weight_left", f"{lock.share_left:.2f}"),
-              ("drag_n", f"{drag.drag:.0f}"), ("held_below_m", f"{freed_to:.0f}"))
+              ("drag_n", f"{drag.drag:.0f}"), ("held_below_m", f"{drag.held_below:.0f}"))
     if lock.state is Lock.FREE:
         return Status(Level.OK, "lock_up", lock.state.value, values)
-    hangs = f"{drag.drag / 1e3:.0f} kN hang on pipe below {freed_to:.0f} m"
+    hangs = f"{drag.drag / 1e3:.0f} kN hang on pipe below {drag.held_below:.0f} m"
     if lock.state is Lock.LESS:
         return Status(Level.WARN, "lock_up", f"the string has locked up: {100.0 * lock.share_left:.0f} % of the weight "
                       f"is asked for now, {hangs}", values)

@@ -131,20 +131,24 @@ class StringFilter:
         row[_BETA] = -self.compliance * carried
         return self._correct(row, angle - expected, variance)
 
-    def sample(self, innovation: float, variance: float) -> float:
-        """Take an MWD sample: rad beyond x as held when it was read; variance: rad2. Returns the change of x."""
+    def sample(self, innovation: float, variance: float, genuine: float) -> float:
+        """Take an MWD sample: rad beyond x as held when it was read; variance: rad2; genuine: probability that it is no
+        outlier. Returns the change of x."""
         row = np.zeros(6)
         row[_X] = 1.0
-        return self._correct(row, innovation, variance)
+        return self._correct(row, innovation, variance, genuine)
 
-    def _correct(self, row: Array, innovation: float, variance: float) -> float:
+    def _correct(self, row: Array, innovation: float, variance: float, genuine: float = 1.0) -> float:
+        """Mean and covariance of two cases: the measurement is what it says, or it says nothing."""
         before = float(self.mean[_X])
         covariance = self._covariance
         gain = covariance @ row / (row @ covariance @ row + variance)
-        self.mean = self.mean + gain * innovation
+        self.mean = self.mean + genuine * innovation * gain
         self.mean[_S] = min(max(self.mean[_S], _LEAST_STIFFNESS), _MOST)
         self.mean[_K] = min(max(self.mean[_K], _LEAST_MOTOR), _MOST)
         self.mean[_TAU] = min(max(self.mean[_TAU], -_MOST_MOBILE), _MOST_MOBILE)
         left = np.eye(6) - np.outer(gain, row)
-        self._covariance = left @ covariance @ left.T + variance * np.outer(gain, gain)
+        taken = left @ covariance @ left.T + variance * np.outer(gain, gain)
+        apart = genuine * (1.0 - genuine) * innovation**2 * np.outer(gain, gain)
+        self._covariance = genuine * taken + (1.0 - genuine) * covariance + apart
         return float(self.mean[_X]) - before

@@ -25,7 +25,7 @@ from slider_drilling.signals import MwdSample
 
 _STEP = 0.5                # s between the instants that are kept
 _OUTLIERS = 0.1            # share of MWD samples that may be any angle
-_GATE = 4.0                # standard deviations beyond which a sample counts as refused
+_TAKEN = 0.5               # probability that a sample is none, below which it counts as refused
 _NOTICED, _MOST_SURPRISE = 0.25, 16.0   # share of one sample in the mean square of surprise; the most that one counts
 _RATE_DOUBT = 0.2          # of the squared rate at which what pulls is believed to turn the bit
 _RAMP_DOUBT = 1.0          # ... while the bit is being loaded: pipe near it gives before surface sees anything
@@ -219,15 +219,15 @@ class ToolFaceEstimator:
     def _take(self, sample: MwdSample, then: _Instant, variance: float) -> bool:
         off = math.remainder(sample.tool_face - then.tool_face, 2.0 * math.pi)
         expected = variance + self.filter.spread**2
-        self._surprise += _NOTICED * (min(off * off / expected, _MOST_SURPRISE) - self._surprise)
+        genuine = _genuine(off, expected)
+        # A wrong sample says nothing of how the string moves: it must not open the door to the next one.
+        self._surprise += _NOTICED * genuine * (min(off * off / expected, _MOST_SURPRISE) - self._surprise)
         self._surprise = max(self._surprise, 1.0)
-        if abs(off) > _GATE * math.sqrt(expected):
+        self._shift(-math.inf, self.filter.sample(off, variance, genuine))
+        if genuine < _TAKEN:
             self.rejections += 1
             self._find_again()
-            return False
-        change = self.filter.sample(off, variance)
-        self._shift(-math.inf, change)
-        return True
+        return genuine >= _TAKEN
 
     def _find_again(self) -> None:
         """Samples that keep being refused but agree with one another are believed."""
@@ -241,3 +241,9 @@ class ToolFaceEstimator:
             if self._past[index].time <= time:
                 return index
         return 0
+
+
+def _genuine(off: float, expected: float) -> float:
+    """Probability that a sample `off` (rad) from what is held, with `expected` (rad2) of variance, is no outlier."""
+    normal = (1.0 - _OUTLIERS) * math.exp(-0.5 * off * off / expected) / math.sqrt(2.0 * math.pi * expected)
+    return normal / (normal + _OUTLIERS / (2.0 * math.pi))

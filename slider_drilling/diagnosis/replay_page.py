@@ -15,7 +15,7 @@ from slider_drilling.log.series import RigLog
 from slider_drilling.pages import Chart, Line, Page, Panel, Section, Table
 from slider_drilling.pages.colours import BLUE, INK, RED
 from slider_drilling.pages.figures import folded
-from slider_drilling.units import Units
+from slider_drilling.units import Units, number
 
 # Of a channel's SI unit: its value in the unit that pages start from, and that unit.
 SHOWN = {"N m": (1e-3, "kN m"), "N": (1e-3, "kN"), "Pa": (1e-5, "bar"), "rad": (180.0 / math.pi, "deg")}
@@ -29,7 +29,7 @@ def table_rows(run: Replay, units: Units) -> list[tuple[str, str, str, str]]:
         factor, unit = SHOWN[one.channel.unit]
         ratio = one.rms_over_noise
         rows.append((name.replace("_", " "), str(len(one.residual)), units.text(one.rms * factor, unit),
-                     "-" if ratio is None else f"{ratio:.3g}"))  # fmt: skip
+                     "-" if ratio is None else number(ratio)))  # fmt: skip
     return rows
 
 

@@ -119,8 +119,9 @@ def page(log: RigLog, summary: RunSummary, more: tuple[tuple[str, str], ...] = (
         Section("What happened", (Table(("", ""), (*rows(summary, units), *more)),)),
         Section("", figures),
     ]
-    if summary.drilled is not None and not summary.idle and summary.drilled.source != "block":
-        sections.append(Section("By depth", depth_charts(log)))
+    known = summary.drilled is not None and not summary.idle and summary.drilled.source != "block"
+    if known and (by_depth := depth_charts(log)):
+        sections.append(Section("By depth", by_depth))
     facts = [("log", Path(log.source).name)]
     facts += [(key.replace("_", " "), log.metadata[key]) for key in ("recorded_by", "version") if log.metadata.get(key)]
     notes = (*((log.metadata["notes"],) if log.metadata.get("notes") else ()), *log.notes)

@@ -10,6 +10,7 @@ from rich.table import Table
 
 from slider_drilling.log.series import Array, JointSeries, RigLog
 from slider_drilling.messages.topics import TOPICS
+from slider_drilling.units import SI, Units, number
 
 # Units of position, velocity and effort, or of the value.
 UNITS = {
@@ -26,6 +27,8 @@ UNITS = {
     "truth_weight_on_bit": ("N",),
     "truth_depth": ("m", "m/s", "N"),
 }
+# Of an SI unit: its value in the unit that tables start from, and that unit.
+_SHOWN = {"N m": (1e-3, "kN m"), "N": (1e-3, "kN"), "Pa": (1e-5, "bar")}
 
 
 @dataclass(frozen=True)
@@ -43,13 +46,15 @@ class Content:
     longest_gap: float | None
 
 
-def summary_table(log: RigLog) -> Table:
+def summary_table(log: RigLog, units: Units = SI) -> Table:
     """One line an array that the log holds: samples, time span, range, longest gap between samples."""
     table = Table("topic", "quantity", "samples", "time, s", "range", "unit", "longest gap, s", box=SIMPLE_HEAD)
     for one in contents(log):
         gap = "-" if one.longest_gap is None else f"{one.longest_gap:.2f}"
+        factor, unit = _SHOWN.get(one.unit, (1.0, one.unit))
+        low, high = (number(units.value(factor * value, unit), 5) for value in (one.lowest, one.highest))
         table.add_row(one.topic, one.quantity, str(one.samples), f"{one.first:.1f} to {one.last:.1f}",
-                      f"{one.lowest:.5g} to {one.highest:.5g}", one.unit, gap)
+                      f"{low} to {high}", units.unit(unit), gap)
     return table
 
 

@@ -35,9 +35,7 @@ def prepare() -> None:
     spec = importlib.util.find_spec("rclpy")
     if spec is None or spec.origin is None:
         raise InputError(f"ROS 2 is not there: Python at {sys.prefix} has no rclpy; {INSTALL}")
-    if not {"HOME", "ROS_HOME", "ROS_LOG_DIR"} & set(os.environ):
-        # ROS 2 refuses to start without a place for its logs.
-        os.environ["ROS_LOG_DIR"] = str(Path(tempfile.gettempdir()) / f"slider_drilling_ros_{os.getuid()}")
+    give_logs_a_place(os.environ)
     check_domain(os.environ)
     keep_to_loopback(os.environ)
     wanted = library_path(os.environ.get("LD_LIBRARY_PATH", ""), from_wheels=_within(Path(spec.origin), sys.prefix))
@@ -47,6 +45,12 @@ def prepare() -> None:
         prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
         if sys.prefix not in prefixes:
             os.environ["AMENT_PREFIX_PATH"] = os.pathsep.join([sys.prefix, *filter(None, prefixes)])
+
+
+def give_logs_a_place(variables: MutableMapping[str, str]) -> None:
+    """Name a folder for the logs of ROS 2, which refuses to start without, where no home names one."""
+    if not any(variables.get(name) for name in ("HOME", "ROS_HOME", "ROS_LOG_DIR")):
+        variables["ROS_LOG_DIR"] = str(Path(tempfile.gettempdir()) / f"slider_drilling_ros_{os.getuid()}")
 
 
 def check_domain(variables: Mapping[str, str]) -> None:

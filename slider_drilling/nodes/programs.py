@@ -47,9 +47,11 @@ def _main(name: str) -> None:
     from slider_drilling.errors import InputError
     from slider_drilling.nodes import environment
     from slider_drilling.nodes.parent import end_with_parent
+    from slider_drilling.variables import check_variables
 
     code = 0
     try:
+        check_variables(os.environ)
         environment.prepare()
         end_with_parent()
         from slider_drilling.nodes.run_node import run_node

@@ -42,13 +42,16 @@
       Object.assign(layout[key], { gridcolor: rule, linecolor: rule, zerolinecolor: rule, zerolinewidth: 1.5, exponentformat: "power",
         hoverformat: ".7~g" });
     }
+    let above = 30;
     for (const note of layout.annotations ?? []) {  // a heading that is wider than the figure takes two lines
-      if (note.text.length * 6 > width - 46) note.text = note.text.replace(" · ", "<br>");
+      if (note.text.length * 6 <= width - 46 || !note.text.includes(" · ")) continue;
+      note.text = note.text.replace(" · ", "<br>");
+      above = 46;
     }
     return Object.assign(layout, {
       width, height: paper ? Math.min(figure.height * PAPER.scale, PAPER.height) : figure.height, autosize: false, showlegend: false, paper_bgcolor: "rgba(0,0,0,0)",
       plot_bgcolor: "rgba(0,0,0,0)", font: { color: ink, size: width < 460 ? 11 : 12.5, family: "system-ui, sans-serif" },
-      margin: { l: 46, r: 12, t: 30, b: 40 }, hoverlabel: { bgcolor: name === "dark" ? "#1d242c" : "#ffffff", font: { color: ink } }, separators: ".\u2009", dragmode: touch ? false : "zoom",
+      margin: { l: 46, r: 12, t: above, b: 40 }, hoverlabel: { bgcolor: name === "dark" ? "#1d242c" : "#ffffff", font: { color: ink } }, separators: ".\u2009", dragmode: touch ? false : "zoom",
     });
   }
 

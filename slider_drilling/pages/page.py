@@ -21,6 +21,7 @@ from slider_drilling.units import Units, number, unit_of
 Tone = Literal["good", "plain", "bad"]
 SCRIPT = "plotly-cartesian.min.js.gz"
 """plotly.js 4.1.1 with its cartesian traces: `npm pack plotly.js-cartesian-dist-min`, then `gzip -9n`."""
+_PROSE = 40  # characters: cells longer than this are read, and stand one below the other on a telephone
 _NUMERIC = re.compile(r"^(never|-|[-+]?[\d.]+(e-?\d+)?( (to|of) [-+]?[\d.]+)?( [%\w/]{1,7}( lbf| m)?)?)$")
 
 
@@ -144,8 +145,9 @@ def _item(item: str | Bullets | Table | Chart | Map, units: Units, drawings: lis
     drawn = drawing(item, units)
     drawings.append({"data": drawn["data"], "layout": drawn["layout"], "height": drawn["height"]})
     wide = isinstance(item, Chart) and (item.wide or len(item.panels) > 1)
-    return {"kind": "figure", "place": len(drawings) - 1, "title": item.title, "caption": units.sentence(item.caption),
-            "legend": drawn["legend"], "height": drawn["height"], "wide": wide}  # fmt: skip
+    return {"kind": "figure", "place": len(drawings) - 1, "title": units.sentence(item.title),
+            "caption": units.sentence(item.caption), "legend": drawn["legend"],
+            "height": drawn["height"], "wide": wide}  # fmt: skip
 
 
 def _grouped(items: list[dict[str, Any]]) -> list[list[dict[str, Any]]]:
@@ -168,7 +170,9 @@ def _table(table: Table, units: Units) -> dict[str, Any]:
     ]
     right = [all(_NUMERIC.match(_plain(row[k])) for row in rows if k < len(row) and _plain(row[k]))
              and any(k < len(row) and _plain(row[k]) for row in rows) for k in range(len(column_units))]  # fmt: skip
-    return {"header": [units.label(label) for label in table.header], "rows": rows, "right": right}
+    longest = max((len(_plain(cell)) for row in rows for cell in row), default=0)
+    return {"header": [units.label(label) for label in table.header], "rows": rows, "right": right,
+            "prose": len(table.header) > 2 and longest > _PROSE}  # fmt: skip
 
 
 def _plain(parts: list[dict[str, str]]) -> str:

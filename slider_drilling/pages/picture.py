@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import io
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,9 +36,21 @@ def picture(figures: tuple[Figure, ...], units: Units, title: str = "") -> bytes
         return _png(figures, units, title)
 
 
+@contextmanager
+def _without_windows() -> Iterator[None]:
+    """Import matplotlib within: MPLBACKEND says where windows are drawn, and a wrong one would end the import."""
+    given = os.environ.pop("MPLBACKEND", None)
+    try:
+        yield
+    finally:
+        if given is not None:
+            os.environ["MPLBACKEND"] = given
+
+
 def _png(figures: tuple[Figure, ...], units: Units, title: str) -> bytes:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure as Paper
+    with _without_windows():
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure as Paper
 
     columns = 1 if len(figures) == 1 else 2
     rows = [figures[first : first + columns] for first in range(0, len(figures), columns)]
@@ -58,7 +73,7 @@ def _height(figure: Figure) -> float:
 
 
 def _draw(place: SubFigure, figure: Figure, units: Units) -> None:
-    place.suptitle(figure.title, fontsize=10.5, x=0.02, ha="left")
+    place.suptitle(units.sentence(figure.title), fontsize=10.5, x=0.02, ha="left")
     if isinstance(figure, Map):
         _map(place.subplots(), figure, units)
         return
@@ -111,7 +126,8 @@ def _line(axes: Axes, mark: Line, x_unit: str, y_unit: str, colour: str, units: 
             axes.errorbar(told, middle, [middle - low, high - middle], fmt="none", ecolor=colour, elinewidth=1.1)
         else:
             axes.fill_between(told, low, high, color=colour, alpha=0.2, linewidth=0.0)
-    axes.plot(told, units.value(y, y_unit), color=colour, linewidth=1.2, label=mark.name or None, **_STYLES[mark.style])
+    name = units.sentence(mark.name) or None
+    axes.plot(told, units.value(y, y_unit), color=colour, linewidth=1.2, label=name, **_STYLES[mark.style])
 
 
 def _bars(axes: Axes, mark: Bars, chart: Chart, panel: Panel, number: int, units: Units) -> None:
@@ -123,7 +139,8 @@ def _bars(axes: Axes, mark: Bars, chart: Chart, panel: Panel, number: int, units
     base: Any = 0.0 if mark.base is None else units.value(mark.base, long_unit)
     draw, rest = (axes.barh, {"left": base, "height": width}) if mark.flat else (
         axes.bar, {"bottom": base, "width": width})  # fmt: skip
-    drawn = draw(at, long, color=colours if len(colours) > 1 else colours[0], label=mark.name or None, **rest)
+    name = units.sentence(mark.name) or None
+    drawn = draw(at, long, color=colours if len(colours) > 1 else colours[0], label=name, **rest)
     if mark.low is not None and mark.high is not None:
         ends = [units.value(values, long_unit) for values in (mark.y - mark.low, mark.high - mark.y)]
         where = {"x": long, "y": at, "xerr": ends} if mark.flat else {"x": at, "y": long, "yerr": ends}

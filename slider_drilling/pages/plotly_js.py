@@ -36,9 +36,10 @@ def _chart(chart: Chart, units: Units) -> dict[str, Any]:
         for index, mark in enumerate(panel.marks):
             colour = _colour(mark, index)
             traces = _traces(mark, chart, panel, units, colour)
-            data += [{**trace, "yaxis": axis, "name": mark.name} for trace in traces]
-            if mark.name:
-                legend.setdefault(mark.name, _entry(mark, colour))
+            name = units.sentence(mark.name)
+            data += [{**trace, "yaxis": axis, "name": name} for trace in traces]
+            if name:
+                legend.setdefault(name, {"name": name, **_entry(mark, colour)})
         layout[f"yaxis{axis[1:]}"] = _axis(panel.marks, panel.limits, panel.y, units, panel.log, panel.down, flat=True)
         layout[f"yaxis{axis[1:]}"] |= {"domain": domain}
         beside = f" · dotted: {panel.level[1]}" if panel.level is not None and panel.level[1] else ""
@@ -65,7 +66,7 @@ def _hover(chart: Chart) -> str:
 
 def _entry(mark: Line | Bars, colour: str) -> dict[str, Any]:
     style = "bars" if isinstance(mark, Bars) else mark.style
-    return {"name": mark.name, "colour": colour, "style": style, "hidden": isinstance(mark, Line) and mark.hidden}
+    return {"colour": colour, "style": style, "hidden": isinstance(mark, Line) and mark.hidden}
 
 
 def _colour(mark: Line | Bars, index: int) -> str:

@@ -10,7 +10,7 @@ from slider_drilling.control.rocking import Rocking
 from slider_drilling.tools.motions import Motion, longitudinal, radial, rocking, three_d, torsional
 from slider_drilling.tools.pipe import Pipe
 from slider_drilling.tools.steady import Steady, steady
-from slider_drilling.tools.study import Chart, Claim, Study, between, line
+from slider_drilling.tools.study import Chart, Claim, Study, between, line, worded
 
 HOUR = 3600.0
 RPM = math.pi / 30.0
@@ -52,7 +52,10 @@ def study() -> Study:
                 "setting, weakest (0) to strongest (1)",
                 "axial friction / Coulomb",
                 tuple(
-                    line(name, place, [max(getattr(s, attribute), 1e-5) for s in rows[rate]])
+                    # Nearly as the longitudinal tool alone: dashed, both are seen.
+                    line(
+                        worded(name), place, [max(getattr(s, attribute), 1e-5) for s in rows[rate]], name == "three_d"
+                    )
                     for name, rows in runs.items()
                 ),
                 log_y=True,
@@ -115,7 +118,7 @@ def _most(runs: dict[str, dict[int, list[Steady]]], attribute: str, measure: str
             "friction_over_coulomb": {
                 name: between(v for row in rows.values() for v in row) for name, rows in table.items()
             },
-            "tools_whose_range_overlaps_rocking_s_at_some_rate": sorted(set(overlap)),
+            "tools_that_overlap_with_rocking_at_some_rate": sorted(set(overlap)),
         },
         not beaten,
         "; ".join(beaten),

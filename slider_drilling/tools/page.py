@@ -8,7 +8,7 @@ from typing import Any
 from slider_drilling.pages import Chart, Lead, Line, Link, Map, Page, Panel, Section, Table, Tag
 from slider_drilling.pages.colours import ORDER
 from slider_drilling.tools.study import Chart as StudyChart
-from slider_drilling.tools.study import Claim, Study
+from slider_drilling.tools.study import Claim, Study, worded
 from slider_drilling.units import SI, Units
 
 # How keys of settings and measurements end that have a unit; the longest first.
@@ -42,7 +42,7 @@ def study_page(study: Study, units: Units = SI) -> Page:
     if tables:
         sections.append(Section("", tuple(tables)))
     sections.append(Section("Figures", tuple(drawn(figure) for figure in study.figures)))
-    facts = tuple(_named(name, value, units) for name, value in study.settings.items())
+    facts = tuple(_fact(name, value, units) for name, value in study.settings.items())
     return Page(study.about, study.title, tuple(sections), facts, _lead(study.claims), study.notes)
 
 
@@ -61,20 +61,26 @@ def _verdict(claim: Claim) -> tuple[Tag | str, ...]:
 
 
 def _measured(measured: dict[str, Any], units: Units) -> tuple[str, ...]:
-    return tuple(f"{name}: {value}" for name, value in (_named(name, value, units) for name, value in measured.items()))
+    named = (_named(name, value, units) for name, value in measured.items())
+    return tuple(f"{name}, {unit}: {value}" if unit else f"{name}: {value}" for name, unit, value in named)
 
 
-def _named(name: str, value: Any, units: Units) -> tuple[str, str]:
-    """Name with its unit and value, in words: ("axial friction, kN", "1.20, 3.40")."""
+def _fact(name: str, value: Any, units: Units) -> tuple[str, str]:
+    bare, unit, words = _named(name, value, units)
+    return bare, f"{words} {unit}".rstrip()
+
+
+def _named(name: str, value: Any, units: Units) -> tuple[str, str, str]:
+    """Name, unit and value, in words: ("axial friction", "kN", "1.20, 3.40")."""
     unit = next((unit for ending, unit in _ENDINGS.items() if name.endswith(ending)), "")
     bare = name if not unit else name[: -len(next(e for e, u in _ENDINGS.items() if u == unit and name.endswith(e)))]
     told = unit if isinstance(value, str) else units.unit(unit)
-    return f"{bare.replace('_', ' ')}, {told}" if unit else bare.replace("_", " "), _words(value, unit, units)
+    return worded(bare), told, _words(value, unit, units)
 
 
 def _words(value: Any, unit: str, units: Units) -> str:
     if isinstance(value, dict):
-        return "; ".join(f"{str(name).replace('_', ' ')} {_words(one, unit, units)}" for name, one in value.items())
+        return "; ".join(f"{worded(str(name))} {_words(one, unit, units)}" for name, one in value.items())
     if isinstance(value, (list, tuple)):
         return ", ".join(_words(one, unit, units) for one in value)
     if isinstance(value, bool):
@@ -82,7 +88,7 @@ def _words(value: Any, unit: str, units: Units) -> str:
     if isinstance(value, int) and not unit:
         return str(value)
     if not isinstance(value, (int, float)):
-        return str(value)
+        return worded(str(value))
     told = units.value(float(value), unit)
     return "0" if abs(told) < 1e-12 else f"{told:.4g}"
 

@@ -72,12 +72,12 @@ def study() -> Study:
             Chart(
                 "Angle between slip and asperity axis (Fig. 24, right)",
                 "time, s",
-                "beta_v, deg",
+                "angle of slip, deg",
                 tuple(line(f"{rate} m/h", s.history.time, np.degrees(s.history.beta_v)) for rate, s in settled.items()),
             ),
             Chart(
                 "Amplitude (Fig. 25) and the rigid limit (dashed)",
-                "D_y, rad",
+                "amplitude, rad",
                 "axial friction / Coulomb",
                 (
                     *(line(f"{rate} m/h", AMPLITUDES, row, colour=k) for k, (rate, row) in enumerate(sweep.items())),

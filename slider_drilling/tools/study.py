@@ -82,6 +82,11 @@ def line(name: str, x: ArrayLike, y: ArrayLike, dashed: bool = False, colour: in
     return Line(name, np.asarray(x, dtype=float), np.asarray(y, dtype=float), dashed, colour)
 
 
+def worded(name: str) -> str:
+    """A name of the program's as a reader writes it."""
+    return name.replace("three_d", "3-D").replace("coulomb", "Coulomb").replace("_", " ")
+
+
 UNCHANGED = 0.05
 """Of Coulomb friction: what is said not to depend on something may change by this much, in every study."""
 

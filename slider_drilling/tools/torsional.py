@@ -65,7 +65,7 @@ def study() -> Study:
             Chart(
                 "Angle between slip and asperity axis (Fig. 20, right)",
                 "time, s",
-                "beta_v, deg",
+                "angle of slip, deg",
                 tuple(
                     line(f"{rpm} rpm", s.history.time, np.degrees(s.history.beta_v))
                     for rpm, s in zip(SPEEDS_RPM, settled, strict=True)

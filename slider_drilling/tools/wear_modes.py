@@ -59,7 +59,7 @@ def study() -> Study:
             ),
             Chart(
                 "Attack angle that the paper's asperity shows (eq. 6)",
-                "beta_v, deg",
+                "angle of slip, deg",
                 "effective attack angle, deg",
                 tuple(
                     line(
@@ -72,7 +72,7 @@ def study() -> Study:
             ),
             Chart(
                 "Friction of the paper's asperity (chi = pi)",
-                "beta_v, deg",
+                "angle of slip, deg",
                 "friction coefficient",
                 tuple(
                     line(

@@ -16,6 +16,7 @@ from slider_drilling.messages.topics import TOPICS, Topic
 from slider_drilling.nodes import link
 
 DEADLINE = 120.0  # s, for anything that has to happen
+STATUSES = 100_000  # that wait where this process gets no turn: in lockstep a rig sends hundreds a second
 KEPT = ("top_drive", "draw_works", "mud_pump", "top_drive_command", "tool_face_target")
 
 
@@ -36,7 +37,7 @@ class Ear:
         self.statuses: dict[str, DiagnosticStatus] = {}
         for name in KEPT:
             link.subscription(self.node, TOPICS[name], self._keeper(name))
-        self.node.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, 100)
+        self.node.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, STATUSES)
 
     def _keeper(self, name: str) -> Callable[[bytes], None]:
         def keep(data: bytes) -> None:

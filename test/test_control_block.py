@@ -1,0 +1,215 @@
+"""What lowers the block: pressure, drag, lock-up, approach and heave, each against what it must be in closed form."""
+
+import dataclasses
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slider_drilling.control.approach import Approach
+from slider_drilling.control.auto_driller import AutoDriller
+from slider_drilling.control.block_slip import BlockSlip
+from slider_drilling.control.differential_pressure import DifferentialPressure
+from slider_drilling.control.drag import DragMonitor
+from slider_drilling.control.heave import HeaveCompensator
+from slider_drilling.control.lock_up import Lock, LockUp
+from slider_drilling.effects import BucklingContact
+from slider_drilling.rig import load_rig
+
+CONFIG = Path(__file__).resolve().parents[1] / "config"
+RIG = load_rig(CONFIG / "rig.example.yaml")
+
+
+def test_differential_pressure_is_zero_off_bottom_at_any_flow():
+    for share in (0.6, 1.0, 1.1):
+        pressure = DifferentialPressure(RIG, 0.0, 0.5, 5.0)
+        for _ in range(100):
+            pressure.update(1.8e7 * share**1.8 + 1e6, share * 0.032 / 0.0026, 1.0)
+        assert pressure.smooth == pytest.approx(1e6, rel=1e-3)
+        assert pressure.reactive_torque == pytest.approx(1600.0, rel=1e-3)
+
+
+def test_lost_pressure_holds_the_last_value():
+    pressure = DifferentialPressure(RIG, 0.0, 0.5, 5.0)
+    pressure.update(1.9e7, 0.032 / 0.0026, 100.0)
+    held = pressure.smooth
+    pressure.update(math.nan, 12.3, 1.0)
+    assert pressure.smooth == held
+
+
+def test_auto_driller_holds_pressure_on_a_spring_and_a_bit():
+    """Against the string's stiffness and the rig file's rock, without friction: the pressure wanted is reached."""
+    driller = AutoDriller(RIG, 30.0, 0.02)
+    wanted = driller.pressure_for(0.0025)
+    stiffness, weight = 1.775e5, 0.0
+    for _ in range(6000):
+        speed = driller.update(weight / driller.weight_per_pressure, wanted, wanted / 60.0, 0.1)
+        drilled = driller.speed_per_pressure * weight / driller.weight_per_pressure
+        weight += stiffness * (speed - drilled) * 0.1
+    assert weight / driller.weight_per_pressure == pytest.approx(wanted, rel=0.02)
+    assert speed == pytest.approx(0.0025, rel=0.05)
+
+
+def test_depth_that_holds_is_where_pipe_that_lies_still_drags_as_much():
+    """In the horizontal hole each metre of drill pipe drags by friction times its buoyed weight."""
+    depths = []
+    for held in (0.0, 3e4, 5e4, 9e5):
+        drag = DragMonitor(RIG, 0.235, 8e4)
+        drag.tare(460e3, 0.1)
+        drag.update(460e3 - 8e4 - held, 8e4, 1.0, 0.1)
+        depths.append(drag.held_below)
+    metre = 0.235 * (RIG.string.density - RIG.mud.density) * 9.81 * math.pi / 4.0 * (0.127**2 - 0.1086**2)
+    assert depths[1] - depths[2] == pytest.approx(2e4 / metre, rel=0.01)
+    assert depths[0] == pytest.approx(4000.0) and depths[3] == 0.0
+    assert DragMonitor(RIG, 0.235, 8e4).held_below == pytest.approx(4000.0), "nothing was measured yet"
+    looser = DragMonitor(RIG, 0.235, 8e4)
+    looser.tare(460e3, 0.1)
+    looser.update(460e3 - 8e4 - 3e4, 8e4, 0.8, 0.1)
+    assert looser.held_below < depths[1], "where friction is less, more pipe must lie still to drag as much"
+
+
+def test_pipe_that_is_known_to_buckle_locks_up_at_the_same_drag():
+    """What buckling holds is lock-up: a rig file that knows of it must not make it count for less."""
+    known = dataclasses.replace(RIG, effects=dataclasses.replace(RIG.effects, buckling_contact=BucklingContact(1.0)))
+    shares = []
+    for rig in (RIG, known):
+        drag = DragMonitor(rig, 0.235, 8e4)
+        drag.tare(460e3, 0.1)
+        drag.update(280e3, 4e4, 1.0, 0.1)
+        shares.append(drag.share)
+    assert shares[1] == pytest.approx(shares[0])
+
+
+def test_drag_is_the_weight_that_neither_hook_nor_bit_carries():
+    drag = DragMonitor(RIG, 0.235, 8e4)
+    for _ in range(300):
+        drag.tare(460e3, 0.1)
+    assert drag.arriving == 1.0
+    for hook_load, weight, arriving in ((360e3, 8e4, 1.0), (250e3, 4e4, 0.0), (250e3, 4e4, 0.0), (360e3, 8e4, 1.0)):
+        for _ in range(900):
+            drag.update(hook_load, weight, 1.0, 0.1)
+        assert drag.drag == pytest.approx(460e3 - hook_load - weight, abs=500.0)
+        assert drag.arriving == arriving
+
+
+@pytest.mark.parametrize(("falling", "lifted"), [(0.2, True), (0.03, True), (0.0, False), (-0.2, False)])
+def test_a_block_that_comes_down_by_itself_is_lifted_back_to_where_it_should_be(falling, lifted):
+    """Beside 2.5 mm/s that are asked for it falls (m/s) for 10 s; what is lifted is lifted at 0.2 m/s."""
+    slip, block, furthest = BlockSlip(), 0.0, 0.0
+    for k in range(400):
+        lift = slip.update(block, 0.0025, 0.1)
+        block += 0.1 * (0.0025 + (falling if 100 <= k < 200 else 0.0) - (0.2 if lift else 0.0))
+        furthest = max(furthest, block - 0.1 * (k + 1) * 0.0025)
+    assert (slip.slips > 0) == lifted
+    if lifted:
+        assert furthest < 0.17
+        assert block - 40.0 * 0.0025 < 0.2
+
+
+def test_a_sensor_that_leaps_drops_out_or_lags_is_no_block_that_slips():
+    slip = BlockSlip()
+    waves = [0.2 * math.sin(2.0 * math.pi * 0.1 * k / 8.0) for k in range(200)]   # asked for, and made 0.2 s later
+    readings = [5.0, math.nan, 0.3, 0.0, *(waves[max(k - 2, 0)] for k in range(200))]
+    told = [0.0, 0.0, 0.0, 0.0, 0.0, *(np.diff(waves) / 0.1)]
+    for reading, speed in zip(readings, told, strict=True):
+        assert not slip.update(reading, speed, 0.1)
+    assert slip.slips == 0
+
+
+def lock_up_after(lock, drag, pressure, seconds):
+    for _ in range(round(10.0 * seconds)):
+        lock.update(drag, pressure, 1.8e6, 0.1)
+    return lock.state
+
+
+def test_lock_up_lets_go_with_less_weight_each_time_and_then_latches():
+    lock = LockUp()
+    assert lock_up_after(lock, 0.7, 1.7e6, 600.0) is Lock.FREE, "weight that arrives is no lock-up"
+    assert lock_up_after(lock, 0.3, 0.9e6, 600.0) is Lock.FREE, "pipe that hardly drags holds no weight"
+    for trip, share in ((1, 0.9), (2, 0.81)):
+        assert lock_up_after(lock, 0.7, 0.9e6, 21.0) is Lock.HELD and lock.stops
+        assert lock.share_left == pytest.approx(share) and lock.trips == trip
+        assert lock_up_after(lock, 0.5, 0.9e6, 60.0) is Lock.HELD, "not freed yet"
+        assert lock_up_after(lock, 0.2, 0.9e6, 20.0) is Lock.HELD, "not freed for long enough"
+        assert lock_up_after(lock, 0.2, 0.9e6, 11.0) is Lock.LESS and not lock.stops
+    assert lock_up_after(lock, 0.7, 0.9e6, 21.0) is Lock.LATCHED
+    assert lock_up_after(lock, 0.0, 1.8e6, 3600.0) is Lock.LATCHED and lock.stops, "drag that is gone tells nothing now"
+    lock.release()
+    assert lock.state is Lock.FREE and lock.share_left == 1.0
+
+
+def test_lock_up_that_rocking_does_not_free_latches():
+    lock = LockUp()
+    assert lock_up_after(lock, 0.7, 0.9e6, 300.0) is Lock.LATCHED
+    assert lock.never_freed and lock.trips == 1
+
+
+def test_weight_that_arrives_too_slowly_is_lock_up_too():
+    assert lock_up_after(LockUp(), 0.45, 0.9e6, 170.0) is Lock.FREE
+    assert lock_up_after(LockUp(), 0.45, 0.9e6, 181.0) is Lock.HELD
+    assert lock_up_after(LockUp(), math.nan, 0.9e6, 600.0) is Lock.FREE
+
+
+def test_nothing_is_lowered_that_would_hang_on_the_wall():
+    driller = AutoDriller(RIG, 20.0, 0.1)
+    free = [driller.update(0.5e6, 1.8e6, 1e5, 0.1) for _ in range(100)]
+    hung = AutoDriller(RIG, 20.0, 0.1)
+    held = [hung.update(0.5e6, 1.8e6, 1e5, 0.1, arriving=0.0) for _ in range(100)]
+    assert held[-1] == pytest.approx(min(hung.speed_per_pressure * 0.5e6, held[0])) and free[-1] > held[-1]
+    assert hung.setpoint == 0.0 and driller.setpoint == pytest.approx(1e6)
+    driller.follow(0.3e6)
+    assert driller.setpoint == 0.3e6
+
+
+def test_pressure_is_tared_off_bottom_but_not_while_drilling():
+    for extra, tared in ((3e5, True), (1.8e6, False)):
+        pressure = DifferentialPressure(RIG, 0.0, 0.5, 5.0)
+        for _ in range(400):
+            pressure.tare(1.8e7 + extra, 0.032 / 0.0026, 0.1)
+        pressure.update(1.8e7 + extra + 1e6, 0.032 / 0.0026, 100.0)
+        assert pressure.smooth == pytest.approx(1e6 + (0.0 if tared else extra), rel=0.01)
+
+
+def test_approach_knows_where_the_bit_touches_and_a_slip_hardly_moves_it():
+    """Drilling at 80 kN on 1e5 N/m the bit would touch 0.8 m higher; a block that slips 0.6 m shows before pressure."""
+    approach, pressure = Approach(1e5, 0.04), 2e6
+    for k in range(3000):
+        approach.drilling(10.0 + 2.5e-4 * k, pressure, 0.1)
+    end = 10.0 + 2.5e-4 * 3000
+    for _ in range(50):
+        approach.drilling(end + 0.6, pressure, 0.1)
+    approach.pick_up()
+    assert approach.speed(end - 2.8, 0.1, 0.5, 0.1) == 0.1 and approach.fast
+    position = end - 2.8
+    while approach.speed(position, 0.1, 0.5, 0.1) > 0.0:
+        position += 0.1 * approach.speed(position, 0.1, 0.5, 0.0)
+    assert position == pytest.approx(end - 0.8 - 0.25, abs=0.12)
+    assert not approach.fast and approach.under_way
+    assert approach.speed(position, 0.1, 0.1, 0.1) > 0.0
+
+
+def test_approach_that_knows_no_bottom_creeps():
+    assert Approach(1e5, 0.04).speed(0.0, 0.1, 0.0, 0.1) < 0.01
+
+
+def test_heave_is_found_and_taken_out_of_the_block():
+    """A wave of 0.15 m on a spring three times as stiff as believed, beside rocking at 4 s and a slow drift of load."""
+    heave, moved, loads, random = HeaveCompensator(1e5, 0.2), 0.0, [], np.random.default_rng(2)
+    for k in range(4000):
+        time = 0.1 * k
+        wave = 0.15 * math.sin(2.0 * math.pi * time / 11.0 + 1.0)
+        load = 4e5 - 3e5 * (wave + moved) + 4e3 * math.sin(2.0 * math.pi * time / 4.0) - 50.0 * time
+        loads.append(load + 50.0 * time)
+        moved += 0.1 * heave.update(load + random.normal(0.0, 4e3), 8.0, True, 0.1)
+    assert heave.period == pytest.approx(11.0, rel=0.02)
+    assert np.std(loads[-500:]) < 0.25 * np.std(loads[:500])
+    assert abs(moved) < 0.3
+
+
+def test_rocking_is_not_taken_for_heave():
+    heave, random = HeaveCompensator(1e5, 0.2), np.random.default_rng(2)
+    for k in range(3000):
+        load = 4e5 + 1e4 * math.sin(2.0 * math.pi * 0.1 * k / 8.0) + random.normal(0.0, 4e3)
+        assert heave.update(load, 8.0, True, 0.1) == 0.0
+    assert math.isnan(heave.period)

@@ -1,0 +1,162 @@
+"""What the controller rocks with: drive, reach, periods and strokes, each against what it must be in closed form."""
+
+import itertools
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slider_drilling.control.amplitude import LANDING, AmplitudeFinder
+from slider_drilling.control.drive import Motion, RockingDrive, Wish
+from slider_drilling.control.reach import Reach
+from slider_drilling.control.rocking import Rocking
+from slider_drilling.control.stroke_means import StrokeMeans
+from slider_drilling.control.swing import Swing, apart
+from slider_drilling.control.torque_and_drag import TorqueAndDrag
+from slider_drilling.control.torque_turn import TorqueTurn
+from slider_drilling.rig import load_rig
+
+CONFIG = Path(__file__).resolve().parents[1] / "config"
+RIG = load_rig(CONFIG / "rig.example.yaml")
+
+
+def test_drive_draws_the_ideal_trajectory():
+    """With everything constant: the slopes, the turning points and the period of the paper's Fig. 22."""
+    acceleration = 16.0
+    rocking = Rocking(10.0, 10.0, 4.0 / acceleration)
+    drive = RockingDrive(12.0, acceleration)
+    angles, speeds = [], []
+    for _ in range(4000):
+        drive.advance(0.01, Wish(0.0, 10.0, 10.0))
+        angles.append(drive.angle)
+        speeds.append(drive.speed)
+    assert max(angles) == pytest.approx(rocking.turning_angle, abs=1e-3)
+    assert min(angles) == pytest.approx(-rocking.turning_angle, abs=1e-3)
+    assert max(speeds) == pytest.approx(rocking.speed)
+    peaks = [k for k in range(1, 3999) if angles[k - 1] < angles[k] >= angles[k + 1] and angles[k] > 9.0]
+    assert np.diff(peaks) * 0.01 == pytest.approx(10.0, abs=0.02)
+
+
+WISHES = st.builds(Wish, st.floats(-50.0, 50.0), st.floats(0.0, 40.0), st.floats(2.0, 40.0),
+                   st.sampled_from([0.0, 1.0, 3.0]))
+
+
+@given(st.lists(st.tuples(WISHES, st.sampled_from(list(Motion)), st.integers(1, 30)), min_size=1, max_size=8))
+def test_drive_never_jumps_whatever_is_wished(wishes):
+    drive = RockingDrive(12.0, 16.0, 3.0)
+    for wish, motion, count in wishes:
+        for _ in range(count):
+            angle, speed = drive.angle, drive.speed
+            drive.advance(0.1, wish, motion)
+            assert abs(drive.speed) <= 12.0 + 1e-9
+            assert abs(drive.speed - speed) <= 16.0 * 0.1 + 1e-9
+            assert abs(drive.angle - angle) <= 12.0 * 0.1 + 1e-9
+
+
+def swung(amplitude, period, drift=0.0, noise=0.02):
+    """A swing as MWD every 12 s shows it, over 400 s of rocking."""
+    random, swing = np.random.default_rng(1), Swing(0.025)
+    for k in range(1, 4001):
+        time = 0.1 * k
+        if k % round(5.0 * period) == 0:
+            swing.reversal(time)
+        swing.fade(0.1)
+        if k % 120 == 0:
+            angle = math.pi * time / (0.5 * period)
+            swing.update(time, amplitude * math.sin(angle + 0.7) + drift * time + random.normal(0.0, noise))
+    return swing
+
+
+@pytest.mark.parametrize("amplitude", [0.0, 0.03, 0.1])
+def test_swing_is_found_in_slow_samples_beside_a_drift(amplitude):
+    swing = swung(amplitude, 7.4, drift=1e-3)
+    assert swing.amplitude == pytest.approx(amplitude, abs=3.0 * swing.spread)
+    assert swing.spread < 0.02
+
+
+def test_period_is_chosen_so_that_samples_meet_unlike_phases():
+    for period, sampling in itertools.product((6.0, 8.1, 11.3), (8.0, 12.0, 20.0)):
+        chosen = apart(period, sampling)
+        cycles = abs(math.remainder(sampling / chosen, 1.0))
+        before = abs(math.remainder(sampling / period, 1.0))
+        assert abs(chosen / period - 1.0) <= 0.121
+        assert chosen >= period
+        assert min(cycles, 1.0 - 2.0 * cycles) >= min(before, 1.0 - 2.0 * before, 0.1) - 1e-9
+
+
+def test_reach_goes_deeper_for_drag_and_less_deep_for_swing():
+    def after(drag, swing, pull=0.0, error=0.3):
+        reach = Reach()
+        for k in range(1000):
+            reach.answer(pull, 60.0, 0.0, error, 0.1)
+            reach.update(drag, swing, 0.01, 0.1)
+            assert 0.65 <= reach.share <= 1.8, k
+        return reach
+
+    assert after(0.5, 0.0).share > 1.2
+    assert after(0.2, 0.1).share < 0.9
+    assert after(0.19, 0.02).share == 1.0
+    assert after(0.3, 0.0).share < after(0.3, 0.0, pull=2.0).share
+    assert after(0.3, 0.0, pull=2.0).stuck and not after(0.3, 0.0).stuck
+    assert after(0.3, 0.0, pull=2.0).urge > 0.9 and after(0.3, 0.0).urge == 0.0
+    assert not after(0.3, 0.0, pull=2.0, error=-0.3).stuck, "a pull that no error asked for is the sensors'"
+    assert after(0.1, 0.0, pull=2.0).share <= 1.0, "pipe that does not drag does not hold the bit"
+
+
+def test_means_over_whole_strokes_leave_no_rocking():
+    """Friction that opposes either stroke alike and a mean torque, on strokes of unlike speed."""
+    means, cycles, strokes = StrokeMeans(), [], 0
+    for k in range(1, 401):
+        if k % 40 == 0:
+            strokes += 1
+        side = 1.0 if strokes % 2 == 0 else -1.0
+        within = (k % 40) / 40.0 - 0.5
+        cycle = means.update(0.1, 2.0 + side * within, 700.0 + side * 3000.0, 500.0, strokes)
+        cycles += [cycle] if cycle else []
+    assert cycles[-1].torque == pytest.approx(700.0, abs=1e-6)
+    assert cycles[-1].angle == pytest.approx(2.0, abs=1e-6)
+    assert (cycles[-1].reactive_torque, cycles[-1].duration) == pytest.approx((500.0, 8.0))
+
+
+def test_a_stroke_that_was_not_measured_gives_no_mean():
+    means, cycles = StrokeMeans(), []
+    for k in range(400):
+        torque = math.nan if 80 <= k < 120 else 0.0
+        cycles.append(means.update(0.1, 0.0, torque, 0.0, k // 40))
+    assert [k for k in range(400) if cycles[k]] == [80, 200, 240, 280, 320, 360]
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.5])
+@pytest.mark.parametrize("friction", [0.75, 1.0, 1.25])
+def test_breakover_test_finds_friction_through_a_sensor_that_lags(friction, lag):
+    """On a string without inertia: loaded along the closed form, unloaded and loaded again along twice of it."""
+    belief = TorqueAndDrag(RIG, 0.235, 0.0)
+    finder, drive = AmplitudeFinder(belief, 10.0), RockingDrive(12.0, 16.0)
+    wish = Wish(0.0, 14.0, 9.0, LANDING * belief.travel_time)
+    from_angle, from_torque, sensed, side, twice = 0.0, 0.0, 0.0, 1.0, 1.0
+    for _ in range(3000):
+        drive.advance(0.1, wish)
+        turned = side * (drive.angle - from_angle) / twice
+        torque = from_torque + side * twice * belief.breakover_torque(max(turned, 0.0), friction)
+        if drive.side != side:
+            from_angle, from_torque, side, twice = drive.angle, torque, drive.side, 2.0
+        sensed += (1.0 - math.exp(-0.1 / lag) if lag else 1.0) * (torque - sensed)
+        finder.update(drive.angle, sensed, drive.strokes)
+    assert not finder.testing
+    assert finder.scale == pytest.approx(friction, rel=0.08 if lag else 0.01)
+
+
+def test_torque_turn_ends_strokes_and_bumps():
+    """On 200 N m per rad with limits of 2 and 1 kN m; a centre wanted 1 rad right goes a rad beyond the right one."""
+    turn, angle, side, ends = TorqueTurn(2000.0, 1000.0), 0.0, 1.0, []
+    for _ in range(4000):
+        angle += side * 0.05
+        if turn.must_turn(angle, 200.0 * angle, side, 2.5 if len(ends) < 4 else 3.5):
+            ends.append(angle)
+            side = -side
+    assert ends[0] == pytest.approx(10.0, abs=0.11) and ends[1] == pytest.approx(-5.0, abs=0.11)
+    assert ends[4] == pytest.approx(11.0, abs=0.21)
+    assert all(a * b < 0.0 for a, b in itertools.pairwise(ends))

@@ -1,0 +1,155 @@
+"""What the controller believes of the tool-face and of the string, against what it must be in closed form."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slider_drilling.control.circular_belief import CircularBelief
+from slider_drilling.control.learnt_rig import corrected, with_worn_motor
+from slider_drilling.control.string_filter import Learnt
+from slider_drilling.control.stroke_means import CycleMean
+from slider_drilling.control.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
+from slider_drilling.control.torque_and_drag import TorqueAndDrag
+from slider_drilling.rig import dump_rig, load_rig, parse_rig
+from slider_drilling.signals import MwdSample
+
+CONFIG = Path(__file__).resolve().parents[1] / "config"
+RIG = load_rig(CONFIG / "rig.example.yaml")
+NOISE = EstimatorNoise(math.radians(3.0), 150.0, 0.1, 0.1, 0.3, math.radians(0.6), math.radians(0.15))
+S = 0.0042   # rad/(N m)
+
+
+def test_belief_of_a_uniform_side_force_is_the_parabola(tmp_path):
+    """Horizontal throughout: torque falls linearly, A = q s^2 / 2GJ."""
+    text = (CONFIG / "rig.example.yaml").read_text()
+    survey = text[text.index("    - [0.0, 0.0"):text.index("  hole_diameter")]
+    flat = text.replace(survey, "    - [0.0, 90.0, 0.0]\n    - [4000.0, 90.0, 0.0]\n")
+    flat = flat.replace("factor: 0.8", "factor: 1.0")
+    flat = flat.replace("length: 60.0, outer_diameter: 0.165, inner_diameter: 0.0714",
+                        "length: 60.0, outer_diameter: 0.127, inner_diameter: 0.1086")
+    path = tmp_path / "flat.yaml"
+    path.write_text(flat)
+    rig = load_rig(path)
+    belief = TorqueAndDrag(rig, 0.25, 0.0)
+    area = math.pi / 4.0 * (0.127**2 - 0.1086**2)
+    gradient = 0.25 * area * (7850.0 - 1200.0) * 9.81 * 0.127 / 2.0
+    torsion = 7.92e10 * math.pi / 32.0 * (0.127**4 - 0.1086**4)
+    for reach in (1000.0, 3000.0):
+        amplitude = gradient * reach**2 / (2.0 * torsion)
+        assert belief.reach(amplitude, 1.0) == pytest.approx(reach, abs=5.0)
+        assert belief.breakover_torque(amplitude, 1.0) == pytest.approx(gradient * reach, rel=2e-3)
+        assert belief.scale_from(amplitude, belief.breakover_torque(amplitude, 1.3)) == pytest.approx(1.3, rel=1e-3)
+    zones = belief.zones(0.0, gradient * 500.0, 1.0)
+    assert zones.reactive_from == pytest.approx(3500.0, abs=5.0)
+    assert zones.static_length == pytest.approx(3500.0, abs=5.0)
+
+
+def feed(estimator, twist, offset, until, samples):
+    """Rocking of 8 s about a centre on target, on a string that the bit twists by `twist(t)`, its bend `offset` off."""
+    for k in range(round(until / 0.5)):
+        time = 0.5 * k
+        estimator.advance(time)
+        if time > 8.0 and time % 4.0 == 0.0:
+            torque = twist(time - 4.0) / S
+            estimator.observe(time, CycleMean(0.0, torque, torque, 8.0), 1.0, 0.0)
+        if time in samples:
+            angle = offset - twist(time - 6.0) if samples[time] is None else samples[time]
+            estimator.correct(MwdSample(time - 6.0, time, math.remainder(angle, 2.0 * math.pi)), 0.0)
+
+
+def test_torque_tells_the_tool_face_between_samples():
+    """After four samples off bottom none come any more, and the reactive torque winds the string up by a turn."""
+    estimator, x = slide(following=0.0, last_sample=54.0, duration=190.0)
+    assert x < -2.0 * math.pi
+    assert estimator.tool_face == pytest.approx(x, abs=2.0 * estimator.spread)
+    assert estimator.spread < 1.5
+
+
+def test_one_wrong_sample_hardly_counts_and_what_repeats_is_believed():
+    every = dict.fromkeys(np.arange(18.0, 300.0, 12.0))
+    estimator = ToolFaceEstimator(S, 60.0, NOISE)
+    feed(estimator, lambda time: 0.0, 0.5, 300.0, every | {150.0: 3.0})
+    assert estimator.rejections == 1
+    assert estimator.tool_face == pytest.approx(0.5, abs=math.radians(1.0))
+    feed(estimator := ToolFaceEstimator(S, 60.0, NOISE), lambda time: 0.0, 0.5, 300.0,
+         every | dict.fromkeys(np.arange(150.0, 300.0, 12.0), 3.0))
+    assert math.remainder(estimator.tool_face - 3.0, 2.0 * math.pi) == pytest.approx(0.0, abs=math.radians(3.0))
+
+
+def slide(softer=0.0, motor=0.0, bias=0.0, following=1.0, last_sample=math.inf, duration=600.0, seed=0):
+    """A rocked string without static zone, in closed form: off bottom, a ramp of pressure, then drilling; the centre
+    follows a share of the twist that the rig file would need, and a step. Returns the estimator and the true
+    tool-face."""
+    random = np.random.default_rng(seed)
+    estimator = ToolFaceEstimator(S, 60.0, NOISE)
+    compliance, x, samples = S * (1.0 + softer), 0.4, []
+    for k in range(round(duration / 0.5)):
+        time = 0.5 * k
+        shown = 2900.0 * min(max((time - 60.0) / 60.0, 0.0), 1.0)
+        centre = following * S * shown + (1.0 if time > 300.0 else 0.0)
+        torque, reactive = (centre - x + 0.4) / compliance, (1.0 + motor) * shown
+        x += 0.5 * compliance * (torque - reactive) / 60.0
+        estimator.settled = time > 130.0
+        estimator.advance(time, shown)
+        if time > 8.0 and time % 4.0 == 0.0:
+            estimator.observe(time, CycleMean(centre, torque + bias + random.normal(0.0, 17.0), shown, 8.0), 1.0, 0.0)
+        if time % 12.0 == 0.0 and time <= last_sample:
+            samples.append(MwdSample(time, time + 6.0, math.remainder(x + random.normal(0.0, 0.02), 2.0 * math.pi)))
+        while samples and samples[0].arrived_at <= time:
+            estimator.correct(samples.pop(0), 0.0)
+    return estimator, x
+
+
+@pytest.mark.parametrize(("softer", "motor", "bias"), [
+    (0.13, 0.0, 0.0), (0.0, -0.25, 0.0), (0.0, 0.0, -500.0), (0.08, -0.12, 300.0), (0.0, 0.0, 0.0)])  # fmt: skip
+def test_string_is_learnt_while_sliding(softer, motor, bias):
+    """Compliance, motor and sensor at once, within what their stated one-sigma allows; the tool-face is right."""
+    estimator, x = slide(softer, motor, bias)
+    learnt = estimator.filter.learnt
+    assert estimator.tool_face == pytest.approx(x, abs=math.radians(3.0))
+    assert learnt.compliance == pytest.approx(softer, abs=3.0 * learnt.compliance_sigma)
+    assert learnt.motor == pytest.approx(motor, abs=3.0 * learnt.motor_sigma)
+    assert learnt.bias == pytest.approx(bias, abs=3.0 * learnt.bias_sigma)
+    # together they foretell the torque at which the tool-face rests better than the rig file does
+    resting = (1.0 + learnt.motor) * 2900.0 + learnt.bias
+    assert resting == pytest.approx((1.0 + motor) * 2900.0 + bias, abs=60.0)
+
+
+def test_what_was_learnt_is_a_rig_file():
+    learnt = Learnt(0.1, 0.02, -0.2, 0.05, 250.0, 80.0, 70.0)
+    again = parse_rig(dump_rig(corrected(RIG, learnt)))
+    assert again.effects.torsional_compliance.extra == pytest.approx(0.1)
+    assert again.effects.motor_wear.torque_loss == pytest.approx(0.2)
+    assert again.effects.torque_sensor_bias.bias == pytest.approx(250.0)
+    assert with_worn_motor(again).motor.torque_per_pressure == pytest.approx(0.8 * RIG.motor.torque_per_pressure)
+    assert TorqueAndDrag(again, 0.235, 0.0).compliance == pytest.approx(1.1 * TorqueAndDrag(RIG, 0.235, 0.0).compliance)
+
+
+def test_a_wrong_first_sample_is_outvoted():
+    estimator = ToolFaceEstimator(S, 60.0, NOISE)
+    feed(estimator, lambda time: 0.0, 0.5, 60.0, {18.0: -2.5, 30.0: None, 42.0: None})
+    assert estimator.tool_face == pytest.approx(0.5, abs=math.radians(2.0))
+
+
+@pytest.mark.parametrize("sample", [MwdSample(math.nan, 1.0, 0.0), MwdSample(0.0, 1.0, math.nan),
+                                    MwdSample(1e9, 1e9, 0.0), MwdSample(-200.0, 1.0, 0.0)])
+def test_estimator_refuses_nonsense(sample):
+    estimator = ToolFaceEstimator(S, 60.0, NOISE)
+    assert not estimator.correct(sample, 0.0)
+    estimator.observe(10.0, CycleMean(0.0, 0.0, 0.0, 8.0), 1.0, 0.0)
+    assert not estimator.correct(sample, 0.0)
+    assert not estimator.known
+
+
+def test_circular_belief_is_bayes_of_normal_samples():
+    """Across the half turn; variances add as for the normal distribution, and spread by what it may have moved."""
+    belief = CircularBelief(0.05)
+    for off in (-0.02, 0.06):
+        belief.update(math.remainder(math.pi + off, 2.0 * math.pi), 0.01)
+    assert abs(math.remainder(belief.mean - (math.pi + 0.02), 2.0 * math.pi)) < 2e-3
+    assert belief.spread == pytest.approx(math.sqrt(0.005), rel=0.05)
+    assert belief.weight > 0.99
+    belief.diffuse(0.02)
+    assert belief.spread == pytest.approx(math.sqrt(0.025), rel=0.05)
