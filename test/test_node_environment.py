@@ -68,6 +68,14 @@ def test_logs_have_a_place_without_a_home(homeless):
         assert left == housed
 
 
+def test_a_middleware_that_the_wheels_lack_is_refused():
+    """ROS 2 ended the process with 102."""
+    with pytest.raises(InputError, match=r"RMW_IMPLEMENTATION = 'rmw_nope': the wheels hold rmw_fastrtps_cpp alone"):
+        environment.check_middleware({"RMW_IMPLEMENTATION": "rmw_nope"})
+    for good in ({}, {"RMW_IMPLEMENTATION": ""}, {"RMW_IMPLEMENTATION": "rmw_fastrtps_cpp"}):
+        environment.check_middleware(good)
+
+
 @pytest.mark.parametrize("reach", ["localhost", "SUBNETS", "MOON"])
 def test_a_range_that_ros_does_not_know_is_refused(reach):
     """ROS 2 takes another for it, with sockets on every interface."""

@@ -15,6 +15,7 @@ from slider_drilling.share import share_file
 
 LOOPBACK = "config/loopback.xml"  # a profile of Fast DDS
 LAST_DOMAIN = 231  # of 232 the ports of 64 programs, which config/loopback.xml has DDS knock at, do not exist
+WHEELS_RMW = "rmw_fastrtps_cpp"
 RANGES = ("OFF", "LOCALHOST", "SUBNET", "SYSTEM_DEFAULT")  # how far ROS 2 looks for others
 INSTALL = "install it with `pip install 'slider_drilling[ros]'`, or source a ROS 2 Jazzy (setup.bash)"
 # The wheels' own mark that LD_LIBRARY_PATH is theirs; children inherit it, whichever environment they belong to.
@@ -42,6 +43,7 @@ def prepare() -> None:
     if wanted is not None:
         _start_again({"LD_LIBRARY_PATH": wanted})
     if _within(Path(spec.origin), sys.prefix):
+        check_middleware(os.environ)
         prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
         if sys.prefix not in prefixes:
             os.environ["AMENT_PREFIX_PATH"] = os.pathsep.join([sys.prefix, *filter(None, prefixes)])
@@ -58,6 +60,13 @@ def check_domain(variables: Mapping[str, str]) -> None:
     given = variables.get("ROS_DOMAIN_ID", "")
     if given and not (given.isdecimal() and int(given[:9]) <= LAST_DOMAIN):
         raise InputError(f"ROS_DOMAIN_ID = {given!r}: must be a whole number within 0 to {LAST_DOMAIN}")
+
+
+def check_middleware(variables: Mapping[str, str]) -> None:
+    """Raises InputError for an RMW_IMPLEMENTATION that the wheels do not hold: ROS 2 would end the process with 102."""
+    given = variables.get("RMW_IMPLEMENTATION") or WHEELS_RMW
+    if given != WHEELS_RMW:
+        raise InputError(f"RMW_IMPLEMENTATION = {given!r}: the wheels hold {WHEELS_RMW} alone; unset it")
 
 
 def keep_to_loopback(variables: MutableMapping[str, str]) -> None:
