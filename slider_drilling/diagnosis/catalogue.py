@@ -153,7 +153,7 @@ def _along_the_string(length: float, tool_frequencies: Sequence[float]) -> tuple
             "top_drive_backlash", "top_drive",
             (Parameter("top_drive_backlash.angle", 0.0, 0.0, 4.0, 0.05, "rad"),),
             # Kinks hide what a little more of it would do: a fit stays near where it begins.
-            scan=((0.1,), (0.2,), (0.4,), (0.8,), (1.6,), (3.0,)), law="dead zone between drive and string",
+            scan=tuple((0.1 * 2.0 ** (0.5 * k),) for k in range(11)), law="dead zone between drive and string",
         ),
         Effect(
             "torsional_compliance", "string",
@@ -201,7 +201,7 @@ def _motor_and_bit(duration: float) -> tuple[Effect, ...]:
             "motor_wear", "motor",
             (
                 Parameter("motor_wear.torque_loss", 0.0, -0.5, 0.8, 0.02),
-                Parameter("motor_wear.extra_leak", 0.0, -0.1, 0.8, 0.05),
+                Parameter("motor_wear.extra_leak", 0.0, 0.0, 0.8, 0.05),
             ),
             scan=((0.1, 0.05), (0.2, 0.2), (0.1, 0.5)), physical=(0.0, np.inf),
             nonphysical="a motor that gives more torque per pressure",

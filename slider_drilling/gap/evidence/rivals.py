@@ -116,17 +116,24 @@ def _ridge(rows: Array, target: Array, nuisance: Sequence[Parameter], values: Va
 
     A nuisance that were free to pass its bounds would explain by itself what an effect has to, beside any disturbance.
     """
-    normal = rows @ rows.T
-    diagonal, own = np.diag(normal).copy(), len(nuisance)
-    extra = np.concatenate([prior_weights(nuisance) ** 2, np.zeros(len(diagonal) - own)])
-    flexible = diagonal[own:]
+    own, power = len(nuisance), np.sum(rows**2, axis=1)
+    flexible = power[own:]
     used = flexible > 1e-9 * max(float(flexible.max(initial=0.0)), 1e-12)
-    extra[own:] += np.where(used, _RIDGE**2 * float(np.median(flexible[used])) / 100.0 if used.any() else 1.0, 1e12)
-    room = [(p.lower - values[p.name], p.upper - values[p.name]) for p in nuisance]
-    scales = np.array([p.scale for p in nuisance])
-    low, high = np.full(len(diagonal), -np.inf), np.full(len(diagonal), np.inf)
-    low[:own], high[:own] = (np.array(room).reshape(own, 2) / scales[:, None]).T
-    return bounded_step(normal + np.diag(extra), rows @ target, 0.0, np.minimum(low, 0.0), np.maximum(high, 0.0))
+    rows = rows[np.concatenate([np.ones(own, dtype=bool), used])]
+    ridge = _RIDGE**2 * float(np.median(flexible[used])) / 100.0 if used.any() else 0.0
+    extra = np.concatenate([prior_weights(nuisance) ** 2, np.full(len(rows) - own, ridge)])
+    low, high = np.full(len(rows), -np.inf), np.full(len(rows), np.inf)
+    for index, parameter in enumerate(nuisance):
+        here = values[parameter.name]
+        low[index] = min((parameter.lower - here) / parameter.scale, 0.0)
+        high[index] = max((parameter.upper - here) / parameter.scale, 0.0)
+    normal = rows @ rows.T + np.diag(extra + 1e-9 * max(float(power.max(initial=0.0)), 1e-12))
+    solved = np.linalg.solve(normal, rows @ target)
+    if np.any(solved < low) or np.any(solved > high):
+        solved = bounded_step(normal, rows @ target, 0.0, low, high)
+    step = np.zeros(own + used.size)
+    step[:own], step[own:][used] = solved[:own], solved[own:]
+    return step
 
 
 def _noise_of(problem: Problem, columns: _Columns) -> float:

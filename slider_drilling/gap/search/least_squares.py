@@ -1,8 +1,9 @@
 """A fit from one start: Gauss-Newton on the whitened residual, several step lengths tried in one batch.
 
-One iteration is one batch of simulations: the residual, every column of its Jacobian, and the trial steps of the
-iteration before were simulated together. The discrepancy is estimated again at each point (profile likelihood), so a
-channel that the model cannot follow yet loses weight by itself, and regains it as the fit gets there.
+One iteration is a batch of simulations for the columns of a Jacobian and one for trial steps; where the last step went
+as foretold, what it changed brings the Jacobian up to date instead of simulations. The discrepancy is estimated again
+at each point (profile likelihood), so a channel that the model cannot follow yet loses weight by itself, and regains it
+as the fit gets there.
 """
 
 from __future__ import annotations
@@ -25,6 +26,8 @@ _LENGTHS = (1.0, 0.4, 0.1)
 _DAMPED = 0.3
 # Where no trial helps, the next ones are a tenth as long, once; after a gain they grow again.
 _SHORTEST, _LONGER = 0.5, 5.0
+# A Jacobian that foretold this share of the power of what a step changed serves for the next step too.
+_FORETOLD = 0.75
 
 
 @dataclass(frozen=True)
@@ -68,11 +71,12 @@ def fit(
     cost, found = space.cost(simulated, point)
     settled = False
     jacobian = np.zeros((len(space.parameters), problem.size))
-    reach, moved = 1.0, True
+    reach, stale, fresh = 1.0, True, False
     if not iterations:
         jacobian = space.jacobian(point, simulated, {})
     for turn in range(iterations):
-        if moved:
+        if stale:
+            fresh = True
             nearby = known if turn == 0 and known is not None else {}
             jacobian = space.jacobian(point, simulated, nearby)
         trials = space.trials(point, problem.against_log(simulated), jacobian, found, reach)
@@ -80,11 +84,16 @@ def fit(
         costs = [space.cost(outcome, trial) for outcome, trial in zip(outcomes, trials, strict=True)]
         best = int(np.argmin([entry[0] for entry in costs]))
         gained = cost - costs[best][0]
-        moved = gained > 0.0
-        if moved:
+        stale = not fresh  # where a Jacobian that was carried along leads nowhere, a new one may
+        if gained > 0.0:
+            fresh = False
+            jacobian, foretold = secant(jacobian, trials[best] - point, outcomes[best] - simulated)
+            stale = foretold < _FORETOLD
             point, simulated, (cost, found) = trials[best], outcomes[best], costs[best]
         if gained >= tolerance:
             reach = min(reach * _LONGER, 1.0)
+        elif stale:
+            continue
         elif reach > _SHORTEST:
             reach *= _LENGTHS[-1]
         else:
@@ -155,6 +164,17 @@ class _Space:
             if forgiving:
                 tried.append(reach * bounded_step(normal, gradient, _DAMPED, self.lower - point, self.upper - point))
         return [np.clip(point + step, self.lower, self.upper) for step in tried]
+
+
+def secant(jacobian: Array, step: Array, change: Array) -> tuple[Array, float]:
+    """A Jacobian (p, N) with what a step (p,) was seen to change (N,), and the share of that change it had foretold.
+
+    Broyden's update (Math. Comp. 19, 1965): the smallest that gives the change, so that where derivatives change slowly
+    the next step needs no simulation for them.
+    """
+    missed = change - step @ jacobian
+    share = 1.0 - float(missed @ missed) / max(float(change @ change), 1e-30)
+    return jacobian + np.outer(step / max(float(step @ step), 1e-30), missed), share
 
 
 def bounded_step(normal: Array, gradient: Array, damping: float, low: Array, high: Array) -> Array:

@@ -1,0 +1,63 @@
+"""Fits whose Jacobian is carried along: exact where the model is linear, as good and cheaper where it bends."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from toy import TIME, Toy, toy
+
+from slider_drilling.gap import How, Parameter
+from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.gap.search import least_squares
+from slider_drilling.gap.search.least_squares import fit, secant
+
+PARAMETERS = (Parameter("size", 1.0, 0.1, 9.0, 0.1), Parameter("fall", 1.0, 0.1, 9.0, 0.1),
+              Parameter("level", 0.0, -9.0, 9.0, 0.1))  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Bent(Toy):
+    """An exponential: nothing about it is linear but its level."""
+
+    nuisance: tuple[Parameter, ...] = PARAMETERS
+
+    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+        return {"force": np.stack([bent(**{p.name: values.get(p.name, p.nominal) for p in PARAMETERS})
+                                   for values in sets])}  # fmt: skip
+
+
+def bent(size: float, fall: float, level: float) -> np.ndarray:
+    return 40.0 * size * np.exp(-fall * TIME / 30.0) + level
+
+
+def problem_of(truth: Mapping[str, float], seed: int):
+    model = toy({}, seed, extra=bent(**truth))
+    return build_problem(Bent(model.runs), [{"force": 1.0}])
+
+
+def test_a_secant_gives_what_was_seen_and_changes_nothing_across():
+    generator = np.random.default_rng(1)
+    jacobian, step, change = generator.normal(size=(3, 20)), generator.normal(size=3), generator.normal(size=20)
+    after, _ = secant(jacobian, step, change)
+    across = np.cross(step, generator.normal(size=3))
+    assert step @ after == pytest.approx(change)
+    assert across @ after == pytest.approx(across @ jacobian)
+
+
+def test_what_a_linear_step_changes_is_foretold_whole():
+    jacobian, step = np.random.default_rng(2).normal(size=(3, 20)), np.array([0.3, -1.0, 2.0])
+    after, foretold = secant(jacobian, step, step @ jacobian)
+    assert foretold == pytest.approx(1.0)
+    assert after == pytest.approx(jacobian)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_bent_model_is_fitted_as_well_as_with_a_new_jacobian_at_every_step(seed, monkeypatch):
+    truth = {"size": 2.0, "fall": 2.5, "level": 1.0}
+    ends = []
+    for foretold in (least_squares._FORETOLD, 2.0):
+        monkeypatch.setattr(least_squares, "_FORETOLD", foretold)
+        ends.append(fit(problem_of(truth, seed), PARAMETERS, {}, iterations=20, tolerance=1e-3))
+    assert ends[0].cost == pytest.approx(ends[1].cost, abs=0.05)
+    assert [ends[0].values[p.name] for p in PARAMETERS] == pytest.approx(list(truth.values()), abs=0.3)

@@ -1,0 +1,69 @@
+"""Flexible rivals: what they explain is their own, not a nuisance's that passes its bounds beside them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from toy import TIME, Toy, force, toy
+
+from slider_drilling.gap import Channel, Effect, How, Parameter, Run
+from slider_drilling.gap.choice.state import Explained
+from slider_drilling.gap.evidence.rivals import rivals
+from slider_drilling.gap.evidence.score import held_out, make_folds
+from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.gap.search.least_squares import fit
+from slider_drilling.gap.search.race import parameters_of
+
+
+@dataclass(frozen=True)
+class Beside(Toy):
+    """The toy with a second channel that nothing touches, and a level that may not exceed 1."""
+
+    nuisance: tuple[Parameter, ...] = (Parameter("level", 0.0, -1.0, 1.0, 0.3, "N", spread=5.0),)
+    effects: tuple[Effect, ...] = ()
+
+    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+        made = np.stack([force(values) for values in sets])
+        return {"force": made, "still": np.zeros_like(made)}
+
+
+def beside(level: float) -> Beside:
+    (run,) = toy({"level": level}, 4).runs
+    still = Channel("still", TIME, np.random.default_rng(9).normal(size=TIME.size), "N", declared_noise=1.0)
+    return Beside((Run(run.name, run.time, run.excitation, (*run.channels, still)),))
+
+
+def found_at(level: float):
+    problem = build_problem(beside(level), [{"force": 1.0, "still": 1.0}])
+    found = fit(problem, parameters_of(problem, ()), {})
+    folds = make_folds(problem)
+    known = Explained((), problem, found, held_out(problem, found, folds))
+    return known, rivals(known, folds)
+
+
+def test_beside_a_nuisance_at_its_bound_an_idle_disturbance_explains_nothing():
+    known, found = found_at(6.0)
+    assert known.fit.values["level"] == 1.0
+    idle = [rival for rival in found if rival.words.startswith("still")]
+    assert idle
+    for rival in idle:
+        assert rival.score.by_channel["force"] > 0.99 * known.score.by_channel["force"]
+    best = found[0]
+    assert best.words.startswith("force")
+    assert best.score.by_channel["force"] < 1.2
+
+
+def test_a_nuisance_within_its_bounds_is_tuned_beside_a_disturbance():
+    known, found = found_at(0.5)
+    moved = replace(known, fit=replace(known.fit, values={"level": 0.0}, residual=known.fit.residual + shift(known)))
+    idle = [rival for rival in rivals(moved, make_folds(known.problem)) if rival.words.startswith("still")]
+    assert all(rival.score.by_channel["force"] < 1.05 * known.score.by_channel["force"] for rival in idle)
+    assert found
+
+
+def shift(known: Explained) -> np.ndarray:
+    """What the residual gains when the level goes back to zero."""
+    (force_piece,) = [piece for piece in known.problem.pieces if piece.name == "force"]
+    change = np.zeros(known.problem.size)
+    change[force_piece.rows] = known.fit.values["level"]
+    return change

@@ -1,0 +1,60 @@
+"""An effect that ends the gap for certain is taken at that, whatever one event weighs."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from toy import TIME, toy
+
+from slider_drilling.gap.choice import forward
+from slider_drilling.gap.evidence.compare import beats, make_blocks
+from slider_drilling.gap.evidence.score import make_folds
+from slider_drilling.gap.problem.problem import build_problem
+
+CANDIDATES = 16
+
+
+@pytest.fixture
+def blocks():
+    return make_blocks(make_folds(build_problem(toy({}, 1), [{"force": 1.0}])), 0)
+
+
+def scored(squares, density):
+    squares, density = np.broadcast_to(squares, TIME.shape), np.broadcast_to(density, TIME.shape)
+    return SimpleNamespace(squares=squares, density=density, gap=float(np.sqrt(np.mean(squares))))
+
+
+def judged(blocks, monkeypatch, known, found, *, reaches_noise=True, known_reaches_noise=False):
+    monkeypatch.setattr(forward, "adequacy", lambda *given: SimpleNamespace(within=reaches_noise))
+    state = SimpleNamespace(
+        blocks=blocks, current=SimpleNamespace(score=known), enough=SimpleNamespace(within=known_reaches_noise)
+    )
+    explained = SimpleNamespace(score=found, problem=None, fit=None)
+    return forward._suffices(state, explained, CANDIDATES, seed=0)
+
+
+# What a slow effect gains is little everywhere; one event at the end outweighs many a stretch.
+EVENT = np.where(TIME > 115.0, 6.0, 0.0)
+KNOWN, FOUND = scored(3.0, 2.0), scored(1.1, 1.5 + EVENT)
+
+
+def test_a_gain_that_one_event_makes_uncertain(blocks, monkeypatch):
+    assert not beats(blocks, FOUND, KNOWN, CANDIDATES)
+    assert judged(blocks, monkeypatch, KNOWN, FOUND)
+
+
+def test_a_law_that_shrinks_a_gap_and_does_not_end_it_is_not_taken(blocks, monkeypatch):
+    assert not judged(blocks, monkeypatch, KNOWN, FOUND, reaches_noise=False)
+
+
+def test_where_nothing_is_left_to_explain_nothing_is_taken_for_the_gap_alone(blocks, monkeypatch):
+    assert not judged(blocks, monkeypatch, KNOWN, FOUND, known_reaches_noise=True)
+
+
+def test_what_foretells_less_on_the_whole_is_not_taken(blocks, monkeypatch):
+    assert not judged(blocks, monkeypatch, KNOWN, scored(1.1, 2.1))
+
+
+def test_a_gap_that_shrinks_by_chance_is_not_taken(blocks, monkeypatch):
+    squares = 2.9 + np.sin(TIME / 7.0)
+    assert not judged(blocks, monkeypatch, KNOWN, scored(squares, 1.5))
