@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from slider_drilling.diagnosis.catalogue import spoken
+from slider_drilling.diagnosis.catalogue import catalogue, spoken
 from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
 from slider_drilling.rig import dump_rig, load_rig, parse_rig
@@ -78,3 +78,10 @@ def test_a_bed_that_was_fitted_is_one_that_a_rig_file_may_hold(middle, excess):
     assert 0.0 <= bed["cuttings_bed.top"] < bed["cuttings_bed.bottom"] <= 3000.0
     assert bed["cuttings_bed.factor"] == pytest.approx(min(max(1.0 + excess / 90.0, 0.2), 20.0))
     assert not [name for name in bed if name.rpartition(".")[2] in ("excess", "middle", "length")]
+
+
+def test_a_lag_of_less_than_half_a_sample_is_how_samples_are_stamped():
+    (lag,) = [e for e in catalogue(3000.0, 400.0, interval=0.1) if e.name == "torque_sensor_lag"]
+    assert not lag.means_its_name({"torque_sensor_lag.lag": 0.016})
+    assert lag.means_its_name({"torque_sensor_lag.lag": 0.1})
+    assert "stamped" in lag.nonphysical

@@ -17,7 +17,11 @@ ANY_WAVE_S = (6.0, 9.0, 13.0)
 
 
 def catalogue(
-    length: float, duration: float, wave_periods: Sequence[float] = ANY_WAVE_S, tool_frequencies: Sequence[float] = ()
+    length: float,
+    duration: float,
+    wave_periods: Sequence[float] = ANY_WAVE_S,
+    tool_frequencies: Sequence[float] = (),
+    interval: float = 0.0,
 ) -> tuple[Effect, ...]:
     """Every effect of `slider_drilling.effects`, contact first.
 
@@ -25,6 +29,7 @@ def catalogue(
     wave_periods: s, where a search for heave begins (peaks of the log's own spectrum: over 400 s a wave's phase is
     lost if its period is off by a per cent).
     tool_frequencies: Hz, that a tool in the string must have by the log's own spectrum, empty where that tells nothing.
+    interval: s between samples of torque; a lag of less than half of it is how samples are stamped.
     """
     return (
         *_contact_laws(),
@@ -32,7 +37,7 @@ def catalogue(
         *_along_the_string(length, tool_frequencies),
         _heave(wave_periods),
         *_motor_and_bit(duration),
-        *_torque_reading(),
+        *_torque_reading(interval),
     )
 
 
@@ -219,7 +224,7 @@ def _motor_and_bit(duration: float) -> tuple[Effect, ...]:
     )  # fmt: skip
 
 
-def _torque_reading() -> tuple[Effect, ...]:
+def _torque_reading(interval: float) -> tuple[Effect, ...]:
     return (
         Effect(
             "torque_sensor_gain", "sensor",
@@ -229,7 +234,8 @@ def _torque_reading() -> tuple[Effect, ...]:
         Effect(
             "torque_sensor_lag", "sensor",
             (Parameter("torque_sensor_lag.lag", 0.0, 0.0, 8.0, 0.05, "s"),),
-            scan=((0.1,), (0.4,), (1.2,)), law="first-order lag",
+            scan=((0.1,), (0.4,), (1.2,)), physical=(0.5 * interval, np.inf),
+            nonphysical="how samples are stamped, less than half the interval between them", law="first-order lag",
         ),
         Effect(
             "torque_sensor_bias", "sensor",

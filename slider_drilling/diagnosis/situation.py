@@ -58,7 +58,7 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
         raise InputError(f"{logs[0].source}: no channel can be used: {'; '.join(remarks)}")
     length, duration = rig.string.length, max(run.duration for run in runs)
     tools = tool_frequencies(runs[0])
-    effects = catalogue(length, duration, wave_periods(runs[0]), tools or ())
+    effects = catalogue(length, duration, wave_periods(runs[0]), tools or (), _torque_interval(runs))
     nuisance = nuisance_parameters(rig, names)
     own = [guarded(effect) for effect in user_effects]
     taken = [parameter.name for effect in effects for parameter in effect.parameters]
@@ -77,6 +77,12 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
         STICK_SLIP if alone else (), MESHES,
     )  # fmt: skip
     return Prepared(model, tuple(remarks))
+
+
+def _torque_interval(runs: Sequence[Run]) -> float:
+    """s between samples of torque, the longest of the runs'; 0 without."""
+    times = [c.time for run in runs for c in run.channels if c.name == "surface_torque" and c.time.size > 1]
+    return max((float(np.median(np.diff(time))) for time in times), default=0.0)
 
 
 def _can_be_seen(effect: str, channels: Sequence[str], off_bottom: bool, tools: Sequence[float] | None) -> bool:

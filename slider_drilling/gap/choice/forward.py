@@ -209,7 +209,7 @@ def _verdict(state: State, explained: Explained, rivals: int, seed: int) -> Judg
     if state.enough.adequate and not gained >= LEAST_SHARE * (state.tuned.score.gap**2 - 1.0):
         why.append("nothing needs it: what it closes is next to nothing of what re-tuning left")
     if not effect.means_its_name(explained.fit.values):
-        why.append(f"its sign is not physical: it would be {effect.nonphysical}")
+        why.append(f"not what its name says: it would be {effect.nonphysical}")
     return Judged(effect, explained, closed, interval, tuple(why))
 
 
