@@ -57,7 +57,7 @@ def test_depth_that_holds_is_where_pipe_that_lies_still_drags_as_much():
     for held in (0.0, 3e4, 5e4, 9e5):
         drag = DragMonitor(RIG, 0.235, 8e4)
         drag.tare(460e3, 0.1)
-        drag.update(460e3 - 8e4 - held, 8e4, 1.0, 0.1)
+        drag.update(460e3 - 8e4 - held, 8e4, 0.1, 1.0, 0.1)
         depths.append(drag.held_below)
     metre = 0.235 * (RIG.string.density - RIG.mud.density) * 9.81 * math.pi / 4.0 * (0.127**2 - 0.1086**2)
     assert depths[1] - depths[2] == pytest.approx(2e4 / metre, rel=0.01)
@@ -65,7 +65,7 @@ def test_depth_that_holds_is_where_pipe_that_lies_still_drags_as_much():
     assert DragMonitor(RIG, 0.235, 8e4).held_below == pytest.approx(4000.0), "nothing was measured yet"
     looser = DragMonitor(RIG, 0.235, 8e4)
     looser.tare(460e3, 0.1)
-    looser.update(460e3 - 8e4 - 3e4, 8e4, 0.8, 0.1)
+    looser.update(460e3 - 8e4 - 3e4, 8e4, 0.1, 0.8, 0.1)
     assert looser.held_below < depths[1], "where friction is less, more pipe must lie still to drag as much"
 
 
@@ -76,7 +76,7 @@ def test_pipe_that_is_known_to_buckle_locks_up_at_the_same_drag():
     for rig in (RIG, known):
         drag = DragMonitor(rig, 0.235, 8e4)
         drag.tare(460e3, 0.1)
-        drag.update(280e3, 4e4, 1.0, 0.1)
+        drag.update(280e3, 4e4, 0.1, 1.0, 0.1)
         shares.append(drag.share)
     assert shares[1] == pytest.approx(shares[0])
 
@@ -88,9 +88,19 @@ def test_drag_is_the_weight_that_neither_hook_nor_bit_carries():
     assert drag.arriving == 1.0
     for hook_load, weight, arriving in ((360e3, 8e4, 1.0), (250e3, 4e4, 0.0), (250e3, 4e4, 0.0), (360e3, 8e4, 1.0)):
         for _ in range(900):
-            drag.update(hook_load, weight, 1.0, 0.1)
+            drag.update(hook_load, weight, 0.1, 1.0, 0.1)
         assert drag.drag == pytest.approx(460e3 - hook_load - weight, abs=500.0)
         assert drag.arriving == arriving
+
+
+def test_drag_is_certain_less_what_motor_and_bit_leave_open_of_the_weight():
+    """Where the whole string's drag is small beside the weight on bit, that is all of it."""
+    drag = DragMonitor(RIG, 0.235, 8e4)
+    drag.tare(460e3, 0.1)
+    for sigma in (0.0, 0.12):
+        drag.update(460e3 - 8e4 - 3e4, 8e4, sigma, 1.0, 0.1)
+        open_share = math.hypot(sigma, 0.1) * 8e4 / 3e4
+        assert drag.certain == pytest.approx(drag.share * (1.0 - open_share))
 
 
 @pytest.mark.parametrize(("falling", "lifted"), [(0.2, True), (0.03, True), (0.0, False), (-0.2, False)])

@@ -88,15 +88,17 @@ def test_period_is_chosen_so_that_samples_meet_unlike_phases():
 
 
 def test_reach_goes_deeper_for_drag_and_less_deep_for_swing():
-    def after(drag, swing, pull=0.0, error=0.3):
+    def after(drag, swing, pull=0.0, error=0.3, doubt=0.0):
         reach = Reach()
         for k in range(1000):
             reach.answer(pull, 60.0, 0.0, error, 0.1)
-            reach.update(drag, swing, 0.01, 0.1)
+            reach.update(drag, drag - doubt, swing, 0.01, 0.1)
             assert 0.65 <= reach.share <= 1.8, k
         return reach
 
     assert after(0.5, 0.0).share > 1.2
+    assert after(0.5, 0.0, doubt=0.25).share == 1.0, "drag that may be an error of the weight asks for nothing"
+    assert after(0.5, 0.1, doubt=0.25).share < 0.9, "and keeps the swing from nothing"
     assert after(0.2, 0.1).share < 0.9
     assert after(0.19, 0.02).share == 1.0
     assert after(0.3, 0.0).share < after(0.3, 0.0, pull=2.0).share

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 _TARE_TIME = 10.0      # s
 _MEAN_TIME = 15.0      # s, a stroke or two
+_BIT = 0.1             # share, one sigma of a bit's weight per torque
 _ARRIVES, _HANGS = 0.3, 0.55   # shares of drag, up to which all that is lowered arrives, and from which on nothing does
 
 
@@ -39,6 +40,7 @@ class DragMonitor:
         self._hanging = self._hook = math.nan
         self.drag = math.nan     # N
         self.share = math.nan    # of the drag of a string that does not turn
+        self.certain = math.nan  # the same, less one sigma
 
     def tare(self, hook_load: float, step: float) -> None:
         """Take a sample off bottom: N, s since the last one."""
@@ -47,8 +49,15 @@ class DragMonitor:
                 self._hanging = hook_load
             self._hanging += (1.0 - math.exp(-step / _TARE_TIME)) * (hook_load - self._hanging)
 
-    def update(self, hook_load: float, weight_on_bit: float, friction: float, step: float) -> None:
-        """Take a sample: N, N as believed from pressure, friction over its belief, s since the last one."""
+    def update(
+        self, hook_load: float, weight_on_bit: float, motor_sigma: float, friction: float, step: float
+    ) -> None:
+        """Take a sample: N, N as believed from pressure, one sigma of the motor's torque as a share, friction over its
+        belief, s since the last one.
+
+        Drag is a difference of two large forces, and in a short well it is small: what motor and bit leave open of the
+        weight is then as large, and does not fall however deep the string is rocked.
+        """
         if not math.isfinite(hook_load):
             return
         if math.isnan(self._hook):
@@ -57,6 +66,7 @@ class DragMonitor:
         self._friction = friction
         self.drag = self._hanging - self._hook - weight_on_bit
         self.share = self.drag / (self._whole * friction)
+        self.certain = self.share - math.hypot(motor_sigma, _BIT) * weight_on_bit / (self._whole * friction)
 
     @property
     def held_below(self) -> float:

@@ -13,6 +13,7 @@ from slider_drilling.control.lock_up import LockUp
 from slider_drilling.control.slide_settings import SlideSettings
 
 if TYPE_CHECKING:
+    from slider_drilling.control.string_filter import Learnt
     from slider_drilling.rig import Rig
 
 _LOADED_SHARE = 0.8          # of the pressure asked for, from which on the string slides steadily
@@ -62,11 +63,11 @@ class Lowering:
         """`step` s without: what was taken back returns slowly."""
         self.borne_share = min(self.borne_share + _RESTORED * step, 1.0)
 
-    def weigh(self, hook_load: float, pressure: float, motor_gain: float, friction: float, step: float) -> None:
-        """Take a sample: N, NaN where there is none; Pa across the motor; torque per pressure and friction, each over
-        its belief; s since the last one."""
-        weight = self.driller.weight_per_pressure * motor_gain * max(pressure, 0.0)
-        self.drag.update(hook_load, weight, friction, step)
+    def weigh(self, hook_load: float, pressure: float, string: Learnt, friction: float, step: float) -> None:
+        """Take a sample: N, NaN where there is none; Pa across the motor; what is learnt of string and motor; friction
+        over its belief; s since the last one."""
+        weight = self.driller.weight_per_pressure * (1.0 + string.motor) * max(pressure, 0.0)
+        self.drag.update(hook_load, weight, string.motor_sigma, friction, step)
 
     def judge(self, pressure: float, step: float) -> None:
         """See whether weight arrives: Pa across the motor, s."""

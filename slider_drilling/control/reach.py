@@ -54,12 +54,13 @@ class Reach:
         self.stuck = asked and abs(self._expected) * _WINDOW > _PULLED and along < _TURNED_SHARE * abs(self._expected)
         self.urge += (1.0 - math.exp(-step / _URGED)) * (float(self.stuck) - self.urge)
 
-    def update(self, drag: float, swing: float, swing_sigma: float, step: float) -> None:
-        """Take the share of drag, and the swing (rad) with its one-sigma."""
-        if not math.isfinite(drag):
+    def update(self, drag: float, certain: float, swing: float, swing_sigma: float, step: float) -> None:
+        """Take the share of drag, as read and for certain, and the swing (rad) with its one-sigma. Deeper is asked for
+        by what drags for certain alone."""
+        if not math.isfinite(certain):
             return
-        beyond = drag - _DRAG
-        rate = _DEEPER * min(beyond, _MOST_OFF) if beyond > 0.0 else _LESS * min(max(beyond + _SLACK, _LEAST_OFF), 0.0)
+        beyond, below = certain - _DRAG, drag - _DRAG + _SLACK
+        rate = _DEEPER * min(beyond, _MOST_OFF) if beyond > 0.0 else _LESS * min(max(below, _LEAST_OFF), 0.0)
         if self.stuck and drag > _HOLDS:
             rate = max(rate, _STUCK)
         elif beyond < _NEAR:

@@ -135,7 +135,7 @@ class SlideController:
         if self._testing():
             lowering.drag.tare(hook_load, step)
             return
-        lowering.weigh(hook_load, pressure, self._estimator.filter.motor_gain, self._finder.scale, step)
+        lowering.weigh(hook_load, pressure, self._estimator.filter.learnt, self._finder.scale, step)
         if lowering.approach.under_way or not self._permission.lower:
             return
         lowering.judge(pressure, step)
@@ -144,7 +144,7 @@ class SlideController:
         if pressure > _HALF_LOADED * lowering.wanted:
             share = lowering.drag.share if math.isfinite(lowering.drag.share) else 0.0
             self._estimator.mobility = min(max(1.0 - (share - _HOLDS[0]) / _HOLDS[1], _LEAST_MOBILITY), 1.0)
-            self._reach.update(lowering.drag.share, self._swing.amplitude, self._swing.spread, step)
+            self._reach.update(share, lowering.drag.certain, self._swing.amplitude, self._swing.spread, step)
 
     def _believe(self, s: SlideSettings) -> None:
         """Torque and drag from the rig file, to be corrected by the breakover test."""
