@@ -6,11 +6,12 @@ import dataclasses
 import json
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from slider_drilling.diagnosis import words
+from slider_drilling.diagnosis import from_engine, words
 from slider_drilling.diagnosis.catalogue import catalogue, spoken
 from slider_drilling.diagnosis.diagnose import Diagnosis
 from slider_drilling.diagnosis.figures import intervals, waterfall
@@ -269,3 +270,21 @@ def test_the_shape_of_an_unknown_is_told_with_its_numbers_and_units(x_unit, y_un
     told = shape_in_words("reading off", x, x_unit, curve(x), y_unit)
     assert told.startswith("reading off")
     assert says in told
+
+
+def test_what_is_told_of_an_effect_in_the_answer_is_the_final_models(monkeypatch):
+    """Found beside others only, it has no share of its own: alone it closes another."""
+    monkeypatch.setattr(from_engine, "_fitted", lambda explained, prefix: {"of": explained, "named": prefix})
+    beside = SimpleNamespace(closed=0.52, interval=(0.43, 0.61), why_not=(), passed=True, explained="the three")
+    alone = SimpleNamespace(closed=0.03, interval=(-0.06, 0.13), why_not=("no",), passed=False, explained="alone")
+    answer = SimpleNamespace(
+        effects=("static_aging", "torque_at_motor"), tuned=28.0, threshold=3.8, rival=None,
+        state=SimpleNamespace(current="final", steps=(SimpleNamespace(accepted=beside),)),
+    )  # fmt: skip
+    rows = [
+        from_engine._candidate(one, SimpleNamespace(name=name, site="contact"), answer, {})
+        for one, name in ((beside, "torque_at_motor"), (alone, "static_aging"), (alone, "heave"))
+    ]
+    assert [row.parameters["of"] for row in rows] == ["final", "final", "alone"]
+    assert [row.closed for row in rows] == [0.52, None, 0.03]
+    assert [row.in_answer for row in rows] == [True, True, False]

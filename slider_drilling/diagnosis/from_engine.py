@@ -125,16 +125,21 @@ def _new(one: Judged, answer: Answer, told: set[str]) -> list[Effect]:
 
 
 def _candidate(one: Judged, effect: Effect, answer: Answer, groups: Mapping[str, tuple[str, ...]]) -> Candidate:
+    """What is told of an effect: of one in the answer the final model's parameters, and no share where it was found
+    beside others only, for alone it closes another.
+    """
     name = effect.name
     in_answer = name in answer.effects
-    closed, interval = _share(one.closed, one.interval, answer)
+    accepted = [taken.accepted for taken in answer.state.steps]
+    share = (one.closed, one.interval) if not in_answer or one in accepted else (math.nan, one.interval)
+    closed, interval = _share(*share, answer)
     why_not = one.why_not
     if not in_answer and not why_not:
         better = " and ".join(answer.effects) or (answer.rival.words if answer.rival is not None else "")
         why_not = (f"what it explains, {better} explains better" if better else "what remains is no more than noise",)
     return Candidate(
         name, effect.site, one.passed, in_answer, () if in_answer else why_not, closed, interval,
-        _fitted(one.explained, f"{name}."), groups.get(name, ()),
+        _fitted(answer.state.current if in_answer else one.explained, f"{name}."), groups.get(name, ()),
     )  # fmt: skip
 
 
