@@ -28,6 +28,8 @@ from tally import FINE
 
 BODY = """\
 import os, signal, sys
+for number in signal.SIGINT, signal.SIGTERM, signal.SIGHUP:
+    signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
 import click
 from slider_drilling import cli
 from slider_drilling.interrupts import raise_on_signals
@@ -63,7 +65,11 @@ def code_and_words(arguments: list[str], number: signal.Signals) -> tuple[int, s
         assert process.stdout is not None
         assert process.stdout.readline() == "begun\n"
         process.send_signal(number)
-        said, complained = process.communicate(timeout=60)
+        try:
+            said, complained = process.communicate(timeout=60)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            raise
         return process.returncode, said, complained.strip()
 
 
