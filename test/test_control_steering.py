@@ -135,19 +135,24 @@ def test_swing_is_found_in_samples_at_ten_hertz():
     assert math.degrees(swing.amplitude) == pytest.approx(5.0, abs=0.7)
 
 
-def surprised(jump):
-    """One standard deviation of the tool-face, deg, after samples that leap by `jump` (deg) to and fro."""
-    noise = EstimatorNoise(math.radians(3.0), 150.0, 0.1, 0.1, 0.3, math.radians(0.6), math.radians(0.15))
-    estimator = ToolFaceEstimator(0.0042, 60.0, noise)
-    for k in range(1, 601):
+def doubt(noise, until, every, reading):
+    """One standard deviation of the tool-face, deg, after `until` steps of 0.5 s with a stroke every 8 s and every
+    `every` steps a sample of `noise` (deg), which is `reading` of the step (deg), or lost where that is None."""
+    noises = EstimatorNoise(math.radians(noise), 150.0, 0.1, 0.1, 0.3, math.radians(0.6), math.radians(0.15))
+    estimator = ToolFaceEstimator(0.0042, 60.0, noises)
+    for k in range(1, until):
         time = 0.5 * k
         if k % 16 == 0:
             estimator.observe(time, CycleMean(0.0, 0.0, 0.0, 8.0), 0.75, 0.0)
         estimator.advance(time)
-        if k % 24 == 0:
-            side = 1.0 if k % 48 == 0 else -1.0
-            estimator.correct(MwdSample(time, time, math.radians(side * jump)), 0.0)
+        if k % every == 0 and (read := reading(k)) is not None:
+            estimator.correct(MwdSample(time, time, math.radians(read)), 0.0)
     return math.degrees(estimator.spread)
+
+
+def surprised(jump):
+    """The doubt after samples that leap by `jump` (deg) to and fro."""
+    return doubt(3.0, 601, 24, lambda k: jump if k % 48 == 0 else -jump)
 
 
 def test_samples_that_surprise_widen_the_doubt_of_the_tool_face():
@@ -156,18 +161,8 @@ def test_samples_that_surprise_widen_the_doubt_of_the_tool_face():
 
 
 def doubt_after(third):
-    """One standard deviation of the tool-face, deg, 29 s after the fifth sample of an MWD of 30 s, which is `third`
-    (deg), or lost where that is None."""
-    noise = EstimatorNoise(math.radians(2.0), 150.0, 0.1, 0.1, 0.3, math.radians(0.6), math.radians(0.15))
-    estimator = ToolFaceEstimator(0.0042, 60.0, noise)
-    for k in range(1, 359):
-        time = 0.5 * k
-        if k % 16 == 0:
-            estimator.observe(time, CycleMean(0.0, 0.0, 0.0, 8.0), 0.75, 0.0)
-        estimator.advance(time)
-        if k % 60 == 0 and (k != 300 or third is not None):
-            estimator.correct(MwdSample(time, time, math.radians(third if k == 300 else 0.0)), 0.0)
-    return math.degrees(estimator.spread)
+    """The doubt 29 s after the fifth sample of an MWD of 30 s, which is `third` (deg), or lost where that is None."""
+    return doubt(2.0, 359, 60, lambda k: third if k == 300 else 0.0)
 
 
 def test_a_wrong_sample_does_not_open_the_door_to_the_next_one():

@@ -65,8 +65,9 @@ class DragMonitor:
         self._hook += (1.0 - math.exp(-step / _MEAN_TIME)) * (hook_load - self._hook)
         self._friction = friction
         self.drag = self._hanging - self._hook - weight_on_bit
-        self.share = self.drag / (self._whole * friction)
-        self.certain = self.share - math.hypot(motor_sigma, _BIT) * weight_on_bit / (self._whole * friction)
+        whole = self._whole * friction
+        self.share = self.drag / whole
+        self.certain = self.share - math.hypot(motor_sigma, _BIT) * weight_on_bit / whole
 
     @property
     def held_below(self) -> float:

@@ -130,9 +130,8 @@ def _candidate(one: Judged, effect: Effect, answer: Answer, groups: Mapping[str,
     """
     name = effect.name
     in_answer = name in answer.effects
-    accepted = [taken.accepted for taken in answer.state.steps]
-    share = (one.closed, one.interval) if not in_answer or one in accepted else (math.nan, one.interval)
-    closed, interval = _share(*share, answer)
+    own = not in_answer or any(one is taken.accepted for taken in answer.state.steps)
+    closed, interval = _share(one.closed, one.interval, answer) if own else (None, None)
     why_not = one.why_not
     if not in_answer and not why_not:
         better = " and ".join(answer.effects) or (answer.rival.words if answer.rival is not None else "")

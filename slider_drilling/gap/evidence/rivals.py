@@ -15,7 +15,7 @@ from slider_drilling.gap.choice.state import Explained
 from slider_drilling.gap.evidence.score import FOLDS, Folds, Score, score_of
 from slider_drilling.gap.model import Array, Disturbed, Parameter, Values
 from slider_drilling.gap.problem.problem import Piece, Problem
-from slider_drilling.gap.search.least_squares import bounded_step, prior_weights
+from slider_drilling.gap.search.least_squares import bounded_step, prior_weights, room
 
 _KNOTS = 8
 # Ridge on the coefficients, of a typical one: what the data do not ask for stays near zero.
@@ -122,11 +122,9 @@ def _ridge(rows: Array, target: Array, nuisance: Sequence[Parameter], values: Va
     rows = rows[np.concatenate([np.ones(own, dtype=bool), used])]
     ridge = _RIDGE**2 * float(np.median(flexible[used])) / 100.0 if used.any() else 0.0
     extra = np.concatenate([prior_weights(nuisance) ** 2, np.full(len(rows) - own, ridge)])
-    low, high = np.full(len(rows), -np.inf), np.full(len(rows), np.inf)
-    for index, parameter in enumerate(nuisance):
-        here = values[parameter.name]
-        low[index] = min((parameter.lower - here) / parameter.scale, 0.0)
-        high[index] = max((parameter.upper - here) / parameter.scale, 0.0)
+    low, high = room(nuisance, values)
+    free = np.full(len(rows) - own, np.inf)
+    low, high = np.append(low, -free), np.append(high, free)
     normal = rows @ rows.T + np.diag(extra + 1e-9 * max(float(power.max(initial=0.0)), 1e-12))
     solved = np.linalg.solve(normal, rows @ target)
     if np.any(solved < low) or np.any(solved > high):

@@ -187,6 +187,15 @@ def bounded_step(normal: Array, gradient: Array, damping: float, low: Array, hig
     return np.asarray(lsq_linear(factor.T, right, (low - margin, high + margin)).x)
 
 
+def room(parameters: Sequence[Parameter], values: Values) -> tuple[Array, Array]:
+    """(p,) how far each parameter may go down and up from its value, in scales: at most 0 and at least 0."""
+    here = np.array([values.get(p.name, p.nominal) for p in parameters])
+    scale = np.array([p.scale for p in parameters])
+    low = (np.array([p.lower for p in parameters]) - here) / scale
+    high = (np.array([p.upper for p in parameters]) - here) / scale
+    return np.minimum(low, 0.0), np.maximum(high, 0.0)
+
+
 def prior_weights(parameters: Sequence[Parameter]) -> Array:
     """(p,) one over the prior's spread in scales, 0 where nothing is known."""
     return np.array([p.scale / p.spread if np.isfinite(p.spread) else 0.0 for p in parameters])

@@ -9,7 +9,7 @@ import numpy as np
 
 from slider_drilling.gap.model import Array, Effect
 from slider_drilling.gap.problem.problem import Problem
-from slider_drilling.gap.search.least_squares import Fit, bounded_step, prior_weights
+from slider_drilling.gap.search.least_squares import Fit, bounded_step, prior_weights, room
 
 # A secant is trusted between a quarter of the scan's amplitude and three times it, a nuisance's derivative for so many
 # of its scales.
@@ -75,16 +75,16 @@ def _step(base: Fit, effect: Effect, rows: Array, white: Array) -> Array:
     """(p + 1,) nuisance step in scales and multiple of the effect's change that together leave least, bounded."""
     here = np.array([base.values.get(p.name, p.nominal) for p in base.parameters])
     scale = np.array([p.scale for p in base.parameters])
-    low = np.maximum((np.array([p.lower for p in base.parameters]) - here) / scale, -_NUISANCE)
-    high = np.minimum((np.array([p.upper for p in base.parameters]) - here) / scale, _NUISANCE)
+    low, high = room(base.parameters, base.values)
     amplitude = effect.parameters[0]
     both_ways = amplitude.lower < amplitude.nominal < amplitude.upper
     prior = np.append(prior_weights(base.parameters), 0.0) ** 2
     nominal = np.array([p.nominal for p in base.parameters])
     normal = rows @ rows.T + np.diag(prior)
     gradient = rows @ white - prior * np.append((here - nominal) / scale, 0.0)
-    lowest, highest = np.append(np.minimum(low, 0.0), -_LONGEST if both_ways else 0.0), np.append(high, _LONGEST)
-    return bounded_step(normal, gradient, 0.0, lowest, np.maximum(highest, 0.0))
+    lowest = np.append(np.maximum(low, -_NUISANCE), -_LONGEST if both_ways else 0.0)
+    highest = np.append(np.minimum(high, _NUISANCE), _LONGEST)
+    return bounded_step(normal, gradient, 0.0, lowest, highest)
 
 
 def _start(base: Fit, effect: Effect, point: tuple[float, ...], step: Array) -> dict[str, float]:
