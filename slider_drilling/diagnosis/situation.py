@@ -20,8 +20,10 @@ from slider_drilling.gap.model import Array, Run
 from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig
 
-# Hz, above which neither rocking nor the sea moves a hook load; how far a line stands out; where tools vibrate.
-_FAST_HZ, _SHARP, _TOOLS_HZ = 0.4, 40.0, (5.0, 30.0)
+# Hz, above which neither rocking nor the sea moves a hook load; where tools vibrate.
+_FAST_HZ, _TOOLS_HZ = 0.4, (5.0, 30.0)
+# How rarely noise alone has a line that counts as a tool's.
+_BY_CHANCE = 1e-4
 # Spectra are taken this many times as fine as the log is long.
 _PADDING = 8
 # What a rotary start-up holds together: the drive's own torque, and friction that falls with speed and with the rest
@@ -136,7 +138,9 @@ def tool_frequencies(run: Run) -> tuple[float, ...] | None:
     fast = frequency > _FAST_HZ
     if not fast.any() or not any(channel.name == "hook_load" for channel in run.channels):
         return None
-    if power[fast].max() < _SHARP * np.median(power[fast]):
+    # The power of noise is exponentially distributed: its median is ln 2 of its mean.
+    independent = np.count_nonzero(fast) / _PADDING
+    if power[fast].max() < np.log(independent / _BY_CHANCE) / np.log(2.0) * np.median(power[fast]):
         return ()
     line = float(frequency[fast][np.argmax(power[fast])])
     rate = 2.0 * float(frequency[-1])
