@@ -1,5 +1,7 @@
 """Lines in a hook load: what a tool in the string leaves there, and what noise does not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -24,6 +26,14 @@ def test_a_line_stands_for_every_frequency_that_it_is_an_alias_of():
     found = tool_frequencies(hook_load(1, 120.0, amplitude=0.5))
     assert min(abs(hertz - 14.2) for hertz in found) < 0.01
     assert min(abs(hertz - 5.8) for hertz in found) < 0.01  # folded at half the sampling rate
+
+
+def test_lost_samples_move_no_line():
+    whole = hook_load(2, 120.0, amplitude=1.0)
+    came = np.random.default_rng(0).uniform(size=whole.time.size) > 0.03
+    (channel,) = whole.channels
+    patchy = replace(whole, channels=(replace(channel, time=channel.time[came], measured=channel.measured[came]),))
+    assert min(abs(hertz - 14.2) for hertz in tool_frequencies(patchy)) < 0.01
 
 
 def test_a_hook_load_that_is_too_slow_tells_nothing():

@@ -154,9 +154,11 @@ def _spectrum(run: Run) -> tuple[Array, Array]:
     channel = by_name.get("hook_load") or by_name.get("surface_torque")
     if channel is None or channel.time.size < 400:
         return np.empty(0), np.empty(0)
-    interval = (channel.time[-1] - channel.time[0]) / (channel.time.size - 1)
-    padded = _PADDING * channel.time.size
-    trend = np.polynomial.Polynomial.fit(channel.time, channel.measured, 5)(channel.time)
-    taper = np.hanning(channel.time.size)
-    power = np.abs(np.fft.rfft((channel.measured - trend) * taper, padded)) ** 2
+    # Evenly sampled, whatever was lost: frequencies counted in samples that came are off by the share that did not.
+    interval = float(np.median(np.diff(channel.time)))
+    time = np.arange(channel.time[0], channel.time[-1] + 0.5 * interval, interval)
+    measured = np.interp(time, channel.time, channel.measured)
+    padded = _PADDING * time.size
+    trend = np.polynomial.Polynomial.fit(time, measured, 5)(time)
+    power = np.abs(np.fft.rfft((measured - trend) * np.hanning(time.size), padded)) ** 2
     return np.fft.rfftfreq(padded, interval), power
