@@ -27,25 +27,24 @@ import numpy as np
 
 from slider_drilling.nodes import environment
 
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "test" / "nodes"))
+from program import DEADLINE, Program
+
 TOPICS = 20
 RATES = (1_000, 2_000, 4_000, 6_000, 8_000, 10_000, 12_000, 16_000, 20_000)  # 1/s of all topics together
-DEADLINE = 120.0  # s for a process to do what it must
 TICK = 0.005  # s between two bursts of the sender
 
 
-def program(name: str, space: str, **parameters: object) -> subprocess.Popen[bytes]:
+def program(name: str, space: str, **parameters: object) -> Program:
     """A node as `ros2 run` starts it."""
-    values = [word for key, value in parameters.items() for word in ("-p", f"{key}:={value}")]
-    code = f"from slider_drilling.nodes.programs import {name}; {name}()"
-    return subprocess.Popen([sys.executable, "-c", code, "--ros-args", "-r", f"__ns:={space}", *values],
-                            stderr=subprocess.DEVNULL)
+    return Program(name, space, Path.cwd(), **parameters)
 
 
-def ended(process: subprocess.Popen[bytes]) -> None:
+def ended(node: Program) -> None:
     """End it in order. Raises RuntimeError where it does not end so."""
-    process.send_signal(signal.SIGINT)
-    if code := process.wait(DEADLINE):
-        raise RuntimeError(f"{process.args}: exit code {code}")
+    node.process.send_signal(signal.SIGINT)
+    if code := node.end():
+        raise RuntimeError(f"{node.name}: exit code {code}; said: {node.said}")
 
 
 def awaited(has_happened: Callable[[], bool], what: str) -> float:
@@ -142,11 +141,9 @@ def kills() -> None:
             path = Path(folder) / "a.mcap"
             awaited(lambda path=path: path.exists() and path.stat().st_size > 40_000, "a log")  # type: ignore[misc]
             time.sleep(draw.uniform(0.0, 2.0))
-            recorder.kill()
             at = time.time()
-            recorder.wait()
+            recorder.kill()
             sender.kill()
-            sender.wait()
             info = log_info(path)
             lost.append(at - (info.start_ns / 1e9 + info.seconds))
             print(f"killed with {path.stat().st_size} bytes: {lost[-1]:.2f} s lost", flush=True)
@@ -182,7 +179,6 @@ def restarts() -> None:
         awaited(lambda: another_command() and len(heard) > 20, "commands")
         for name in of:
             there[name].kill()
-            there[name].wait()
             while another_command() and name != "recorder":
                 pass  # what was still on its way
             last = heard[-1]
@@ -217,7 +213,7 @@ def two_rigs() -> None:
             simulators[rig] = program("friction_simulator", space, elements=20, speed=1.0, duration=600.0,
                                       start_time=begins, wait_for_controller=True, minimum_subscribers=2)
         for one in simulators.values():
-            one.wait(900.0)
+            one.process.wait(900.0)
         for one in others:
             ended(one)
         for rig in simulators:

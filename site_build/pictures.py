@@ -14,7 +14,7 @@ from slider_drilling.tools.page import drawn
 from slider_drilling.units import FIELD, SI
 from slider_drilling.wellbore.broomstick import broomstick
 
-BED = "cuttings_bed:factor=2,top=2700,bottom=3200"
+BED = "cuttings_bed:factor=4,top=2700,bottom=3200"
 CONTROLLER = "slider_drilling.control:SlideController"
 
 

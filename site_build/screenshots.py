@@ -14,8 +14,9 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, sync_playwright
 
+from site_build.pictures import BED
+
 PICTURES = Path(__file__).resolve().parent.parent / "docs" / "pictures"
-BED = "cuttings_bed:factor=2,top=2700,bottom=3200"
 PORT = 8899
 CHROMIUM = "/usr/bin/chromium"
 PROGRAM = (sys.executable, "-m", "slider_drilling")

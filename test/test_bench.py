@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
 import math
+import os
+import signal
+import subprocess
+import sys
+import time
 
 import numpy as np
 import pytest
@@ -51,6 +57,36 @@ def test_stages_give_the_figures_asked_for(monkeypatch):
             assert row.value > 0.0 and row.ratio > 0.0
         else:
             assert row.value is None and row.ratio is None and row.note.startswith("not available: ROS 2")
+
+
+STAYS = "from slider_drilling.parent import end_with_parent as e; e(); open('there', 'w'); import time; time.sleep(600)"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the kernel of Linux tells a process that its parent is gone")
+def test_what_measures_ends_with_a_bench_that_is_killed(tmp_path):
+    other = tmp_path / "python"
+    other.write_text(f'#!/bin/sh\nexec {sys.executable} -c "{STAYS}"\n')
+    other.chmod(0o755)
+    code = f"import sys\nfrom slider_drilling.bench import sessions\nsys.executable = {str(other)!r}\n"
+    code += "sessions._measured('')"
+    with subprocess.Popen([sys.executable, "-c", code], cwd=tmp_path, start_new_session=True) as bench:
+        try:
+            waited = time.monotonic() + 60.0
+            while not (tmp_path / "there").exists():
+                assert time.monotonic() < waited and bench.poll() is None, "it never started what measures"
+                time.sleep(0.01)
+            bench.kill()
+            bench.wait()
+            for _ in range(600):
+                try:
+                    os.killpg(bench.pid, 0)
+                except ProcessLookupError:
+                    return
+                time.sleep(0.1)
+            pytest.fail("what measures was left behind")
+        finally:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(bench.pid, signal.SIGKILL)
 
 
 def test_table_shows_what_is_missing(monkeypatch):

@@ -34,6 +34,10 @@ def square(job):
         raise ValueError("no such\\n number")
     if deed == "die":
         os.kill(os.getpid(), signal.SIGKILL)
+    if deed == "spoil":
+        folder = Path(job.options["folder"])
+        folder.rmdir()
+        folder.touch()
     if deed == "stop once" and not Path(job.inputs["number"] + ".stopped").exists():
         Path(job.inputs["number"] + ".stopped").touch()
         os.kill(os.getpid(), signal.SIGKILL)
@@ -160,6 +164,29 @@ def test_a_job_can_open_nothing_in_a_closed_folder_but_its_own_files(tmp_path, j
     own = dataclasses.replace(kept_out, inputs={"label": str(closed / "label")})
     assert run_job(own).tree == {"seen": "stribeck"}
     assert (closed / "label").read_text() == "stribeck"  # this process is let in again
+
+
+def test_what_cannot_be_kept_ends_the_campaign_and_is_not_lost(tmp_path, jobs):
+    folder = tmp_path / "results"
+    work = jobs(3, deeds={"0": "spoil"}, folder=str(folder))
+    ran = run_jobs(work, folder)
+    assert ran.result(ran.keys[0]).tree == {"square": 0}
+    assert ran.result(ran.keys[1]) is None
+    assert (ran.done, len(ran.unkept), ran.missing, ran.code) == (0, 1, 2, 2)
+    assert ran.sentence().startswith(f"1 run and not kept, 2 not run; {folder}/{ran.keys[0]}.json: cannot write")
+    folder.unlink()
+    again = run_jobs(jobs(3, folder=str(folder)), folder)
+    assert (again.done, again.code, squares(folder, again.keys)) == (3, 0, [0, 1, 4])
+
+
+def test_a_failure_that_cannot_be_written_down_ends_the_campaign(tmp_path, jobs):
+    folder = tmp_path / "results"
+    folder.mkdir()
+    work = jobs(2, deeds={"0": "die"})
+    (folder / f"{work[0].key()}.error").mkdir()
+    ran = run_jobs(work, folder)
+    assert (ran.done, ran.unkept, ran.missing, ran.code) == (0, {}, 2, 2)
+    assert "SIGKILL; and " in ran.sentence() and "cannot write this file" in ran.sentence()
 
 
 def test_a_missing_input_or_a_folder_that_cannot_be_made_is_one_line(tmp_path, jobs):

@@ -173,7 +173,7 @@ def test_what_stopped_a_slide_and_one_that_was_not_held_are_said():
     assert as_json([row], "a:B", 0, 200)["scenarios"][0]["interlocks"][0] == {
         "time_s": 329.4, "name": "lock_up", "message": lock}
     lead = closed_loop_page([row], "a:B", 0, 200).lead
-    assert "more than 15 deg off for over a twentieth of the time in 1." in lead.text and lead.tone == "bad"
+    assert "more than 15 deg off for over 5 % of the time in 1." in lead.text and lead.tone == "bad"
     held = outcomes_of(HOLD, 1.0, 1.0, 1.0)
     assert closed_loop_page([held], "a:B", 0, 200).lead.tone == "good"
 

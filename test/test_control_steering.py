@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from slider_drilling.control import SlideController, SlideSettings
-from slider_drilling.control.drive_inertia import DriveInertia
 from slider_drilling.control.steering import Answer, bearable_gain, lead
 from slider_drilling.control.string_filter import StringFilter
 from slider_drilling.control.stroke_means import CycleMean
 from slider_drilling.control.swing import Swing
 from slider_drilling.control.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
+from slider_drilling.control.torque_reading import TorqueReading
 from slider_drilling.rig import load_rig
 from slider_drilling.signals import MwdSample
 
@@ -56,41 +56,56 @@ def test_an_angle_that_may_be_any_is_worth_no_pull():
     assert unsure < 0.02
 
 
-def strokes(inertia, friction=5e3, impedance=300.0, noise=150.0, seconds=60.0):
+IMPEDANCE = 300.0
+
+
+def strokes(inertia, lag=0.0, friction=5e3, noise=150.0, seconds=60.0):
     """Speed and torque at 10 Hz of a drive that rocks by 5 rad/s and is turned around at 16 rad/s2; torque of the pipe
-    and as read at the motor."""
-    random, speed, side, twist = np.random.default_rng(1), 0.0, 1.0, 0.0
+    and as read at the motor by a sensor that lags."""
+    random, speed, side, twist, lagged = np.random.default_rng(1), 0.0, 1.0, 0.0, 0.0
     for k in range(round(seconds * 10)):
         if k % 40 == 20:
             side = -side
-        before = speed
+        acceleration = np.clip(5.0 * side - speed, -1.6, 1.6) / 0.1
         for _ in range(100):
-            speed += np.clip(5.0 * side - speed, -0.016, 0.016)
-        twist = np.clip(twist + 0.1 * speed * 300.0, -friction, friction)
-        pipe = twist + impedance * speed
-        yield speed, pipe, pipe + inertia * (speed - before) / 0.1 + random.normal(0.0, noise)
+            speed += 1e-3 * acceleration
+            twist = np.clip(twist + 1e-3 * speed * 300.0, -friction, friction)
+            read = twist + IMPEDANCE * speed + inertia * acceleration
+            lagged = read if lag == 0.0 else lagged + 1e-3 / lag * (read - lagged)
+        yield speed, twist + IMPEDANCE * speed, lagged + random.normal(0.0, noise)
 
 
-@pytest.mark.parametrize("inertia", [0.0, 300.0, 1500.0])
-def test_what_speeds_the_drive_up_is_no_torque_of_the_pipe(inertia):
-    learning = DriveInertia(150.0, 0.1)
+@pytest.mark.parametrize(("inertia", "lag"), [(0.0, 0.0), (300.0, 0.0), (1500.0, 0.0), (1500.0, 0.05)])
+def test_what_speeds_the_drive_up_is_no_torque_of_the_pipe(inertia, lag):
+    reading = TorqueReading(IMPEDANCE, 150.0, 0.1)
     off, read = [], []
-    for speed, pipe, torque in strokes(inertia):
-        off.append(learning.pipe_torque(speed, torque, 0.1) - pipe)
+    for speed, pipe, torque in strokes(inertia, lag):
+        off.append(reading.pipe_torque(speed, torque, 0.1) - pipe)
         read.append(torque - pipe)
-    assert learning.inertia == pytest.approx(inertia, abs=25.0)
+    assert reading.inertia == pytest.approx(inertia, abs=25.0)
     assert np.max(np.abs(off[200:])) < 1e3
     assert inertia == 0.0 or np.max(np.abs(read[200:])) > 12.0 * inertia
 
 
+@pytest.mark.parametrize("lag", [0.0, 0.4, 0.8])
+def test_a_torque_that_comes_late_is_known_by_the_drives_own_changes_of_speed(lag):
+    reading = TorqueReading(IMPEDANCE, 150.0, 0.1)
+    for speed, _, torque in strokes(0.0, lag):
+        reading.pipe_torque(speed, torque, 0.1)
+    assert reading.inertia == 0.0
+    assert (reading.lag == pytest.approx(0.0, abs=0.03)) if lag == 0.0 else (0.75 * lag < reading.lag < 2.0 * lag)
+
+
 def test_a_torque_that_is_missing_stays_so_and_teaches_nothing():
-    learning = DriveInertia(150.0, 0.1)
+    reading = TorqueReading(IMPEDANCE, 150.0, 0.1)
+    before = reading.lag
     for speed, _, _ in strokes(0.0, seconds=20.0):
-        assert math.isnan(learning.pipe_torque(speed, math.nan, 0.1))
-    assert learning.inertia == 0.0
-    assert learning.pipe_torque(1.0, 500.0, 0.0) == 500.0
+        assert math.isnan(reading.pipe_torque(speed, math.nan, 0.1))
+    assert (reading.inertia, reading.lag) == (0.0, before)
+    assert reading.pipe_torque(1.0, 500.0, 0.0) == 500.0
     for speed in (1e30, -1e30, math.inf, math.nan, 0.0):
-        assert learning.pipe_torque(speed, 500.0, 0.1) == 500.0
+        assert reading.pipe_torque(speed, 500.0, 0.1) == 500.0
+        assert reading.arriving(500.0) == 500.0 and reading.speed == 0.0
 
 
 def test_response_time_stays_within_what_strings_do():

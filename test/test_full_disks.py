@@ -19,9 +19,10 @@ sys.path.insert(0, str(Path(__file__).parent / "fuzz"))
 from commands import COMMANDS, make_inputs
 from whole import contents
 
+CAMPAIGN = "closed-loop --campaign"
 QUICK = ("plot", "replay", "torque-drag", "identify", "import", "recover", "analyse", "study")
 ANSWERS = {"plot": "tool-face error", "replay": "surface torque", "torque-drag": "slack off", "identify": "stiffness",
-           "analyse": "friction", "study": "holds"}  # fmt: skip
+           "analyse": "friction", "study": "holds", CAMPAIGN: "mean error"}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +51,10 @@ def room_for(size: int) -> Iterator[None]:
         signal.signal(signal.SIGXFSZ, before)
 
 
-@pytest.mark.parametrize(("name", "room"), [*((name, 0) for name in QUICK), ("torque-drag", 3000), ("plot", 3000)])
+# A campaign's locks are files of 32 bytes in shared memory.
+@pytest.mark.parametrize(
+    ("name", "room"), [*((name, 0) for name in QUICK), ("torque-drag", 3000), ("plot", 3000), (CAMPAIGN, 40)]
+)
 def test_without_room_a_command_says_so_and_answers(
     name: str,
     room: int,

@@ -143,7 +143,8 @@ def test_whiskers_and_bands() -> None:
 
 
 def test_round_marks_on_logarithmic_axes() -> None:
-    assert round_ticks(2.3, 11.0) == [1.0, 2.0, 5.0, 10.0, 20.0, 50.0]
+    assert round_ticks(1.1, 23.0) == [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0]
+    assert {1.5, 2.0, 3.0, 4.0} < set(round_ticks(1.5, 4.0)) and len(round_ticks(1.5, 4.0)) < 15
     assert round_ticks(1e-6, 1e3) == pytest.approx([10.0**k for k in range(-6, 4)])
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -13,6 +14,7 @@ from pathlib import Path
 from slider_drilling.bench.clock import wall_seconds
 from slider_drilling.bench.result import Result
 from slider_drilling.bench.work import example_rig
+from slider_drilling.parent import END_WITH_PARENT
 
 TIMEOUT = 600.0
 NO_ROS = "not available: ROS 2 is not installed (pip install 'slider_drilling[ros]', or source a ROS 2 Jazzy)"
@@ -51,8 +53,12 @@ def node_start() -> Result:
 
 
 def _measured(what: str) -> dict[str, float]:
+    """What the process prints; it ends when this one does, and what it keeps on the disk goes with it."""
     command = [sys.executable, "-m", "slider_drilling.nodes.benchmark", what]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)
+    with tempfile.TemporaryDirectory() as scratch:
+        own = {"TMPDIR": scratch, END_WITH_PARENT: str(os.getpid())}
+        done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False,
+                              env={**os.environ, **own})  # fmt: skip
     if done.returncode != 0:
         raise RuntimeError(f"{' '.join(command)} ended with {done.returncode}: {done.stderr.strip()[-500:]}")
     figures: dict[str, float] = json.loads(done.stdout.strip().splitlines()[-1])

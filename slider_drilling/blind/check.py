@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from slider_drilling.blind.seal import seal_job
 from slider_drilling.blind.tally import plain, tally
 from slider_drilling.campaign.code import code_version
 from slider_drilling.campaign.job import Job
-from slider_drilling.campaign.results import Result, Results
+from slider_drilling.campaign.results import Result
 from slider_drilling.campaign.run import Ran
 from slider_drilling.errors import InputError
 from slider_drilling.files import make_folder, write_whole
@@ -33,10 +33,12 @@ Run = Callable[[str, Sequence[Job], Path], Ran]
 
 @dataclass
 class Checked:
-    """Scored cases; ran: of each stage that was run, in order, so that the last one says whether it was stopped."""
+    """Scored cases; ran: of each stage that was run, in order, so that the last one says whether it was stopped;
+    answers: the diagnosis of each log, by its stem."""
 
     cases: list[Scored]
     ran: list[Ran]
+    answers: dict[str, dict[str, Any]]
 
     @property
     def code(self) -> int:
@@ -68,25 +70,31 @@ def check(sealed: Path, output: Path, stems: Sequence[str] | None, asked: Asked,
     """Diagnose the sealed logs of a folder, all of them or those named, and score what has labels."""
     logs = _logs(sealed, stems)
     closed = (str((sealed / LABELS).resolve()),)
-    results = Results(output / RESULTS)
+    folder = output / RESULTS
     jobs = [diagnose_job(log, asked.seed, asked.only, closed) for log in logs]
-    ran = [run("diagnosing", jobs, results.folder)]
+    ran = [run("diagnosing", jobs, folder)]
     keys = dict(zip((log.stem for log in logs), ran[0].keys, strict=True))
-    answers = {stem: result for stem, key in keys.items() if (result := _result(results, key)) is not None}
-    for stem, result in answers.items():
-        _write(output / ANSWERS / f"{stem}.json", result.tree)
+    answers = {stem: result for stem, key in keys.items() if (result := ran[0].result(key)) is not None}
     labels = read_labels(sealed / LABELS) if (sealed / LABELS).is_dir() else {}
     known = {stem: label for stem, label in labels.items() if stem in keys}
     truth: dict[str, float] = {}
     if asked.oracle and not ran[0].stopped:
-        fitted, truth = _oracles(known, logs, asked.seed, closed, results, run)
+        fitted, truth = _oracles(known, logs, asked.seed, closed, folder, run)
         ran.append(fitted)
     cases = []
     for stem, label in known.items():
-        failed = stem not in answers and results.error(keys[stem]) is not None
+        failed = stem not in answers and ran[0].results.error(keys[stem]) is not None
         if stem in answers or failed:
             cases.append(_scored(label, answers.get(stem), stem, truth.get(stem, math.nan)))
-    return Checked(cases, ran)
+    return Checked(cases, ran, {stem: result.tree for stem, result in answers.items()})
+
+
+def write_answers(folder: Path, answers: Mapping[str, dict[str, Any]]) -> None:
+    """Write each log's diagnosis into a file of the folder. Raises InputError."""
+    make_folder(folder)
+    for stem, tree in answers.items():
+        content = (json.dumps(tree, indent=1, allow_nan=False) + "\n").encode("utf-8")
+        write_whole(folder / f"{stem}.json", content)
 
 
 def score_answers(labels: Path, answers: Path) -> list[Scored]:
@@ -122,22 +130,18 @@ def _logs(sealed: Path, stems: Sequence[str] | None) -> list[Path]:
 
 
 def _oracles(
-    labels: dict[str, Label], logs: Sequence[Path], seed: int, closed: tuple[str, ...], results: Results, run: Run
+    labels: dict[str, Label], logs: Sequence[Path], seed: int, closed: tuple[str, ...], folder: Path, run: Run
 ) -> tuple[Ran, dict[str, float]]:
     by_stem = {log.stem: log for log in logs}
     known = {stem: label for stem, label in labels.items() if label.kind in ("single", "two")}
     jobs = [oracle_job(by_stem[stem], label.effects, seed, closed) for stem, label in known.items()]
-    ran = run("fitting the truth", jobs, results.folder)
+    ran = run("fitting the truth", jobs, folder)
     shares = {}
     for stem, key in zip(known, ran.keys, strict=True):
-        result = _result(results, key)
+        result = ran.result(key)
         if result is not None and result.tree["closed"] is not None:
             shares[stem] = float(result.tree["closed"])
     return ran, shares
-
-
-def _result(results: Results, key: str) -> Result | None:
-    return results.read(key) if results.path(key).is_file() else None
 
 
 def _scored(label: Label, result: Result | None, stem: str, oracle: float) -> Scored:
@@ -145,8 +149,3 @@ def _scored(label: Label, result: Result | None, stem: str, oracle: float) -> Sc
         return score(label, None)
     answer: Answer = answer_of(result.tree, f"answer to {stem}")
     return score(label, answer, oracle, result.cpu, result.wall)
-
-
-def _write(path: Path, tree: dict[str, Any]) -> None:
-    make_folder(path.parent)
-    write_whole(path, (json.dumps(tree, indent=1, allow_nan=False) + "\n").encode("utf-8"))

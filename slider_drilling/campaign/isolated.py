@@ -12,6 +12,7 @@ import threading
 from pathlib import Path
 
 from slider_drilling.campaign.job import Job
+from slider_drilling.campaign.results import Result, UnkeptError
 from slider_drilling.campaign.worker import ONE_THREAD, as_line
 
 
@@ -25,7 +26,10 @@ class Processes:
         self.stopped = False
 
     def run(self, job: Job, key: str, folder: Path) -> str | None:
-        """Run a job; None, or why there is no result. A process that died is replaced for the next job."""
+        """Run a job; None, or why there is no result. A process that died is replaced for the next job.
+
+        Raises UnkeptError where there is a result and no room for it.
+        """
         process: _Process | None = getattr(self._mine, "process", None)
         with self._lock:
             if self.stopped:
@@ -66,10 +70,13 @@ class _Process:
             answer = self._process.stdout.readline()
         except BrokenPipeError:
             answer = ""
-        if answer:
-            error: str | None = json.loads(answer).get("error")
-            return error
-        return self._obituary()
+        if not answer:
+            return self._obituary()
+        said = json.loads(answer)
+        if "unkept" in said:
+            raise UnkeptError(said["unkept"], key, Result(**said["result"]))
+        error: str | None = said.get("error")
+        return error
 
     def _obituary(self) -> str:
         code = self._process.wait()

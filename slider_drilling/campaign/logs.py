@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from slider_drilling.campaign.job import Job
-from slider_drilling.campaign.results import Results
+from slider_drilling.campaign.results import Result
 from slider_drilling.errors import InputError
 from slider_drilling.files import make_folder, write_whole
 from slider_drilling.pages import Link, Page, Section, Table, Tag
@@ -120,10 +120,10 @@ def diagnose_log(job: Job) -> dict[str, Any]:
         return {"files": {path.name: path.read_text(encoding="utf-8") for path in paths}}
 
 
-def unfold(results: Results, key: str, folder: Path) -> None:
+def unfold(result: Result, folder: Path) -> None:
     """Write a result's files into a folder of their own. Raises InputError."""
     make_folder(folder)
-    for name, text in results.read(key).tree["files"].items():
+    for name, text in result.tree["files"].items():
         write_whole(folder / name, text.encode("utf-8"))
 
 

@@ -16,13 +16,22 @@ SCHEMA = "slider_drilling/result/1"
 
 @dataclass(frozen=True)
 class Result:
-    """tree: what the job's function returned; cpu: s of processor; wall: s; memory: bytes, the most that the process
-    that ran it ever held."""
+    """What came of a job. tree: what its function returned; cpu: s of processor; wall: s; memory: bytes, the most that
+    the process that ran it ever held."""
 
     tree: dict[str, Any]
     cpu: float
     wall: float
     memory: int
+
+
+class UnkeptError(Exception):
+    """What came of a job could not be written, so that going on would be for nothing. key: the job's; result: None
+    where it failed, so that only the reason of that is not on the disk."""
+
+    def __init__(self, why: str, key: str, result: Result | None) -> None:
+        super().__init__(why, key, result)  # all of them, so that it comes whole from another process
+        self.why, self.key, self.result = why, key, result
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from slider_drilling.campaign.isolated import Processes
 from slider_drilling.campaign.job import Job
-from slider_drilling.campaign.results import Results
+from slider_drilling.campaign.results import Result, Results, UnkeptError
 from slider_drilling.errors import InputError
 from slider_drilling.files import make_folder
 from slider_drilling.interrupts import exit_code
@@ -29,25 +29,35 @@ class Where:
 class Ran:
     """What became of a campaign's jobs.
 
-    keys: of all, in their order; kept: had a result before; done: have one since; failed: why by key, of those that
-    ended without; stopped: the exit code where a signal or a lost scheduler ended the campaign early, else 0.
+    keys: of all, in their order; results: where they are kept; kept: had a result before; done: have one since; unkept:
+    what could not be written; failed: why by key, of those that ended without; stopped: the exit code where a signal, a
+    lost scheduler or a full disk ended the campaign early, else 0.
     """
 
     keys: list[str]
+    results: Results
     kept: int = 0
     done: int = 0
+    unkept: dict[str, Result] = field(default_factory=dict)
     failed: dict[str, str] = field(default_factory=dict)
     stopped: int = 0
     why: str = ""
 
+    def result(self, key: str) -> Result | None:
+        """What came of a job; None where there is nothing yet. Raises InputError where its file is no result."""
+        if key in self.unkept:
+            return self.unkept[key]
+        return self.results.read(key) if self.results.path(key).is_file() else None
+
     @property
     def missing(self) -> int:
         """Jobs that were not run to an end."""
-        return len(set(self.keys)) - self.kept - self.done - len(self.failed)
+        return len(set(self.keys)) - self.kept - self.done - len(self.unkept) - len(self.failed)
 
     def sentence(self) -> str:
         """What to tell the user of it, in a line."""
-        parts = [f"{self.done} run", f"{self.kept} kept from before", f"{len(self.failed)} failed"]
+        parts = [f"{self.done} run", f"{self.kept} kept from before", f"{len(self.unkept)} run and not kept",
+                 f"{len(self.failed)} failed"]  # fmt: skip
         if self.missing:
             parts.append(f"{self.missing} not run")
         end = f"; {self.why}: the same command goes on from here" if self.stopped else ""
@@ -80,7 +90,7 @@ def run_jobs(
     keys = [job.key() for job in jobs]
     wanted = dict(zip(keys, jobs, strict=True))
     left = {key: job for key, job in wanted.items() if not results.done(key, job)}
-    ran = Ran(keys, kept=len(wanted) - len(left))
+    ran = Ran(keys, results, kept=len(wanted) - len(left))
     begin(len(left))
     try:
         for job, key, why in _run(left, results, where):
@@ -93,6 +103,10 @@ def run_jobs(
         ran.stopped, ran.why = exit_code() or 130, "interrupted"
     except _Lost as lost:
         ran.stopped, ran.why = 3, str(lost)
+    except UnkeptError as unkept:
+        ran.stopped, ran.why = 2, unkept.why
+        if unkept.result is not None:
+            ran.unkept[unkept.key] = unkept.result
     return ran
 
 
@@ -127,7 +141,10 @@ def _run_one(processes: Processes, folder: Path, job: Job, key: str) -> tuple[Jo
 def _recorded(results: Results, key: str, why: str | None) -> str | None:
     """A process that died could not write down why."""
     if why is not None and results.error(key) != why:
-        results.write_error(key, why)
+        try:
+            results.write_error(key, why)
+        except InputError as error:
+            raise UnkeptError(f"{why}; and {error}", key, None) from None
     return why
 
 

@@ -62,12 +62,16 @@ def _answer(line: str) -> dict[str, Any]:
     if order["code"] != code_version():
         return {"error": f"this worker runs {code_version()}, the campaign {order['code']}: install the same code"}
     try:
-        results.write(order["key"], job, run_job(job))
+        result = run_job(job)
     except InputError as error:
         return _failed(results, order["key"], str(error), str(error))
     except Exception as error:
         why = f"{type(error).__name__}: {' '.join(str(error).split())}"
         return _failed(results, order["key"], why, traceback.format_exc())
+    try:
+        results.write(order["key"], job, result)
+    except InputError as error:
+        return {"unkept": str(error), "result": asdict(result)}
     return {}
 
 

@@ -64,7 +64,8 @@ def _lead(rows: Sequence[dict[str, Outcome]]) -> Lead | None:
         said.append(f"The tool-face was {np.mean(errors):.1f} deg off its target on average, "
                     f"{max(errors):.1f} deg in the worst scenario.")  # fmt: skip
     lost = sum(score.within_15_deg < HELD_SHARE for score in own if not score.nothing_drilled)
-    said += [f"It was more than {WITHIN_DEG:.0f} deg off for over a twentieth of the time in {lost}."] if lost else []
+    share = f"{1.0 - HELD_SHARE:.0%}".replace("%", " %")
+    said += [f"It was more than {WITHIN_DEG:.0f} deg off for over {share} of the time in {lost}."] if lost else []
     said += [f"It was never set in {unset}."] if unset else []
     said += [f"Nothing was drilled in {idle}."] if idle else []
     return Lead(" ".join(said), "bad" if idle or unset or lost else "good") if said else None

@@ -95,21 +95,21 @@ def command(
         ran = check.seal(drawn, rig, output, run)
         count = ran.done + ran.kept
         click.echo(f"sealed {count} of {cases} logs in {output / check.LOGS}", err=as_json)
+        if as_json and (seal_only or ran.stopped or not count):
+            print_json({"sealed": count, "of": cases, "logs": output / check.LOGS})
         if ran.failed and not count:
             raise InputError(f"{output}: nothing could be sealed: {next(iter(ran.failed.values()))}")
         if seal_only or ran.stopped:
-            if as_json:
-                print_json({"sealed": count, "of": cases, "logs": output / check.LOGS})
             return ran.code
         sealed, stems = output, [case.file() for case in drawn]
         options = {"cases": cases, "seed": seed, "effects": effects, "sizes": sizes, "wells": ",".join(chosen),
                    "manoeuvres": manoeuvres, "duration": duration, "rig": str(rig_path or ""),
                    "only": only}  # fmt: skip
     if answers is not None:
-        _report(check.score_answers(sealed / check.LABELS, answers), options, output, as_json, units)
+        _report(check.score_answers(sealed / check.LABELS, answers), {}, options, output, as_json, units)
         return 0
     checked = check.check(sealed, output, stems, check.Asked(_names(only), oracle=oracle), run)
-    _report(checked.cases, options, output, as_json, units)
+    _report(checked.cases, checked.answers, options, output, as_json, units)
     return checked.code
 
 
@@ -136,14 +136,16 @@ def _numbers(option: str, text: str) -> tuple[float, ...]:
 
 
 def _report(
-    cases: Sequence[Scored], options: dict[str, Any], output: Path, to_json: bool, units: Units
+    cases: Sequence[Scored], answers: dict[str, dict[str, Any]], options: dict[str, Any], output: Path, to_json: bool,
+    units: Units,
 ) -> None:
-    from slider_drilling.blind.check import as_json
+    from slider_drilling.blind.check import ANSWERS, as_json, write_answers
     from slider_drilling.blind.page import write_blind_page
     from slider_drilling.console import stdout
     from slider_drilling.files import write_whole
 
     if not cases:
+        write_answers(output / ANSWERS, answers)
         click.echo(f"{output}: nothing to score: no answer has a label", err=to_json)
         return
     tree = as_json(cases, options)
@@ -155,6 +157,7 @@ def _report(
         _print_totals(cases, units)
 
     def write() -> tuple[Path, ...]:
+        write_answers(output / ANSWERS, answers)
         write_whole(paths[0], (json.dumps(tree, indent=1) + "\n").encode("utf-8"))
         write_blind_page(paths[1], cases, tree, units)
         return paths

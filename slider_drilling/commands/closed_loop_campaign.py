@@ -25,7 +25,6 @@ def run_campaign(
 ) -> int:
     """Every controller through every slide; the exit code. The first controller is the one under test."""
     from slider_drilling.campaign.code import code_version
-    from slider_drilling.campaign.results import Results
     from slider_drilling.campaign.shown import run_shown
     from slider_drilling.closed_loop import campaign_page
     from slider_drilling.closed_loop.campaign import repeat_command, slide_job, slide_of
@@ -34,13 +33,12 @@ def run_campaign(
 
     make_folder(output)
     prepare_outputs((output / FILE, output / PAGE), (setting.rig,))
-    results = Results(output / RESULTS)
     jobs = [slide_job(number, name, setting) for number in range(slides) for name in controllers]
-    ran = run_shown("sliding", jobs, results.folder, where)
+    ran = run_shown("sliding", jobs, output / RESULTS, where)
     found: dict[str, list[Slide]] = {name: [] for name in controllers}
     for job, key in zip(jobs, ran.keys, strict=True):
-        if results.path(key).is_file():
-            found[job.options["controller"]].append(slide_of(results.read(key).tree))
+        if (result := ran.result(key)) is not None:
+            found[job.options["controller"]].append(slide_of(result.tree))
     found = {name: of for name, of in found.items() if of}
     if not found:
         return ran.code

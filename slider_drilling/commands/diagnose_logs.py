@@ -23,28 +23,27 @@ def diagnose_each(
     """Diagnose each log into a folder of its own; the exit code."""
     from slider_drilling.campaign.code import code_version
     from slider_drilling.campaign.logs import as_json, folder_names, log_job, page_of, row_of, unfold
-    from slider_drilling.campaign.results import Results
     from slider_drilling.campaign.shown import run_shown
     from slider_drilling.files import make_folder, prepare_outputs, write_whole
     from slider_drilling.pages import write_page
 
     make_folder(output)
     prepare_outputs([output / PAGE, output / FILE], (*logs, options.rig))
-    results, names = Results(output / RESULTS), folder_names(logs)
+    names = folder_names(logs)
     jobs = [log_job(log, options) for log in logs]
-    ran = run_shown("diagnosing", jobs, results.folder, where)
+    ran = run_shown("diagnosing", jobs, output / RESULTS, where)
     rows = []
     for log, name, key in zip(logs, names, ran.keys, strict=True):
-        if results.path(key).is_file():
-            rows.append(row_of(log, name, json.loads(results.read(key).tree["files"]["diagnosis.json"])))
-        elif (why := results.error(key)) is not None:
+        if (result := ran.result(key)) is not None:
+            rows.append(row_of(log, name, json.loads(result.tree["files"]["diagnosis.json"])))
+        elif (why := ran.results.error(key)) is not None:
             rows.append(_failed(log, name, why))
     tree = as_json(rows, code_version())
 
     def write() -> list[Path]:
         for name, key in zip(names, ran.keys, strict=True):
-            if results.path(key).is_file():
-                unfold(results, key, output / name)
+            if (result := ran.result(key)) is not None:
+                unfold(result, output / name)
         write_whole(output / FILE, (json.dumps(tree, indent=1, allow_nan=False) + "\n").encode("utf-8"))
         write_page(output / PAGE, page_of(rows), units)
         return [output / FILE, output / PAGE]

@@ -67,6 +67,10 @@ class RockingDrive:
         self.side = -self.side
         self.strokes += 1
 
+    def cruise(self, wish: Wish) -> float:
+        """rad/s, of a stroke between its reversals."""
+        return min(4.0 * wish.amplitude / wish.period, self._max_speed)
+
     def _advance_piece(self, left: float, wish: Wish, motion: Motion) -> float:
         """One stretch of constant acceleration; returns its length in s."""
         if motion is Motion.FREEZE:
@@ -78,7 +82,7 @@ class RockingDrive:
         if room <= max(self._braking_distance(), landed) and self.side * self.speed >= 0.0:
             self.turn()
             room = self._room(wish)
-        cruise = self._cruise(wish)
+        cruise = self.cruise(wish)
         if wish.landing > 0.0:
             return self._land(left, cruise, room, wish.landing)
         if self.speed != self.side * cruise:
@@ -90,11 +94,8 @@ class RockingDrive:
 
     def _room(self, wish: Wish) -> float:
         """Way left (rad) to where this stroke turns: inside the triangle's corner by what rounds it."""
-        rounded = 0.5 * self._cruise(wish) ** 2 / self._acceleration
+        rounded = 0.5 * self.cruise(wish) ** 2 / self._acceleration
         return self.side * (wish.centre - self.angle) + max(wish.amplitude - rounded, 0.0)
-
-    def _cruise(self, wish: Wish) -> float:
-        return min(4.0 * wish.amplitude / wish.period, self._max_speed)
 
     def _braking_distance(self) -> float:
         return 0.5 * self.speed * self.speed / self._acceleration

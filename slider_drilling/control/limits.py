@@ -8,17 +8,16 @@ from __future__ import annotations
 
 import enum
 import math
-from collections import deque
 from dataclasses import dataclass
 
 from slider_drilling.control.protocol import Level, Status
+from slider_drilling.control.stroke_torque import Stroke, StrokeTorque
 from slider_drilling.control.watch import Watch
 
 HOLD_AFTER = 1.0      # s without a channel: stop lowering, hold the centre
 STOP_AFTER = 10.0     # s without it: stop rocking
 RESUME_AFTER = 3.0    # s of good data before lowering again
 MWD_HOLD_AFTER = 150.0   # s without an MWD sample: stop lowering
-_TREND = 1.0             # s
 _BEHIND = 3.0            # rad between top drive and reference that are not tolerated
 _STALL_CONFIRMED = 0.5   # s of stall pressure before picking up
 _RELEASED_SHARE = 0.25   # of the pressure wanted: the bit has let go
@@ -76,36 +75,6 @@ class StallGuard:
         self.state, self._since = state, 0.0
 
 
-class _Trend:
-    """A straight line through the torque of the last second: noise must not cut strokes short."""
-
-    def __init__(self) -> None:
-        self._side = 0.0
-        self._clock = 0.0
-        self._seen: deque[tuple[float, float]] = deque()   # s, N m
-
-    def after(self, torque: float, side: float, step: float, ahead: float) -> float:
-        """Torque (N m) `ahead` s from now, of a stroke towards `side`; NaN where nothing of it was measured."""
-        if side != self._side:
-            self._side = side
-            self._seen.clear()
-        if step > 0.0:
-            self._clock += step
-            if math.isfinite(torque):
-                self._seen.append((self._clock, torque))
-        while self._seen and self._clock - self._seen[0][0] > _TREND:
-            self._seen.popleft()
-        if not self._seen:
-            return math.nan
-        count = len(self._seen)
-        time = sum(one for one, _ in self._seen) / count
-        level = sum(one for _, one in self._seen) / count
-        spread = sum((one - time) ** 2 for one, _ in self._seen)
-        rate = sum((one - time) * (other - level) for one, other in self._seen) / spread if count > 3 else 0.0
-        now = level + rate * (self._clock - time)
-        return now + side * max(side * rate, 0.0) * ahead
-
-
 class Interlocks:
     """All interlocks of a slide. make_up, back_off: N m."""
 
@@ -115,7 +84,7 @@ class Interlocks:
         self.stall = stall
         self._least_pump_speed = least_pump_speed
         self._good_for = 0.0
-        self._trend = _Trend()
+        self._trend = StrokeTorque()
         self.torque_trips = 0
         self._trip_side = 0.0
         self._reasons: list[tuple[Level, str, str]] = []
@@ -139,9 +108,13 @@ class Interlocks:
         lower = self._good_for >= RESUME_AFTER and self.stall.state is Stall.NONE and mwd_age <= MWD_HOLD_AFTER
         return Permission(lower, self.stall.state is Stall.PICKING_UP, worst <= STOP_AFTER)
 
-    def must_turn(self, torque: float, side: float, step: float, turn_time: float) -> bool:
-        """Whether the stroke towards `side` must end: torque reaches its limit within turn_time (s)."""
-        ahead = side * self._trend.after(torque, side, step, turn_time)
+    def must_turn(self, arriving: float, stroke: Stroke, step: float) -> bool:
+        """Whether a stroke must end, or meet its torque limit. arriving: N m, of the torque, that comes from below: all
+        but what the pipe takes at the speed that it is turned with; step: s since the last sample. A stroke that does
+        not move to its side yet is only watched."""
+        side, ahead = stroke.side, self._trend.foretell(arriving, stroke, step)
+        if stroke.speed <= 0.0:
+            return False
         limit = self.make_up if side > 0.0 else self.back_off
         over = math.isfinite(ahead) and ahead >= limit
         if over and self._trip_side != side:

@@ -11,7 +11,6 @@ from slider_drilling.control.amplitude import LANDING, AmplitudeFinder
 from slider_drilling.control.auto_driller import axial_stiffness
 from slider_drilling.control.differential_pressure import DifferentialPressure
 from slider_drilling.control.drive import Motion, RockingDrive, Wish
-from slider_drilling.control.drive_inertia import DriveInertia
 from slider_drilling.control.heave import HeaveCompensator
 from slider_drilling.control.learnt_rig import corrected, with_worn_motor
 from slider_drilling.control.limits import HOLD_AFTER, Interlocks, Permission, Stall, StallGuard
@@ -22,9 +21,11 @@ from slider_drilling.control.settings import check
 from slider_drilling.control.slide_settings import SlideSettings
 from slider_drilling.control.steering import Answer, lead
 from slider_drilling.control.stroke_means import StrokeMeans
+from slider_drilling.control.stroke_torque import stroke_of
 from slider_drilling.control.swing import Swing, apart
 from slider_drilling.control.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
 from slider_drilling.control.torque_and_drag import TorqueAndDrag
+from slider_drilling.control.torque_reading import TorqueReading
 from slider_drilling.control.torque_turn import TorqueTurn
 from slider_drilling.control.watch import Watch
 from slider_drilling.signals import Measurements, MwdSample, RigCommand
@@ -88,7 +89,8 @@ class SlideController:
         self._swing = Swing(math.sqrt(mwd.noise**2 + mwd.resolution**2 / 12.0 + _UNEXPLAINED**2))
         self._reach = Reach()
         self._heave = HeaveCompensator(axial_stiffness(rig), s.compensation_speed)
-        self._inertia = DriveInertia(rig.sensors.surface_torque.noise, self._interval)
+        sensor = rig.sensors.surface_torque
+        self._reading = TorqueReading(self._belief.impedance, sensor.noise, self._interval, sensor.lag)
         self._torque = math.nan      # N m that the pipe takes, this sample; NaN where there is none
         self._strokes = 0            # of the drive, that the swing knows of
         stall = StallGuard(s.stall_share * rig.motor.max_pressure, _RELEASED_SHARE * self._lowering.wanted)
@@ -167,7 +169,7 @@ class SlideController:
         watch.update(measurements, self._interval)
         drive = self._started()
         torque = self._fresh("surface_torque")
-        self._torque = self._inertia.pipe_torque(measurements.top_drive_speed, torque, watch.step)
+        self._torque = self._reading.pipe_torque(measurements.top_drive_speed, torque, watch.step)
         pressure, pump = self._fresh("standpipe_pressure"), watch.value["pump_speed"]
         if self._testing():
             self._pressure.tare(pressure, pump, watch.step)
@@ -263,10 +265,11 @@ class SlideController:
         if self._may_shift():
             self._steer(step)
         self._amplitude = self._borne(self._wished_amplitude(), step)
-        if drive.side * drive.speed > 0.0 and self._must_turn(drive, self._torque):
-            drive.turn()
         landing = LANDING * self._belief.travel_time if self._testing() else 0.0
-        drive.advance(step, Wish(self._centre, self._amplitude, self._period_now(), landing), self._motion())
+        wish = Wish(self._centre, self._amplitude, self._period_now(), landing)
+        if self._must_turn(drive, wish):
+            drive.turn()
+        drive.advance(step, wish, self._motion())
         if self._motion() is Motion.ROCK:
             self._finder.update(drive.angle, self._torque, drive.strokes)
 
@@ -285,16 +288,19 @@ class SlideController:
     def _testing(self) -> bool:
         return self._finder.testing and self._settings.amplitude == 0.0
 
-    def _must_turn(self, drive: RockingDrive, torque: float) -> bool:
-        # While it brakes the stroke makes half the way that it would have made.
-        turn_time = 0.5 * abs(drive.speed) / self._max_acceleration() + 2.0 * self._interval
+    def _must_turn(self, drive: RockingDrive, wish: Wish) -> bool:
+        stroke, reading = stroke_of(drive, wish, self._max_acceleration(), self._reading), self._reading
         trips = self._interlocks.torque_trips
-        limited = self._interlocks.must_turn(torque, drive.side, self._watch.step, turn_time)
+        # A bias that was learnt of the sensor counts where it hides torque, not where it would leave room for more.
+        hidden = stroke.side * max(-stroke.side * self._estimator.filter.learnt.bias, 0.0)
+        limited = self._interlocks.must_turn(reading.arriving(self._torque) + hidden, stroke, self._watch.step)
         if self._interlocks.torque_trips > trips:
             # Less of the reactive torque leaves room to rock.
             self._bearable = _CUT * self._amplitude
             self._lowering.ease()
-        return self._torque_turn.must_turn(drive.angle, torque, drive.side, self._centre) or limited
+        if stroke.speed <= 0.0:
+            return False
+        return self._torque_turn.must_turn(drive.angle, self._torque, drive.side, self._centre) or limited
 
     def _motion(self) -> Motion:
         if not self._permission.rock:

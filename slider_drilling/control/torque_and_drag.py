@@ -50,6 +50,7 @@ class TorqueAndDrag:
         self.compliance = float(compliance[-1])
         self.bit_depth = float(self._depth[-1])
         self.travel_time = self.bit_depth / math.sqrt(rig.string.shear_modulus / rig.string.density)
+        self.impedance = math.sqrt(rig.string.shear_modulus * rig.string.density) * float(mesh.polar_moment[0])
 
     def full_amplitude(self, scale: float) -> float:
         """Half-amplitude (rad) at which rocking just reaches the bit."""

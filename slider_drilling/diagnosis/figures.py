@@ -28,8 +28,9 @@ def waterfall(gap: Gap) -> Chart:
     ]
     known = [(name, value, colour) for name, value, colour in stages if value is not None]
     values = np.array([value for _, value, _ in known])
-    bars = Bars("", tuple(name for name, _, _ in known), values, tuple(colour for _, _, colour in known),
-                tuple(f"{value:.2f}" for value in values))  # fmt: skip
+    # The value in the name: above the bar it would lie on the dotted line wherever the two are close.
+    names = tuple(f"{name}: {value:.2f}" for name, value, _ in known)
+    bars = Bars("", names, values, tuple(colour for _, _, colour in known))
     level = None if gap.threshold is None else (gap.threshold, "what noise alone reaches once in 100 logs")
     below = gap.threshold is not None and bool(np.any(values < gap.threshold))
     caption = (

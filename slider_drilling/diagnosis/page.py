@@ -106,7 +106,7 @@ def simulated_rows(outcome: Outcome) -> tuple[tuple[str, ...], tuple[tuple[Cell,
 def _where(outcome: Outcome) -> list[Section]:
     if outcome.where is None:
         return []
-    about = "Shares of E² of the re-tuned model. Along the hole: red asks for more friction there, blue for less."
+    about = "Shares of E² of the re-tuned model. Along the hole: orange asks for more friction there, blue for less."
     return [Section("Where it lies", (about, *where_charts(outcome.where)))]
 
 

@@ -15,6 +15,7 @@ from typing import Any
 
 from slider_drilling.bench.machine import peak_megabytes
 from slider_drilling.nodes import environment
+from slider_drilling.parent import end_with_parent
 
 DURATION = 120.0  # simulated s of the closed loop
 MESSAGES, BURST = 20_000, 50
@@ -78,6 +79,7 @@ def start() -> dict[str, float | None]:
 def main(what: str) -> None:
     """Measure and print."""
     environment.prepare()
+    end_with_parent()
     # One domain of its own, so that nodes elsewhere on this machine take no part.
     os.environ["ROS_DOMAIN_ID"] = str(100 + os.getpid() % 100)
     measures: dict[str, Any] = {"closed_loop": closed_loop, "recorder": recorder, "start": start}

@@ -46,7 +46,7 @@ def _main(name: str) -> None:
 
     from slider_drilling.errors import InputError
     from slider_drilling.nodes import environment
-    from slider_drilling.nodes.parent import end_with_parent
+    from slider_drilling.parent import end_with_parent
     from slider_drilling.variables import check_variables
 
     code = 0

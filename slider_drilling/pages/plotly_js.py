@@ -183,10 +183,15 @@ def _extent(marks: tuple[Line | Bars, ...], along_y: bool) -> tuple[float, float
 
 
 def round_ticks(low: float, high: float) -> list[float]:
-    """1, 2 and 5 times powers of ten from just below `low` to just above `high`; powers alone over many decades."""
+    """1, 2 and 5 times powers of ten from just below `low` to just above `high`; powers alone over many decades, more
+    than these three within one."""
     low = max(low, high * 1e-12, 1e-300)
     decades = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(max(high, low)))) + 1)
-    steps = (1.0,) if len(decades) > 5 else (1.0, 2.0, 5.0)
+    steps: tuple[float, ...] = (1.0, 2.0, 5.0)
+    if len(decades) > 5:
+        steps = (1.0,)
+    elif high < 10.0 * low:
+        steps = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0)
     return [tick for decade in decades for tick in (step * 10.0**decade for step in steps) if tick <= 5.0 * high]
 
 

@@ -1,4 +1,4 @@
-"""Ends a node with the launch that started it: `ros2 launch` leaves its nodes behind when it is terminated."""
+"""Ends a process with the one that started it: `ros2 launch` leaves its nodes behind when it is terminated."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import os
 import signal
 import sys
 
-END_WITH_PARENT = "SLIDER_DRILLING_END_WITH_PARENT"  # set by the launch files to the process id of the launch
+END_WITH_PARENT = "SLIDER_DRILLING_END_WITH_PARENT"  # the process id of who starts it: a launch, the bench
 _PR_SET_PDEATHSIG = 1
 
 
 def end_with_parent() -> None:
     """Have the kernel interrupt this process when the one that the environment names, its parent, is gone.
 
-    Linux only; elsewhere a node outlives a terminated launch.
+    Linux only; elsewhere it outlives a parent that was killed.
     """
     parent = os.environ.pop(END_WITH_PARENT, "")
     if not parent or sys.platform != "linux":
