@@ -155,10 +155,10 @@ def _spectrum(run: Run) -> tuple[Array, Array]:
     if channel is None or channel.time.size < 400:
         return np.empty(0), np.empty(0)
     # Evenly sampled, whatever was lost: frequencies counted in samples that came are off by the share that did not.
-    interval = float(np.median(np.diff(channel.time)))
+    interval = np.median(np.diff(channel.time))
     time = np.arange(channel.time[0], channel.time[-1] + 0.5 * interval, interval)
     measured = np.interp(time, channel.time, channel.measured)
     padded = _PADDING * time.size
     trend = np.polynomial.Polynomial.fit(time, measured, 5)(time)
     power = np.abs(np.fft.rfft((measured - trend) * np.hanning(time.size), padded)) ** 2
-    return np.fft.rfftfreq(padded, interval), power
+    return np.asarray(np.fft.rfftfreq(padded, interval), dtype=np.float64), np.asarray(power, dtype=np.float64)
