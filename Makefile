@@ -2,7 +2,6 @@
 #              plot page in out/
 # make install install everything into .venv: analysis, live page, tests
 # make test    install everything, then lint and the whole test suite
-# make blind   ten sealed logs through the diagnosis, which must not get worse
 # make lint    ruff, mypy and the import contract alone
 # make bench   speed, beside references and other programs, written to docs/benchmarks.md
 # make docs    the pages of docs/ as a site in build/site
@@ -34,7 +33,7 @@ unexport AMENT_PREFIX_PATH
 endif
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
-.PHONY: install demo test blind lint docs bench clean
+.PHONY: install demo test lint docs bench clean
 .DEFAULT_GOAL := demo
 
 # $(call INSTALL,EXTRAS,WHAT): the package with these extras, and ROS 2 where none is sourced; says what it does.
@@ -77,9 +76,6 @@ lint: $(STAMP)
 
 test: lint
 	$(RUN)python -m pytest -n 2
-
-blind: $(STAMP)
-	$(RUN)python -m pytest -m blind -s test/test_blind_small.py
 
 docs: $(STAMP)
 	$(RUN)python -m pip install --quiet --editable '.[docs]'

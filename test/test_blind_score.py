@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -125,6 +126,16 @@ def test_shares_have_exact_binomial_intervals():
     assert (half.count, half.of) == (5, 10)
     assert (half.low, half.high) == pytest.approx((0.1871, 0.8129), abs=1e-4)
     assert share([None, None]).low is None
+
+
+def test_a_log_counts_at_the_size_that_it_reached():
+    asked = [scored(label(size=size), "effect", ["stribeck"], "contact") for size in (0.5, 1.5, 4.0)]
+    short = scored(replace(label(size=4.0), sizes=(0.6,)), "parameters")
+    found = tally([*asked, short])
+    assert {size: (one.count, one.of) for size, one in found.by_size["stribeck"].items()} == {
+        "0.5": (1, 2), "1.5": (1, 1), "4": (1, 1),
+    }  # fmt: skip
+    assert (found.named_from_1_5.count, found.named_from_1_5.of) == (2, 2)
 
 
 def test_a_tally_counts_each_kind_by_what_is_asked_of_it():

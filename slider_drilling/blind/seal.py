@@ -24,8 +24,9 @@ from slider_drilling.files import write_whole
 from slider_drilling.rig import Rig, load_rig
 
 _MAKERS: dict[str, Make] = {**CATALOGUE, **OUTSIDE, NONE: no_effect}
-# A law is made larger or smaller until it moves the plant by the size that is asked for, within this factor.
-_NEAR, _TRIALS, _LARGEST, _SMALLEST = 1.1, 7, 30.0, 1e-3
+# A law is made larger or smaller until it moves the plant by the size that is asked for, within this factor; at most
+# ten times as large as is usual: a top drive has no dead zone of two turns.
+_NEAR, _TRIALS, _LARGEST, _SMALLEST = 1.1, 7, 10.0, 1e-3
 
 
 def seal_job(case: Case, rig: Path, logs: Path, labels: Path) -> Job:

@@ -62,11 +62,11 @@ class Tally:
     """All figures of a blind check.
 
     right: by kind; named: of the catalogue's effects alone, named or in the top group; named_from_1_5: of those of at
-    least 1.5 noise floors; false_alarms: effect-free logs that were called anything but ``none`` or ``parameters``;
-    bare_names: laws from outside that got a name and nothing else; sites: right where one was given; coverage: of the
-    reported 95 % intervals over the oracle's share; against_oracle: share closed minus the oracle's; ends: absolute
-    errors m of a bed's ends; by_size, by_well, by_manoeuvre: named; limits: by effect; confusion: what was said, by
-    truth.
+    least 1.5 noise floors (here and in by_size: the asked-for size nearest to the one reached); false_alarms:
+    effect-free logs that were called anything but ``none`` or ``parameters``; bare_names: laws from outside that got a
+    name and nothing else; sites: right where one was given; coverage: of the reported 95 % intervals over the oracle's
+    share; against_oracle: share closed minus the oracle's; ends: absolute errors m of a bed's ends; by_size, by_well,
+    by_manoeuvre: named; limits: by effect; confusion: what was said, by truth.
     """
 
     right: dict[str, Share]
@@ -97,13 +97,14 @@ def tally(cases: Sequence[Scored]) -> Tally:
     free = [case for case in cases if case.kind == "none"]
     double = [case for case in cases if case.kind == "two"]
     effects = sorted({case.truth[0] for case in single})
+    asked = sorted({case.size for case in single})
     alone = {name: [case for case in single if case.truth == (name,)] for name in effects}
     kinds = {"single": single, "none": free, "outside": outside, "two": double}
     exact = [case for case in cases if case.covered is not None]
     return Tally(
         right={kind: share(case.right for case in of) for kind, of in kinds.items() if of},
         named=share(case.named_truth for case in single),
-        named_from_1_5=share(case.named_truth for case in single if case.size >= 1.5),
+        named_from_1_5=share(case.named_truth for case in single if _size(case, asked) >= 1.5),
         both_named=share(case.named_truth for case in double),
         false_alarms=share(case.verdict not in QUIET for case in free),
         bare_names=share(case.outcome == "bare name" for case in outside),
@@ -114,7 +115,7 @@ def tally(cases: Sequence[Scored]) -> Tally:
         ends=spread(abs(end) for case in cases for end in case.ends or ()),
         cpu=spread(case.cpu for case in cases),
         wall=spread(case.wall for case in cases),
-        by_size={name: _by(of, lambda case: f"{case.size:g}") for name, of in alone.items()},
+        by_size={name: _by(of, lambda case: f"{_size(case, asked):g}") for name, of in alone.items()},
         by_well=_by(single, lambda case: case.well),
         by_manoeuvre=_by(single, lambda case: case.manoeuvre),
         limits={name: detection_limit([case.sizes[0] for case in of], [case.named_truth for case in of])
@@ -122,6 +123,11 @@ def tally(cases: Sequence[Scored]) -> Tally:
         confusion=_counts(cases, lambda case: " + ".join(case.named) or case.verdict),
         outcomes=_counts(cases, lambda case: case.outcome),
     )  # fmt: skip
+
+
+def _size(case: Scored, asked: Sequence[float]) -> float:
+    """The asked-for size that is nearest to what the log reached: no law can be made as large as one likes."""
+    return min(asked, key=lambda size: abs(np.log(size / max(case.sizes[0], 1e-6))))
 
 
 def _by(cases: Sequence[Scored], what: Callable[[Scored], str]) -> dict[str, Share]:

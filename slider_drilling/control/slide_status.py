@@ -40,8 +40,9 @@ def of_string(estimator: ToolFaceEstimator) -> Status:
               ("motor_torque_one_sigma", f"{learnt.motor_sigma:.3f}"),
               ("torque_bias_n_m", f"{learnt.bias:.0f}"), ("torque_bias_one_sigma_n_m", f"{learnt.bias_sigma:.0f}"),
               ("response_time_s", f"{learnt.response_time:.0f}"))
-    message = (f"string {100.0 * learnt.compliance:+.1f} % softer, motor {100.0 * learnt.motor:+.1f} %, torque sensor "
-               f"{learnt.bias:+.0f} N m beyond the rig file")
+    than = "softer" if learnt.compliance >= 0.0 else "stiffer"
+    message = (f"string {100.0 * abs(learnt.compliance):.1f} % {than} than the rig file's, motor "
+               f"{100.0 * learnt.motor:+.1f} %, torque sensor {learnt.bias:+.0f} N m")
     return Status(Level.OK, "string", message, values)
 
 

@@ -46,10 +46,10 @@ def _contact_laws() -> tuple[Effect, ...]:
         Effect(
             "stribeck", "contact",
             (
-                Parameter("stribeck.drop", 0.0, -0.6, 2.5, 0.05),
+                Parameter("stribeck.drop", 0.0, -0.6, 4.0, 0.05),
                 Parameter("stribeck.speed", 0.05, 0.004, 1.0, 0.01, "m/s"),
             ),
-            scan=((0.4, 0.015), (0.4, 0.04), (0.4, 0.1), (0.4, 0.3)),
+            scan=tuple((drop, speed) for drop in (0.4, 1.2) for speed in (0.015, 0.04, 0.1, 0.3)),
             physical=(0.0, np.inf), nonphysical="friction that rises with slip speed",
             law="mu (1 + drop exp(-v / speed))",
         ),
@@ -61,10 +61,10 @@ def _contact_laws() -> tuple[Effect, ...]:
         Effect(
             "static_aging", "contact",
             (
-                Parameter("static_aging.growth", 0.0, -0.6, 2.5, 0.05),
+                Parameter("static_aging.growth", 0.0, -0.6, 6.0, 0.05),
                 Parameter("static_aging.time", 5.0, 0.3, 150.0, 2.0, "s"),
             ),
-            scan=((0.3, 1.0), (0.3, 5.0), (0.3, 20.0), (0.3, 60.0)),
+            scan=tuple((growth, time) for growth in (0.3, 1.2) for time in (1.0, 5.0, 20.0, 60.0)),
             physical=(0.0, np.inf), nonphysical="friction that falls while the contact rests",
             law="mu (1 + growth (1 - exp(-t_rest / time)))",
         ),
@@ -95,7 +95,7 @@ def aging_with_memory() -> Effect:
     return Effect(
         "static_aging", "contact",
         (
-            Parameter("static_aging.growth", 0.0, -0.6, 2.5, 0.05),
+            Parameter("static_aging.growth", 0.0, -0.6, 6.0, 0.05),
             Parameter("static_aging.time", 5.0, 0.3, 150.0, 1.0, "s"),
             Parameter("static_aging.slip_distance", 0.005, 0.002, 4.0, 0.05, "m"),
         ),
@@ -156,9 +156,9 @@ def _along_the_string(length: float, tool_frequencies: Sequence[float]) -> tuple
     return (
         Effect(
             "top_drive_backlash", "top_drive",
-            (Parameter("top_drive_backlash.angle", 0.0, 0.0, 4.0, 0.05, "rad"),),
+            (Parameter("top_drive_backlash.angle", 0.0, 0.0, 6.3, 0.05, "rad"),),
             # Kinks hide what a little more of it would do: a fit stays near where it begins.
-            scan=tuple((0.1 * 2.0 ** (0.5 * k),) for k in range(11)), law="dead zone between drive and string",
+            scan=tuple((0.1 * 2.0 ** (0.5 * k),) for k in range(12)), law="dead zone between drive and string",
         ),
         Effect(
             "torsional_compliance", "string",

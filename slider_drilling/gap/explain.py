@@ -123,16 +123,18 @@ def explain(
 def conclude(state: State, runtime: float) -> Answer:
     """The answer that the state supports."""
     named = state.current.names
-    found = [] if state.enough.adequate or state.partial else rivals(state.tuned, state.blocks.folds)
-    rival = found[0] if found and beats(state.blocks, found[0].score, state.tuned.score, len(found)) else None
-    stronger = rival is not None and named and beats(state.blocks, rival.score, state.current.score, len(found))
-    if stronger:
+    adequate = state.enough.adequate
+    found = [] if state.partial or (adequate and not named) else rivals(state.tuned, state.blocks.folds)
+    rival = stronger = _stronger(state, found) if named else None
+    if rival is None and not adequate and found and beats(state.blocks, found[0].score, state.tuned.score, len(found)):
+        rival = found[0]
+    if stronger is not None:
         named, state = (), replace(state, current=state.tuned, enough=state.tuned_enough)
     foretold = _foretold(state) if named else rival is not None
     enough = state.enough.adequate or (state.enough.within and not foretold)
     if named:
         verdict = "effect" if enough else "effect_and_unknown"
-    elif enough and not stronger:
+    elif enough and stronger is None:
         verdict = "none" if state.nominal_enough else "parameters"
     else:
         verdict = "unknown"
@@ -145,6 +147,19 @@ def conclude(state: State, runtime: float) -> Answer:
         verdict, site, named, closed, interval, where, rival, None if state.partial else next_manoeuvre(state),
         _remarks(state), runtime, state,
     )  # fmt: skip
+
+
+def _stronger(state: State, found: Sequence[Rival]) -> Rival | None:
+    """The disturbance that foretells most, if it foretells more than the laws that are named.
+
+    Where those leave nothing, one at their own sites only says that the cause is not quite the catalogue's; one
+    elsewhere says that it is another.
+    """
+    named = {effect.site for effect in state.current.effects} if state.enough.adequate else set()
+    for rival in found:
+        if rival.site not in named and beats(state.blocks, rival.score, state.current.score, len(found)):
+            return rival
+    return None
 
 
 def _foretold(state: State) -> bool:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.stats import chi2
 
 from slider_drilling.gap.choice.state import Explained, Judged, State, Step
 from slider_drilling.gap.choice.tuning import TUNING, floors_lowered, floors_raised, plausible, scattered, tuned_from
@@ -196,13 +197,17 @@ def _as_given(problem: Problem, tuned: Explained) -> Score:
 
 
 def _verdict(state: State, explained: Explained, rivals: int, seed: int) -> Judged:
-    """The tests of an effect: it foretells more than what is known, the gap shrinks by enough, its sign is its own."""
+    """The tests of an effect: it foretells more than what is known, it pays for its parameters, the gap shrinks by
+    enough, its sign is its own.
+    """
     known, blocks = state.current, state.blocks
     effect = explained.effects[-1]
     closed, interval = closed_between(blocks, known.score, explained.score)
     why = []
     if not (beats(blocks, explained.score, known.score, rivals) or _suffices(state, explained, rivals, seed)):
         why.append("foretells no more of unseen data than without it, at the level shared among all candidates")
+    if not _pays(known, explained, rivals):
+        why.append("the whole log is no likelier with it than free parameters make it by chance")
     if not (closed >= LEAST_SHARE and interval[0] > 0.0):
         why.append("the gap does not shrink for certain")
     gained = known.score.gap**2 - explained.score.gap**2
@@ -211,6 +216,16 @@ def _verdict(state: State, explained: Explained, rivals: int, seed: int) -> Judg
     if not effect.means_its_name(explained.fit.values):
         why.append(f"not what its name says: it would be {effect.nonphysical}")
     return Judged(effect, explained, closed, interval, tuple(why))
+
+
+def _pays(known: Explained, explained: Explained, rivals: int) -> bool:
+    """Whether the likelihood ratio over the whole log is more than its added parameters gain on noise (Wilks), at the
+    level shared among all.
+
+    Unseen stretches alone can favour an effect by what the refits without it happened to do there.
+    """
+    added = len(explained.fit.parameters) - len(known.fit.parameters)
+    return known.fit.cost - explained.fit.cost > float(chi2.ppf(1.0 - LEVEL / rivals, max(added, 1)))
 
 
 def _suffices(state: State, explained: Explained, rivals: int, seed: int) -> bool:

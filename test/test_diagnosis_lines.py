@@ -1,0 +1,42 @@
+"""Lines in a hook load: what a tool in the string leaves there, and what noise does not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slider_drilling.diagnosis.situation import tool_frequencies
+from slider_drilling.gap.model import Channel, Run
+
+RATE_HZ = 10.0
+
+
+def hook_load(seed, duration, amplitude=0.0, hertz=14.2):
+    time = np.arange(0.0, duration, 1.0 / RATE_HZ)
+    reading = np.random.default_rng(seed).normal(0.0, 1.0, time.size) + amplitude * np.sin(2.0 * np.pi * hertz * time)
+    return Run("log", time, np.zeros_like(time), (Channel("hook_load", time, reading, "N"),))
+
+
+@pytest.mark.parametrize("duration", [60.0, 400.0])
+def test_noise_alone_shows_no_tool(duration):
+    assert all(tool_frequencies(hook_load(seed, duration)) == () for seed in range(40))
+
+
+def test_a_line_stands_for_every_frequency_that_it_is_an_alias_of():
+    found = tool_frequencies(hook_load(1, 120.0, amplitude=0.5))
+    assert min(abs(hertz - 14.2) for hertz in found) < 0.01
+    assert min(abs(hertz - 5.8) for hertz in found) < 0.01  # folded at half the sampling rate
+
+
+def test_lost_samples_move_no_line():
+    whole = hook_load(2, 120.0, amplitude=1.0)
+    came = np.random.default_rng(0).uniform(size=whole.time.size) > 0.03
+    (channel,) = whole.channels
+    patchy = replace(whole, channels=(replace(channel, time=channel.time[came], measured=channel.measured[came]),))
+    assert min(abs(hertz - 14.2) for hertz in tool_frequencies(patchy)) < 0.01
+
+
+def test_a_hook_load_that_is_too_slow_tells_nothing():
+    time = np.arange(0.0, 1000.0, 2.0)
+    slow = Run("log", time, np.zeros_like(time), (Channel("hook_load", time, np.sin(time), "N"),))
+    assert tool_frequencies(slow) is None
