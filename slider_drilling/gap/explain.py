@@ -83,9 +83,8 @@ class Answer:
     def judged(self) -> tuple[Judged, ...]:
         """Every finalist of every step: accepted ones first, then by what they foretell."""
         accepted = [one.accepted for one in self.state.steps if one.accepted is not None]
-        others = [one for taken in self.state.steps for one in taken.judged if one not in accepted]
         seen, kept = {one.effect.name for one in accepted}, []
-        for one in others:
+        for one in (one for taken in self.state.steps for one in taken.judged):
             if one.effect.name not in seen:
                 seen.add(one.effect.name)
                 kept.append(one)
