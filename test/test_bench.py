@@ -15,6 +15,7 @@ import time
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from process_groups import ends
 
 from benchmarks import peers, published
 from slider_drilling.bench import everything, sessions, string_rates
@@ -77,13 +78,7 @@ def test_what_measures_ends_with_a_bench_that_is_killed(tmp_path):
                 time.sleep(0.01)
             bench.kill()
             bench.wait()
-            for _ in range(600):
-                try:
-                    os.killpg(bench.pid, 0)
-                except ProcessLookupError:
-                    return
-                time.sleep(0.1)
-            pytest.fail("what measures was left behind")
+            assert ends(bench.pid, 60.0), "what measures was left behind"
         finally:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(bench.pid, signal.SIGKILL)

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from process_groups import ends
 
 from slider_drilling import interrupts
 from slider_drilling.pages import Chart, Line, Panel
@@ -190,13 +191,7 @@ def test_a_controller_stuck_in_its_step_is_ended_and_leaves_nobody(tmp_path: Pat
         assert (tmp_path / "in_step").exists()
         process.send_signal(signal.SIGTERM)
         assert process.wait(60.0) == 143
-        for _ in range(100):
-            try:
-                os.killpg(process.pid, 0)
-            except ProcessLookupError:
-                return
-            time.sleep(0.1)
-        pytest.fail("a process was left behind")
+        assert ends(process.pid, 10.0), "a process was left behind"
     finally:
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
