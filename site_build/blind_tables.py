@@ -16,7 +16,7 @@ from typing import Any
 
 from slider_drilling.blind.page import total_rows
 from slider_drilling.blind.score import Scored
-from slider_drilling.blind.tally import Share, Tally, tally
+from slider_drilling.blind.tally import Share, Tally, sealed, tally
 
 FOLDER = Path(__file__).resolve().parent.parent / "docs" / "blind"
 PAGE, CASES = FOLDER / "README.md", FOLDER / "cases.json"
@@ -83,7 +83,7 @@ def _effects(found: Tally) -> str:
 
 
 def _outcomes(found: Tally, cases: list[Scored]) -> str:
-    of_kind = {" + ".join(sorted(case.truth)) or "none": case.kind for case in cases}
+    of_kind = {sealed(case): case.kind for case in cases}
     lines = ["What was said of the others:", "", "| in the log | outcomes | said |", "|---|---|---|"]
     pairs: Counter[str] = Counter()
     for truth, outcomes in found.outcomes.items():

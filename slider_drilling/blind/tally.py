@@ -130,6 +130,11 @@ def _size(case: Scored, asked: Sequence[float]) -> float:
     return min(asked, key=lambda size: abs(np.log(size / max(case.sizes[0], 1e-6))))
 
 
+def sealed(case: Scored) -> str:
+    """What is in a case's log, as `Tally.confusion` and `Tally.outcomes` call it."""
+    return " + ".join(sorted(case.truth)) or "none"
+
+
 def _by(cases: Sequence[Scored], what: Callable[[Scored], str]) -> dict[str, Share]:
     return {key: share(case.named_truth for case in cases if what(case) == key)
             for key in sorted({what(case) for case in cases})}  # fmt: skip
@@ -138,7 +143,7 @@ def _by(cases: Sequence[Scored], what: Callable[[Scored], str]) -> dict[str, Sha
 def _counts(cases: Sequence[Scored], what: Callable[[Scored], str]) -> dict[str, dict[str, int]]:
     found: dict[str, dict[str, int]] = {}
     for case in cases:
-        row = found.setdefault(" + ".join(sorted(case.truth)) or "none", {})
+        row = found.setdefault(sealed(case), {})
         row[what(case)] = row.get(what(case), 0) + 1
     return {truth: dict(sorted(row.items())) for truth, row in sorted(found.items())}
 

@@ -14,6 +14,7 @@ from slider_drilling.gap.model import Effect, Parameter, Values
 
 # Periods of waves at sea, where the log itself shows no line.
 ANY_WAVE_S = (6.0, 9.0, 13.0)
+_GROWTH = Parameter("static_aging.growth", 0.0, -0.6, 6.0, 0.05)  # of friction, over any rest
 
 
 def catalogue(
@@ -61,7 +62,7 @@ def _contact_laws() -> tuple[Effect, ...]:
         Effect(
             "static_aging", "contact",
             (
-                Parameter("static_aging.growth", 0.0, -0.6, 6.0, 0.05),
+                _GROWTH,
                 Parameter("static_aging.time", 5.0, 0.3, 150.0, 2.0, "s"),
             ),
             scan=tuple((growth, time) for growth in (0.3, 1.2) for time in (1.0, 5.0, 20.0, 60.0)),
@@ -95,7 +96,7 @@ def aging_with_memory() -> Effect:
     return Effect(
         "static_aging", "contact",
         (
-            Parameter("static_aging.growth", 0.0, -0.6, 6.0, 0.05),
+            _GROWTH,
             Parameter("static_aging.time", 5.0, 0.3, 150.0, 1.0, "s"),
             Parameter("static_aging.slip_distance", 0.005, 0.002, 4.0, 0.05, "m"),
         ),

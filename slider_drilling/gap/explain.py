@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 
 import numpy as np
 
@@ -84,7 +85,7 @@ class Answer:
         """Every finalist of every step: accepted ones first, then by what they foretell."""
         accepted = [one.accepted for one in self.state.steps if one.accepted is not None]
         seen, kept = {one.effect.name for one in accepted}, []
-        for one in (one for taken in self.state.steps for one in taken.judged):
+        for one in chain.from_iterable(taken.judged for taken in self.state.steps):
             if one.effect.name not in seen:
                 seen.add(one.effect.name)
                 kept.append(one)
@@ -129,8 +130,9 @@ def conclude(state: State, runtime: float) -> Answer:
         rival = found[0]
     if stronger is not None:
         named, state = (), replace(state, current=state.tuned, enough=state.tuned_enough)
-    foretold = _foretold(state) if named else rival is not None
-    enough = state.enough.adequate or (state.enough.within and not foretold)
+    enough = state.enough.adequate
+    if state.enough.within and not enough:
+        enough = not (_foretold(state) if named else rival is not None)
     if named:
         verdict = "effect" if enough else "effect_and_unknown"
     elif enough and stronger is None:
