@@ -10,7 +10,7 @@ import numpy as np
 
 from slider_drilling.compiler import threads
 from slider_drilling.diagnosis.catalogue import said, spoken
-from slider_drilling.diagnosis.disturbances import disturbances, disturbed, moves_commands
+from slider_drilling.diagnosis.disturbances import disturbances, disturbed, friction_factor, moves_commands
 from slider_drilling.diagnosis.manoeuvres import next_runs
 from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
 from slider_drilling.drillstring import Commands, Observer, Response, Start, simulate_batch
@@ -148,7 +148,10 @@ class DrillString:
                 rig = rig_with(self.rig, values)
                 extra = combined_modifiers(users, rig, elements, values)
                 start = start_with(values)
-                (found[index],) = simulate_batch([rig], commands, elements, [start], [extra], observer=observer)
+                factor = friction_factor(commands, values)
+                (found[index],) = simulate_batch(
+                    [rig], commands, elements, [start], [extra], observer=observer, friction=factor
+                )
         return [found[index] for index in range(len(sets))]
 
 

@@ -47,7 +47,7 @@ def outcome_of(answer: Answer, model: Model, beyond: Beyond, effects: Sequence[E
         where=None if where is None else Where(
             where.channel, where.phase, where.band, tuple(where.time), tuple(where.depth)
         ),
-        shape=_shape(answer.rival) if answer.verdict == "unknown" and answer.rival is not None else None,
+        shape=None if answer.rival is None else _shape(answer.rival),
         ranking=_ranking(answer, effects),
         next_manoeuvre=None if manoeuvre is None else NextManoeuvre(
             manoeuvre.description, manoeuvre.settings, manoeuvre.separates, manoeuvre.distance, manoeuvre.now,

@@ -73,7 +73,8 @@ class Answer:
             name + (f" (or {' or '.join(self.groups[name])}: not told apart)" if self.groups[name] else "")
             for name in self.effects
         )
-        return sentence(self.verdict, told, self.site, gaps, self.closed, self.interval)
+        alike = self.rival.words if self.rival is not None else ""
+        return sentence(self.verdict, told, self.site, gaps, self.closed, self.interval, alike)
 
     @property
     def groups(self) -> dict[str, tuple[str, ...]]:
@@ -133,8 +134,10 @@ def conclude(state: State, runtime: float) -> Answer:
     enough = state.enough.adequate
     if state.enough.within and not enough:
         enough = not (_foretold(state) if named else rival is not None)
+    if named and enough:
+        rival = _as_good(state, found)
     if named:
-        verdict = "effect" if enough else "effect_and_unknown"
+        verdict = "effect" if enough and rival is None else "effect_and_unknown"
     elif enough and stronger is None:
         verdict = "none" if state.nominal_enough else "parameters"
     else:
@@ -153,14 +156,24 @@ def conclude(state: State, runtime: float) -> Answer:
 def _stronger(state: State, found: Sequence[Rival]) -> Rival | None:
     """The disturbance that foretells most, if it foretells more than the laws that are named.
 
-    Where those leave nothing, one at their own sites only says that the cause is not quite the catalogue's; one
-    elsewhere says that it is another.
+    Where those leave nothing, one that is a law's own free form only says that the cause is not quite the catalogue's;
+    any other says that it is another.
     """
-    named = {effect.site for effect in state.current.effects} if state.enough.adequate else set()
+    named = state.current.effects if state.enough.adequate else ()
     for rival in found:
-        if rival.site not in named and beats(state.blocks, rival.score, state.current.score, len(found)):
+        free = any(rival.frees(effect) for effect in named)
+        if not free and beats(state.blocks, rival.score, state.current.score, len(found)):
             return rival
     return None
+
+
+def _as_good(state: State, found: Sequence[Rival]) -> Rival | None:
+    """The disturbance that foretells most of those at other sites that the named laws do not beat: the log does not
+    tell whether the cause is a law's or something there.
+    """
+    named = {effect.site for effect in state.current.effects}
+    others = [rival for rival in found if rival.site not in named]
+    return next((one for one in others if not beats(state.blocks, state.current.score, one.score, len(others))), None)
 
 
 def _foretold(state: State) -> bool:

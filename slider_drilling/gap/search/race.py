@@ -19,8 +19,8 @@ from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.screen import screen
 
-# Iterations of each rung; after each but the last, the better share of the sets of effects goes on.
-_RUNGS = (1, 2, 8)
+# Iterations of each rung; before each, the better share of the sets of effects goes on.
+_RUNGS = (3, 8)
 _KEPT = (0.5, 0.4)
 _AGAIN = 2  # places from which the leader begins again
 # Sets that are always followed to the end, as far as there are so many.
@@ -30,13 +30,15 @@ FINALISTS = 3
 @dataclass(frozen=True)
 class Arm:
     """effects: all that are freed; way: index of the problem it is fitted in; begin: values to start from; near: the
-    fit that it begins beside, whose Jacobian serves as its first, None where no fit is; fit: as far as it has come.
+    fit that it begins beside, whose Jacobian serves as its first, None where no fit is; begun: ``-2 log p`` where it
+    begins; fit: as far as it has come.
     """
 
     effects: tuple[Effect, ...]
     way: int
     begin: Values
     near: Fit | None
+    begun: float = float("inf")
     fit: Fit | None = None
 
     @property
@@ -45,7 +47,7 @@ class Arm:
 
     @property
     def cost(self) -> float:
-        return self.fit.cost if self.fit is not None else float("inf")
+        return self.begun if self.fit is None else self.fit.cost
 
     @property
     def physical(self) -> bool:
@@ -64,16 +66,31 @@ def race(problems: Sequence[Problem], arms: Sequence[Arm]) -> list[Arm]:
 
     problems: one per way.
     """
-    running = list(arms)
+    running = _begun(problems, arms)
     for rung, iterations in enumerate(_RUNGS):
+        running = _better(running, _KEPT[rung])
 
         def advance(arm: Arm, iterations: int = iterations, first: bool = rung == 0) -> Arm:
             return _advanced(problems[arm.way].showing(arm.effects), arm, iterations, first)
 
         running = _at_once(advance, running)
-        if rung < len(_KEPT):
-            running = _better(running, _KEPT[rung])
     return running
+
+
+def _begun(problems: Sequence[Problem], arms: Sequence[Arm]) -> list[Arm]:
+    """Arms scored where they begin, cheapest first; those that run alike are simulated together."""
+    alike: dict[tuple[int, int], list[Arm]] = {}
+    for arm in arms:
+        alike.setdefault((arm.way, problems[arm.way].showing(arm.effects).how.fidelity), []).append(arm)
+    scored = []
+    for (way, _), own in alike.items():
+        problem = problems[way].showing(own[0].effects)
+        residuals = problem.residuals([arm.begin for arm in own])
+        scored += [
+            replace(arm, begun=problem.cost(residual)[0] if np.isfinite(residual).all() else float("inf"))
+            for arm, residual in zip(own, residuals, strict=True)
+        ]
+    return sorted(scored, key=lambda arm: arm.cost)
 
 
 def begun_again(problems: Sequence[Problem], ran: Sequence[Arm]) -> list[Arm]:
