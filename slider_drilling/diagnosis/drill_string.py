@@ -20,7 +20,7 @@ from slider_drilling.rig import FrictionInterval, Rig
 
 # Elements of each fidelity.
 MESHES = (32, 100, 160)
-_SPLIT = 40  # lanes from which a batch is shared among the cores
+_SPLIT = 512  # elements of all lanes from which a batch is shared among the cores: fewer lanes cost more each
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,7 @@ def simulate_on_threads(
     observer: Observer | None = None,
 ) -> list[Response]:
     """One batch split over the cores (the kernel runs without the interpreter's lock)."""
-    if len(rigs) < _SPLIT:
+    if len(rigs) < 2 or len(rigs) * elements < _SPLIT:
         return simulate_batch(rigs, commands, elements, starts, observer=observer)
     share = int(np.ceil(len(rigs) / threads()))
 

@@ -20,6 +20,7 @@ from slider_drilling.gap.evidence.score import Folds, Score, held_out, make_fold
 from slider_drilling.gap.model import Effect, How, Model, Pulled, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
+from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.finish import POLISH, fine, finished
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import Arm, begun_again, finalists, parameters_of, race
@@ -136,15 +137,16 @@ def _judge(
     """
     folds = state.blocks.folds
     sets = finalists(ran)
-    led = {way: finished(*_reached(state, sets[0], way)) for way in ways}
+    led = dict(zip(ways, at_once(lambda one: finished(*_reached(state, sets[0], one)), ways), strict=True))
     way = min(led, key=lambda one: led[one][1].cost)
     if state.current.problem.how.pull != state.ways[way].how.pull:
         state = _in_way(state, state.ways[way], seed)
-    judged = []
-    for arms in sets:
+
+    def explained(arms: Sequence[Arm]) -> Explained:
         problem, found = led[way] if arms is sets[0] else finished(*_reached(state, arms, way))
-        explained = Explained(arms[0].effects, problem, found, held_out(problem, found, folds))
-        judged.append(_verdict(state, explained, rivals, seed))
+        return Explained(arms[0].effects, problem, found, held_out(problem, found, folds))
+
+    judged = [_verdict(state, one, rivals, seed) for one in at_once(explained, sets)]
     judged.sort(key=lambda one: float(np.sum(one.explained.score.density)))
     return state, tuple(judged)
 

@@ -16,6 +16,7 @@ from slider_drilling.gap.choice.state import Explained
 from slider_drilling.gap.evidence.score import FOLDS, Folds, Score, held_out, score_of
 from slider_drilling.gap.model import Array, Disturbance, Disturbed, Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Piece, Problem
+from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.finish import finished
 from slider_drilling.gap.search.least_squares import bounded_step, fit, prior_weights, room
 
@@ -59,12 +60,16 @@ def rivals(explained: Explained, folds: Folds) -> list[Rival]:
     """Every disturbance that the model and its channels offer, solved at a fit; the one that foretells most first."""
     model, values = explained.problem.model, explained.fit.values
     inside = model.disturbances(values) if isinstance(model, Disturbed) else ()
-    found = [_solved(explained, columns, folds) for columns in _readings(explained)]
-    for one in inside:
-        if one.parameters:
-            found.append(_fitted(explained, one, folds))
-        else:
-            found.append(_solved(explained, _columns(explained, one), folds))
+    asked: list[_Columns | Disturbance] = [*_readings(explained), *inside]
+
+    def solved(one: _Columns | Disturbance) -> Rival:
+        if isinstance(one, Disturbance):
+            if one.parameters:
+                return _fitted(explained, one, folds)
+            one = _columns(explained, one)
+        return _solved(explained, one, folds)
+
+    found = at_once(solved, asked)
     return sorted(found, key=lambda rival: float(np.sum(rival.score.density)))
 
 

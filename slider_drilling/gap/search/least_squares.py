@@ -18,6 +18,8 @@ from slider_drilling.gap.evidence.likelihood import Discrepancy
 from slider_drilling.gap.model import Array, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem
 
+# Of ``-2 log p``: an iteration that gains less is the last.
+TOLERANCE = 0.5
 # Finite-difference step in units of a parameter's scale: large against the kinks that stick and slip leave in a
 # residual, small against the curvature over one scale.
 STEP = 0.2
@@ -54,7 +56,7 @@ def fit(
     start: Values,
     *,
     iterations: int = 8,
-    tolerance: float = 0.5,
+    tolerance: float = TOLERANCE,
     kept: Array | None = None,
     known: Mapping[str, Array] | None = None,
 ) -> Fit:
