@@ -25,8 +25,8 @@ TOLERANCE = 0.5
 STEP = 0.2
 # Damping of the second trial step, in units of the scales' own curvature.
 _DAMPED = 0.3
-# Where no trial helps, the next ones are shorter, once; after a gain they are whole again.
-_SHORTER = 0.2
+# A short trial step, of the whole one; where no trial helps, the next ones are all as much shorter, once.
+_SHORT = 0.3
 # A Jacobian that foretold this share of the power of what a step changed serves for the next step too.
 _FORETOLD = 0.75
 
@@ -96,7 +96,7 @@ def fit(
         elif stale:
             continue
         elif reach == 1.0:
-            reach = _SHORTER
+            reach = _SHORT
         else:
             settled = True
             break
@@ -152,10 +152,12 @@ class _Space:
     def trials(
         self, point: Array, residual: Array, jacobian: Array, found: dict[int, Discrepancy], reach: float
     ) -> list[Array]:
-        """Points to try next, inside the bounds: a Gauss-Newton step, a damped one, and one by the residual as it is.
+        """Points to try next, inside the bounds: a Gauss-Newton step and a short one, a damped one, and one by the
+        residual as it is.
 
         reach: share of each step that is gone.
         """
+        low, high = self.lower - point, self.upper - point
         tried = []
         for forgiving, dampings in ((True, (0.0, _DAMPED)), (False, (0.0,))):
             white, rows = self.problem.whitened(residual, jacobian, found, forgiving)
@@ -163,8 +165,8 @@ class _Space:
                 white, rows = white * self.kept, rows * self.kept
             normal = rows @ rows.T + np.diag(self.prior**2)
             gradient = rows @ white - self.prior**2 * point
-            low, high = self.lower - point, self.upper - point
             tried += [bounded_step(normal, gradient, damping, low, high) for damping in dampings]
+        tried.append(_SHORT * tried[0])
         return [np.clip(point + reach * step, self.lower, self.upper) for step in tried]
 
 
