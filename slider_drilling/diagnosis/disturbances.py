@@ -46,15 +46,15 @@ def _friction(
     sets = [{p.name: p.nominal + 0.1} for p, _, _ in probes]
     found = [_moved("contact", "friction over depth", by_depth, depths, "m", values, sets, 0.1)]
     times, quarters = np.linspace(0.0, duration, _KNOTS), 2.0 * np.pi * np.arange(_QUARTERS) / _QUARTERS
-    free: list[tuple[str, tuple[str, ...], Array, str, str]] = [
-        ("friction over time", ("friction_drift",), times, "s", _FRICTION),
-        ("friction over the pipe's angle", (), quarters, "rad", _AROUND),
+    free: list[tuple[str, tuple[str, ...], Array, str, str, float | None]] = [
+        ("friction over time", ("friction_drift",), times, "s", _FRICTION, None),
+        ("friction over the pipe's angle", (), quarters, "rad", _AROUND, 2.0 * np.pi),
     ]
-    for words, like, x, unit, prefix in free:
+    for words, like, x, unit, prefix, period in free:
         # Friction may be off by half, and fast strokes then reach elsewhere: a small step does not show that.
         shares = tuple(Parameter(f"{prefix}{k}", 0.0, -0.9, 3.0, 0.05, spread=0.5) for k in range(x.size))
         sets = [{share.name: 0.02} for share in shares]
-        found.append(_moved("contact", words, like, list(x), unit, values, sets, 0.02, shares))
+        found.append(_moved("contact", words, like, list(x), unit, values, sets, 0.02, shares, period))
     if "stribeck.drop" not in values:
         sets = [{"stribeck.drop": 0.03, "stribeck.speed": speed} for speed in _SPEEDS]
         of_speed = ("stribeck", "viscous_drag")
@@ -82,11 +82,11 @@ def _motion(values: Values, duration: float) -> list[Disturbance]:
 
 def _moved(
     site: str, words: str, like: tuple[str, ...], x: Sequence[float], x_unit: str, values: Values,
-    sets: Sequence[Values], step: float, parameters: tuple[Parameter, ...] = (),
+    sets: Sequence[Values], step: float, parameters: tuple[Parameter, ...] = (), period: float | None = None,
 ) -> Disturbance:  # fmt: skip
     """A disturbance by what one step of each coefficient changes of the values."""
     moved = tuple({**values, **one} for one in sets)
-    return Disturbance(site, words, like, tuple(map(float, x)), x_unit, moved, (step,) * len(moved), parameters)
+    return Disturbance(site, words, like, tuple(map(float, x)), x_unit, moved, (step,) * len(moved), parameters, period)
 
 
 def moves_commands(values: Values) -> bool:

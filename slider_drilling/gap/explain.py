@@ -8,13 +8,14 @@ from dataclasses import dataclass, field, replace
 from itertools import chain
 
 import numpy as np
+from scipy.stats import chi2
 
 from slider_drilling.gap.answer.next_run import NextManoeuvre, next_manoeuvre
 from slider_drilling.gap.answer.sentence import sentence
 from slider_drilling.gap.answer.where import Where, locate
 from slider_drilling.gap.choice.forward import begin, step
 from slider_drilling.gap.choice.state import Explained, Judged, State
-from slider_drilling.gap.evidence.compare import beats, closed_between
+from slider_drilling.gap.evidence.compare import LEVEL, beats, closed_between
 from slider_drilling.gap.evidence.rivals import Rival, rivals
 from slider_drilling.gap.model import Disturbed, Effect, Model, Together, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, noise_floor
@@ -171,12 +172,19 @@ def _stronger(state: State, found: Sequence[Rival]) -> Rival | None:
 
 
 def _as_good(state: State, found: Sequence[Rival]) -> Rival | None:
-    """The disturbance that foretells most of those at other sites that the named laws do not beat: the log does not
-    tell whether the cause is a law's or something there.
+    """The disturbance that foretells most of those at other sites that the named laws do not beat, or by next to
+    nothing: the log does not tell whether the cause is a law's or something there.
     """
     named = {effect.site for effect in state.current.effects}
     others = [rival for rival in found if rival.site not in named]
-    return next((one for one in others if not beats(state.blocks, state.current.score, one.score, len(others))), None)
+    mine = float(np.sum(state.current.score.density))
+    least = float(chi2.ppf(1.0 - LEVEL / max(len(others), 1), 1))
+
+    def beaten(rival: Rival) -> bool:
+        certain = beats(state.blocks, state.current.score, rival.score, len(others))
+        return certain and float(np.sum(rival.score.density)) - mine > least
+
+    return next((rival for rival in others if not beaten(rival)), None)
 
 
 def _foretold(state: State) -> bool:

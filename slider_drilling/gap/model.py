@@ -235,7 +235,7 @@ class Disturbance:
     words: what it would be ("friction over depth"); like: names of the effects whose free form it is; x: (m,) where
     each coefficient stands, in x_unit; sets: m parameter sets, each a small step of one coefficient from the values it
     was asked for; steps: (m,) those steps; parameters: (m,) the coefficients themselves where they may go far: then
-    they are fitted, not solved for once.
+    they are fitted, not solved for once; period: of x, where the curve closes on itself.
     """
 
     site: str
@@ -246,6 +246,7 @@ class Disturbance:
     sets: tuple[dict[str, float], ...]
     steps: tuple[float, ...]
     parameters: tuple[Parameter, ...] = ()
+    period: float | None = None
 
 
 @runtime_checkable

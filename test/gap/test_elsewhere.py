@@ -1,7 +1,7 @@
 """A name has to beat every disturbance elsewhere, and yields to one that foretells more and is not its free form."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -67,3 +67,20 @@ def test_what_foretells_more_than_any_law_is_told_by_its_shape():
     assert (answer.verdict, answer.effects, answer.site) == ("unknown", (), "string")
     assert answer.rival is not None and answer.rival.words.startswith("a saw")
     np.testing.assert_allclose(answer.rival.y, [4.0], atol=4.0 * 2.0 / np.sqrt(TIME.size * np.var(SHAPES["saw"])))
+
+
+def test_a_curve_that_closes_on_itself_is_told_around_its_mean():
+    made = rubbed({"saw": 4.0}, fitted=True)
+    (one,) = made.disturbances({})
+    around = replace(one, x=(0.0, 1.0), sets=(*one.sets, {"step": 0.1}), steps=(0.1, 0.1), period=2.0,
+                     parameters=(*one.parameters, Parameter("step", 0.0, -50.0, 50.0, 0.3)))  # fmt: skip
+
+    class Around(Rubbed):
+        def disturbances(self, values: Mapping[str, float]) -> list[Disturbance]:
+            return [around]
+
+    rival = explain(Around(made.runs)).rival
+    assert rival is not None
+    np.testing.assert_allclose(rival.x, [0.0, 1.0, 2.0])
+    assert rival.y[0] == rival.y[2]
+    assert abs(rival.y[0] + rival.y[1]) < 1e-9

@@ -114,8 +114,12 @@ def _fitted(explained: Explained, one: Disturbance, folds: Folds) -> Rival:
     freed = [*known.parameters, *problem.free(one.parameters)]
     problem, found = finished(problem, fit(problem, freed, known.values, iterations=_FOLLOWED))
     shape = np.array([found.values[parameter.name] - parameter.nominal for parameter in one.parameters])
+    x = np.array(one.x)
+    if one.period is not None:
+        # What is the same all around is no matter of where: the nuisance has it.
+        x, shape = np.append(x, x[0] + one.period), np.append(shape, shape[0]) - float(np.mean(shape))
     score = held_out(problem, found, folds)
-    return Rival(one.site, one.words, one.like, np.array(one.x), one.x_unit, shape, "-", score)
+    return Rival(one.site, one.words, one.like, x, one.x_unit, shape, "-", score)
 
 
 def _solved(explained: Explained, columns: _Columns, folds: Folds) -> Rival:
