@@ -14,6 +14,7 @@ from slider_drilling.control.differential_pressure import DifferentialPressure
 from slider_drilling.control.drag import DragMonitor
 from slider_drilling.control.heave import HeaveCompensator
 from slider_drilling.control.lock_up import Lock, LockUp
+from slider_drilling.control.lowering import followed
 from slider_drilling.effects import BucklingContact
 from slider_drilling.rig import load_rig
 
@@ -170,6 +171,19 @@ def test_nothing_is_lowered_that_would_hang_on_the_wall():
     assert hung.setpoint == 0.0 and driller.setpoint == pytest.approx(1e6)
     driller.follow(0.3e6)
     assert driller.setpoint == 0.3e6
+
+
+def test_load_waits_for_a_tool_face_that_reactive_torque_has_turned_away_and_is_taken_back():
+    """Only to the left: what is right of its target the reactive torque brings back."""
+    degrees = (-90.0, 0.0, 3.0, 5.5, 8.0, 13.0, 90.0)
+    shares = [followed(math.radians(behind)) for behind in degrees]
+    assert shares == pytest.approx([1.0, 1.0, 1.0, 0.5, 0.0, -1.0, -1.0])
+    driller = AutoDriller(RIG, 20.0, 0.1)
+    risen = [driller.update(0.5e6, 1.8e6, 1e5, 0.1) for _ in range(100)]
+    reached = driller.setpoint
+    taken = [driller.update(0.5e6, 1.8e6, 1e5, 0.1, arriving=-1.0) for _ in range(50)]
+    assert reached == pytest.approx(1e6) and driller.setpoint == reached
+    assert taken[-1] < driller.speed_per_pressure * 0.5e6 < risen[-1]
 
 
 def test_pressure_is_tared_off_bottom_but_not_while_drilling():

@@ -185,6 +185,28 @@ def test_a_wrong_sample_does_not_open_the_door_to_the_next_one():
     assert doubt_after(1.0) < 0.95 * doubt_after(None)
 
 
+def thrown_by(second, first):
+    """Degrees by which a sample that is `second` (deg) off moves a tool-face at rest that was lost for two minutes, one
+    MWD period after a sample that is `first` (deg) off, or lost where that is None."""
+    estimator = ToolFaceEstimator(0.0042, 60.0, EstimatorNoise(
+        math.radians(2.0), 150.0, 0.1, 0.1, 0.3, math.radians(6.0), math.radians(0.15)))
+    for k in range(1, 302):
+        time = 0.5 * k
+        if k % 16 == 0:
+            estimator.observe(time, CycleMean(0.0, 0.0, 0.0, 8.0), 0.75, 0.0)
+        estimator.advance(time)
+        read = {40: 0.0, 60: 0.0, 90: 0.0, 240: first, 300: second}.get(k)
+        if read is not None:
+            estimator.correct(MwdSample(time, time, math.radians(read)), 0.0)
+    return abs(math.degrees(estimator.tool_face))
+
+
+def test_a_sample_after_a_wrong_one_is_believed_less_unless_it_agrees_with_the_string():
+    alone, after = thrown_by(-65.0, None), thrown_by(-65.0, 140.0)
+    assert alone > 30.0 and after < 0.5 * alone
+    assert thrown_by(-10.0, 140.0) == pytest.approx(thrown_by(-10.0, None), abs=1.5)
+
+
 def test_a_sample_that_may_be_wrong_moves_the_tool_face_by_as_much_as_it_is_likely_and_leaves_the_doubt():
     outcome = {}
     for genuine in (1.0, 0.5, 0.0):

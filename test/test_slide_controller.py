@@ -206,14 +206,24 @@ def test_after_a_stall_the_block_goes_back_fast_and_touches_slowly():
 
 @pytest.mark.parametrize(("tool_face_deg", "side"), [(-40.0, 1.0), (40.0, -1.0)])
 def test_centre_moves_against_the_error(tool_face_deg, side):
-    """A tool-face that stays left of its target calls for a centre further right than one that is on it."""
+    """A tool-face that stays left of its target calls for a centre further right than one that is on it, whatever
+    the load meanwhile."""
     wished = []
     for tool_face in (0.0, math.radians(tool_face_deg)):
-        controller = SlideController(RIG)
+        controller = SlideController(RIG, SlideSettings(feed_forward=0.0))
         follow(controller, 120.0, tool_face=tool_face)
         status = next(status for status in controller.status() if status.name == "tool_face")
         wished.append(float(dict(status.values)["centre_rad"]))
     assert side * (wished[1] - wished[0]) > 0.3
+
+
+def test_load_waits_for_a_tool_face_left_of_its_target_and_it_is_said():
+    for tool_face, waits in ((math.radians(-40.0), True), (math.radians(40.0), False)):
+        controller = SlideController(RIG)
+        commands = follow(controller, 120.0, tool_face=tool_face)
+        said = next(status.message for status in controller.status() if status.name == "reach")
+        assert ("load waits" in said) == waits
+        assert (commands[-1].block_speed <= 0.0) == waits
 
 
 def test_more_pressure_turns_the_centre_right_before_the_tool_face_moves():

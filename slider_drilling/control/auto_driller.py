@@ -52,10 +52,9 @@ class AutoDriller:
 
     def update(self, pressure: float, wanted: float, ramp: float, step: float, arriving: float = 1.0) -> float:
         """Block speed (m/s) now. pressure, wanted: Pa; ramp: Pa/s, how fast the set point may rise; step: s; arriving:
-        share of what is lowered beyond what the bit drills that may be lowered."""
+        share of what would be lowered beyond what the bit drills that may be, below 0 what is to be taken back."""
         change = wanted - self.setpoint
-        rising = arriving if change > 0.0 else 1.0
-        self.setpoint += math.copysign(min(abs(change), rising * ramp * step), change)
+        self.setpoint += min(change, max(arriving, 0.0) * ramp * step) if change > 0.0 else max(change, -ramp * step)
         error = self.setpoint - pressure
         feed_forward = self.speed_per_pressure * self.setpoint
         speed = feed_forward + self._gain * error + self._integral

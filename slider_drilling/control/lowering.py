@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from slider_drilling.control.approach import Approach
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 _LOADED_SHARE = 0.8          # of the pressure asked for, from which on the string slides steadily
 _TOUCHED_SHARE = 0.1         # of the pressure wanted, at which the bit is on bottom again
+_LOADS, _RESTS = math.radians(3.0), math.radians(8.0)   # of the tool-face behind: full load until, none from there on
 _EASED, _LEAST_SHARE, _RESTORED = 0.02, 0.6, 0.0006   # of the pressure wanted: at a torque limit, the least, per s
 
 
@@ -31,6 +33,7 @@ class Lowering:
         self.slip = BlockSlip()
         self._told = 0.0         # m/s
         self.borne_share = 1.0   # of the pressure wanted, that torque limits leave
+        self.following = 1.0     # share of the load that the tool-face lets be put on
         self.configure(rig, settings)
         self.drag = DragMonitor(rig, settings.friction_factor, self.weight_wanted)
 
@@ -84,8 +87,9 @@ class Lowering:
         self.driller.restart()
         return 0.0
 
-    def speed(self, pressure: DifferentialPressure, position: float, step: float) -> float:
-        """Block speed, m/s. position: m, of the block; step: s since the last sample."""
+    def speed(self, pressure: DifferentialPressure, position: float, behind: float, step: float) -> float:
+        """Block speed, m/s. position: m, of the block; behind: rad, of the tool-face left of its target; step: s since
+        the last sample."""
         if self.lock_up.stops:
             self.driller.follow(pressure.smooth)
             return 0.0
@@ -94,7 +98,8 @@ class Lowering:
         self.approach.touched()
         self.approach.drilling(position, pressure.quick, step)
         ramp = self.wanted / self._settings.pressure_ramp_time
-        return self.driller.update(pressure.smooth, self.asked, ramp, step, self.drag.arriving)
+        self.following = followed(behind)
+        return self.driller.update(pressure.smooth, self.asked, ramp, step, self.drag.arriving * self.following)
 
     def held(self, speed: float, position: float, step: float) -> float:
         """Block speed, m/s: `speed` (m/s), or what lifts a block that has come down by itself. position: m, of the
@@ -105,3 +110,13 @@ class Lowering:
         lift = self.slip.update(position, self._told, step)
         self._told = 0.0 if lift else speed
         return -self._settings.pick_up_speed if lift else speed
+
+
+def followed(behind: float) -> float:
+    """Share of the load that may be put on, for a tool-face that is `behind` (rad, left of its target): 1 to -1, what
+    is taken back.
+
+    Reactive torque turns the tool-face to the left within seconds, rocking winds the string against it within minutes
+    where much of it is held. So the load waits for the winding.
+    """
+    return min(max((_RESTS - behind) / (_RESTS - _LOADS), -1.0), 1.0)

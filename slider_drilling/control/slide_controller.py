@@ -378,7 +378,7 @@ class SlideController:
             return self._lowering.rest()
         if not self._permission.lower or self._testing() or self._motion() is not Motion.ROCK:
             return 0.0
-        return self._lowering.speed(self._pressure, self._watch.value["block_position"], self._watch.step)
+        return self._lowering.speed(self._pressure, self._watch.value["block_position"], self.error, self._watch.step)
 
     def status(self) -> tuple[Status, ...]:
         """The tool-face and its error, what was learnt of the string, the zones, every interlock with its reason."""

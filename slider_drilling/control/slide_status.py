@@ -58,14 +58,16 @@ def of_reach(zones: Zones, bit_depth: float, amplitude: float, period: float, fi
               ("swing_deg", f"{math.degrees(swing.amplitude):.1f}"),
               ("swing_one_sigma_deg", f"{math.degrees(swing.spread):.1f}"),
               ("drag_n", f"{drag.drag:.0f}"), ("drag_share", f"{drag.share:.2f}"),
-              ("share_of_pressure_wanted", f"{lowering.asked / lowering.wanted:.2f}"))
+              ("share_of_pressure_wanted", f"{lowering.asked / lowering.wanted:.2f}"),
+              ("load_put_on_share", f"{lowering.following:.2f}"))
     if lowering.lock_up.stops:
         return Status(Level.ERROR, "reach", f"rocking frees the string down to {drag.held_below:.0f} m of "
                       f"{bit_depth:.0f} m only, by its drag", values)
+    waits = "; the load waits until the tool-face has followed" if lowering.following <= 0.0 else ""
     if reach.stuck:
         return Status(Level.WARN, "reach", f"what pulls does not turn the bit: rocking reaches {zones.rocked_to:.0f} m "
-                      f"of {bit_depth:.0f} m as believed", values)
-    return Status(Level.OK, "reach", f"rocking reaches {zones.rocked_to:.0f} m of {bit_depth:.0f} m", values)
+                      f"of {bit_depth:.0f} m as believed{waits}", values)
+    return Status(Level.OK, "reach", f"rocking reaches {zones.rocked_to:.0f} m of {bit_depth:.0f} m{waits}", values)
 
 
 def of_heave(heave: HeaveCompensator) -> Status:

@@ -23,7 +23,7 @@ _LEAST_APART = math.radians(60.0)   # of phase, between them
 _APART = 60.0                       # s, between samples that are held against each other
 _KEPT = 40                          # reversals
 _NEAR = 0.1                         # of a cycle: what phases of consecutive samples differ by, half from half a cycle
-_FURTHEST, _TRIED = 0.12, 13        # share by which the period may be changed; periods tried
+_LONGER, _SHORTER, _TRIED = 0.12, 0.06, 0.01   # shares by which the period may be changed, and of one trial
 
 
 class Swing:
@@ -117,9 +117,11 @@ class Swing:
 def apart(period: float, sampling: float) -> float:
     """The period of rocking (s) next to `period` at which samples every `sampling` (s) meet unlike phases."""
     best, widest = period, -1.0
-    for step in range(_TRIED):
-        # Longer only: faster strokes reach less deep, and swing the bit more.
-        tried = period * (1.0 + step / (_TRIED - 1) * _FURTHEST)
+    # Longer first: faster strokes reach less deep, and swing the bit more.
+    longer = [step * _TRIED for step in range(round(_LONGER / _TRIED) + 1)]
+    shorter = [-step * _TRIED for step in range(1, round(_SHORTER / _TRIED) + 1)]
+    for change in longer + shorter:
+        tried = period * (1.0 + change)
         apart_by = abs(math.remainder(sampling / tried, 1.0))   # cycles
         distance = min(apart_by, 2.0 * (0.5 - apart_by))
         if distance >= _NEAR:

@@ -25,6 +25,7 @@ from slider_drilling.signals import MwdSample
 
 _STEP = 0.5                # s between the instants that are kept
 _OUTLIERS = 0.1            # share of MWD samples that may be any angle
+_IN_A_ROW = 0.5            # the same of the sample that follows a wrong one: faults come in runs
 _TAKEN = 0.5               # probability that a sample is none, below which it counts as refused
 _NOTICED, _MOST_SURPRISE = 0.25, 16.0   # share of one sample in the mean square of surprise; the most that one counts
 _RATE_DOUBT = 0.2          # of the squared rate at which what pulls is believed to turn the bit
@@ -76,6 +77,7 @@ class ToolFaceEstimator:
         self._reactive = math.nan   # N m, at the last advance
         self._carried = 1.0         # w of the last cycle
         self._surprise = 1.0     # mean square of what samples are off by, over what it should be; never below
+        self._outliers = _OUTLIERS   # share of samples like the next one that may be any angle
         self._moved = 0.0        # rad2, that the offset may have moved since its last sample
         self.mobility = 1.0      # of 1 / response time, that rocking leaves
         self.settled = False     # whether the bit is loaded
@@ -219,7 +221,8 @@ class ToolFaceEstimator:
     def _take(self, sample: MwdSample, then: _Instant, variance: float) -> bool:
         off = math.remainder(sample.tool_face - then.tool_face, 2.0 * math.pi)
         expected = variance + self.filter.spread**2
-        genuine = _genuine(off, expected)
+        genuine = _genuine(off, expected, self._outliers)
+        self._outliers = genuine * _OUTLIERS + (1.0 - genuine) * _IN_A_ROW
         # A wrong sample says nothing of how the string moves: it must not open the door to the next one.
         self._surprise += _NOTICED * genuine * (min(off * off / expected, _MOST_SURPRISE) - self._surprise)
         self._surprise = max(self._surprise, 1.0)
@@ -243,7 +246,8 @@ class ToolFaceEstimator:
         return 0
 
 
-def _genuine(off: float, expected: float) -> float:
-    """Probability that a sample `off` (rad) from what is held, with `expected` (rad2) of variance, is no outlier."""
-    normal = (1.0 - _OUTLIERS) * math.exp(-0.5 * off * off / expected) / math.sqrt(2.0 * math.pi * expected)
-    return normal / (normal + _OUTLIERS / (2.0 * math.pi))
+def _genuine(off: float, expected: float, outliers: float) -> float:
+    """Probability that a sample `off` (rad) from what is held, with `expected` (rad2) of variance, is no outlier,
+    where a share of `outliers` may be any angle."""
+    normal = (1.0 - outliers) * math.exp(-0.5 * off * off / expected) / math.sqrt(2.0 * math.pi * expected)
+    return normal / (normal + outliers / (2.0 * math.pi))
