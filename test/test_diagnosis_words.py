@@ -107,6 +107,12 @@ def test_what_an_unknown_leaves_is_told_with_its_channel_site_and_shape():
     remains = replace(worn_motor(), verdict="effect_and_unknown")
     assert words.driller(remains).startswith("It acts as if the motor gives 24 % less")
     assert words.driller(remains).endswith("remains, most of it in tool-face.")
+    alike = replace(remains, shape=shape)
+    assert words.driller(alike).endswith("Something else would explain as much: pressure lost at 2 bar/min.")
+    assert "remains" not in words.driller(alike) + words.sentence(alike)
+    assert words.sentence(alike).endswith("pressure lost at 2 bar/min: explains as much.")
+    page = page_html(report_page(diagnosis_of(alike)), SI)
+    assert "What else would explain as much" in page and "What the unknown looks like" not in page
 
 
 @pytest.mark.parametrize(("tuned", "says"), [(1.1, "as closely as noise"), (1.4, "1.40 times the noise")])

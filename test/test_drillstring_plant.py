@@ -233,3 +233,26 @@ def test_the_observer_is_passive(gain):
 def test_an_observer_that_a_step_cannot_hold_is_refused():
     with pytest.raises(ValueError, match="gain"):
         Observer(np.zeros(3), 1.5)
+
+
+@pytest.mark.parametrize("exponent", [1.0, 0.8])
+def test_friction_multiplied_over_time_is_the_rig_files_multiplied_where_it_is_constant(exponent):
+    rig = dataclasses.replace(RIG, contact=dataclasses.replace(RIG.contact, dahl_exponent=exponent))
+    rubs = [dataclasses.replace(one, factor=1.3 * one.factor) for one in rig.well.friction_intervals]
+    rougher = dataclasses.replace(rig, well=dataclasses.replace(rig.well, friction_intervals=tuple(rubs)))
+    commands = rocking(60.0)
+    (expected,) = simulate_batch([rougher], commands, 40)
+    (found,) = simulate_batch([rig], commands, 40, friction=np.full(commands.time.size, 1.3))
+    np.testing.assert_allclose(found.surface_torque, expected.surface_torque, rtol=1e-9, atol=1e-6)
+
+
+def test_friction_that_drifts_by_its_law_is_friction_multiplied_over_time():
+    rate = 2e-3
+    drift = dataclasses.replace(RIG.effects.friction_drift, rate=rate)
+    drifting = dataclasses.replace(RIG.effects, friction_drift=drift)
+    commands = rocking(60.0)
+    (expected,) = simulate_batch([dataclasses.replace(RIG, effects=drifting)], commands, 40)
+    (found,) = simulate_batch([RIG], commands, 40, friction=1.0 + rate * commands.time)
+    plain = simulate(RIG, commands, 40)
+    moved = np.abs(expected.surface_torque - plain.surface_torque).max()
+    assert np.abs(found.surface_torque - expected.surface_torque).max() < 1e-3 * moved

@@ -1,6 +1,6 @@
 """Flexible rivals of the catalogue: at each site of the rig, something off that no law describes.
 
-Only their linear part is ever used (`slider_drilling.gap.evidence.rivals`): each coefficient is moved a little.
+Of most only the linear part is used (`slider_drilling.gap.evidence.rivals`): each coefficient is moved a little.
 """
 
 from __future__ import annotations
@@ -14,7 +14,10 @@ from slider_drilling.drillstring import Commands
 from slider_drilling.gap.model import Array, Disturbance, Parameter, Values
 
 _KNOTS = 8
-_ANGLE, _BLOCK, _SHARE = "moved.angle_", "moved.block_", "moved.angle_share"
+_QUARTERS = 4  # of a turn, at which friction over the angle has its coefficients
+_MOVED = "moved."
+_ANGLE, _BLOCK, _SHARE = f"{_MOVED}angle_", f"{_MOVED}block_", f"{_MOVED}angle_share"
+_FRICTION, _AROUND = f"{_MOVED}friction_", f"{_MOVED}friction_at_"
 _SPEEDS = (0.01, 0.03, 0.1, 0.3)  # m/s
 _RESTS = (1.0, 5.0, 20.0, 60.0)  # s
 
@@ -22,40 +25,86 @@ _RESTS = (1.0, 5.0, 20.0, 60.0)  # s
 def disturbances(
     values: Values, probes: Sequence[tuple[Parameter, float, float]], duration: float
 ) -> list[Disturbance]:
-    """Friction over depth, over slip speed and over rest; the drive's angle; the block; the rock over time."""
-    times = tuple(float(t) for t in np.linspace(0.0, duration, _KNOTS))
-    found = [
-        Disturbance(
-            "contact", "friction over depth", tuple(0.5 * (low + high) for _, low, high in probes), "m",
-            tuple({**values, p.name: p.nominal + 0.1} for p, _, _ in probes), (0.1,) * len(probes),
-        ),
-        Disturbance(
-            "top_drive", "drive angle off over time", times, "s",
-            tuple({**values, f"{_ANGLE}{k}": 0.05} for k in range(_KNOTS)), (0.05,) * _KNOTS,
-        ),
-        Disturbance("top_drive", "drive turns another share of its angle", (0.0,), "-", ({**values, _SHARE: 0.005},),
-                    (0.005,)),
-        Disturbance(
-            "draw_works", "block off over time", times, "s",
-            tuple({**values, f"{_BLOCK}{k}": 0.005} for k in range(_KNOTS)), (0.005,) * _KNOTS,
-        ),
-    ]  # fmt: skip
-    if "stribeck.drop" not in values:
-        sets = tuple({**values, "stribeck.drop": 0.03, "stribeck.speed": speed} for speed in _SPEEDS)
-        found.append(Disturbance("contact", "friction over slip speed", _SPEEDS, "m/s", sets, (0.03,) * len(_SPEEDS)))
-    if "static_aging.growth" not in values:
-        sets = tuple({**values, "static_aging.growth": 0.03, "static_aging.time": rest} for rest in _RESTS)
-        found.append(Disturbance("contact", "friction over rest", _RESTS, "s", sets, (0.03,) * len(_RESTS)))
+    """Everything that may be off at some site of the rig, around the values.
+
+    A law that is in force already (its amplitude is among the values) has no free form beside it.
+    """
+    found = [*_friction(values, probes, duration), *_motion(values, duration)]
     if "formation_change.factor" not in values:
         steps = tuple(float(t) for t in np.linspace(0.1, 0.9, 6) * duration)
-        sets = tuple({**values, "formation_change.factor": 1.05, "formation_change.time": at} for at in steps)
-        found.append(Disturbance("bit", "rock over time", steps, "s", sets, (0.05,) * len(steps)))
+        sets = [{"formation_change.factor": 1.05, "formation_change.time": at} for at in steps]
+        found.append(_moved("bit", "rock over time", ("formation_change",), steps, "s", values, sets, 0.05))
     return found
 
 
+def _friction(
+    values: Values, probes: Sequence[tuple[Parameter, float, float]], duration: float
+) -> list[Disturbance]:
+    """Over depth, time, the pipe's angle, slip speed, and rest."""
+    depths = [0.5 * (low + high) for _, low, high in probes]
+    by_depth = ("cuttings_bed", "tortuosity", "buckling_contact")
+    sets = [{p.name: p.nominal + 0.1} for p, _, _ in probes]
+    found = [_moved("contact", "friction over depth", by_depth, depths, "m", values, sets, 0.1)]
+    times, quarters = np.linspace(0.0, duration, _KNOTS), 2.0 * np.pi * np.arange(_QUARTERS) / _QUARTERS
+    free: list[tuple[str, tuple[str, ...], Array, str, str, float | None]] = [
+        ("friction over time", ("friction_drift",), times, "s", _FRICTION, None),
+        ("friction over the pipe's angle", (), quarters, "rad", _AROUND, 2.0 * np.pi),
+    ]
+    for words, like, x, unit, prefix, period in free:
+        # Friction may be off by half, and fast strokes then reach elsewhere: a small step does not show that.
+        shares = tuple(Parameter(f"{prefix}{k}", 0.0, -0.9, 3.0, 0.05, spread=0.5) for k in range(x.size))
+        sets = [{share.name: 0.02} for share in shares]
+        found.append(_moved("contact", words, like, list(x), unit, values, sets, 0.02, shares, period))
+    if "stribeck.drop" not in values:
+        sets = [{"stribeck.drop": 0.03, "stribeck.speed": speed} for speed in _SPEEDS]
+        of_speed = ("stribeck", "viscous_drag")
+        found.append(_moved("contact", "friction over slip speed", of_speed, _SPEEDS, "m/s", values, sets, 0.03))
+    if "static_aging.growth" not in values:
+        sets = [{"static_aging.growth": 0.03, "static_aging.time": rest} for rest in _RESTS]
+        found.append(_moved("contact", "friction over rest", ("static_aging",), _RESTS, "s", values, sets, 0.03))
+    return found
+
+
+def _motion(values: Values, duration: float) -> list[Disturbance]:
+    """The drive's angle and the block, over time; and a drive that turns more or less than it says."""
+    times = [float(t) for t in np.linspace(0.0, duration, _KNOTS)]
+    found = []
+    for site, words, effect, prefix, step in (
+        ("top_drive", "drive angle off over time", "top_drive_backlash", _ANGLE, 0.05),
+        ("draw_works", "block off over time", "heave", _BLOCK, 0.005),
+    ):
+        sets = [{f"{prefix}{k}": step} for k in range(_KNOTS)]
+        found.append(_moved(site, words, (effect,), times, "s", values, sets, step))
+    share = (Parameter(_SHARE, 0.0, -0.7, 0.5, 0.01),)
+    words = "drive turns another share of its angle"
+    return [*found, _moved("top_drive", words, (), [0.0], "-", values, [{_SHARE: 0.005}], 0.005, share)]
+
+
+def _moved(
+    site: str, words: str, like: tuple[str, ...], x: Sequence[float], x_unit: str, values: Values,
+    sets: Sequence[Values], step: float, parameters: tuple[Parameter, ...] = (), period: float | None = None,
+) -> Disturbance:  # fmt: skip
+    """A disturbance by what one step of each coefficient changes of the values."""
+    moved = tuple({**values, **one} for one in sets)
+    return Disturbance(site, words, like, tuple(map(float, x)), x_unit, moved, (step,) * len(moved), parameters, period)
+
+
 def moves_commands(values: Values) -> bool:
-    """Whether values hold a coefficient that changes what the rig did."""
-    return any(name.startswith("moved.") for name in values)
+    """Whether values hold a coefficient that changes what the rig did, or all friction as it did it."""
+    return any(name.startswith(_MOVED) for name in values)
+
+
+def friction_factor(commands: Commands, values: Values) -> Array | None:
+    """(n,) what all friction is multiplied by over the commands' times, None where nothing changes it.
+
+    Over the pipe's angle: that of the drive, a broken line around the turn.
+    """
+    if not any(name.startswith(_FRICTION) for name in values):
+        return None
+    knots = np.arange(_QUARTERS + 1) / _QUARTERS
+    around = [values.get(f"{_AROUND}{k % _QUARTERS}", 0.0) for k in range(_QUARTERS + 1)]
+    turned = np.interp(commands.top_drive_angle / (2.0 * np.pi) % 1.0, knots, around)
+    return np.asarray(1.0 + _line(commands.time, values, _FRICTION) + turned)
 
 
 def disturbed(commands: Commands, values: Values) -> Commands:

@@ -10,7 +10,7 @@ import numpy as np
 
 from slider_drilling.compiler import threads
 from slider_drilling.diagnosis.catalogue import said, spoken
-from slider_drilling.diagnosis.disturbances import disturbances, disturbed, moves_commands
+from slider_drilling.diagnosis.disturbances import disturbances, disturbed, friction_factor, moves_commands
 from slider_drilling.diagnosis.manoeuvres import next_runs
 from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
 from slider_drilling.drillstring import Commands, Observer, Response, Start, simulate_batch
@@ -20,7 +20,7 @@ from slider_drilling.rig import FrictionInterval, Rig
 
 # Elements of each fidelity.
 MESHES = (32, 100, 160)
-_SPLIT = 40  # lanes from which a batch is shared among the cores
+_SPLIT = 512  # elements of all lanes from which a batch is shared among the cores: fewer lanes cost more each
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,10 @@ class DrillString:
                 rig = rig_with(self.rig, values)
                 extra = combined_modifiers(users, rig, elements, values)
                 start = start_with(values)
-                (found[index],) = simulate_batch([rig], commands, elements, [start], [extra], observer=observer)
+                factor = friction_factor(commands, values)
+                (found[index],) = simulate_batch(
+                    [rig], commands, elements, [start], [extra], observer=observer, friction=factor
+                )
         return [found[index] for index in range(len(sets))]
 
 
@@ -160,7 +163,7 @@ def simulate_on_threads(
     observer: Observer | None = None,
 ) -> list[Response]:
     """One batch split over the cores (the kernel runs without the interpreter's lock)."""
-    if len(rigs) < _SPLIT:
+    if len(rigs) < 2 or len(rigs) * elements < _SPLIT:
         return simulate_batch(rigs, commands, elements, starts, observer=observer)
     share = int(np.ceil(len(rigs) / threads()))
 

@@ -99,9 +99,10 @@ def intervals(ranking: Sequence[Candidate]) -> Chart | None:
                  (low - 0.02 * (high - low), high + 0.25 * (high - low)), wide=True)  # fmt: skip
 
 
-def shape(found: Shape) -> Chart:
-    """What something unknown looks like."""
-    return Chart("What the unknown looks like", found.x_label, (Panel(found.y_label, (Line("", found.x, found.y),)),),
+def shape(found: Shape, unknown: bool) -> Chart:
+    """What something unknown looks like, or what else explains as much as what is named."""
+    title = "What the unknown looks like" if unknown else "What else would explain as much"
+    return Chart(title, found.x_label, (Panel(found.y_label, (Line("", found.x, found.y),)),),
                  found.words, wide=True)  # fmt: skip
 
 

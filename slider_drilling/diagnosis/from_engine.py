@@ -47,7 +47,7 @@ def outcome_of(answer: Answer, model: Model, beyond: Beyond, effects: Sequence[E
         where=None if where is None else Where(
             where.channel, where.phase, where.band, tuple(where.time), tuple(where.depth)
         ),
-        shape=_shape(answer.rival) if answer.verdict == "unknown" and answer.rival is not None else None,
+        shape=None if answer.rival is None else _shape(answer.rival),
         ranking=_ranking(answer, effects),
         next_manoeuvre=None if manoeuvre is None else NextManoeuvre(
             manoeuvre.description, manoeuvre.settings, manoeuvre.separates, manoeuvre.distance, manoeuvre.now,
@@ -154,7 +154,17 @@ def _fitted(explained: Explained, prefix: str = "") -> dict[str, Fitted]:
 
 def _shape(rival: Rival) -> Shape:
     told = shape_in_words(rival.words, rival.x, rival.x_unit, rival.y, rival.y_unit)
-    return Shape(told, f"x, {rival.x_unit}", f"y, {rival.y_unit}", rival.x, rival.y)
+    x, y = _axes(rival.words)
+    return Shape(told, f"{x}, {rival.x_unit}", f"{y}, {rival.y_unit}", rival.x, rival.y)
+
+
+def _axes(words: str) -> tuple[str, str]:
+    """What a disturbance is over, and what is off, from its words."""
+    for between in (" over ", " by an amount that follows "):
+        y, found, x = words.partition(between)
+        if found:
+            return x, y
+    return "all of it", words
 
 
 def _rms_by_stage(answer: Answer) -> dict[str, dict[str, float]]:

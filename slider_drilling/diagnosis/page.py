@@ -133,7 +133,7 @@ def _which(outcome: Outcome) -> list[Section]:
     if figure is not None:
         items.append(figure)
     if outcome.shape is not None:
-        items.append(shape(outcome.shape))
+        items.append(shape(outcome.shape, outcome.verdict == "unknown"))
     return [Section("Which effect, and why not its rivals", tuple(items))]
 
 

@@ -54,7 +54,9 @@ def _found(outcome: Outcome, gap: Gap) -> str:
             f"{shown(errors.with_effect, errors.unit, 2)}"
         )
     text += f"{' and ' if channel else '; with that in, '}{share_in_words(gap.closed, gap.closed_interval)}."
-    if outcome.verdict == "effect_and_unknown":
+    if outcome.verdict == "effect_and_unknown" and outcome.shape is not None:
+        text += f" Something else would explain as much: {outcome.shape.words}."
+    elif outcome.verdict == "effect_and_unknown":
         rest = _largest(gap, "with_effect")
         where = f", most of it in {plain(rest)}" if rest else ""
         text += f" Something that no known effect explains remains{where}."
@@ -209,7 +211,8 @@ def sentence(outcome: Outcome) -> str:
         else f", closes {gap.closed:.2f}"
         + ("" if gap.closed_interval is None else " [{:.2f}, {:.2f}]".format(*gap.closed_interval))
     )
-    end = "; something structured remains" if outcome.verdict == "effect_and_unknown" else ""
+    rest = "something structured remains" if outcome.shape is None else f"{outcome.shape.words}: explains as much"
+    end = f"; {rest}" if outcome.verdict == "effect_and_unknown" else ""
     return f"{outcome.verdict}: {names}{closes} ({figures}){end}."
 
 

@@ -73,7 +73,7 @@ def push(
 
 @njit(**INNER)
 def slide(
-    count, dt, p, axis, axis_across, radius, yielding, speed, rotation_speed, position, rotation, strain_axial,
+    count, dt, p, ease, axis, axis_across, radius, yielding, speed, rotation_speed, position, rotation, strain_axial,
     strain_tangential,
 ):  # fmt: skip
     """Positions one step on, and the contacts with them: the paper's operator for i = 1 (eq. 11-18).
@@ -86,9 +86,11 @@ def slide(
     not ``v - |v_r| M / z_ss``: the two differ where one motion stretches the asperity and the other slackens it, by
     10 degrees of tool-face on the reference logs. Over a step M decays by exp(-u), which is replaced by the inverse
     of its Taylor sum: off by u^5 / 120, 3e-6 at the u < 0.2 met in practice, never overshooting and right for
-    u -> inf. The direction psi, and with it mu, is taken at mid-step. p: (8,), polynomial of 1 / mu.
+    u -> inf. The direction psi, and with it mu, is taken at mid-step. p: (8,), polynomial of 1 / mu; ease: one over
+    what all friction is multiplied by now.
     """
-    c0, c1, c2, c3, c4, c5, c6, c7 = p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7]
+    c0, c1, c2, c3 = ease * p[0], ease * p[1], ease * p[2], ease * p[3]
+    c4, c5, c6, c7 = ease * p[4], ease * p[5], ease * p[6], ease * p[7]
     for j in range(count):
         along = dt * speed[j]
         turn = dt * rotation_speed[j]
@@ -112,7 +114,7 @@ def slide(
 
 @njit(**INNER)
 def slide_any(
-    count, dt, per_mu_table, exponent, axis, axis_across, radius, yielding, speed, rotation_speed, position,
+    count, dt, per_mu_table, ease, exponent, axis, axis_across, radius, yielding, speed, rotation_speed, position,
     rotation, strain_axial, strain_tangential,
 ):  # fmt: skip
     """As `slide`, for any Dahl exponent and for asperities whose friction has a kink between two wear modes."""
@@ -131,7 +133,7 @@ def slide_any(
         place = last * (onto_axis * onto_axis)
         cell = min(max(int(place), 0), last - 1)  # what is not a number must not index
         per_mu = per_mu_table[cell] + (place - cell) * (per_mu_table[cell + 1] - per_mu_table[cell])
-        per_sliding = yielding[j] * per_mu
+        per_sliding = ease * yielding[j] * per_mu
         if exponent == 1.0:
             u = (abs(middle_axial * along) + abs(middle_tangential * across)) * per_size * per_sliding
         else:
@@ -327,8 +329,9 @@ def advance(
     """Step every lane through the intervals of ``drive`` and fill ``out`` at the end of each, and before the first one
     where ``out`` has a row more.
 
-    drive: (m + 1, 6), rows of top-drive angle rad and speed rad/s, block position m and speed m/s, pump speed
-    rad/s, and the surface torque N m measured (see `pull`), ``substeps * dt`` apart, the first one at the present time.
+    drive: (m + 1, 7), rows of top-drive angle rad and speed rad/s, block position m and speed m/s, pump speed rad/s,
+    the surface torque N m measured (see `pull`), and what all friction is multiplied by, ``substeps * dt`` apart, the
+    first one at the present time.
     out: (m or m + 1, channels, lanes).
     """
     count = len(s.speed)
@@ -346,6 +349,7 @@ def advance(
             u = (n + 1.0) / substeps
             time = s.clock[0] + (n + 1.0) * dt
             pump = a[4] + u * (b[4] - a[4])
+            ease = 1.0 / max(a[6] + u * (b[6] - a[6]), _LEAST)
             if n == 0 or a[4] != b[4]:
                 pump_mud(lanes, pump, c, s)
             push(
@@ -365,12 +369,12 @@ def advance(
                 )  # fmt: skip
             if packed:
                 slide(
-                    count, dt, curve.polynomial, curve.axial, curve.tangential, e.radius, s.yielding, s.speed,
+                    count, dt, curve.polynomial, ease, curve.axial, curve.tangential, e.radius, s.yielding, s.speed,
                     s.rotation_speed, position, rotation, s.strain_axial, s.strain_tangential,
                 )  # fmt: skip
             else:
                 slide_any(
-                    count, dt, curve.table, curve.exponent, curve.axial, curve.tangential, e.radius, s.yielding,
+                    count, dt, curve.table, ease, curve.exponent, curve.axial, curve.tangential, e.radius, s.yielding,
                     s.speed, s.rotation_speed, position, rotation, s.strain_axial, s.strain_tangential,
                 )  # fmt: skip
             angle = hermite(a[0], a[1], b[0], b[1], substeps * dt, u)

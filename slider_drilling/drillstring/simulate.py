@@ -120,12 +120,14 @@ def simulate_batch(
     substeps: int | None = None,
     workers: int = 1,
     observer: Observer | None = None,
+    friction: Array | None = None,
 ) -> list[Response]:
     """`simulate` for many parameter sets of one well and string, vectorised across them.
 
     Runs go through the kernel in blocks that fit the cache, on ``workers`` threads. observer: lets the torque that
-    was measured pull weakly at the top drive; its torque is sampled at the commands' times. Raises InputError where the
-    rigs differ in survey, sections, contact or sound speed.
+    was measured pull weakly at the top drive; its torque is sampled at the commands' times. friction: (n,) what all
+    friction is multiplied by at the commands' times, joined linearly. Raises InputError where the rigs differ in
+    survey, sections, contact or sound speed.
     """
     grid = _even_grid(commands.time)
     sampled = commands if grid is commands.time else commands.at(grid)
@@ -133,11 +135,12 @@ def simulate_batch(
     starts = starts or [Start()] * len(rigs)
     modifiers = modifiers or [Modifiers()] * len(rigs)
     measured = None if observer is None else np.interp(grid, commands.time, observer.torque)
+    factor = None if friction is None else np.interp(grid, commands.time, friction)
 
     def run(first: int) -> list[Array]:
         block = slice(first, first + _LANES_PER_BLOCK)
         bundle = _Bundle(rigs[block], elements, interval, starts[block], modifiers[block], substeps, observer)
-        channels = bundle.advance(sampled, measured)
+        channels = bundle.advance(sampled, measured, factor)
         return [channels[:, :, lane] for lane in range(channels.shape[2])]
 
     firsts = range(0, len(rigs), _LANES_PER_BLOCK)
@@ -176,10 +179,13 @@ class _Bundle:
         self.state: State | None = None
         self.last: Array | None = None
 
-    def advance(self, commands: Commands, measured: Array | None = None) -> Array:
-        """(n, channels, lanes) at the times of the commands; measured: (n,) N m, the observer's torque."""
+    def advance(self, commands: Commands, measured: Array | None = None, factor: Array | None = None) -> Array:
+        """(n, channels, lanes) at the times of the commands; measured: (n,) N m, the observer's torque; factor: (n,) of
+        all friction.
+        """
         torque = np.zeros(len(commands.time)) if measured is None else measured
-        rows = np.column_stack([commands.rows(), torque])
+        factors = np.ones(len(commands.time)) if factor is None else factor
+        rows = np.column_stack([commands.rows(), torque, factors])
         gaps = commands.time[1:] - commands.time[:-1]
         if len(gaps) and np.abs(gaps - self.interval).max() > 1e-3 * self.interval:
             raise ValueError(f"commands: samples must be {self.interval:g} s apart; `simulate` takes uneven ones")

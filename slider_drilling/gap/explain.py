@@ -8,18 +8,22 @@ from dataclasses import dataclass, field, replace
 from itertools import chain
 
 import numpy as np
+from scipy.stats import chi2
 
 from slider_drilling.gap.answer.next_run import NextManoeuvre, next_manoeuvre
 from slider_drilling.gap.answer.sentence import sentence
 from slider_drilling.gap.answer.where import Where, locate
 from slider_drilling.gap.choice.forward import begin, step
-from slider_drilling.gap.choice.state import Judged, State
-from slider_drilling.gap.evidence.compare import beats, closed_between
+from slider_drilling.gap.choice.state import Explained, Judged, State
+from slider_drilling.gap.evidence.compare import LEVEL, beats, closed_between
 from slider_drilling.gap.evidence.rivals import Rival, rivals
 from slider_drilling.gap.model import Disturbed, Effect, Model, Together, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, noise_floor
 
 Report = Callable[[str, float], None]
+
+# Standard deviations of what rigs are off by, from which a re-tuned parameter is told.
+_FAR_OFF = 2.5
 
 
 @dataclass(frozen=True)
@@ -73,7 +77,8 @@ class Answer:
             name + (f" (or {' or '.join(self.groups[name])}: not told apart)" if self.groups[name] else "")
             for name in self.effects
         )
-        return sentence(self.verdict, told, self.site, gaps, self.closed, self.interval)
+        alike = self.rival.words if self.rival is not None else ""
+        return sentence(self.verdict, told, self.site, gaps, self.closed, self.interval, alike)
 
     @property
     def groups(self) -> dict[str, tuple[str, ...]]:
@@ -133,8 +138,10 @@ def conclude(state: State, runtime: float) -> Answer:
     enough = state.enough.adequate
     if state.enough.within and not enough:
         enough = not (_foretold(state) if named else rival is not None)
+    if named and enough:
+        rival = _as_good(state, found)
     if named:
-        verdict = "effect" if enough else "effect_and_unknown"
+        verdict = "effect" if enough and rival is None else "effect_and_unknown"
     elif enough and stronger is None:
         verdict = "none" if state.nominal_enough else "parameters"
     else:
@@ -153,14 +160,31 @@ def conclude(state: State, runtime: float) -> Answer:
 def _stronger(state: State, found: Sequence[Rival]) -> Rival | None:
     """The disturbance that foretells most, if it foretells more than the laws that are named.
 
-    Where those leave nothing, one at their own sites only says that the cause is not quite the catalogue's; one
-    elsewhere says that it is another.
+    Where those leave nothing, one that is a law's own free form only says that the cause is not quite the catalogue's;
+    any other says that it is another.
     """
-    named = {effect.site for effect in state.current.effects} if state.enough.adequate else set()
+    named = state.current.effects if state.enough.adequate else ()
     for rival in found:
-        if rival.site not in named and beats(state.blocks, rival.score, state.current.score, len(found)):
+        free = any(rival.frees(effect) for effect in named)
+        if not free and beats(state.blocks, rival.score, state.current.score, len(found)):
             return rival
     return None
+
+
+def _as_good(state: State, found: Sequence[Rival]) -> Rival | None:
+    """The disturbance that foretells most of those at other sites that the named laws do not beat, or by next to
+    nothing: the log does not tell whether the cause is a law's or something there.
+    """
+    named = {effect.site for effect in state.current.effects}
+    others = [rival for rival in found if rival.site not in named]
+    mine = float(np.sum(state.current.score.density))
+    least = float(chi2.ppf(1.0 - LEVEL / max(len(others), 1), 1))
+
+    def beaten(rival: Rival) -> bool:
+        certain = beats(state.blocks, state.current.score, rival.score, len(others))
+        return certain and float(np.sum(rival.score.density)) - mine > least
+
+    return next((rival for rival in others if not beaten(rival)), None)
 
 
 def _foretold(state: State) -> bool:
@@ -202,6 +226,20 @@ def _together(model: Model, candidates: Sequence[Effect]) -> list[list[Effect]]:
     return [chosen] if len(chosen) > 1 else []
 
 
+def _far_off(explained: Explained) -> list[str]:
+    """What of the nuisance had to go farther than rigs are commonly off: it may do so in the stead of an effect."""
+    said = []
+    for parameter in explained.problem.model.nuisance:
+        value = explained.fit.values.get(parameter.name, parameter.nominal)
+        spreads = abs(value - parameter.nominal) / parameter.spread
+        if not parameter.per_run and spreads > _FAR_OFF:
+            said.append(
+                f"{parameter.name} is tuned to {value:.3g} where the model has {parameter.nominal:.3g}: {spreads:.1f} "
+                "times as far off as is common, so that an effect which acts alike may hide in it"
+            )
+    return said
+
+
 def _remarks(state: State) -> tuple[str, ...]:
     said = []
     for index, floors in enumerate(state.floors):
@@ -215,6 +253,7 @@ def _remarks(state: State) -> tuple[str, ...]:
     missing = state.current.score.not_refitted
     if missing:
         said.append(f"{missing} of the held-out stretches could not be refitted: there the score is in-sample")
+    said += _far_off(state.current)
     if state.current.problem.how.pull > 0.0:
         said.append(
             "judged with the measured torque fed back weakly: a free run of this string loses its phase; E is that of "

@@ -232,16 +232,21 @@ class Probed(Protocol):
 class Disturbance:
     """Something flexible at one site that no law describes: how the channels move with each of its coefficients.
 
-    words: what it would be ("friction over depth"); x: (m,) where each coefficient stands, in x_unit; sets: m
-    parameter sets, each a small step of one coefficient from the values it was asked for; steps: (m,) those steps.
+    words: what it would be ("friction over depth"); like: names of the effects whose free form it is; x: (m,) where
+    each coefficient stands, in x_unit; sets: m parameter sets, each a small step of one coefficient from the values it
+    was asked for; steps: (m,) those steps; parameters: (m,) the coefficients themselves where they may go far: then
+    they are fitted, not solved for once; period: of x, where the curve closes on itself.
     """
 
     site: str
     words: str
+    like: tuple[str, ...]
     x: tuple[float, ...]
     x_unit: str
     sets: tuple[dict[str, float], ...]
     steps: tuple[float, ...]
+    parameters: tuple[Parameter, ...] = ()
+    period: float | None = None
 
 
 @runtime_checkable

@@ -104,3 +104,9 @@ def test_effects_that_are_not_asked_for_are_not_named():
 
 def test_the_model_is_asked_for_nothing_else():
     assert not hasattr(Toy, "finest")
+
+
+def test_a_nuisance_that_goes_far_is_told():
+    (said,) = explain(toy({"level": 20.0, "slope": 1.0}, 8)).remarks
+    assert said.startswith("level is tuned to") and "where the model has 0: 4.0 times as far off as is common" in said
+    assert not explain(toy(TUNED, 8)).remarks

@@ -17,9 +17,11 @@ from slider_drilling.gap.choice.tuning import TUNING, floors_lowered, floors_rai
 from slider_drilling.gap.evidence.adequacy import adequacy
 from slider_drilling.gap.evidence.compare import LEVEL, Blocks, beats, closed_between, gaps, make_blocks
 from slider_drilling.gap.evidence.score import Folds, Score, held_out, make_folds, score_of
-from slider_drilling.gap.model import Effect, Graded, How, Model, Pulled, Values
+from slider_drilling.gap.model import Effect, How, Model, Pulled, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
+from slider_drilling.gap.search.at_once import at_once
+from slider_drilling.gap.search.finish import POLISH, fine, finished
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import Arm, begun_again, finalists, parameters_of, race
 from slider_drilling.gap.search.screen import Candidate, screen
@@ -33,9 +35,6 @@ PULL = 0.3
 LEAST_SHARE = 0.05
 # Effects that may be named together.
 MOST_EFFECTS = 3
-_POLISH = 3  # iterations
-# Of the noise: where the mesh adds more, fits are finished on the fine one.
-_COARSE = 0.5
 # A floor that falls or rises by less is the same.
 _SAME_FLOOR = 0.95
 
@@ -56,7 +55,7 @@ def begin(
     free = build_problem(model, [sigmas(own) for own in floors], spent=free.spent)
     blocks = make_blocks(make_folds(free), seed)
     tuned = fit(free, tuned.parameters, tuned.values, iterations=2)
-    floors = floors_raised(*_finished(free, tuned), floors, seed)
+    floors = floors_raised(*finished(free, tuned), floors, seed)
     free = build_problem(model, [sigmas(own) for own in floors], spent=free.spent)
     tuned = fit(free, tuned.parameters, tuned.values, iterations=1)
     explained = _explained(free, (), tuned, blocks.folds)
@@ -138,15 +137,16 @@ def _judge(
     """
     folds = state.blocks.folds
     sets = finalists(ran)
-    led = {way: _finished(*_reached(state, sets[0], way)) for way in ways}
+    led = dict(zip(ways, at_once(lambda one: finished(*_reached(state, sets[0], one)), ways), strict=True))
     way = min(led, key=lambda one: led[one][1].cost)
     if state.current.problem.how.pull != state.ways[way].how.pull:
         state = _in_way(state, state.ways[way], seed)
-    judged = []
-    for arms in sets:
-        problem, found = led[way] if arms is sets[0] else _finished(*_reached(state, arms, way))
-        explained = Explained(arms[0].effects, problem, found, held_out(problem, found, folds))
-        judged.append(_verdict(state, explained, rivals, seed))
+
+    def explained(arms: Sequence[Arm]) -> Explained:
+        problem, found = led[way] if arms is sets[0] else finished(*_reached(state, arms, way))
+        return Explained(arms[0].effects, problem, found, held_out(problem, found, folds))
+
+    judged = [_verdict(state, one, rivals, seed) for one in at_once(explained, sets)]
     judged.sort(key=lambda one: float(np.sum(one.explained.score.density)))
     return state, tuple(judged)
 
@@ -171,8 +171,8 @@ def _refloored(state: State, accepted: Judged, rivals: int, seed: int) -> tuple[
     ways = tuple(free.run_as(problem.how) for problem in state.ways)
     problem = free.run_as(replace(found.problem.how, fidelity=free.how.fidelity))
     folds = state.blocks.folds
-    state = replace(_scored_in(problem, state, _POLISH), floors=floors, ways=ways)
-    return state, _verdict(state, _refitted(problem, found, folds, _POLISH), rivals, seed)
+    state = replace(_scored_in(problem, state, POLISH), floors=floors, ways=ways)
+    return state, _verdict(state, _refitted(problem, found, folds, POLISH), rivals, seed)
 
 
 def _scored_in(problem: Problem, state: State, iterations: int) -> State:
@@ -191,7 +191,7 @@ def _refitted(problem: Problem, known: Explained, folds: Folds, iterations: int)
 
 def _as_given(problem: Problem, tuned: Explained) -> Score:
     """Score of the model as given."""
-    exact = problem.at({}, _fine(problem.model))
+    exact = problem.at({}, fine(problem.model))
     residual = exact.residuals([{}])[0]
     return score_of(exact, residual, replace(tuned.fit, discrepancy=exact.cost(residual)[1]))
 
@@ -267,29 +267,8 @@ def _in_way(state: State, problem: Problem, seed: int) -> State:
 
 def _explained(problem: Problem, effects: Sequence[Effect], found: Fit, folds: Folds) -> Explained:
     """A fit finished and held out."""
-    exact, polished = _finished(problem, found)
+    exact, polished = finished(problem, found)
     return Explained(tuple(effects), exact, polished, held_out(exact, polished, folds))
-
-
-def _finished(problem: Problem, found: Fit) -> tuple[Problem, Fit]:
-    """A fit finished where the cheap simulation equals the fine one.
-
-    Where what the mesh adds is a good part of the noise it changes with every step, and the fine one itself is fitted.
-    """
-    fine = _fine(problem.model)
-    exact = problem.at(found.values, fine)
-    polished = fit(exact, found.parameters, found.values, iterations=_POLISH)
-    exact = problem.at(polished.values, fine)
-    if fine > problem.how.fidelity and _mesh_error(exact) > _COARSE:
-        exact = problem.run_as(replace(problem.how, fidelity=fine))
-        return exact, fit(exact, found.parameters, polished.values, iterations=_POLISH)
-    return exact, fit(exact, found.parameters, polished.values, iterations=1)
-
-
-def _mesh_error(problem: Problem) -> float:
-    """What finer simulations add, RMS in noise units of the channel that shows most; not where a miss accumulates."""
-    shown = [np.mean(problem.correction[p.rows] ** 2) for p in problem.pieces if not p.channel.accumulates]
-    return float(np.sqrt(max(shown, default=0.0)))
 
 
 def _arms(
@@ -364,11 +343,6 @@ def _spread_out(problem: Problem, tuned: Fit, known: Sequence[Effect], chosen: S
 
 def _can_be_pulled(model: Model) -> bool:
     return isinstance(model, Pulled) and any(c.name == model.pulled for run in model.runs for c in run.channels)
-
-
-def _fine(model: Model) -> int:
-    """The fidelity that fits are finished in: the one below the finest, which is left to show what it misses."""
-    return max(model.finest - 1, 0) if isinstance(model, Graded) else 0
 
 
 __all__ = ["begin", "step"]

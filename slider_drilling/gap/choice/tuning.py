@@ -11,6 +11,7 @@ from slider_drilling.gap.evidence.replicates import unforeseen
 from slider_drilling.gap.model import Parameter, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, coloured, lowered, raised
 from slider_drilling.gap.problem.problem import Problem
+from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import parameters_of
 
@@ -22,7 +23,7 @@ _SCATTERED, _FOLLOWED = 32, 2
 def tuned_from(problem: Problem, starts: Sequence[Values]) -> Fit:
     """The best re-tuned fit of those that begin at the starts."""
     parameters = parameters_of(problem, ())
-    found = [fit(problem, parameters, start, iterations=TUNING) for start in starts]
+    found = at_once(lambda start: fit(problem, parameters, start, iterations=TUNING), starts)
     return min(found, key=lambda one: one.cost)
 
 

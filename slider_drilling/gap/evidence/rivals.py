@@ -1,7 +1,8 @@
 """Flexible rivals: at each site one disturbance with many coefficients and no law, to hold the named laws against.
 
-Each is solved for once, linearised at a fit, without the stretch it is judged on. Where one foretells more than the
-best named law, that law is at most a likeness of what is there, and what is said is the disturbance's own shape.
+Each is solved for once, linearised at a fit, without the stretch it is judged on; one of few coefficients that may go
+far is fitted. Where one foretells more than the best named law, that law is at most a likeness of what is there, and
+what is said is the disturbance's own shape.
 """
 
 from __future__ import annotations
@@ -12,33 +13,43 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from slider_drilling.gap.choice.state import Explained
-from slider_drilling.gap.evidence.score import FOLDS, Folds, Score, score_of
-from slider_drilling.gap.model import Array, Disturbed, Parameter, Values
+from slider_drilling.gap.evidence.score import FOLDS, Folds, Score, held_out, score_of
+from slider_drilling.gap.model import Array, Disturbance, Disturbed, Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Piece, Problem
-from slider_drilling.gap.search.least_squares import bounded_step, prior_weights, room
+from slider_drilling.gap.search.at_once import at_once
+from slider_drilling.gap.search.finish import finished
+from slider_drilling.gap.search.least_squares import bounded_step, fit, prior_weights, room
 
 _KNOTS = 8
 # Ridge on the coefficients, of a typical one: what the data do not ask for stays near zero.
 _RIDGE = 0.3
+_FOLLOWED = 8  # iterations of a fit
 
 
 @dataclass(frozen=True)
 class Rival:
-    """words: what it would be; x, y: (m,) its shape, y in y_unit; score: linearised and held out."""
+    """words: what it would be; like: names of the effects whose free form it is, None where it could be any of its
+    site's; x, y: (m,) its shape, y in y_unit; score: linearised and held out."""
 
     site: str
     words: str
+    like: tuple[str, ...] | None
     x: Array = field(repr=False)
     x_unit: str
     y: Array = field(repr=False)
     y_unit: str
     score: Score = field(repr=False)
 
+    def frees(self, effect: Effect) -> bool:
+        """Whether it is the free form of what the effect says in a law."""
+        return effect.site == self.site if self.like is None else effect.name in self.like
+
 
 @dataclass(frozen=True)
 class _Columns:
     site: str
     words: str
+    like: tuple[str, ...] | None
     x: Array
     x_unit: str
     y_unit: str
@@ -47,9 +58,19 @@ class _Columns:
 
 def rivals(explained: Explained, folds: Folds) -> list[Rival]:
     """Every disturbance that the model and its channels offer, solved at a fit; the one that foretells most first."""
-    problem = explained.problem
-    found = [_solved(explained, columns, folds) for columns in (*_readings(explained), *_inside(explained))]
-    return sorted(found, key=lambda rival: float(np.sum(rival.score.density))) if problem.size else []
+    model, values = explained.problem.model, explained.fit.values
+    inside = model.disturbances(values) if isinstance(model, Disturbed) else ()
+    asked: list[_Columns | Disturbance] = [*_readings(explained), *inside]
+
+    def solved(one: _Columns | Disturbance) -> Rival:
+        if isinstance(one, Disturbance):
+            if one.parameters:
+                return _fitted(explained, one, folds)
+            one = _columns(explained, one)
+        return _solved(explained, one, folds)
+
+    found = at_once(solved, asked)
+    return sorted(found, key=lambda rival: float(np.sum(rival.score.density)))
 
 
 def _readings(explained: Explained) -> list[_Columns]:
@@ -78,19 +99,27 @@ def _reading(problem: Problem, piece: Piece, site: str, over: str, values: Array
     for index in range(_KNOTS):
         rows[index, piece.rows] = np.interp(values, knots, np.eye(_KNOTS)[index])
     words = f"{piece.name} off by an amount that follows {over}"
-    return _Columns(site, words, knots, unit, piece.channel.unit, rows)
+    return _Columns(site, words, None, knots, unit, piece.channel.unit, rows)
 
 
-def _inside(explained: Explained) -> list[_Columns]:
-    """What the model itself offers."""
-    problem, fit = explained.problem, explained.fit
-    if not isinstance(problem.model, Disturbed):
-        return []
-    made = []
-    for one in problem.model.disturbances(fit.values):
-        rows = (problem.simulate(one.sets) - fit.simulated) / np.array(one.steps)[:, None]
-        made.append(_Columns(one.site, one.words, np.array(one.x), one.x_unit, "-", rows))
-    return made
+def _columns(explained: Explained, one: Disturbance) -> _Columns:
+    """What the model itself offers, each coefficient moved a little."""
+    rows = (explained.problem.simulate(one.sets) - explained.fit.simulated) / np.array(one.steps)[:, None]
+    return _Columns(one.site, one.words, one.like, np.array(one.x), one.x_unit, "-", rows)
+
+
+def _fitted(explained: Explained, one: Disturbance, folds: Folds) -> Rival:
+    """A disturbance whose coefficients are fitted with the nuisance, and finished as a law is."""
+    problem, known = explained.problem, explained.fit
+    freed = [*known.parameters, *problem.free(one.parameters)]
+    problem, found = finished(problem, fit(problem, freed, known.values, iterations=_FOLLOWED))
+    shape = np.array([found.values[parameter.name] - parameter.nominal for parameter in one.parameters])
+    x = np.array(one.x)
+    if one.period is not None:
+        # What is the same all around is no matter of where: the nuisance has it.
+        x, shape = np.append(x, x[0] + one.period), np.append(shape, shape[0]) - float(np.mean(shape))
+    score = held_out(problem, found, folds)
+    return Rival(one.site, one.words, one.like, x, one.x_unit, shape, "-", score)
 
 
 def _solved(explained: Explained, columns: _Columns, folds: Folds) -> Rival:
@@ -108,7 +137,9 @@ def _solved(explained: Explained, columns: _Columns, folds: Folds) -> Rival:
     _, found = problem.cost(residual)
     scale = _noise_of(problem, columns)
     score = score_of(problem, residual, replace(fit, discrepancy=found))
-    return Rival(columns.site, columns.words, columns.x, columns.x_unit, scale * shape, columns.y_unit, score)
+    return Rival(
+        columns.site, columns.words, columns.like, columns.x, columns.x_unit, scale * shape, columns.y_unit, score
+    )  # fmt: skip
 
 
 def _ridge(rows: Array, target: Array, nuisance: Sequence[Parameter], values: Values) -> Array:

@@ -11,6 +11,7 @@ from slider_drilling.gap.model import Array
 from slider_drilling.gap.problem.cycles import block_length
 from slider_drilling.gap.problem.missed_steps import missed_steps
 from slider_drilling.gap.problem.problem import STEP_SIZE, Problem
+from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.least_squares import Fit, fit
 
 FOLDS = 6
@@ -72,11 +73,14 @@ def held_out(problem: Problem, found: Fit, folds: Folds) -> Score:
     """
     own = [parameter for parameter in found.parameters if not parameter.per_run]
     known = {parameter.name: row for parameter, row in zip(found.parameters, found.jacobian, strict=True)}
+
+    def without(fold: int) -> Fit:
+        kept = (folds.of != fold).astype(float)
+        return fit(problem, own, found.values, iterations=_REFITS, kept=kept, known=known)
+
     residual = np.empty(problem.size)
     missing = 0
-    for fold in range(FOLDS):
-        kept = (folds.of != fold).astype(float)
-        refit = fit(problem, own, found.values, iterations=_REFITS, kept=kept, known=known)
+    for fold, refit in enumerate(at_once(without, range(FOLDS))):
         inside = folds.of == fold
         residual[inside] = refit.residual[inside]
         missing += not refit.settled and refit.values == found.values

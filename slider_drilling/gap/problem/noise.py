@@ -1,6 +1,6 @@
 """The noise of a channel, which has to earn its name.
 
-Noise is what differs from sample to sample and nothing else: the robust fourth difference of a record, and of what a
+Noise is what differs from sample to sample and nothing else: the trimmed fourth difference of a record, and of what a
 fitted model leaves of it. What steps, drifts, or has a period of its own is gap, however badly it repeats.
 """
 
@@ -10,13 +10,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.stats import chi2, norm
 
 from slider_drilling.gap.model import Array, Channel
 
 # A difference of order 4 of white noise has this many times its variance: sum of binomial(4, k)^2.
 _FOURTH_DIFFERENCE = 70.0
-_MAD = 1.4826
+# Share of the differences that counts, the smallest: kinks, steps and spikes are in the others. A median alone would
+# jump with the last digit of coarse readings. Mean square of so many of a normal distribution's:
+_COUNTED = 0.8
+_CUT = float(norm.ppf(0.5 + 0.5 * _COUNTED))
+_COUNTED_SQUARE = 1.0 - 2.0 * _CUT * float(norm.pdf(_CUT)) / _COUNTED
 _FEWEST = 100
 # Noise this many times what is declared is reported, and what is above counts as gap.
 BELIEVED = 2.0
@@ -44,10 +48,12 @@ class NoiseFloor:
 
 
 def difference_noise(values: Array) -> float:
-    """Standard deviation of white noise on a smooth signal, values (n,): robust fourth differences; NaN if too few."""
+    """Standard deviation of white noise on a smooth signal, values (n,): trimmed fourth differences; NaN if too few."""
     if values.size < 8:
         return float("nan")
-    return float(_MAD * np.median(np.abs(np.diff(values, n=4))) / np.sqrt(_FOURTH_DIFFERENCE))
+    ordered = np.sort(np.diff(values, n=4) ** 2)
+    mean = float(np.mean(ordered[: max(round(_COUNTED * ordered.size), 1)]))
+    return float(np.sqrt(mean / _COUNTED_SQUARE / _FOURTH_DIFFERENCE))
 
 
 def noise_floor(channel: Channel) -> NoiseFloor:

@@ -1,4 +1,4 @@
-"""A fit from one start: Gauss-Newton on the whitened residual, several step lengths tried in one batch.
+"""A fit from one start: Gauss-Newton on the whitened residual, several steps tried in one batch.
 
 One iteration is a batch of simulations for the columns of a Jacobian and one for trial steps; where the last step went
 as foretold, what it changed brings the Jacobian up to date instead of simulations. The discrepancy is estimated again
@@ -18,14 +18,15 @@ from slider_drilling.gap.evidence.likelihood import Discrepancy
 from slider_drilling.gap.model import Array, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem
 
+# Of ``-2 log p``: an iteration that gains less is the last.
+TOLERANCE = 0.5
 # Finite-difference step in units of a parameter's scale: large against the kinks that stick and slip leave in a
 # residual, small against the curvature over one scale.
 STEP = 0.2
-# Trial steps: lengths of the Gauss-Newton step, and a damped step, in units of the scales' own curvature.
-_LENGTHS = (1.0, 0.4, 0.1)
+# Damping of the second trial step, in units of the scales' own curvature.
 _DAMPED = 0.3
-# Where no trial helps, the next ones are a tenth as long, once; after a gain they grow again.
-_SHORTEST, _LONGER = 0.5, 5.0
+# A short trial step, of the whole one; where no trial helps, the next ones are all as much shorter, once.
+_SHORT = 0.3
 # A Jacobian that foretold this share of the power of what a step changed serves for the next step too.
 _FORETOLD = 0.75
 
@@ -55,7 +56,7 @@ def fit(
     start: Values,
     *,
     iterations: int = 8,
-    tolerance: float = 0.5,
+    tolerance: float = TOLERANCE,
     kept: Array | None = None,
     known: Mapping[str, Array] | None = None,
 ) -> Fit:
@@ -91,11 +92,11 @@ def fit(
             stale = foretold < _FORETOLD
             point, simulated, (cost, found) = trials[best], outcomes[best], costs[best]
         if gained >= tolerance:
-            reach = min(reach * _LONGER, 1.0)
+            reach = 1.0
         elif stale:
             continue
-        elif reach > _SHORTEST:
-            reach *= _LENGTHS[-1]
+        elif reach == 1.0:
+            reach = _SHORT
         else:
             settled = True
             break
@@ -151,19 +152,22 @@ class _Space:
     def trials(
         self, point: Array, residual: Array, jacobian: Array, found: dict[int, Discrepancy], reach: float
     ) -> list[Array]:
-        """Points to try next, inside the bounds; reach: longest share of a Gauss-Newton step."""
+        """Points to try next, inside the bounds: a Gauss-Newton step and a short one, a damped one, and one by the
+        residual as it is.
+
+        reach: share of each step that is gone.
+        """
+        low, high = self.lower - point, self.upper - point
         tried = []
-        for forgiving in (True, False):
+        for forgiving, dampings in ((True, (0.0, _DAMPED)), (False, (0.0,))):
             white, rows = self.problem.whitened(residual, jacobian, found, forgiving)
             if self.kept is not None:
                 white, rows = white * self.kept, rows * self.kept
             normal = rows @ rows.T + np.diag(self.prior**2)
             gradient = rows @ white - self.prior**2 * point
-            full = bounded_step(normal, gradient, 0.0, self.lower - point, self.upper - point)
-            tried += [reach * length * full for length in (_LENGTHS if forgiving else _LENGTHS[:2])]
-            if forgiving:
-                tried.append(reach * bounded_step(normal, gradient, _DAMPED, self.lower - point, self.upper - point))
-        return [np.clip(point + step, self.lower, self.upper) for step in tried]
+            tried += [bounded_step(normal, gradient, damping, low, high) for damping in dampings]
+        tried.append(_SHORT * tried[0])
+        return [np.clip(point + reach * step, self.lower, self.upper) for step in tried]
 
 
 def secant(jacobian: Array, step: Array, change: Array) -> tuple[Array, float]:

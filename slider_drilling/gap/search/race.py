@@ -7,16 +7,15 @@ so far, a free run one from the commands alone, and which of the two foretells m
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slider_drilling.compiler import threads
 from slider_drilling.gap.model import Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem
-from slider_drilling.gap.search.least_squares import Fit, fit
+from slider_drilling.gap.search.at_once import at_once
+from slider_drilling.gap.search.least_squares import TOLERANCE, Fit, fit
 from slider_drilling.gap.search.screen import screen
 
 # Iterations of each rung; after each but the last, the better share of the sets of effects goes on.
@@ -45,7 +44,7 @@ class Arm:
 
     @property
     def cost(self) -> float:
-        return self.fit.cost if self.fit is not None else float("inf")
+        return float("inf") if self.fit is None else self.fit.cost
 
     @property
     def physical(self) -> bool:
@@ -66,11 +65,14 @@ def race(problems: Sequence[Problem], arms: Sequence[Arm]) -> list[Arm]:
     """
     running = list(arms)
     for rung, iterations in enumerate(_RUNGS):
+        leader = min((arm.cost for arm in running if arm.physical), default=float("inf"))
 
-        def advance(arm: Arm, iterations: int = iterations, first: bool = rung == 0) -> Arm:
-            return _advanced(problems[arm.way].showing(arm.effects), arm, iterations, first)
+        def advance(arm: Arm, iterations: int = iterations, first: bool = rung == 0, leader: float = leader) -> Arm:
+            # Who gains less an iteration than would bring it up with the leader is not worth another one.
+            pace = (arm.cost - leader) / iterations if arm.fit is not None else 0.0
+            return _advanced(problems[arm.way].showing(arm.effects), arm, iterations, first, pace)
 
-        running = _at_once(advance, running)
+        running = sorted(at_once(advance, running), key=lambda arm: arm.cost)
         if rung < len(_KEPT):
             running = _better(running, _KEPT[rung])
     return running
@@ -90,24 +92,19 @@ def begun_again(problems: Sequence[Problem], ran: Sequence[Arm]) -> list[Arm]:
     base = fit(problem, parameters_of(problem, leader.effects[:-1]), bare, iterations=0)
     (candidate,) = screen(problem, base, [effect])
     arms = [replace(leader, begin=start, near=None, fit=None) for start in candidate.starts[:_AGAIN]]
-    found = _at_once(lambda arm: _advanced(problem, arm, sum(_RUNGS), first=True), arms)
+    found = at_once(lambda arm: _advanced(problem, arm, sum(_RUNGS), first=True), arms)
     return sorted([*ran, *found], key=lambda arm: arm.cost)
 
 
-def _at_once(advance: Callable[[Arm], Arm], arms: Sequence[Arm]) -> list[Arm]:
-    """Arms advanced on all cores, cheapest first."""
-    with ThreadPoolExecutor(threads()) as pool:
-        return sorted(pool.map(advance, arms), key=lambda arm: arm.cost)
-
-
-def _advanced(problem: Problem, arm: Arm, iterations: int, first: bool) -> Arm:
+def _advanced(problem: Problem, arm: Arm, iterations: int, first: bool, pace: float = 0.0) -> Arm:
     if arm.fit is not None and arm.fit.settled:
         return arm
     known = None
     if first and arm.near is not None:
         known = {parameter.name: row for parameter, row in zip(arm.near.parameters, arm.near.jacobian, strict=True)}
     start = arm.begin if arm.fit is None else arm.fit.values
-    found = fit(problem, parameters_of(problem, arm.effects), start, iterations=iterations, known=known)
+    freed, least = parameters_of(problem, arm.effects), max(TOLERANCE, pace)
+    found = fit(problem, freed, start, iterations=iterations, tolerance=least, known=known)
     return replace(arm, fit=found)
 
 

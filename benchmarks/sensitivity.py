@@ -1,0 +1,170 @@
+"""What a diagnosis makes of each constant that steers the engine: half as much, twice as much.
+
+    python -m benchmarks.sensitivity slide               # the motor-driven slide of docs/examples
+    python -m benchmarks.sensitivity rig SEALED [N]      # N logs that `blind-check` sealed
+
+Every row changes one constant and nothing else, on the same logs.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import slider_drilling.gap
+from slider_drilling.blind.answer import answer_of
+from slider_drilling.blind.check import LABELS, LOGS
+from slider_drilling.blind.label import read_labels
+from slider_drilling.blind.score import score
+from slider_drilling.diagnosis.diagnose import diagnose
+from slider_drilling.diagnosis.tree import as_json
+from slider_drilling.log import read_log
+
+
+@dataclass(frozen=True)
+class Constant:
+    """module: within `slider_drilling.gap`; values: the other ones to try; means: what it is."""
+
+    module: str
+    name: str
+    values: tuple[object, ...]
+    means: str
+
+
+STEERING = (
+    Constant("evidence.compare", "LEVEL", (0.02, 0.1), "level of a test between two explanations"),
+    Constant("evidence.adequacy", "LEVEL", (0.003, 0.03), "level of the test whether anything is left"),
+    Constant("evidence.adequacy", "NEGLIGIBLE", (0.2, 0.6), "E^2 - 1 that nobody would act upon"),
+    Constant("evidence.adequacy", "NEGLIGIBLE_ALONE", (0.3, 0.8), "the same of one channel"),
+    Constant("choice.forward", "LEAST_SHARE", (0.02, 0.1), "share of the gap worth a name"),
+    Constant("problem.problem", "STEP_SIZE", (2.0, 8.0), "noise units from which a missed step is priced as one"),
+    Constant("problem.problem", "_SAMPLES", (20.0, 80.0), "samples that a discrepancy remembers"),
+    Constant("problem.problem", "_EVENTS", (1, 6), "stretches of 20 that single events may spoil"),
+    Constant("problem.noise", "BELIEVED", (1.4, 3.0), "times the declared noise that is believed"),
+    Constant("evidence.score", "FOLDS", (4, 10), "stretches that are held out in turn"),
+    Constant("evidence.rivals", "_KNOTS", (5, 12), "coefficients of a free form over a reading"),
+    Constant("evidence.rivals", "_RIDGE", (0.1, 1.0), "weight that keeps them near zero"),
+    Constant("search.race", "_RUNGS", ((1, 1, 4), (2, 4, 16)), "iterations of each rung of the race"),
+    Constant("search.race", "_KEPT", ((0.3, 0.3), (0.8, 0.6)), "share of the sets that goes on"),
+    Constant("search.race", "FINALISTS", (2, 5), "sets that are judged"),
+    Constant("choice.tuning", "TUNING", (7, 28), "iterations of a fit that begins anywhere"),
+    Constant("choice.tuning", "_SCATTERED", (16, 64), "points that re-tuning may begin from"),
+    Constant("search.least_squares", "STEP", (0.1, 0.4), "step of a derivative, in scales"),
+    Constant("search.least_squares", "_DAMPED", (0.1, 1.0), "damping of the second trial step"),
+    Constant("search.finish", "_COARSE", (0.25, 1.0), "error of the coarse mesh that is put up with, in noise units"),
+    Constant("choice.forward", "PULL", (0.15, 0.6), "gain of the weak observer"),
+)
+
+
+@dataclass(frozen=True)
+class Tally:
+    """cases; named: with everything in them named or in the group of a name; said: a name without its cause; other
+    counts: simulations in all, processor time s.
+    """
+
+    cases: int
+    named: int
+    said: int
+    simulations: int
+    cpu: float
+
+
+@contextmanager
+def changed(constant: Constant, value: object) -> Iterator[object]:
+    """The constant has another value wherever it is used; gives the one that it has."""
+    for found in pkgutil.walk_packages(slider_drilling.gap.__path__, "slider_drilling.gap."):
+        importlib.import_module(found.name)
+    home = sys.modules[f"slider_drilling.gap.{constant.module}"]
+    was = getattr(home, constant.name)
+    users = [
+        module for name, module in sys.modules.items()
+        if name.startswith("slider_drilling.gap") and getattr(module, constant.name, None) is was
+    ]  # fmt: skip
+    try:
+        for module in users:
+            setattr(module, constant.name, value)
+        yield was
+    finally:
+        for module in users:
+            setattr(module, constant.name, was)
+
+
+def slides() -> Callable[[], Tally]:
+    """The motor-driven slide: five effects, hardly to be seen and plain, and two logs without any."""
+    sys.path.insert(0, str(Path(__file__).parents[1] / "docs" / "examples"))
+    motor_slide = importlib.import_module("motor_slide")
+    tuned = {"stiffness": 21500.0, "friction": 27.0, "damping": 220.0}
+    truths: list[tuple[str, dict[str, float]]] = [("", {}), ("", {})]
+    for size in (1.0, 4.0):
+        truths += [
+            ("stribeck", {"stribeck_drop": 0.1 * size, "stribeck_speed": 0.04}),
+            ("backlash", {"backlash": 1e-4 * size}),
+            ("viscous", {"viscous": 150.0 * size}),
+            ("force_bias", {"force_bias": 0.15 * size}),
+            ("force_lag", {"force_lag": 0.003 * size}),
+        ]
+    cases = [(name, motor_slide.record(tuned | truth, number)) for number, (name, truth) in enumerate(truths)]
+
+    def run() -> Tally:
+        began = time.process_time()
+        answers = [(name, slider_drilling.gap.explain(motor_slide.MotorSlide((log,)))) for name, log in cases]
+        named = [name and any(name == e or name in one.groups[e] for e in one.effects) for name, one in answers]
+        said = [any(name != e and name not in one.groups[e] for e in one.effects) for name, one in answers]
+        spent = sum(one.state.current.problem.spent.simulations for _, one in answers)
+        return Tally(len(cases), sum(map(bool, named)), sum(said), spent, time.process_time() - began)
+
+    return run
+
+
+def sealed(folder: Path, most: int) -> Callable[[], Tally]:
+    """Logs of the drill string that somebody sealed: half with one effect, the others with none, two, or another."""
+    labels = read_labels(folder / LABELS)
+    single = [stem for stem, label in labels.items() if label.kind == "single" and label.size >= 1.0]
+    others = [stem for stem, label in labels.items() if label.kind != "single"]
+    chosen = [stem for pair in zip(single, others, strict=False) for stem in pair][:most]
+
+    def run() -> Tally:
+        began, named, said, spent = time.process_time(), 0, 0, 0
+        for stem in chosen:
+            log = read_log(folder / LOGS / f"{stem}.mcap")
+            tree = as_json(diagnose([log], log.rig()))
+            scored = score(labels[stem], answer_of(tree, stem))
+            named += scored.named_truth
+            said += scored.extra > 0 or scored.outcome in ("alarm", "bare name")
+            spent += tree["counts"]["simulations"]
+        return Tally(len(chosen), named, said, spent, time.process_time() - began)
+
+    return run
+
+
+def rows(run: Callable[[], Tally], asked: Sequence[Constant]) -> Iterator[tuple[str, str, Tally]]:
+    """What it is, its value, and what comes of it; first with every constant as it is."""
+    yield "everything as it is", "", run()
+    for constant in asked:
+        for value in constant.values:
+            with changed(constant, value) as was:
+                yield constant.means, f"{was} -> {value}", run()
+
+
+def main(given: Sequence[str]) -> None:
+    """Print a table, a row as soon as it is there."""
+    if given[:1] == ["slide"]:
+        run = slides()
+    elif given[:1] == ["rig"] and len(given) > 1:
+        run = sealed(Path(given[1]), int(given[2]) if len(given) > 2 else 8)
+    else:
+        sys.exit(__doc__)
+    print("| what | value | named | names without their cause | simulations | CPU s |\n|---|---|---|---|---|---|")
+    for means, value, tally in rows(run, STEERING):
+        counts = f"{tally.named} of {tally.cases} | {tally.said} | {tally.simulations:,} | {tally.cpu:.0f}"
+        print(f"| {means} | {value} | {counts} |", flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,86 @@
+"""A name has to beat every disturbance elsewhere, and yields to one that foretells more and is not its free form."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from toy import EFFECTS, SHAPES, TIME, Toy, toy
+
+from slider_drilling.gap import Effect, Parameter, explain
+from slider_drilling.gap.model import Disturbance
+
+TUNED = {"level": 2.0, "slope": -1.5}
+SINE = tuple(effect for effect in EFFECTS if effect.name == "sine")
+
+
+@dataclass(frozen=True)
+class Rubbed(Toy):
+    """The toy with one law, and one disturbance that has a shape of the toy's, at a site of its own choice."""
+
+    effects: tuple[Effect, ...] = SINE
+    shape: str = "saw"
+    site: str = "string"
+    like: tuple[str, ...] = ()
+    fitted: bool = False
+
+    def disturbances(self, values: Mapping[str, float]) -> list[Disturbance]:
+        free = (Parameter(self.shape, 0.0, -50.0, 50.0, 0.3),) if self.fitted else ()
+        moved = ({**values, self.shape: 0.1},)
+        return [Disturbance(self.site, self.words, self.like, (0.0,), "-", moved, (0.1,), free)]
+
+    @property
+    def words(self) -> str:
+        return f"a {self.shape} that no law describes"
+
+    def site_of(self, channel: str) -> str:
+        return "sensor"
+
+
+def rubbed(truth: Mapping[str, float], seed: int = 3, **what: object) -> Rubbed:
+    return Rubbed(toy(TUNED | truth, seed).runs, **what)
+
+
+@pytest.mark.parametrize("fitted", [False, True])
+def test_a_law_that_a_disturbance_elsewhere_equals_is_a_likeness(fitted):
+    answer = explain(rubbed({"sine": 4.0}, shape="sine", fitted=fitted))
+    assert answer.effects == ("sine",)
+    assert answer.verdict == "effect_and_unknown"
+    assert answer.rival is not None and answer.rival.site == "string"
+    assert "a sine that no law describes would explain it as well" in answer.sentence
+
+
+@pytest.mark.parametrize("fitted", [False, True])
+def test_a_law_that_beats_the_disturbances_is_named_bare(fitted):
+    answer = explain(rubbed({"sine": 4.0}, shape="saw", fitted=fitted))
+    assert (answer.verdict, answer.effects, answer.rival) == ("effect", ("sine",), None)
+
+
+def test_at_its_own_site_a_laws_free_form_is_the_same_cause():
+    own = SINE[0].site
+    answer = explain(rubbed({"sine": 4.0}, shape="sine", site=own, like=("sine",), fitted=True))
+    assert (answer.verdict, answer.effects) == ("effect", ("sine",))
+
+
+def test_what_foretells_more_than_any_law_is_told_by_its_shape():
+    answer = explain(rubbed({"saw": 4.0}, fitted=True))
+    assert (answer.verdict, answer.effects, answer.site) == ("unknown", (), "string")
+    assert answer.rival is not None and answer.rival.words.startswith("a saw")
+    np.testing.assert_allclose(answer.rival.y, [4.0], atol=4.0 * 2.0 / np.sqrt(TIME.size * np.var(SHAPES["saw"])))
+
+
+def test_a_curve_that_closes_on_itself_is_told_around_its_mean():
+    made = rubbed({"saw": 4.0}, fitted=True)
+    (one,) = made.disturbances({})
+    around = replace(one, x=(0.0, 1.0), sets=(*one.sets, {"step": 0.1}), steps=(0.1, 0.1), period=2.0,
+                     parameters=(*one.parameters, Parameter("step", 0.0, -50.0, 50.0, 0.3)))  # fmt: skip
+
+    class Around(Rubbed):
+        def disturbances(self, values: Mapping[str, float]) -> list[Disturbance]:
+            return [around]
+
+    rival = explain(Around(made.runs)).rival
+    assert rival is not None
+    np.testing.assert_allclose(rival.x, [0.0, 1.0, 2.0])
+    assert rival.y[0] == rival.y[2]
+    assert abs(rival.y[0] + rival.y[1]) < 1e-9
