@@ -6,6 +6,10 @@ from pathlib import Path
 import hypothesis
 import pytest
 
+if "PYTEST_XDIST_WORKER" in os.environ:
+    # Several workers share the cores already: threads in each would only wait for one another.
+    os.environ.setdefault("NUMBA_NUM_THREADS", "1")
+
 hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None, print_blob=True)
 hypothesis.settings.load_profile("repeatable")
 
