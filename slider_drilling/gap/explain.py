@@ -24,6 +24,8 @@ Report = Callable[[str, float], None]
 
 # Standard deviations of what rigs are off by, from which a re-tuned parameter is told.
 _FAR_OFF = 2.5
+# Of what the named laws gain: a disturbance that gains less when it is fitted does not get there by finishing.
+_HALF_WAY = 0.5
 
 
 @dataclass(frozen=True)
@@ -122,14 +124,15 @@ def explain(
             state = step(state, candidates, _together(model, candidates), seed, progress)
     except KeyboardInterrupt:
         state = replace(state, partial=True)
-    return conclude(state, time.perf_counter() - began)
+    answer = conclude(state)
+    return replace(answer, runtime=time.perf_counter() - began)
 
 
-def conclude(state: State, runtime: float) -> Answer:
-    """The answer that the state supports."""
+def conclude(state: State) -> Answer:
+    """The answer that the state supports; runtime: not known here."""
     named = state.current.names
     adequate = state.enough.adequate
-    found = [] if state.partial or (adequate and not named) else rivals(state.tuned, state.blocks.folds)
+    found = [] if state.partial or (adequate and not named) else rivals(state.tuned, state.blocks.folds, _worth(state))
     rival = stronger = _stronger(state, found) if named else None
     if rival is None and not adequate and found and beats(state.blocks, found[0].score, state.tuned.score, len(found)):
         rival = found[0]
@@ -153,8 +156,13 @@ def conclude(state: State, runtime: float) -> Answer:
         site = _likeliest_site(state, found)
     return Answer(
         verdict, site, named, closed, interval, where, rival, None if state.partial else next_manoeuvre(state),
-        _remarks(state), runtime, state,
+        _remarks(state), float("nan"), state,
     )  # fmt: skip
+
+
+def _worth(state: State) -> float:
+    """What a disturbance has to gain of ``-2 log p`` before it is worth finishing: half of what the named laws do."""
+    return _HALF_WAY * (state.tuned.fit.cost - state.current.fit.cost)
 
 
 def _stronger(state: State, found: Sequence[Rival]) -> Rival | None:

@@ -56,8 +56,11 @@ class _Columns:
     rows: Array  # (m, N) change of the simulation per coefficient, noise units
 
 
-def rivals(explained: Explained, folds: Folds) -> list[Rival]:
-    """Every disturbance that the model and its channels offer, solved at a fit; the one that foretells most first."""
+def rivals(explained: Explained, folds: Folds, worth: float = 0.0) -> list[Rival]:
+    """Every disturbance that the model and its channels offer, solved at a fit; the one that foretells most first.
+
+    worth: gain of ``-2 log p`` from which one that is fitted is also finished.
+    """
     model, values = explained.problem.model, explained.fit.values
     inside = model.disturbances(values) if isinstance(model, Disturbed) else ()
     asked: list[_Columns | Disturbance] = [*_readings(explained), *inside]
@@ -65,7 +68,7 @@ def rivals(explained: Explained, folds: Folds) -> list[Rival]:
     def solved(one: _Columns | Disturbance) -> Rival:
         if isinstance(one, Disturbance):
             if one.parameters:
-                return _fitted(explained, one, folds)
+                return _fitted(explained, one, folds, worth)
             one = _columns(explained, one)
         return _solved(explained, one, folds)
 
@@ -108,11 +111,13 @@ def _columns(explained: Explained, one: Disturbance) -> _Columns:
     return _Columns(one.site, one.words, one.like, np.array(one.x), one.x_unit, "-", rows)
 
 
-def _fitted(explained: Explained, one: Disturbance, folds: Folds) -> Rival:
-    """A disturbance whose coefficients are fitted with the nuisance, and finished as a law is."""
+def _fitted(explained: Explained, one: Disturbance, folds: Folds, worth: float) -> Rival:
+    """A disturbance whose coefficients are fitted with the nuisance, and finished as a law is where it is worth it."""
     problem, known = explained.problem, explained.fit
     freed = [*known.parameters, *problem.free(one.parameters)]
-    problem, found = finished(problem, fit(problem, freed, known.values, iterations=_FOLLOWED))
+    found = fit(problem, freed, known.values, iterations=_FOLLOWED)
+    if known.cost - found.cost > worth:
+        problem, found = finished(problem, found)
     shape = np.array([found.values[parameter.name] - parameter.nominal for parameter in one.parameters])
     x = np.array(one.x)
     if one.period is not None:
