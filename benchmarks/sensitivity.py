@@ -1,4 +1,4 @@
-"""What a diagnosis makes of each constant that steers the engine: half as much, twice as much.
+"""What a diagnosis makes of each constant that steers the engine, at two other values of it.
 
     python -m benchmarks.sensitivity slide               # the motor-driven slide of docs/examples
     python -m benchmarks.sensitivity rig SEALED [N]      # N logs that `blind-check` sealed

@@ -27,7 +27,7 @@ def disturbances(
 ) -> list[Disturbance]:
     """Everything that may be off at some site of the rig, around the values.
 
-    A law that is in force already (its amplitude is among the values) has no free form beside it.
+    What moves a law's own parameters is left out where that law is in force: where its amplitude is among the values.
     """
     found = [*_friction(values, probes, duration), *_motion(values, duration)]
     if "formation_change.factor" not in values:

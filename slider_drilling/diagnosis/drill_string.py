@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -16,6 +15,7 @@ from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifier
 from slider_drilling.drillstring import Commands, Observer, Response, Start, simulate_batch
 from slider_drilling.effects import Effects
 from slider_drilling.gap.model import Array, Disturbance, Effect, How, Manoeuvre, Parameter, Run, Values
+from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.rig import FrictionInterval, Rig
 
 # Elements of each fidelity.
@@ -171,9 +171,7 @@ def simulate_on_threads(
         end = begin + share
         return simulate_batch(rigs[begin:end], commands, elements, starts[begin:end], observer=observer)
 
-    with ThreadPoolExecutor(threads()) as pool:
-        answers = pool.map(run, range(0, len(rigs), share))
-        return [response for answer in answers for response in answer]
+    return [response for answer in at_once(run, range(0, len(rigs), share)) for response in answer]
 
 
 def nuisance_parameters(rig: Rig, channels: Sequence[str]) -> tuple[Parameter, ...]:

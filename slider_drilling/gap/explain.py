@@ -124,12 +124,11 @@ def explain(
             state = step(state, candidates, _together(model, candidates), seed, progress)
     except KeyboardInterrupt:
         state = replace(state, partial=True)
-    answer = conclude(state)
-    return replace(answer, runtime=time.perf_counter() - began)
+    return conclude(state, began)
 
 
-def conclude(state: State) -> Answer:
-    """The answer that the state supports; runtime: not known here."""
+def conclude(state: State, began: float) -> Answer:
+    """The answer that the state supports; began: when, by the performance counter."""
     named = state.current.names
     adequate = state.enough.adequate
     found = [] if state.partial or (adequate and not named) else rivals(state.tuned, state.blocks.folds, _worth(state))
@@ -154,9 +153,10 @@ def conclude(state: State) -> Answer:
     site = state.current.effects[0].site if named else None
     if verdict == "unknown":
         site = _likeliest_site(state, found)
+    manoeuvre = None if state.partial else next_manoeuvre(state)
     return Answer(
-        verdict, site, named, closed, interval, where, rival, None if state.partial else next_manoeuvre(state),
-        _remarks(state), float("nan"), state,
+        verdict, site, named, closed, interval, where, rival, manoeuvre, _remarks(state), time.perf_counter() - began,
+        state,
     )  # fmt: skip
 
 

@@ -29,7 +29,7 @@ _FOLLOWED = 8  # iterations of a fit
 @dataclass(frozen=True)
 class Rival:
     """words: what it would be; like: names of the effects whose free form it is, None where it could be any of its
-    site's; x, y: (m,) its shape, y in y_unit; score: linearised and held out."""
+    site's; x, y: (m,) its shape, y in y_unit; score: held out."""
 
     site: str
     words: str

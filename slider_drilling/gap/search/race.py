@@ -44,7 +44,7 @@ class Arm:
 
     @property
     def cost(self) -> float:
-        return float("inf") if self.fit is None else self.fit.cost
+        return self.fit.cost if self.fit is not None else float("inf")
 
     @property
     def physical(self) -> bool:
