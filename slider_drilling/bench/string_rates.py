@@ -83,5 +83,6 @@ def repeat_arithmetic(rounds, count, constants, moving, polynomial):
             still, still, still, fixed, fixed, fixed, along, across, speed, rotation_speed,
         )  # fmt: skip
         kernel.slide(
-            count, 1e-3, polynomial, 1.0, 0.0, radius, yielding, speed, rotation_speed, place, angle, along, across
-        )
+            count, 1e-3, polynomial, 1.0, 1.0, 0.0, radius, yielding, speed, rotation_speed, place, angle, along,
+            across,
+        )  # fmt: skip
