@@ -175,7 +175,7 @@ def test_nothing_is_lowered_that_would_hang_on_the_wall():
 
 def test_load_waits_for_a_tool_face_that_reactive_torque_has_turned_away_and_is_taken_back():
     """Only to the left: what is right of its target the reactive torque brings back."""
-    degrees = (-90.0, 0.0, 3.0, 5.5, 8.0, 13.0, 90.0)
+    degrees = (-90.0, 0.0, 8.0, 10.5, 13.0, 18.0, 90.0)
     shares = [followed(math.radians(behind)) for behind in degrees]
     assert shares == pytest.approx([1.0, 1.0, 1.0, 0.5, 0.0, -1.0, -1.0])
     driller = AutoDriller(RIG, 20.0, 0.1)

@@ -14,7 +14,7 @@ from slider_drilling.control.drive import Motion, RockingDrive, Wish
 from slider_drilling.control.reach import Reach
 from slider_drilling.control.rocking import Rocking
 from slider_drilling.control.stroke_means import StrokeMeans
-from slider_drilling.control.swing import Swing, apart
+from slider_drilling.control.stroke_phase import StrokePhase, apart
 from slider_drilling.control.torque_and_drag import TorqueAndDrag
 from slider_drilling.control.torque_turn import TorqueTurn
 from slider_drilling.rig import load_rig
@@ -56,36 +56,32 @@ def test_drive_never_jumps_whatever_is_wished(wishes):
             assert abs(drive.angle - angle) <= 12.0 * 0.1 + 1e-9
 
 
-def swung(amplitude, period, drift=0.0, noise=0.02):
-    """A swing as MWD every 12 s shows it, over 400 s of rocking."""
-    random, swing = np.random.default_rng(1), Swing(0.025)
-    for k in range(1, 4001):
-        time = 0.1 * k
-        if k % round(5.0 * period) == 0:
-            swing.reversal(time)
-        swing.fade(0.1)
-        if k % 120 == 0:
-            angle = math.pi * time / (0.5 * period)
-            swing.update(time, amplitude * math.sin(angle + 0.7) + drift * time + random.normal(0.0, noise))
-    return swing
-
-
-@pytest.mark.parametrize("amplitude", [0.0, 0.03, 0.1])
-def test_swing_is_found_in_slow_samples_beside_a_drift(amplitude):
-    swing = swung(amplitude, 7.4, drift=1e-3)
-    assert swing.amplitude == pytest.approx(amplitude, abs=3.0 * swing.spread)
-    assert swing.spread < 0.02
+def test_phase_is_half_a_turn_a_stroke_and_goes_on_where_old_strokes_are_dropped():
+    phase = StrokePhase()
+    assert math.isnan(phase.at(0.0))
+    for k in range(60):
+        phase.reversal(4.0 * k)
+    assert math.isnan(phase.at(1.0)), "too long ago"
+    assert phase.at(201.0) - phase.at(199.0) == pytest.approx(0.5 * math.pi)
+    assert phase.at(238.0) - phase.at(234.0) == pytest.approx(math.pi), "the stroke that is under way"
+    before = phase.at(230.0)
+    phase.reversal(240.0)
+    assert phase.at(230.0) == pytest.approx(before)
 
 
 def test_period_is_chosen_so_that_samples_meet_unlike_phases():
+    def clear(period, sampling):
+        cycles = abs(math.remainder(sampling / period, 1.0))
+        return min(cycles / 0.2, (0.5 - cycles) / 0.05, 1.0)
+
     for period, sampling in itertools.product((6.0, 8.1, 11.2, 11.3), (8.0, 12.0, 20.0)):
         chosen = apart(period, sampling)
-        cycles = abs(math.remainder(sampling / chosen, 1.0))
-        before = abs(math.remainder(sampling / period, 1.0))
-        assert 0.939 <= chosen / period <= 1.121
-        assert min(cycles, 1.0 - 2.0 * cycles) >= min(before, 1.0 - 2.0 * before, 0.1) - 1e-9
+        assert 0.969 <= chosen / period <= 1.121
+        assert clear(chosen, sampling) >= clear(period, sampling) - 1e-9
     # A little shorter only where a little longer does not do.
-    assert apart(11.2, 12.0) == pytest.approx(0.97 * 11.2) and apart(10.3, 10.0) > 10.3
+    assert apart(11.2, 12.0) == pytest.approx(0.97 * 11.2) and apart(6.0, 12.0) == pytest.approx(1.12 * 6.0)
+    # Every second sample at nearly the same phase shows the swing at once.
+    assert apart(8.3, 12.0) == 8.3
 
 
 def test_reach_goes_deeper_for_drag_and_less_deep_for_swing():

@@ -10,7 +10,6 @@ from slider_drilling.control import SlideController, SlideSettings
 from slider_drilling.control.steering import Answer, bearable_gain, lead
 from slider_drilling.control.string_filter import StringFilter
 from slider_drilling.control.stroke_means import CycleMean
-from slider_drilling.control.swing import Swing
 from slider_drilling.control.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
 from slider_drilling.control.torque_reading import TorqueReading
 from slider_drilling.rig import load_rig
@@ -115,7 +114,7 @@ def test_response_time_stays_within_what_strings_do():
     random = np.random.default_rng(2)
     for _ in range(300):
         string.advance(6.0, 1500.0, 500.0, 1.0, 0.01, 0.003)
-        string.sample(float(random.normal(0.0, 1.5)), 0.003, 1.0)
+        string.sample(float(random.normal(0.0, 1.5)), math.nan, 0.003, 1.0)
     assert 20.0 <= string.learnt.response_time <= 181.0
 
 
@@ -140,14 +139,13 @@ def test_samples_within_half_a_cycle_are_worth_one():
 
 
 def test_swing_is_found_in_samples_at_ten_hertz():
-    swing = Swing(math.radians(1.5))
-    for k in range(3000):
-        time = 0.1 * k
-        if k % 40 == 0:
-            swing.reversal(time)
-        swing.update(time, math.radians(5.0) * math.sin(2.0 * math.pi * time / 8.0))
-        swing.fade(0.1)
-    assert math.degrees(swing.amplitude) == pytest.approx(5.0, abs=0.7)
+    filter_ = StringFilter(0.0042, 60.0)
+    for k in range(600):
+        phase = 2.0 * math.pi * 0.1 * k / 8.0
+        filter_.advance(0.1, 0.0, 0.0, 1.0, 0.0, 0.0)
+        read = math.radians(5.0) * math.sin(phase)
+        filter_.sample(read - filter_.mean[0] - filter_.swing_at(phase), phase, math.radians(1.5) ** 2, 1.0)
+    assert filter_.swing == pytest.approx(math.radians(5.0), rel=0.05)
 
 
 def doubt(noise, until, every, reading):
@@ -212,7 +210,7 @@ def test_a_sample_that_may_be_wrong_moves_the_tool_face_by_as_much_as_it_is_like
     for genuine in (1.0, 0.5, 0.0):
         string = StringFilter(0.0042, 60.0)
         string.place(0.0, 0.0, 1.0)
-        outcome[genuine] = (string.sample(2.0, 1e-4, genuine), string.spread)
+        outcome[genuine] = (string.sample(2.0, math.nan, 1e-4, genuine), string.spread)
     assert outcome[1.0] == pytest.approx((2.0, 0.01), rel=1e-3)
     assert outcome[0.5] == pytest.approx((1.0, math.sqrt(0.5 * 1.0 + 0.25 * 2.0**2)), rel=1e-3)
     assert outcome[0.0] == (0.0, 1.0)

@@ -117,6 +117,40 @@ def test_string_is_learnt_while_sliding(softer, motor, bias):
     assert resting == pytest.approx((1.0 + motor) * 2900.0 + bias, abs=60.0)
 
 
+def swung(amplitude, period, every=12.0, seed=1):
+    """A string at rest whose bit swings with rocking of `period` s, as MWD every `every` s shows it over 400 s."""
+    random, estimator = np.random.default_rng(seed), ToolFaceEstimator(S, 60.0, NOISE)
+    cycle = CycleMean(0.0, 0.0, 0.0, period)
+    estimator.settled = True
+    for k in range(1, 801):
+        time = 0.5 * k
+        estimator.advance(time, 0.0)
+        if time % 6.0 == 0.0:
+            estimator.observe(time, cycle, 1.0, 0.0)
+        if time % every == 0.0:
+            phase = 2.0 * math.pi * (time - 6.0) / period
+            angle = 0.3 + amplitude * math.sin(phase + 0.7) + random.normal(0.0, 0.02)
+            estimator.correct(MwdSample(time - 6.0, time, angle), 0.0, phase)
+    return estimator
+
+
+@pytest.mark.parametrize("amplitude", [0.0, 0.05, 0.15])
+def test_swing_of_rocking_is_told_from_the_tool_face(amplitude):
+    estimator = swung(amplitude, 8.3)
+    assert estimator.filter.swing == pytest.approx(amplitude, abs=3.0 * estimator.filter.swing_spread)
+    assert estimator.filter.swing_spread < 0.042
+    assert estimator.tool_face == pytest.approx(0.3, abs=0.04)
+    assert estimator.filter.swing_at(math.nan) == 0.0
+
+
+def test_a_swing_that_samples_meet_at_one_phase_stays_in_doubt():
+    """It cannot be told from the tool-face, and both say so."""
+    same, unlike = swung(0.1, 12.0), swung(0.1, 8.3)
+    assert same.filter.swing_spread > 1.3 * unlike.filter.swing_spread
+    assert same.spread > 1.2 * unlike.spread
+    assert same.tool_face == pytest.approx(0.3, abs=3.0 * same.spread)
+
+
 def test_what_was_learnt_is_a_rig_file():
     learnt = Learnt(0.1, 0.02, -0.2, 0.05, 250.0, 80.0, 70.0)
     again = parse_rig(dump_rig(corrected(RIG, learnt)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from typing import TYPE_CHECKING
 
@@ -21,14 +20,14 @@ from slider_drilling.control.settings import check
 from slider_drilling.control.slide_settings import SlideSettings
 from slider_drilling.control.steering import Answer, lead
 from slider_drilling.control.stroke_means import StrokeMeans
+from slider_drilling.control.stroke_phase import StrokePhase, apart
 from slider_drilling.control.stroke_torque import stroke_of
-from slider_drilling.control.swing import Swing, apart
 from slider_drilling.control.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
 from slider_drilling.control.torque_and_drag import TorqueAndDrag
 from slider_drilling.control.torque_reading import TorqueReading
 from slider_drilling.control.torque_turn import TorqueTurn
 from slider_drilling.control.watch import Watch
-from slider_drilling.signals import Measurements, MwdSample, RigCommand
+from slider_drilling.signals import Measurements, RigCommand
 from slider_drilling.wellbore.zones import Zones
 
 if TYPE_CHECKING:
@@ -40,9 +39,7 @@ _LEAST_RESPONSE = 60.0       # s, believed before it is learnt: less makes short
 _SHORTEST_PERIOD = 6.0       # s
 _NEAR, _FAR = math.radians(12.0), math.radians(45.0)   # errors between which holding turns into setting
 _LOST_TURN = math.radians(200.0)   # of error: the nearest turn of the target is now another
-_SWING = math.radians(1.5)   # of an MWD sample beside its noise, that the swing as it is known leaves
-_UNEXPLAINED = math.radians(0.8)   # of an MWD sample beside its noise, where nothing happens
-_QUIET_PULL = 0.6            # rad, up to which samples tell the swing
+_UNEXPLAINED = math.radians(0.8)   # of an MWD sample beside its noise
 _HOLDS, _LEAST_MOBILITY = (0.25, 0.3), 0.1   # shares of drag: from there on, and beyond it all, pipe holds the bit
 _HALF_LOADED = 0.5           # of the pressure wanted, from which on drag and swing tell the reach
 _WALK, _DRIFT = math.radians(0.6), math.radians(0.15)   # per sqrt(s), of the string's twist and of the offset
@@ -80,13 +77,13 @@ class SlideController:
         self._lowering = Lowering(rig, s)
         self._believe(s)
         mwd = rig.sensors.mwd
-        sample = math.sqrt(mwd.noise**2 + mwd.resolution**2 / 12.0 + _SWING**2)
+        sample = math.sqrt(mwd.noise**2 + mwd.resolution**2 / 12.0 + _UNEXPLAINED**2)
         noise = EstimatorNoise(sample, rig.sensors.surface_torque.noise, self._interval, _PULL_SHARE, _MOVE_SHARE,
                                _WALK, _DRIFT)
         self._estimator = ToolFaceEstimator(
             self._belief.compliance, self._response_time(), noise, bias=rig.effects.torque_sensor_bias.bias)
         self._means = StrokeMeans()
-        self._swing = Swing(math.sqrt(mwd.noise**2 + mwd.resolution**2 / 12.0 + _UNEXPLAINED**2))
+        self._phase = StrokePhase()
         self._reach = Reach()
         self._heave = HeaveCompensator(axial_stiffness(rig), s.compensation_speed)
         sensor = rig.sensors.surface_torque
@@ -144,9 +141,9 @@ class SlideController:
         estimator = self._estimator
         self._reach.answer(estimator.pull, self._response_time(), estimator.tool_face, self.error, step)
         if pressure > _HALF_LOADED * lowering.wanted:
-            share = lowering.drag.share if math.isfinite(lowering.drag.share) else 0.0
-            self._estimator.mobility = min(max(1.0 - (share - _HOLDS[0]) / _HOLDS[1], _LEAST_MOBILITY), 1.0)
-            self._reach.update(share, lowering.drag.certain, self._swing.amplitude, self._swing.spread, step)
+            share, string = lowering.drag.share if math.isfinite(lowering.drag.share) else 0.0, estimator.filter
+            estimator.mobility = min(max(1.0 - (share - _HOLDS[0]) / _HOLDS[1], _LEAST_MOBILITY), 1.0)
+            self._reach.update(share, lowering.drag.certain, string.swing, string.swing_spread, step)
 
     def _believe(self, s: SlideSettings) -> None:
         """Torque and drag from the rig file, to be corrected by the breakover test."""
@@ -203,28 +200,15 @@ class SlideController:
             estimator.advance(watch.time, self._pressure.reactive_torque)
             if drive.strokes != self._strokes:
                 self._strokes = drive.strokes
-                self._swing.reversal(watch.time)
-            self._swing.fade(watch.step)
+                self._phase.reversal(watch.time)
             cycle = self._means.update(watch.step, self._fresh("top_drive_angle"), self._torque,
                                        self._pressure.quick_reactive_torque, drive.strokes)
             if cycle is not None:
                 estimator.observe(watch.time, cycle, self._carried(), self.tool_face_target)
         for sample in m.mwd:
-            self._read(sample)
+            if estimator.correct(sample, self.tool_face_target, self._phase.at(sample.measured_at)):
+                self._mwd_age = max(watch.time - sample.measured_at, 0.0)
         self._choose_turn()
-
-    def _read(self, sample: MwdSample) -> None:
-        """Take an MWD sample: the swing from what it is beyond the mean tool-face, that from what it is beside the
-        swing."""
-        estimator, time = self._estimator, sample.measured_at
-        beyond = math.remainder(sample.tool_face - estimator.at(time), 2.0 * math.pi) if estimator.known else math.nan
-        steady = dataclasses.replace(sample, tool_face=sample.tool_face - self._swing.at(time))
-        if not estimator.correct(steady, self.tool_face_target):
-            return
-        self._mwd_age = max(self._watch.time - time, 0.0)
-        quiet = abs(estimator.pull) < _QUIET_PULL and abs(self.error) < _NEAR
-        if math.isfinite(beyond) and self._drilling() and quiet:
-            self._swing.update(time, beyond)
 
     def _drilling(self) -> bool:
         """Whether the bit is loaded and the string slides after it."""
@@ -387,7 +371,7 @@ class SlideController:
             slide_status.of_tool_face(self._estimator, self._target, self._centre, self._pressure.reactive_torque),
             slide_status.of_string(self._estimator),
             slide_status.of_reach(zones, self._belief.bit_depth, self._amplitude, self._period_now(), self._finder,
-                                  self._reach, self._swing, lowering),
+                                  self._reach, self._estimator, lowering),
             slide_status.of_heave(self._heave),
             slide_status.of_lock_up(lowering.lock_up, lowering.drag),
             slide_status.of_slip(lowering.slip),

@@ -12,7 +12,6 @@ from slider_drilling.control.lock_up import Lock, LockUp
 from slider_drilling.control.lowering import Lowering
 from slider_drilling.control.protocol import Level, Status
 from slider_drilling.control.reach import Reach
-from slider_drilling.control.swing import Swing
 from slider_drilling.control.tool_face_estimator import ToolFaceEstimator
 from slider_drilling.wellbore.zones import Zones
 
@@ -47,7 +46,7 @@ def of_string(estimator: ToolFaceEstimator) -> Status:
 
 
 def of_reach(zones: Zones, bit_depth: float, amplitude: float, period: float, finder: AmplitudeFinder, reach: Reach,
-             swing: Swing, lowering: Lowering) -> Status:
+             estimator: ToolFaceEstimator, lowering: Lowering) -> Status:
     """bit_depth: m; amplitude: rad; period: s."""
     drag = lowering.drag
     values = (("rocking_m", f"{zones.rocked_to:.0f}"), ("static_m", f"{zones.static_length:.0f}"),
@@ -55,8 +54,8 @@ def of_reach(zones: Zones, bit_depth: float, amplitude: float, period: float, fi
               ("amplitude_over_test", f"{reach.share:.2f}"), ("period_s", f"{period:.1f}"),
               ("friction_over_belief", f"{finder.scale:.2f}"), ("friction_one_sigma", f"{finder.spread:.2f}"),
               ("breakover_torque_n_m", f"{finder.breakover_torque:.0f}"),
-              ("swing_deg", f"{math.degrees(swing.amplitude):.1f}"),
-              ("swing_one_sigma_deg", f"{math.degrees(swing.spread):.1f}"),
+              ("swing_deg", f"{math.degrees(estimator.filter.swing):.1f}"),
+              ("swing_one_sigma_deg", f"{math.degrees(estimator.filter.swing_spread):.1f}"),
               ("drag_n", f"{drag.drag:.0f}"), ("drag_share", f"{drag.share:.2f}"),
               ("share_of_pressure_wanted", f"{lowering.asked / lowering.wanted:.2f}"),
               ("load_put_on_share", f"{lowering.following:.2f}"))

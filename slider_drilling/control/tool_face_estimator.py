@@ -28,7 +28,7 @@ _OUTLIERS = 0.1            # share of MWD samples that may be any angle
 _IN_A_ROW = 0.5            # the same of the sample that follows a wrong one: faults come in runs
 _TAKEN = 0.5               # probability that a sample is none, below which it counts as refused
 _NOTICED, _MOST_SURPRISE = 0.25, 16.0   # share of one sample in the mean square of surprise; the most that one counts
-_RATE_DOUBT = 0.2          # of the squared rate at which what pulls is believed to turn the bit
+_RATE_DOUBT = 0.05         # of the squared rate at which what pulls is believed to turn the bit, beside its mobility
 _RAMP_DOUBT = 1.0          # ... while the bit is being loaded: pipe near it gives before surface sees anything
 _SLIDING_WALK, _SLIDING_DOUBT = 0.4, 0.7    # rad/sqrt(s) of the tool-face, rad of the twist, while the string slides
 _STRING_DOUBT = math.radians(6.0)   # rad, of the twist at first
@@ -69,7 +69,7 @@ class ToolFaceEstimator:
         self._noise = noise
         self._memory = memory
         self._past: deque[_Instant] = deque()
-        self._waiting: list[MwdSample] = []
+        self._waiting: list[tuple[MwdSample, float]] = []
         self._offset = CircularBelief(_OUTLIERS)
         self.filter = StringFilter(compliance, response_time, bias)
         self._angle = math.nan   # rad, mean of the last cycle
@@ -144,8 +144,8 @@ class ToolFaceEstimator:
             shown = cycle.angle - self.filter.twist(cycle.torque, cycle.reactive_torque, carried)
             self.filter.place(shown, 0.0, math.pi**2)
             self._past.append(_Instant(time, shown, shown))
-            for sample in self._waiting:
-                self.correct(sample, reference)
+            for sample, phase in self._waiting:
+                self.correct(sample, reference, phase)
             self._waiting.clear()
             return
         self.advance(time)
@@ -170,23 +170,24 @@ class ToolFaceEstimator:
             last.time = time
             self._past.append(last)
 
-    def correct(self, sample: MwdSample, reference: float) -> bool:
-        """Take one MWD sample; reference: rad, the turn that the first ones get. False where it was refused,
-        or has to wait for the first cycle of rocking."""
+    def correct(self, sample: MwdSample, reference: float, phase: float = math.nan) -> bool:
+        """Take one MWD sample; reference: rad, the turn that the first ones get; phase: rad, of rocking when it was
+        read. False where it was refused, or has to wait for the first cycle of rocking."""
         if not (math.isfinite(sample.tool_face) and math.isfinite(sample.measured_at)):
             return False
         if not self._past:
-            self._waiting = [*self._waiting[-9:], sample]
+            self._waiting = [*self._waiting[-9:], (sample, phase)]
             return False
         if sample.measured_at > self._past[-1].time + 1.0 or sample.measured_at < self._past[-1].time - self._memory:
             return False
         then = self._past[self._index_at(sample.measured_at)]
         variance = self._noise.sample**2 * self._alike(sample.measured_at)
-        doubt = variance + (_STRING_DOUBT**2 if not self.known else self.filter.spread**2)
+        doubt = variance + (_STRING_DOUBT**2 if not self.known else self.filter.doubt(phase))
+        read = sample.tool_face - self.filter.swing_at(phase)
         self._offset.diffuse(self._moved)
         self._moved = 0.0
-        self._offset.update(math.remainder(sample.tool_face - then.string, 2.0 * math.pi), doubt)
-        accepted = self._place(reference) if not self.known else self._take(sample, then, variance)
+        self._offset.update(math.remainder(read - then.string, 2.0 * math.pi), doubt)
+        accepted = self._place(reference) if not self.known else self._take(read - then.tool_face, phase, variance)
         if accepted:
             self.samples += 1
             self.last_sample = sample.measured_at
@@ -218,15 +219,15 @@ class ToolFaceEstimator:
             shown = x - offset + self.filter.twist(cycle.torque, cycle.reactive_torque, self._carried)
             self.filter.string(shown, x, cycle.torque, cycle.reactive_torque, self._carried, _STRING_DOUBT**2)
 
-    def _take(self, sample: MwdSample, then: _Instant, variance: float) -> bool:
-        off = math.remainder(sample.tool_face - then.tool_face, 2.0 * math.pi)
-        expected = variance + self.filter.spread**2
+    def _take(self, beyond: float, phase: float, variance: float) -> bool:
+        off = math.remainder(beyond, 2.0 * math.pi)
+        expected = variance + self.filter.doubt(phase)
         genuine = _genuine(off, expected, self._outliers)
         self._outliers = genuine * _OUTLIERS + (1.0 - genuine) * _IN_A_ROW
         # A wrong sample says nothing of how the string moves: it must not open the door to the next one.
         self._surprise += _NOTICED * genuine * (min(off * off / expected, _MOST_SURPRISE) - self._surprise)
         self._surprise = max(self._surprise, 1.0)
-        self._shift(-math.inf, self.filter.sample(off, variance, genuine))
+        self._shift(-math.inf, self.filter.sample(off, phase, variance, genuine))
         if genuine < _TAKEN:
             self.rejections += 1
             self._find_again()
