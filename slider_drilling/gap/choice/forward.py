@@ -22,7 +22,7 @@ from slider_drilling.gap.problem.noise import NoiseFloor, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.finish import POLISH, fine, finished
-from slider_drilling.gap.search.least_squares import Fit, fit
+from slider_drilling.gap.search.least_squares import TOLERANCE, Fit, fit
 from slider_drilling.gap.search.race import Arm, begun_again, finalists, parameters_of, race
 from slider_drilling.gap.search.screen import Candidate, screen
 from slider_drilling.gap.search.wide import wide
@@ -87,7 +87,8 @@ def step(
     arms, promised, ways = _arms(state, left, together if turn == 0 else ())
     ran = begun_again(state.ways, race(state.ways, arms))
     report("judging the finalists", min(0.25 + 0.3 * turn, 0.9))
-    state, judged = _judge(state, ran, ways, len(left), seed)
+    before = state.current
+    state, judged = _judge(state, ran, ways, left, seed)
     for one in judged:
         if one.passed:
             group = _group(state.blocks, one, judged)
@@ -96,6 +97,9 @@ def step(
             if accepted.passed:
                 taken = _with(refloored, Step(judged, accepted, group, promised), left, seed)
                 return _without_needless(taken, left, seed)
+    if state.current.names == before.names and beats(state.blocks, state.current.score, before.score):
+        # The race ran from a worse place than is known by now.
+        return replace(state, done=state.enough.done)
     return replace(state, steps=(*state.steps, Step(judged, None, (), promised)), done=True)
 
 
@@ -128,7 +132,7 @@ def _without_needless(state: State, left: Sequence[Effect], seed: int) -> State:
 
 
 def _judge(
-    state: State, ran: Sequence[Arm], ways: Sequence[int], rivals: int, seed: int
+    state: State, ran: Sequence[Arm], ways: Sequence[int], left: Sequence[Effect], seed: int
 ) -> tuple[State, tuple[Judged, ...]]:
     """Refit the finalists in the way that foretells most, and hold them out against what is known so far.
 
@@ -146,9 +150,32 @@ def _judge(
         problem, found = led[way] if arms is sets[0] else finished(*_reached(state, arms, way))
         return Explained(arms[0].effects, problem, found, held_out(problem, found, folds))
 
-    judged = [_verdict(state, one, rivals, seed) for one in at_once(explained, sets)]
+    found = at_once(explained, sets)
+    state = _at_its_best(state, min(found, key=lambda one: one.fit.cost), left, seed)
+    judged = [_verdict(state, one, len(left), seed) for one in found]
     judged.sort(key=lambda one: float(np.sum(one.explained.score.density)))
     return state, tuple(judged)
+
+
+def _at_its_best(state: State, leader: Explained, left: Sequence[Effect], seed: int) -> State:
+    """The state with what is known fitted again from where the likeliest finalist got to, if that is likelier.
+
+    A finalist began elsewhere too, and what it gains may be the other place's: what is known is held against it there.
+    """
+    known, freed = state.current, {parameter.name for parameter in state.current.fit.parameters}
+    begin = {name: value for name, value in leader.fit.values.items() if name in freed}
+    again = fit(known.problem, known.fit.parameters, begin, iterations=TUNING)
+    if again.cost >= known.fit.cost - TOLERANCE:
+        return state
+    way = next(way for way in state.ways if way.how.pull == known.problem.how.pull)
+    better = _explained(way.showing(known.effects), known.effects, again, state.blocks.folds)
+    if better.fit.cost >= known.fit.cost - TOLERANCE:
+        return state
+    enough = adequacy(better.problem, better.fit, better.score, seed, left)
+    if known is not state.tuned:
+        return replace(state, current=better, enough=enough)
+    given = _as_given(better.problem, better)
+    return replace(state, nominal=given, tuned=better, current=better, enough=enough, tuned_enough=enough)
 
 
 def _reached(state: State, own: Sequence[Arm], way: int) -> tuple[Problem, Fit]:
