@@ -1,9 +1,9 @@
 """What a diagnosis makes of each constant that steers the engine, at two other values of it.
 
-    python -m benchmarks.sensitivity slide               # the motor-driven slide of docs/examples
-    python -m benchmarks.sensitivity rig SEALED [N]      # N logs that `blind-check` sealed
+    python -m benchmarks.sensitivity slide [NAME ...]         # the motor-driven slide of docs/examples
+    python -m benchmarks.sensitivity rig SEALED N [NAME ...]  # N logs that `blind-check` sealed
 
-Every row changes one constant and nothing else, on the same logs.
+Every row changes one constant and nothing else, on the same logs: those named, or all of them.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from __future__ import annotations
 import importlib
 import pkgutil
 import sys
-import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -86,15 +85,14 @@ STEERING = (
 
 @dataclass(frozen=True)
 class Tally:
-    """cases; named: with everything in them named or in the group of a name; said: a name without its cause; other
-    counts: simulations in all, processor time s.
+    """cases; named: with everything in them named or in the group of a name; said: a name without its cause;
+    simulations: in all.
     """
 
     cases: int
     named: int
     said: int
     simulations: int
-    cpu: float
 
 
 @contextmanager
@@ -134,12 +132,11 @@ def slides() -> Callable[[], Tally]:
     cases = [(name, motor_slide.record(tuned | truth, number)) for number, (name, truth) in enumerate(truths)]
 
     def run() -> Tally:
-        began = time.process_time()
         answers = [(name, slider_drilling.gap.explain(motor_slide.MotorSlide((log,)))) for name, log in cases]
         named = [name and any(name == e or name in one.groups[e] for e in one.effects) for name, one in answers]
         said = [any(name != e and name not in one.groups[e] for e in one.effects) for name, one in answers]
         spent = sum(one.state.current.problem.spent.simulations for _, one in answers)
-        return Tally(len(cases), sum(map(bool, named)), sum(said), spent, time.process_time() - began)
+        return Tally(len(cases), sum(map(bool, named)), sum(said), spent)
 
     return run
 
@@ -152,7 +149,7 @@ def sealed(folder: Path, most: int) -> Callable[[], Tally]:
     chosen = [stem for pair in zip(single, others, strict=False) for stem in pair][:most]
 
     def run() -> Tally:
-        began, named, said, spent = time.process_time(), 0, 0, 0
+        named, said, spent = 0, 0, 0
         for stem in chosen:
             log = read_log(folder / LOGS / f"{stem}.mcap")
             tree = as_json(diagnose([log], log.rig()))
@@ -160,32 +157,37 @@ def sealed(folder: Path, most: int) -> Callable[[], Tally]:
             named += scored.named_truth
             said += scored.extra > 0 or scored.outcome in ("alarm", "bare name")
             spent += tree["counts"]["simulations"]
-        return Tally(len(chosen), named, said, spent, time.process_time() - began)
+        return Tally(len(chosen), named, said, spent)
 
     return run
 
 
-def rows(run: Callable[[], Tally], asked: Sequence[Constant]) -> Iterator[tuple[str, str, Tally]]:
-    """What it is, its value, and what comes of it; first with every constant as it is."""
-    yield "everything as it is", "", run()
+def rows(run: Callable[[], Tally], asked: Sequence[Constant]) -> Iterator[str]:
+    """Lines of a table: everything as it is, then a line a constant as soon as it is there."""
+    yield "| what | as it is | changed to: named, names without their cause, simulations | and to |\n|---|---|---|---|"
+    yield f"| nothing changed | | {_told(run())} | |"
     for constant in asked:
+        cells = []
         for value in constant.values:
             with changed(constant, value) as was:
-                yield constant.means, f"{was} -> {value}", run()
+                cells.append(f"{value}: {_told(run())}")
+        yield f"| {constant.means} | {was} | {' | '.join(cells)} |"
+
+
+def _told(tally: Tally) -> str:
+    return f"{tally.named} of {tally.cases}, {tally.said}, {tally.simulations:,}"
 
 
 def main(given: Sequence[str]) -> None:
     """Print a table, a row as soon as it is there."""
     if given[:1] == ["slide"]:
-        run = slides()
-    elif given[:1] == ["rig"] and len(given) > 1:
-        run = sealed(Path(given[1]), int(given[2]) if len(given) > 2 else 8)
+        run, names = slides(), given[1:]
+    elif given[:1] == ["rig"] and len(given) > 2:
+        run, names = sealed(Path(given[1]), int(given[2])), given[3:]
     else:
         sys.exit(__doc__)
-    print("| what | value | named | names without their cause | simulations | CPU s |\n|---|---|---|---|---|---|")
-    for means, value, tally in rows(run, STEERING):
-        counts = f"{tally.named} of {tally.cases} | {tally.said} | {tally.simulations:,} | {tally.cpu:.0f}"
-        print(f"| {means} | {value} | {counts} |", flush=True)
+    for line in rows(run, [one for one in STEERING if one.name in names or not names]):
+        print(line, flush=True)
 
 
 if __name__ == "__main__":
