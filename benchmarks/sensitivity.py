@@ -1,9 +1,9 @@
 """What a diagnosis makes of each constant that steers the engine, at two other values of it.
 
-    python -m benchmarks.sensitivity slide               # the motor-driven slide of docs/examples
-    python -m benchmarks.sensitivity rig SEALED [N]      # N logs that `blind-check` sealed
+    python -m benchmarks.sensitivity slide [NAME ...]         # the motor-driven slide of docs/examples
+    python -m benchmarks.sensitivity rig SEALED N [NAME ...]  # N logs that `blind-check` sealed
 
-Every row changes one constant and nothing else, on the same logs.
+Every row changes one constant and nothing else, on the same logs: those named, or all of them.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from __future__ import annotations
 import importlib
 import pkgutil
 import sys
-import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -42,7 +41,7 @@ STEERING = (
     Constant("evidence.adequacy", "LEVEL", (0.003, 0.03), "level of the test whether anything is left"),
     Constant("evidence.adequacy", "NEGLIGIBLE", (0.2, 0.6), "E^2 - 1 that nobody would act upon"),
     Constant("evidence.adequacy", "NEGLIGIBLE_ALONE", (0.3, 0.8), "the same of one channel"),
-    Constant("choice.forward", "LEAST_SHARE", (0.02, 0.1), "share of the gap worth a name"),
+    Constant("choice.judge", "LEAST_SHARE", (0.02, 0.1), "share of the gap worth a name"),
     Constant("problem.problem", "STEP_SIZE", (2.0, 8.0), "noise units from which a missed step is priced as one"),
     Constant("problem.problem", "_SAMPLES", (20.0, 80.0), "samples that a discrepancy remembers"),
     Constant("problem.problem", "_EVENTS", (1, 6), "stretches of 20 that single events may spoil"),
@@ -59,20 +58,41 @@ STEERING = (
     Constant("search.least_squares", "_DAMPED", (0.1, 1.0), "damping of the second trial step"),
     Constant("search.finish", "_COARSE", (0.25, 1.0), "error of the coarse mesh that is put up with, in noise units"),
     Constant("choice.forward", "PULL", (0.15, 0.6), "gain of the weak observer"),
+    Constant("choice.forward", "MOST_EFFECTS", (2, 4), "effects named at most"),
+    Constant("choice.judge", "_SAME_FLOOR", (0.9, 0.98), "ratio of floors that are the same"),
+    Constant("choice.decide", "_HALF_WAY", (0.25, 0.75), "share of a law's gain from which a free form is finished"),
+    Constant("evidence.adequacy", "_FREE", (10.0, 40.0), "what a discrepancy gains on noise, -2 log p"),
+    Constant("evidence.replicates", "_NUMBER", (5, 16), "replicates"),
+    Constant("evidence.replicates", "_FLOOR_SPREAD", (1.0, 4.0), "spread of a floor that is not known, of its own"),
+    Constant("evidence.score", "_BINS_PER_BLOCK", (2, 8), "stretches of a block that blocks may begin at"),
+    Constant("evidence.score", "_REFITS", (2, 3), "iterations of a fit without a stretch"),
+    Constant("evidence.rivals", "_FOLLOWED", (4, 14), "iterations of the fit of a free form"),
+    Constant("problem.problem", "_SHARE", (0.025, 0.1), "share of a run that a discrepancy remembers"),
+    Constant("problem.problem", "_STRETCHES", (10, 40), "stretches that single events are counted in"),
+    Constant("problem.noise", "_UNLIKELY", (0.003, 0.03), "level of the test whether noise is white"),
+    Constant("problem.noise", "_FEW", (8.0, 30.0), "samples that noise remembers"),
+    Constant("search.race", "_AGAIN", (1, 4), "places from which the leader begins again"),
+    Constant("search.screen", "_SHORTEST", (0.1, 0.5), "least share of a scan point to begin from"),
+    Constant("search.screen", "_LONGEST", (2.0, 6.0), "largest"),
+    Constant("search.screen", "_NUISANCE", (3.0, 12.0), "scales that the nuisance may move in a scan"),
+    Constant("search.least_squares", "_SHORT", (0.15, 0.6), "a short trial step, of the whole one"),
+    Constant("search.least_squares", "_FORETOLD", (0.5, 0.9), "share foretold from which derivatives are kept"),
+    Constant("search.finish", "POLISH", (2, 6), "iterations that finish a fit"),
+    Constant("search.finish", "_AFRESH", (4, 14), "iterations of a fit on the fine mesh"),
+    Constant("choice.tuning", "_FOLLOWED", (1, 4), "of those points, how many are followed"),
 )
 
 
 @dataclass(frozen=True)
 class Tally:
-    """cases; named: with everything in them named or in the group of a name; said: a name without its cause; other
-    counts: simulations in all, processor time s.
+    """cases; named: with everything in them named or in the group of a name; said: a name without its cause;
+    simulations: in all.
     """
 
     cases: int
     named: int
     said: int
     simulations: int
-    cpu: float
 
 
 @contextmanager
@@ -112,12 +132,11 @@ def slides() -> Callable[[], Tally]:
     cases = [(name, motor_slide.record(tuned | truth, number)) for number, (name, truth) in enumerate(truths)]
 
     def run() -> Tally:
-        began = time.process_time()
         answers = [(name, slider_drilling.gap.explain(motor_slide.MotorSlide((log,)))) for name, log in cases]
         named = [name and any(name == e or name in one.groups[e] for e in one.effects) for name, one in answers]
         said = [any(name != e and name not in one.groups[e] for e in one.effects) for name, one in answers]
         spent = sum(one.state.current.problem.spent.simulations for _, one in answers)
-        return Tally(len(cases), sum(map(bool, named)), sum(said), spent, time.process_time() - began)
+        return Tally(len(cases), sum(map(bool, named)), sum(said), spent)
 
     return run
 
@@ -130,7 +149,7 @@ def sealed(folder: Path, most: int) -> Callable[[], Tally]:
     chosen = [stem for pair in zip(single, others, strict=False) for stem in pair][:most]
 
     def run() -> Tally:
-        began, named, said, spent = time.process_time(), 0, 0, 0
+        named, said, spent = 0, 0, 0
         for stem in chosen:
             log = read_log(folder / LOGS / f"{stem}.mcap")
             tree = as_json(diagnose([log], log.rig()))
@@ -138,32 +157,37 @@ def sealed(folder: Path, most: int) -> Callable[[], Tally]:
             named += scored.named_truth
             said += scored.extra > 0 or scored.outcome in ("alarm", "bare name")
             spent += tree["counts"]["simulations"]
-        return Tally(len(chosen), named, said, spent, time.process_time() - began)
+        return Tally(len(chosen), named, said, spent)
 
     return run
 
 
-def rows(run: Callable[[], Tally], asked: Sequence[Constant]) -> Iterator[tuple[str, str, Tally]]:
-    """What it is, its value, and what comes of it; first with every constant as it is."""
-    yield "everything as it is", "", run()
+def rows(run: Callable[[], Tally], asked: Sequence[Constant]) -> Iterator[str]:
+    """Lines of a table: everything as it is, then a line a constant as soon as it is there."""
+    yield "| what | as it is | changed to: named, names without their cause, simulations | and to |\n|---|---|---|---|"
+    yield f"| nothing changed | | {_told(run())} | |"
     for constant in asked:
+        cells = []
         for value in constant.values:
             with changed(constant, value) as was:
-                yield constant.means, f"{was} -> {value}", run()
+                cells.append(f"{value}: {_told(run())}")
+        yield f"| {constant.means} | {was} | {' | '.join(cells)} |"
+
+
+def _told(tally: Tally) -> str:
+    return f"{tally.named} of {tally.cases}, {tally.said}, {tally.simulations:,}"
 
 
 def main(given: Sequence[str]) -> None:
     """Print a table, a row as soon as it is there."""
     if given[:1] == ["slide"]:
-        run = slides()
-    elif given[:1] == ["rig"] and len(given) > 1:
-        run = sealed(Path(given[1]), int(given[2]) if len(given) > 2 else 8)
+        run, names = slides(), given[1:]
+    elif given[:1] == ["rig"] and len(given) > 2:
+        run, names = sealed(Path(given[1]), int(given[2])), given[3:]
     else:
         sys.exit(__doc__)
-    print("| what | value | named | names without their cause | simulations | CPU s |\n|---|---|---|---|---|---|")
-    for means, value, tally in rows(run, STEERING):
-        counts = f"{tally.named} of {tally.cases} | {tally.said} | {tally.simulations:,} | {tally.cpu:.0f}"
-        print(f"| {means} | {value} | {counts} |", flush=True)
+    for line in rows(run, [one for one in STEERING if one.name in names or not names]):
+        print(line, flush=True)
 
 
 if __name__ == "__main__":

@@ -45,7 +45,7 @@ def cases_of(tree: dict[str, Any]) -> list[Scored]:
 
 
 def _full(name: str, value: Any) -> Any:
-    if name in ("closed", "oracle", "cpu", "wall"):
+    if name in ("tuned", "closed", "oracle", "cpu", "wall"):
         return math.nan if value is None else value
     if name == "interval":
         return tuple(math.nan if end is None else end for end in value)

@@ -21,11 +21,13 @@ def label(kind="single", effects=("stribeck",), sites=(("contact",),), interval=
     return Label("a.mcap", kind, effects, sites, size, sizes, "horizontal", "varied", 1, interval, {}, {})
 
 
-def tree(verdict, effects=(), site=None, group=(), closed=0.9, interval=(0.8, 0.95), parameters=None, schema=1):
+def tree(
+    verdict, effects=(), site=None, group=(), closed=0.9, interval=(0.8, 0.95), parameters=None, schema=1, tuned=2.0
+):
     ranking = [{"effect": name, "closed": closed, "interval": list(interval), "group": list(group),
                 "parameters": parameters or {}} for name in effects]  # fmt: skip
     return {"schema": f"slider_drilling/diagnosis/{schema}", "verdict": verdict, "site": site,
-            "effects": list(effects), "gap": {"closed": closed, "closed_interval": list(interval)},
+            "effects": list(effects), "gap": {"tuned": tuned, "closed": closed, "closed_interval": list(interval)},
             "ranking": ranking}  # fmt: skip
 
 
@@ -177,3 +179,11 @@ def test_answers_of_any_origin_are_scored_by_the_names_of_their_logs(tmp_path):
     assert [case.outcome for case in score_answers(labels, answers)] == ["right", "unknown"]
     with pytest.raises(InputError, match="holds no answer"):
         score_answers(labels, labels / "none")
+
+
+def test_what_re_tuning_makes_up_for_leaves_nothing_to_name():
+    cases = [scored(label(), "effect", ["stribeck"], "contact"), scored(label(), "unknown", tuned=1.5),
+             scored(label(), "parameters", tuned=1.05)]  # fmt: skip
+    found = tally(cases)
+    assert (found.named_of_left.count, found.named_of_left.of) == (1, 2)
+    assert (found.named.count, found.named.of) == (1, 3)

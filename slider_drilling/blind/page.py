@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from slider_drilling.blind.score import Scored
-from slider_drilling.blind.tally import Share, Spread, Tally, tally
+from slider_drilling.blind.tally import LEFT, Share, Spread, Tally, tally
 from slider_drilling.pages import Bullets, Chart, Lead, Line, Page, Panel, Section, Table, Tag, write_page
 from slider_drilling.units import SI, Units
 
@@ -42,7 +42,8 @@ _READING = (
     "Intervals are exact binomial ones. A diagnosis that failed counts as wrong.",
     "The oracle is a fit of its own of the true effect alone; coverage is of the reported 95 % intervals over its "
     "share, where exactly the true effects were named.",
-    "Size is how far the effect alone moves the most moved channel, RMS in the declared noise.",
+    "Size is how far the effect alone moves the most moved channel, RMS in the declared noise, before anything is "
+    "re-tuned: what re-tuning makes up for leaves nothing to name.",
 )
 
 
@@ -54,6 +55,7 @@ def total_rows(found: Tally) -> list[tuple[str, str]]:
     rows += [
         ("one effect: named or in the top group", str(found.named)),
         ("  at 1.5 noise floors and above", str(found.named_from_1_5)),
+        (f"  where re-tuning leaves E of {LEFT:g} and above", str(found.named_of_left)),
         ("two effects: both named or in the group", str(found.both_named)),
         ("no effect: false alarms", str(found.false_alarms)),
         ("law from outside: a bare name", str(found.bare_names)),

@@ -19,8 +19,9 @@ class Scored:
     truth: the effects, none at all where there is no effect; sizes: noise floors reached by each; group: all that the
     answer could not tell from what it named; outcome: ``right``, or what is wrong with the answer; named_truth: every
     true effect is named, or in the group of a named one, whatever is named besides; extra: how many are named
-    besides; site_right: None where no site was asked for or given; covered: the reported interval holds the oracle's
-    share, None where one of them is missing; ends: errors m at the top and the bottom of a cuttings bed; cpu, wall: s.
+    besides; site_right: None where no site was asked for or given; tuned: E that re-tuning leaves; covered: the
+    reported interval holds the oracle's share, None where one of them is missing; ends: errors m at the top and the
+    bottom of a cuttings bed; cpu, wall: s.
     """
 
     log: str
@@ -38,6 +39,7 @@ class Scored:
     named_truth: bool
     extra: int
     site_right: bool | None
+    tuned: float
     closed: float
     interval: tuple[float, float]
     oracle: float
@@ -56,7 +58,7 @@ def score(
 ) -> Scored:
     """Score one answer; None is a diagnosis that failed, which is never right."""
     if answer is None:
-        answer = Answer("failed", (), {}, None, math.nan, (math.nan, math.nan), {})
+        answer = Answer("failed", (), {}, None, math.nan, math.nan, (math.nan, math.nan), {})
     found = [name for name in label.effects if answer.covers(name)]
     extra = len(answer.named) - len(_matched(label, answer))
     low, high = answer.interval
@@ -68,7 +70,8 @@ def score(
         group=tuple(dict.fromkeys(name for group in answer.groups.values() for name in group)), site=answer.site,
         outcome=_outcome(label, answer, len(found), extra),
         named_truth=bool(label.effects) and len(found) == len(label.effects), extra=extra,
-        site_right=_site_right(label, answer), closed=answer.closed, interval=answer.interval, oracle=oracle,
+        site_right=_site_right(label, answer), tuned=answer.tuned, closed=answer.closed,
+        interval=answer.interval, oracle=oracle,
         covered=low <= oracle <= high if known and exact else None, ends=_ends(label, answer), cpu=cpu, wall=wall,
     )  # fmt: skip
 

@@ -12,6 +12,9 @@ from scipy.stats import binomtest
 from slider_drilling.blind.detection import Limit, detection_limit
 from slider_drilling.blind.score import QUIET, Scored
 
+LEFT = 1.2
+"""E from which re-tuning has left something to name: a little above what the diagnosis takes for negligible."""
+
 
 @dataclass(frozen=True)
 class Share:
@@ -62,7 +65,8 @@ class Tally:
     """All figures of a blind check.
 
     right: by kind; named: of the catalogue's effects alone, named or in the top group; named_from_1_5: of those of at
-    least 1.5 noise floors (here and in by_size: the asked-for size nearest to the one reached); false_alarms:
+    least 1.5 noise floors (here and in by_size: the asked-for size nearest to the one reached); named_of_left: of
+    those of which re-tuning leaves E of `LEFT` and above; false_alarms:
     effect-free logs that were called anything but ``none`` or ``parameters``; bare_names: laws from outside that got a
     name and nothing else; sites: right where one was given; coverage: of the reported 95 % intervals over the oracle's
     share; against_oracle: share closed minus the oracle's; ends: absolute errors m of a bed's ends; by_size, by_well,
@@ -72,6 +76,7 @@ class Tally:
     right: dict[str, Share]
     named: Share
     named_from_1_5: Share
+    named_of_left: Share
     both_named: Share
     false_alarms: Share
     bare_names: Share
@@ -105,6 +110,7 @@ def tally(cases: Sequence[Scored]) -> Tally:
         right={kind: share(case.right for case in of) for kind, of in kinds.items() if of},
         named=share(case.named_truth for case in single),
         named_from_1_5=share(case.named_truth for case in single if _size(case, asked) >= 1.5),
+        named_of_left=share(case.named_truth for case in single if case.tuned >= LEFT),
         both_named=share(case.named_truth for case in double),
         false_alarms=share(case.verdict not in QUIET for case in free),
         bare_names=share(case.outcome == "bare name" for case in outside),

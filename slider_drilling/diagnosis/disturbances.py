@@ -89,9 +89,9 @@ def _moved(
     return Disturbance(site, words, like, tuple(map(float, x)), x_unit, moved, (step,) * len(moved), parameters, period)
 
 
-def moves_commands(values: Values) -> bool:
-    """Whether values hold a coefficient that changes what the rig did, or all friction as it did it."""
-    return any(name.startswith(_MOVED) for name in values)
+def commands_part(values: Values) -> tuple[tuple[str, float], ...]:
+    """What of the values changes what the rig did, or all friction as it did it."""
+    return tuple(sorted((name, value) for name, value in values.items() if name.startswith(_MOVED)))
 
 
 def friction_factor(commands: Commands, values: Values) -> Array | None:
@@ -109,6 +109,8 @@ def friction_factor(commands: Commands, values: Values) -> Array | None:
 
 def disturbed(commands: Commands, values: Values) -> Commands:
     """What the rig did if these coefficients were so: added angle rad and block m, each a broken line over time."""
+    if not commands_part(values):
+        return commands
     angle, block = _line(commands.time, values, _ANGLE), _line(commands.time, values, _BLOCK)
     share = values.get(_SHARE, 0.0)
     turned = commands.top_drive_angle - commands.top_drive_angle[0]

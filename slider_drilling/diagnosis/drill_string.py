@@ -9,7 +9,7 @@ import numpy as np
 
 from slider_drilling.compiler import threads
 from slider_drilling.diagnosis.catalogue import said, spoken
-from slider_drilling.diagnosis.disturbances import disturbances, disturbed, friction_factor, moves_commands
+from slider_drilling.diagnosis.disturbances import commands_part, disturbances, disturbed, friction_factor
 from slider_drilling.diagnosis.manoeuvres import next_runs
 from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
 from slider_drilling.drillstring import Commands, Observer, Response, Start, simulate_batch
@@ -132,27 +132,35 @@ class DrillString:
     def _responses(
         self, run: int, sets: Sequence[Values], elements: int, observer: Observer | None = None
     ) -> list[Response]:
-        """One batch of those that differ in the rig alone; what changes the commands or the elements runs by itself."""
+        """One batch of those that differ in the rig alone; a user's effect, which may change the elements, runs by
+        itself.
+        """
         found: dict[int, Response] = {}
-        plain = [k for k, values in enumerate(sets) if not self._switched_on(values) and not moves_commands(values)]
-        if plain:
-            rigs, starts = [rig_with(self.rig, sets[k]) for k in plain], [start_with(sets[k]) for k in plain]
-            batch = simulate_on_threads(rigs, self.commands[run], elements, starts, observer)
-            found = dict(zip(plain, batch, strict=True))
+        batches: dict[tuple[tuple[str, float], ...], list[int]] = {}
         for index, values in enumerate(sets):
-            if index not in found:
-                users = self._switched_on(values)
-                commands = disturbed(self.commands[run], values)
-                for user in users:
-                    commands = user.commands(commands, values)
-                rig = rig_with(self.rig, values)
-                extra = combined_modifiers(users, rig, elements, values)
-                start = start_with(values)
-                factor = friction_factor(commands, values)
-                (found[index],) = simulate_batch(
-                    [rig], commands, elements, [start], [extra], observer=observer, friction=factor
-                )
+            if self._switched_on(values):
+                found[index] = self._with_users(run, values, elements, observer)
+            else:
+                batches.setdefault(commands_part(values), []).append(index)
+        for own in batches.values():
+            first, rigs = sets[own[0]], [rig_with(self.rig, sets[index]) for index in own]
+            commands = disturbed(self.commands[run], first)
+            friction = friction_factor(commands, first)
+            batch = simulate_on_threads(
+                rigs, commands, elements, [start_with(sets[index]) for index in own], observer, friction
+            )
+            found.update(zip(own, batch, strict=True))
         return [found[index] for index in range(len(sets))]
+
+    def _with_users(self, run: int, values: Values, elements: int, observer: Observer | None) -> Response:
+        users, rig = self._switched_on(values), rig_with(self.rig, values)
+        commands = disturbed(self.commands[run], values)
+        for user in users:
+            commands = user.commands(commands, values)
+        extra, friction = combined_modifiers(users, rig, elements, values), friction_factor(commands, values)
+        return simulate_batch(
+            [rig], commands, elements, [start_with(values)], [extra], observer=observer, friction=friction
+        )[0]
 
 
 def simulate_on_threads(
@@ -161,15 +169,18 @@ def simulate_on_threads(
     elements: int,
     starts: Sequence[Start],
     observer: Observer | None = None,
+    friction: Array | None = None,
 ) -> list[Response]:
     """One batch split over the cores (the kernel runs without the interpreter's lock)."""
     if len(rigs) < 2 or len(rigs) * elements < _SPLIT:
-        return simulate_batch(rigs, commands, elements, starts, observer=observer)
+        return simulate_batch(rigs, commands, elements, starts, observer=observer, friction=friction)
     share = int(np.ceil(len(rigs) / threads()))
 
     def run(begin: int) -> list[Response]:
         end = begin + share
-        return simulate_batch(rigs[begin:end], commands, elements, starts[begin:end], observer=observer)
+        return simulate_batch(
+            rigs[begin:end], commands, elements, starts[begin:end], observer=observer, friction=friction
+        )
 
     return [response for answer in at_once(run, range(0, len(rigs), share)) for response in answer]
 

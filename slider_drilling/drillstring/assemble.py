@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -103,6 +104,7 @@ def longest_step(rig: Rig, mesh: Mesh) -> float:
     return _STEP_SHARE * 2.0 / math.sqrt(fastest)
 
 
+@lru_cache(maxsize=16)
 def friction_curve(contact: Contact) -> Curve:
     """The inverse of the contact's friction as a polynomial where it is smooth enough, and as a table."""
     table = 1.0 / friction_table(contact.shear_factor, contact.asperity)

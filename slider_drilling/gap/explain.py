@@ -7,25 +7,21 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
 
-import numpy as np
-from scipy.stats import chi2
-
 from slider_drilling.gap.answer.next_run import NextManoeuvre, next_manoeuvre
 from slider_drilling.gap.answer.sentence import sentence
 from slider_drilling.gap.answer.where import Where, locate
+from slider_drilling.gap.choice.decide import decide
 from slider_drilling.gap.choice.forward import begin, step
 from slider_drilling.gap.choice.state import Explained, Judged, State
-from slider_drilling.gap.evidence.compare import LEVEL, beats, closed_between
-from slider_drilling.gap.evidence.rivals import Rival, rivals
-from slider_drilling.gap.model import Disturbed, Effect, Model, Together, Values
+from slider_drilling.gap.evidence.compare import closed_between
+from slider_drilling.gap.evidence.rivals import Rival
+from slider_drilling.gap.model import Effect, Model, Together, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, noise_floor
 
 Report = Callable[[str, float], None]
 
 # Standard deviations of what rigs are off by, from which a re-tuned parameter is told.
 _FAR_OFF = 2.5
-# Of what the named laws gain: a disturbance that gains less when it is fitted does not get there by finishing.
-_HALF_WAY = 0.5
 
 
 @dataclass(frozen=True)
@@ -129,101 +125,16 @@ def explain(
 
 def conclude(state: State, began: float) -> Answer:
     """The answer that the state supports; began: when, by the performance counter."""
-    named = state.current.names
-    adequate = state.enough.adequate
-    found = [] if state.partial or (adequate and not named) else rivals(state.tuned, state.blocks.folds, _worth(state))
-    rival = stronger = _stronger(state, found) if named else None
-    if rival is None and not adequate and found and beats(state.blocks, found[0].score, state.tuned.score, len(found)):
-        rival = found[0]
-    if stronger is not None:
-        named, state = (), replace(state, current=state.tuned, enough=state.tuned_enough)
-    enough = state.enough.adequate
-    if state.enough.within and not enough:
-        enough = not (_foretold(state) if named else rival is not None)
-    if named and enough:
-        rival = _as_good(state, found)
+    decided = decide(state)
+    state, named = decided.state, decided.named
+    closed, interval = (float("nan"), (float("nan"), float("nan")))
     if named:
-        verdict = "effect" if enough and rival is None else "effect_and_unknown"
-    elif enough and stronger is None:
-        verdict = "none" if state.nominal_enough else "parameters"
-    else:
-        verdict = "unknown"
-    closed, interval = _closed(state) if named else (float("nan"), (float("nan"), float("nan")))
-    where = locate(state.tuned)
-    site = state.current.effects[0].site if named else None
-    if verdict == "unknown":
-        site = _likeliest_site(state, found)
+        closed, interval = closed_between(state.blocks, state.tuned.score, state.current.score)
     manoeuvre = None if state.partial else next_manoeuvre(state)
     return Answer(
-        verdict, site, named, closed, interval, where, rival, manoeuvre, _remarks(state), time.perf_counter() - began,
-        state,
+        decided.verdict, decided.site, named, closed, interval, locate(state.tuned), decided.rival, manoeuvre,
+        _remarks(state), time.perf_counter() - began, state,
     )  # fmt: skip
-
-
-def _worth(state: State) -> float:
-    """What a disturbance has to gain of ``-2 log p`` before it is worth finishing: half of what the named laws do."""
-    return _HALF_WAY * (state.tuned.fit.cost - state.current.fit.cost)
-
-
-def _stronger(state: State, found: Sequence[Rival]) -> Rival | None:
-    """The disturbance that foretells most, if it foretells more than the laws that are named.
-
-    Where those leave nothing, one that is a law's own free form only says that the cause is not quite the catalogue's;
-    any other says that it is another.
-    """
-    named = state.current.effects if state.enough.adequate else ()
-    for rival in found:
-        free = any(rival.frees(effect) for effect in named)
-        if not free and beats(state.blocks, rival.score, state.current.score, len(found)):
-            return rival
-    return None
-
-
-def _as_good(state: State, found: Sequence[Rival]) -> Rival | None:
-    """The disturbance that foretells most of those at other sites that the named laws do not beat, or by next to
-    nothing: the log does not tell whether the cause is a law's or something there.
-    """
-    named = {effect.site for effect in state.current.effects}
-    others = [rival for rival in found if rival.site not in named]
-    mine = float(np.sum(state.current.score.density))
-    least = float(chi2.ppf(1.0 - LEVEL / max(len(others), 1), 1))
-
-    def beaten(rival: Rival) -> bool:
-        certain = beats(state.blocks, state.current.score, rival.score, len(others))
-        return certain and float(np.sum(rival.score.density)) - mine > least
-
-    return next((rival for rival in others if not beaten(rival)), None)
-
-
-def _foretold(state: State) -> bool:
-    """Whether any flexible disturbance foretells more of what the final model leaves: if none does, what is left within
-    its limits is noise with a colour, not structure.
-    """
-    found = rivals(state.current, state.blocks.folds)
-    return any(beats(state.blocks, one.score, state.current.score, len(found)) for one in found)
-
-
-def _closed(state: State) -> tuple[float, tuple[float, float]]:
-    """Share of the re-tuned gap that the named effects close, and its 95 % interval."""
-    tuned, current = state.tuned, state.current
-    return closed_between(state.blocks, tuned.score, current.score)
-
-
-def _likeliest_site(state: State, found: Sequence[Rival]) -> str | None:
-    """The site of what foretells most of all that was tried, whether or not it may be named: a law that passes no test
-    and a disturbance that no law describes act where something is missing. Where none of them foretells more for
-    certain and one channel alone is off, that channel's own.
-    """
-    tried = [(one.effect.site, one.explained.score) for taken in state.steps[:1] for one in taken.judged]
-    tried += [(rival.site, rival.score) for rival in found]
-    certain = [one for one in tried if beats(state.blocks, one[1], state.tuned.score, len(tried))]
-    model, left = state.tuned.problem.model, state.tuned_enough
-    off = left.beyond or left.structured
-    if not certain and len(off) == 1 and isinstance(model, Disturbed):
-        return model.site_of(off[0])
-    if not tried:
-        return None
-    return min(certain or tried, key=lambda one: float(np.sum(one[1].density)))[0]
 
 
 def _together(model: Model, candidates: Sequence[Effect]) -> list[list[Effect]]:

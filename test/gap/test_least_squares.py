@@ -61,3 +61,15 @@ def test_a_bent_model_is_fitted_as_well_as_with_a_new_jacobian_at_every_step(see
         ends.append(fit(problem_of(truth, seed), PARAMETERS, {}, iterations=20, tolerance=1e-3))
     assert ends[0].cost == pytest.approx(ends[1].cost, abs=0.05)
     assert [ends[0].values[p.name] for p in PARAMETERS] == pytest.approx(list(truth.values()), abs=0.3)
+
+
+def test_a_fit_that_goes_on_simulates_nothing_again():
+    problem = problem_of({"size": 2.0, "fall": 2.5, "level": 1.0}, 1)
+    begun = fit(problem, PARAMETERS, {}, iterations=2)
+    before = problem.spent.simulations
+    known = {} if begun.stale else begun.rows
+    gone_on = fit(problem, PARAMETERS, begun.values, iterations=1, simulated=begun.simulated, known=known)
+    with_it = problem.spent.simulations - before
+    anew = fit(problem, PARAMETERS, begun.values, iterations=1)
+    assert problem.spent.simulations - before - with_it > with_it
+    assert gone_on.cost <= begun.cost and anew.cost <= begun.cost

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 from scipy.stats import chi2
 
-from slider_drilling.gap.choice import forward
+from slider_drilling.gap.choice import judge
 from slider_drilling.gap.evidence.compare import LEVEL
 
 CANDIDATES = 12
@@ -19,11 +19,11 @@ def fitted(cost, parameters):
 def test_what_free_parameters_gain_on_noise_is_no_reason_for_a_name(added):
     least = chi2.ppf(1.0 - LEVEL / CANDIDATES, added)
     known = fitted(1000.0, 5)
-    assert not forward._pays(known, fitted(1000.0 - 0.99 * least, 5 + added), CANDIDATES)
-    assert forward._pays(known, fitted(1000.0 - 1.01 * least, 5 + added), CANDIDATES)
+    assert not judge._pays(known, fitted(1000.0 - 0.99 * least, 5 + added), CANDIDATES)
+    assert judge._pays(known, fitted(1000.0 - 1.01 * least, 5 + added), CANDIDATES)
 
 
 def test_more_parameters_have_to_gain_more():
     known = fitted(1000.0, 5)
-    assert forward._pays(known, fitted(990.0, 6), CANDIDATES)
-    assert not forward._pays(known, fitted(990.0, 8), CANDIDATES)
+    assert judge._pays(known, fitted(990.0, 6), CANDIDATES)
+    assert not judge._pays(known, fitted(990.0, 8), CANDIDATES)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from toy import TIME, toy
 
-from slider_drilling.gap.choice import forward
+from slider_drilling.gap.choice import judge
 from slider_drilling.gap.evidence.compare import beats, make_blocks
 from slider_drilling.gap.evidence.score import make_folds
 from slider_drilling.gap.problem.problem import build_problem
@@ -25,12 +25,12 @@ def scored(squares, density):
 
 
 def judged(blocks, monkeypatch, known, found, *, reaches_noise=True, known_reaches_noise=False):
-    monkeypatch.setattr(forward, "adequacy", lambda *given: SimpleNamespace(within=reaches_noise))
+    monkeypatch.setattr(judge, "adequacy", lambda *given: SimpleNamespace(within=reaches_noise))
     state = SimpleNamespace(
         blocks=blocks, current=SimpleNamespace(score=known), enough=SimpleNamespace(within=known_reaches_noise)
     )
     explained = SimpleNamespace(score=found, problem=None, fit=None)
-    return forward._suffices(state, explained, CANDIDATES, seed=0)
+    return judge._suffices(state, explained, CANDIDATES, seed=0)
 
 
 # What a slow effect gains is little everywhere; one event at the end outweighs many a stretch.

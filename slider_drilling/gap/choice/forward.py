@@ -9,21 +9,19 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-import numpy as np
-from scipy.stats import chi2
-
-from slider_drilling.gap.choice.state import Explained, Judged, State, Step
+from slider_drilling.gap.choice.judge import group_of, judge, with_new_floors
+from slider_drilling.gap.choice.refit import as_given, scored
+from slider_drilling.gap.choice.state import State, Step
 from slider_drilling.gap.choice.tuning import TUNING, floors_lowered, floors_raised, plausible, scattered, tuned_from
 from slider_drilling.gap.evidence.adequacy import adequacy
-from slider_drilling.gap.evidence.compare import LEVEL, Blocks, beats, closed_between, gaps, make_blocks
-from slider_drilling.gap.evidence.score import Folds, Score, held_out, make_folds, score_of
+from slider_drilling.gap.evidence.compare import beats, closed_between, make_blocks
+from slider_drilling.gap.evidence.score import make_folds
 from slider_drilling.gap.model import Effect, How, Model, Pulled, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
-from slider_drilling.gap.search.at_once import at_once
-from slider_drilling.gap.search.finish import POLISH, fine, finished
+from slider_drilling.gap.search.finish import finished
 from slider_drilling.gap.search.least_squares import Fit, fit
-from slider_drilling.gap.search.race import Arm, begun_again, finalists, parameters_of, race
+from slider_drilling.gap.search.race import Arm, begun_again, parameters_of, race
 from slider_drilling.gap.search.screen import Candidate, screen
 from slider_drilling.gap.search.wide import wide
 
@@ -31,12 +29,8 @@ Report = Callable[[str, float], None]
 
 # Gain of the weak observer (see `slider_drilling.gap.model.Pulled`).
 PULL = 0.3
-# An effect is worth a name if it closes at least this share of the gap.
-LEAST_SHARE = 0.05
 # Effects that may be named together.
 MOST_EFFECTS = 3
-# A floor that falls or rises by less is the same.
-_SAME_FLOOR = 0.95
 
 
 def begin(
@@ -58,15 +52,15 @@ def begin(
     floors = floors_raised(*finished(free, tuned), floors, seed)
     free = build_problem(model, [sigmas(own) for own in floors], spent=free.spent)
     tuned = fit(free, tuned.parameters, tuned.values, iterations=1)
-    explained = _explained(free, (), tuned, blocks.folds)
+    explained = scored(free, (), tuned, blocks.folds)
     enough = adequacy(explained.problem, explained.fit, explained.score, seed, effects)
     if not enough.done:
         report("re-tuning from other starts", 0.06)
         again = tuned_from(free, scattered(free, tuned))
         if again.cost < tuned.cost:
-            explained = _explained(free, (), again, blocks.folds)
+            explained = scored(free, (), again, blocks.folds)
             enough = adequacy(explained.problem, explained.fit, explained.score, seed, effects)
-    given = _as_given(free, explained)
+    given = as_given(free, explained)
     good = given.gap <= enough.threshold and all(given.by_channel[c] <= v for c, v in enough.by_channel.items())
     ways = (free, free.run_as(How(0, PULL))) if _can_be_pulled(model) else (free,)
     return State(
@@ -87,15 +81,19 @@ def step(
     arms, promised, ways = _arms(state, left, together if turn == 0 else ())
     ran = begun_again(state.ways, race(state.ways, arms))
     report("judging the finalists", min(0.25 + 0.3 * turn, 0.9))
-    state, judged = _judge(state, ran, ways, len(left), seed)
+    before = state.current
+    state, judged = judge(state, ran, ways, left, seed)
     for one in judged:
         if one.passed:
-            group = _group(state.blocks, one, judged)
-            refloored, accepted = _refloored(state, one, len(left), seed)
+            group = group_of(state.blocks, one, judged)
+            refloored, accepted = with_new_floors(state, one, len(left), seed)
             judged = tuple(accepted if other is one else other for other in judged)
             if accepted.passed:
                 taken = _with(refloored, Step(judged, accepted, group, promised), left, seed)
                 return _without_needless(taken, left, seed)
+    if state.current.names == before.names and beats(state.blocks, state.current.score, before.score):
+        # The race ran from a worse place than is known by now.
+        return replace(state, done=state.enough.done)
     return replace(state, steps=(*state.steps, Step(judged, None, (), promised)), done=True)
 
 
@@ -119,156 +117,12 @@ def _without_needless(state: State, left: Sequence[Effect], seed: int) -> State:
         problem = way.showing(rest)
         begin = {name: value for name, value in state.current.fit.values.items() if name not in own}
         found = fit(problem, parameters_of(problem, rest), begin, iterations=TUNING)
-        reduced = _explained(problem, rest, found, state.blocks.folds)
+        reduced = scored(problem, rest, found, state.blocks.folds)
         shrinks = closed_between(state.blocks, reduced.score, state.current.score)[1][0] > 0.0
         if not shrinks and not beats(state.blocks, state.current.score, reduced.score):
             enough = adequacy(reduced.problem, reduced.fit, reduced.score, seed, left)
             state = replace(state, current=reduced, enough=enough, done=enough.done)
     return state
-
-
-def _judge(
-    state: State, ran: Sequence[Arm], ways: Sequence[int], rivals: int, seed: int
-) -> tuple[State, tuple[Judged, ...]]:
-    """Refit the finalists in the way that foretells most, and hold them out against what is known so far.
-
-    Which way that is, the leader shows where it is finished. Where it is not the one the state was scored in, what is
-    known is scored anew in it.
-    """
-    folds = state.blocks.folds
-    sets = finalists(ran)
-    led = dict(zip(ways, at_once(lambda one: finished(*_reached(state, sets[0], one)), ways), strict=True))
-    way = min(led, key=lambda one: led[one][1].cost)
-    if state.current.problem.how.pull != state.ways[way].how.pull:
-        state = _in_way(state, state.ways[way], seed)
-
-    def explained(arms: Sequence[Arm]) -> Explained:
-        problem, found = led[way] if arms is sets[0] else finished(*_reached(state, arms, way))
-        return Explained(arms[0].effects, problem, found, held_out(problem, found, folds))
-
-    judged = [_verdict(state, one, rivals, seed) for one in at_once(explained, sets)]
-    judged.sort(key=lambda one: float(np.sum(one.explained.score.density)))
-    return state, tuple(judged)
-
-
-def _reached(state: State, own: Sequence[Arm], way: int) -> tuple[Problem, Fit]:
-    """The best fit of a set in one way of running the model: its own arm's, or one that goes on from another way's."""
-    problem = state.ways[way].showing(own[0].effects)
-    fits = [arm.fit for arm in own if arm.way == way and arm.fit is not None]
-    if own[0].way != way and own[0].fit is not None:
-        fits.append(fit(problem, own[0].fit.parameters, own[0].fit.values, iterations=TUNING))
-    return problem, min(fits, key=lambda one: one.cost)
-
-
-def _refloored(state: State, accepted: Judged, rivals: int, seed: int) -> tuple[State, Judged]:
-    """The same with floors that the better model shows: what were kinks of the signal had been taken for noise."""
-    found = accepted.explained
-    floors = floors_lowered(found.problem, found.fit, state.floors)
-    ratios = [floors[p.run][p.name].sigma / state.floors[p.run][p.name].sigma for p in found.problem.pieces]
-    if all(_SAME_FLOOR < ratio < 1.0 / _SAME_FLOOR for ratio in ratios):
-        return state, accepted
-    free = build_problem(found.problem.model, [sigmas(own) for own in floors], spent=found.problem.spent)
-    ways = tuple(free.run_as(problem.how) for problem in state.ways)
-    problem = free.run_as(replace(found.problem.how, fidelity=free.how.fidelity))
-    folds = state.blocks.folds
-    state = replace(_scored_in(problem, state, POLISH), floors=floors, ways=ways)
-    return state, _verdict(state, _refitted(problem, found, folds, POLISH), rivals, seed)
-
-
-def _scored_in(problem: Problem, state: State, iterations: int) -> State:
-    """The state with what is known fitted and scored again, in another problem."""
-    folds = state.blocks.folds
-    tuned = _refitted(problem, state.tuned, folds, iterations)
-    current = tuned if state.current is state.tuned else _refitted(problem, state.current, folds, iterations)
-    return replace(state, tuned=tuned, current=current, nominal=_as_given(problem, tuned))
-
-
-def _refitted(problem: Problem, known: Explained, folds: Folds, iterations: int) -> Explained:
-    problem = problem.showing(known.effects)
-    found = fit(problem, known.fit.parameters, known.fit.values, iterations=iterations)
-    return _explained(problem, known.effects, found, folds)
-
-
-def _as_given(problem: Problem, tuned: Explained) -> Score:
-    """Score of the model as given."""
-    exact = problem.at({}, fine(problem.model))
-    residual = exact.residuals([{}])[0]
-    return score_of(exact, residual, replace(tuned.fit, discrepancy=exact.cost(residual)[1]))
-
-
-def _verdict(state: State, explained: Explained, rivals: int, seed: int) -> Judged:
-    """The tests of an effect: it foretells more than what is known, it pays for its parameters, the gap shrinks by
-    enough, its sign is its own.
-    """
-    known, blocks = state.current, state.blocks
-    effect = explained.effects[-1]
-    closed, interval = closed_between(blocks, known.score, explained.score)
-    why = []
-    if not (beats(blocks, explained.score, known.score, rivals) or _suffices(state, explained, rivals, seed)):
-        why.append("foretells no more of unseen data than without it, at the level shared among all candidates")
-    if not _pays(known, explained, rivals):
-        why.append("the whole log is no likelier with it than free parameters make it by chance")
-    if not (closed >= LEAST_SHARE and interval[0] > 0.0):
-        why.append("the gap does not shrink for certain")
-    gained = known.score.gap**2 - explained.score.gap**2
-    if state.enough.adequate and not gained >= LEAST_SHARE * (state.tuned.score.gap**2 - 1.0):
-        why.append("nothing needs it: what it closes is next to nothing of what re-tuning left")
-    if not effect.means_its_name(explained.fit.values):
-        why.append(f"not what its name says: it would be {effect.nonphysical}")
-    return Judged(effect, explained, closed, interval, tuple(why))
-
-
-def _pays(known: Explained, explained: Explained, rivals: int) -> bool:
-    """Whether the likelihood ratio over the whole log is more than its added parameters gain on noise (Wilks), at the
-    level shared among all.
-
-    Unseen stretches alone can favour an effect by what the refits without it happened to do there.
-    """
-    added = len(explained.fit.parameters) - len(known.fit.parameters)
-    return known.fit.cost - explained.fit.cost > float(chi2.ppf(1.0 - LEVEL / rivals, max(added, 1)))
-
-
-def _suffices(state: State, explained: Explained, rivals: int, seed: int) -> bool:
-    """Whether an effect foretells more on the whole, shrinks the gap for certain at the level shared among all, and
-    leaves no more than replicates of it do.
-
-    A discrepancy forgives what is slow, so that a slow effect's gain is small in every stretch and one event outweighs
-    it; the gap does not forgive. But many a wrong law shrinks a gap: only one that ends it is taken at that.
-    """
-    known, blocks = state.current.score, state.blocks
-    shrinks = float(np.quantile(gaps(blocks, known) - gaps(blocks, explained.score), LEVEL / rivals)) > 0.0
-    if not shrinks or float(np.sum(explained.score.density)) >= float(np.sum(known.density)) or state.enough.within:
-        return False
-    return adequacy(explained.problem, explained.fit, explained.score, seed).within
-
-
-def _group(blocks: Blocks, accepted: Judged, judged: Sequence[Judged]) -> tuple[str, ...]:
-    """Finalists that pass and that the one accepted does not beat by both measures: what it foretells, and the gap.
-
-    A density that is certainly better beside a gap that is not tells a better description of what is left, not a cause.
-    """
-    rivals = [one for one in judged if one is not accepted and one.passed]
-    level = LEVEL / max(len(rivals), 1)
-    mine = accepted.explained
-
-    def told_apart(rival: Explained) -> bool:
-        wider = gaps(blocks, rival.score) - gaps(blocks, mine.score)
-        return beats(blocks, mine.score, rival.score, len(rivals)) and float(np.quantile(wider, level)) > 0.0
-
-    return tuple(one.effect.name for one in rivals if not told_apart(one.explained))
-
-
-def _in_way(state: State, problem: Problem, seed: int) -> State:
-    """The state with what is known fitted and scored in another way of running the model."""
-    state = _scored_in(problem, state, TUNING)
-    tuned = state.tuned
-    return replace(state, tuned_enough=adequacy(tuned.problem, tuned.fit, tuned.score, seed))
-
-
-def _explained(problem: Problem, effects: Sequence[Effect], found: Fit, folds: Folds) -> Explained:
-    """A fit finished and held out."""
-    exact, polished = finished(problem, found)
-    return Explained(tuple(effects), exact, polished, held_out(exact, polished, folds))
 
 
 def _arms(

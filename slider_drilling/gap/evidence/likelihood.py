@@ -21,6 +21,7 @@ from slider_drilling.gap.model import Array
 # the longest allowed one, down to the sampling interval.
 _SIZES = np.concatenate([[0.0], np.geomspace(0.1, 400.0, 22)])
 _MEMORIES = 7
+_SIDE_BY_SIDE = 4  # sizes looked at in one pass, for every memory
 _EVEN = 1e-3  # intervals that differ by less are one
 
 _compiled = njit(cache=True, error_model="numpy", nogil=True)
@@ -62,48 +63,64 @@ def filtered(rows: Array, interval: Array, size: float, memory: float, white: Ar
 
 
 @_compiled
-def minus_twice_log(residual: Array, interval: Array, size: float, memory: float) -> float:
-    """``-2 log p`` of a residual (n,) but for the constant of white noise alone (``n log 2 pi``)."""
-    mean, power, total = 0.0, size * size, 0.0
-    kept, gain, price, weight, settled = 1.0, 0.0, 0.0, 1.0, False
+def minus_twice_log(residual: Array, interval: Array, sizes: Array, memories: Array) -> Array:
+    """(C,) ``-2 log p`` of a residual (n,) under C discrepancies side by side.
+
+    Without the constant of white noise alone, ``n log 2 pi``.
+    """
+    count = sizes.size
+    mean, total, gain = np.zeros(count), np.zeros(count), np.zeros(count)
+    power, kept, weight, price = sizes * sizes, np.ones(count), np.ones(count), np.zeros(count)
+    settled = False
     for k in range(residual.size):
-        if (k > 0 and abs(interval[k] - interval[k - 1]) > _EVEN * interval[k]) or k == 1:
-            kept = np.exp(-interval[k] / memory)
+        if k == 1 or (k > 1 and abs(interval[k] - interval[k - 1]) > _EVEN * interval[k]):
+            kept[:] = np.exp(-interval[k] / memories)
             settled = False
         if not settled:
-            # Evenly sampled, the filter soon repeats itself: nothing but the mean changes any more.
-            if k > 0:
-                power = kept * kept * power + (1.0 - kept * kept) * size * size
-            variance = power + 1.0
-            weight, price = 1.0 / variance, np.log(variance)
-            settled = k > 1 and abs(power * weight - gain) < 1e-9
-            gain = power * weight
-            power *= 1.0 - gain
-        mean *= kept
-        surprise = residual[k] - mean
-        total += surprise * surprise * weight + price
-        mean += gain * surprise
+            # Evenly sampled, the filters soon repeat themselves: nothing but the means changes any more.
+            settled = k > 1
+            for m in range(count):
+                before = power[m]
+                if k > 0:
+                    before = kept[m] * kept[m] * before + (1.0 - kept[m] * kept[m]) * sizes[m] * sizes[m]
+                weight[m], price[m] = 1.0 / (before + 1.0), np.log(before + 1.0)
+                now = before * weight[m]
+                settled &= abs(now - gain[m]) < 1e-9
+                gain[m], power[m] = now, before * (1.0 - now)
+        here = residual[k]
+        for m in range(count):
+            surprise = here - kept[m] * mean[m]
+            total[m] += surprise * surprise * weight[m] + price[m]
+            mean[m] = here - (1.0 - gain[m]) * surprise
     return total
 
 
 @_compiled
 def _best(residual: Array, interval: Array, sizes: Array, memories: Array) -> tuple[float, float, float]:
-    found = (minus_twice_log(residual, interval, 0.0, memories[0]), 0.0, memories[0])
-    middle = sizes.size // 2
-    for memory in memories:
-        # One valley in the size: walk down it from the middle.
-        at = middle
-        here = minus_twice_log(residual, interval, sizes[at], memory)
-        for direction in (1, -1):
-            while 0 < at + direction < sizes.size:
-                there = minus_twice_log(residual, interval, sizes[at + direction], memory)
-                if there >= here:
-                    break
-                at += direction
-                here = there
-        middle = at
-        if here < found[0]:
-            found = (here, sizes[at], memory)
+    """The least ``-2 log p``, its size and its memory; sizes: white noise first."""
+    white = float(np.sum(residual * residual))
+    found = (white, 0.0, memories[0])
+    # One valley in the size, near that which the residual would have were all of it discrepancy: for every memory
+    # some neighbouring sizes are looked at in one pass, and those beside them where the best is the first or last.
+    guess = int(np.searchsorted(sizes, np.sqrt(max(white / residual.size - 1.0, 0.0))))
+    highest = max(sizes.size - _SIDE_BY_SIDE, 1)
+    first = np.full(memories.size, min(max(guess - 2, 1), highest))
+    least, left = np.full(memories.size, np.inf), np.arange(memories.size)
+    while left.size:
+        at = (first[left].reshape(-1, 1) + np.arange(_SIDE_BY_SIDE)).ravel()
+        costs = minus_twice_log(residual, interval, sizes[at], memories[left].repeat(_SIDE_BY_SIDE))
+        moved = np.zeros(left.size, dtype=np.bool_)
+        for row, memory in enumerate(left):
+            own = costs[row * _SIDE_BY_SIDE : (row + 1) * _SIDE_BY_SIDE]
+            best = int(np.argmin(own))
+            if own[best] < found[0]:
+                found = (own[best], sizes[first[memory] + best], memories[memory])
+            if own[best] < least[memory] and best in (0, _SIDE_BY_SIDE - 1):
+                least[memory] = own[best]
+                beside = first[memory] + (_SIDE_BY_SIDE - 1 if best else 1 - _SIDE_BY_SIDE)
+                first[memory] = min(max(beside, 1), highest)
+                moved[row] = True
+        left = left[moved]
     return found
 
 

@@ -72,11 +72,13 @@ def held_out(problem: Problem, found: Fit, folds: Folds) -> Score:
     says it should, the fold is in-sample and counted as such.
     """
     own = [parameter for parameter in found.parameters if not parameter.per_run]
-    known = {parameter.name: row for parameter, row in zip(found.parameters, found.jacobian, strict=True)}
+    known = found.rows
 
     def without(fold: int) -> Fit:
         kept = (folds.of != fold).astype(float)
-        return fit(problem, own, found.values, iterations=_REFITS, kept=kept, known=known)
+        return fit(
+            problem, own, found.values, iterations=_REFITS, kept=kept, simulated=found.simulated, known=known
+        )
 
     residual = np.empty(problem.size)
     missing = 0

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -37,7 +38,8 @@ class Fit:
 
     values: everything that is not nominal; parameters: those freed, in the Jacobian's order; simulated, residual:
     (N,) noise units; jacobian: (p, N) of the simulation per scale; cost: ``-2 log p`` with the priors; discrepancy:
-    by piece; settled: whether the last iteration brought less than the tolerance.
+    by piece; settled: whether the last iteration brought less than the tolerance; stale: whether a fit that goes on
+    from here needs a new Jacobian.
     """
 
     values: dict[str, float]
@@ -48,6 +50,12 @@ class Fit:
     cost: float
     discrepancy: dict[int, Discrepancy]
     settled: bool
+    stale: bool = True
+
+    @property
+    def rows(self) -> dict[str, Array]:
+        """The Jacobian's rows (N,) by parameter."""
+        return {parameter.name: row for parameter, row in zip(self.parameters, self.jacobian, strict=True)}
 
 
 def fit(
@@ -58,28 +66,24 @@ def fit(
     iterations: int = 8,
     tolerance: float = TOLERANCE,
     kept: Array | None = None,
-    known: Mapping[str, Array] | None = None,
+    simulated: Array | None = None,
+    known: Mapping[str, Array] = MappingProxyType({}),
 ) -> Fit:
     """Follow the likelihood down from one start; names in start that are not free stay as they are.
 
     parameters: expanded per run (`Problem.free`). iterations: 0 for the start itself with its Jacobian. tolerance: of
-    ``-2 log p``. kept: (N,) weights 0 or 1, samples that
-    count (all by default). known: rows (N,) of the first Jacobian by name, where a fit nearby has them already.
+    ``-2 log p``. kept: (N,) weights 0 or 1, samples that count (all by default). simulated: (N,) of the start, known:
+    rows (N,) of the first Jacobian by name, where another fit has them already.
     """
     space = _Space(problem, parameters, start, kept)
     point = space.begin(start)
-    simulated = problem.simulate([space.values(point)])[0]
+    simulated, jacobian = space.linearised(point, simulated, known)
     cost, found = space.cost(simulated, point)
-    settled = False
-    jacobian = np.zeros((len(space.parameters), problem.size))
-    reach, stale, fresh = 1.0, True, False
-    if not iterations:
-        jacobian = space.jacobian(point, simulated, {})
-    for turn in range(iterations):
+    reach, stale, fresh, settled = 1.0, False, not known, False
+    for _ in range(iterations):
         if stale:
+            simulated, jacobian = space.linearised(point, simulated, {})
             fresh = True
-            nearby = known if turn == 0 and known is not None else {}
-            jacobian = space.jacobian(point, simulated, nearby)
         trials = space.trials(point, problem.against_log(simulated), jacobian, found, reach)
         outcomes = problem.simulate([space.values(trial) for trial in trials])
         costs = [space.cost(outcome, trial) for outcome, trial in zip(outcomes, trials, strict=True)]
@@ -102,7 +106,7 @@ def fit(
             break
     return Fit(
         space.values(point), tuple(space.parameters), simulated, problem.against_log(simulated), jacobian, cost, found,
-        settled,
+        settled, stale,
     )  # fmt: skip
 
 
@@ -136,18 +140,20 @@ class _Space:
             total = float(self.problem.log_density(residual, found) @ self.kept)
         return total + float(np.sum((self.prior * point) ** 2)), found
 
-    def jacobian(self, point: Array, simulated: Array, known: Mapping[str, Array]) -> Array:
-        """(p, N) change of the simulation per scale."""
+    def linearised(
+        self, point: Array, simulated: Array | None, known: Mapping[str, Array]
+    ) -> tuple[Array, Array]:
+        """The simulation (N,), and (p, N) its change per scale; what is not known yet is simulated in one batch."""
         step = np.where(point + STEP < self.upper, STEP, -STEP)
-        rows = np.zeros((point.size, self.problem.size))
         new = [index for index, parameter in enumerate(self.parameters) if parameter.name not in known]
-        if new:
-            moved = [self.values(point + step[index] * np.eye(point.size)[index]) for index in new]
-            rows[new] = (self.problem.simulate(moved) - simulated) / step[new, None]
-        for index, parameter in enumerate(self.parameters):
-            if parameter.name in known:
-                rows[index] = known[parameter.name]
-        return rows
+        asked = [] if simulated is not None else [self.values(point)]
+        asked += [self.values(point + step[index] * np.eye(point.size)[index]) for index in new]
+        outcomes = self.problem.simulate(asked) if asked else np.empty((0, self.problem.size))
+        here = outcomes[0] if simulated is None else simulated
+        rows = np.array([known.get(parameter.name, here) for parameter in self.parameters])
+        rows = rows.reshape(point.size, self.problem.size)
+        rows[new] = (outcomes[len(asked) - len(new) :] - here) / step[new, None]
+        return here, rows
 
     def trials(
         self, point: Array, residual: Array, jacobian: Array, found: dict[int, Discrepancy], reach: float
@@ -188,7 +194,7 @@ def bounded_step(normal: Array, gradient: Array, damping: float, low: Array, hig
     factor = np.linalg.cholesky(normal + np.diag(ridge))
     right = np.linalg.solve(factor, gradient)
     margin = 1e-9
-    return np.asarray(lsq_linear(factor.T, right, (low - margin, high + margin)).x)
+    return np.asarray(lsq_linear(factor.T, right, (low - margin, high + margin), method="bvls").x)
 
 
 def room(parameters: Sequence[Parameter], values: Values) -> tuple[Array, Array]:

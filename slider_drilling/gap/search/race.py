@@ -67,10 +67,10 @@ def race(problems: Sequence[Problem], arms: Sequence[Arm]) -> list[Arm]:
     for rung, iterations in enumerate(_RUNGS):
         leader = min((arm.cost for arm in running if arm.physical), default=float("inf"))
 
-        def advance(arm: Arm, iterations: int = iterations, first: bool = rung == 0, leader: float = leader) -> Arm:
+        def advance(arm: Arm, iterations: int = iterations, leader: float = leader) -> Arm:
             # Who gains less an iteration than would bring it up with the leader is not worth another one.
             pace = (arm.cost - leader) / iterations if arm.fit is not None else 0.0
-            return _advanced(problems[arm.way].showing(arm.effects), arm, iterations, first, pace)
+            return _advanced(problems[arm.way].showing(arm.effects), arm, iterations, pace)
 
         running = sorted(at_once(advance, running), key=lambda arm: arm.cost)
         if rung < len(_KEPT):
@@ -92,19 +92,23 @@ def begun_again(problems: Sequence[Problem], ran: Sequence[Arm]) -> list[Arm]:
     base = fit(problem, parameters_of(problem, leader.effects[:-1]), bare, iterations=0)
     (candidate,) = screen(problem, base, [effect])
     arms = [replace(leader, begin=start, near=None, fit=None) for start in candidate.starts[:_AGAIN]]
-    found = at_once(lambda arm: _advanced(problem, arm, sum(_RUNGS), first=True), arms)
+    found = at_once(lambda arm: _advanced(problem, arm, sum(_RUNGS)), arms)
     return sorted([*ran, *found], key=lambda arm: arm.cost)
 
 
-def _advanced(problem: Problem, arm: Arm, iterations: int, first: bool, pace: float = 0.0) -> Arm:
+def _advanced(problem: Problem, arm: Arm, iterations: int, pace: float = 0.0) -> Arm:
     if arm.fit is not None and arm.fit.settled:
         return arm
-    known = None
-    if first and arm.near is not None:
-        known = {parameter.name: row for parameter, row in zip(arm.near.parameters, arm.near.jacobian, strict=True)}
-    start = arm.begin if arm.fit is None else arm.fit.values
     freed, least = parameters_of(problem, arm.effects), max(TOLERANCE, pace)
-    found = fit(problem, freed, start, iterations=iterations, tolerance=least, known=known)
+    if arm.fit is None:
+        known = arm.near.rows if arm.near is not None else {}
+        found = fit(problem, freed, arm.begin, iterations=iterations, tolerance=least, known=known)
+    else:
+        known = {} if arm.fit.stale else arm.fit.rows
+        found = fit(
+            problem, freed, arm.fit.values, iterations=iterations, tolerance=least, simulated=arm.fit.simulated,
+            known=known,
+        )  # fmt: skip
     return replace(arm, fit=found)
 
 

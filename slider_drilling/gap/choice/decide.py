@@ -1,0 +1,114 @@
+"""The verdict: whether what was named is a cause, a likeness of one, or nothing is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from slider_drilling.gap.choice.state import State
+from slider_drilling.gap.evidence.compare import LEVEL, beats
+from slider_drilling.gap.evidence.rivals import Rival, rivals
+from slider_drilling.gap.model import Disturbed
+
+# Of what the named laws gain: a disturbance that gains less when it is fitted does not get there by finishing.
+_HALF_WAY = 0.5
+
+
+@dataclass(frozen=True)
+class Decision:
+    """verdict: none, parameters, effect, effect_and_unknown or unknown; named: effects in it; rival: the disturbance
+    that is told beside it; state: re-tuned only where the names found are withdrawn.
+    """
+
+    verdict: str
+    site: str | None
+    named: tuple[str, ...]
+    rival: Rival | None
+    state: State = field(repr=False)
+
+
+def decide(state: State) -> Decision:
+    """The verdict that a state supports, held against every disturbance that no law describes."""
+    adequate, effects = state.enough.adequate, state.current.effects
+    idle = state.partial or (adequate and not effects)
+    found = [] if idle else rivals(state.tuned, state.blocks.folds, _worth(state))
+    stronger = _stronger(state, found) if effects else None
+    if stronger is not None:
+        state = replace(state, current=state.tuned, enough=state.tuned_enough)
+        return Decision("unknown", _likeliest_site(state, found), (), stronger, state)
+    rival = None
+    if not adequate and found and beats(state.blocks, found[0].score, state.tuned.score, len(found)):
+        rival = found[0]
+    enough = adequate
+    if state.enough.within and not adequate:
+        enough = not (_foretold(state) if effects else rival is not None)
+    if effects:
+        rival = _as_good(state, found) if enough else rival
+        verdict = "effect" if enough and rival is None else "effect_and_unknown"
+        return Decision(verdict, effects[0].site, state.current.names, rival, state)
+    if enough:
+        return Decision("none" if state.nominal_enough else "parameters", None, (), rival, state)
+    return Decision("unknown", _likeliest_site(state, found), (), rival, state)
+
+
+def _worth(state: State) -> float:
+    """What a disturbance has to gain of ``-2 log p`` before it is worth finishing: half of what the named laws do."""
+    return _HALF_WAY * (state.tuned.fit.cost - state.current.fit.cost)
+
+
+def _stronger(state: State, found: Sequence[Rival]) -> Rival | None:
+    """The disturbance that foretells most, if it foretells more than the laws that are named.
+
+    Where those leave nothing, one that is a law's own free form only says that the cause is not quite the catalogue's;
+    any other says that it is another.
+    """
+    named = state.current.effects if state.enough.adequate else ()
+    for rival in found:
+        free = any(rival.frees(effect) for effect in named)
+        if not free and beats(state.blocks, rival.score, state.current.score, len(found)):
+            return rival
+    return None
+
+
+def _as_good(state: State, found: Sequence[Rival]) -> Rival | None:
+    """The disturbance that foretells most of those at other sites that the named laws do not beat, or by next to
+    nothing: the log does not tell whether the cause is a law's or something there.
+    """
+    named = {effect.site for effect in state.current.effects}
+    others = [rival for rival in found if rival.site not in named]
+    mine = float(np.sum(state.current.score.density))
+    least = float(chi2.ppf(1.0 - LEVEL / max(len(others), 1), 1))
+
+    def beaten(rival: Rival) -> bool:
+        certain = beats(state.blocks, state.current.score, rival.score, len(others))
+        return certain and float(np.sum(rival.score.density)) - mine > least
+
+    return next((rival for rival in others if not beaten(rival)), None)
+
+
+def _foretold(state: State) -> bool:
+    """Whether any flexible disturbance foretells more of what the final model leaves: if none does, what is left within
+    its limits is noise with a colour, not structure.
+    """
+    found = rivals(state.current, state.blocks.folds)
+    return any(beats(state.blocks, one.score, state.current.score, len(found)) for one in found)
+
+
+def _likeliest_site(state: State, found: Sequence[Rival]) -> str | None:
+    """The site of what foretells most of all that was tried, whether or not it may be named: a law that passes no test
+    and a disturbance that no law describes act where something is missing. Where none of them foretells more for
+    certain and one channel alone is off, that channel's own.
+    """
+    tried = [(one.effect.site, one.explained.score) for taken in state.steps[:1] for one in taken.judged]
+    tried += [(rival.site, rival.score) for rival in found]
+    certain = [one for one in tried if beats(state.blocks, one[1], state.tuned.score, len(tried))]
+    model, left = state.tuned.problem.model, state.tuned_enough
+    off = left.beyond or left.structured
+    if not certain and len(off) == 1 and isinstance(model, Disturbed):
+        return model.site_of(off[0])
+    if not tried:
+        return None
+    return min(certain or tried, key=lambda one: float(np.sum(one[1].density)))[0]

@@ -1,0 +1,129 @@
+"""The finalists of a step are refitted, held out, and put to the tests that a name has to pass."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from slider_drilling.gap.choice.refit import at_its_best, in_way, reached, refitted, scored_in
+from slider_drilling.gap.choice.state import Explained, Judged, State
+from slider_drilling.gap.choice.tuning import floors_lowered
+from slider_drilling.gap.evidence.adequacy import adequacy
+from slider_drilling.gap.evidence.compare import LEVEL, Blocks, beats, closed_between, gaps
+from slider_drilling.gap.evidence.score import held_out
+from slider_drilling.gap.model import Effect
+from slider_drilling.gap.problem.noise import sigmas
+from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.gap.search.at_once import at_once
+from slider_drilling.gap.search.finish import POLISH, finished
+from slider_drilling.gap.search.race import Arm, finalists
+
+# An effect is worth a name if it closes at least this share of the gap.
+LEAST_SHARE = 0.05
+# A floor that falls or rises by less is the same.
+_SAME_FLOOR = 0.95
+
+
+def judge(
+    state: State, ran: Sequence[Arm], ways: Sequence[int], left: Sequence[Effect], seed: int
+) -> tuple[State, tuple[Judged, ...]]:
+    """Refit the finalists in the way that foretells most, and hold them out against what is known so far.
+
+    Which way that is, the leader shows where it is finished. Where it is not the one the state was scored in, what is
+    known is scored anew in it.
+    """
+    sets = finalists(ran)
+    led = dict(zip(ways, at_once(lambda one: finished(*reached(state, sets[0], one)), ways), strict=True))
+    way = min(led, key=lambda one: led[one][1].cost)
+    if state.current.problem.how.pull != state.ways[way].how.pull:
+        state = in_way(state, state.ways[way], seed)
+
+    def refit(arms: Sequence[Arm]) -> Explained:
+        problem, fit = led[way] if arms is sets[0] else finished(*reached(state, arms, way))
+        return Explained(arms[0].effects, problem, fit, held_out(problem, fit, state.blocks.folds))
+
+    found = at_once(refit, sets)
+    state = at_its_best(state, min(found, key=lambda one: one.fit.cost), left, seed)
+    judged = [_verdict(state, one, len(left), seed) for one in found]
+    judged.sort(key=lambda one: float(np.sum(one.explained.score.density)))
+    return state, tuple(judged)
+
+
+def with_new_floors(state: State, accepted: Judged, rivals: int, seed: int) -> tuple[State, Judged]:
+    """The same with floors that the better model shows: what were kinks of the signal had been taken for noise."""
+    found = accepted.explained
+    floors = floors_lowered(found.problem, found.fit, state.floors)
+    ratios = [floors[p.run][p.name].sigma / state.floors[p.run][p.name].sigma for p in found.problem.pieces]
+    if all(_SAME_FLOOR < ratio < 1.0 / _SAME_FLOOR for ratio in ratios):
+        return state, accepted
+    free = build_problem(found.problem.model, [sigmas(own) for own in floors], spent=found.problem.spent)
+    ways = tuple(free.run_as(problem.how) for problem in state.ways)
+    problem = free.run_as(replace(found.problem.how, fidelity=free.how.fidelity))
+    folds = state.blocks.folds
+    state = replace(scored_in(problem, state, POLISH), floors=floors, ways=ways)
+    return state, _verdict(state, refitted(problem, found, folds, POLISH), rivals, seed)
+
+
+def _verdict(state: State, explained: Explained, rivals: int, seed: int) -> Judged:
+    """The tests of an effect: it foretells more than what is known, it pays for its parameters, the gap shrinks by
+    enough, its sign is its own.
+    """
+    known, blocks = state.current, state.blocks
+    effect = explained.effects[-1]
+    closed, interval = closed_between(blocks, known.score, explained.score)
+    why = []
+    if not (beats(blocks, explained.score, known.score, rivals) or _suffices(state, explained, rivals, seed)):
+        why.append("foretells no more of unseen data than without it, at the level shared among all candidates")
+    if not _pays(known, explained, rivals):
+        why.append("the whole log is no likelier with it than free parameters make it by chance")
+    if not (closed >= LEAST_SHARE and interval[0] > 0.0):
+        why.append("the gap does not shrink for certain")
+    gained = known.score.gap**2 - explained.score.gap**2
+    if state.enough.adequate and not gained >= LEAST_SHARE * (state.tuned.score.gap**2 - 1.0):
+        why.append("nothing needs it: what it closes is next to nothing of what re-tuning left")
+    if not effect.means_its_name(explained.fit.values):
+        why.append(f"not what its name says: it would be {effect.nonphysical}")
+    return Judged(effect, explained, closed, interval, tuple(why))
+
+
+def _pays(known: Explained, explained: Explained, rivals: int) -> bool:
+    """Whether the likelihood ratio over the whole log is more than its added parameters gain on noise (Wilks), at the
+    level shared among all.
+
+    Unseen stretches alone can favour an effect by what the refits without it happened to do there.
+    """
+    added = len(explained.fit.parameters) - len(known.fit.parameters)
+    return known.fit.cost - explained.fit.cost > float(chi2.ppf(1.0 - LEVEL / rivals, max(added, 1)))
+
+
+def _suffices(state: State, explained: Explained, rivals: int, seed: int) -> bool:
+    """Whether an effect foretells more on the whole, shrinks the gap for certain at the level shared among all, and
+    leaves no more than replicates of it do.
+
+    A discrepancy forgives what is slow, so that a slow effect's gain is small in every stretch and one event outweighs
+    it; the gap does not forgive. But many a wrong law shrinks a gap: only one that ends it is taken at that.
+    """
+    known, blocks = state.current.score, state.blocks
+    shrinks = float(np.quantile(gaps(blocks, known) - gaps(blocks, explained.score), LEVEL / rivals)) > 0.0
+    if not shrinks or float(np.sum(explained.score.density)) >= float(np.sum(known.density)) or state.enough.within:
+        return False
+    return adequacy(explained.problem, explained.fit, explained.score, seed).within
+
+
+def group_of(blocks: Blocks, accepted: Judged, judged: Sequence[Judged]) -> tuple[str, ...]:
+    """Finalists that pass and that the one accepted does not beat by both measures: what it foretells, and the gap.
+
+    A density that is certainly better beside a gap that is not tells a better description of what is left, not a cause.
+    """
+    rivals = [one for one in judged if one is not accepted and one.passed]
+    level = LEVEL / max(len(rivals), 1)
+    mine = accepted.explained
+
+    def told_apart(rival: Explained) -> bool:
+        wider = gaps(blocks, rival.score) - gaps(blocks, mine.score)
+        return beats(blocks, mine.score, rival.score, len(rivals)) and float(np.quantile(wider, level)) > 0.0
+
+    return tuple(one.effect.name for one in rivals if not told_apart(one.explained))

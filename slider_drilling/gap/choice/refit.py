@@ -1,0 +1,80 @@
+"""What is known, fitted and scored again: in another problem, in another way, or from another place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from slider_drilling.gap.choice.state import Explained, State
+from slider_drilling.gap.choice.tuning import TUNING
+from slider_drilling.gap.evidence.adequacy import adequacy
+from slider_drilling.gap.evidence.score import Folds, Score, held_out, score_of
+from slider_drilling.gap.model import Effect
+from slider_drilling.gap.problem.problem import Problem
+from slider_drilling.gap.search.finish import fine, finished
+from slider_drilling.gap.search.least_squares import TOLERANCE, Fit, fit
+from slider_drilling.gap.search.race import Arm
+
+
+def scored(problem: Problem, effects: Sequence[Effect], found: Fit, folds: Folds) -> Explained:
+    """A fit finished and held out."""
+    exact, polished = finished(problem, found)
+    return Explained(tuple(effects), exact, polished, held_out(exact, polished, folds))
+
+
+def as_given(problem: Problem, tuned: Explained) -> Score:
+    """Score of the model as given."""
+    exact = problem.at({}, fine(problem.model))
+    residual = exact.residuals([{}])[0]
+    return score_of(exact, residual, replace(tuned.fit, discrepancy=exact.cost(residual)[1]))
+
+
+def refitted(problem: Problem, known: Explained, folds: Folds, iterations: int) -> Explained:
+    problem = problem.showing(known.effects)
+    found = fit(problem, known.fit.parameters, known.fit.values, iterations=iterations)
+    return scored(problem, known.effects, found, folds)
+
+
+def scored_in(problem: Problem, state: State, iterations: int) -> State:
+    """The state with what is known fitted and scored again, in another problem."""
+    folds = state.blocks.folds
+    tuned = refitted(problem, state.tuned, folds, iterations)
+    current = tuned if state.current is state.tuned else refitted(problem, state.current, folds, iterations)
+    return replace(state, tuned=tuned, current=current, nominal=as_given(problem, tuned))
+
+
+def in_way(state: State, problem: Problem, seed: int) -> State:
+    """The state with what is known fitted and scored in another way of running the model."""
+    state = scored_in(problem, state, TUNING)
+    tuned = state.tuned
+    return replace(state, tuned_enough=adequacy(tuned.problem, tuned.fit, tuned.score, seed))
+
+
+def at_its_best(state: State, leader: Explained, left: Sequence[Effect], seed: int) -> State:
+    """The state with what is known fitted again from where the likeliest finalist got to, if that is likelier.
+
+    A finalist began elsewhere too, and what it gains may be the other place's: what is known is held against it there.
+    """
+    known, freed = state.current, {parameter.name for parameter in state.current.fit.parameters}
+    begin = {name: value for name, value in leader.fit.values.items() if name in freed}
+    again = fit(known.problem, known.fit.parameters, begin, iterations=TUNING)
+    if again.cost >= known.fit.cost - TOLERANCE:
+        return state
+    way = next(way for way in state.ways if way.how.pull == known.problem.how.pull)
+    better = scored(way.showing(known.effects), known.effects, again, state.blocks.folds)
+    if better.fit.cost >= known.fit.cost - TOLERANCE:
+        return state
+    enough = adequacy(better.problem, better.fit, better.score, seed, left)
+    if known is not state.tuned:
+        return replace(state, current=better, enough=enough)
+    given = as_given(better.problem, better)
+    return replace(state, nominal=given, tuned=better, current=better, enough=enough, tuned_enough=enough)
+
+
+def reached(state: State, own: Sequence[Arm], way: int) -> tuple[Problem, Fit]:
+    """The best fit of a set in one way of running the model: its own arm's, or one that goes on from another way's."""
+    problem = state.ways[way].showing(own[0].effects)
+    fits = [arm.fit for arm in own if arm.way == way and arm.fit is not None]
+    if own[0].way != way and own[0].fit is not None:
+        fits.append(fit(problem, own[0].fit.parameters, own[0].fit.values, iterations=TUNING))
+    return problem, min(fits, key=lambda one: one.cost)

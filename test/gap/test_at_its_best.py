@@ -1,0 +1,60 @@
+"""What is known is held against a finalist from where that one got to."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from toy import EFFECTS, TIME, Toy, force, toy
+
+from slider_drilling.gap import How, Parameter
+from slider_drilling.gap.choice.forward import begin
+from slider_drilling.gap.choice.refit import at_its_best, scored
+from slider_drilling.gap.problem.noise import noise_floor
+from slider_drilling.gap.search.least_squares import fit
+from slider_drilling.gap.search.race import parameters_of
+
+PITCH = Parameter("pitch", 0.0, -9.0, 9.0, 0.1)
+TRUE = 3.0
+
+
+@dataclass(frozen=True)
+class Tone(Toy):
+    """A tone whose pitch is tuned: off by more than a cycle over the log, it has a valley for every cycle."""
+
+    nuisance: tuple[Parameter, ...] = (PITCH,)
+
+    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+        return {"force": np.stack([force(values) + tone(values.get("pitch", 0.0)) for values in sets])}
+
+
+def tone(pitch: float) -> np.ndarray:
+    return 6.0 * np.sin(2.0 * np.pi * TIME / 12.0 * (1.0 + 0.02 * pitch))
+
+
+@pytest.fixture
+def known():
+    """A state whose pitch is in the wrong valley, and an effect that there is nothing of, fitted in the right one."""
+    model = Tone(toy({}, 5, extra=tone(TRUE)).runs)
+    floors = [{channel.name: noise_floor(channel) for channel in run.channels} for run in model.runs]
+    state = begin(model, EFFECTS, floors, ({},), 0, lambda stage, share: None)
+    free, folds = state.ways[0], state.blocks.folds
+    wrong = scored(free, (), fit(free, parameters_of(free, ()), {"pitch": -1.5}), folds)
+    effect = (EFFECTS[0],)
+    leader = scored(free, effect, fit(free, parameters_of(free, effect), {"pitch": TRUE + 0.1, "sine": 0.5}), folds)
+    return replace(state, tuned=wrong, current=wrong), leader
+
+
+def test_the_better_valley_is_what_is_known_from_then_on(known):
+    state, leader = known
+    assert state.current.score.gap > 2.0 > 1.2 > leader.score.gap
+    better = at_its_best(state, leader, EFFECTS, seed=0)
+    assert better.current is better.tuned
+    assert better.current.fit.values["pitch"] == pytest.approx(TRUE, abs=0.1)
+    assert better.current.score.gap == pytest.approx(1.0, abs=0.1) and better.enough.within
+
+
+def test_nothing_changes_where_the_leader_knows_no_better_place(known):
+    state, leader = known
+    right = at_its_best(state, leader, EFFECTS, seed=0)
+    assert at_its_best(right, leader, EFFECTS, seed=0) is right
