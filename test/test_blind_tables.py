@@ -10,7 +10,8 @@ from slider_drilling.blind.score import Scored
 
 CASE = Scored(
     "a.mcap", "two", ("heave", "stribeck"), 1.5, (1.43219, 1.6), "horizontal", "varied", "effect", ("heave",), (),
-    "draw_works", "one of two", False, 0, True, 2.1, math.nan, (math.nan, math.nan), 0.912345, None, None, 12.3456, 13.0,
+    "draw_works", "one of two", False, 0, True, 2.1, math.nan, (math.nan, math.nan), 0.912345, None, None,
+    12.3456, 13.0,
 )  # fmt: skip
 
 
