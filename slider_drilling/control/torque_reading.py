@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 _LAGS: Array = np.array([1e-3, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0])   # s, that are held against each other
-_EXPECTED = 0.1             # s, by which a lag is believed to be off the rig file's
-_ALIKE = 12.0               # samples that are worth one: what friction does repeats in each stroke
+_EXPECTED = 0.4             # s, by which a lag is believed to be off the rig file's
+_ALIKE = 6.0                # samples that are worth one: what friction does repeats in each stroke
 _SURE = 0.6                 # of the squares that a lag alone leaves, below which the drive's inertia is believed
 _FEW = 10.0                 # samples, whose noise says nothing
 _EVERY = 5                  # samples, after which the lags are weighed again
