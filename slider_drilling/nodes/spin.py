@@ -29,19 +29,12 @@ def make_executor() -> Executor:
 def spin(nodes: Sequence[Node], halt: Halt, meanwhile: Callable[[], None] = lambda: None) -> Executor:
     """Turn the nodes until halt is requested, calling `meanwhile` about ten times a second; returns the executor."""
     executor = make_executor()
-    ended = Future()
-    halt.on_stop = lambda: ended.set_result(None)
-
-    def look() -> None:
-        meanwhile()
-        if halt.requested and not ended.done():
-            halt.on_stop()
-
-    # A busy events executor does not come back for its timeout, but it does serve timers: a signal that comes while
-    # messages pile up would otherwise be looked at when they are all taken.
-    timer = nodes[0].create_timer(IDLE, look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+    # A busy events executor does not come back for its timeout, but it does serve timers.
+    timer = nodes[0].create_timer(IDLE, meanwhile, clock=Clock(clock_type=ClockType.STEADY_TIME))
     for node in nodes:
         executor.add_node(node)
+    ended = Future()
+    halt.on_stop = lambda: ended.set_result(None)
     while not halt.requested:
         executor.spin_until_future_complete(ended, timeout_sec=IDLE)
     nodes[0].destroy_timer(timer)
