@@ -67,8 +67,7 @@ def test_a_fit_that_goes_on_simulates_nothing_again():
     problem = problem_of({"size": 2.0, "fall": 2.5, "level": 1.0}, 1)
     begun = fit(problem, PARAMETERS, {}, iterations=2)
     before = problem.spent.simulations
-    known = {} if begun.stale else begun.rows
-    gone_on = fit(problem, PARAMETERS, begun.values, iterations=1, simulated=begun.simulated, known=known)
+    gone_on = fit(problem, PARAMETERS, begun.values, iterations=1, simulated=begun.simulated, known=begun.carried)
     with_it = problem.spent.simulations - before
     anew = fit(problem, PARAMETERS, begun.values, iterations=1)
     assert problem.spent.simulations - before - with_it > with_it

@@ -113,8 +113,7 @@ def _without_needless(state: State, left: Sequence[Effect], seed: int) -> State:
     for earlier in state.current.effects[:-1]:
         rest = tuple(effect for effect in state.current.effects if effect is not earlier)
         own = {parameter.name for parameter in earlier.parameters}
-        way = next(way for way in state.ways if way.how.pull == state.current.problem.how.pull)
-        problem = way.showing(rest)
+        problem = state.way.showing(rest)
         begin = {name: value for name, value in state.current.fit.values.items() if name not in own}
         found = fit(problem, parameters_of(problem, rest), begin, iterations=TUNING)
         reduced = scored(problem, rest, found, state.blocks.folds)

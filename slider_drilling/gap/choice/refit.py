@@ -60,8 +60,7 @@ def at_its_best(state: State, leader: Explained, left: Sequence[Effect], seed: i
     again = fit(known.problem, known.fit.parameters, begin, iterations=TUNING)
     if again.cost >= known.fit.cost - TOLERANCE:
         return state
-    way = next(way for way in state.ways if way.how.pull == known.problem.how.pull)
-    better = scored(way.showing(known.effects), known.effects, again, state.blocks.folds)
+    better = scored(state.way.showing(known.effects), known.effects, again, state.blocks.folds)
     if better.fit.cost >= known.fit.cost - TOLERANCE:
         return state
     enough = adequacy(better.problem, better.fit, better.score, seed, left)

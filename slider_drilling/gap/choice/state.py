@@ -78,6 +78,11 @@ class State:
     partial: bool = False
 
     @property
+    def way(self) -> Problem:
+        """The problem of the way in which the current is scored."""
+        return next(way for way in self.ways if way.how.pull == self.current.problem.how.pull)
+
+    @property
     def groups(self) -> dict[str, tuple[str, ...]]:
         """By accepted effect, those that cannot be told from it and that are not in the answer besides."""
         return {

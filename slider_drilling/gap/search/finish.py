@@ -23,8 +23,7 @@ def finished(problem: Problem, found: Fit) -> tuple[Problem, Fit]:
     """
     best = fine(problem.model)
     exact = problem.at(found.values, best)
-    known = {} if found.stale else found.rows
-    polished = fit(exact, found.parameters, found.values, iterations=POLISH, known=known)
+    polished = fit(exact, found.parameters, found.values, iterations=POLISH, known=found.carried)
     exact = problem.at(polished.values, best)
     if best > problem.how.fidelity and _mesh_error(exact) > _COARSE:
         exact = problem.run_as(replace(problem.how, fidelity=best))

@@ -50,12 +50,17 @@ class Fit:
     cost: float
     discrepancy: dict[int, Discrepancy]
     settled: bool
-    stale: bool = True
+    stale: bool
 
     @property
     def rows(self) -> dict[str, Array]:
         """The Jacobian's rows (N,) by parameter."""
         return {parameter.name: row for parameter, row in zip(self.parameters, self.jacobian, strict=True)}
+
+    @property
+    def carried(self) -> dict[str, Array]:
+        """The rows that a fit which goes on from here may begin with: none where they are stale."""
+        return {} if self.stale else self.rows
 
 
 def fit(

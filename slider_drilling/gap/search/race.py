@@ -104,10 +104,9 @@ def _advanced(problem: Problem, arm: Arm, iterations: int, pace: float = 0.0) ->
         known = arm.near.rows if arm.near is not None else {}
         found = fit(problem, freed, arm.begin, iterations=iterations, tolerance=least, known=known)
     else:
-        known = {} if arm.fit.stale else arm.fit.rows
         found = fit(
             problem, freed, arm.fit.values, iterations=iterations, tolerance=least, simulated=arm.fit.simulated,
-            known=known,
+            known=arm.fit.carried,
         )  # fmt: skip
     return replace(arm, fit=found)
 
