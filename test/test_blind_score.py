@@ -187,3 +187,10 @@ def test_what_re_tuning_makes_up_for_leaves_nothing_to_name():
     found = tally(cases)
     assert (found.named_of_left.count, found.named_of_left.of) == (1, 2)
     assert (found.named.count, found.named.of) == (1, 3)
+
+
+def test_what_re_tuning_may_stand_for_is_counted_apart_from_names():
+    told = score(label(), answer_of({**tree("parameters", []), "instead": ["stribeck", "heave"]}, "here"))
+    found = tally([told, scored(label(), "parameters")])
+    assert told.outcome == "missed" and told.instead == ("stribeck", "heave") and not told.named_truth
+    assert (found.told.count, found.told.of, found.named.count) == (1, 2, 0)

@@ -294,3 +294,24 @@ def test_what_is_told_of_an_effect_in_the_answer_is_the_final_models(monkeypatch
     assert [row.parameters["of"] for row in rows] == ["final", "final", "alone"]
     assert [row.closed for row in rows] == [0.52, None, 0.03]
     assert [row.in_answer for row in rows] == [True, True, False]
+
+
+def test_a_re_tuning_that_went_far_says_what_it_may_stand_for():
+    outcome = worn_motor()
+    assert outcome.gap is not None
+    gap = replace(outcome.gap, tuned=1.05, with_effect=None, closed=None, closed_interval=None)
+    far = replace(outcome, verdict="parameters", effects=(), instead=("motor_wear",), gap=gap)
+    assert words.driller(far).endswith(
+        "That takes values far from the file's; they may stay near it if the motor gives 24 % less torque per pressure "
+        "than the file says: this log cannot tell."
+    )
+    assert words.sentence(far).endswith("; they may stand for motor_wear.")
+    assert as_json(diagnosis_of(far))["instead"] == ["motor_wear"]
+    assert as_json(diagnosis_of(outcome))["instead"] == []
+
+
+def test_where_there_is_little_room_reasons_are_numbered():
+    outcome = worn_motor()
+    reasons = ["other", "not fitted"]
+    assert words.standing_by_number(outcome.ranking[0], reasons) == "in the answer"
+    assert words.standing_by_number(outcome.ranking[2], reasons) == "not (2)"

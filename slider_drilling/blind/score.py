@@ -17,7 +17,7 @@ class Scored:
     """One case.
 
     truth: the effects, none at all where there is no effect; sizes: noise floors reached by each; group: all that the
-    answer could not tell from what it named; outcome: ``right``, or what is wrong with the answer; named_truth: every
+    answer could not tell from what it named; instead: what it said re-tuning may stand for; outcome: ``right``, or what is wrong with the answer; named_truth: every
     true effect is named, or in the group of a named one, whatever is named besides; extra: how many are named
     besides; site_right: None where no site was asked for or given; tuned: E that re-tuning leaves; covered: the
     reported interval holds the oracle's share, None where one of them is missing; ends: errors m at the top and the
@@ -47,6 +47,7 @@ class Scored:
     ends: tuple[float, float] | None
     cpu: float
     wall: float
+    instead: tuple[str, ...] = ()
 
     @property
     def right(self) -> bool:
@@ -58,7 +59,7 @@ def score(
 ) -> Scored:
     """Score one answer; None is a diagnosis that failed, which is never right."""
     if answer is None:
-        answer = Answer("failed", (), {}, None, math.nan, math.nan, (math.nan, math.nan), {})
+        answer = Answer("failed", (), {}, (), None, math.nan, math.nan, (math.nan, math.nan), {})
     found = [name for name in label.effects if answer.covers(name)]
     extra = len(answer.named) - len(_matched(label, answer))
     low, high = answer.interval
@@ -67,12 +68,14 @@ def score(
     return Scored(
         log=label.log, kind=label.kind, truth=label.effects, size=label.size, sizes=label.sizes, well=label.well,
         manoeuvre=label.manoeuvre, verdict=answer.verdict, named=answer.named,
-        group=tuple(dict.fromkeys(name for group in answer.groups.values() for name in group)), site=answer.site,
+        group=tuple(dict.fromkeys(name for group in answer.groups.values() for name in group)),
+        site=answer.site,
         outcome=_outcome(label, answer, len(found), extra),
         named_truth=bool(label.effects) and len(found) == len(label.effects), extra=extra,
         site_right=_site_right(label, answer), tuned=answer.tuned, closed=answer.closed,
         interval=answer.interval, oracle=oracle,
         covered=low <= oracle <= high if known and exact else None, ends=_ends(label, answer), cpu=cpu, wall=wall,
+        instead=answer.instead,
     )  # fmt: skip
 
 

@@ -66,8 +66,8 @@ class Tally:
 
     right: by kind; named: of the catalogue's effects alone, named or in the top group; named_from_1_5: of those of at
     least 1.5 noise floors (here and in by_size: the asked-for size nearest to the one reached); named_of_left: of
-    those of which re-tuning leaves E of `LEFT` and above; false_alarms:
-    effect-free logs that were called anything but ``none`` or ``parameters``; bare_names: laws from outside that got a
+    those of which re-tuning leaves E of `LEFT` and above; told: of those of at least 1.5 noise floors, named or told as
+    what re-tuning may stand for; false_alarms: effect-free logs that were called anything but ``none`` or ``parameters``; bare_names: laws from outside that got a
     name and nothing else; sites: right where one was given; coverage: of the reported 95 % intervals over the oracle's
     share; against_oracle: share closed minus the oracle's; ends: absolute errors m of a bed's ends; by_size, by_well,
     by_manoeuvre: named; limits: by effect; confusion: what was said, by truth.
@@ -77,6 +77,7 @@ class Tally:
     named: Share
     named_from_1_5: Share
     named_of_left: Share
+    told: Share
     both_named: Share
     false_alarms: Share
     bare_names: Share
@@ -111,6 +112,7 @@ def tally(cases: Sequence[Scored]) -> Tally:
         named=share(case.named_truth for case in single),
         named_from_1_5=share(case.named_truth for case in single if _size(case, asked) >= 1.5),
         named_of_left=share(case.named_truth for case in single if case.tuned >= LEFT),
+        told=share(case.named_truth or case.truth[0] in case.instead for case in single if _size(case, asked) >= 1.5),
         both_named=share(case.named_truth for case in double),
         false_alarms=share(case.verdict not in QUIET for case in free),
         bare_names=share(case.outcome == "bare name" for case in outside),

@@ -169,6 +169,7 @@ def _line(case: Scored) -> str:
     truth = " + ".join(case.truth) or "none"
     size = ", ".join(f"{size:.1f}" for size in case.sizes) if case.truth else "-"
     said = " + ".join(case.named) + (f" (or {', '.join(case.group)})" if case.group else "")
+    said = f"{', '.join(case.instead)} instead?" if case.instead else said
     return f"{case.outcome}: {truth} at {size} noise floors, {case.manoeuvre} -> {case.verdict}: {said or 'no name'}"
 
 

@@ -127,16 +127,21 @@ def _print_ranking(outcome: Outcome, units: Units) -> None:
     from slider_drilling.diagnosis import words
     from slider_drilling.diagnosis.phrases import shown
 
-    table = Table("effect", "site", "closes [95 %]", "fitted", "not told apart from", "standing")
     fitted, others = words.fitted_and_not(outcome)
+    grouped = any(one.group for one in fitted)
+    table = Table("effect", "site", "closes [95 %]", "fitted", *(["not told apart from"] if grouped else []), "standing")
+    reasons = list(dict.fromkeys(why for one in fitted if not one.in_answer for why in one.why_not))
     for one in fitted:
         settings = ", ".join(
             f"{name.rpartition('.')[2]} {shown(found.value, found.unit)}" for name, found in one.parameters.items()
         )
-        standing = Text(words.standing(one), "green" if one.in_answer else "")
-        table.add_row(one.effect, one.site, words.share(one), units.sentence(settings), ", ".join(one.group), standing)
+        standing = Text(words.standing_by_number(one, reasons), "green" if one.in_answer else "")
+        group = [", ".join(one.group)] if grouped else []
+        table.add_row(one.effect, one.site, words.share(one), units.sentence(settings), *group, standing)
     if fitted:
         stdout().print(table)
+    for number, why in enumerate(reasons, 1):
+        stdout().print(f"({number}) {why}")
     if others:
         stdout().print(others)
 

@@ -42,6 +42,7 @@ def outcome_of(answer: Answer, model: Model, beyond: Beyond, effects: Sequence[E
         verdict=answer.verdict,
         site=answer.site,
         effects=answer.effects,
+        instead=answer.instead,
         partial=state.partial,
         gap=_gap(answer, model),
         where=None if where is None else Where(

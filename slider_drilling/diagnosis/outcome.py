@@ -139,11 +139,15 @@ class Trace:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Everything that was found; see `slider_drilling.diagnosis.words` for it in sentences."""
+    """Everything that was found; see `slider_drilling.diagnosis.words` for it in sentences.
+
+    instead: effects, likeliest first, that a re-tuning which was enough, but went far from the file, may stand for.
+    """
 
     verdict: str
     site: str | None = None
     effects: tuple[str, ...] = ()
+    instead: tuple[str, ...] = ()
     partial: bool = False
     gap: Gap | None = None
     where: Where | None = None

@@ -29,6 +29,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "sentence": diagnosis.sentence,
         "site": outcome.site,
         "effects": outcome.effects,
+        "instead": outcome.instead,
         "shape": outcome.shape,
         "partial": outcome.partial,
         "gap": outcome.gap or Gap(),

@@ -33,7 +33,7 @@ def driller(outcome: Outcome) -> str:
     if outcome.verdict == "none":
         return "The simulation with this rig file matches the log as closely as the sensors' noise lets anybody tell."
     if outcome.verdict == "parameters":
-        return f"The simulation is only mis-tuned{_tuned(outcome)}{_as_near(gap)}."
+        return f"The simulation is only mis-tuned{_tuned(outcome)}{_as_near(gap)}.{_instead(outcome)}"
     if outcome.verdict == "unknown":
         return _unknown(outcome, gap)
     return _found(outcome, gap)
@@ -127,6 +127,14 @@ def standing(candidate: Candidate) -> str:
     return f"passed, not in the answer: {why}" if candidate.passed and why else "passed" if candidate.passed else why
 
 
+def standing_by_number(candidate: Candidate, reasons: Sequence[str]) -> str:
+    """The same where there is little room, with the numbers of the reasons in their list."""
+    if candidate.in_answer:
+        return "in the answer"
+    why = " ".join(f"({reasons.index(one) + 1})" for one in candidate.why_not)
+    return f"{'passed' if candidate.passed else 'not'} {why}".rstrip()
+
+
 def _unknown(outcome: Outcome, gap: Gap) -> str:
     channel = _largest(gap, "tuned")
     text = "None of the known effects explains what re-tuning leaves"
@@ -151,6 +159,15 @@ def _tuned(outcome: Outcome) -> str:
     if not most:
         return ""
     return ": " + ", ".join(f"{plain(name)} is {number(moved[name])} times the file's" for name in most)
+
+
+def _instead(outcome: Outcome) -> str:
+    """The laws that would do what re-tuning does, where that went far."""
+    found = [one for name in outcome.instead if (one := outcome.candidate(name)) is not None]
+    if not found:
+        return ""
+    laws = " or ".join(_lower(_named(one)) for one in found)
+    return f" That takes values far from the file's; they may stay near it if {laws}: this log cannot tell."
 
 
 def _as_near(gap: Gap) -> str:
@@ -201,7 +218,8 @@ def sentence(outcome: Outcome) -> str:
     if outcome.verdict == "none":
         return f"none: the rig file as given leaves what noise would ({figures})."
     if outcome.verdict == "parameters":
-        return f"parameters: re-fitting them leaves no effect of the catalogue to find ({figures})."
+        stands_for = f"; they may stand for {' or '.join(outcome.instead)}" if outcome.instead else ""
+        return f"parameters: re-fitting them leaves no effect of the catalogue to find ({figures}){stands_for}."
     if outcome.verdict == "unknown":
         return f"unknown, at {outcome.site or 'no site'}: no effect of the catalogue is accepted ({figures})."
     names = " and ".join(_with_rivals(outcome.candidate(name), name) for name in outcome.effects)

@@ -12,16 +12,14 @@ from slider_drilling.gap.answer.sentence import sentence
 from slider_drilling.gap.answer.where import Where, locate
 from slider_drilling.gap.choice.decide import decide
 from slider_drilling.gap.choice.forward import begin, step
-from slider_drilling.gap.choice.state import Explained, Judged, State
+from slider_drilling.gap.choice.stand_in import far_off
+from slider_drilling.gap.choice.state import Judged, State
 from slider_drilling.gap.evidence.compare import closed_between
 from slider_drilling.gap.evidence.rivals import Rival
 from slider_drilling.gap.model import Effect, Model, Together, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, noise_floor
 
 Report = Callable[[str, float], None]
-
-# Standard deviations of what rigs are off by, from which a re-tuned parameter is told.
-_FAR_OFF = 2.5
 
 
 @dataclass(frozen=True)
@@ -76,7 +74,12 @@ class Answer:
             for name in self.effects
         )
         alike = self.rival.words if self.rival is not None else ""
-        return sentence(self.verdict, told, self.site, gaps, self.closed, self.interval, alike)
+        return sentence(self.verdict, told, self.site, gaps, self.closed, self.interval, alike, self.instead)
+
+    @property
+    def instead(self) -> tuple[str, ...]:
+        """Laws that a re-tuning which was enough, but went far, may stand for, likeliest first: none closes a gap."""
+        return self.state.instead if self.verdict == "parameters" else ()
 
     @property
     def groups(self) -> dict[str, tuple[str, ...]]:
@@ -145,20 +148,6 @@ def _together(model: Model, candidates: Sequence[Effect]) -> list[list[Effect]]:
     return [chosen] if len(chosen) > 1 else []
 
 
-def _far_off(explained: Explained) -> list[str]:
-    """What of the nuisance had to go farther than rigs are commonly off: it may do so in the stead of an effect."""
-    said = []
-    for parameter in explained.problem.model.nuisance:
-        value = explained.fit.values.get(parameter.name, parameter.nominal)
-        spreads = abs(value - parameter.nominal) / parameter.spread
-        if not parameter.per_run and spreads > _FAR_OFF:
-            said.append(
-                f"{parameter.name} is tuned to {value:.3g} where the model has {parameter.nominal:.3g}: {spreads:.1f} "
-                "times as far off as is common, so that an effect which acts alike may hide in it"
-            )
-    return said
-
-
 def _remarks(state: State) -> tuple[str, ...]:
     said = []
     for index, floors in enumerate(state.floors):
@@ -172,7 +161,11 @@ def _remarks(state: State) -> tuple[str, ...]:
     missing = state.current.score.not_refitted
     if missing:
         said.append(f"{missing} of the held-out stretches could not be refitted: there the score is in-sample")
-    said += _far_off(state.current)
+    said += [
+        f"{parameter.name} is tuned to {value:.3g} where the model has {parameter.nominal:.3g}: {spreads:.1f} times as "
+        "far off as is common, so that an effect which acts alike may hide in it"
+        for parameter, value, spreads in far_off(state.current)
+    ]
     if state.current.problem.how.pull > 0.0:
         said.append(
             "judged with the measured torque fed back weakly: a free run of this string loses its phase; E is that of "

@@ -7,10 +7,10 @@ import math
 
 def sentence(
     verdict: str, effects: tuple[str, ...], site: str | None, gaps: tuple[float, float, float, float],
-    closed: float, interval: tuple[float, float], alike: str = "",
+    closed: float, interval: tuple[float, float], alike: str = "", instead: tuple[str, ...] = (),
 ) -> str:  # fmt: skip
     """gaps: E as given, re-tuned, with the effects (NaN without), and what noise alone stays below; alike: what else
-    foretells as much as the effects, at another site.
+    foretells as much as the effects, at another site; instead: laws that re-tuning may stand for.
     """
     nominal, tuned, explained, threshold = gaps
     figures = f"E {nominal:.2f} as given, {tuned:.2f} re-tuned"
@@ -19,7 +19,8 @@ def sentence(
     if verdict == "none":
         return f"The model as given leaves what noise would ({figures})."
     if verdict == "parameters":
-        return f"The model is only mis-tuned ({figures})."
+        stands_for = f", or {' or '.join(instead)} makes it look so" if instead else ""
+        return f"The model is only mis-tuned{stands_for} ({figures})."
     if verdict == "unknown":
         return f"No known effect explains what re-tuning leaves, most of it at the {site or 'model'} ({figures})."
     share = "" if math.isnan(closed) or tuned <= threshold else (

@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from slider_drilling.gap.choice.judge import group_of, judge, with_new_floors
+from slider_drilling.gap.choice.judge import group_of, judge, likelier, with_new_floors
 from slider_drilling.gap.choice.refit import as_given, scored
+from slider_drilling.gap.choice.stand_in import far_off
 from slider_drilling.gap.choice.state import State, Step
 from slider_drilling.gap.choice.tuning import TUNING, floors_lowered, floors_raised, plausible, scattered, tuned_from
 from slider_drilling.gap.evidence.adequacy import adequacy
@@ -64,7 +65,8 @@ def begin(
     good = given.gap <= enough.threshold and all(given.by_channel[c] <= v for c, v in enough.by_channel.items())
     ways = (free, free.run_as(How(0, PULL))) if _can_be_pulled(model) else (free,)
     return State(
-        tuple(floors), ways, given, explained, explained, enough, enough, good, blocks, done=enough.done,
+        tuple(floors), ways, given, explained, explained, enough, enough, good, blocks,
+        done=enough.done and not far_off(explained),
     )  # fmt: skip
 
 
@@ -94,7 +96,8 @@ def step(
     if state.current.names == before.names and beats(state.blocks, state.current.score, before.score):
         # The race ran from a worse place than is known by now.
         return replace(state, done=state.enough.done)
-    return replace(state, steps=(*state.steps, Step(judged, None, (), promised)), done=True)
+    instead = likelier(state, judged, len(left)) if state.enough.adequate and far_off(state.current) else ()
+    return replace(state, steps=(*state.steps, Step(judged, None, (), promised)), instead=instead, done=True)
 
 
 def _with(state: State, taken: Step, left: Sequence[Effect], seed: int) -> State:

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from slider_drilling.gap.choice.refit import at_its_best, in_way, reached, refitted, scored_in
+from slider_drilling.gap.choice.stand_in import far_off
 from slider_drilling.gap.choice.state import Explained, Judged, State
 from slider_drilling.gap.choice.tuning import floors_lowered
 from slider_drilling.gap.evidence.adequacy import adequacy
@@ -97,6 +98,16 @@ def _pays(known: Explained, explained: Explained, rivals: int) -> bool:
     """
     added = len(explained.fit.parameters) - len(known.fit.parameters)
     return known.fit.cost - explained.fit.cost > float(chi2.ppf(1.0 - LEVEL / rivals, max(added, 1)))
+
+
+def likelier(state: State, judged: Sequence[Judged], rivals: int) -> tuple[str, ...]:
+    """Laws that make the whole log likelier than what is known for certain, with a nuisance that is not far off."""
+    found = [
+        one for one in judged
+        if _pays(state.current, one.explained, rivals) and one.effect.means_its_name(one.explained.fit.values)
+        and not far_off(one.explained)
+    ]  # fmt: skip
+    return tuple(one.effect.name for one in sorted(found, key=lambda one: one.explained.fit.cost))
 
 
 def _suffices(state: State, explained: Explained, rivals: int, seed: int) -> bool:

@@ -60,7 +60,8 @@ class Step:
 @dataclass(frozen=True)
 class State:
     """nominal: score as given; tuned: re-tuned only; current: with the effects accepted so far; enough:
-    adequacy of the current; ways: problems that fits may be made in, the free one first; step: those taken; partial:
+    adequacy of the current; ways: problems that fits may be made in, the free one first; step: those taken; instead:
+    laws, likeliest first, that make the log likelier than a re-tuning that was enough, but went far; partial:
     interrupted before the end.
     """
 
@@ -74,6 +75,7 @@ class State:
     nominal_enough: bool
     blocks: Blocks = field(repr=False)
     steps: tuple[Step, ...] = ()
+    instead: tuple[str, ...] = ()
     done: bool = False
     partial: bool = False
 
