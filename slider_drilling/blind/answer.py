@@ -20,8 +20,10 @@ _NAMING = ("effect", "effect_and_unknown")
 @dataclass(frozen=True)
 class Answer:
     """named: what the verdict rests on, empty where it names nothing; groups: what each named effect could not be told
-    from; instead: what a re-tuning that was enough, but went far, may stand for; site: None where the verdict has none; tuned: E with nothing but the nuisance re-tuned; closed, interval:
-    share of the gap, NaN where none is given; parameters: of each effect in the ranking."""
+    from; instead: what a re-tuning that was enough, but went far, may stand for; site: None where the verdict has none;
+    tuned: E with nothing but the nuisance re-tuned; closed, interval: share of the gap, NaN where none is given;
+    parameters: of each effect in the ranking.
+    """
 
     verdict: str
     named: tuple[str, ...]
@@ -73,8 +75,8 @@ def answer_of(tree: dict[str, Any], source: str) -> Answer:
         low, high = (_number(bound) for bound in tree["gap"]["closed_interval"] or (None, None))
         return Answer(
             verdict=tree["verdict"], named=named, groups={name: groups.get(name, ()) for name in named},
-            instead=tuple(tree.get("instead", ())), site=tree["site"], tuned=_number(tree["gap"].get("tuned")), closed=_number(tree["gap"]["closed"]),
-            interval=(low, high),
+            instead=tuple(tree.get("instead", ())), site=tree["site"], tuned=_number(tree["gap"].get("tuned")),
+            closed=_number(tree["gap"]["closed"]), interval=(low, high),
             parameters={entry["effect"]: _values(entry["parameters"]) for entry in tree["ranking"]},
         )  # fmt: skip
     except (KeyError, TypeError, ValueError) as error:

@@ -17,11 +17,11 @@ class Scored:
     """One case.
 
     truth: the effects, none at all where there is no effect; sizes: noise floors reached by each; group: all that the
-    answer could not tell from what it named; instead: what it said re-tuning may stand for; outcome: ``right``, or what is wrong with the answer; named_truth: every
+    answer could not tell from what it named; outcome: ``right``, or what is wrong with the answer; named_truth: every
     true effect is named, or in the group of a named one, whatever is named besides; extra: how many are named
     besides; site_right: None where no site was asked for or given; tuned: E that re-tuning leaves; covered: the
     reported interval holds the oracle's share, None where one of them is missing; ends: errors m at the top and the
-    bottom of a cuttings bed; cpu, wall: s.
+    bottom of a cuttings bed; cpu, wall: s; instead: what it said re-tuning may stand for.
     """
 
     log: str

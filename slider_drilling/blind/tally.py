@@ -66,11 +66,12 @@ class Tally:
 
     right: by kind; named: of the catalogue's effects alone, named or in the top group; named_from_1_5: of those of at
     least 1.5 noise floors (here and in by_size: the asked-for size nearest to the one reached); named_of_left: of
-    those of which re-tuning leaves E of `LEFT` and above; told: of those of at least 1.5 noise floors, named or told as
-    what re-tuning may stand for; false_alarms: effect-free logs that were called anything but ``none`` or ``parameters``; bare_names: laws from outside that got a
-    name and nothing else; sites: right where one was given; coverage: of the reported 95 % intervals over the oracle's
-    share; against_oracle: share closed minus the oracle's; ends: absolute errors m of a bed's ends; by_size, by_well,
-    by_manoeuvre: named; limits: by effect; confusion: what was said, by truth.
+    those of which re-tuning leaves E of `LEFT` and above; told: of those of at least 1.5 noise floors, named or told
+    as what re-tuning may stand for; false_alarms: effect-free logs that were called anything but ``none`` or
+    ``parameters``; bare_names: laws from outside that got a name and nothing else; sites: right where one was given;
+    coverage: of the reported 95 % intervals over the oracle's share; against_oracle: share closed minus the oracle's;
+    ends: absolute errors m of a bed's ends; by_size, by_well, by_manoeuvre: named; limits: by effect; confusion: what
+    was said, by truth.
     """
 
     right: dict[str, Share]

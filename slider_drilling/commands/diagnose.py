@@ -129,7 +129,8 @@ def _print_ranking(outcome: Outcome, units: Units) -> None:
 
     fitted, others = words.fitted_and_not(outcome)
     grouped = any(one.group for one in fitted)
-    table = Table("effect", "site", "closes [95 %]", "fitted", *(["not told apart from"] if grouped else []), "standing")
+    rivals = ["not told apart from"] if grouped else []
+    table = Table("effect", "site", "closes [95 %]", "fitted", *rivals, "standing")
     reasons = list(dict.fromkeys(why for one in fitted if not one.in_answer for why in one.why_not))
     for one in fitted:
         settings = ", ".join(

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import chi2
 
-from slider_drilling.gap.choice.refit import at_its_best, in_way, reached, refitted, scored_in
+from slider_drilling.gap.choice.refit import at_its_best, reached, scored_in
 from slider_drilling.gap.choice.stand_in import far_off
 from slider_drilling.gap.choice.state import Explained, Judged, State
-from slider_drilling.gap.choice.tuning import floors_lowered
+from slider_drilling.gap.choice.tuning import TUNING, floors_lowered
 from slider_drilling.gap.evidence.adequacy import adequacy
 from slider_drilling.gap.evidence.compare import LEVEL, Blocks, beats, closed_between, gaps
 from slider_drilling.gap.evidence.score import held_out
@@ -39,8 +39,9 @@ def judge(
     sets = finalists(ran)
     led = dict(zip(ways, at_once(lambda one: finished(*reached(state, sets[0], one)), ways), strict=True))
     way = min(led, key=lambda one: led[one][1].cost)
+    before = state
     if state.current.problem.how.pull != state.ways[way].how.pull:
-        state = in_way(state, state.ways[way], seed)
+        state, _ = scored_in(state.ways[way], state, TUNING)
 
     def refit(arms: Sequence[Arm]) -> Explained:
         problem, fit = led[way] if arms is sets[0] else finished(*reached(state, arms, way))
@@ -48,6 +49,9 @@ def judge(
 
     found = at_once(refit, sets)
     state = at_its_best(state, min(found, key=lambda one: one.fit.cost), left, seed)
+    if state.tuned is not before.tuned and state.tuned_enough is before.tuned_enough:
+        tuned = state.tuned
+        state = replace(state, tuned_enough=adequacy(tuned.problem, tuned.fit, tuned.score, seed))
     judged = [_verdict(state, one, len(left), seed) for one in found]
     judged.sort(key=lambda one: float(np.sum(one.explained.score.density)))
     return state, tuple(judged)
@@ -63,9 +67,9 @@ def with_new_floors(state: State, accepted: Judged, rivals: int, seed: int) -> t
     free = build_problem(found.problem.model, [sigmas(own) for own in floors], spent=found.problem.spent)
     ways = tuple(free.run_as(problem.how) for problem in state.ways)
     problem = free.run_as(replace(found.problem.how, fidelity=free.how.fidelity))
-    folds = state.blocks.folds
-    state = replace(scored_in(problem, state, POLISH), floors=floors, ways=ways)
-    return state, _verdict(state, refitted(problem, found, folds, POLISH), rivals, seed)
+    state, (again,) = scored_in(problem, state, POLISH, [found])
+    state = replace(state, floors=floors, ways=ways)
+    return state, _verdict(state, again, rivals, seed)
 
 
 def _verdict(state: State, explained: Explained, rivals: int, seed: int) -> Judged:

@@ -11,6 +11,7 @@ from slider_drilling.gap.evidence.adequacy import adequacy
 from slider_drilling.gap.evidence.score import Folds, Score, held_out, score_of
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.problem import Problem
+from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.finish import fine, finished
 from slider_drilling.gap.search.least_squares import TOLERANCE, Fit, fit
 from slider_drilling.gap.search.race import Arm
@@ -35,19 +36,14 @@ def refitted(problem: Problem, known: Explained, folds: Folds, iterations: int) 
     return scored(problem, known.effects, found, folds)
 
 
-def scored_in(problem: Problem, state: State, iterations: int) -> State:
-    """The state with what is known fitted and scored again, in another problem."""
-    folds = state.blocks.folds
-    tuned = refitted(problem, state.tuned, folds, iterations)
-    current = tuned if state.current is state.tuned else refitted(problem, state.current, folds, iterations)
-    return replace(state, tuned=tuned, current=current, nominal=as_given(problem, tuned))
-
-
-def in_way(state: State, problem: Problem, seed: int) -> State:
-    """The state with what is known fitted and scored in another way of running the model."""
-    state = scored_in(problem, state, TUNING)
-    tuned = state.tuned
-    return replace(state, tuned_enough=adequacy(tuned.problem, tuned.fit, tuned.score, seed))
+def scored_in(
+    problem: Problem, state: State, iterations: int, others: Sequence[Explained] = ()
+) -> tuple[State, list[Explained]]:
+    """The state with what is known fitted and scored again in another problem, and others likewise."""
+    known = [state.tuned] if state.current is state.tuned else [state.tuned, state.current]
+    again = at_once(lambda one: refitted(problem, one, state.blocks.folds, iterations), [*known, *others])
+    tuned, current = again[0], again[len(known) - 1]
+    return replace(state, tuned=tuned, current=current, nominal=as_given(problem, tuned)), again[len(known) :]
 
 
 def at_its_best(state: State, leader: Explained, left: Sequence[Effect], seed: int) -> State:

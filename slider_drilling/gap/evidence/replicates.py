@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 from slider_drilling.gap.model import Array, Graded, How, Model, Pulled
 from slider_drilling.gap.problem.missed_steps import missed_steps
 from slider_drilling.gap.problem.problem import STEP_SIZE, Problem
+from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.least_squares import Fit
 
 _NUMBER = 8
@@ -53,15 +54,17 @@ def replicates(problem: Problem, found: Fit, generator: np.random.Generator) -> 
     samples = [truth + _noise(problem, generator) for truth in truths]
     if problem.how.pull == 0.0 or not isinstance(problem.model, Pulled):
         return [_wrapped(problem, sample - found.simulated) for sample in samples]
-    left = []
-    for sample in samples:
-        fed: Pulled = problem.model
+    model, how = problem.model, replace(problem.how, fidelity=finest)
+
+    def left(sample: Array) -> Array:
+        fed: Pulled = model
         for piece in problem.pieces:
             if piece.name == fed.pulled:
                 fed = fed.fed(piece.run, sample[piece.rows] * piece.noise)
         own = replace(problem, model=cast(Model, fed), correction=np.zeros(problem.size))
-        left.append(_wrapped(problem, sample - own.simulate([found.values], replace(problem.how, fidelity=finest))[0]))
-    return left
+        return _wrapped(problem, sample - own.simulate([found.values], how)[0])
+
+    return at_once(left, samples)
 
 
 def _nearby(problem: Problem, found: Fit, generator: np.random.Generator) -> list[dict[str, float]]:
