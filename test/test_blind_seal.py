@@ -130,12 +130,26 @@ def test_two_laws_at_once_do_what_each_does(base):
     assert np.allclose(together.surface_torque - alone.surface_torque, 500.0 * (1.0 + commands.time / 4000.0))
 
 
+def test_a_twin_is_another_and_longer_run_of_the_same_rig(tmp_path, base):
+    one = case("torque_sensor_bias")
+    make(one, base, tmp_path / "alone.mcap")
+    make(one, base, tmp_path / "log.mcap", tmp_path / "twin.mcap")
+    assert (tmp_path / "alone.mcap").read_bytes() == (tmp_path / "log.mcap").read_bytes()
+    log, twin = (read_log(tmp_path / f"{name}.mcap") for name in ("log", "twin"))
+    assert twin.rig() == log.rig()
+    assert twin.top_drive.time[-1] == pytest.approx(3.0 * one.duration, abs=1.0)
+    shared = min(log.top_drive.position.size, twin.top_drive.position.size)
+    assert not np.allclose(log.top_drive.position[:shared], twin.top_drive.position[:shared], atol=0.1)
+
+
 def test_logs_and_labels_are_made_apart_and_only_once(tmp_path, base):
     rig = share_file("config/rig.short.yaml")
     cases = draw_cases(Plan(effects=("none", "torque_sensor_bias"), wells=("own",), duration=60.0), 2)
     assert check.seal(cases, rig, tmp_path, run).code == 0
-    logs = sorted(path.name for path in tmp_path.rglob("*.mcap"))
+    logs = sorted(path.name for path in (tmp_path / "logs").rglob("*.mcap"))
     assert logs == sorted(f"{one.file()}.mcap" for one in cases)
+    twins = {path.stem for path in (tmp_path / "twins").iterdir()}
+    assert twins == {one.file() for one in cases if one.kind == "single"}
     labels = read_labels(tmp_path / "labels")
     assert {labels[one.file()].effects for one in cases} == {one.effects if one.kind != "none" else () for one in cases}
     assert check.seal(cases, rig, tmp_path, run).kept == 2

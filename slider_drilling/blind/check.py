@@ -25,7 +25,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.files import make_folder, write_whole
 
 SCHEMA = "slider_drilling/blind/1"
-LOGS, LABELS, RESULTS, ANSWERS = "logs", "labels", "results", "answers"
+LOGS, LABELS, TWINS, RESULTS, ANSWERS = "logs", "labels", "twins", "results", "answers"
 
 Run = Callable[[str, Sequence[Job], Path], Ran]
 """(what is done, jobs, folder of their results) -> what became of them."""
@@ -47,19 +47,20 @@ class Checked:
 
 
 def seal(cases: Sequence[Case], rig: Path, folder: Path, run: Run) -> Ran:
-    """Make the logs in ``folder/logs``, and what is in them in ``folder/labels``."""
-    logs, labels = folder / LOGS, folder / LABELS
+    """Make the logs in ``folder/logs``, what is in them in ``folder/labels``, and their twins in ``folder/twins``."""
+    logs, labels, twins = folder / LOGS, folder / LABELS, folder / TWINS
     make_folder(logs)
-    make_folder(labels)
-    # Only its owner may look; the diagnosing processes are kept out besides, whoever runs them.
-    labels.chmod(0o700)
-    return run("sealing", [seal_job(case, rig, logs, labels) for case in cases], labels / "made")
+    for hidden in (labels, twins):
+        make_folder(hidden)
+        # Only its owner may look; the diagnosing processes are kept out besides, whoever runs them.
+        hidden.chmod(0o700)
+    return run("sealing", [seal_job(case, rig, logs, labels, twins) for case in cases], labels / "made")
 
 
 @dataclass(frozen=True)
 class Asked:
     """How logs are diagnosed. only: candidates, all if empty; seed: of the diagnosis; oracle: whether the truth is
-    fitted too."""
+    fitted to the twins."""
 
     only: tuple[str, ...] = ()
     seed: int = 0
@@ -69,7 +70,7 @@ class Asked:
 def check(sealed: Path, output: Path, stems: Sequence[str] | None, asked: Asked, run: Run) -> Checked:
     """Diagnose the sealed logs of a folder, all of them or those named, and score what has labels."""
     logs = _logs(sealed, stems)
-    closed = (str((sealed / LABELS).resolve()),)
+    closed = tuple(str((sealed / name).resolve()) for name in (LABELS, TWINS))
     folder = output / RESULTS
     jobs = [diagnose_job(log, asked.seed, asked.only, closed) for log in logs]
     ran = [run("diagnosing", jobs, folder)]
@@ -79,7 +80,7 @@ def check(sealed: Path, output: Path, stems: Sequence[str] | None, asked: Asked,
     known = {stem: label for stem, label in labels.items() if stem in keys}
     truth: dict[str, float] = {}
     if asked.oracle and not ran[0].stopped:
-        fitted, truth = _oracles(known, logs, asked.seed, closed, folder, run)
+        fitted, truth = _oracles(known, sealed / TWINS, asked.seed, closed[:1], folder, run)
         ran.append(fitted)
     cases = []
     for stem, label in known.items():
@@ -130,11 +131,10 @@ def _logs(sealed: Path, stems: Sequence[str] | None) -> list[Path]:
 
 
 def _oracles(
-    labels: dict[str, Label], logs: Sequence[Path], seed: int, closed: tuple[str, ...], folder: Path, run: Run
+    labels: dict[str, Label], twins: Path, seed: int, closed: tuple[str, ...], folder: Path, run: Run
 ) -> tuple[Ran, dict[str, float]]:
-    by_stem = {log.stem: log for log in logs}
-    known = {stem: label for stem, label in labels.items() if label.kind in ("single", "two")}
-    jobs = [oracle_job(by_stem[stem], label.effects, seed, closed) for stem, label in known.items()]
+    known = {stem: label for stem, label in labels.items() if (twins / f"{stem}.mcap").is_file()}
+    jobs = [oracle_job(twins / f"{stem}.mcap", label.effects, seed, closed) for stem, label in known.items()]
     ran = run("fitting the truth", jobs, folder)
     shares = {}
     for stem, key in zip(known, ran.keys, strict=True):

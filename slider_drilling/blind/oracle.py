@@ -1,4 +1,4 @@
-"""What a diagnosis could have said at best: the true effects, and no others, fitted to the same log."""
+"""What a diagnosis could have said at best: the true effects, and no others, fitted to another run of the same rig."""
 
 from __future__ import annotations
 
@@ -8,15 +8,12 @@ from typing import Any
 
 from slider_drilling.campaign.job import Job
 
-# The oracle's searches are its own: they begin from another seed than the diagnosis that it is held against.
-_OTHER_SEED = 1000003
 
-
-def oracle_job(log: Path, effects: Sequence[str], seed: int, closed: tuple[str, ...]) -> Job:
-    """The job that fits the true effects of one log."""
+def oracle_job(twin: Path, effects: Sequence[str], seed: int, closed: tuple[str, ...]) -> Job:
+    """The job that fits the true effects of one log to its twin."""
     options = {"effects": sorted(effects)}
     call = "slider_drilling.blind.oracle:fit_truth"
-    return Job(call, f"oracle of {log.stem}", {"log": str(log)}, options, seed + _OTHER_SEED, closed=closed)
+    return Job(call, f"oracle of {twin.stem}", {"log": str(twin)}, options, seed, closed=closed)
 
 
 def fit_truth(job: Job) -> dict[str, Any]:
@@ -25,9 +22,9 @@ def fit_truth(job: Job) -> dict[str, Any]:
 
 
 def oracle(log: Path, effects: Sequence[str], seed: int) -> float | None:
-    """Share of the tuned model's gap that the true effects close together.
+    """Share of the tuned model's gap that the true effects close together on a log.
 
-    A fit of its own from the log alone, whatever the diagnosis said. None where there is nothing to close, and where
+    None where there is nothing to close, and where
     the log cannot show one of the effects. Raises InputError where the log cannot be read.
     """
     from slider_drilling.diagnosis.diagnose import diagnose

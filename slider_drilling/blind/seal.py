@@ -1,4 +1,4 @@
-"""Make a sealed log, and its label in another place."""
+"""Make a sealed log, its label in another place, and its twin, another run of the same rig, in a third."""
 
 from __future__ import annotations
 
@@ -27,26 +27,33 @@ _MAKERS: dict[str, Make] = {**CATALOGUE, **OUTSIDE, NONE: no_effect}
 # A law is made larger or smaller until it moves the plant by the size that is asked for, within this factor; at most
 # ten times as large as is usual: a top drive has no dead zone of two turns.
 _NEAR, _TRIALS, _LARGEST, _SMALLEST = 1.1, 7, 10.0, 1e-3
+# A twin is so many times as long as the log, that what it says of the truth is the surer of the two.
+_TWIN = 3.0
 
 
-def seal_job(case: Case, rig: Path, logs: Path, labels: Path) -> Job:
-    """The job that makes a case: its log in one folder, its label in another."""
+def seal_job(case: Case, rig: Path, logs: Path, labels: Path, twins: Path) -> Job:
+    """The job that makes a case: its log in one folder, its label in another, and what has a truth its twin."""
     name = case.file()
-    log, label = str(logs / f"{name}.mcap"), str(labels / f"{name}.json")
+    outputs = [str(logs / f"{name}.mcap"), str(labels / f"{name}.json")]
+    if case.kind in ("single", "two"):
+        outputs.append(str(twins / f"{name}.mcap"))
     # Outputs in the order that `seal` reads them.
-    return Job("slider_drilling.blind.seal:seal", name, {"rig": str(rig)}, case.tree(), case.seed, (log, label))
+    return Job("slider_drilling.blind.seal:seal", name, {"rig": str(rig)}, case.tree(), case.seed, tuple(outputs))
 
 
 def seal(job: Job) -> dict[str, Any]:
-    """Write the log, then the label that says what is in it."""
-    log, label = (Path(output) for output in job.outputs)
-    written = make(case_from(dict(job.options)), load_rig(job.inputs["rig"]), log)
+    """Write the log and its twin, then the label that says what is in them."""
+    log, label, *twin = (Path(output) for output in job.outputs)
+    written = make(case_from(dict(job.options)), load_rig(job.inputs["rig"]), log, *twin)
     write_whole(label, (json.dumps(asdict(written), indent=1) + "\n").encode("utf-8"))
     return {}
 
 
-def make(case: Case, base: Rig, path: Path) -> Label:
-    """Write one sealed log; what is behind its seal."""
+def make(case: Case, base: Rig, path: Path, twin: Path | None = None) -> Label:
+    """Write one sealed log; what is behind its seal.
+
+    twin: of another draw of the manoeuvre, noise and losses, if one is wanted.
+    """
     generator = np.random.default_rng(case.seed)
     rig = WELLS[case.well](generator, base)
     commands = MANOEUVRES[case.manoeuvre](generator, rig, case.duration)
@@ -60,6 +67,10 @@ def make(case: Case, base: Rig, path: Path) -> Label:
     law = laws[0] if len(laws) == 1 else both(*laws)
     response = plain if law.name == NONE else run_sealed(rig, hidden, law, commands)
     write_sealed(path, rig, commands, response, generator, recorder)
+    if twin is not None:
+        again = np.random.default_rng([case.seed, 1])
+        other = MANOEUVRES[case.manoeuvre](again, rig, _TWIN * case.duration)
+        write_sealed(twin, rig, other, run_sealed(rig, hidden, law, other), again, recorder)
     return Label(
         log=path.name, kind=case.kind, effects=tuple(law.name for law in laws if law.name != NONE),
         sites=tuple((law.site, *law.also) for law in laws if law.site is not None), size=case.size,

@@ -49,7 +49,8 @@ Examples:
 @click.option("--answers", type=click.Path(path_type=Path, exists=True, file_okay=False),
               help="With --logs: score LOG.json or LOG/diagnosis.json of this folder, diagnose nothing.")  # fmt: skip
 @click.option("--only", default="", metavar="NAME,...", help="Let the diagnosis consider only these effects.")
-@click.option("--oracle/--no-oracle", default=True, show_default=True, help="Fit the true effect alone, to compare.")
+@click.option("--oracle/--no-oracle", default=True, show_default=True,
+              help="Fit the true effect alone to another run, to compare.")  # fmt: skip
 @jobs_option
 @scheduler_option
 @click.option("-o", "--output", type=click.Path(path_type=Path), default="blind", show_default=True,
