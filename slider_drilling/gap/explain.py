@@ -17,7 +17,7 @@ from slider_drilling.gap.choice.state import Judged, State
 from slider_drilling.gap.evidence.compare import closed_between
 from slider_drilling.gap.evidence.rivals import Rival
 from slider_drilling.gap.model import Effect, Model, Together, Values
-from slider_drilling.gap.problem.noise import NoiseFloor, noise_floor
+from slider_drilling.gap.problem.noise import BELIEVED, NoiseFloor, noise_floor
 
 Report = Callable[[str, float], None]
 
@@ -152,11 +152,17 @@ def _remarks(state: State) -> tuple[str, ...]:
     said = []
     for index, floors in enumerate(state.floors):
         for name, floor in floors.items():
+            run = f" in run {index + 1}" if len(state.floors) > 1 else ""
             if floor.excess is not None:
-                run = f" in run {index + 1}" if len(state.floors) > 1 else ""
                 said.append(
                     f"{name}{run} scatters {floor.excess:.1f} times what its sensor is said to: what is above twice "
                     "the declared noise counts as gap"
+                )
+            if floor.declared and floor.seen is not None and BELIEVED * floor.seen < floor.declared:
+                said.append(
+                    f"{name}{run} scatters {floor.seen / floor.declared:.2g} times what its sensor is said to: E is "
+                    "counted in half of what is said, below which such a sensor would hide a difference; state its "
+                    "noise as it is to see smaller ones"
                 )
     missing = state.current.score.not_refitted
     if missing:

@@ -1,9 +1,13 @@
 """What may be called noise: not what steps, drifts or repeats."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import binom
+from toy import toy
 
+from slider_drilling.gap import explain
 from slider_drilling.gap.model import Channel
 from slider_drilling.gap.problem.noise import difference_noise, is_white, lowered, noise_floor
 
@@ -61,3 +65,12 @@ def test_white_is_white_as_often_as_stated_and_a_drift_is_not():
     assert binom.ppf(0.001, 400, 0.01) <= told <= binom.ppf(0.999, 400, 0.01)
     assert is_white(noise[0] + np.sin(np.arange(500.0) / 30.0)) is False
     assert is_white(noise[0, :50]) is None
+
+
+@pytest.mark.parametrize(("declared", "said"), [(1.0, False), (40.0, True)])
+def test_a_record_far_quieter_than_its_sensor_is_told(declared, said):
+    model = toy({"slope": 5.0}, 3)
+    (run,) = model.runs
+    runs = (replace(run, channels=(replace(run.channels[0], declared_noise=declared),)),)
+    remarks = explain(replace(model, runs=runs)).remarks
+    assert any("times what its sensor is said to: E is counted in half" in remark for remark in remarks) == said

@@ -57,7 +57,9 @@ def gaps(blocks: Blocks, score: Score) -> Array:
 def closed_between(blocks: Blocks, before: Score, after: Score) -> tuple[float, tuple[float, float]]:
     """Share of the gap before that is closed after, and its 95 % interval; NaN where there was nothing to close."""
     shares = share_closed(gaps(blocks, before), gaps(blocks, after))
-    low, high = (float(np.nanquantile(shares, q)) for q in (0.5 * LEVEL, 1.0 - 0.5 * LEVEL))
+    known = shares[np.isfinite(shares)]
+    ends = (0.5 * LEVEL, 1.0 - 0.5 * LEVEL)
+    low, high = (float(np.quantile(known, q)) if known.size else float("nan") for q in ends)
     return float(share_closed(before.gap**2, after.gap**2)), (low, high)
 
 

@@ -22,7 +22,8 @@ _COUNTED = 0.8
 _CUT = float(norm.ppf(0.5 + 0.5 * _COUNTED))
 _COUNTED_SQUARE = 1.0 - 2.0 * _CUT * float(norm.pdf(_CUT)) / _COUNTED
 _FEWEST = 100
-# Noise this many times what is declared is reported, and what is above counts as gap.
+# Noise this many times what is declared is reported, and what is above counts as gap; where a record scatters less than
+# the declared by as much, what so good a sensor would show besides is no gap that anybody asked for.
 BELIEVED = 2.0
 _LAGS, _UNLIKELY = 10, 0.01
 # Samples that noise may remember, with half a step of the grid that memories are looked for on.
@@ -36,7 +37,8 @@ class NoiseFloor:
     method: ``differences``, ``colour`` (differences and what a few samples share), ``declared``, ``resolution`` or
     ``foretelling`` (what the model itself could not foretell if it were the truth);
     declared: what somebody states, None if nobody does; seen: what the record shows; excess: seen over declared where
-    that is more than is believed, else None; least: what the record's own digits scatter, below which no floor falls.
+    that is more than is believed, else None; least: what the record's own digits scatter, or half the declared noise,
+    below which no floor falls.
     """
 
     sigma: float
@@ -64,10 +66,10 @@ def noise_floor(channel: Channel) -> NoiseFloor:
         if not declared:
             raise ValueError(f"channel {channel.name}: too few samples to tell its noise, and none is declared")
         return NoiseFloor(declared, "declared", declared, None)
-    least = max(quantum, _smallest_step(channel.measured))
-    seen = difference_noise(channel.measured)
+    digits, stated = max(quantum, _smallest_step(channel.measured)), (declared or 0.0) / BELIEVED
+    seen, least = difference_noise(channel.measured), max(digits, stated)
     if seen <= least:
-        return NoiseFloor(least, "resolution", declared, seen, least=least)
+        return NoiseFloor(least, "resolution" if digits > stated else "declared", declared, seen, least=least)
     return _believed(NoiseFloor(seen, "differences", declared, seen, least=least))
 
 
