@@ -25,7 +25,7 @@ def scored(squares, density):
 
 
 def judged(blocks, monkeypatch, known, found, *, reaches_noise=True, known_reaches_noise=False):
-    monkeypatch.setattr(judge, "adequacy", lambda *given: SimpleNamespace(within=reaches_noise))
+    monkeypatch.setattr(judge, "tested", lambda *given: SimpleNamespace(within=reaches_noise))
     state = SimpleNamespace(
         blocks=blocks, current=SimpleNamespace(score=known), enough=SimpleNamespace(within=known_reaches_noise)
     )

@@ -10,11 +10,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from slider_drilling.gap.choice.judge import group_of, judge, likelier, with_new_floors
-from slider_drilling.gap.choice.refit import as_given, scored
+from slider_drilling.gap.choice.refit import as_given, scored, tested
 from slider_drilling.gap.choice.stand_in import far_off
 from slider_drilling.gap.choice.state import State, Step
 from slider_drilling.gap.choice.tuning import TUNING, floors_lowered, floors_raised, plausible, scattered, tuned_from
-from slider_drilling.gap.evidence.adequacy import adequacy
 from slider_drilling.gap.evidence.compare import beats, closed_between, make_blocks
 from slider_drilling.gap.evidence.score import make_folds
 from slider_drilling.gap.model import Effect, How, Model, Pulled, Values
@@ -54,13 +53,13 @@ def begin(
     free = build_problem(model, [sigmas(own) for own in floors], spent=free.spent)
     tuned = fit(free, tuned.parameters, tuned.values, iterations=1)
     explained = scored(free, (), tuned, blocks.folds)
-    enough = adequacy(explained.problem, explained.fit, explained.score, seed, effects)
+    enough = tested(explained, seed, effects)
     if not enough.done:
         report("re-tuning from other starts", 0.06)
         again = tuned_from(free, scattered(free, tuned))
         if again.cost < tuned.cost:
             explained = scored(free, (), again, blocks.folds)
-            enough = adequacy(explained.problem, explained.fit, explained.score, seed, effects)
+            enough = tested(explained, seed, effects)
     given = as_given(free, explained)
     good = given.gap <= enough.threshold and all(given.by_channel[c] <= v for c, v in enough.by_channel.items())
     ways = (free, free.run_as(How(0, PULL))) if _can_be_pulled(model) else (free,)
@@ -105,7 +104,7 @@ def _with(state: State, taken: Step, left: Sequence[Effect], seed: int) -> State
     assert taken.accepted is not None
     found = taken.accepted.explained
     others = [effect for effect in left if effect.name not in found.names]
-    enough = adequacy(found.problem, found.fit, found.score, seed, others)
+    enough = tested(found, seed, others)
     return replace(state, current=found, enough=enough, steps=(*state.steps, taken), done=enough.done)
 
 
@@ -122,7 +121,7 @@ def _without_needless(state: State, left: Sequence[Effect], seed: int) -> State:
         reduced = scored(problem, rest, found, state.blocks.folds)
         shrinks = closed_between(state.blocks, reduced.score, state.current.score)[1][0] > 0.0
         if not shrinks and not beats(state.blocks, state.current.score, reduced.score):
-            enough = adequacy(reduced.problem, reduced.fit, reduced.score, seed, left)
+            enough = tested(reduced, seed, left)
             state = replace(state, current=reduced, enough=enough, done=enough.done)
     return state
 

@@ -8,11 +8,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import chi2
 
-from slider_drilling.gap.choice.refit import at_its_best, reached, scored_in
+from slider_drilling.gap.choice.refit import at_its_best, reached, scored_in, tested
 from slider_drilling.gap.choice.stand_in import far_off
 from slider_drilling.gap.choice.state import Explained, Judged, State
 from slider_drilling.gap.choice.tuning import TUNING, floors_lowered
-from slider_drilling.gap.evidence.adequacy import adequacy
 from slider_drilling.gap.evidence.compare import LEVEL, Blocks, beats, closed_between, gaps
 from slider_drilling.gap.evidence.score import held_out
 from slider_drilling.gap.model import Effect
@@ -50,8 +49,7 @@ def judge(
     found = at_once(refit, sets)
     state = at_its_best(state, min(found, key=lambda one: one.fit.cost), left, seed)
     if state.tuned is not before.tuned and state.tuned_enough is before.tuned_enough:
-        tuned = state.tuned
-        state = replace(state, tuned_enough=adequacy(tuned.problem, tuned.fit, tuned.score, seed))
+        state = replace(state, tuned_enough=tested(state.tuned, seed))
     judged = [_verdict(state, one, len(left), seed) for one in found]
     judged.sort(key=lambda one: float(np.sum(one.explained.score.density)))
     return state, tuple(judged)
@@ -125,7 +123,7 @@ def _suffices(state: State, explained: Explained, rivals: int, seed: int) -> boo
     shrinks = float(np.quantile(gaps(blocks, known) - gaps(blocks, explained.score), LEVEL / rivals)) > 0.0
     if not shrinks or float(np.sum(explained.score.density)) >= float(np.sum(known.density)) or state.enough.within:
         return False
-    return adequacy(explained.problem, explained.fit, explained.score, seed).within
+    return tested(explained, seed).within
 
 
 def group_of(blocks: Blocks, accepted: Judged, judged: Sequence[Judged]) -> tuple[str, ...]:

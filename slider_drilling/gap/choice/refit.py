@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from slider_drilling.gap.choice.state import Explained, State
 from slider_drilling.gap.choice.tuning import TUNING
-from slider_drilling.gap.evidence.adequacy import adequacy
+from slider_drilling.gap.evidence.adequacy import Adequacy, adequacy
 from slider_drilling.gap.evidence.score import Folds, Score, held_out, score_of
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.problem import Problem
@@ -21,6 +21,11 @@ def scored(problem: Problem, effects: Sequence[Effect], found: Fit, folds: Folds
     """A fit finished and held out."""
     exact, polished = finished(problem, found)
     return Explained(tuple(effects), exact, polished, held_out(exact, polished, folds))
+
+
+def tested(explained: Explained, seed: int, effects: Sequence[Effect] = ()) -> Adequacy:
+    """Whether an explanation is enough; effects: looked for in what it leaves."""
+    return adequacy(explained.problem, explained.fit, explained.score, seed, effects, explained.effects)
 
 
 def as_given(problem: Problem, tuned: Explained) -> Score:
@@ -59,7 +64,7 @@ def at_its_best(state: State, leader: Explained, left: Sequence[Effect], seed: i
     better = scored(state.way.showing(known.effects), known.effects, again, state.blocks.folds)
     if better.fit.cost >= known.fit.cost - TOLERANCE:
         return state
-    enough = adequacy(better.problem, better.fit, better.score, seed, left)
+    enough = tested(better, seed, left)
     if known is not state.tuned:
         return replace(state, current=better, enough=enough)
     given = as_given(better.problem, better)

@@ -17,6 +17,7 @@ from slider_drilling.gap.evidence.score import Score, squares_of
 from slider_drilling.gap.model import Array, Effect
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit
+from slider_drilling.gap.search.screen import changes_of
 
 LEVEL = 0.01
 # What two free numbers (size and memory) gain on white noise hardly ever: -2 log p.
@@ -53,10 +54,12 @@ class Adequacy:
         return self.adequate and not self.hidden
 
 
-def adequacy(problem: Problem, found: Fit, score: Score, seed: int, effects: Sequence[Effect] = ()) -> Adequacy:
+def adequacy(
+    problem: Problem, found: Fit, score: Score, seed: int, effects: Sequence[Effect] = (), known: Sequence[Effect] = ()
+) -> Adequacy:
     """Compare what a fit leaves with what it leaves of its own replicates.
 
-    effects: looked for in what is left (a score test).
+    effects: looked for in what is left (a score test); known: those in the fit.
     """
     generator = np.random.default_rng([seed, 7])
     residuals = replicates(problem, found, generator)
@@ -75,15 +78,18 @@ def adequacy(problem: Problem, found: Fit, score: Score, seed: int, effects: Seq
     }  # fmt: skip
     beyond = tuple(name for name, value in score.by_channel.items() if value > channels[name])
     threshold = max(_upper(whole, LEVEL), float(np.sqrt(1.0 + NEGLIGIBLE)))
-    hidden = bool(effects) and _stands_out(problem, found, residuals, effects)
+    hidden = bool(effects) and _stands_out(problem, found, residuals, effects, known)
     within = score.gap <= threshold and not beyond
     return Adequacy(threshold, channels, beyond, tuple(sorted(structured)), within, hidden)
 
 
-def _stands_out(problem: Problem, found: Fit, residuals: list[Array], effects: Sequence[Effect]) -> bool:
+def _stands_out(
+    problem: Problem, found: Fit, residuals: list[Array], effects: Sequence[Effect], known: Sequence[Effect]
+) -> bool:
     """Whether some effect's change, beyond what the freed parameters can do, lies along what the fit leaves."""
-    points = [effect.values(point) for effect in effects for point in effect.scan]
-    changes = problem.simulate([found.values | values for values in points]) - found.simulated
+    points = [(effect, point) for effect in effects for point in effect.scan]
+    shown = max((effect.fidelity for effect in known), default=0)
+    changes = changes_of(problem, found.values, found.simulated, points, shown)
     basis, _ = np.linalg.qr(_plain(problem, found.jacobian).T)
     rows = _plain(problem, changes)
     rows -= (rows @ basis) @ basis.T

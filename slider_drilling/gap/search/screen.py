@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slider_drilling.gap.model import Array, Effect
+from slider_drilling.gap.model import Array, Effect, Values
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit, bounded_step, prior_weights, room
 
@@ -37,7 +37,7 @@ def screen(problem: Problem, base: Fit, effects: Sequence[Effect]) -> list[Candi
     points = [(effect, point) for effect in effects for point in effect.scan]
     if not points:
         return []
-    changes = _changes(problem, base, points)
+    changes = changes_of(problem, base.values, base.simulated, points, problem.how.fidelity)
     now = problem.cost(base.residual)[0]
     scored: dict[str, dict[tuple[float, ...], tuple[float, dict[str, float]]]] = {e.name: {} for e in effects}
     for forgiving in (True, False):
@@ -57,16 +57,22 @@ def screen(problem: Problem, base: Fit, effects: Sequence[Effect]) -> list[Candi
     return sorted(found, key=lambda candidate: -candidate.promise)
 
 
-def _changes(problem: Problem, base: Fit, points: Sequence[tuple[Effect, tuple[float, ...]]]) -> Array:
-    """(P, N) what each scan point changes at the base, by simulations that show its effect."""
+def changes_of(
+    problem: Problem, values: Values, simulated: Array, points: Sequence[tuple[Effect, tuple[float, ...]]], least: int
+) -> Array:
+    """(P, N) what each scan point changes at the values, by the cheapest simulations that show its effect.
+
+    simulated: (N,) at the values, as the problem has it; least: fidelity that shows what is in the values.
+    """
     changes = np.empty((len(points), problem.size))
-    for asked in sorted({effect.fidelity for effect, _ in points}):
-        own = [index for index, (effect, _) in enumerate(points) if effect.fidelity == asked]
-        sets = [base.values | points[index][0].values(points[index][1]) for index in own]
-        if asked <= problem.how.fidelity:
-            changes[own] = problem.simulate(sets) - base.simulated
+    needed = [max(effect.fidelity, least) for effect, _ in points]
+    for asked in sorted(set(needed)):
+        own = [index for index, fidelity in enumerate(needed) if fidelity == asked]
+        sets = [dict(values) | points[index][0].values(points[index][1]) for index in own]
+        if asked == problem.how.fidelity:
+            changes[own] = problem.simulate(sets) - simulated
         else:
-            without, *with_it = problem.simulate([base.values, *sets], replace(problem.how, fidelity=asked))
+            without, *with_it = problem.simulate([values, *sets], replace(problem.how, fidelity=asked))
             changes[own] = np.array(with_it) - without
     return changes
 
