@@ -143,9 +143,9 @@ def test_breakover_test_finds_friction_through_a_sensor_that_lags(friction, lag)
         if drive.side != side:
             from_angle, from_torque, side, twice = drive.angle, torque, drive.side, 2.0
         sensed += (1.0 - math.exp(-0.1 / lag) if lag else 1.0) * (torque - sensed)
-        finder.update(drive.angle, sensed, drive.strokes)
+        finder.update(drive.angle, sensed, drive.strokes, lag / 0.1)
     assert not finder.testing
-    assert finder.scale == pytest.approx(friction, rel=0.08 if lag else 0.01)
+    assert finder.scale == pytest.approx(friction, rel=0.03 if lag else 0.01)
 
 
 def test_torque_turn_ends_strokes_and_bumps():

@@ -7,7 +7,7 @@ from collections import deque
 
 from slider_drilling.control.torque_and_drag import TorqueAndDrag
 
-_AVERAGED = 10           # samples of torque at the end of a stroke
+_AVERAGED, _LINE = 10, 20   # samples at the end of a stroke: for the mean, for how torque rises
 _MEASUREMENT_SPREAD = 0.06   # of ln(scale): what inertia leaves of the closed form at the test's slow ends
 _STROKES = 3             # of the test: two differences between ends
 LANDING = 2.0            # travel times of torsion: with which the test's strokes slow down towards their ends
@@ -17,8 +17,9 @@ class AmplitudeFinder:
     """Corrects the torque-and-drag belief by the torque at which the first strokes end.
 
     The test's strokes come to their ends slowly, for the closed form has no inertia, and so that a torque sensor that
-    lags has caught up. Later strokes are quick and half of the torque at their ends tells little of friction (at the
-    amplitude that frees half the string, 1 % of torque is 4 % of friction); they are measured and reported only.
+    lags has nearly caught up: torque still rises there, and what it rises by within the lag is added. Later strokes
+    are quick and half of the torque at their ends tells little of friction (at the amplitude that frees half the
+    string, 1 % of torque is 4 % of friction); they are measured and reported only.
 
     off_bottom: the belief without weight on bit, as the test is made. prior_spread: of ln(scale), how far the friction
     belief may be off before anything was measured.
@@ -27,7 +28,7 @@ class AmplitudeFinder:
     def __init__(self, off_bottom: TorqueAndDrag, prior_spread: float):
         self._belief = off_bottom
         self._prior_spread = prior_spread
-        self._latest: deque[tuple[float, float]] = deque(maxlen=_AVERAGED)   # rad, N m
+        self._latest: deque[tuple[float, float]] = deque(maxlen=_LINE)   # rad, N m
         self._strokes: int | None = None   # of the drive
         self._made = 0
         self._end: tuple[float, float] | None = None   # rad, N m: means at the end of the last stroke
@@ -54,22 +55,24 @@ class AmplitudeFinder:
         weight = self._prior_spread**-2 + (_MEASUREMENT_SPREAD**-2 if self._measured else 0.0)
         return weight**-0.5
 
-    def update(self, angle: float, torque: float, strokes: int) -> None:
-        """Take one sample. angle: rad, torque: N m, NaN where there is none; strokes: reversals so far."""
+    def update(self, angle: float, torque: float, strokes: int, late: float = 0.0) -> None:
+        """Take one sample. angle: rad, torque: N m, NaN where there is none; strokes: reversals so far; late: samples
+        that the sensor of torque lags by."""
         if self._strokes is not None and strokes != self._strokes:
-            self._stroke_ends()
+            self._stroke_ends(late)
             self._made += 1
             self._latest.clear()
         self._strokes = strokes
         if math.isfinite(torque):
             self._latest.append((angle, torque))
 
-    def _stroke_ends(self) -> None:
+    def _stroke_ends(self, late: float) -> None:
         before, self._end = self._end, None
         if len(self._latest) < _AVERAGED:
             return
         angles, torques = zip(*self._latest, strict=True)
-        self._end = (sum(angles) / _AVERAGED, sum(torques) / _AVERAGED)
+        hidden = late * _rise(torques) if self.testing else 0.0
+        self._end = (sum(angles[-_AVERAGED:]) / _AVERAGED, sum(torques[-_AVERAGED:]) / _AVERAGED + hidden)
         if before is None:
             return
         side = math.copysign(1.0, self._end[0] - before[0])
@@ -77,3 +80,10 @@ class AmplitudeFinder:
         self.breakover_torque = torque
         if self.testing and amplitude > 0.5 and torque > 0.0:
             self._measured.append(math.log(self._belief.scale_from(amplitude, torque)))
+
+
+def _rise(values: tuple[float, ...]) -> float:
+    """By how much they rise from one to the next, by a straight line."""
+    middle = 0.5 * (len(values) - 1)
+    squares = sum((k - middle) ** 2 for k in range(len(values)))
+    return sum((k - middle) * value for k, value in enumerate(values)) / squares

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _LOADED_SHARE = 0.8          # of the pressure asked for, from which on the string slides steadily
 _TOUCHED_SHARE = 0.1         # of the pressure wanted, at which the bit is on bottom again
 _LOADS, _RESTS = math.radians(8.0), math.radians(13.0)   # of the tool-face behind: full load until, none from there on
-_EASED, _LEAST_SHARE, _RESTORED = 0.02, 0.6, 0.0006   # of the pressure wanted: at a torque limit, the least, per s
+_EASED, _LEAST_SHARE, _RESTORED = 0.04, 0.6, 0.0002   # of the pressure wanted: at a torque limit, the least, per s
 
 
 class Lowering:

@@ -255,7 +255,8 @@ class SlideController:
             drive.turn()
         drive.advance(step, wish, self._motion())
         if self._motion() is Motion.ROCK:
-            self._finder.update(drive.angle, self._torque, drive.strokes)
+            late = self._reading.likeliest_lag / self._interval
+            self._finder.update(drive.angle, self._torque, drive.strokes, late)
 
     def _borne(self, wished: float, step: float) -> float:
         """Amplitude (rad) that the torque limits bear; it and the pressure that they bear are regained slowly."""

@@ -48,6 +48,7 @@ class TorqueReading:
         self._accelerated = False    # whether the acceleration of the sample before is known
         self._picked = 0
         self.inertia = 0.0        # kg m2, 0 where none shows
+        self.likeliest_lag = float(_LAGS[self._prior.argmax()])   # s
         self.lag = float(np.exp(self._prior) @ _LAGS / np.exp(self._prior).sum())   # s
 
     def pipe_torque(self, speed: float, torque: float, step: float) -> float:
@@ -110,5 +111,6 @@ class TorqueReading:
         weight = self._prior - 0.5 * (squares - squares.min()) / spread
         weight = np.exp(weight - weight.max())
         self._picked = int(weight.argmax())
+        self.likeliest_lag = float(_LAGS[self._picked])
         self.lag = float(weight @ _LAGS / weight.sum())
         self.inertia = float(inertia[self._picked]) if sure else 0.0
