@@ -82,8 +82,7 @@ def step(
     arms, promised, ways = _arms(state, left, together if turn == 0 else ())
     ran = begun_again(state.ways, race(state.ways, arms))
     report("judging the finalists", min(0.25 + 0.3 * turn, 0.9))
-    before = state.current
-    state, judged = judge(state, ran, ways, left, seed)
+    state, judged, elsewhere = judge(state, ran, ways, left, seed)
     for one in judged:
         if one.passed:
             group = group_of(state.blocks, one, judged)
@@ -92,8 +91,7 @@ def step(
             if accepted.passed:
                 taken = _with(refloored, Step(judged, accepted, group, promised), left, seed)
                 return _without_needless(taken, left, seed)
-    if state.current.names == before.names and beats(state.blocks, state.current.score, before.score):
-        # The race ran from a worse place than is known by now.
+    if elsewhere:
         return replace(state, done=state.enough.done)
     instead = likelier(state, judged, len(left)) if state.enough.adequate and far_off(state.current) else ()
     return replace(state, steps=(*state.steps, Step(judged, None, (), promised)), instead=instead, done=True)

@@ -19,6 +19,7 @@ from slider_drilling.gap.problem.noise import sigmas
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.finish import POLISH, finished
+from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import Arm, finalists
 
 # An effect is worth a name if it closes at least this share of the gap.
@@ -29,8 +30,9 @@ _SAME_FLOOR = 0.95
 
 def judge(
     state: State, ran: Sequence[Arm], ways: Sequence[int], left: Sequence[Effect], seed: int
-) -> tuple[State, tuple[Judged, ...]]:
-    """Refit the finalists in the way that foretells most, and hold them out against what is known so far.
+) -> tuple[State, tuple[Judged, ...], bool]:
+    """Refit the finalists in the way that foretells most, and hold them out against what is known so far; whether what
+    was known is ruled out now, so that the race ran from the wrong place.
 
     Which way that is, the leader shows where it is finished. Where it is not the one the state was scored in, what is
     known is scored anew in it.
@@ -43,16 +45,17 @@ def judge(
         state, _ = scored_in(state.ways[way], state, TUNING)
 
     def refit(arms: Sequence[Arm]) -> Explained:
-        problem, fit = led[way] if arms is sets[0] else finished(*reached(state, arms, way))
-        return Explained(arms[0].effects, problem, fit, held_out(problem, fit, state.blocks.folds))
+        problem, ended = led[way] if arms is sets[0] else finished(*reached(state, arms, way))
+        return Explained(arms[0].effects, problem, ended, held_out(problem, ended, state.blocks.folds))
 
     found = at_once(refit, sets)
+    known = state.current
     state = at_its_best(state, min(found, key=lambda one: one.fit.cost), left, seed)
     if state.tuned is not before.tuned and state.tuned_enough is before.tuned_enough:
         state = replace(state, tuned_enough=tested(state.tuned, seed))
     judged = [_verdict(state, one, len(left), seed) for one in found]
     judged.sort(key=lambda one: float(np.sum(one.explained.score.density)))
-    return state, tuple(judged)
+    return state, tuple(judged), _rules_out(state.current, known)
 
 
 def with_new_floors(state: State, accepted: Judged, rivals: int, seed: int) -> tuple[State, Judged]:
@@ -68,6 +71,16 @@ def with_new_floors(state: State, accepted: Judged, rivals: int, seed: int) -> t
     state, (again,) = scored_in(problem, state, POLISH, [found])
     state = replace(state, floors=floors, ways=ways)
     return state, _verdict(state, again, rivals, seed)
+
+
+def _rules_out(now: Explained, before: Explained) -> bool:
+    """Whether the log rules out where the same effects were before: it is likelier now by more than as many parameters
+    gain on noise (Wilks).
+    """
+    if now is before:
+        return False
+    there = fit(now.problem, now.fit.parameters, before.fit.values, iterations=0, known=now.fit.rows)
+    return there.cost - now.fit.cost > float(chi2.ppf(1.0 - LEVEL, max(len(now.fit.parameters), 1)))
 
 
 def _verdict(state: State, explained: Explained, rivals: int, seed: int) -> Judged:
