@@ -22,7 +22,7 @@ from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.finish import finished
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import Arm, begun_again, parameters_of, race
-from slider_drilling.gap.search.screen import Candidate, screen
+from slider_drilling.gap.search.screen import STARTS, Candidate, screen
 from slider_drilling.gap.search.wide import wide
 
 Report = Callable[[str, float], None]
@@ -140,7 +140,7 @@ def _arms(
         problem = state.ways[way].showing(known.effects)
         given = {name: value for name, value in known.fit.values.items() if "@" in name or "." in name}
         as_given = fit(problem, known.fit.parameters, given, iterations=1)
-        for base, starts in ((tuned_here, 1), (as_given, 2)):
+        for base, starts in ((tuned_here, 1), (as_given, STARTS)):
             candidates = screen(problem, base, effects)
             by_name = {candidate.effect.name: candidate for candidate in candidates}
             for candidate in candidates:
@@ -166,7 +166,7 @@ def _known_in_each_way(state: State) -> dict[int, Fit]:
     for way, problem in enumerate(state.ways):
         if not state.steps or problem.how.pull == known.problem.how.pull:
             problem = problem.showing(known.effects)
-            tuned[way] = fit(problem, known.fit.parameters, known.fit.values, iterations=TUNING // 2)
+            tuned[way] = fit(problem, known.fit.parameters, known.fit.values)
     return tuned
 
 

@@ -22,10 +22,8 @@ from slider_drilling.gap.search.finish import POLISH, finished
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import Arm, finalists
 
-# An effect is worth a name if it closes at least this share of the gap.
+# An effect is worth a name if it closes at least this share of the gap; a floor that moves by less is the same.
 LEAST_SHARE = 0.05
-# A floor that falls or rises by less is the same.
-_SAME_FLOOR = 0.95
 
 
 def judge(
@@ -63,7 +61,7 @@ def with_new_floors(state: State, accepted: Judged, rivals: int, seed: int) -> t
     found = accepted.explained
     floors = floors_lowered(found.problem, found.fit, state.floors)
     ratios = [floors[p.run][p.name].sigma / state.floors[p.run][p.name].sigma for p in found.problem.pieces]
-    if all(_SAME_FLOOR < ratio < 1.0 / _SAME_FLOOR for ratio in ratios):
+    if all(abs(np.log(ratio)) < LEAST_SHARE for ratio in ratios):
         return state, accepted
     free = build_problem(found.problem.model, [sigmas(own) for own in floors], spent=found.problem.spent)
     ways = tuple(free.run_as(problem.how) for problem in state.ways)

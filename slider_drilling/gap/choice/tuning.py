@@ -14,10 +14,11 @@ from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import parameters_of
+from slider_drilling.gap.search.screen import STARTS
 
 # Iterations of a fit that begins anywhere.
 TUNING = 14
-_SCATTERED, _FOLLOWED = 32, 2
+_SCATTERED = 32  # points
 
 
 def tuned_from(problem: Problem, starts: Sequence[Values]) -> Fit:
@@ -39,7 +40,7 @@ def scattered(problem: Problem, tuned: Fit) -> list[dict[str, float]]:
         for row in np.array(low) + (np.array(high) - np.array(low)) * unit
     ]
     costs = [problem.cost(residual)[0] for residual in problem.residuals(points)]
-    return [points[index] for index in np.argsort(costs)[:_FOLLOWED]]
+    return [points[index] for index in np.argsort(costs)[:STARTS]]
 
 
 def plausible(parameter: Parameter) -> tuple[float, float]:

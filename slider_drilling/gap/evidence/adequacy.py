@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 from scipy.stats import t as student
 
 from slider_drilling.gap.evidence.replicates import replicates
@@ -20,8 +21,8 @@ from slider_drilling.gap.search.least_squares import Fit
 from slider_drilling.gap.search.screen import changes_of
 
 LEVEL = 0.01
-# What two free numbers (size and memory) gain on white noise hardly ever: -2 log p.
-_FREE = 20.0
+# What two free numbers (size and memory) gain on white noise at that level: -2 log p.
+_FREE = float(chi2.isf(LEVEL, 2))
 # E^2 - 1 that no engineer would act upon, of the whole and of one channel: other codes for the same equations,
 # and noise with a colour, differ by as much.
 NEGLIGIBLE, NEGLIGIBLE_ALONE = 0.4, 0.5

@@ -14,13 +14,12 @@ from scipy.optimize import brentq
 
 from slider_drilling.gap.model import Array, Graded, How, Model, Pulled
 from slider_drilling.gap.problem.missed_steps import missed_steps
+from slider_drilling.gap.problem.noise import DIFFERENCE_SPREAD
 from slider_drilling.gap.problem.problem import STEP_SIZE, Problem
 from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.least_squares import Fit
 
 _NUMBER = 8
-# Relative standard deviation of a floor that comes from differences of few samples.
-_FLOOR_SPREAD = 2.0
 _WIDEST = 1e3
 
 
@@ -90,7 +89,7 @@ def _noise(problem: Problem, generator: np.random.Generator) -> Array:
     noise = np.empty(problem.size)
     for piece in problem.pieces:
         count = piece.channel.time.size
-        off = 1.0 + generator.normal() * _FLOOR_SPREAD / np.sqrt(count)
+        off = 1.0 + generator.normal() * DIFFERENCE_SPREAD / np.sqrt(count)
         noise[piece.rows] = off * generator.normal(size=count)
     return noise
 

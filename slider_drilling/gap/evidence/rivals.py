@@ -23,7 +23,6 @@ from slider_drilling.gap.search.least_squares import bounded_step, fit, prior_we
 _KNOTS = 8
 # Ridge on the coefficients, of a typical one: what the data do not ask for stays near zero.
 _RIDGE = 0.3
-_FOLLOWED = 8  # iterations of a fit
 
 
 @dataclass(frozen=True)
@@ -115,7 +114,7 @@ def _fitted(explained: Explained, one: Disturbance, folds: Folds, worth: float) 
     """A disturbance whose coefficients are fitted with the nuisance, and finished as a law is where it is worth it."""
     problem, known = explained.problem, explained.fit
     freed = [*known.parameters, *problem.free(one.parameters)]
-    found = fit(problem, freed, known.values, iterations=_FOLLOWED)
+    found = fit(problem, freed, known.values)
     if known.cost - found.cost > worth:
         problem, found = finished(problem, found)
     shape = np.array([found.values[parameter.name] - parameter.nominal for parameter in one.parameters])

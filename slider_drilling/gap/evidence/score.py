@@ -16,7 +16,6 @@ from slider_drilling.gap.search.least_squares import Fit, fit
 
 FOLDS = 6
 _BINS_PER_BLOCK = 4
-_REFITS = 1  # iterations
 
 
 @dataclass(frozen=True)
@@ -77,7 +76,7 @@ def held_out(problem: Problem, found: Fit, folds: Folds) -> Score:
     def without(fold: int) -> Fit:
         kept = (folds.of != fold).astype(float)
         return fit(
-            problem, own, found.values, iterations=_REFITS, kept=kept, simulated=found.simulated, known=known
+            problem, own, found.values, iterations=1, kept=kept, simulated=found.simulated, known=known
         )
 
     residual = np.empty(problem.size)

@@ -22,6 +22,8 @@ _COUNTED = 0.8
 _CUT = float(norm.ppf(0.5 + 0.5 * _COUNTED))
 _COUNTED_SQUARE = 1.0 - 2.0 * _CUT * float(norm.pdf(_CUT)) / _COUNTED
 _FEWEST = 100
+# By how much that estimate scatters for white noise, of itself times the root of the number of samples.
+DIFFERENCE_SPREAD = 1.34
 # Noise this many times what is declared is reported, and what is above counts as gap; where a record scatters less than
 # the declared by as much, what so good a sensor would show besides is no gap that anybody asked for.
 BELIEVED = 2.0

@@ -14,10 +14,11 @@ from slider_drilling.gap.problem.missed_steps import missed_steps
 
 # Noise units beyond which a missed step of a channel that accumulates costs by its logarithm.
 STEP_SIZE = 4.0
-# Samples that a discrepancy remembers at most, and the share of a run: what errs for longer is for a law to explain.
-_SAMPLES, _SHARE = 40.0, 0.05
+# Samples that a discrepancy remembers at most: what errs for longer is for a law to explain.
+_SAMPLES = 40.0
 FREE = How()
-# Stretches of a piece, and how many of them single events may spoil before they count as structure.
+# Stretches of a run, one being what a discrepancy remembers at most, too, and how many of them single events may spoil
+# before they count as structure.
 _STRETCHES, _EVENTS = 20, 3
 
 
@@ -246,4 +247,4 @@ def _longest_memory(duration: float, interval: float) -> float:
     A likelihood that forgives whatever is slow takes a tool that turns at the wrong time for a discrepancy, and
     re-tuning then leaves a larger gap than it found.
     """
-    return max(min(_SHARE * duration, _SAMPLES * interval), 2.0 * interval)
+    return max(min(duration / _STRETCHES, _SAMPLES * interval), 2.0 * interval)

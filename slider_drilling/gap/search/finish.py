@@ -11,7 +11,6 @@ from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit, fit
 
 POLISH = 3  # iterations
-_AFRESH = 8  # iterations of a fit on the fine mesh, which may lie elsewhere
 # Of the noise: where the mesh adds more, fits are finished on the fine one.
 _COARSE = 0.5
 
@@ -27,7 +26,7 @@ def finished(problem: Problem, found: Fit) -> tuple[Problem, Fit]:
     exact = problem.at(polished.values, best)
     if best > problem.how.fidelity and _mesh_error(exact) > _COARSE:
         exact = problem.run_as(replace(problem.how, fidelity=best))
-        return exact, fit(exact, found.parameters, polished.values, iterations=_AFRESH)
+        return exact, fit(exact, found.parameters, polished.values)
     return exact, fit(exact, found.parameters, polished.values, iterations=1)
 
 

@@ -24,9 +24,8 @@ TOLERANCE = 0.5
 # Finite-difference step in units of a parameter's scale: large against the kinks that stick and slip leave in a
 # residual, small against the curvature over one scale.
 STEP = 0.2
-# Damping of the second trial step, in units of the scales' own curvature.
-_DAMPED = 0.3
-# A short trial step, of the whole one; where no trial helps, the next ones are all as much shorter, once.
+# A short trial step, of the whole one, and the damping of another, of the scales' own curvature; where no trial helps,
+# the next ones are all as much shorter, once.
 _SHORT = 0.3
 # A Jacobian that foretold this share of the power of what a step changed serves for the next step too.
 _FORETOLD = 0.75
@@ -69,7 +68,7 @@ def fit(
     start: Values,
     *,
     iterations: int = 8,
-    tolerance: float = TOLERANCE,
+    tolerance: float | None = None,
     kept: Array | None = None,
     simulated: Array | None = None,
     known: Mapping[str, Array] = MappingProxyType({}),
@@ -77,10 +76,11 @@ def fit(
     """Follow the likelihood down from one start; names in start that are not free stay as they are.
 
     parameters: expanded per run (`Problem.free`). iterations: 0 for the start itself with its Jacobian. tolerance: of
-    ``-2 log p``. kept: (N,) weights 0 or 1, samples that count (all by default). simulated: (N,) of the start, known:
-    rows (N,) of the first Jacobian by name, where another fit has them already.
+    ``-2 log p``, TOLERANCE by default. kept: (N,) weights 0 or 1, samples that count (all by default). simulated: (N,)
+    of the start, known: rows (N,) of the first Jacobian by name, where another fit has them already.
     """
     space = _Space(problem, parameters, start, kept)
+    least = TOLERANCE if tolerance is None else tolerance
     point = space.begin(start)
     simulated, jacobian = space.linearised(point, simulated, known)
     cost, found = space.cost(simulated, point)
@@ -100,7 +100,7 @@ def fit(
             jacobian, foretold = secant(jacobian, trials[best] - point, outcomes[best] - simulated)
             stale = foretold < _FORETOLD
             point, simulated, (cost, found) = trials[best], outcomes[best], costs[best]
-        if gained >= tolerance:
+        if gained >= least:
             reach = 1.0
         elif stale:
             continue
@@ -170,7 +170,7 @@ class _Space:
         """
         low, high = self.lower - point, self.upper - point
         tried = []
-        for forgiving, dampings in ((True, (0.0, _DAMPED)), (False, (0.0,))):
+        for forgiving, dampings in ((True, (0.0, _SHORT)), (False, (0.0,))):
             white, rows = self.problem.whitened(residual, jacobian, found, forgiving)
             if self.kept is not None:
                 white, rows = white * self.kept, rows * self.kept

@@ -16,12 +16,11 @@ from slider_drilling.gap.model import Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.least_squares import TOLERANCE, Fit, fit
-from slider_drilling.gap.search.screen import screen
+from slider_drilling.gap.search.screen import STARTS, screen
 
 # Iterations of each rung; after each but the last, the better share of the sets of effects goes on.
 _RUNGS = (1, 2, 8)
-_KEPT = (0.5, 0.4)
-_AGAIN = 2  # places from which the leader begins again
+_KEPT = 0.5
 # Sets that are always followed to the end, as far as there are so many.
 FINALISTS = 3
 
@@ -73,8 +72,8 @@ def race(problems: Sequence[Problem], arms: Sequence[Arm]) -> list[Arm]:
             return _advanced(problems[arm.way].showing(arm.effects), arm, iterations, pace)
 
         running = sorted(at_once(advance, running), key=lambda arm: arm.cost)
-        if rung < len(_KEPT):
-            running = _better(running, _KEPT[rung])
+        if rung < len(_RUNGS) - 1:
+            running = _better(running, _KEPT)
     return running
 
 
@@ -91,7 +90,7 @@ def begun_again(problems: Sequence[Problem], ran: Sequence[Arm]) -> list[Arm]:
     bare = {name: value for name, value in leader.fit.values.items() if name not in own}
     base = fit(problem, parameters_of(problem, leader.effects[:-1]), bare, iterations=0)
     (candidate,) = screen(problem, base, [effect])
-    arms = [replace(leader, begin=start, near=None, fit=None) for start in candidate.starts[:_AGAIN]]
+    arms = [replace(leader, begin=start, near=None, fit=None) for start in candidate.starts[:STARTS]]
     found = at_once(lambda arm: _advanced(problem, arm, sum(_RUNGS)), arms)
     return sorted([*ran, *found], key=lambda arm: arm.cost)
 

@@ -11,10 +11,12 @@ from slider_drilling.gap.model import Array, Effect, Values
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit, bounded_step, prior_weights, room
 
-# A secant is trusted between a quarter of the scan's amplitude and three times it, a nuisance's derivative for so many
+# A secant is trusted from the scan's amplitude by this factor to as many times it, a nuisance's derivative for as many
 # of its scales.
-_SHORTEST, _LONGEST, _NUISANCE = 0.25, 3.0, 6.0
+_TRUSTED = 4.0
 _MARGIN = 0.02
+# Places that fits begin from where the first may mislead.
+STARTS = 2
 
 
 @dataclass(frozen=True)
@@ -88,8 +90,8 @@ def _step(base: Fit, effect: Effect, rows: Array, white: Array) -> Array:
     nominal = np.array([p.nominal for p in base.parameters])
     normal = rows @ rows.T + np.diag(prior)
     gradient = rows @ white - prior * np.append((here - nominal) / scale, 0.0)
-    lowest = np.append(np.maximum(low, -_NUISANCE), -_LONGEST if both_ways else 0.0)
-    highest = np.append(np.minimum(high, _NUISANCE), _LONGEST)
+    lowest = np.append(np.maximum(low, -_TRUSTED), -_TRUSTED if both_ways else 0.0)
+    highest = np.append(np.minimum(high, _TRUSTED), _TRUSTED)
     return bounded_step(normal, gradient, 0.0, lowest, highest)
 
 
@@ -100,7 +102,7 @@ def _start(base: Fit, effect: Effect, point: tuple[float, ...], step: Array) -> 
         moved = start.get(parameter.name, parameter.nominal) + parameter.scale * float(move)
         start[parameter.name] = float(np.clip(moved, parameter.lower, parameter.upper))
     amplitude, multiple = effect.parameters[0], float(step[-1])
-    multiple = multiple if abs(multiple) >= _SHORTEST else _SHORTEST
+    multiple = multiple if abs(multiple) >= 1.0 / _TRUSTED else 1.0 / _TRUSTED
     margin = _MARGIN * (amplitude.upper - amplitude.lower)
     size = amplitude.nominal + multiple * (point[0] - amplitude.nominal)
     size = float(np.clip(size, amplitude.lower + margin, amplitude.upper - margin))

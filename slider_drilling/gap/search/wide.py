@@ -9,10 +9,10 @@ from scipy.stats import qmc
 
 from slider_drilling.gap.model import Values
 from slider_drilling.gap.problem.problem import Problem
+from slider_drilling.gap.search.screen import STARTS
 
 _POINTS, _BATCH = 512, 64
 _POPULATION, _GENERATIONS, _SPREAD = 24, 60, 0.2
-_BEGUN = 2
 
 
 def wide(
@@ -42,7 +42,7 @@ def wide(
     unit = qmc.Sobol(len(spans), seed=seed).random(_POINTS)
     first = costs(unit)
     ends = []
-    for number, index in enumerate(np.argsort(first)[:_BEGUN]):
+    for number, index in enumerate(np.argsort(first)[:STARTS]):
         options = {
             "bounds": [0.0, 1.0], "popsize": _POPULATION, "maxiter": _GENERATIONS, "verbose": -9,
             "seed": seed + number + 1,
