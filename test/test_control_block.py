@@ -232,8 +232,23 @@ def test_heave_is_found_and_taken_out_of_the_block():
 
 
 def test_rocking_is_not_taken_for_heave():
+    """It frees pipe from its drag twice a cycle."""
     heave, random = HeaveCompensator(1e5, 0.2), np.random.default_rng(2)
     for k in range(3000):
-        load = 4e5 + 1e4 * math.sin(2.0 * math.pi * 0.1 * k / 8.0) + random.normal(0.0, 4e3)
-        assert heave.update(load, 8.0, True, 0.1) == 0.0
+        load = 4e5 + 1e4 * math.sin(2.0 * math.pi * 0.1 * k / 6.0) + random.normal(0.0, 4e3)
+        assert heave.update(load, 12.0, True, 0.1) == 0.0
     assert math.isnan(heave.period)
+
+
+@pytest.mark.parametrize("rocking", [8.3, 9.0])
+def test_rocking_hides_no_wave(rocking):
+    """Neither where it rocks a little faster nor where it rocks as the wave goes."""
+    heave, moved, loads, random = HeaveCompensator(1.8e5, 0.2), 0.0, [], np.random.default_rng(2)
+    for k in range(4000):
+        time = 0.1 * k
+        load = 4e5 - 1.8e5 * (0.05 * math.sin(2.0 * math.pi * time / 9.0) + moved)
+        loads.append(load)
+        load += 2e3 * math.sin(4.0 * math.pi * time / rocking) + random.normal(0.0, 4e3)
+        moved += 0.1 * heave.update(load, rocking, True, 0.1)
+    assert heave.period == pytest.approx(9.0, rel=0.02)
+    assert np.std(loads[-500:]) < 0.25 * np.std(loads[:500])

@@ -1,8 +1,12 @@
 """Heave: a wave that moves the block, found in the hook load and taken out of it by block speed.
 
-The string is a spring below the block. A line in the spectrum of the hook load, at a period of waves and not at one of
-rocking, is the wave; the block is then moved against it, by as much as makes the line vanish. The string's stiffness
-need not be known well: what is left of the line tells what is still missing.
+The string is a spring below the block. A line in the spectrum of the hook load, at a period of waves, is the wave; the
+block is then moved against it, by as much as makes the line vanish. The string's stiffness need not be known well: what
+is left of the line tells what is still missing.
+
+Rocking hides no wave. A stroke to the right frees as much pipe from its drag as one to the left, so what rocking
+leaves in the hook load comes twice a cycle: a line once a cycle is a wave, even one of rocking's own period. Only what
+lies next to its even harmonics may be rocking's.
 """
 
 from __future__ import annotations
@@ -19,9 +23,9 @@ _SHORTEST, _LONGEST = 4.5, 22.0    # s, of waves
 _WINDOW, _EVERY, _SAMPLING = 90.0, 15.0, 0.5   # s: of the spectrum, between two looks, between its samples
 _CLEAR = 6.0            # of the median of the spectrum, from which a peak is a line
 _LEAST = 0.02           # m, of block movement, below which a wave does no harm
-_OF_ROCKING = 2.2       # lines of the spectrum to either side of one of rocking's harmonics that may be rocking's
+_OF_ROCKING = 2.2       # lines of the spectrum to either side of an even harmonic of rocking that may be rocking's
 _LEARNING = 40.0        # s, in which the compensation takes up what is left
-_HARMONICS = (1, 2, 3, 4)
+_HARMONICS = (2, 4)
 
 
 class HeaveCompensator:
