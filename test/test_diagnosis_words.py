@@ -281,7 +281,8 @@ def test_the_shape_of_an_unknown_is_told_with_its_numbers_and_units(x_unit, y_un
 def test_what_is_told_of_an_effect_in_the_answer_is_the_final_models(monkeypatch):
     """Found beside others only, it has no share of its own: alone it closes another."""
     monkeypatch.setattr(from_engine, "_fitted", lambda explained, prefix: {"of": explained, "named": prefix})
-    beside = SimpleNamespace(closed=0.52, interval=(0.43, 0.61), why_not=(), passed=True, explained="the three")
+    both = SimpleNamespace(names=("static_aging", "torque_at_motor"))
+    beside = SimpleNamespace(closed=0.52, interval=(0.43, 0.61), why_not=(), passed=True, explained=both)
     alone = SimpleNamespace(closed=0.03, interval=(-0.06, 0.13), why_not=("no",), passed=False, explained="alone")
     answer = SimpleNamespace(
         effects=("static_aging", "torque_at_motor"), tuned=28.0, threshold=3.8, rival=None,
@@ -294,6 +295,27 @@ def test_what_is_told_of_an_effect_in_the_answer_is_the_final_models(monkeypatch
     assert [row.parameters["of"] for row in rows] == ["final", "final", "alone"]
     assert [row.closed for row in rows] == [0.52, None, 0.03]
     assert [row.in_answer for row in rows] == [True, True, False]
+
+
+def test_what_stayed_of_effects_that_were_found_together_is_told_with_its_parameters(monkeypatch):
+    """Three began at once and one proved needless: the other two are in the answer, and share what it closes."""
+    monkeypatch.setattr(from_engine, "_fitted", lambda explained, prefix: {f"{prefix}size": 1.0})
+    effects = [SimpleNamespace(name=name, site="contact") for name in ("stribeck", "static_aging", "torque_at_motor")]
+    three = SimpleNamespace(
+        effect=effects[2], closed=0.80, interval=(0.70, 0.85), why_not=(), passed=True,
+        explained=SimpleNamespace(effects=effects, names=tuple(effect.name for effect in effects)),
+    )  # fmt: skip
+    answer = SimpleNamespace(
+        effects=("static_aging", "torque_at_motor"), closed=0.76, interval=(0.69, 0.81), tuned=28.0, threshold=3.8,
+        rival=None, judged=(three,), groups={},
+        state=SimpleNamespace(current="final", steps=(SimpleNamespace(accepted=three, promised={}),)),
+    )  # fmt: skip
+    rows = {row.effect: row for row in from_engine._ranking(answer, effects)}
+    for name in answer.effects:
+        assert rows[name].in_answer
+        assert rows[name].closed == 0.76
+        assert rows[name].parameters == {f"{name}.size": 1.0}
+    assert not rows["stribeck"].in_answer
 
 
 def test_a_re_tuning_that_went_far_says_what_it_may_stand_for():

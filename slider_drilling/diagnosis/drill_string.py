@@ -28,12 +28,14 @@ class DrillString:
     """See `slider_drilling.gap.model`: `Model`, `Graded`, `Pulled`, `Disturbed`, `Shortened`, `Probed`,
     `Spoken`.
 
-    rig: with the log's nominal parameters; commands: one per run. Nothing here changes by being used.
+    rig: with the log's nominal parameters; commands: one per run; accelerations: of their top drives, rad/s2, None
+    where commands have no noise. Nothing here changes by being used.
     """
 
     rig: Rig
     runs: tuple[Run, ...]
     commands: tuple[Commands, ...]
+    accelerations: tuple[Array | None, ...]
     nuisance: tuple[Parameter, ...]
     effects: tuple[Effect, ...]
     user_effects: Mapping[str, UserEffect] = field(default_factory=dict)
@@ -84,7 +86,7 @@ class DrillString:
 
     def shortened(self, share: float) -> DrillString:
         """The first part of every run."""
-        runs, commands = [], []
+        runs, commands, accelerations = [], [], []
         for index, run in enumerate(self.runs):
             until = run.time[0] + share * run.duration
             kept = [
@@ -95,12 +97,14 @@ class DrillString:
             runs.append(replace(run, time=run.time[inside], excitation=run.excitation[inside], channels=channels))
             own = self.commands[index]
             commands.append(Commands(*(getattr(own, name)[inside] for name in Commands.__dataclass_fields__)))
-        return replace(self, runs=tuple(runs), commands=tuple(commands))
+            faster = self.accelerations[index]
+            accelerations.append(None if faster is None else faster[inside])
+        return replace(self, runs=tuple(runs), commands=tuple(commands), accelerations=tuple(accelerations))
 
     def manoeuvres(self) -> list[Manoeuvre]:
         """Runs that could be made next."""
         return [
-            Manoeuvre(text, settings, replace(self, runs=(run,), commands=(commands,)))
+            Manoeuvre(text, settings, replace(self, runs=(run,), commands=(commands,), accelerations=(None,)))
             for text, settings, run, commands in next_runs(self.rig, self.runs[0], self.commands[0])
         ]
 
@@ -147,8 +151,9 @@ class DrillString:
             commands = disturbed(self.commands[run], first)
             friction = friction_factor(commands, first)
             batch = simulate_on_threads(
-                rigs, commands, elements, [start_with(sets[index]) for index in own], observer, friction
-            )
+                rigs, commands, elements, [start_with(sets[index]) for index in own], observer, friction,
+                self.accelerations[run],
+            )  # fmt: skip
             found.update(zip(own, batch, strict=True))
         return [found[index] for index in range(len(sets))]
 
@@ -159,8 +164,9 @@ class DrillString:
             commands = user.commands(commands, values)
         extra, friction = combined_modifiers(users, rig, elements, values), friction_factor(commands, values)
         return simulate_batch(
-            [rig], commands, elements, [start_with(values)], [extra], observer=observer, friction=friction
-        )[0]
+            [rig], commands, elements, [start_with(values)], [extra], observer=observer, friction=friction,
+            acceleration=self.accelerations[run],
+        )[0]  # fmt: skip
 
 
 def simulate_on_threads(
@@ -170,17 +176,21 @@ def simulate_on_threads(
     starts: Sequence[Start],
     observer: Observer | None = None,
     friction: Array | None = None,
+    acceleration: Array | None = None,
 ) -> list[Response]:
     """One batch split over the cores (the kernel runs without the interpreter's lock)."""
     if len(rigs) < 2 or len(rigs) * elements < _SPLIT:
-        return simulate_batch(rigs, commands, elements, starts, observer=observer, friction=friction)
+        return simulate_batch(
+            rigs, commands, elements, starts, observer=observer, friction=friction, acceleration=acceleration
+        )
     share = int(np.ceil(len(rigs) / threads()))
 
     def run(begin: int) -> list[Response]:
         end = begin + share
         return simulate_batch(
-            rigs[begin:end], commands, elements, starts[begin:end], observer=observer, friction=friction
-        )
+            rigs[begin:end], commands, elements, starts[begin:end], observer=observer, friction=friction,
+            acceleration=acceleration,
+        )  # fmt: skip
 
     return [response for answer in at_once(run, range(0, len(rigs), share)) for response in answer]
 

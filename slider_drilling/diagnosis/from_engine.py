@@ -119,10 +119,13 @@ def _ranking(answer: Answer, effects: Sequence[Effect]) -> tuple[Candidate, ...]
 
 
 def _new(one: Judged, answer: Answer, told: set[str]) -> list[Effect]:
-    """The effects that a finalist stands for: those that started together, all of them where they are the answer."""
-    if one.explained.names == answer.effects[: len(one.explained.names)]:
-        return [effect for effect in one.explained.effects if effect.name not in told]
-    return [one.effect] if one.effect.name not in told else []
+    """The effects that a finalist stands for: of those that were accepted together all that stayed in the answer."""
+    stayed = answer.effects if _accepted(one, answer) else ()
+    return [e for e in one.explained.effects if e.name not in told and (e.name == one.effect.name or e.name in stayed)]
+
+
+def _accepted(one: Judged, answer: Answer) -> bool:
+    return any(one is taken.accepted for taken in answer.state.steps)
 
 
 def _candidate(one: Judged, effect: Effect, answer: Answer, groups: Mapping[str, tuple[str, ...]]) -> Candidate:
@@ -131,8 +134,7 @@ def _candidate(one: Judged, effect: Effect, answer: Answer, groups: Mapping[str,
     """
     name = effect.name
     in_answer = name in answer.effects
-    own = not in_answer or any(one is taken.accepted for taken in answer.state.steps)
-    closed, interval = _share(one.closed, one.interval, answer) if own else (None, None)
+    closed, interval = _closes(one, answer) if in_answer else _share(one.closed, one.interval, answer)
     why_not = one.why_not
     if not in_answer and not why_not:
         better = " and ".join(answer.effects) or (answer.rival.words if answer.rival is not None else "")
@@ -141,6 +143,16 @@ def _candidate(one: Judged, effect: Effect, answer: Answer, groups: Mapping[str,
         name, effect.site, one.passed, in_answer, () if in_answer else why_not, closed, interval,
         _fitted(answer.state.current if in_answer else one.explained, f"{name}."), groups.get(name, ()),
     )  # fmt: skip
+
+
+def _closes(one: Judged, answer: Answer) -> tuple[float | None, Interval | None]:
+    """The share that an accepted finalist closed; that of the whole answer where what it began with was left out."""
+    if not _accepted(one, answer):
+        return None, None
+    names = one.explained.names
+    if names == answer.effects[: len(names)]:
+        return _share(one.closed, one.interval, answer)
+    return _share(answer.closed, answer.interval, answer) if set(answer.effects) <= set(names) else (None, None)
 
 
 def _fitted(explained: Explained, prefix: str = "") -> dict[str, Fitted]:

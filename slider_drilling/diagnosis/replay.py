@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slider_drilling.drillstring import ELEMENTS, Commands, Modifiers, Response, Start, simulate
+from slider_drilling.drillstring import ELEMENTS, Commands, Modifiers, Response, Start, simulate_batch
 from slider_drilling.drillstring.from_log import commands_from_log
 from slider_drilling.drillstring.record import finite
 from slider_drilling.errors import InputError
@@ -94,7 +94,9 @@ def replay(
     """Simulate the log's run from its first sample and compare channel by channel. Raises InputError."""
     driven = commands_from_log(log, rig)
     channels = measured_channels(log, rig)
-    response = finite(simulate(rig, driven.commands, elements, start, modifiers))
+    response = finite(
+        simulate_batch([rig], driven.commands, elements, [start], [modifiers], acceleration=driven.acceleration)[0]
+    )
     compared = {}
     for name, channel in channels.items():
         simulated = np.interp(channel.time, response.time, getattr(response, name))

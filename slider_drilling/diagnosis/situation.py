@@ -45,7 +45,7 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
     Raises InputError when a log holds no top-drive motion or no channel that can be used.
     """
     remarks: list[str] = []
-    runs, commands = [], []
+    runs, commands, accelerations = [], [], []
     off_bottom = all(log.draw_works is None and log.standpipe_pressure is None for log in logs)
     if off_bottom:
         rig = replace(rig, bit=replace(rig.bit, depth_of_cut_stiffness=NO_ROCK))
@@ -54,6 +54,7 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
         driven = commands_from_log(log, rig)
         remarks += [f"{log.source}: {sentence}" for sentence in driven.assumed]
         commands.append(driven.commands)
+        accelerations.append(driven.acceleration)
         runs.append(run_of(log, rig, driven.commands, remarks))
     names = sorted({channel.name for run in runs for channel in run.channels})
     if not names:
@@ -74,7 +75,7 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
         effects = tuple(aging_with_memory() if effect.name == "static_aging" else effect for effect in effects)
         remarks.append("torque alone: the string's stiffness is re-tuned, a gain of the sensor is taken for friction")
     model = DrillString(
-        rig, tuple(runs), tuple(commands), nuisance,
+        rig, tuple(runs), tuple(commands), tuple(accelerations), nuisance,
         (*effects, *(user.effect for user in user_effects)), users, depth_probes(length),
         STICK_SLIP if alone else (), MESHES,
     )  # fmt: skip

@@ -171,7 +171,7 @@ def initial_state(
         bottom=position[-2].copy(), depth_offset=rigs[0].string.length - position[-2],
         tool_face_offset=np.array([s.offset for s in starts], dtype=float), weight_on_bit=lane(),
         bit_torque=lane(), motor_pressure=lane(), stalled=lane(), circulation=circulation,
-        standpipe=circulation.copy(), sensed_torque=torque, motor_speed=np.full(width, drive[1]), pulled=lane(),
+        standpipe=circulation.copy(), sensed_torque=torque, pulled=lane(),
         pulses=np.zeros(delay * width), clock=np.zeros(2),
     )  # fmt: skip
 

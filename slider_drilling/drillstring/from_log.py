@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from slider_drilling.drillstring.acceleration import drive_acceleration
 from slider_drilling.drillstring.layout import Array
 from slider_drilling.drillstring.record import Commands
 from slider_drilling.errors import InputError
@@ -19,6 +21,11 @@ class LogCommands:
 
     commands: Commands
     assumed: tuple[str, ...]
+
+    @cached_property
+    def acceleration(self) -> Array:
+        """(n,) rad/s2 of the top drive at the commands' times, see `drive_acceleration`."""
+        return drive_acceleration(self.commands.time, self.commands.top_drive_speed)
 
 
 def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:

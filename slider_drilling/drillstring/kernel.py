@@ -16,7 +16,6 @@ from slider_drilling.compiler import COMPILE, INNER, njit
 from slider_drilling.drillstring.layout import Array, Curve, Elements, Lanes, State
 
 _TINY = 1e-30  # m2 or N2; a strain this small has no direction
-_SMOOTHED = 0.05  # s, over which a measured top-drive speed is smoothed before it is differentiated
 _STILL = 0.1  # rad/s, below which a drive's own friction fades: measured speeds are rarely zero
 _LEAST = 1e-9  # of a friction factor: one of zero leaves no length over which the strain decays
 # No "arcp" here: with it the compiler takes a coarser estimate in packed code than in scalar code.
@@ -286,7 +285,7 @@ def sense(lanes, elements, e: Elements, c: Lanes, s: State, out: Array):
 
 
 @njit(**INNER)
-def sense_torque(lanes, dt, speed, e: Elements, c: Lanes, s: State):
+def sense_torque(lanes, speed, acceleration, e: Elements, c: Lanes, s: State):
     """What the top drive feels, or its motor gives, through the torque sensor's gain and lag.
 
     `sense` adds the sensor's bias: a constant passes a lag that starts settled unchanged.
@@ -294,9 +293,7 @@ def sense_torque(lanes, dt, speed, e: Elements, c: Lanes, s: State):
     for k in range(lanes):
         torque = e.torsional_spring[k] * (s.rotation[k] - s.rotation[lanes + k])
         if c.motor_inertia[k] > 0.0 or c.motor_friction[k] > 0.0:
-            acceleration = (speed - s.motor_speed[k]) / (_SMOOTHED + dt)
-            s.motor_speed[k] += dt * acceleration
-            turning = s.motor_speed[k] / math.sqrt(s.motor_speed[k] ** 2 + _STILL * _STILL)
+            turning = speed / math.sqrt(speed * speed + _STILL * _STILL)
             torque += c.motor_inertia[k] * acceleration + c.motor_friction[k] * turning
         s.sensed_torque[k] += c.torque_gain[k] * (c.torque_scale[k] * torque - s.sensed_torque[k])
 
@@ -329,9 +326,9 @@ def advance(
     """Step every lane through the intervals of ``drive`` and fill ``out`` at the end of each, and before the first one
     where ``out`` has a row more.
 
-    drive: (m + 1, 7), rows of top-drive angle rad and speed rad/s, block position m and speed m/s, pump speed rad/s,
-    the surface torque N m measured (see `pull`), and what all friction is multiplied by, ``substeps * dt`` apart, the
-    first one at the present time.
+    drive: (m + 1, 8), rows of top-drive angle rad and speed rad/s, block position m and speed m/s, pump speed rad/s,
+    the surface torque N m measured (see `pull`), what all friction is multiplied by, and the acceleration of the top
+    drive rad/s2 up to here, ``substeps * dt`` apart, the first one at the present time.
     out: (m or m + 1, channels, lanes).
     """
     count = len(s.speed)
@@ -381,7 +378,7 @@ def advance(
             block = hermite(a[2], a[3], b[2], b[3], substeps * dt, u)
             drive_top(lanes, time, angle, block, c, s)
             circulate(lanes, int(s.clock[1]) + n, c, s)
-            sense_torque(lanes, dt, a[1] + u * (b[1] - a[1]), e, c, s)
+            sense_torque(lanes, a[1] + u * (b[1] - a[1]), b[7], e, c, s)
             pull(lanes, dt, a[5] + u * (b[5] - a[5]), c, s)
         s.clock[0] += substeps * dt
         s.clock[1] += substeps

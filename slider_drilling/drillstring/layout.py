@@ -113,7 +113,6 @@ class State(NamedTuple):
     circulation: Array  # Pa at the standpipe that the flow needs without the motor
     standpipe: Array  # Pa
     sensed_torque: Array  # N m
-    motor_speed: Array  # rad/s of the top drive, smoothed
     pulled: Array  # rad, by which the observer has turned the drive
     pulses: Array  # (delay steps * lanes,) Pa, motor pressures on their way up
     clock: Array  # (2,): time s, steps taken

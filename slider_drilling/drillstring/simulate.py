@@ -121,12 +121,15 @@ def simulate_batch(
     workers: int = 1,
     observer: Observer | None = None,
     friction: Array | None = None,
+    acceleration: Array | None = None,
 ) -> list[Response]:
     """`simulate` for many parameter sets of one well and string, vectorised across them.
 
     Runs go through the kernel in blocks that fit the cache, on ``workers`` threads. observer: lets the torque that
     was measured pull weakly at the top drive; its torque is sampled at the commands' times. friction: (n,) what all
-    friction is multiplied by at the commands' times, joined linearly. Raises InputError where the rigs differ in
+    friction is multiplied by at the commands' times, joined linearly. acceleration: (n,) rad/s2 of the top drive at
+    the commands' times, for torque that is read at its motor; the slope of the commands' speed where it is not given,
+    which from a measured speed is mostly noise (see `drive_acceleration`). Raises InputError where the rigs differ in
     survey, sections, contact or sound speed.
     """
     grid = _even_grid(commands.time)
@@ -136,11 +139,12 @@ def simulate_batch(
     modifiers = modifiers or [Modifiers()] * len(rigs)
     measured = None if observer is None else np.interp(grid, commands.time, observer.torque)
     factor = None if friction is None else np.interp(grid, commands.time, friction)
+    faster = None if acceleration is None else np.interp(grid, commands.time, acceleration)
 
     def run(first: int) -> list[Array]:
         block = slice(first, first + _LANES_PER_BLOCK)
         bundle = _Bundle(rigs[block], elements, interval, starts[block], modifiers[block], substeps, observer)
-        channels = bundle.advance(sampled, measured, factor)
+        channels = bundle.advance(sampled, measured, factor, faster)
         return [channels[:, :, lane] for lane in range(channels.shape[2])]
 
     firsts = range(0, len(rigs), _LANES_PER_BLOCK)
@@ -179,13 +183,21 @@ class _Bundle:
         self.state: State | None = None
         self.last: Array | None = None
 
-    def advance(self, commands: Commands, measured: Array | None = None, factor: Array | None = None) -> Array:
+    def advance(
+        self,
+        commands: Commands,
+        measured: Array | None = None,
+        factor: Array | None = None,
+        acceleration: Array | None = None,
+    ) -> Array:
         """(n, channels, lanes) at the times of the commands; measured: (n,) N m, the observer's torque; factor: (n,) of
-        all friction.
+        all friction; acceleration: (n,) rad/s2 of the top drive.
         """
         torque = np.zeros(len(commands.time)) if measured is None else measured
         factors = np.ones(len(commands.time)) if factor is None else factor
-        rows = np.column_stack([commands.rows(), torque, factors])
+        before = commands.top_drive_speed[:1] if self.last is None else self.last[1:2]
+        slope = np.diff(commands.top_drive_speed, prepend=before) / self.interval
+        rows = np.column_stack([commands.rows(), torque, factors, slope if acceleration is None else acceleration])
         gaps = commands.time[1:] - commands.time[:-1]
         if len(gaps) and np.abs(gaps - self.interval).max() > 1e-3 * self.interval:
             raise ValueError(f"commands: samples must be {self.interval:g} s apart; `simulate` takes uneven ones")

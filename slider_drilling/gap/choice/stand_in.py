@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from slider_drilling.gap.choice.state import Explained
+from slider_drilling.gap.choice.tuning import FAR_OFF
 from slider_drilling.gap.model import Parameter
-
-# Standard deviations of what rigs are off by, from which a re-tuned parameter may stand for something else.
-FAR_OFF = 2.5
 
 
 def far_off(explained: Explained) -> list[tuple[Parameter, float, float]]:

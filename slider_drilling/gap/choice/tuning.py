@@ -19,6 +19,9 @@ from slider_drilling.gap.search.screen import STARTS
 # Iterations of a fit that begins anywhere.
 TUNING = 14
 _SCATTERED = 32  # points
+# Standard deviations of what rigs are off by: none is looked for farther out, and a re-tuned parameter that goes there
+# may stand for something else.
+FAR_OFF = 2.5
 
 
 def tuned_from(problem: Problem, starts: Sequence[Values]) -> Fit:
@@ -44,10 +47,10 @@ def scattered(problem: Problem, tuned: Fit) -> list[dict[str, float]]:
 
 
 def plausible(parameter: Parameter) -> tuple[float, float]:
-    """Where a parameter may lie: within one and a half spreads of nominal, inside its bounds."""
+    """Where a parameter may lie: within `FAR_OFF` spreads of nominal, inside its bounds."""
     spread = parameter.spread if np.isfinite(parameter.spread) else parameter.upper - parameter.lower
-    low = max(parameter.lower, parameter.nominal - 1.5 * spread)
-    return low, min(parameter.upper, parameter.nominal + 1.5 * spread)
+    low = max(parameter.lower, parameter.nominal - FAR_OFF * spread)
+    return low, min(parameter.upper, parameter.nominal + FAR_OFF * spread)
 
 
 def floors_lowered(

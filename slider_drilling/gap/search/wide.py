@@ -1,18 +1,37 @@
-"""A search over a box, for where no scan point is near: many points, then a population that adapts (CMA-ES)."""
+"""A search over a box, for where no scan point is near: many points, then populations that adapt (CMA-ES).
+
+What swings by itself is out of phase wherever one of its causes is wrong, and the more so the longer it swings: all
+points far from the truth are then alike. So the search begins on the first part of every run, with many populations,
+and only the best of them ever see the whole.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.stats import qmc
 
-from slider_drilling.gap.model import Values
-from slider_drilling.gap.problem.problem import Problem
-from slider_drilling.gap.search.screen import STARTS
+from slider_drilling.gap.model import Shortened, Values
+from slider_drilling.gap.problem.problem import Problem, build_problem
 
 _POINTS, _BATCH = 512, 64
-_POPULATION, _GENERATIONS, _SPREAD = 24, 60, 0.2
+_POPULATION, _SPREAD = 24, 0.2
+
+
+@dataclass(frozen=True)
+class _Rung:
+    """share: of every run; populations: that are followed; generations: of each."""
+
+    share: float
+    populations: int
+    generations: int
+
+
+_RUNGS = (_Rung(0.5, 8, 15), _Rung(0.75, 4, 15), _Rung(1.0, 2, 80))
+_Costs = Callable[[np.ndarray], list[float]]
 
 
 def wide(
@@ -22,34 +41,64 @@ def wide(
 
     fixed: values of everything else. Same seed, same answer.
     """
-    import cma
-
     low, high = np.array([span[0] for span in spans.values()]), np.array([span[1] for span in spans.values()])
 
     def values(row: np.ndarray) -> dict[str, float]:
         inside = low + (high - low) * np.clip(row, 0.0, 1.0)
         return dict(fixed) | {name: float(value) for name, value in zip(spans, inside, strict=True)}
 
-    def costs(rows: np.ndarray) -> list[float]:
-        found: list[float] = []
-        for begin in range(0, len(rows), _BATCH):
-            residuals = problem.residuals([values(row) for row in rows[begin : begin + _BATCH]])
-            found += [
-                problem.cost(residual)[0] if np.isfinite(residual).all() else float("inf") for residual in residuals
-            ]
-        return found
+    def costs_of(part: Problem) -> _Costs:
+        def costs(rows: np.ndarray) -> list[float]:
+            found: list[float] = []
+            for begin in range(0, len(rows), _BATCH):
+                residuals = part.residuals([values(row) for row in rows[begin : begin + _BATCH]])
+                found += [part.cost(one)[0] if np.isfinite(one).all() else float("inf") for one in residuals]
+            return found
 
-    unit = qmc.Sobol(len(spans), seed=seed).random(_POINTS)
-    first = costs(unit)
-    ends = []
-    for number, index in enumerate(np.argsort(first)[:STARTS]):
-        options = {
-            "bounds": [0.0, 1.0], "popsize": _POPULATION, "maxiter": _GENERATIONS, "verbose": -9,
-            "seed": seed + number + 1,
-        }  # fmt: skip
-        strategy = cma.CMAEvolutionStrategy(unit[index], _SPREAD, options)
-        while not strategy.stop():
-            rows = strategy.ask()
-            strategy.tell(rows, costs(np.array(rows)))
-        ends.append((float(strategy.result.fbest), values(np.asarray(strategy.result.xbest))))
-    return [end for _, end in sorted(ends, key=lambda entry: entry[0])]
+        return costs
+
+    populations: list[Any] = []
+    for rung in _RUNGS:
+        costs = costs_of(_first(problem, rung.share))
+        if not populations:
+            populations = _scattered(costs, len(spans), rung.populations, seed)
+        populations = _best(populations, costs)[: rung.populations]
+        for population in populations:
+            _evolve(population, costs, rung.generations)
+    return [values(np.asarray(population.result.xfavorite)) for population in _best(populations, costs)]
+
+
+def _first(problem: Problem, share: float) -> Problem:
+    """The problem of the first share of every run; the whole one where the model cannot be shortened."""
+    if share >= 1.0 or not isinstance(problem.model, Shortened):
+        return problem
+    noise: list[dict[str, float]] = [{} for _ in problem.model.runs]
+    for piece in problem.pieces:
+        noise[piece.run][piece.name] = piece.noise
+    return build_problem(problem.model.shortened(share), noise, problem.how, problem.spent)
+
+
+def _scattered(costs: _Costs, dimensions: int, number: int, seed: int) -> list[Any]:
+    """Populations about the cheapest of points spread over the unit box."""
+    import cma
+
+    unit = qmc.Sobol(dimensions, seed=seed).random(_POINTS)
+    found = []
+    for place, index in enumerate(np.argsort(costs(unit))[:number]):
+        options = {"bounds": [0.0, 1.0], "popsize": _POPULATION, "verbose": -9, "seed": seed + place + 1}
+        found.append(cma.CMAEvolutionStrategy(unit[index], _SPREAD, options))
+    return found
+
+
+def _evolve(population: Any, costs: _Costs, generations: int) -> None:
+    for _ in range(generations):
+        if population.stop():
+            return
+        rows = population.ask()
+        population.tell(rows, costs(np.array(rows)))
+
+
+def _best(populations: Sequence[Any], costs: _Costs) -> list[Any]:
+    """Cheapest first, each where its middle is: what was cheap on a part need not be on more of it."""
+    found = costs(np.array([np.asarray(population.result.xfavorite) for population in populations]))
+    return [populations[index] for index in np.argsort(found)]

@@ -1,0 +1,72 @@
+"""The wide search, on something that swings by itself: off in frequency, all places far from the truth are alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from slider_drilling.gap import Channel, Run
+from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.gap.search.wide import wide
+
+TIME = np.arange(400) * 0.1
+TRUTH = {"frequency": 0.83, "decay": 0.01, "size": 5.0}
+SPANS = {"frequency": (0.5, 1.3), "decay": (0.0, 0.05), "size": (1.0, 20.0)}
+
+
+@dataclass(frozen=True)
+class Swing:
+    """Samples asked for are counted in `spent`, by the length of the run."""
+
+    runs: tuple[Run, ...]
+    spent: dict[int, int]
+    nuisance: tuple = ()
+    effects: tuple = ()
+
+    def simulate(self, run, sets, how):
+        time = self.runs[run].channels[0].time
+        self.spent[time.size] = self.spent.get(time.size, 0) + len(sets)
+        return {"force": np.stack([force(values, time) for values in sets])}
+
+
+class Shortened(Swing):
+    def shortened(self, share):
+        channel = self.runs[0].channels[0]
+        kept = channel.time <= share * TIME[-1]
+        return Shortened((run_of(channel.time[kept], channel.measured[kept]),), self.spent)
+
+
+def force(values, time):
+    return values["size"] * np.exp(-values["decay"] * time) * np.sin(2.0 * np.pi * values["frequency"] * time)
+
+
+def run_of(time, measured):
+    return Run("swing", time, np.ones_like(time), (Channel("force", time, measured, "N", declared_noise=0.5),))
+
+
+@pytest.fixture(params=[Swing, Shortened])
+def problem(request):
+    measured = force(TRUTH, TIME) + np.random.default_rng(5).normal(0.0, 0.5, TIME.size)
+    return build_problem(request.param((run_of(TIME, measured),), {}), [{"force": 0.5}])
+
+
+def test_it_finds_the_frequency_of_a_long_swing(problem):
+    ends = wide(problem, SPANS, {"other": 1.0}, seed=1)
+    assert ends[0]["frequency"] == pytest.approx(TRUTH["frequency"], abs=1e-3)
+    assert ends[0]["size"] == pytest.approx(TRUTH["size"], rel=0.1)
+    assert ends[0]["other"] == 1.0
+    costs = [problem.cost(problem.residuals([end])[0])[0] for end in ends]
+    assert costs == sorted(costs)
+
+
+def test_most_of_it_sees_a_part_of_the_run_only_where_the_model_has_parts(problem):
+    wide(problem, SPANS, {}, seed=1)
+    whole = problem.model.spent[TIME.size]
+    shorter = sum(problem.model.spent.values()) - whole
+    assert (shorter > 0.5 * whole) == isinstance(problem.model, Shortened)
+
+
+def test_same_seed_same_ends(problem):
+    assert wide(problem, SPANS, {}, seed=2) == wide(problem, SPANS, {}, seed=2)
