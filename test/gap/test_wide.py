@@ -53,7 +53,7 @@ def problem(request):
 
 
 def test_it_finds_the_frequency_of_a_long_swing(problem):
-    ends = wide(problem, SPANS, {"other": 1.0}, seed=1)
+    ends = wide(problem, problem, SPANS, {"other": 1.0}, seed=1)
     assert ends[0]["frequency"] == pytest.approx(TRUTH["frequency"], abs=1e-3)
     assert ends[0]["size"] == pytest.approx(TRUTH["size"], rel=0.1)
     assert ends[0]["other"] == 1.0
@@ -62,11 +62,11 @@ def test_it_finds_the_frequency_of_a_long_swing(problem):
 
 
 def test_most_of_it_sees_a_part_of_the_run_only_where_the_model_has_parts(problem):
-    wide(problem, SPANS, {}, seed=1)
+    wide(problem, problem, SPANS, {}, seed=1)
     whole = problem.model.spent[TIME.size]
     shorter = sum(problem.model.spent.values()) - whole
     assert (shorter > 0.5 * whole) == isinstance(problem.model, Shortened)
 
 
 def test_same_seed_same_ends(problem):
-    assert wide(problem, SPANS, {}, seed=2) == wide(problem, SPANS, {}, seed=2)
+    assert wide(problem, problem, SPANS, {}, seed=2) == wide(problem, problem, SPANS, {}, seed=2)

@@ -191,7 +191,8 @@ def _spread_out(problem: Problem, tuned: Fit, known: Sequence[Effect], chosen: S
             scanned = [point[index] for point in effect.scan]
             low, high = min(scanned), max(scanned)
             spans[parameter.name] = (0.3 * low if low > 0.0 else low, high)
-    return [Arm((*known, *chosen), 0, values, None) for values in wide(problem, spans, tuned.values, seed=1)]
+    shows = problem.showing((*known, *chosen))
+    return [Arm((*known, *chosen), 0, values, None) for values in wide(problem, shows, spans, tuned.values, seed=1)]
 
 
 def _can_be_pulled(model: Model) -> bool:

@@ -2,7 +2,8 @@
 
 What swings by itself is out of phase wherever one of its causes is wrong, and the more so the longer it swings: all
 points far from the truth are then alike. So the search begins on the first part of every run, with many populations,
-and only the best of them ever see the whole.
+and only the best of them ever see the whole. The last generations are of simulations that show what is searched for:
+a phase hangs on the mesh as on everything else.
 """
 
 from __future__ import annotations
@@ -23,23 +24,25 @@ _POPULATION, _SPREAD = 24, 0.2
 
 @dataclass(frozen=True)
 class _Rung:
-    """share: of every run; populations: that are followed; generations: of each."""
+    """share: of every run; populations: that are followed; generations: of each; cheap: whether any simulation does."""
 
     share: float
     populations: int
     generations: int
+    cheap: bool = True
 
 
-_RUNGS = (_Rung(0.5, 8, 15), _Rung(0.75, 4, 15), _Rung(1.0, 2, 80))
+_RUNGS = (_Rung(0.5, 8, 15), _Rung(0.75, 4, 15), _Rung(1.0, 2, 60), _Rung(1.0, 2, 15, cheap=False))
 _Costs = Callable[[np.ndarray], list[float]]
 
 
 def wide(
-    problem: Problem, spans: Mapping[str, tuple[float, float]], fixed: Values, seed: int
+    problem: Problem, shows: Problem, spans: Mapping[str, tuple[float, float]], fixed: Values, seed: int
 ) -> list[dict[str, float]]:
     """The best parameter values found within spans (low, high by name), one of each population, cheapest first.
 
-    fixed: values of everything else. Same seed, same answer.
+    shows: the same problem in simulations that show what is searched for; fixed: values of everything else. Same seed,
+    same answer.
     """
     low, high = np.array([span[0] for span in spans.values()]), np.array([span[1] for span in spans.values()])
 
@@ -59,7 +62,7 @@ def wide(
 
     populations: list[Any] = []
     for rung in _RUNGS:
-        costs = costs_of(_first(problem, rung.share))
+        costs = costs_of(_first(problem if rung.cheap else shows, rung.share))
         if not populations:
             populations = _scattered(costs, len(spans), rung.populations, seed)
         populations = _best(populations, costs)[: rung.populations]
