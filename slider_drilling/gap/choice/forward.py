@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from slider_drilling.gap.choice.judge import group_of, judge, likelier, with_new_floors
+from slider_drilling.gap.choice.judge import LEAST_SHARE, group_of, judge, likelier, with_new_floors
 from slider_drilling.gap.choice.refit import as_given, scored, tested
 from slider_drilling.gap.choice.stand_in import far_off
 from slider_drilling.gap.choice.state import State, Step
@@ -73,7 +73,7 @@ def step(
     state: State, effects: Sequence[Effect], together: Sequence[Sequence[Effect]], seed: int, report: Report
 ) -> State:
     """Race the effects that may come next, judge the finalists on unseen data, and accept the best that passes."""
-    had = {one.accepted.effect.name for one in state.steps if one.accepted is not None}
+    had = {one.accepted.effect.name for one in state.steps if one.accepted is not None} | set(state.current.names)
     left = [effect for effect in effects if effect.name not in had]
     if not left or len(state.current.effects) >= MOST_EFFECTS:
         return replace(state, done=True)
@@ -90,7 +90,7 @@ def step(
             judged = tuple(accepted if other is one else other for other in judged)
             if accepted.passed:
                 taken = _with(refloored, Step(judged, accepted, group, promised), left, seed)
-                return _without_needless(taken, left, seed)
+                return _without_needless(taken, state.current.effects, left, seed)
     if elsewhere:
         return replace(state, done=state.enough.done)
     instead = likelier(state, judged, len(left)) if state.enough.adequate and far_off(state.current) else ()
@@ -106,18 +106,23 @@ def _with(state: State, taken: Step, left: Sequence[Effect], seed: int) -> State
     return replace(state, current=found, enough=enough, steps=(*state.steps, taken), done=enough.done)
 
 
-def _without_needless(state: State, left: Sequence[Effect], seed: int) -> State:
-    """The state without an earlier effect that the newest makes needless: without it nothing is foretold worse, and the
-    gap does not grow for certain.
+def _without_needless(state: State, before: Sequence[Effect], left: Sequence[Effect], seed: int) -> State:
+    """The state without an effect that the newest ones make needless: without it nothing is foretold worse, and the gap
+    does not grow for certain. One that came alone was judged just now; those that came together must each be needed.
     """
-    for earlier in state.current.effects[:-1]:
-        rest = tuple(effect for effect in state.current.effects if effect is not earlier)
-        own = {parameter.name for parameter in earlier.parameters}
+    known = state.current.effects
+    came = len(known) - len(before)
+    for needless in known if came > 1 else known[:-1]:
+        rest = tuple(effect for effect in state.current.effects if effect is not needless)
+        if not rest:
+            break
+        own = {parameter.name for parameter in needless.parameters}
         problem = state.way.showing(rest)
         begin = {name: value for name, value in state.current.fit.values.items() if name not in own}
         found = fit(problem, parameters_of(problem, rest), begin, iterations=TUNING)
         reduced = scored(problem, rest, found, state.blocks.folds)
-        shrinks = closed_between(state.blocks, reduced.score, state.current.score)[1][0] > 0.0
+        closed, interval = closed_between(state.blocks, reduced.score, state.current.score)
+        shrinks = closed >= LEAST_SHARE and interval[0] > 0.0
         if not shrinks and not beats(state.blocks, state.current.score, reduced.score):
             enough = tested(reduced, seed, left)
             state = replace(state, current=reduced, enough=enough, done=enough.done)

@@ -11,6 +11,7 @@ from slider_drilling.gap.model import Array
 
 RESAMPLES = 2000
 LEVEL = 0.05
+_ROUNDING = 1e-6  # -2 log p, that two fits of the same thing differ by
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ def advantage(blocks: Blocks, better: Score, worse: Score) -> Array:
 
 def beats(blocks: Blocks, better: Score, worse: Score, rivals: int = 1, level: float = LEVEL) -> bool:
     """Whether one foretells more than the other at ``level`` shared among so many rivals (Bonferroni)."""
-    return float(np.quantile(advantage(blocks, better, worse), level / rivals)) > 0.0
+    return float(np.quantile(advantage(blocks, better, worse), level / rivals)) > _ROUNDING
 
 
 def gaps(blocks: Blocks, score: Score) -> Array:
