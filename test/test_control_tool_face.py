@@ -143,6 +143,31 @@ def test_swing_of_rocking_is_told_from_the_tool_face(amplitude):
     assert estimator.filter.swing_at(math.nan) == 0.0
 
 
+def learnt_lag(quickest, seed):
+    """Lag (s) that is learnt in an hour of a string that follows in 60 s, held by what is believed of it; MWD every
+    30 s reads a swing that stays unknown."""
+    random, x = np.random.default_rng(seed), 0.0
+    estimator = ToolFaceEstimator(S, 60.0, NOISE, quickest=quickest)
+    estimator.settled = True
+    for k in range(1, 7201):
+        time, pull = 0.5 * k, -estimator.tool_face if estimator.known else 0.0
+        x += 0.5 * pull / 60.0
+        estimator.advance(time, 0.0)
+        if time % 8.0 == 0.0:
+            estimator.observe(time, CycleMean(x + pull, pull / S + random.normal(0.0, 30.0), 0.0, 8.0), 1.0, 0.0)
+        if time % 30.0 == 0.0:
+            estimator.correct(MwdSample(time, time, x + random.normal(0.0, math.radians(3.0))), 0.0)
+    return estimator.filter.learnt.response_time
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_few_samples_make_no_string_quicker_than_torsion_spreads(seed):
+    """What the loop corrects of one sample, the next one seems to say of the string."""
+    assert learnt_lag(0.0, seed) < 30.0
+    assert 45.0 <= learnt_lag(45.0, seed) < 60.0
+    assert learnt_lag(90.0, seed) >= 60.0   # one that was set by hand is believed
+
+
 def test_a_swing_that_samples_meet_at_one_phase_stays_in_doubt():
     """It cannot be told from the tool-face, and both say so."""
     same, unlike = swung(0.1, 12.0), swung(0.1, 8.3)

@@ -16,11 +16,10 @@ _SLACK = 0.16              # share of drag, below which rocking may reach less
 _MOST_OFF, _LEAST_OFF = 0.4, -0.1  # shares of drag that count at most
 _NEAR = 0.05               # share of drag beyond, up to which the swing has a say
 _SWING, _ENOUGH = math.radians(1.8), math.radians(1.5)   # rad: less from here, no more from here
-_PER_SWING = 0.0006 / math.radians(1.0)   # of the amplitude per s and rad of swing beyond
-_FASTEST_LESS = 0.0015     # of the amplitude per s, for the swing is known late
-_STUCK = 0.002             # of the amplitude per s, while what pulls does not turn the bit,
-_HOLDS = 0.16              # ... and as much of the drag as this says that pipe holds it
-_SMALLEST, _LARGEST = 0.65, 1.8    # of the amplitude that the breakover test found
+_PER_SWING = 0.0012 / math.radians(1.0)   # of the amplitude per s and rad of swing beyond
+_FASTEST_LESS = 0.003      # of the amplitude per s, for the swing is known late
+_STUCK = 0.002             # of the amplitude per s, while what pulls does not turn the bit and pipe drags
+_SMALLEST, _LARGEST = 0.45, 1.8    # of the amplitude that the breakover test found
 _WINDOW = 50.0             # s, over which what pulls is held against what turns
 _PULLED = math.radians(18.0)       # rad in that window, that what pulls should have turned
 _TURNED_SHARE = 0.35       # of it, below which the bit is stuck
@@ -61,7 +60,9 @@ class Reach:
             return
         beyond, below = certain - _DRAG, drag - _DRAG + _SLACK
         rate = _DEEPER * min(beyond, _MOST_OFF) if beyond > 0.0 else _LESS * min(max(below, _LEAST_OFF), 0.0)
-        if self.stuck and drag > _HOLDS:
+        # Drag may be believed here without being certain, but less of it than is aimed at holds no bit: what is rocked
+        # deeper on its account is still there when the bit lets go, and throws it.
+        if self.stuck and drag > _DRAG:
             rate = max(rate, _STUCK)
         elif beyond < _NEAR:
             if swing - swing_sigma > _SWING:

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 _PERIOD_PER_TRAVEL = 6.4     # best period of rocking over the time that torsion takes from top to bit
 _RESPONSE_PER_TRAVEL = 38.0  # 1/s, lag of the tool-face behind what pulls over the square of that time
+_QUICKEST_SHARE = 0.75       # of that lag, below which no string follows: that of one rocked as deep as when being set
 _LEAST_RESPONSE = 60.0       # s, believed before it is learnt: less makes short strings late to set
 _SHORTEST_PERIOD = 6.0       # s
 _NEAR, _FAR = math.radians(12.0), math.radians(45.0)   # errors between which holding turns into setting
@@ -81,7 +82,8 @@ class SlideController:
         noise = EstimatorNoise(sample, rig.sensors.surface_torque.noise, self._interval, _PULL_SHARE, _MOVE_SHARE,
                                _WALK, _DRIFT)
         self._estimator = ToolFaceEstimator(
-            self._belief.compliance, self._response_time(), noise, bias=rig.effects.torque_sensor_bias.bias)
+            self._belief.compliance, self._response_time(), noise, bias=rig.effects.torque_sensor_bias.bias,
+            quickest=_QUICKEST_SHARE * self._spreading_time())
         self._means = StrokeMeans()
         self._phase = StrokePhase()
         self._reach = Reach()
@@ -151,8 +153,12 @@ class SlideController:
         self._finder = AmplitudeFinder(TorqueAndDrag(self._rig, s.friction_factor, 0.0), _PRIOR_SPREAD)
 
     def _response_time(self) -> float:
+        """s, as believed before it is learnt."""
+        return self._settings.response_time or max(self._spreading_time(), _LEAST_RESPONSE)
+
+    def _spreading_time(self) -> float:
         """s; rocking lets twist spread along a long string as heat does in a rod: with the square of its length."""
-        return self._settings.response_time or max(_RESPONSE_PER_TRAVEL * self._belief.travel_time**2, _LEAST_RESPONSE)
+        return _RESPONSE_PER_TRAVEL * self._belief.travel_time**2
 
     def _max_speed(self) -> float:
         return min(self._settings.max_rocking_speed, _SPEED_SHARE * self._rig.top_drive.max_speed)

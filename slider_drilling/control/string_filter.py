@@ -51,11 +51,13 @@ class Learnt:
 
 
 class StringFilter:
-    """compliance: rad/(N m), S0; response_time: s, tau0; bias: N m, beta as believed."""
+    """compliance: rad/(N m), S0; response_time: s, tau0; bias: N m, beta as believed; quickest: s, that tau is at
+    least."""
 
-    def __init__(self, compliance: float, response_time: float, bias: float = 0.0):
+    def __init__(self, compliance: float, response_time: float, bias: float = 0.0, quickest: float = 0.0):
         self._compliance = compliance
         self.response_time = response_time
+        self._quickest = quickest
         self.mean: Array = np.zeros(_STATES)
         self.mean[_BETA] = bias
         self._covariance: Array = np.diag(
@@ -78,6 +80,12 @@ class StringFilter:
         m = self.mean
         return Learnt(float(m[_S]), float(sigma[_S]), float(m[_K]), float(sigma[_K]), float(m[_BETA]),
                       float(sigma[_BETA]), self.response_time * math.exp(float(m[_TAU])))
+
+    def _least_log_time(self) -> float:
+        """Least l. Where the loop has corrected what one sample was wrong by, the next one reads as if the bit had
+        followed at once: the fewer samples there are, the quicker a string is learnt that is not."""
+        quickest = min(self._quickest, self.response_time)
+        return max(math.log(max(quickest, 1e-3) / self.response_time), -_MOST_MOBILE)
 
     @property
     def compliance(self) -> float:
@@ -174,7 +182,7 @@ class StringFilter:
         self.mean = self.mean + genuine * innovation * gain
         self.mean[_S] = min(max(self.mean[_S], _LEAST_STIFFNESS), _MOST)
         self.mean[_K] = min(max(self.mean[_K], _LEAST_MOTOR), _MOST)
-        self.mean[_TAU] = min(max(self.mean[_TAU], -_MOST_MOBILE), _MOST_MOBILE)
+        self.mean[_TAU] = min(max(self.mean[_TAU], self._least_log_time()), _MOST_MOBILE)
         left = np.eye(_STATES) - np.outer(gain, row)
         taken = left @ covariance @ left.T + variance * np.outer(gain, gain)
         apart = genuine * (1.0 - genuine) * innovation**2 * np.outer(gain, gain)

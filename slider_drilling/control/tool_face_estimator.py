@@ -62,16 +62,16 @@ class _Instant:
 
 class ToolFaceEstimator:
     """Mean tool-face, unwrapped. compliance: rad/(N m), S0; response_time: s, the lag behind what pulls; memory: s, how
-    late a sample may come; bias: N m, of the torque sensor as believed."""
+    late a sample may come; bias: N m, of the torque sensor as believed; quickest: s, that this lag is at least."""
 
     def __init__(self, compliance: float, response_time: float, noise: EstimatorNoise, memory: float = 90.0,
-                 bias: float = 0.0):
+                 bias: float = 0.0, quickest: float = 0.0):
         self._noise = noise
         self._memory = memory
         self._past: deque[_Instant] = deque()
         self._waiting: list[tuple[MwdSample, float]] = []
         self._offset = CircularBelief(_OUTLIERS)
-        self.filter = StringFilter(compliance, response_time, bias)
+        self.filter = StringFilter(compliance, response_time, bias, quickest)
         self._angle = math.nan   # rad, mean of the last cycle
         self._cycle: CycleMean | None = None
         self._reactive = math.nan   # N m, at the last advance
