@@ -122,9 +122,10 @@ def _sensor_bias(v: Mapping[str, float]) -> str:
 
 
 def _at_motor(v: Mapping[str, float]) -> str:
+    friction = f" and a friction of {shown(v['friction'], 'N m')}" if v["friction"] > 0.0 else ""
     return (
         "The torque is read at the drive's motor and holds what turns the drive itself: an inertia of "
-        f"{number(v['inertia'])} kg m2 and a friction of {shown(v['friction'], 'N m')}"
+        f"{number(v['inertia'])} kg m2{friction}"
     )
 
 

@@ -104,8 +104,11 @@ def limits(outcome: Outcome) -> list[str]:
         )
     missed = (outcome.counts or {}).get("not_refitted", 0)
     if missed:
-        plural = "stretch" if missed == 1 else "stretches"
-        found.append(f"{missed} {plural} could not be refitted, and are scored by parameters that have seen them.")
+        those = "stretch" if missed == 1 else "stretches"
+        scored = "is scored by parameters that have seen it" if missed == 1 else (
+            "are scored by parameters that have seen them"
+        )
+        found.append(f"{missed} {those} could not be refitted, and {scored}.")
     return found
 
 
