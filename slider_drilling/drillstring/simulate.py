@@ -195,9 +195,8 @@ class _Bundle:
         """
         torque = np.zeros(len(commands.time)) if measured is None else measured
         factors = np.ones(len(commands.time)) if factor is None else factor
-        before = commands.top_drive_speed[:1] if self.last is None else self.last[1:2]
-        slope = np.diff(commands.top_drive_speed, prepend=before) / self.interval
-        rows = np.column_stack([commands.rows(), torque, factors, slope if acceleration is None else acceleration])
+        faster = self._slope(commands.top_drive_speed) if acceleration is None else acceleration
+        rows = np.column_stack([commands.rows(), torque, factors, faster])
         gaps = commands.time[1:] - commands.time[:-1]
         if len(gaps) and np.abs(gaps - self.interval).max() > 1e-3 * self.interval:
             raise ValueError(f"commands: samples must be {self.interval:g} s apart; `simulate` takes uneven ones")
@@ -216,6 +215,12 @@ class _Bundle:
             )  # fmt: skip
         self.last = rows[-1].copy()
         return out
+
+    def _slope(self, speed: Array) -> Array:
+        """(n,) rad/s2, half from before each sample and half from behind it; the last one's is from before."""
+        known = speed if self.last is None else np.concatenate([self.last[1:2], speed])
+        slope = np.gradient(known, self.interval) if known.size > 1 else np.zeros_like(known)
+        return np.asarray(slope[known.size - speed.size :])
 
     def scale_friction(self, factor: Array) -> None:
         state, _ = self._started()
