@@ -328,7 +328,7 @@ def advance(
 
     drive: (m + 1, 8), rows of top-drive angle rad and speed rad/s, block position m and speed m/s, pump speed rad/s,
     the surface torque N m measured (see `pull`), what all friction is multiplied by, and the acceleration of the top
-    drive rad/s2 up to here, ``substeps * dt`` apart, the first one at the present time.
+    drive rad/s2, ``substeps * dt`` apart, the first one at the present time.
     out: (m or m + 1, channels, lanes).
     """
     count = len(s.speed)
