@@ -218,9 +218,11 @@ class _Bundle:
 
     def _slope(self, speed: Array) -> Array:
         """(n,) rad/s2, half from before each sample and half from behind it; the last one's is from before."""
-        known = speed if self.last is None else np.concatenate([self.last[1:2], speed])
-        slope = np.gradient(known, self.interval) if known.size > 1 else np.zeros_like(known)
-        return np.asarray(slope[known.size - speed.size :])
+        before = speed[0] if self.last is None else self.last[1]
+        if speed.size == 1:  # a rig that is stepped: this comes once a sample
+            return np.asarray((speed - before) / self.interval)
+        first = 0 if self.last is None else 1
+        return np.asarray(np.gradient(np.concatenate([[before], speed][1 - first :]), self.interval)[first:])
 
     def scale_friction(self, factor: Array) -> None:
         state, _ = self._started()
