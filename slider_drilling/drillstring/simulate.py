@@ -221,8 +221,9 @@ class _Bundle:
         before = speed[0] if self.last is None else self.last[1]
         if speed.size == 1:  # a rig that is stepped: this comes once a sample
             return np.asarray((speed - before) / self.interval)
-        first = 0 if self.last is None else 1
-        return np.asarray(np.gradient(np.concatenate([[before], speed][1 - first :]), self.interval)[first:])
+        if self.last is None:
+            return np.asarray(np.gradient(speed, self.interval))
+        return np.asarray(np.gradient(np.concatenate([[before], speed]), self.interval)[1:])
 
     def scale_friction(self, factor: Array) -> None:
         state, _ = self._started()
