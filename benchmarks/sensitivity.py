@@ -43,7 +43,7 @@ DECIDING = (
     Constant("evidence.adequacy", "NEGLIGIBLE_ALONE", (0.3, 0.8), "the same of one channel"),
     Constant("choice.judge", "LEAST_SHARE", (0.02, 0.1), "share of the gap worth a name, and of a floor"),
     Constant("choice.decide", "_HALF_WAY", (0.25, 0.75), "share of a law's gain from which a free form is finished"),
-    Constant("choice.tuning", "FAR_OFF", (1.8, 3.5), "spreads from which a re-tuned value may stand for a law"),
+    Constant("choice.tuning", "FAR_OFF", (1.8, 3.5), "spreads that rigs are looked for within, laws beyond"),
     Constant("choice.forward", "PULL", (0.15, 0.6), "gain of the weak observer"),
     Constant("choice.forward", "MOST_EFFECTS", (2, 4), "effects named at most"),
     Constant("problem.problem", "STEP_SIZE", (2.0, 8.0), "noise units from which a missed step is priced as one"),

@@ -285,8 +285,8 @@ class Runs:
         places: list[tuple[float, float] | None] = [*beds] if beds else [self.bed] * len(points)
         rigs = [self.rig_at(point, bed) for point, bed in zip(points, places, strict=True)]
         starts = [self.start_at(point) for point in points]
-        driven = self.driven
-        responses = simulate_batch(rigs, driven.commands, self.elements, starts, acceleration=driven.acceleration)
+        faster = self.driven.acceleration_in(self.rig)
+        responses = simulate_batch(rigs, self.driven.commands, self.elements, starts, acceleration=faster)
         self.count += len(points)
         if self.progress is not None:
             self.progress(self.count)

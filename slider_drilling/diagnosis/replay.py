@@ -94,9 +94,8 @@ def replay(
     """Simulate the log's run from its first sample and compare channel by channel. Raises InputError."""
     driven = commands_from_log(log, rig)
     channels = measured_channels(log, rig)
-    response = finite(
-        simulate_batch([rig], driven.commands, elements, [start], [modifiers], acceleration=driven.acceleration)[0]
-    )
+    faster = driven.acceleration_in(rig)
+    response = finite(simulate_batch([rig], driven.commands, elements, [start], [modifiers], acceleration=faster)[0])
     compared = {}
     for name, channel in channels.items():
         simulated = np.interp(channel.time, response.time, getattr(response, name))

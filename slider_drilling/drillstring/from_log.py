@@ -7,7 +7,6 @@ from functools import cached_property
 
 import numpy as np
 
-from slider_drilling.drillstring.acceleration import drive_acceleration
 from slider_drilling.drillstring.layout import Array
 from slider_drilling.drillstring.record import Commands
 from slider_drilling.errors import InputError
@@ -25,7 +24,13 @@ class LogCommands:
     @cached_property
     def acceleration(self) -> Array:
         """(n,) rad/s2 of the top drive at the commands' times, see `drive_acceleration`."""
+        from slider_drilling.drillstring.acceleration import drive_acceleration  # scipy: whoever asks for it waits
+
         return drive_acceleration(self.commands.time, self.commands.top_drive_speed)
+
+    def acceleration_in(self, rig: Rig) -> Array | None:
+        """The same where the rig's torque holds it, None where nothing reads it: a long log takes seconds."""
+        return self.acceleration if rig.effects.torque_at_motor.inertia > 0.0 else None
 
 
 def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:

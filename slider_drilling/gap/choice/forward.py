@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from slider_drilling.gap.choice.judge import LEAST_SHARE, group_of, judge, likelier, with_new_floors
+from slider_drilling.gap.choice.judge import group_of, judge, likelier, shrinks, with_new_floors
 from slider_drilling.gap.choice.refit import as_given, scored, tested
 from slider_drilling.gap.choice.stand_in import far_off
 from slider_drilling.gap.choice.state import State, Step
@@ -121,9 +121,8 @@ def _without_needless(state: State, before: Sequence[Effect], left: Sequence[Eff
         begin = {name: value for name, value in state.current.fit.values.items() if name not in own}
         found = fit(problem, parameters_of(problem, rest), begin, iterations=TUNING)
         reduced = scored(problem, rest, found, state.blocks.folds)
-        closed, interval = closed_between(state.blocks, reduced.score, state.current.score)
-        shrinks = closed >= LEAST_SHARE and interval[0] > 0.0
-        if not shrinks and not beats(state.blocks, state.current.score, reduced.score):
+        needed = shrinks(*closed_between(state.blocks, reduced.score, state.current.score))
+        if not needed and not beats(state.blocks, state.current.score, reduced.score):
             enough = tested(reduced, seed, left)
             state = replace(state, current=reduced, enough=enough, done=enough.done)
     return state

@@ -71,6 +71,11 @@ def with_new_floors(state: State, accepted: Judged, rivals: int, seed: int) -> t
     return state, _verdict(state, again, rivals, seed)
 
 
+def shrinks(closed: float, interval: tuple[float, float]) -> bool:
+    """Whether a gap of which this share is closed, 95 % interval, shrinks for certain and by enough for a name."""
+    return closed >= LEAST_SHARE and interval[0] > 0.0
+
+
 def _rules_out(now: Explained, before: Explained) -> bool:
     """Whether the log rules out where the same effects were before: it is likelier now by more than as many parameters
     gain on noise (Wilks).
@@ -93,7 +98,7 @@ def _verdict(state: State, explained: Explained, rivals: int, seed: int) -> Judg
         why.append("foretells no more of unseen data than without it, at the level shared among all candidates")
     if not _pays(known, explained, rivals):
         why.append("the whole log is no likelier with it than free parameters make it by chance")
-    if not (closed >= LEAST_SHARE and interval[0] > 0.0):
+    if not shrinks(closed, interval):
         why.append("the gap does not shrink for certain")
     gained = known.score.gap**2 - explained.score.gap**2
     if state.enough.adequate and not gained >= LEAST_SHARE * (state.tuned.score.gap**2 - 1.0):

@@ -33,7 +33,7 @@ class _Rung:
 
 
 _RUNGS = (_Rung(0.5, 8, 15), _Rung(0.75, 4, 15), _Rung(1.0, 2, 60), _Rung(1.0, 2, 15, cheap=False))
-_Costs = Callable[[np.ndarray], list[float]]
+_CostsOf = Callable[[np.ndarray], list[float]]
 
 
 def wide(
@@ -50,25 +50,29 @@ def wide(
         inside = low + (high - low) * np.clip(row, 0.0, 1.0)
         return dict(fixed) | {name: float(value) for name, value in zip(spans, inside, strict=True)}
 
-    def costs_of(part: Problem) -> _Costs:
-        def costs(rows: np.ndarray) -> list[float]:
-            found: list[float] = []
-            for begin in range(0, len(rows), _BATCH):
-                residuals = part.residuals([values(row) for row in rows[begin : begin + _BATCH]])
-                found += [part.cost(one)[0] if np.isfinite(one).all() else float("inf") for one in residuals]
-            return found
-
-        return costs
-
     populations: list[Any] = []
     for rung in _RUNGS:
-        costs = costs_of(_first(problem if rung.cheap else shows, rung.share))
-        if not populations:
+        part = _first(problem if rung.cheap else shows, rung.share)
+
+        def costs(rows: np.ndarray, part: Problem = part) -> list[float]:
+            return _costs(part, [values(row) for row in rows])
+
+        if populations:
+            populations = _best(populations, costs)[: rung.populations]
+        else:
             populations = _scattered(costs, len(spans), rung.populations, seed)
-        populations = _best(populations, costs)[: rung.populations]
         for population in populations:
             _evolve(population, costs, rung.generations)
     return [values(np.asarray(population.result.xfavorite)) for population in _best(populations, costs)]
+
+
+def _costs(problem: Problem, sets: Sequence[Values]) -> list[float]:
+    """``-2 log p`` of each parameter set, infinite where its simulation ends in no numbers."""
+    found: list[float] = []
+    for begin in range(0, len(sets), _BATCH):
+        residuals = problem.residuals(sets[begin : begin + _BATCH])
+        found += [problem.cost(one)[0] if np.isfinite(one).all() else float("inf") for one in residuals]
+    return found
 
 
 def _first(problem: Problem, share: float) -> Problem:
@@ -81,27 +85,27 @@ def _first(problem: Problem, share: float) -> Problem:
     return build_problem(problem.model.shortened(share), noise, problem.how, problem.spent)
 
 
-def _scattered(costs: _Costs, dimensions: int, number: int, seed: int) -> list[Any]:
+def _scattered(costs_of: _CostsOf, dimensions: int, number: int, seed: int) -> list[Any]:
     """Populations about the cheapest of points spread over the unit box."""
     import cma
 
     unit = qmc.Sobol(dimensions, seed=seed).random(_POINTS)
     found = []
-    for place, index in enumerate(np.argsort(costs(unit))[:number]):
+    for place, index in enumerate(np.argsort(costs_of(unit))[:number]):
         options = {"bounds": [0.0, 1.0], "popsize": _POPULATION, "verbose": -9, "seed": seed + place + 1}
         found.append(cma.CMAEvolutionStrategy(unit[index], _SPREAD, options))
     return found
 
 
-def _evolve(population: Any, costs: _Costs, generations: int) -> None:
+def _evolve(population: Any, costs_of: _CostsOf, generations: int) -> None:
     for _ in range(generations):
         if population.stop():
             return
         rows = population.ask()
-        population.tell(rows, costs(np.array(rows)))
+        population.tell(rows, costs_of(np.array(rows)))
 
 
-def _best(populations: Sequence[Any], costs: _Costs) -> list[Any]:
+def _best(populations: Sequence[Any], costs_of: _CostsOf) -> list[Any]:
     """Cheapest first, each where its middle is: what was cheap on a part need not be on more of it."""
-    found = costs(np.array([np.asarray(population.result.xfavorite) for population in populations]))
+    found = costs_of(np.array([np.asarray(population.result.xfavorite) for population in populations]))
     return [populations[index] for index in np.argsort(found)]
