@@ -12,10 +12,10 @@ from dataclasses import replace
 from slider_drilling.gap.choice.judge import group_of, judge, likelier, shrinks, with_new_floors
 from slider_drilling.gap.choice.refit import as_given, scored, tested
 from slider_drilling.gap.choice.stand_in import far_off
-from slider_drilling.gap.choice.state import State, Step
+from slider_drilling.gap.choice.state import Explained, State, Step
 from slider_drilling.gap.choice.tuning import TUNING, floors_lowered, floors_raised, plausible, scattered, tuned_from
 from slider_drilling.gap.evidence.compare import beats, closed_between, make_blocks
-from slider_drilling.gap.evidence.score import make_folds
+from slider_drilling.gap.evidence.score import held_out, make_folds
 from slider_drilling.gap.model import Effect, How, Model, Pulled, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
@@ -49,10 +49,13 @@ def begin(
     free = build_problem(model, [sigmas(own) for own in floors], spent=free.spent)
     blocks = make_blocks(make_folds(free), seed)
     tuned = fit(free, tuned.parameters, tuned.values, iterations=2)
-    floors = floors_raised(*finished(free, tuned), floors, seed)
-    free = build_problem(model, [sigmas(own) for own in floors], spent=free.spent)
-    tuned = fit(free, tuned.parameters, tuned.values, iterations=1)
-    explained = scored(free, (), tuned, blocks.folds)
+    exact, ended = finished(free, tuned)
+    raised = floors_raised(exact, ended, floors, seed)
+    if raised != floors:
+        floors = raised
+        free = build_problem(model, [sigmas(own) for own in floors], spent=free.spent)
+        exact, ended = finished(free, fit(free, tuned.parameters, tuned.values, iterations=1))
+    explained = Explained((), exact, ended, held_out(exact, ended, blocks.folds))
     enough = tested(explained, seed, effects)
     if not enough.done:
         report("re-tuning from other starts", 0.06)

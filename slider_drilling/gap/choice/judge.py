@@ -43,7 +43,7 @@ def judge(
         state, _ = scored_in(state.ways[way], state, TUNING)
 
     def refit(arms: Sequence[Arm]) -> Explained:
-        problem, ended = led[way] if arms is sets[0] else finished(*reached(state, arms, way))
+        problem, ended = led[way] if arms is sets[0] else finished(*reached(state, arms, way), led[way][1].cost)
         return Explained(arms[0].effects, problem, ended, held_out(problem, ended, state.blocks.folds))
 
     found = at_once(refit, sets)

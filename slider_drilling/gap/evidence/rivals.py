@@ -18,9 +18,9 @@ from slider_drilling.gap.model import Array, Disturbance, Disturbed, Effect, Par
 from slider_drilling.gap.problem.problem import Piece, Problem
 from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.finish import finished
-from slider_drilling.gap.search.least_squares import bounded_step, fit, prior_weights, room
+from slider_drilling.gap.search.least_squares import bounded_step, fit, pace, prior_weights, room
 
-_KNOTS = 8
+_KNOTS, _ITERATIONS = 8, 8
 # Ridge on the coefficients, of a typical one: what the data do not ask for stays near zero.
 _RIDGE = 0.3
 
@@ -114,7 +114,10 @@ def _fitted(explained: Explained, one: Disturbance, folds: Folds, worth: float) 
     """A disturbance whose coefficients are fitted with the nuisance, and finished as a law is where it is worth it."""
     problem, known = explained.problem, explained.fit
     freed = [*known.parameters, *problem.free(one.parameters)]
-    found = fit(problem, freed, known.values)
+    found = fit(
+        problem, freed, known.values, iterations=_ITERATIONS, tolerance=pace(worth, _ITERATIONS),
+        simulated=known.simulated, known=known.rows,
+    )  # fmt: skip
     if known.cost - found.cost > worth:
         problem, found = finished(problem, found)
     shape = np.array([found.values[parameter.name] - parameter.nominal for parameter in one.parameters])

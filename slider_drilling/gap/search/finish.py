@@ -8,17 +8,18 @@ import numpy as np
 
 from slider_drilling.gap.model import Graded, Model
 from slider_drilling.gap.problem.problem import Problem
-from slider_drilling.gap.search.least_squares import Fit, fit
+from slider_drilling.gap.search.least_squares import Fit, fit, pace
 
-POLISH = 3  # iterations
+POLISH, _ANEW = 3, 8  # iterations: on the mesh that was fitted, and on the fine one
 # Of the noise: where the mesh adds more, fits are finished on the fine one.
 _COARSE = 0.5
 
 
-def finished(problem: Problem, found: Fit) -> tuple[Problem, Fit]:
+def finished(problem: Problem, found: Fit, leader: float = float("inf")) -> tuple[Problem, Fit]:
     """A fit finished where the cheap simulation equals the fine one.
 
     Where what the mesh adds is a good part of the noise it changes with every step, and the fine one itself is fitted.
+    leader: ``-2 log p`` to come up with; once no iteration gains what that asks for the fine fit ends.
     """
     best = fine(problem.model)
     exact = problem.at(found.values, best)
@@ -26,7 +27,11 @@ def finished(problem: Problem, found: Fit) -> tuple[Problem, Fit]:
     exact = problem.at(polished.values, best)
     if best > problem.how.fidelity and _mesh_error(exact) > _COARSE:
         exact = problem.run_as(replace(problem.how, fidelity=best))
-        return exact, fit(exact, found.parameters, polished.values)
+        begun = fit(exact, found.parameters, polished.values, iterations=0, known=polished.rows)
+        return exact, fit(
+            exact, found.parameters, begun.values, iterations=_ANEW, tolerance=pace(begun.cost - leader, _ANEW),
+            simulated=begun.simulated, known=polished.carried,
+        )  # fmt: skip
     return exact, fit(exact, found.parameters, polished.values, iterations=1)
 
 

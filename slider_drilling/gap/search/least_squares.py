@@ -115,6 +115,13 @@ def fit(
     )  # fmt: skip
 
 
+def pace(behind: float, iterations: int) -> float:
+    """The least gain of ``-2 log p`` that makes an iteration worth another one to a fit that is so far behind another:
+    who gains less does not come up with it in so many.
+    """
+    return max(TOLERANCE, behind / iterations)
+
+
 class _Space:
     """Scaled coordinates of the free parameters, their bounds and priors."""
 

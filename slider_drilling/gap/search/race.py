@@ -15,7 +15,7 @@ import numpy as np
 from slider_drilling.gap.model import Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.at_once import at_once
-from slider_drilling.gap.search.least_squares import TOLERANCE, Fit, fit
+from slider_drilling.gap.search.least_squares import TOLERANCE, Fit, fit, pace
 from slider_drilling.gap.search.screen import STARTS, screen
 
 # Iterations of each rung; after each but the last, the better share of the sets of effects goes on.
@@ -67,9 +67,8 @@ def race(problems: Sequence[Problem], arms: Sequence[Arm]) -> list[Arm]:
         leader = min((arm.cost for arm in running if arm.physical), default=float("inf"))
 
         def advance(arm: Arm, iterations: int = iterations, leader: float = leader) -> Arm:
-            # Who gains less an iteration than would bring it up with the leader is not worth another one.
-            pace = (arm.cost - leader) / iterations if arm.fit is not None else 0.0
-            return _advanced(problems[arm.way].showing(arm.effects), arm, iterations, pace)
+            least = pace(arm.cost - leader, iterations) if arm.fit is not None else TOLERANCE
+            return _advanced(problems[arm.way].showing(arm.effects), arm, iterations, least)
 
         running = sorted(at_once(advance, running), key=lambda arm: arm.cost)
         if rung < len(_RUNGS) - 1:
@@ -95,10 +94,10 @@ def begun_again(problems: Sequence[Problem], ran: Sequence[Arm]) -> list[Arm]:
     return sorted([*ran, *found], key=lambda arm: arm.cost)
 
 
-def _advanced(problem: Problem, arm: Arm, iterations: int, pace: float = 0.0) -> Arm:
+def _advanced(problem: Problem, arm: Arm, iterations: int, least: float = TOLERANCE) -> Arm:
     if arm.fit is not None and arm.fit.settled:
         return arm
-    freed, least = parameters_of(problem, arm.effects), max(TOLERANCE, pace)
+    freed = parameters_of(problem, arm.effects)
     if arm.fit is None:
         known = arm.near.rows if arm.near is not None else {}
         found = fit(problem, freed, arm.begin, iterations=iterations, tolerance=least, known=known)
