@@ -14,6 +14,7 @@ from slider_drilling.gap.choice.decide import decide
 from slider_drilling.gap.choice.forward import begin, step
 from slider_drilling.gap.choice.stand_in import far_off
 from slider_drilling.gap.choice.state import Judged, State
+from slider_drilling.gap.choice.tuning import FAR_OFF
 from slider_drilling.gap.evidence.compare import closed_between
 from slider_drilling.gap.evidence.rivals import Rival
 from slider_drilling.gap.model import Effect, Model, Together, Values
@@ -177,6 +178,12 @@ def _remarks(state: State) -> tuple[str, ...]:
     missing = state.current.score.not_refitted
     if missing:
         said.append(f"{missing} of the held-out stretches could not be refitted: there the score is in-sample")
+    for parameter, value, spreads in far_off(state.far.current) if state.far is not None else ():
+        said.append(
+            f"{parameter.name} at {value:.3g} where the model has {parameter.nominal:.3g}, {spreads:.1f} times as far "
+            "off as is common, would leave no more than noise either, but the log is likelier with what is named; the "
+            f"gap is counted from a re-tuning that stays within {FAR_OFF:g} times of what is common"
+        )
     said += [
         f"{parameter.name} is tuned to {value:.3g} where the model has {parameter.nominal:.3g}: {spreads:.1f} times as "
         "far off as is common, so that an effect which acts alike may hide in it"

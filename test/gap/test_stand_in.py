@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from toy import EFFECTS, SHAPES, Toy, force, toy
+from toy import EFFECTS, SHAPES, TIME, Toy, force, toy
 
 from slider_drilling.gap import Effect, How, Parameter
 from slider_drilling.gap.explain import explain
@@ -14,22 +14,39 @@ TILT = Effect(
     "tilt", "sensor", (Parameter("tilt", 0.0, -99.0, 99.0, 0.3, "N"),), scan=((-20.0,), (10.0,), (30.0,)),
     physical=(0.0, np.inf), nonphysical="a tilt to the left",
 )  # fmt: skip
+OWN = np.sin(6.0 * np.pi * TIME / TIME[-1])
 
 
 @dataclass(frozen=True)
 class Tilted(Toy):
-    """An effect does what a nuisance does, which no log can tell apart; rigs vary in the nuisance by a spread of 5."""
+    """An effect does what a nuisance does, and a little of its own, without which no log can tell them apart; rigs vary
+    in the nuisance by a spread of 5.
+    """
 
+    own: float = 0.0
     effects: tuple[Effect, ...] = (*EFFECTS, TILT)
 
     def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
-        rows = [force(values) + values.get("tilt", 0.0) * SHAPES["slope"] for values in sets]
-        return {"force": np.stack(rows)}
+        tilted = SHAPES["slope"] + self.own * OWN
+        return {"force": np.stack([force(values) + values.get("tilt", 0.0) * tilted for values in sets])}
 
 
 @pytest.mark.parametrize(("slope", "told"), [(30.0, ("tilt",)), (5.0, ()), (-30.0, ())])
-def test_a_law_is_told_where_re_tuning_went_far_and_never_named(slope, told):
+def test_a_law_that_no_log_tells_from_re_tuning_is_told_where_that_went_far_and_never_named(slope, told):
     answer = explain(Tilted(toy({"slope": slope}, 3).runs))
     assert (answer.verdict, answer.effects, answer.instead) == ("parameters", (), told)
     assert ("or tilt makes it look so" in answer.sentence) == bool(told)
     assert any("slope is tuned to" in remark for remark in answer.remarks) == (abs(slope) > 12.5)
+
+
+@pytest.mark.parametrize(("share", "named"), [(1.0, ("tilt",)), (0.0, ())])
+def test_a_law_that_the_log_tells_from_re_tuning_that_went_far_is_named(share, named):
+    runs = toy({"slope": 30.0}, 3, extra=30.0 * 0.005 * share * OWN).runs
+    answer = explain(Tilted(runs, own=0.005))
+    assert answer.effects == named
+    assert answer.verdict == ("effect" if named else "parameters")
+    assert (answer.state.far is not None) == bool(named)
+    if named:
+        assert answer.tuned > 5.0 and answer.interval[0] > 0.9
+        assert answer.state.current.fit.values["tilt"] == pytest.approx(30.0, abs=5.0)
+        assert any("would leave no more than noise either" in remark for remark in answer.remarks)

@@ -24,8 +24,8 @@ def scored(squares, density):
     return SimpleNamespace(squares=squares, density=density, gap=float(np.sqrt(np.mean(squares))))
 
 
-def judged(blocks, monkeypatch, known, found, *, reaches_noise=True, known_reaches_noise=False):
-    monkeypatch.setattr(judge, "tested", lambda *given: SimpleNamespace(within=reaches_noise))
+def judged(blocks, monkeypatch, known, found, *, reaches_noise=True, ends=False, known_reaches_noise=False):
+    monkeypatch.setattr(judge, "tested", lambda *given: SimpleNamespace(within=reaches_noise, adequate=ends))
     state = SimpleNamespace(
         blocks=blocks, current=SimpleNamespace(score=known), enough=SimpleNamespace(within=known_reaches_noise)
     )
@@ -58,3 +58,15 @@ def test_what_foretells_less_on_the_whole_is_not_taken(blocks, monkeypatch):
 def test_a_gap_that_shrinks_by_chance_is_not_taken(blocks, monkeypatch):
     squares = 2.9 + np.sin(TIME / 7.0)
     assert not judged(blocks, monkeypatch, KNOWN, scored(squares, 1.5))
+
+
+# A log that shows its cause once: most resamples do not hold it.
+ONCE, WITHOUT = scored(1.0 + EVENT, 2.0 + EVENT), scored(1.0, 2.0)
+
+
+def test_what_shows_once_is_taken_where_the_likelihood_ratio_is_beyond_doubt_and_nothing_is_left(blocks, monkeypatch):
+    assert not beats(blocks, WITHOUT, ONCE, CANDIDATES)
+    assert judged(blocks, monkeypatch, ONCE, WITHOUT, ends=True)
+    assert not judged(blocks, monkeypatch, ONCE, WITHOUT)
+    little = scored(1.0 + EVENT, 2.0 + 0.15 * EVENT)
+    assert not judged(blocks, monkeypatch, little, WITHOUT, ends=True)

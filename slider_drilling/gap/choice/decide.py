@@ -36,6 +36,8 @@ def decide(state: State) -> Decision:
     idle = state.partial or (adequate and not effects)
     found = [] if idle else rivals(state.tuned, state.blocks.folds, _worth(state))
     stronger = _stronger(state, found) if effects else None
+    if stronger is not None and state.far is not None:
+        return decide(state.far)
     if stronger is not None:
         state = replace(state, current=state.tuned, enough=state.tuned_enough)
         return Decision("unknown", _likeliest_site(state, found), (), stronger, state)

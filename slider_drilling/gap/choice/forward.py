@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from slider_drilling.gap.choice.judge import group_of, judge, likelier, shrinks, with_new_floors
+from slider_drilling.gap.choice.judge import group_of, judge, judged_near, likelier, shrinks, with_new_floors
 from slider_drilling.gap.choice.refit import as_given, scored, tested
 from slider_drilling.gap.choice.stand_in import far_off
 from slider_drilling.gap.choice.state import Explained, State, Step
@@ -96,8 +96,26 @@ def step(
                 return _without_needless(taken, state.current.effects, left, seed)
     if elsewhere:
         return replace(state, done=state.enough.done)
-    instead = likelier(state, judged, len(left)) if state.enough.adequate and far_off(state.current) else ()
-    return replace(state, steps=(*state.steps, Step(judged, None, (), promised)), instead=instead, done=True)
+    ended = Step(judged, None, (), promised)
+    if state.enough.adequate and far_off(state.current):
+        return _instead(replace(state, steps=(*state.steps, ended), done=True), ended, left, seed)
+    return replace(state, steps=(*state.steps, ended), done=True)
+
+
+def _instead(state: State, ended: Step, left: Sequence[Effect], seed: int) -> State:
+    """The state of a re-tuning that was enough, but went far: with an effect in its place where the log itself tells
+    one from it, else with those that it may stand for.
+    """
+    found = likelier(state, ended.judged, len(left))
+    state = replace(state, instead=tuple(one.effect.name for one in found))
+    if state.current.effects or not found:
+        return state
+    near, judged, accepted = judged_near(state, ended.judged, left, seed)
+    if accepted is None:
+        return state
+    group = group_of(near.blocks, accepted, judged)
+    taken = replace(ended, judged=judged, accepted=accepted, group=group)
+    return _with(replace(near, steps=state.steps[:-1]), taken, left, seed)
 
 
 def _with(state: State, taken: Step, left: Sequence[Effect], seed: int) -> State:

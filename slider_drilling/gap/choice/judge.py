@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from slider_drilling.gap.choice.refit import at_its_best, reached, scored_in, tested
-from slider_drilling.gap.choice.stand_in import far_off
+from slider_drilling.gap.choice.stand_in import far_off, kept_near, told_by_the_log
 from slider_drilling.gap.choice.state import Explained, Judged, State
 from slider_drilling.gap.choice.tuning import TUNING, floors_lowered
 from slider_drilling.gap.evidence.compare import LEVEL, Blocks, beats, closed_between, gaps
@@ -118,14 +118,36 @@ def _pays(known: Explained, explained: Explained, rivals: int) -> bool:
     return known.fit.cost - explained.fit.cost > float(chi2.ppf(1.0 - LEVEL / rivals, max(added, 1)))
 
 
-def likelier(state: State, judged: Sequence[Judged], rivals: int) -> tuple[str, ...]:
-    """Laws that make the whole log likelier than what is known for certain, with a nuisance that is not far off."""
+def likelier(state: State, judged: Sequence[Judged], rivals: int) -> list[Judged]:
+    """Who makes the whole log likelier than what is known for certain, with a nuisance that is not far off; likeliest
+    first.
+    """
     found = [
         one for one in judged
         if _pays(state.current, one.explained, rivals) and one.effect.means_its_name(one.explained.fit.values)
         and not far_off(one.explained)
     ]  # fmt: skip
-    return tuple(one.effect.name for one in sorted(found, key=lambda one: one.explained.fit.cost))
+    return sorted(found, key=lambda one: one.explained.fit.cost)
+
+
+def judged_near(
+    state: State, judged: Sequence[Judged], left: Sequence[Effect], seed: int
+) -> tuple[State, tuple[Judged, ...], Judged | None]:
+    """What a re-tuning that went far may stand for, held against one that is kept near: the state with that one, all
+    that was judged, and who passes and is likelier by the log alone than the one that went far, None where nobody is or
+    the one kept near is enough.
+    """
+    near = kept_near(state, left, seed)
+    again = tuple(_kept_to(one, _verdict(near, one.explained, len(left), seed)) for one in judged)
+    passed = [one for one in again if one.passed and told_by_the_log(state.current, one, len(left))]
+    return near, again, None if near.enough.done or not passed else min(passed, key=lambda one: one.explained.fit.cost)
+
+
+def _kept_to(before: Judged, held: Judged) -> Judged:
+    """A verdict against re-tuning that is kept near, of which an effect that is not has no part."""
+    if not far_off(before.explained):
+        return held
+    return replace(held, why_not=(*held.why_not, "with it re-tuning goes as far from the model as is not common"))
 
 
 def _suffices(state: State, explained: Explained, rivals: int, seed: int) -> bool:
@@ -133,13 +155,19 @@ def _suffices(state: State, explained: Explained, rivals: int, seed: int) -> boo
     leaves no more than replicates of it do.
 
     A discrepancy forgives what is slow, so that a slow effect's gain is small in every stretch and one event outweighs
-    it; the gap does not forgive. But many a wrong law shrinks a gap: only one that ends it is taken at that.
+    it; the gap does not forgive. But many a wrong law shrinks a gap: only one that ends it is taken at that. What shows
+    once in a log, resampled blocks hold as often as not: there the likelihood ratio of what was held out has to reach
+    one over that level (Wasserman, Ramdas and Balakrishnan, PNAS 117, 2020), and nothing at all may be left.
     """
     known, blocks = state.current.score, state.blocks
-    shrinks = float(np.quantile(gaps(blocks, known) - gaps(blocks, explained.score), LEVEL / rivals)) > 0.0
-    if not shrinks or float(np.sum(explained.score.density)) >= float(np.sum(known.density)) or state.enough.within:
+    gained = float(np.sum(known.density) - np.sum(explained.score.density))
+    if state.enough.within or gained <= 0.0:
         return False
-    return tested(explained, seed).within
+    everywhere = float(np.quantile(gaps(blocks, known) - gaps(blocks, explained.score), LEVEL / rivals)) > 0.0
+    if not everywhere and gained <= 2.0 * np.log(rivals / LEVEL):
+        return False
+    left = tested(explained, seed)
+    return left.within if everywhere else left.adequate
 
 
 def group_of(blocks: Blocks, accepted: Judged, judged: Sequence[Judged]) -> tuple[str, ...]:

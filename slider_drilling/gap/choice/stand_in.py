@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
-from slider_drilling.gap.choice.state import Explained
-from slider_drilling.gap.choice.tuning import FAR_OFF
-from slider_drilling.gap.model import Parameter
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from slider_drilling.gap.choice.refit import scored, tested
+from slider_drilling.gap.choice.state import Explained, Judged, State
+from slider_drilling.gap.choice.tuning import FAR_OFF, TUNING, plausible
+from slider_drilling.gap.evidence.compare import LEVEL
+from slider_drilling.gap.model import Effect, Parameter
+from slider_drilling.gap.search.least_squares import fit
 
 
 def far_off(explained: Explained) -> list[tuple[Parameter, float, float]]:
@@ -16,3 +25,32 @@ def far_off(explained: Explained) -> list[tuple[Parameter, float, float]]:
         if not parameter.per_run and spreads > FAR_OFF:
             found.append((parameter, value, spreads))
     return found
+
+
+def kept_near(state: State, effects: Sequence[Effect], seed: int) -> State:
+    """The state with its re-tuning held to where rigs commonly are; what it was before stays known as ``far``. effects:
+    looked for in what that leaves.
+    """
+    far = {parameter.name for parameter, _, _ in far_off(state.current)}
+    freed = [_within(parameter) if parameter.name in far else parameter for parameter in state.current.fit.parameters]
+    known = {name: value for name, value in state.current.fit.values.items() if "@" in name}
+    found = [fit(state.way, freed, begin, iterations=TUNING) for begin in (state.current.fit.values, known)]
+    near = scored(state.way, (), min(found, key=lambda one: one.cost), state.blocks.folds)
+    enough = tested(near, seed, effects)
+    return replace(state, tuned=near, current=near, enough=enough, tuned_enough=enough, far=state)
+
+
+def told_by_the_log(known: Explained, judged: Judged, rivals: int) -> bool:
+    """Whether the log alone, whatever rigs commonly are, is likelier with an effect than its added parameters make it
+    by chance, at the level shared among all; and foretells as much of what was held out.
+    """
+    there, here = (one.problem.cost(one.fit.residual)[0] for one in (known, judged.explained))
+    added = len(judged.explained.fit.parameters) - len(known.fit.parameters)
+    foretold = float(np.sum(judged.explained.score.density)) <= float(np.sum(known.score.density))
+    return foretold and there - here > float(chi2.ppf(1.0 - LEVEL / rivals, max(added, 1)))
+
+
+def _within(parameter: Parameter) -> Parameter:
+    low, high = plausible(parameter)
+    return replace(parameter, lower=low, upper=high)
+

@@ -61,8 +61,8 @@ class Step:
 class State:
     """nominal: score as given; tuned: re-tuned only; current: with the effects accepted so far; enough:
     adequacy of the current; ways: problems that fits may be made in, the free one first; step: those taken; instead:
-    laws, likeliest first, that make the log likelier than a re-tuning that was enough, but went far; partial:
-    interrupted before the end.
+    laws, likeliest first, that make the log likelier than a re-tuning that was enough, but went far; far: the state of
+    such a re-tuning, where the names hold against one that is kept near; partial: interrupted before the end.
     """
 
     floors: tuple[dict[str, NoiseFloor], ...]
@@ -76,6 +76,7 @@ class State:
     blocks: Blocks = field(repr=False)
     steps: tuple[Step, ...] = ()
     instead: tuple[str, ...] = ()
+    far: State | None = None
     done: bool = False
     partial: bool = False
 
