@@ -94,7 +94,7 @@ def _verdict(state: State, explained: Explained, rivals: int, seed: int) -> Judg
     effect = explained.effects[-1]
     closed, interval = closed_between(blocks, known.score, explained.score)
     why = []
-    if not (beats(blocks, explained.score, known.score, rivals) or _suffices(state, explained, rivals, seed)):
+    if not (_foretells(blocks, explained, known, rivals) or _suffices(state, explained, rivals, seed)):
         why.append("foretells no more of unseen data than without it, at the level shared among all candidates")
     if not _pays(known, explained, rivals):
         why.append("the whole log is no likelier with it than free parameters make it by chance")
@@ -150,21 +150,39 @@ def _kept_to(before: Judged, held: Judged) -> Judged:
     return replace(held, why_not=(*held.why_not, "with it re-tuning goes as far from the model as is not common"))
 
 
+def _foretells(blocks: Blocks, explained: Explained, known: Explained, rivals: int) -> bool:
+    """Whether an effect foretells more than what is known, for certain at the level shared among all.
+
+    Of half a dozen blocks no resample says that much unless every single one gains. Then the likelihood ratio of what
+    was held out may stand for the many candidates, and the blocks only for that it comes from more than one of them.
+    """
+    if beats(blocks, explained.score, known.score, rivals):
+        return True
+    return _beyond_doubt(explained, known, rivals) and beats(blocks, explained.score, known.score)
+
+
+def _beyond_doubt(explained: Explained, known: Explained, rivals: int) -> bool:
+    """Whether the likelihood ratio of what was held out is above one over the level shared among all (Wasserman, Ramdas
+    and Balakrishnan, PNAS 117, 2020).
+    """
+    gained = float(np.sum(known.score.density) - np.sum(explained.score.density))
+    return gained > 2.0 * float(np.log(rivals / LEVEL))
+
+
 def _suffices(state: State, explained: Explained, rivals: int, seed: int) -> bool:
     """Whether an effect foretells more on the whole, shrinks the gap for certain at the level shared among all, and
     leaves no more than replicates of it do.
 
     A discrepancy forgives what is slow, so that a slow effect's gain is small in every stretch and one event outweighs
     it; the gap does not forgive. But many a wrong law shrinks a gap: only one that ends it is taken at that. What shows
-    once in a log, resampled blocks hold as often as not: there the likelihood ratio of what was held out has to reach
-    one over that level (Wasserman, Ramdas and Balakrishnan, PNAS 117, 2020), and nothing at all may be left.
+    once in a log, resampled blocks hold as often as not: there the likelihood ratio has to be beyond doubt, and nothing
+    at all may be left.
     """
     known, blocks = state.current.score, state.blocks
-    gained = float(np.sum(known.density) - np.sum(explained.score.density))
-    if state.enough.within or gained <= 0.0:
+    if state.enough.within or float(np.sum(explained.score.density)) >= float(np.sum(known.density)):
         return False
     everywhere = float(np.quantile(gaps(blocks, known) - gaps(blocks, explained.score), LEVEL / rivals)) > 0.0
-    if not everywhere and gained <= 2.0 * np.log(rivals / LEVEL):
+    if not everywhere and not _beyond_doubt(explained, state.current, rivals):
         return False
     left = tested(explained, seed)
     return left.within if everywhere else left.adequate
