@@ -70,3 +70,20 @@ def test_what_shows_once_is_taken_where_the_likelihood_ratio_is_beyond_doubt_and
     assert not judged(blocks, monkeypatch, ONCE, WITHOUT)
     little = scored(1.0 + EVENT, 2.0 + 0.15 * EVENT)
     assert not judged(blocks, monkeypatch, little, WITHOUT, ends=True)
+
+
+def foretells(blocks, known, found):
+    return judge._foretells(blocks, SimpleNamespace(score=found), SimpleNamespace(score=known), CANDIDATES)
+
+
+def test_few_blocks_and_many_candidates_leave_it_to_the_likelihood_ratio():
+    few = make_blocks(make_folds(build_problem(toy({}, 1), [{"force": 1.0}])), 0)
+    # Of six blocks one gets worse, as by an event that no simulation can time.
+    gained = np.where(TIME < 20.0, -0.8, 1.0)
+    much, little = scored(1.0, 2.0 - gained), scored(1.0, 2.0 - 0.05 * gained)
+    known = scored(1.0, 2.0)
+    assert not beats(few, much, known, CANDIDATES) and beats(few, much, known)
+    assert foretells(few, known, much)
+    assert not foretells(few, known, little)
+    once = scored(1.0, 2.0 - np.where(TIME < 12.0, 3.0, 0.0))
+    assert not foretells(few, known, once)
