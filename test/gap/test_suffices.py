@@ -79,7 +79,7 @@ def foretells(blocks, known, found):
 def test_few_blocks_and_many_candidates_leave_it_to_the_likelihood_ratio():
     few = make_blocks(make_folds(build_problem(toy({}, 1), [{"force": 1.0}])), 0)
     # Of six blocks one gets worse, as by an event that no simulation can time.
-    gained = np.where(TIME < 20.0, -0.8, 1.0)
+    gained = np.where(TIME < 20.0, -1.0, 1.0)
     much, little = scored(1.0, 2.0 - gained), scored(1.0, 2.0 - 0.05 * gained)
     known = scored(1.0, 2.0)
     assert not beats(few, much, known, CANDIDATES) and beats(few, much, known)
