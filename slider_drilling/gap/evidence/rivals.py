@@ -20,7 +20,7 @@ from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.finish import finished
 from slider_drilling.gap.search.least_squares import bounded_step, fit, pace, prior_weights, room
 
-_KNOTS, _ITERATIONS = 8, 8
+_KNOTS = 8
 # Ridge on the coefficients, of a typical one: what the data do not ask for stays near zero.
 _RIDGE = 0.3
 
@@ -115,8 +115,7 @@ def _fitted(explained: Explained, one: Disturbance, folds: Folds, worth: float) 
     problem, known = explained.problem, explained.fit
     freed = [*known.parameters, *problem.free(one.parameters)]
     found = fit(
-        problem, freed, known.values, iterations=_ITERATIONS, tolerance=pace(worth, _ITERATIONS),
-        simulated=known.simulated, known=known.rows,
+        problem, freed, known.values, tolerance=pace(worth), simulated=known.simulated, known=known.rows
     )  # fmt: skip
     if known.cost - found.cost > worth:
         problem, found = finished(problem, found)

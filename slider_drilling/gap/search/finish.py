@@ -10,7 +10,7 @@ from slider_drilling.gap.model import Graded, Model
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit, fit, pace
 
-POLISH, _ANEW = 3, 8  # iterations: on the mesh that was fitted, and on the fine one
+POLISH = 3  # iterations
 # Of the noise: where the mesh adds more, fits are finished on the fine one.
 _COARSE = 0.5
 
@@ -29,8 +29,8 @@ def finished(problem: Problem, found: Fit, leader: float = float("inf")) -> tupl
         exact = problem.run_as(replace(problem.how, fidelity=best))
         begun = fit(exact, found.parameters, polished.values, iterations=0, known=polished.rows)
         return exact, fit(
-            exact, found.parameters, begun.values, iterations=_ANEW, tolerance=pace(begun.cost - leader, _ANEW),
-            simulated=begun.simulated, known=polished.carried,
+            exact, found.parameters, begun.values, tolerance=pace(begun.cost - leader), simulated=begun.simulated,
+            known=polished.carried,
         )  # fmt: skip
     return exact, fit(exact, found.parameters, polished.values, iterations=1)
 

@@ -19,8 +19,8 @@ from slider_drilling.gap.evidence.likelihood import Discrepancy
 from slider_drilling.gap.model import Array, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem
 
-# Of ``-2 log p``: an iteration that gains less is the last.
-TOLERANCE = 0.5
+# Of ``-2 log p``: an iteration that gains less is the last. Iterations of a fit that begins near its end.
+TOLERANCE, ITERATIONS = 0.5, 8
 # Finite-difference step in units of a parameter's scale: large against the kinks that stick and slip leave in a
 # residual, small against the curvature over one scale.
 STEP = 0.2
@@ -67,7 +67,7 @@ def fit(
     parameters: Sequence[Parameter],
     start: Values,
     *,
-    iterations: int = 8,
+    iterations: int = ITERATIONS,
     tolerance: float | None = None,
     kept: Array | None = None,
     simulated: Array | None = None,
@@ -115,7 +115,7 @@ def fit(
     )  # fmt: skip
 
 
-def pace(behind: float, iterations: int) -> float:
+def pace(behind: float, iterations: int = ITERATIONS) -> float:
     """The least gain of ``-2 log p`` that makes an iteration worth another one to a fit that is so far behind another:
     who gains less does not come up with it in so many.
     """
