@@ -318,6 +318,16 @@ def test_what_stayed_of_effects_that_were_found_together_is_told_with_its_parame
     assert not rows["stribeck"].in_answer
 
 
+def test_an_error_that_falls_by_less_than_two_digits_show_is_not_told():
+    outcome = worn_motor()
+    assert outcome.gap is not None
+    rms = {name: replace(one, with_effect=None if one.tuned is None else 0.9999 * one.tuned)
+           for name, one in outcome.gap.rms.items()}  # fmt: skip
+    told = words.driller(replace(outcome, gap=replace(outcome.gap, rms=rms)))
+    assert "falls from" in words.driller(outcome) and "falls from" not in told
+    assert "; with that in, 92 %" in told
+
+
 def test_a_re_tuning_that_went_far_says_what_it_may_stand_for():
     outcome = worn_motor()
     assert outcome.gap is not None

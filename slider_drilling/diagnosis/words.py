@@ -45,15 +45,8 @@ def _found(outcome: Outcome, gap: Gap) -> str:
     text = ", and ".join([*clauses[:1], *(_lower(clause) for clause in clauses[1:])])
     if outcome.verdict == "effect_and_unknown":
         text = f"It acts as if {_lower(text)}"
-    channel = _most_improved(gap)
-    if channel is not None:
-        name, errors = channel
-        assert errors.tuned is not None and errors.with_effect is not None
-        text += (
-            f"; with that in, {plain(name)} error falls from {_amount(errors.tuned, errors.unit)} to "
-            f"{shown(errors.with_effect, errors.unit, 2)}"
-        )
-    text += f"{' and ' if channel else '; with that in, '}{share_in_words(gap.closed, gap.closed_interval)}."
+    falls = _falls(gap)
+    text += f"; with that in, {falls}{' and ' if falls else ''}{share_in_words(gap.closed, gap.closed_interval)}."
     if outcome.verdict == "effect_and_unknown" and outcome.shape is not None:
         text += f" Something else would explain as much: {outcome.shape.words}."
     elif outcome.verdict == "effect_and_unknown":
@@ -61,6 +54,17 @@ def _found(outcome: Outcome, gap: Gap) -> str:
         where = f", most of it in {plain(rest)}" if rest else ""
         text += f" Something that no known effect explains remains{where}."
     return text
+
+
+def _falls(gap: Gap) -> str:
+    """By how much the error of the channel that is helped most falls, "" where two digits do not show it."""
+    channel = _most_improved(gap)
+    if channel is None:
+        return ""
+    name, errors = channel
+    assert errors.tuned is not None and errors.with_effect is not None
+    before, after = shown(errors.tuned, errors.unit, 2), shown(errors.with_effect, errors.unit, 2)
+    return "" if before == after else f"{plain(name)} error falls from {_amount(errors.tuned, errors.unit)} to {after}"
 
 
 def _lower(clause: str) -> str:

@@ -86,36 +86,33 @@ def step(
     ran = begun_again(state.ways, race(state.ways, arms))
     report("judging the finalists", min(0.25 + 0.3 * turn, 0.9))
     state, judged, elsewhere = judge(state, ran, ways, left, seed)
+    ended = Step(judged, None, (), promised)
+    over = replace(state, steps=(*state.steps, ended), done=True)
+    if state.enough.adequate and not state.current.effects and far_off(state.current):
+        over = replace(over, instead=tuple(one.effect.name for one in likelier(state, judged, len(left))))
+        taken = _in_its_place(over, ended, left, seed) if over.instead else None
+        if taken is not None:
+            return taken
     for one in judged:
         if one.passed:
             group = group_of(state.blocks, one, judged)
             refloored, accepted = with_new_floors(state, one, len(left), seed)
             judged = tuple(accepted if other is one else other for other in judged)
             if accepted.passed:
-                taken = _with(refloored, Step(judged, accepted, group, promised), left, seed)
-                return _without_needless(taken, state.current.effects, left, seed)
-    if elsewhere:
-        return replace(state, done=state.enough.done)
-    ended = Step(judged, None, (), promised)
-    if state.enough.adequate and far_off(state.current):
-        return _instead(replace(state, steps=(*state.steps, ended), done=True), ended, left, seed)
-    return replace(state, steps=(*state.steps, ended), done=True)
+                found = _with(refloored, Step(judged, accepted, group, promised), left, seed)
+                return _without_needless(found, state.current.effects, left, seed)
+    return replace(state, done=state.enough.done) if elsewhere else over
 
 
-def _instead(state: State, ended: Step, left: Sequence[Effect], seed: int) -> State:
-    """The state of a re-tuning that was enough, but went far: with an effect in its place where the log itself tells
-    one from it, else with those that it may stand for.
+def _in_its_place(over: State, ended: Step, left: Sequence[Effect], seed: int) -> State | None:
+    """The state with an effect in the place of a re-tuning that was enough, but went far, where the log itself tells
+    the two apart; over: where it ends without.
     """
-    found = likelier(state, ended.judged, len(left))
-    state = replace(state, instead=tuple(one.effect.name for one in found))
-    if state.current.effects or not found:
-        return state
-    near, judged, accepted = judged_near(state, ended.judged, left, seed)
+    near, judged, accepted = judged_near(over, ended.judged, left, seed)
     if accepted is None:
-        return state
-    group = group_of(near.blocks, accepted, judged)
-    taken = replace(ended, judged=judged, accepted=accepted, group=group)
-    return _with(replace(near, steps=state.steps[:-1]), taken, left, seed)
+        return None
+    taken = replace(ended, judged=judged, accepted=accepted, group=group_of(near.blocks, accepted, judged))
+    return _with(replace(near, steps=over.steps[:-1]), taken, left, seed)
 
 
 def _with(state: State, taken: Step, left: Sequence[Effect], seed: int) -> State:

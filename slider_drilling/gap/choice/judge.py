@@ -147,7 +147,7 @@ def _kept_to(before: Judged, held: Judged) -> Judged:
     """A verdict against re-tuning that is kept near, of which an effect that is not has no part."""
     if not far_off(before.explained):
         return held
-    return replace(held, why_not=(*held.why_not, "with it re-tuning goes as far from the model as is not common"))
+    return replace(held, why_not=(*held.why_not, "with it re-tuning still goes farther from the model than is common"))
 
 
 def _foretells(blocks: Blocks, explained: Explained, known: Explained, rivals: int) -> bool:
