@@ -7,7 +7,7 @@ import pytest
 from toy import TIME, toy
 
 from slider_drilling.gap.choice import judge
-from slider_drilling.gap.evidence.compare import beats, make_blocks
+from slider_drilling.gap.evidence.compare import beats, foretells_more, make_blocks
 from slider_drilling.gap.evidence.score import make_folds
 from slider_drilling.gap.problem.problem import build_problem
 
@@ -72,10 +72,6 @@ def test_what_shows_once_is_taken_where_the_likelihood_ratio_is_beyond_doubt_and
     assert not judged(blocks, monkeypatch, little, WITHOUT, ends=True)
 
 
-def foretells(blocks, known, found):
-    return judge._foretells(blocks, SimpleNamespace(score=found), SimpleNamespace(score=known), CANDIDATES)
-
-
 def test_few_blocks_and_many_candidates_leave_it_to_the_likelihood_ratio():
     few = make_blocks(make_folds(build_problem(toy({}, 1), [{"force": 1.0}])), 0)
     # Of six blocks one gets worse, as by an event that no simulation can time.
@@ -83,7 +79,7 @@ def test_few_blocks_and_many_candidates_leave_it_to_the_likelihood_ratio():
     much, little = scored(1.0, 2.0 - gained), scored(1.0, 2.0 - 0.05 * gained)
     known = scored(1.0, 2.0)
     assert not beats(few, much, known, CANDIDATES) and beats(few, much, known)
-    assert foretells(few, known, much)
-    assert not foretells(few, known, little)
+    assert foretells_more(few, much, known, CANDIDATES)
+    assert not foretells_more(few, little, known, CANDIDATES)
     once = scored(1.0, 2.0 - np.where(TIME < 12.0, 3.0, 0.0))
-    assert not foretells(few, known, once)
+    assert not foretells_more(few, once, known, CANDIDATES)

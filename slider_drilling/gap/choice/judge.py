@@ -12,7 +12,15 @@ from slider_drilling.gap.choice.refit import at_its_best, reached, scored_in, te
 from slider_drilling.gap.choice.stand_in import far_off, kept_near, told_by_the_log
 from slider_drilling.gap.choice.state import Explained, Judged, State
 from slider_drilling.gap.choice.tuning import TUNING, floors_lowered
-from slider_drilling.gap.evidence.compare import LEVEL, Blocks, beats, closed_between, gaps
+from slider_drilling.gap.evidence.compare import (
+    LEVEL,
+    Blocks,
+    beats,
+    beyond_doubt,
+    closed_between,
+    foretells_more,
+    gaps,
+)
 from slider_drilling.gap.evidence.score import held_out
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.noise import sigmas
@@ -94,7 +102,7 @@ def _verdict(state: State, explained: Explained, rivals: int, seed: int) -> Judg
     effect = explained.effects[-1]
     closed, interval = closed_between(blocks, known.score, explained.score)
     why = []
-    if not (_foretells(blocks, explained, known, rivals) or _suffices(state, explained, rivals, seed)):
+    if not (foretells_more(blocks, explained.score, known.score, rivals) or _suffices(state, explained, rivals, seed)):
         why.append("foretells no more of unseen data than without it, at the level shared among all candidates")
     if not _pays(known, explained, rivals):
         why.append("the whole log is no likelier with it than free parameters make it by chance")
@@ -150,25 +158,6 @@ def _kept_to(before: Judged, held: Judged) -> Judged:
     return replace(held, why_not=(*held.why_not, "with it re-tuning still goes farther from the model than is common"))
 
 
-def _foretells(blocks: Blocks, explained: Explained, known: Explained, rivals: int) -> bool:
-    """Whether an effect foretells more than what is known, for certain at the level shared among all.
-
-    Of half a dozen blocks no resample says that much unless every single one gains. Then the likelihood ratio of what
-    was held out may stand for the many candidates, and the blocks only for that it comes from more than one of them.
-    """
-    if beats(blocks, explained.score, known.score, rivals):
-        return True
-    return _beyond_doubt(explained, known, rivals) and beats(blocks, explained.score, known.score)
-
-
-def _beyond_doubt(explained: Explained, known: Explained, rivals: int) -> bool:
-    """Whether the likelihood ratio of what was held out is above one over the level shared among all (Wasserman, Ramdas
-    and Balakrishnan, PNAS 117, 2020).
-    """
-    gained = float(np.sum(known.score.density) - np.sum(explained.score.density))
-    return gained > 2.0 * float(np.log(rivals / LEVEL))
-
-
 def _suffices(state: State, explained: Explained, rivals: int, seed: int) -> bool:
     """Whether an effect foretells more on the whole, shrinks the gap for certain at the level shared among all, and
     leaves no more than replicates of it do.
@@ -182,7 +171,7 @@ def _suffices(state: State, explained: Explained, rivals: int, seed: int) -> boo
     if state.enough.within or float(np.sum(explained.score.density)) >= float(np.sum(known.density)):
         return False
     everywhere = float(np.quantile(gaps(blocks, known) - gaps(blocks, explained.score), LEVEL / rivals)) > 0.0
-    if not everywhere and not _beyond_doubt(explained, state.current, rivals):
+    if not everywhere and not beyond_doubt(explained.score, known, rivals):
         return False
     left = tested(explained, seed)
     return left.within if everywhere else left.adequate
