@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -45,7 +46,8 @@ class Cluster:
     def start(self, *arguments):
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(self.folder), *sys.path])}
         process = subprocess.Popen([sys.executable, "-m", "dask", *arguments], env=environment,
-                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)  # fmt: skip
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                   start_new_session=True)  # fmt: skip
         self.started.append(process)
         return process
 
@@ -71,13 +73,11 @@ def cluster(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(tmp_path))
     cluster = Cluster(tmp_path)
     yield cluster
-    for process in reversed(cluster.started):
-        process.terminate()
+    # Asked to end, a worker says farewell to a scheduler that is gone, for up to 20 s; what it holds is in tmp_path.
     for process in cluster.started:
-        try:
-            process.wait(20.0)
-        except subprocess.TimeoutExpired:
-            process.kill()
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
 
 
 def make_jobs(folder, count, sleep):

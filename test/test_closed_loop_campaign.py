@@ -6,6 +6,7 @@ import json
 import math
 import shlex
 from collections import Counter
+from functools import partial
 
 import numpy as np
 import pytest
@@ -36,6 +37,14 @@ from slider_drilling.share import share_file
 from slider_drilling.units import SI
 
 RIG = share_file("config/rig.example.yaml")
+
+
+@pytest.fixture
+def brief(monkeypatch):
+    """Slides of a command that end once the tool-face is set and some metres are drilled: a third of their time."""
+    made = partial(Setting, duration=300.0)
+    monkeypatch.setattr("slider_drilling.closed_loop.campaign.Setting", made)
+    return made
 
 
 @pytest.fixture(scope="module")
@@ -146,7 +155,7 @@ def test_what_a_job_returns_is_read_back(tmp_path):
     assert slide_of({**tree, "score": {**tree["score"], "time_to_set_s": None}}).score.time_to_set_s is None
 
 
-def test_the_command_goes_on_from_its_files(tmp_path):
+def test_the_command_goes_on_from_its_files(tmp_path, brief):
     arguments = ["closed-loop", "--campaign", "1", "--against", "no_rocking", "--elements", "20", "--jobs", "1", "-o",
                  str(tmp_path)]  # fmt: skip
     first = CliRunner().invoke(group, [*arguments, "--json"])
@@ -160,11 +169,11 @@ def test_the_command_goes_on_from_its_files(tmp_path):
     assert "give the folder" in str(CliRunner().invoke(group, ["closed-loop", "--campaign", "1"]).exception)
 
 
-def test_one_slide_of_a_campaign_is_run_again_with_its_traces(tmp_path):
+def test_one_slide_of_a_campaign_is_run_again_with_its_traces(tmp_path, brief):
     arguments = ["closed-loop", "--slide", "4", "--seed", "1", "--elements", "20", "--jobs", "1", "-o", str(tmp_path)]
     result = CliRunner().invoke(group, arguments)
     assert result.exit_code == 0, result.output
     again = json.loads((tmp_path / "closed_loop.json").read_text())["scenarios"][0]
-    own = slide_of(run_slide(slide_job(4, DEFAULT, Setting(RIG, seed=1, elements=20)))).score
+    own = slide_of(run_slide(slide_job(4, DEFAULT, brief(RIG, seed=1, elements=20)))).score
     assert again["name"] == "slide 4"
     assert again["mean_abs_error_deg"] == pytest.approx(own.mean_abs_error_deg, abs=1e-4)

@@ -14,11 +14,11 @@ from typing import Any
 
 import pytest
 
-pytest.importorskip("nicegui", reason="no NiceGUI: pip install '.[live]'")
-playwright = pytest.importorskip("playwright.sync_api", reason="no Playwright: pip install playwright")
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 if CHROMIUM is None:
     pytest.skip("no chromium on this machine", allow_module_level=True)
+pytest.importorskip("nicegui", reason="no NiceGUI: pip install '.[live]'")
+playwright = pytest.importorskip("playwright.sync_api", reason="no Playwright: pip install playwright")
 
 FRAMES = ".sd-instruments"
 
