@@ -9,8 +9,6 @@ import pytest
 if "PYTEST_XDIST_WORKER" in os.environ:
     # Several workers share the cores already: threads in each would only wait for one another.
     os.environ.setdefault("NUMBA_NUM_THREADS", "1")
-# Set in many containers, it would have each of the hundreds of programs that tests start compile the package anew.
-os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None, print_blob=True)
 hypothesis.settings.load_profile("repeatable")
