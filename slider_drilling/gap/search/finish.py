@@ -19,7 +19,8 @@ def finished(problem: Problem, found: Fit, leader: float = float("inf")) -> tupl
     """A fit finished where the cheap simulation equals the fine one.
 
     Where what the mesh adds is a good part of the noise it changes with every step, and the fine one itself is fitted.
-    leader: ``-2 log p`` to come up with; once no iteration gains what that asks for the fine fit ends.
+    leader: ``-2 log p`` to come up with; a fine fit that is to do so begins with the cheap one's derivatives, and ends
+    once no iteration gains what that asks for.
     """
     best = fine(problem.model)
     exact = problem.at(found.values, best)
@@ -27,6 +28,8 @@ def finished(problem: Problem, found: Fit, leader: float = float("inf")) -> tupl
     exact = problem.at(polished.values, best)
     if best > problem.how.fidelity and _mesh_error(exact) > _COARSE:
         exact = problem.run_as(replace(problem.how, fidelity=best))
+        if not np.isfinite(leader):
+            return exact, fit(exact, found.parameters, polished.values)
         begun = fit(exact, found.parameters, polished.values, iterations=0, known=polished.rows)
         return exact, fit(
             exact, found.parameters, begun.values, tolerance=pace(begun.cost - leader), simulated=begun.simulated,
