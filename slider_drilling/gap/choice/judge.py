@@ -102,8 +102,6 @@ def _verdict(state: State, explained: Explained, rivals: int, seed: int) -> Judg
     effect = explained.effects[-1]
     closed, interval = closed_between(blocks, known.score, explained.score)
     why = []
-    if not (foretells_more(blocks, explained.score, known.score, rivals) or _suffices(state, explained, rivals, seed)):
-        why.append("foretells no more of unseen data than without it, at the level shared among all candidates")
     if not _pays(known, explained, rivals):
         why.append("the whole log is no likelier with it than free parameters make it by chance")
     if not shrinks(closed, interval):
@@ -113,6 +111,10 @@ def _verdict(state: State, explained: Explained, rivals: int, seed: int) -> Judg
         why.append("nothing needs it: what it closes is next to nothing of what re-tuning left")
     if not effect.means_its_name(explained.fit.values):
         why.append(f"not what its name says: it would be {effect.nonphysical}")
+    certain = foretells_more(blocks, explained.score, known.score, rivals)
+    # Replicates are dear: they are made only where nothing else speaks against the effect.
+    if not certain and (why or not _suffices(state, explained, rivals, seed)):
+        why.insert(0, "foretells no more of unseen data than without it, at the level shared among all candidates")
     return Judged(effect, explained, closed, interval, tuple(why))
 
 
