@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.stats import chi2
 
 from slider_drilling.gap.choice.state import State
-from slider_drilling.gap.evidence.compare import LEVEL, beats
+from slider_drilling.gap.evidence.compare import beats, by_chance
 from slider_drilling.gap.evidence.rivals import Rival, rivals
 from slider_drilling.gap.model import Disturbed
 
@@ -82,7 +81,7 @@ def _as_good(state: State, found: Sequence[Rival]) -> Rival | None:
     named = {effect.site for effect in state.current.effects}
     others = [rival for rival in found if rival.site not in named]
     mine = float(np.sum(state.current.score.density))
-    least = float(chi2.ppf(1.0 - LEVEL / max(len(others), 1), 1))
+    least = by_chance(1, max(len(others), 1))
 
     def beaten(rival: Rival) -> bool:
         certain = beats(state.blocks, state.current.score, rival.score, len(others))

@@ -10,12 +10,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from slider_drilling.gap.choice.judge import group_of, judge, judged_near, likelier, shrinks, with_new_floors
-from slider_drilling.gap.choice.refit import as_given, scored, tested
+from slider_drilling.gap.choice.refit import as_given, scored, tested, unseen
 from slider_drilling.gap.choice.stand_in import far_off
-from slider_drilling.gap.choice.state import Explained, State, Step
+from slider_drilling.gap.choice.state import State, Step
 from slider_drilling.gap.choice.tuning import TUNING, floors_lowered, floors_raised, plausible, scattered, tuned_from
 from slider_drilling.gap.evidence.compare import beats, closed_between, make_blocks
-from slider_drilling.gap.evidence.score import held_out, make_folds
+from slider_drilling.gap.evidence.score import make_folds
 from slider_drilling.gap.model import Effect, How, Model, Pulled, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
@@ -55,7 +55,7 @@ def begin(
         floors = raised
         free = build_problem(model, [sigmas(own) for own in floors], spent=free.spent)
         exact, ended = finished(free, fit(free, tuned.parameters, tuned.values, iterations=1))
-    explained = Explained((), exact, ended, held_out(exact, ended, blocks.folds))
+    explained = unseen(exact, (), ended, blocks.folds)
     enough = tested(explained, seed, effects)
     if not enough.done:
         report("re-tuning from other starts", 0.06)
@@ -89,7 +89,7 @@ def step(
     ended = Step(judged, None, (), promised)
     over = replace(state, steps=(*state.steps, ended), done=True)
     if state.enough.adequate and not state.current.effects and far_off(state.current):
-        over = replace(over, instead=tuple(one.effect.name for one in likelier(state, judged, len(left))))
+        over = replace(over, instead=likelier(state, judged, len(left)))
         taken = _in_its_place(over, ended, left, seed) if over.instead else None
         if taken is not None:
             return taken

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import chi2
 
-from slider_drilling.gap.choice.refit import at_its_best, reached, scored_in, tested
+from slider_drilling.gap.choice.refit import at_its_best, reached, scored_in, tested, unseen
 from slider_drilling.gap.choice.stand_in import far_off, kept_near, told_by_the_log
 from slider_drilling.gap.choice.state import Explained, Judged, State
 from slider_drilling.gap.choice.tuning import TUNING, floors_lowered
@@ -17,11 +16,11 @@ from slider_drilling.gap.evidence.compare import (
     Blocks,
     beats,
     beyond_doubt,
+    by_chance,
     closed_between,
     foretells_more,
     gaps,
 )
-from slider_drilling.gap.evidence.score import held_out
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.noise import sigmas
 from slider_drilling.gap.problem.problem import build_problem
@@ -52,7 +51,7 @@ def judge(
 
     def refit(arms: Sequence[Arm]) -> Explained:
         problem, ended = led[way] if arms is sets[0] else finished(*reached(state, arms, way), led[way][1].cost)
-        return Explained(arms[0].effects, problem, ended, held_out(problem, ended, state.blocks.folds))
+        return unseen(problem, arms[0].effects, ended, state.blocks.folds)
 
     found = at_once(refit, sets)
     known = state.current
@@ -91,7 +90,7 @@ def _rules_out(now: Explained, before: Explained) -> bool:
     if now is before:
         return False
     there = fit(now.problem, now.fit.parameters, before.fit.values, iterations=0, known=now.fit.rows)
-    return there.cost - now.fit.cost > float(chi2.ppf(1.0 - LEVEL, max(len(now.fit.parameters), 1)))
+    return there.cost - now.fit.cost > by_chance(len(now.fit.parameters))
 
 
 def _verdict(state: State, explained: Explained, rivals: int, seed: int) -> Judged:
@@ -125,19 +124,17 @@ def _pays(known: Explained, explained: Explained, rivals: int) -> bool:
     Unseen stretches alone can favour an effect by what the refits without it happened to do there.
     """
     added = len(explained.fit.parameters) - len(known.fit.parameters)
-    return known.fit.cost - explained.fit.cost > float(chi2.ppf(1.0 - LEVEL / rivals, max(added, 1)))
+    return known.fit.cost - explained.fit.cost > by_chance(added, rivals)
 
 
-def likelier(state: State, judged: Sequence[Judged], rivals: int) -> list[Judged]:
-    """Who makes the whole log likelier than what is known for certain, with a nuisance that is not far off; likeliest
-    first.
-    """
+def likelier(state: State, judged: Sequence[Judged], rivals: int) -> tuple[str, ...]:
+    """Laws that make the whole log likelier than what is known for certain, with a nuisance that is not far off."""
     found = [
         one for one in judged
         if _pays(state.current, one.explained, rivals) and one.effect.means_its_name(one.explained.fit.values)
         and not far_off(one.explained)
     ]  # fmt: skip
-    return sorted(found, key=lambda one: one.explained.fit.cost)
+    return tuple(one.effect.name for one in sorted(found, key=lambda one: one.explained.fit.cost))
 
 
 def judged_near(

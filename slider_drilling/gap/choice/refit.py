@@ -20,6 +20,11 @@ from slider_drilling.gap.search.race import Arm
 def scored(problem: Problem, effects: Sequence[Effect], found: Fit, folds: Folds) -> Explained:
     """A fit finished and held out."""
     exact, polished = finished(problem, found)
+    return unseen(exact, effects, polished, folds)
+
+
+def unseen(exact: Problem, effects: Sequence[Effect], polished: Fit, folds: Folds) -> Explained:
+    """A finished fit, held out."""
     return Explained(tuple(effects), exact, polished, held_out(exact, polished, folds))
 
 

@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import chi2
 
 from slider_drilling.gap.choice.refit import scored, tested
 from slider_drilling.gap.choice.state import Explained, Judged, State
-from slider_drilling.gap.choice.tuning import FAR_OFF, TUNING, plausible
-from slider_drilling.gap.evidence.compare import LEVEL
+from slider_drilling.gap.choice.tuning import FAR_OFF, plausible, tuned_from
+from slider_drilling.gap.evidence.compare import by_chance
 from slider_drilling.gap.model import Effect, Parameter
-from slider_drilling.gap.search.least_squares import fit
 
 
 def far_off(explained: Explained) -> list[tuple[Parameter, float, float]]:
@@ -34,8 +32,7 @@ def kept_near(state: State, effects: Sequence[Effect], seed: int) -> State:
     far = {parameter.name for parameter, _, _ in far_off(state.current)}
     freed = [_within(parameter) if parameter.name in far else parameter for parameter in state.current.fit.parameters]
     known = {name: value for name, value in state.current.fit.values.items() if "@" in name}
-    found = [fit(state.way, freed, begin, iterations=TUNING) for begin in (state.current.fit.values, known)]
-    near = scored(state.way, (), min(found, key=lambda one: one.cost), state.blocks.folds)
+    near = scored(state.way, (), tuned_from(state.way, (state.current.fit.values, known), freed), state.blocks.folds)
     enough = tested(near, seed, effects)
     return replace(state, tuned=near, current=near, enough=enough, tuned_enough=enough, far=state)
 
@@ -47,10 +44,9 @@ def told_by_the_log(known: Explained, judged: Judged, rivals: int) -> bool:
     there, here = (one.problem.cost(one.fit.residual)[0] for one in (known, judged.explained))
     added = len(judged.explained.fit.parameters) - len(known.fit.parameters)
     foretold = float(np.sum(judged.explained.score.density)) <= float(np.sum(known.score.density))
-    return foretold and there - here > float(chi2.ppf(1.0 - LEVEL / rivals, max(added, 1)))
+    return foretold and there - here > by_chance(added, rivals)
 
 
 def _within(parameter: Parameter) -> Parameter:
     low, high = plausible(parameter)
     return replace(parameter, lower=low, upper=high)
-

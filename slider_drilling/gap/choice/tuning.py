@@ -24,9 +24,9 @@ _SCATTERED = 32  # points
 FAR_OFF = 2.5
 
 
-def tuned_from(problem: Problem, starts: Sequence[Values]) -> Fit:
-    """The best re-tuned fit of those that begin at the starts."""
-    parameters = parameters_of(problem, ())
+def tuned_from(problem: Problem, starts: Sequence[Values], freed: Sequence[Parameter] | None = None) -> Fit:
+    """The best re-tuned fit of those that begin at the starts; freed: the model's nuisance by default."""
+    parameters = parameters_of(problem, ()) if freed is None else freed
     found = at_once(lambda start: fit(problem, parameters, start, iterations=TUNING), starts)
     return min(found, key=lambda one: one.cost)
 

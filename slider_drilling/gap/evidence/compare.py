@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 
 from slider_drilling.gap.evidence.score import Folds, Score
 from slider_drilling.gap.model import Array
@@ -62,9 +63,12 @@ def foretells_more(blocks: Blocks, better: Score, worse: Score, rivals: int) -> 
     Of half a dozen blocks no resample says that at the shared level unless every single one gains. Then the likelihood
     ratio may stand for how many rivals there are, and the blocks only for that it comes from more than one of them.
     """
-    if beats(blocks, better, worse, rivals):
-        return True
-    return beyond_doubt(better, worse, rivals) and beats(blocks, better, worse)
+    return beats(blocks, better, worse, 1 if beyond_doubt(better, worse, rivals) else rivals)
+
+
+def by_chance(added: int, rivals: int = 1) -> float:
+    """What so many free parameters gain of ``-2 log p`` on noise (Wilks), at the level shared among so many rivals."""
+    return float(chi2.ppf(1.0 - LEVEL / rivals, max(added, 1)))
 
 
 def gaps(blocks: Blocks, score: Score) -> Array:
