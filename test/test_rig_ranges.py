@@ -34,13 +34,6 @@ CONFIG = Path(__file__).parents[1] / "config"
 EXAMPLE = CONFIG / "rig.example.yaml"
 TREE_OF_EXAMPLE = yaml.safe_load(EXAMPLE.read_text())
 NUMBERS = {row.key: row for row in rows(Rig)}
-# Six hundred rig files are written here: by libyaml, where PyYAML has it, in a tenth of the time.
-DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
-
-
-def as_yaml(tree: Any) -> str:
-    """A rig file that holds the tree."""
-    return yaml.dump(tree, Dumper=DUMPER, allow_unicode=True)
 
 
 def with_value(key: str, value: float) -> str:
@@ -52,13 +45,13 @@ def with_value(key: str, value: float) -> str:
     where, name = key.replace("[]", "").rsplit("." if "] " not in key else " ", 1)
     if key.startswith("well.survey"):
         tree["well"]["survey"][2][["depth", "inclination", "azimuth"].index(name)] = value
-        return as_yaml(tree)
+        return yaml.safe_dump(tree)
     node: Any = tree
     for part in where.split("."):
         node = node.setdefault(part, dict(acting.get(part, {})))
         node = node[0] if isinstance(node, list) else node
     node[name] = value
-    return as_yaml(tree)
+    return yaml.safe_dump(tree)
 
 
 def ends(row: Row) -> list[float]:
@@ -202,7 +195,7 @@ def test_no_tree_in_place_of_any_part_gives_anything_but_a_rig_or_one_line(data:
     key = data.draw(st.sampled_from(list(node) if isinstance(node, dict) else list(range(len(node)))))
     node[key] = data.draw(TREE)
     try:
-        parse_rig(as_yaml(tree), "rig.yaml")
+        parse_rig(yaml.safe_dump(tree, allow_unicode=True), "rig.yaml")
     except InputError as error:
         assert str(error).startswith("rig.yaml: ")
         assert len(str(error)) < 900
