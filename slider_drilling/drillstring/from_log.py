@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.lost_motion import inside_lost, with_lost_motion
 from slider_drilling.drillstring.record import Commands
 from slider_drilling.errors import InputError
 from slider_drilling.log.series import JointSeries, RigLog
@@ -34,7 +35,8 @@ class LogCommands:
 
 
 def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
-    """Measured top-drive angle, block position and pump speed at the top drive's sample times.
+    """Measured top-drive angle, block position and pump speed at the top drive's sample times, and where some were lost
+    at the others' and at the corners of the motion (see `with_lost_motion`).
 
     Angle and speed are used together (model.md: joining a 10 Hz angle by straight lines costs 100 to 360 N m of
     surface torque). A speed that the log lacks is the position's slope, a position the speed's integral. Without
@@ -45,11 +47,11 @@ def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
     if log.top_drive is None:
         raise InputError(f"{log.source}: holds no top_drive/joint_states; without it nothing drives the plant")
     drive = _usable(log.top_drive)
-    time = drive.time
-    if len(time) < 2:
-        raise InputError(f"{log.source}: top_drive/joint_states has {len(time)} usable sample(s); at least two needed")
-    check_duration(rig, float(time[-1] - time[0]), log.rig_source or log.source)
-    angle, speed = _motion(drive)
+    count = len(drive.time)
+    if count < 2:
+        raise InputError(f"{log.source}: top_drive/joint_states has {count} usable sample(s); at least two needed")
+    check_duration(rig, float(drive.time[-1] - drive.time[0]), log.rig_source or log.source)
+    time, angle, speed = _turned(log, drive)
     assumed = []
     block, block_speed = np.zeros_like(time), np.zeros_like(time)
     works = None if log.draw_works is None else _usable(log.draw_works)
@@ -60,6 +62,20 @@ def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
         assumed.append("the log holds no draw-works: the block is taken to stand still")
     pump = _pump_speed(log, rig, time, assumed)
     return LogCommands(Commands(time, angle, speed, block, block_speed, pump), tuple(assumed))
+
+
+def _turned(log: RigLog, drive: JointSeries) -> tuple[Array, Array, Array]:
+    """Time, angle and speed of the top drive: its samples, and where some were lost the corners of its motion and the
+    times at which the block's or the pump's came.
+    """
+    others = [series.time for series in (log.draw_works, log.mud_pump) if series is not None]
+    come = inside_lost(drive.time, np.concatenate([*others, np.empty(0)]))
+    time, angle, speed = with_lost_motion(drive.time, *_motion(drive))
+    still = np.zeros_like(time)
+    whole = Commands(time, angle, speed, still, still, still)
+    if come.size:
+        whole = whole.at(np.union1d(time, come))
+    return whole.time, whole.top_drive_angle, whole.top_drive_speed
 
 
 def _usable(series: JointSeries) -> JointSeries:

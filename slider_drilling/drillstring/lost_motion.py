@@ -1,0 +1,72 @@
+"""What a top drive did while its motion was not logged: the one change of speed that joins what is known."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slider_drilling.drillstring.layout import Array
+
+# Motion is lost where samples are so many times as far apart as they commonly are.
+LOST_INTERVALS = 3.0
+_SAME = 1e-6  # rad/s
+_SHORTEST = 1e-4  # s, between two times of one motion
+
+
+def lost(time: Array) -> NDArray[np.int_]:
+    """Indices of the samples (n,) after which some were lost."""
+    steps = np.diff(time)
+    return np.flatnonzero(steps > LOST_INTERVALS * np.median(steps)) if steps.size else np.empty(0, dtype=int)
+
+
+def inside_lost(time: Array, others: Array) -> Array:
+    """Those of other times (m,) that lie where samples at ``time`` (n,) were lost."""
+    begin = lost(time)
+    if begin.size == 0:
+        return np.empty(0)
+    cell = np.searchsorted(time, others, side="right") - 1
+    return np.asarray(others[np.isin(cell, begin) & ~np.isin(others, time)], dtype=np.float64)
+
+
+def with_lost_motion(time: Array, angle: Array, speed: Array) -> tuple[Array, Array, Array]:
+    """The samples (n,), s, rad, rad/s, and where some were lost the corners of the motion between.
+
+    A cubic through a lost reversal cuts its peak in half, and friction remembers how far the string was wound. A drive
+    changes from one even speed to another instead: between the speeds at both ends there is one moment at which that
+    gives the angle at the end. It takes as long as the log's fastest change of speed; a motion that no single change
+    explains is left to the cubic.
+    """
+    found, fastest = [], _fastest(time, speed)
+    for index in lost(time):
+        ends = slice(index, index + 2)
+        found += _corners(time[ends], angle[ends], speed[ends], fastest)
+    if not found:
+        return time, angle, speed
+    whole = np.vstack([np.column_stack([time, angle, speed]), found])
+    rows = whole[np.argsort(whole[:, 0])]
+    return rows[:, 0], rows[:, 1], rows[:, 2]
+
+
+def _fastest(time: Array, speed: Array) -> float:
+    """rad/s2, of the changes between samples that are as near as usual."""
+    steps = np.diff(time)
+    usual = steps <= LOST_INTERVALS * np.median(steps)
+    return float(np.max(np.abs(np.diff(speed)[usual]) / steps[usual]))
+
+
+def _corners(time: Array, angle: Array, speed: Array, fastest: float) -> list[tuple[float, float, float]]:
+    """Where the speed begins and ends to change between two samples, (s, rad, rad/s) each."""
+    length, change = float(time[1] - time[0]), float(speed[1] - speed[0])
+    if abs(change) < _SAME or fastest == 0.0:
+        return []
+    # The middle of the change, by where both even motions meet.
+    middle = (float(angle[1] - angle[0]) - speed[1] * length) / -change
+    if not 0.0 <= middle <= length:
+        return []
+    half = max(min(0.5 * abs(change) / fastest, middle, length - middle), _SHORTEST)
+    begin, end = middle - half, middle + half
+    corners = [
+        (time[0] + begin, angle[0] + speed[0] * begin, speed[0]),
+        (time[0] + end, angle[1] - speed[1] * (length - end), speed[1]),
+    ]
+    return [corner for corner in corners if time[0] + _SHORTEST < corner[0] < time[1] - _SHORTEST]

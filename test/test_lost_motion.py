@@ -1,0 +1,136 @@
+"""What drives a simulation where the log lost the top drive's samples."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slider_drilling.diagnosis.first_look.unknown_flow import without_unknown_flow
+from slider_drilling.drillstring.from_log import commands_from_log
+from slider_drilling.drillstring.lost_motion import inside_lost, with_lost_motion
+from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
+from slider_drilling.rig import load_rig
+
+NAN = np.nan
+
+
+def rocking(time, rate=4.0, quarter=5.0, ramp=0.4):
+    """Angle and speed of a drive that rocks at an even rate and turns round in ``ramp`` s."""
+    fine = np.arange(0.0, time[-1] + 0.01, 1e-3)
+    speed = np.clip(rate * 2.0 / ramp * quarter * 0.5 * np.sin(np.pi * fine / (2.0 * quarter)), -rate, rate)
+    angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * 1e-3)])
+    return np.interp(time, fine, angle), np.interp(time, fine, speed)
+
+
+def without(series, begin, end):
+    keep = ~((series.time > begin) & (series.time < end))
+    return replace(series, **{name: getattr(series, name)[keep] for name in series.__dataclass_fields__})
+
+
+@pytest.fixture
+def rig(repository):
+    return load_rig(repository / "config" / "rig.example.yaml")
+
+
+@pytest.fixture
+def log():
+    time = np.arange(0.0, 60.0, 0.1)
+    angle, speed = rocking(time)
+    nothing = np.full_like(time, NAN)
+    pump = np.where(time < 30.0, 10.0, 9.3)
+    return RigLog(
+        source="a log", start_ns=0, rig_text="", rig_source="", metadata={}, notes=(),
+        top_drive=JointSeries(time, time, angle, speed, np.zeros_like(time)), top_drive_command=None,
+        draw_works=None, draw_works_command=None,
+        standpipe_pressure=ScalarSeries(time, time, 2e7 * (pump / 10.0) ** 2, nothing),
+        mud_pump=JointSeries(time, time, nothing, pump, nothing), mwd_tool_face=None, tool_face_target=None,
+        bit_depth=None, truth_bit=None, truth_depth=None, truth_weight_on_bit=None,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("begin", "end"), [(9.2, 10.9), (9.6, 10.7), (9.0, 10.1), (19.5, 20.6)])
+def test_a_lost_reversal_reaches_the_peak_that_the_drive_reached(log, begin, end):
+    """A cubic through both ends cuts off up to half of it; the whole turn lies between two samples."""
+    kept = without(log.top_drive, begin, end)
+    here = (log.top_drive.time > begin) & (log.top_drive.time < end)
+    true = log.top_drive.position[here]
+
+    def worst(time, angle, speed):
+        from slider_drilling.drillstring import Commands
+
+        still = np.zeros_like(time)
+        found = Commands(time, angle, speed, still, still, still).at(log.top_drive.time[here])
+        return np.max(np.abs(found.top_drive_angle - true))
+
+    plain = (kept.time, kept.position, kept.velocity)
+    assert worst(*with_lost_motion(*plain)) < 0.1
+    assert worst(*plain) > 4.0 * worst(*with_lost_motion(*plain))
+
+
+def test_motion_that_was_logged_whole_is_left_as_it_is(log):
+    drive = log.top_drive
+    found = with_lost_motion(drive.time, drive.position, drive.velocity)
+    assert all(np.array_equal(a, b) for a, b in zip(found, (drive.time, drive.position, drive.velocity), strict=True))
+
+
+def test_what_no_single_change_of_speed_explains_is_left_to_the_cubic():
+    time = np.r_[np.arange(0.0, 5.0, 0.1), np.arange(7.0, 12.0, 0.1)]
+    speed = np.where(time < 6.0, 1.0, 2.0)
+    angle = np.where(time < 6.0, time, 4.9 + 2.0 * (time - 7.0) - 3.0)  # it went back meanwhile
+    found = with_lost_motion(time, angle, speed)
+    assert found[0].size == time.size
+
+
+@given(
+    first=st.floats(-8.0, 8.0), second=st.floats(-8.0, 8.0), share=st.floats(0.0, 1.0), length=st.floats(0.5, 5.0),
+    ramp=st.floats(0.01, 1.0),
+)  # fmt: skip
+def test_corners_lie_inside_and_keep_both_ends(first, second, share, length, ramp):
+    before, after = np.arange(0.0, 2.0, 0.1), np.arange(0.0, 2.0, 0.1)
+    end = before[-1] + length
+    turned = first * share * length + second * (1.0 - share) * length
+    time = np.r_[before, end + after]
+    start = before[-1] * first
+    angle = np.r_[before * first, start + turned + second * after]
+    speed = np.r_[np.full(20, first), np.full(20, second)]
+    speed[0] = first - ramp
+    moved = with_lost_motion(time, angle, speed)
+    assert np.all(np.diff(moved[0]) > 0.0)
+    assert np.isin(time, moved[0]).all()
+    inside = (moved[0] > before[-1]) & (moved[0] < end)
+    assert np.all(moved[2][inside] <= max(first, second) + 1e-9)
+    assert np.all(moved[2][inside] >= min(first, second) - 1e-9)
+    # Trapezoids between all corners: speeds that are joined evenly give the angle that was turned.
+    part = slice(19, 20 + int(inside.sum()) + 1)
+    whole = np.sum(0.5 * (moved[2][part][1:] + moved[2][part][:-1]) * np.diff(moved[0][part]))
+    if inside.sum() == 2:
+        assert whole == pytest.approx(turned, abs=1e-2)
+
+
+def test_the_pump_is_followed_where_the_drive_alone_was_lost(log, rig):
+    """The commands' times are the drive's: a step of the pump between two of them would become a ramp."""
+    holed = replace(log, top_drive=without(log.top_drive, 29.05, 30.75))
+    commands = commands_from_log(holed, rig).commands
+    assert np.interp(29.8, commands.time, commands.pump_speed) == pytest.approx(10.0)
+    assert np.interp(30.1, commands.time, commands.pump_speed) == pytest.approx(9.3)
+
+
+def test_times_inside_what_was_lost():
+    time = np.array([0.0, 0.1, 0.2, 1.2, 1.3])
+    assert inside_lost(time, np.array([0.15, 0.2, 0.5, 1.0, 1.2, 1.25])).tolist() == [0.5, 1.0]
+
+
+def test_pressure_of_an_unknown_flow_is_left_out_and_said(log):
+    holed = replace(log, mud_pump=without(log.mud_pump, 29.15, 30.55))
+    found, notes = without_unknown_flow(holed)
+    gone = np.isnan(found.standpipe_pressure.value)
+    assert log.standpipe_pressure.time[gone] == pytest.approx(np.arange(29.2, 30.55, 0.1))
+    assert [(note.weight, note.channel) for note in notes] == [("note", "standpipe_pressure")]
+    assert "14 samples, the first at 29.2 s" in notes[0].text
+
+
+def test_pressure_of_a_flow_that_went_on_is_kept(log):
+    holed = replace(log, mud_pump=without(log.mud_pump, 40.15, 41.55))
+    assert without_unknown_flow(holed) == (holed, [])
