@@ -130,16 +130,22 @@ def test_two_laws_at_once_do_what_each_does(base):
     assert np.allclose(together.surface_torque - alone.surface_torque, 500.0 * (1.0 + commands.time / 4000.0))
 
 
-def test_a_twin_is_another_and_longer_run_of_the_same_rig(tmp_path, base):
+def test_twins_are_the_same_run_with_other_noise_and_losses(tmp_path, base):
     one = case("torque_sensor_bias")
     make(one, base, tmp_path / "alone.mcap")
-    make(one, base, tmp_path / "log.mcap", tmp_path / "twin.mcap")
+    make(one, base, tmp_path / "log.mcap", [tmp_path / "first.mcap", tmp_path / "second.mcap"])
     assert (tmp_path / "alone.mcap").read_bytes() == (tmp_path / "log.mcap").read_bytes()
-    log, twin = (read_log(tmp_path / f"{name}.mcap") for name in ("log", "twin"))
-    assert twin.rig() == log.rig()
-    assert twin.top_drive.time[-1] == pytest.approx(3.0 * one.duration, abs=1.0)
-    shared = min(log.top_drive.position.size, twin.top_drive.position.size)
-    assert not np.allclose(log.top_drive.position[:shared], twin.top_drive.position[:shared], atol=0.1)
+    logs = [read_log(tmp_path / f"{name}.mcap") for name in ("log", "first", "second")]
+    for other in logs[1:]:
+        assert other.rig() == logs[0].rig()
+        shared, mine, its = np.intersect1d(logs[0].top_drive.time, other.top_drive.time, return_indices=True)
+        assert shared.size > 0.8 * logs[0].top_drive.time.size
+        assert np.array_equal(logs[0].top_drive.position[mine], other.top_drive.position[its])
+        apart = logs[0].top_drive.effort[mine] - other.top_drive.effort[its]
+        noise = base.sensors.surface_torque.noise
+        assert np.std(apart) == pytest.approx(np.sqrt(2.0) * noise, rel=0.3)
+    first, second = (log.top_drive.effort[:50] for log in logs[1:])
+    assert not np.array_equal(first, second)
 
 
 def test_logs_and_labels_are_made_apart_and_only_once(tmp_path, base):
@@ -149,7 +155,7 @@ def test_logs_and_labels_are_made_apart_and_only_once(tmp_path, base):
     logs = sorted(path.name for path in (tmp_path / "logs").rglob("*.mcap"))
     assert logs == sorted(f"{one.file()}.mcap" for one in cases)
     twins = {path.stem for path in (tmp_path / "twins").iterdir()}
-    assert twins == {one.file() for one in cases if one.kind == "single"}
+    assert twins == {f"{one.file()}_{number}" for one in cases if one.kind == "single" for number in (1, 2, 3)}
     labels = read_labels(tmp_path / "labels")
     assert {labels[one.file()].effects for one in cases} == {one.effects if one.kind != "none" else () for one in cases}
     assert check.seal(cases, rig, tmp_path, run).kept == 2

@@ -133,8 +133,9 @@ def _logs(sealed: Path, stems: Sequence[str] | None) -> list[Path]:
 def _oracles(
     labels: dict[str, Label], twins: Path, seed: int, closed: tuple[str, ...], folder: Path, run: Run
 ) -> tuple[Ran, dict[str, float]]:
-    known = {stem: label for stem, label in labels.items() if (twins / f"{stem}.mcap").is_file()}
-    jobs = [oracle_job(twins / f"{stem}.mcap", label.effects, seed, closed) for stem, label in known.items()]
+    of = {stem: sorted(twins.glob(f"{stem}_*.mcap")) for stem in labels}
+    known = {stem: label for stem, label in labels.items() if of[stem]}
+    jobs = [oracle_job(stem, of[stem], label.effects, seed, closed) for stem, label in known.items()]
     ran = run("fitting the truth", jobs, folder)
     shares = {}
     for stem, key in zip(known, ran.keys, strict=True):

@@ -1,4 +1,4 @@
-"""What a diagnosis could have said at best: the true effects, and no others, fitted to another run of the same rig."""
+"""What a diagnosis could have said at best: the true effects, and no others, fitted to the same run made again."""
 
 from __future__ import annotations
 
@@ -9,16 +9,19 @@ from typing import Any
 from slider_drilling.campaign.job import Job
 
 
-def oracle_job(twin: Path, effects: Sequence[str], seed: int, closed: tuple[str, ...]) -> Job:
-    """The job that fits the true effects of one log to its twin."""
+def oracle_job(stem: str, twins: Sequence[Path], effects: Sequence[str], seed: int, closed: tuple[str, ...]) -> Job:
+    """The job that fits the true effects of one log to its twins."""
     options = {"effects": sorted(effects)}
     call = "slider_drilling.blind.oracle:fit_truth"
-    return Job(call, f"oracle of {twin.stem}", {"log": str(twin)}, options, seed, closed=closed)
+    inputs = {twin.stem: str(twin) for twin in twins}
+    return Job(call, f"oracle of {stem}", inputs, options, seed, closed=closed)
 
 
 def fit_truth(job: Job) -> dict[str, Any]:
-    """``closed``: see `oracle`."""
-    return {"closed": oracle(Path(job.inputs["log"]), job.options["effects"], job.seed)}
+    """``closed``: the mean over the twins of what `oracle` says, None where it says nothing of any of them."""
+    found = [oracle(Path(twin), job.options["effects"], job.seed) for twin in job.inputs.values()]
+    known = [share for share in found if share is not None]
+    return {"closed": sum(known) / len(known) if known else None}
 
 
 def oracle(log: Path, effects: Sequence[str], seed: int) -> float | None:

@@ -1,8 +1,9 @@
-"""Make a sealed log, its label in another place, and its twin, another run of the same rig, in a third."""
+"""Make a sealed log, its label in another place, and its twins, the same run made again, in a third."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -27,32 +28,32 @@ _MAKERS: dict[str, Make] = {**CATALOGUE, **OUTSIDE, NONE: no_effect}
 # A law is made larger or smaller until it moves the plant by the size that is asked for, within this factor; at most
 # ten times as large as is usual: a top drive has no dead zone of two turns.
 _NEAR, _TRIALS, _LARGEST, _SMALLEST = 1.1, 7, 10.0, 1e-3
-# A twin is so many times as long as the log, that what it says of the truth is the surer of the two.
-_TWIN = 3.0
+# So many twins say together what the truth closes in such a run more surely than the log does.
+_TWINS = 3
 
 
 def seal_job(case: Case, rig: Path, logs: Path, labels: Path, twins: Path) -> Job:
-    """The job that makes a case: its log in one folder, its label in another, and what has a truth its twin."""
+    """The job that makes a case: its log in one folder, its label in another, and what has a truth its twins."""
     name = case.file()
     outputs = [str(logs / f"{name}.mcap"), str(labels / f"{name}.json")]
     if case.kind in ("single", "two"):
-        outputs.append(str(twins / f"{name}.mcap"))
+        outputs += [str(twins / f"{name}_{number + 1}.mcap") for number in range(_TWINS)]
     # Outputs in the order that `seal` reads them.
     return Job("slider_drilling.blind.seal:seal", name, {"rig": str(rig)}, case.tree(), case.seed, tuple(outputs))
 
 
 def seal(job: Job) -> dict[str, Any]:
-    """Write the log and its twin, then the label that says what is in them."""
-    log, label, *twin = (Path(output) for output in job.outputs)
-    written = make(case_from(dict(job.options)), load_rig(job.inputs["rig"]), log, *twin)
+    """Write the log and its twins, then the label that says what is in them."""
+    log, label, *twins = (Path(output) for output in job.outputs)
+    written = make(case_from(dict(job.options)), load_rig(job.inputs["rig"]), log, twins)
     write_whole(label, (json.dumps(asdict(written), indent=1) + "\n").encode("utf-8"))
     return {}
 
 
-def make(case: Case, base: Rig, path: Path, twin: Path | None = None) -> Label:
+def make(case: Case, base: Rig, path: Path, twins: Sequence[Path] = ()) -> Label:
     """Write one sealed log; what is behind its seal.
 
-    twin: of another draw of the manoeuvre, noise and losses, if one is wanted.
+    twins: the same run with another draw of noise and losses each.
     """
     generator = np.random.default_rng(case.seed)
     rig = WELLS[case.well](generator, base)
@@ -67,10 +68,9 @@ def make(case: Case, base: Rig, path: Path, twin: Path | None = None) -> Label:
     law = laws[0] if len(laws) == 1 else both(*laws)
     response = plain if law.name == NONE else run_sealed(rig, hidden, law, commands)
     write_sealed(path, rig, commands, response, generator, recorder)
-    if twin is not None:
-        again = np.random.default_rng([case.seed, 1])
-        other = MANOEUVRES[case.manoeuvre](again, rig, _TWIN * case.duration)
-        write_sealed(twin, rig, other, run_sealed(rig, hidden, law, other), again, recorder)
+    for number, twin in enumerate(twins):
+        again = np.random.default_rng([case.seed, 1, number])
+        write_sealed(twin, rig, commands, response, again, recorder)
     return Label(
         log=path.name, kind=case.kind, effects=tuple(law.name for law in laws if law.name != NONE),
         sites=tuple((law.site, *law.also) for law in laws if law.site is not None), size=case.size,

@@ -1,4 +1,4 @@
-"""What is known is held against a finalist from where that one got to."""
+"""What is known is held against a finalist from where that one got to, and an effect is fitted from other places too."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -9,7 +9,7 @@ from toy import EFFECTS, TIME, Toy, force, toy
 
 from slider_drilling.gap import How, Parameter
 from slider_drilling.gap.choice.forward import begin
-from slider_drilling.gap.choice.refit import at_its_best, scored
+from slider_drilling.gap.choice.refit import at_its_best, from_other_starts, scored
 from slider_drilling.gap.problem.noise import noise_floor
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import parameters_of
@@ -58,3 +58,16 @@ def test_nothing_changes_where_the_leader_knows_no_better_place(known):
     state, leader = known
     right = at_its_best(state, leader, EFFECTS, seed=0)
     assert at_its_best(right, leader, EFFECTS, seed=0) is right
+
+
+def test_an_effect_fitted_in_the_wrong_valley_is_found_in_the_right_one(known):
+    state, _ = known
+    free, folds, effect = state.ways[0], state.blocks.folds, (EFFECTS[0],)
+    begun = {"pitch": -1.5, "sine": 0.5}
+    wrong = scored(free, effect, fit(free, parameters_of(free, effect), begun), folds)
+    assert wrong.score.gap > 2.0
+    right = from_other_starts(free, wrong, folds)
+    assert right is not None and right.names == wrong.names
+    assert right.fit.values["pitch"] == pytest.approx(TRUE, abs=0.1)
+    assert right.score.gap == pytest.approx(1.0, abs=0.1)
+    assert from_other_starts(free, right, folds) is None

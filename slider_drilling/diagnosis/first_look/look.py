@@ -20,7 +20,9 @@ from slider_drilling.rig import Rig
 
 @dataclass(frozen=True)
 class FirstLook:
-    """log: the log with glitches, and pressure of an unknown flow, masked (NaN); findings: what was noticed, in the order of the checks."""
+    """log: the log with glitches, and pressure of an unknown flow, masked (NaN); findings: what was noticed, in the
+    order of the checks.
+    """
 
     log: RigLog
     findings: tuple[Finding, ...]

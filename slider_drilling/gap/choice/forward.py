@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from slider_drilling.gap.choice.judge import group_of, judge, judged_near, likelier, shrinks, with_new_floors
+from slider_drilling.gap.choice.judge import elsewhere, group_of, judge, judged_near, likelier, shrinks, with_new_floors
 from slider_drilling.gap.choice.refit import as_given, scored, tested, unseen
 from slider_drilling.gap.choice.stand_in import far_off
 from slider_drilling.gap.choice.state import State, Step
@@ -85,7 +85,7 @@ def step(
     arms, promised, ways = _arms(state, left, together if turn == 0 else ())
     ran = begun_again(state.ways, race(state.ways, arms))
     report("judging the finalists", min(0.25 + 0.3 * turn, 0.9))
-    state, judged, elsewhere = judge(state, ran, ways, left, seed)
+    state, judged, ruled_out = judge(state, ran, ways, left, seed)
     ended = Step(judged, None, (), promised)
     over = replace(state, steps=(*state.steps, ended), done=True)
     if state.enough.adequate and not state.current.effects and far_off(state.current):
@@ -100,8 +100,11 @@ def step(
             judged = tuple(accepted if other is one else other for other in judged)
             if accepted.passed:
                 found = _with(refloored, Step(judged, accepted, group, promised), left, seed)
+                if not found.enough.done:
+                    report("fitting from other starts", min(0.3 + 0.3 * turn, 0.95))
+                    found = _from_elsewhere(found, refloored, left, seed)
                 return _without_needless(found, state.current.effects, left, seed)
-    return replace(state, done=state.enough.done) if elsewhere else over
+    return replace(state, done=state.enough.done) if ruled_out else over
 
 
 def _in_its_place(over: State, ended: Step, left: Sequence[Effect], seed: int) -> State | None:
@@ -122,6 +125,19 @@ def _with(state: State, taken: Step, left: Sequence[Effect], seed: int) -> State
     others = [effect for effect in left if effect.name not in found.names]
     enough = tested(found, seed, others)
     return replace(state, current=found, enough=enough, steps=(*state.steps, taken), done=enough.done)
+
+
+def _from_elsewhere(found: State, before: State, left: Sequence[Effect], seed: int) -> State:
+    """The state with its newest effect fitted from other starts, where those lead to a likelier one: what an effect
+    leaves may be no more than that it was fitted beside a nuisance that the race began with.
+    """
+    taken = found.steps[-1]
+    assert taken.accepted is not None
+    better = elsewhere(before, taken.accepted, len(left), seed)
+    if better is None:
+        return found
+    judged = tuple(better if one is taken.accepted else one for one in taken.judged)
+    return _with(before, replace(taken, judged=judged, accepted=better), left, seed)
 
 
 def _without_needless(state: State, before: Sequence[Effect], left: Sequence[Effect], seed: int) -> State:

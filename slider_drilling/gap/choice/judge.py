@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from slider_drilling.gap.choice.refit import at_its_best, reached, scored_in, tested, unseen
+from slider_drilling.gap.choice.refit import at_its_best, from_other_starts, reached, scored_in, tested, unseen
 from slider_drilling.gap.choice.stand_in import far_off, kept_near, told_by_the_log
 from slider_drilling.gap.choice.state import Explained, Judged, State
 from slider_drilling.gap.choice.tuning import TUNING, floors_lowered
@@ -76,6 +76,15 @@ def with_new_floors(state: State, accepted: Judged, rivals: int, seed: int) -> t
     state, (again,) = scored_in(problem, state, POLISH, [found])
     state = replace(state, floors=floors, ways=ways)
     return state, _verdict(state, again, rivals, seed)
+
+
+def elsewhere(state: State, accepted: Judged, rivals: int, seed: int) -> Judged | None:
+    """The same from where other starts lead, None where that is no likelier or passes no more."""
+    again = from_other_starts(state.way, accepted.explained, state.blocks.folds)
+    if again is None:
+        return None
+    judged = _verdict(state, again, rivals, seed)
+    return judged if judged.passed else None
 
 
 def shrinks(closed: float, interval: tuple[float, float]) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from slider_drilling.gap.choice.state import Explained, State
-from slider_drilling.gap.choice.tuning import TUNING
+from slider_drilling.gap.choice.tuning import TUNING, scattered, tuned_from
 from slider_drilling.gap.evidence.adequacy import Adequacy, adequacy
 from slider_drilling.gap.evidence.score import Folds, Score, held_out, score_of
 from slider_drilling.gap.model import Effect
@@ -74,6 +74,22 @@ def at_its_best(state: State, leader: Explained, left: Sequence[Effect], seed: i
         return replace(state, current=better, enough=enough)
     given = as_given(better.problem, better)
     return replace(state, nominal=given, tuned=better, current=better, enough=enough, tuned_enough=enough)
+
+
+def from_other_starts(way: Problem, known: Explained, folds: Folds) -> Explained | None:
+    """An explanation fitted again from other places of its nuisance, None where none of them leads to a likelier one.
+
+    Strokes of rocking hide how the string was wound at the beginning: a fit that began near one winding stays there.
+    """
+    own = {parameter.name for effect in known.effects for parameter in effect.parameters}
+    problem, freed = way.showing(known.effects), known.fit.parameters
+    nuisance = [parameter for parameter in freed if parameter.name not in own]
+    here = fit(problem, freed, known.fit.values)
+    again = tuned_from(problem, scattered(problem, here, nuisance), freed)
+    if again.cost >= here.cost - TOLERANCE:
+        return None
+    better = scored(problem, known.effects, again, folds)
+    return better if better.fit.cost < known.fit.cost - TOLERANCE else None
 
 
 def reached(state: State, own: Sequence[Arm], way: int) -> tuple[Problem, Fit]:

@@ -31,9 +31,11 @@ def tuned_from(problem: Problem, starts: Sequence[Values], freed: Sequence[Param
     return min(found, key=lambda one: one.cost)
 
 
-def scattered(problem: Problem, tuned: Fit) -> list[dict[str, float]]:
-    """Where else tuning may begin: the cheapest of points spread over where a rig may lie."""
-    parameters = list(tuned.parameters)
+def scattered(problem: Problem, tuned: Fit, freed: Sequence[Parameter] | None = None) -> list[dict[str, float]]:
+    """Where else tuning may begin: the cheapest of points spread over where a rig may lie, in what is freed, by default
+    all that the fit has freed.
+    """
+    parameters = list(tuned.parameters if freed is None else freed)
     if not parameters:
         return [tuned.values]
     low, high = zip(*(plausible(parameter) for parameter in parameters), strict=True)
