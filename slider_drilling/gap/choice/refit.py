@@ -84,8 +84,8 @@ def from_other_starts(way: Problem, known: Explained, folds: Folds) -> Explained
     own = {parameter.name for effect in known.effects for parameter in effect.parameters}
     problem, freed = way.showing(known.effects), known.fit.parameters
     nuisance = [parameter for parameter in freed if parameter.name not in own]
-    here = fit(problem, freed, known.fit.values)
-    again = tuned_from(problem, scattered(problem, here, nuisance), freed)
+    here = fit(problem, freed, known.fit.values, iterations=0)
+    again = tuned_from(problem, [here.values, *scattered(problem, here, nuisance)], freed)
     if again.cost >= here.cost - TOLERANCE:
         return None
     better = scored(problem, known.effects, again, folds)
