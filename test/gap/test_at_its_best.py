@@ -1,4 +1,4 @@
-"""What is known is held against a finalist from where that one got to, and an effect is fitted from other places too."""
+"""What is known is held against a finalist from where that one got to, and an effect is fitted from other places."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
