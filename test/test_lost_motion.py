@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slider_drilling.diagnosis.first_look.unknown_flow import without_unknown_flow
+from slider_drilling.drillstring import Commands
 from slider_drilling.drillstring.from_log import commands_from_log
 from slider_drilling.drillstring.lost_motion import inside_lost, with_lost_motion
 from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
@@ -58,8 +59,6 @@ def test_a_lost_reversal_reaches_the_peak_that_the_drive_reached(log, begin, end
     true = log.top_drive.position[here]
 
     def worst(time, angle, speed):
-        from slider_drilling.drillstring import Commands
-
         still = np.zeros_like(time)
         found = Commands(time, angle, speed, still, still, still).at(log.top_drive.time[here])
         return np.max(np.abs(found.top_drive_angle - true))
@@ -106,7 +105,7 @@ def test_corners_lie_inside_and_keep_both_ends(first, second, share, length, ram
     part = slice(19, 20 + int(inside.sum()) + 1)
     whole = np.sum(0.5 * (moved[2][part][1:] + moved[2][part][:-1]) * np.diff(moved[0][part]))
     if inside.sum() == 2:
-        assert whole == pytest.approx(turned, abs=1e-2)
+        assert whole == pytest.approx(turned, abs=2e-3)
 
 
 def test_the_pump_is_followed_where_the_drive_alone_was_lost(log, rig):

@@ -133,12 +133,11 @@ def _logs(sealed: Path, stems: Sequence[str] | None) -> list[Path]:
 def _oracles(
     labels: dict[str, Label], twins: Path, seed: int, closed: tuple[str, ...], folder: Path, run: Run
 ) -> tuple[Ran, dict[str, float]]:
-    of = {stem: sorted(twins.glob(f"{stem}_*.mcap")) for stem in labels}
-    known = {stem: label for stem, label in labels.items() if of[stem]}
-    jobs = [oracle_job(stem, of[stem], label.effects, seed, closed) for stem, label in known.items()]
+    made = {stem: found for stem in labels if (found := sorted(twins.glob(f"{stem}_*.mcap")))}
+    jobs = [oracle_job(stem, found, labels[stem].effects, seed, closed) for stem, found in made.items()]
     ran = run("fitting the truth", jobs, folder)
     shares = {}
-    for stem, key in zip(known, ran.keys, strict=True):
+    for stem, key in zip(made, ran.keys, strict=True):
         result = ran.result(key)
         if result is not None and result.tree["closed"] is not None:
             shares[stem] = float(result.tree["closed"])

@@ -68,13 +68,13 @@ def _turned(log: RigLog, drive: JointSeries) -> tuple[Array, Array, Array]:
     """Time, angle and speed of the top drive: its samples, and where some were lost the corners of its motion and the
     times at which the block's or the pump's came.
     """
+    time, angle, speed = with_lost_motion(drive.time, *_motion(drive))
     others = [series.time for series in (log.draw_works, log.mud_pump) if series is not None]
     come = inside_lost(drive.time, np.concatenate([*others, np.empty(0)]))
-    time, angle, speed = with_lost_motion(drive.time, *_motion(drive))
+    if come.size == 0:
+        return time, angle, speed
     still = np.zeros_like(time)
-    whole = Commands(time, angle, speed, still, still, still)
-    if come.size:
-        whole = whole.at(np.union1d(time, come))
+    whole = Commands(time, angle, speed, still, still, still).at(np.union1d(time, come))
     return whole.time, whole.top_drive_angle, whole.top_drive_speed
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from slider_drilling.drillstring.layout import Array
 
 # Motion is lost where samples are so many times as far apart as they commonly are.
-LOST_INTERVALS = 3.0
+_LOST_INTERVALS = 3.0
 _SAME = 1e-6  # rad/s
 _SHORTEST = 1e-4  # s, between two times of one motion
 
@@ -16,7 +16,7 @@ _SHORTEST = 1e-4  # s, between two times of one motion
 def lost(time: Array) -> NDArray[np.int_]:
     """Indices of the samples (n,) after which some were lost."""
     steps = np.diff(time)
-    return np.flatnonzero(steps > LOST_INTERVALS * np.median(steps)) if steps.size else np.empty(0, dtype=int)
+    return np.flatnonzero(steps > _LOST_INTERVALS * np.median(steps)) if steps.size else np.empty(0, dtype=int)
 
 
 def inside_lost(time: Array, others: Array) -> Array:
@@ -36,22 +36,17 @@ def with_lost_motion(time: Array, angle: Array, speed: Array) -> tuple[Array, Ar
     gives the angle at the end. It takes as long as the log's fastest change of speed; a motion that no single change
     explains is left to the cubic.
     """
-    found, fastest = [], _fastest(time, speed)
-    for index in lost(time):
-        ends = slice(index, index + 2)
-        found += _corners(time[ends], angle[ends], speed[ends], fastest)
+    gone, found = lost(time), []
+    if gone.size:
+        fastest = float(np.max(np.abs(np.delete(np.diff(speed) / np.diff(time), gone))))
+        for index in gone:
+            ends = slice(index, index + 2)
+            found += _corners(time[ends], angle[ends], speed[ends], fastest)
     if not found:
         return time, angle, speed
     whole = np.vstack([np.column_stack([time, angle, speed]), found])
     rows = whole[np.argsort(whole[:, 0])]
     return rows[:, 0], rows[:, 1], rows[:, 2]
-
-
-def _fastest(time: Array, speed: Array) -> float:
-    """rad/s2, of the changes between samples that are as near as usual."""
-    steps = np.diff(time)
-    usual = steps <= LOST_INTERVALS * np.median(steps)
-    return float(np.max(np.abs(np.diff(speed)[usual]) / steps[usual]))
 
 
 def _corners(time: Array, angle: Array, speed: Array, fastest: float) -> list[tuple[float, float, float]]:
