@@ -69,12 +69,12 @@ def _motion(values: Values, duration: float) -> list[Disturbance]:
     """The drive's angle and the block, over time; and a drive that turns more or less than it says."""
     times = [float(t) for t in np.linspace(0.0, duration, _KNOTS)]
     found = []
-    for site, words, effect, prefix, step in (
-        ("top_drive", "drive angle off over time", "top_drive_backlash", _ANGLE, 0.05),
-        ("draw_works", "block off over time", "heave", _BLOCK, 0.005),
-    ):
+    # Neither is a law's free form: so few knots hold no wave of the sea, and no dead zone.
+    for site, words, prefix, step in (
+        ("top_drive", "drive angle off over time", _ANGLE, 0.05), ("draw_works", "block off over time", _BLOCK, 0.005),
+    ):  # fmt: skip
         sets = [{f"{prefix}{k}": step} for k in range(_KNOTS)]
-        found.append(_moved(site, words, (effect,), times, "s", values, sets, step))
+        found.append(_moved(site, words, (), times, "s", values, sets, step))
     share = (Parameter(_SHARE, 0.0, -0.7, 0.5, 0.01),)
     words = "drive turns another share of its angle"
     return [*found, _moved("top_drive", words, (), [0.0], "-", values, [{_SHARE: 0.005}], 0.005, share)]

@@ -145,18 +145,8 @@ def _together(model: Model, candidates: Sequence[Effect]) -> list[list[Effect]]:
     """Effects that the model says may only show at once: they start together as well as alone."""
     if not isinstance(model, Together) or not model.together:
         return []
-    chosen = [_as_named(effect) for effect in candidates if effect.name in model.together]
+    chosen = [effect.as_named for effect in candidates if effect.name in model.together]
     return [chosen] if len(chosen) > 1 else []
-
-
-def _as_named(effect: Effect) -> Effect:
-    """An effect within what its name stands for: beside others it could bend the other way, and be told by its name."""
-    amplitude, *rest = effect.parameters
-    low = max(amplitude.lower, min(effect.physical[0], amplitude.nominal))
-    high = min(amplitude.upper, max(effect.physical[1], amplitude.nominal))
-    if low == high or any(not low < point[0] < high for point in effect.scan):
-        return effect
-    return replace(effect, parameters=(replace(amplitude, lower=low, upper=high), *rest))
 
 
 def _remarks(state: State) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ motor-driven slide of ``docs/examples/motor_slide.py`` another.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -76,6 +76,16 @@ class Effect:
         """Whether the amplitude among these values is of the sign and size that the name stands for."""
         low, high = self.physical
         return low <= values[self.parameters[0].name] <= high
+
+    @property
+    def as_named(self) -> Effect:
+        """The effect within what its name stands for: beside others it could bend the other way, and be told by it."""
+        amplitude, *rest = self.parameters
+        low = max(amplitude.lower, min(self.physical[0], amplitude.nominal))
+        high = min(amplitude.upper, max(self.physical[1], amplitude.nominal))
+        if low == high or any(not low < point[0] < high for point in self.scan):
+            return self
+        return replace(self, parameters=(replace(amplitude, lower=low, upper=high), *rest))
 
     def values(self, point: Sequence[float]) -> dict[str, float]:
         """Parameter values by name."""

@@ -84,3 +84,21 @@ def test_a_curve_that_closes_on_itself_is_told_around_its_mean():
     np.testing.assert_allclose(rival.x, [0.0, 1.0, 2.0])
     assert rival.y[0] == rival.y[2]
     assert abs(rival.y[0] + rival.y[1]) < 1e-9
+
+
+# A sine law whose cause is not quite its own: it leaves a bend, which a law of the catalogue has.
+MISSHAPEN = {"sine": 6.0, "bend": 4.0}
+LAWS = tuple(effect for effect in EFFECTS if effect.name in ("sine", "bend"))
+
+
+def test_what_another_form_of_a_named_law_explains_as_well_gets_no_name_of_its_own():
+    answer = explain(rubbed(MISSHAPEN, effects=LAWS, shape="bend", like=("sine",), site="contact"))
+    assert (answer.verdict, answer.effects) == ("effect_and_unknown", ("sine",))
+    (bend,) = answer.state.steps[-1].judged
+    assert bend.explained.names == ("sine", "bend")
+    assert any("another form of what is known" in why and "a bend" in why for why in bend.why_not)
+
+
+def test_a_second_law_that_no_form_of_the_first_has_is_named():
+    answer = explain(rubbed(MISSHAPEN, effects=LAWS, shape="saw", like=("sine",), site="contact"))
+    assert (answer.verdict, set(answer.effects)) == ("effect", {"sine", "bend"})

@@ -67,3 +67,16 @@ def shift(known: Explained) -> np.ndarray:
     change = np.zeros(known.problem.size)
     change[force_piece.rows] = known.fit.values["level"]
     return change
+
+
+def test_a_drift_is_foretold_beyond_the_stretches_that_were_seen():
+    """Without its last stretch a curve goes straight on: what drifts is not taken for whatever else ends at nothing."""
+    (run,) = toy({}, 4, extra=8.0 * TIME / TIME[-1]).runs
+    problem = build_problem(Beside((run,)), [{"force": 1.0}])
+    found, folds = fit(problem, parameters_of(problem, ()), {}), make_folds(problem)
+    best = rivals(Explained((), problem, found, held_out(problem, found, folds)), folds)[0]
+    assert best.words == "force off by an amount that follows time"
+    last = folds.of == folds.of.max()
+    assert float(np.mean(best.score.squares[last])) < 1.5
+    slope = np.polyfit(best.x, best.y, 1)[0]
+    np.testing.assert_allclose(slope, 8.0 / TIME[-1], rtol=0.15)

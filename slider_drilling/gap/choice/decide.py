@@ -7,9 +7,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from slider_drilling.gap.choice.judge import shrinks
 from slider_drilling.gap.choice.state import State
-from slider_drilling.gap.evidence.compare import beats, by_chance
+from slider_drilling.gap.evidence.compare import beats, by_chance, closed_between, foretells_more
 from slider_drilling.gap.evidence.rivals import Rival, rivals
+from slider_drilling.gap.evidence.score import Score
 from slider_drilling.gap.model import Disturbed
 
 # Of what the named laws gain: a disturbance that gains less when it is fitted does not get there by finishing.
@@ -31,6 +33,8 @@ class Decision:
 
 def decide(state: State) -> Decision:
     """The verdict that a state supports, held against every disturbance that no law describes."""
+    if state.current.effects and not shrinks(*closed_between(state.blocks, state.tuned.score, state.current.score)):
+        state = replace(state, current=state.tuned, enough=state.tuned_enough)
     adequate, effects = state.enough.adequate, state.current.effects
     idle = state.partial or (adequate and not effects)
     found = [] if idle else rivals(state.tuned, state.blocks.folds, _worth(state))
@@ -39,7 +43,7 @@ def decide(state: State) -> Decision:
         return decide(state.far)
     if stronger is not None:
         state = replace(state, current=state.tuned, enough=state.tuned_enough)
-        return Decision("unknown", _likeliest_site(state, found), (), stronger, state)
+        return _unknown(state, found)
     rival = None
     if not adequate and found and beats(state.blocks, found[0].score, state.tuned.score, len(found)):
         rival = found[0]
@@ -52,7 +56,7 @@ def decide(state: State) -> Decision:
         return Decision(verdict, effects[0].site, state.current.names, rival, state)
     if enough:
         return Decision("none" if state.nominal_enough else "parameters", None, (), rival, state)
-    return Decision("unknown", _likeliest_site(state, found), (), rival, state)
+    return _unknown(state, found)
 
 
 def _worth(state: State) -> float:
@@ -98,18 +102,39 @@ def _foretold(state: State) -> bool:
     return any(beats(state.blocks, one.score, state.current.score, len(found)) for one in found)
 
 
+def _unknown(state: State, found: Sequence[Rival]) -> Decision:
+    """No name: where the cause is likeliest to be, and the shape of what is off there, where one foretells more."""
+    site = _likeliest_site(state, found)
+    shape = (one for one in found if one.site == site and _explains(state, one.score, len(found)))
+    return Decision("unknown", site, (), next(shape, None), state)
+
+
+def _explains(state: State, score: Score, tried: int) -> bool:
+    """Whether one of so many that were tried foretells more than re-tuning for certain, and the gap shrinks with it."""
+    tuned = state.tuned.score
+    shorter = shrinks(*closed_between(state.blocks, tuned, score))
+    return shorter and foretells_more(state.blocks, score, tuned, tried)
+
+
 def _likeliest_site(state: State, found: Sequence[Rival]) -> str | None:
     """The site of what foretells most of all that was tried, whether or not it may be named: a law that passes no test
-    and a disturbance that no law describes act where something is missing. Where none of them foretells more for
-    certain and one channel alone is off, that channel's own.
+    and a disturbance that no law describes act where something is missing. Where one channel alone is off, that
+    channel's own, unless something else foretells more for certain than a reading that is off would.
     """
     tried = [(one.effect.site, one.explained.score) for taken in state.steps[:1] for one in taken.judged]
     tried += [(rival.site, rival.score) for rival in found]
-    certain = [one for one in tried if beats(state.blocks, one[1], state.tuned.score, len(tried))]
+    certain = [one for one in tried if _explains(state, one[1], len(tried))]
+    best = min(certain or tried, key=lambda one: _density(one[1]), default=None)
     model, left = state.tuned.problem.model, state.tuned_enough
     off = left.beyond or left.structured
-    if not certain and len(off) == 1 and isinstance(model, Disturbed):
-        return model.site_of(off[0])
-    if not tried:
-        return None
-    return min(certain or tried, key=lambda one: float(np.sum(one[1].density)))[0]
+    if len(off) == 1 and isinstance(model, Disturbed):
+        reading = min((one.score for one in found if one.reading == off[0]), key=_density, default=None)
+        if not certain or best is None:
+            return model.site_of(off[0])
+        if reading is not None and not foretells_more(state.blocks, best[1], reading, len(tried)):
+            return model.site_of(off[0])
+    return None if best is None else best[0]
+
+
+def _density(score: Score) -> float:
+    return float(np.sum(score.density))

@@ -9,21 +9,20 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from slider_drilling.gap.choice.arms import arms_of, arms_of_pairs
 from slider_drilling.gap.choice.judge import elsewhere, group_of, judge, judged_near, likelier, shrinks, with_new_floors
 from slider_drilling.gap.choice.refit import as_given, scored, tested, unseen
 from slider_drilling.gap.choice.stand_in import far_off
 from slider_drilling.gap.choice.state import State, Step
-from slider_drilling.gap.choice.tuning import TUNING, floors_lowered, floors_raised, plausible, scattered, tuned_from
+from slider_drilling.gap.choice.tuning import TUNING, floors_lowered, floors_raised, scattered, tuned_from
 from slider_drilling.gap.evidence.compare import beats, closed_between, make_blocks
 from slider_drilling.gap.evidence.score import make_folds
 from slider_drilling.gap.model import Effect, How, Model, Pulled, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, sigmas
-from slider_drilling.gap.problem.problem import Problem, build_problem
+from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.finish import finished
-from slider_drilling.gap.search.least_squares import Fit, fit
-from slider_drilling.gap.search.race import Arm, begun_again, parameters_of, race
-from slider_drilling.gap.search.screen import STARTS, Candidate, screen
-from slider_drilling.gap.search.wide import wide
+from slider_drilling.gap.search.least_squares import fit
+from slider_drilling.gap.search.race import begun_again, parameters_of, race
 
 Report = Callable[[str, float], None]
 
@@ -82,29 +81,64 @@ def step(
         return replace(state, done=True)
     turn = len(state.steps)
     report(f"racing {len(left)} effects" + (f", step {turn + 1}" if turn else ""), min(0.1 + 0.3 * turn, 0.8))
-    arms, promised, ways = _arms(state, left, together if turn == 0 else ())
+    arms, promised, ways = arms_of(state, left, together if turn == 0 else ())
     ran = begun_again(state.ways, race(state.ways, arms))
     report("judging the finalists", min(0.25 + 0.3 * turn, 0.9))
+    known = state.current.effects
     state, judged, ruled_out = judge(state, ran, ways, left, seed)
     ended = Step(judged, None, (), promised)
     over = replace(state, steps=(*state.steps, ended), done=True)
-    if state.enough.adequate and not state.current.effects and far_off(state.current):
+    if state.enough.adequate and not known and far_off(state.current):
         over = replace(over, instead=likelier(state, judged, len(left)))
         taken = _in_its_place(over, ended, left, seed) if over.instead else None
         if taken is not None:
             return taken
-    for one in judged:
-        if one.passed:
-            group = group_of(state.blocks, one, judged)
-            refloored, accepted = with_new_floors(state, one, len(left), seed)
-            judged = tuple(accepted if other is one else other for other in judged)
-            if accepted.passed:
-                found = _with(refloored, Step(judged, accepted, group, promised), left, seed)
-                if not found.enough.done:
-                    report("fitting from other starts", min(0.3 + 0.3 * turn, 0.95))
-                    found = _from_elsewhere(found, refloored, left, seed)
-                return _without_needless(found, state.current.effects, left, seed)
-    return replace(state, done=state.enough.done) if ruled_out else over
+    found = _accepted(state, ended, known, left, seed, report)
+    if found is not None:
+        return found
+    if ruled_out:
+        return replace(state, done=state.enough.done)
+    if known or state.enough.adequate:
+        return over
+    return _two_at_once(over, left, seed, report) or over
+
+
+def _accepted(
+    state: State, ended: Step, known: Sequence[Effect], left: Sequence[Effect], seed: int, report: Report
+) -> State | None:
+    """The state with the first of those judged that passes, None where nobody does; known: effects before."""
+    for one in ended.judged:
+        if not one.passed:
+            continue
+        group = group_of(state.blocks, one, ended.judged)
+        refloored, accepted = with_new_floors(state, one, left, seed)
+        judged = tuple(accepted if other is one else other for other in ended.judged)
+        if accepted.passed:
+            found = _with(refloored, replace(ended, judged=judged, accepted=accepted, group=group), left, seed)
+            if not found.enough.done:
+                report("fitting from other starts", min(0.3 + 0.3 * len(state.steps), 0.95))
+                found = _from_elsewhere(found, refloored, left, seed)
+            return _without_needless(found, known, left, seed)
+        ended = replace(ended, judged=judged)
+    return None
+
+
+def _two_at_once(over: State, left: Sequence[Effect], seed: int, report: Report) -> State | None:
+    """The state with two effects at once, where none alone is a cause of what is left: one may hide the other, or make
+    up for it. Among so many pairs some wrong one shrinks most gaps: only one that ends it is taken, and of which both
+    are needed. None where there is no such pair; over: where it ends without.
+    """
+    report("racing effects two by two", min(0.3 + 0.3 * len(over.steps), 0.9))
+    arms = arms_of_pairs(over, left)
+    if not arms:
+        return None
+    state, judged, _ = judge(over, race(over.ways, arms), sorted({arm.way for arm in arms}), left, seed)
+    ended = replace(over.steps[-1], judged=judged)
+    found = _accepted(replace(state, steps=over.steps[:-1]), ended, (), left, seed, report)
+    if found is None or not found.enough.adequate or len(found.current.effects) < 2:
+        return None
+    told = found.steps[-1]
+    return replace(found, steps=(*over.steps[:-1], replace(told, judged=(*told.judged, *over.steps[-1].judged))))
 
 
 def _in_its_place(over: State, ended: Step, left: Sequence[Effect], seed: int) -> State | None:
@@ -133,7 +167,7 @@ def _from_elsewhere(found: State, before: State, left: Sequence[Effect], seed: i
     """
     taken = found.steps[-1]
     assert taken.accepted is not None
-    better = elsewhere(before, taken.accepted, len(left), seed)
+    better = elsewhere(before, taken.accepted, left, seed)
     if better is None:
         return found
     judged = tuple(better if one is taken.accepted else one for one in taken.judged)
@@ -160,77 +194,6 @@ def _without_needless(state: State, before: Sequence[Effect], left: Sequence[Eff
             enough = tested(reduced, seed, left)
             state = replace(state, current=reduced, enough=enough, done=enough.done)
     return state
-
-
-def _arms(
-    state: State, effects: Sequence[Effect], together: Sequence[Sequence[Effect]]
-) -> tuple[list[Arm], dict[str, float], list[int]]:
-    """Where the race begins: in every way of running the model, from what is known and from the rig as given.
-
-    A nuisance that was tuned without the effect has gone as far as it could to make up for it; a rig is more likely
-    near its file. Besides the arms, what each effect's scan promises, by name, and the ways.
-    """
-    known = state.current
-    arms: list[Arm] = []
-    promised: dict[str, float] = {}
-    tuned = _known_in_each_way(state)
-    for way, tuned_here in tuned.items():
-        problem = state.ways[way].showing(known.effects)
-        given = {name: value for name, value in known.fit.values.items() if "@" in name or "." in name}
-        as_given = fit(problem, known.fit.parameters, given, iterations=1)
-        for base, starts in ((tuned_here, 1), (as_given, STARTS)):
-            candidates = screen(problem, base, effects)
-            by_name = {candidate.effect.name: candidate for candidate in candidates}
-            for candidate in candidates:
-                promised[candidate.effect.name] = max(promised.get(candidate.effect.name, 0.0), candidate.promise)
-                for start in candidate.starts[:starts]:
-                    arms.append(Arm((*known.effects, candidate.effect), way, start, base))
-            for chosen in together:
-                if all(effect.name in by_name for effect in chosen):
-                    arms.append(_joined(known.effects, chosen, by_name, way, base))
-    for chosen in together:
-        arms += _spread_out(state.ways[0], tuned[0], known.effects, chosen)
-    return arms, promised, list(tuned)
-
-
-def _known_in_each_way(state: State) -> dict[int, Fit]:
-    """What is known, tuned in every way of running the model; once something was found, in that way alone.
-
-    Which way foretells more without the effect says nothing of which does with it: a pull makes up for much of what is
-    missing, and where it lets the nuisance go astray the free run is what finds the effect.
-    """
-    known = state.current
-    tuned = {}
-    for way, problem in enumerate(state.ways):
-        if not state.steps or problem.how.pull == known.problem.how.pull:
-            problem = problem.showing(known.effects)
-            tuned[way] = fit(problem, known.fit.parameters, known.fit.values)
-    return tuned
-
-
-def _joined(
-    known: Sequence[Effect], chosen: Sequence[Effect], by_name: dict[str, Candidate], way: int, base: Fit
-) -> Arm:
-    """An arm in which several effects start at once, each where it does alone."""
-    start = dict(base.values)
-    for effect in chosen:
-        own = {parameter.name for parameter in effect.parameters}
-        start |= {name: value for name, value in by_name[effect.name].starts[0].items() if name in own}
-    return Arm((*known, *chosen), way, start, base)
-
-
-def _spread_out(problem: Problem, tuned: Fit, known: Sequence[Effect], chosen: Sequence[Effect]) -> list[Arm]:
-    """Arms of several effects at once, searched for widely: as long as one is missing the phase is off, and no scan of
-    an effect alone leads there.
-    """
-    spans = {parameter.name: plausible(parameter) for parameter in tuned.parameters}
-    for effect in chosen:
-        for index, parameter in enumerate(effect.parameters):
-            scanned = [point[index] for point in effect.scan]
-            low, high = min(scanned), max(scanned)
-            spans[parameter.name] = (0.3 * low if low > 0.0 else low, high)
-    shows = problem.showing((*known, *chosen))
-    return [Arm((*known, *chosen), 0, values, None) for values in wide(problem, shows, spans, tuned.values, seed=1)]
 
 
 def _can_be_pulled(model: Model) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import comb
 
 import numpy as np
 
@@ -21,12 +22,13 @@ from slider_drilling.gap.evidence.compare import (
     foretells_more,
     gaps,
 )
+from slider_drilling.gap.evidence.rivals import other_forms
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.noise import sigmas
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.at_once import at_once
-from slider_drilling.gap.search.finish import POLISH, finished
-from slider_drilling.gap.search.least_squares import fit
+from slider_drilling.gap.search.finish import finished
+from slider_drilling.gap.search.least_squares import ITERATIONS, fit
 from slider_drilling.gap.search.race import Arm, finalists
 
 # An effect is worth a name if it closes at least this share of the gap; a floor that moves by less is the same.
@@ -60,10 +62,27 @@ def judge(
         state = replace(state, tuned_enough=tested(state.tuned, seed))
     judged = [_verdict(state, one, len(left), seed) for one in found]
     judged.sort(key=lambda one: float(np.sum(one.explained.score.density)))
-    return state, tuple(judged), _rules_out(state.current, known)
+    return state, _beside_other_forms(state, judged), _rules_out(state.current, known)
 
 
-def with_new_floors(state: State, accepted: Judged, rivals: int, seed: int) -> tuple[State, Judged]:
+def _beside_other_forms(state: State, judged: Sequence[Judged]) -> tuple[Judged, ...]:
+    """The same, but for effects that foretell no more than another form of a law which is known would: a cause that is
+    not quite the catalogue's leaves what something else can bend to.
+    """
+    idle = not state.current.effects or not any(one.passed for one in judged)
+    forms = [] if idle else other_forms(state.current, state.blocks.folds)
+    if not forms:
+        return tuple(judged)
+
+    def held(one: Judged) -> Judged:
+        if not one.passed or beats(state.blocks, one.explained.score, forms[0].score, len(forms)):
+            return one
+        return replace(one, why_not=(f"another form of what is known explains as much: {forms[0].words}",))
+
+    return tuple(held(one) for one in judged)
+
+
+def with_new_floors(state: State, accepted: Judged, left: Sequence[Effect], seed: int) -> tuple[State, Judged]:
     """The same with floors that the better model shows: what were kinks of the signal had been taken for noise."""
     found = accepted.explained
     floors = floors_lowered(found.problem, found.fit, state.floors)
@@ -73,17 +92,17 @@ def with_new_floors(state: State, accepted: Judged, rivals: int, seed: int) -> t
     free = build_problem(found.problem.model, [sigmas(own) for own in floors], spent=found.problem.spent)
     ways = tuple(free.run_as(problem.how) for problem in state.ways)
     problem = free.run_as(replace(found.problem.how, fidelity=free.how.fidelity))
-    state, (again,) = scored_in(problem, state, POLISH, [found])
+    state, (again,) = scored_in(problem, state, ITERATIONS, [found])
     state = replace(state, floors=floors, ways=ways)
-    return state, _verdict(state, again, rivals, seed)
+    return state, _verdict(state, again, len(left), seed)
 
 
-def elsewhere(state: State, accepted: Judged, rivals: int, seed: int) -> Judged | None:
+def elsewhere(state: State, accepted: Judged, left: Sequence[Effect], seed: int) -> Judged | None:
     """The same from where other starts lead, None where that is no likelier or passes no more."""
     again = from_other_starts(state.way, accepted.explained, state.blocks.folds)
     if again is None:
         return None
-    judged = _verdict(state, again, rivals, seed)
+    judged = _verdict(state, again, len(left), seed)
     return judged if judged.passed else None
 
 
@@ -102,12 +121,13 @@ def _rules_out(now: Explained, before: Explained) -> bool:
     return there.cost - now.fit.cost > by_chance(len(now.fit.parameters))
 
 
-def _verdict(state: State, explained: Explained, rivals: int, seed: int) -> Judged:
-    """The tests of an effect: it foretells more than what is known, it pays for its parameters, the gap shrinks by
-    enough, its sign is its own.
+def _verdict(state: State, explained: Explained, candidates: int, seed: int) -> Judged:
+    """The tests of what is new in an explanation: it foretells more than what is known, it pays for its parameters, the
+    gap shrinks by enough, its sign is its own. candidates: of which the new effects were chosen.
     """
     known, blocks = state.current, state.blocks
-    effect = explained.effects[-1]
+    new = [effect for effect in explained.effects if effect.name not in known.names]
+    rivals = max(candidates, comb(candidates, len(new)))
     closed, interval = closed_between(blocks, known.score, explained.score)
     why = []
     if not _pays(known, explained, rivals):
@@ -117,13 +137,14 @@ def _verdict(state: State, explained: Explained, rivals: int, seed: int) -> Judg
     gained = known.score.gap**2 - explained.score.gap**2
     if state.enough.adequate and not gained >= LEAST_SHARE * (state.tuned.score.gap**2 - 1.0):
         why.append("nothing needs it: what it closes is next to nothing of what re-tuning left")
-    if not effect.means_its_name(explained.fit.values):
-        why.append(f"not what its name says: it would be {effect.nonphysical}")
+    for effect in new:
+        if not effect.means_its_name(explained.fit.values):
+            why.append(f"not what its name says: it would be {effect.nonphysical}")
     certain = foretells_more(blocks, explained.score, known.score, rivals)
     # Replicates are dear: they are made only where nothing else speaks against the effect.
     if not certain and (why or not _suffices(state, explained, rivals, seed)):
         why.insert(0, "foretells no more of unseen data than without it, at the level shared among all candidates")
-    return Judged(effect, explained, closed, interval, tuple(why))
+    return Judged(explained.effects[-1], explained, closed, interval, tuple(why))
 
 
 def _pays(known: Explained, explained: Explained, rivals: int) -> bool:

@@ -21,14 +21,17 @@ from slider_drilling.gap.search.finish import finished
 from slider_drilling.gap.search.least_squares import bounded_step, fit, pace, prior_weights, room
 
 _KNOTS = 8
-# Ridge on the coefficients, of a typical one: what the data do not ask for stays near zero.
-_RIDGE = 0.3
+# Ridge on the bends of a curve, of a typical coefficient; and how much of that is on the coefficients themselves, for
+# what no sample reaches at all.
+_RIDGE, _LEVEL_SHARE = 0.3, 1e-3
 
 
 @dataclass(frozen=True)
 class Rival:
     """words: what it would be; like: names of the effects whose free form it is, None where it could be any of its
-    site's; x, y: (m,) its shape, y in y_unit; score: held out."""
+    site's; x, y: (m,) its shape, y in y_unit; score: held out; reading: the channel whose reading alone would be off,
+    None where it is the model.
+    """
 
     site: str
     words: str
@@ -38,6 +41,7 @@ class Rival:
     y: Array = field(repr=False)
     y_unit: str
     score: Score = field(repr=False)
+    reading: str | None = None
 
     def frees(self, effect: Effect) -> bool:
         """Whether it is the free form of what the effect says in a law."""
@@ -53,6 +57,7 @@ class _Columns:
     x_unit: str
     y_unit: str
     rows: Array  # (m, N) change of the simulation per coefficient, noise units
+    reading: str | None = None
 
 
 def rivals(explained: Explained, folds: Folds, worth: float = 0.0) -> list[Rival]:
@@ -60,9 +65,23 @@ def rivals(explained: Explained, folds: Folds, worth: float = 0.0) -> list[Rival
 
     worth: gain of ``-2 log p`` from which one that is fitted is also finished.
     """
-    model, values = explained.problem.model, explained.fit.values
-    inside = model.disturbances(values) if isinstance(model, Disturbed) else ()
-    asked: list[_Columns | Disturbance] = [*_readings(explained), *inside]
+    return _all_solved(explained, [*_readings(explained), *_inside(explained)], folds, worth)
+
+
+def other_forms(explained: Explained, folds: Folds) -> list[Rival]:
+    """The free forms of the laws that a model has already, solved at its fit; the one that foretells most first."""
+    names = set(explained.names)
+    return _all_solved(explained, [one for one in _inside(explained) if names & set(one.like)], folds, 0.0)
+
+
+def _inside(explained: Explained) -> Sequence[Disturbance]:
+    model = explained.problem.model
+    return model.disturbances(explained.fit.values) if isinstance(model, Disturbed) else ()
+
+
+def _all_solved(
+    explained: Explained, asked: Sequence[_Columns | Disturbance], folds: Folds, worth: float
+) -> list[Rival]:
 
     def solved(one: _Columns | Disturbance) -> Rival:
         if isinstance(one, Disturbance):
@@ -101,7 +120,7 @@ def _reading(problem: Problem, piece: Piece, site: str, over: str, values: Array
     for index in range(_KNOTS):
         rows[index, piece.rows] = np.interp(values, knots, np.eye(_KNOTS)[index])
     words = f"{piece.name} off by an amount that follows {over}"
-    return _Columns(site, words, None, knots, unit, piece.channel.unit, rows)
+    return _Columns(site, words, None, knots, unit, piece.channel.unit, rows, piece.name)
 
 
 def _columns(explained: Explained, one: Disturbance) -> _Columns:
@@ -131,44 +150,49 @@ def _fitted(explained: Explained, one: Disturbance, folds: Folds, worth: float) 
 def _solved(explained: Explained, columns: _Columns, folds: Folds) -> Rival:
     problem, fit = explained.problem, explained.fit
     own = [index for index, parameter in enumerate(fit.parameters) if not parameter.per_run]
-    rows = np.vstack([fit.jacobian[own], columns.rows])
+    power = np.sum(columns.rows**2, axis=1)
+    used = power > 1e-9 * max(float(power.max(initial=0.0)), 1e-12)
+    rows = np.vstack([fit.jacobian[own], columns.rows[used]])
     white, through = problem.whitened(fit.residual, rows, fit.discrepancy)
     nuisance = [fit.parameters[index] for index in own]
     residual = np.empty(problem.size)
     for fold in range(FOLDS):
         kept = folds.of != fold
-        step = _ridge(through[:, kept], white[kept], nuisance, fit.values)
+        step = _bent_least(through[:, kept], white[kept], nuisance, fit.values)
         residual[~kept] = (fit.residual - step @ rows)[~kept]
-    shape = _ridge(through, white, nuisance, fit.values)[len(own) :]
+    shape = np.zeros(used.size)
+    shape[used] = _bent_least(through, white, nuisance, fit.values)[len(own) :]
     _, found = problem.cost(residual)
     scale = _noise_of(problem, columns)
     score = score_of(problem, residual, replace(fit, discrepancy=found))
     return Rival(
-        columns.site, columns.words, columns.like, columns.x, columns.x_unit, scale * shape, columns.y_unit, score
+        columns.site, columns.words, columns.like, columns.x, columns.x_unit, scale * shape, columns.y_unit, score,
+        columns.reading,
     )  # fmt: skip
 
 
-def _ridge(rows: Array, target: Array, nuisance: Sequence[Parameter], values: Values) -> Array:
-    """(p + knots,) step of the nuisance in scales, within its bounds, and the coefficients of the disturbance.
+def _bent_least(rows: Array, target: Array, nuisance: Sequence[Parameter], values: Values) -> Array:
+    """(p + knots,) step of the nuisance in scales, within its bounds, and the coefficients of the disturbance: what the
+    data do not ask for is a straight line on from what they do, so that a stretch left out at an end is foretold.
 
     A nuisance that were free to pass its bounds would explain by itself what an effect has to, beside any disturbance.
     """
     own, power = len(nuisance), np.sum(rows**2, axis=1)
-    flexible = power[own:]
-    used = flexible > 1e-9 * max(float(flexible.max(initial=0.0)), 1e-12)
-    rows = rows[np.concatenate([np.ones(own, dtype=bool), used])]
-    ridge = _RIDGE**2 * float(np.median(flexible[used])) / 100.0 if used.any() else 0.0
-    extra = np.concatenate([prior_weights(nuisance) ** 2, np.full(len(rows) - own, ridge)])
+    knots = len(rows) - own
+    typical = float(np.median(power[own:])) if knots else 0.0
+    bend = np.diff(np.eye(knots), n=2, axis=0)
+    ridge = np.zeros((len(rows), len(rows)))
+    ridge[np.diag_indices(own)] = prior_weights(nuisance) ** 2
+    ridge[own:, own:] = _RIDGE**2 * typical / 100.0 * (bend.T @ bend + _LEVEL_SHARE * np.eye(knots))
+    ridge[np.diag_indices(len(rows))] += 1e-9 * max(float(power.max(initial=0.0)), 1e-12)
     low, high = room(nuisance, values)
-    free = np.full(len(rows) - own, np.inf)
+    free = np.full(knots, np.inf)
     low, high = np.append(low, -free), np.append(high, free)
-    normal = rows @ rows.T + np.diag(extra + 1e-9 * max(float(power.max(initial=0.0)), 1e-12))
-    solved = np.linalg.solve(normal, rows @ target)
-    if np.any(solved < low) or np.any(solved > high):
-        solved = bounded_step(normal, rows @ target, 0.0, low, high)
-    step = np.zeros(own + used.size)
-    step[:own], step[own:][used] = solved[:own], solved[own:]
-    return step
+    normal, gradient = rows @ rows.T + ridge, rows @ target
+    step = np.linalg.solve(normal, gradient)
+    if np.any(step < low) or np.any(step > high):
+        step = bounded_step(normal, gradient, 0.0, low, high)
+    return np.asarray(step, dtype=np.float64)
 
 
 def _noise_of(problem: Problem, columns: _Columns) -> float:

@@ -1,4 +1,4 @@
-"""A fit finished where the cheap simulation equals the fine one."""
+"""A fit finished in simulations fine enough to be judged by."""
 
 from __future__ import annotations
 
@@ -6,42 +6,33 @@ from dataclasses import replace
 
 import numpy as np
 
+from slider_drilling.gap.evidence.compare import by_chance
 from slider_drilling.gap.model import Graded, Model
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit, fit, pace
 
-POLISH = 3  # iterations
-# Of the noise: where the mesh adds more, fits are finished on the fine one.
-_COARSE = 0.5
-
 
 def finished(problem: Problem, found: Fit, leader: float = float("inf")) -> tuple[Problem, Fit]:
-    """A fit finished where the cheap simulation equals the fine one.
+    """A fit that goes on in the fine simulation until it settles; besides, the problem whose cheap simulation equals
+    the fine one there, to be held out in.
 
-    Where what the mesh adds is a good part of the noise it changes with every step, and the fine one itself is fitted.
-    leader: ``-2 log p`` to come up with; a fine fit that is to do so begins with the cheap one's derivatives, and ends
-    once no iteration gains what that asks for.
+    The optimum of the cheap simulation is another one: what its mesh does wrong an effect that acts alike makes up for.
+    It is corrected for first, which costs little; the derivatives it ends with serve the fine fit.
+    leader: ``-2 log p`` to come up with. The fine fit ends once no iteration gains what that asks for, or what one
+    parameter gains on noise.
     """
     best = fine(problem.model)
-    exact = problem.at(found.values, best)
-    polished = fit(exact, found.parameters, found.values, iterations=POLISH, known=found.carried)
-    exact = problem.at(polished.values, best)
-    if best > problem.how.fidelity and _mesh_error(exact) > _COARSE:
-        exact = problem.run_as(replace(problem.how, fidelity=best))
-        if not np.isfinite(leader):
-            return exact, fit(exact, found.parameters, polished.values)
-        begun = fit(exact, found.parameters, polished.values, iterations=0, known=polished.rows)
-        return exact, fit(
-            exact, found.parameters, begun.values, tolerance=pace(begun.cost - leader), simulated=begun.simulated,
-            known=polished.carried,
-        )  # fmt: skip
-    return exact, fit(exact, found.parameters, polished.values, iterations=1)
-
-
-def _mesh_error(problem: Problem) -> float:
-    """What finer simulations add, RMS in noise units of the channel that shows most; not where a miss accumulates."""
-    shown = [np.mean(problem.correction[p.rows] ** 2) for p in problem.pieces if not p.channel.accumulates]
-    return float(np.sqrt(max(shown, default=0.0)))
+    if best <= problem.how.fidelity:
+        return problem, fit(problem, found.parameters, found.values, known=found.carried)
+    near = fit(problem.at(found.values, best), found.parameters, found.values, known=found.carried)
+    exact = problem.run_as(replace(problem.how, fidelity=best))
+    begun = fit(exact, found.parameters, near.values, iterations=0, known=near.rows)
+    least = max(by_chance(1), pace(begun.cost - leader) if np.isfinite(leader) else 0.0)
+    ended = fit(
+        exact, found.parameters, near.values, tolerance=least, simulated=begun.simulated, known=near.rows,
+        trusted=bool(np.isfinite(leader)),
+    )
+    return problem.at(ended.values, best), ended
 
 
 def fine(model: Model) -> int:

@@ -24,8 +24,8 @@ TOLERANCE, ITERATIONS = 0.5, 8
 # Finite-difference step in units of a parameter's scale: large against the kinks that stick and slip leave in a
 # residual, small against the curvature over one scale.
 STEP = 0.2
-# A short trial step, of the whole one, and the damping of another, of the scales' own curvature; where no trial helps,
-# the next ones are all as much shorter, once.
+# Damping of a trial step, of the scales' own curvature; where no trial helps, the next ones are all shorter by as much,
+# once.
 _SHORT = 0.3
 # A Jacobian that foretold this share of the power of what a step changed serves for the next step too.
 _FORETOLD = 0.75
@@ -72,19 +72,21 @@ def fit(
     kept: Array | None = None,
     simulated: Array | None = None,
     known: Mapping[str, Array] = MappingProxyType({}),
+    trusted: bool = False,
 ) -> Fit:
     """Follow the likelihood down from one start; names in start that are not free stay as they are.
 
     parameters: expanded per run (`Problem.free`). iterations: 0 for the start itself with its Jacobian. tolerance: of
     ``-2 log p``, TOLERANCE by default. kept: (N,) weights 0 or 1, samples that count (all by default). simulated: (N,)
-    of the start, known: rows (N,) of the first Jacobian by name, where another fit has them already.
+    of the start, known: rows (N,) of the first Jacobian by name, where another fit has them already; trusted: whether
+    these are as good as new ones, so that where they lead nowhere nothing does.
     """
     space = _Space(problem, parameters, start, kept)
     least = TOLERANCE if tolerance is None else tolerance
     point = space.begin(start)
     simulated, jacobian = space.linearised(point, simulated, known)
     cost, found = space.cost(simulated, point)
-    reach, stale, fresh, settled = 1.0, False, not known, False
+    reach, stale, fresh, settled = 1.0, False, trusted or not known, False
     for _ in range(iterations):
         if stale:
             simulated, jacobian = space.linearised(point, simulated, {})
@@ -170,8 +172,7 @@ class _Space:
     def trials(
         self, point: Array, residual: Array, jacobian: Array, found: dict[int, Discrepancy], reach: float
     ) -> list[Array]:
-        """Points to try next, inside the bounds: a Gauss-Newton step and a short one, a damped one, and one by the
-        residual as it is.
+        """Points to try next, inside the bounds: a Gauss-Newton step, a damped one, and one by the residual as it is.
 
         reach: share of each step that is gone.
         """
@@ -184,7 +185,6 @@ class _Space:
             normal = rows @ rows.T + np.diag(self.prior**2)
             gradient = rows @ white - self.prior**2 * point
             tried += [bounded_step(normal, gradient, damping, low, high) for damping in dampings]
-        tried.append(_SHORT * tried[0])
         return [np.clip(point + reach * step, self.lower, self.upper) for step in tried]
 
 

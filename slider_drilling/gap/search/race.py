@@ -47,8 +47,9 @@ class Arm:
 
     @property
     def physical(self) -> bool:
-        """Whether the newest effect has the sign that its name stands for."""
-        return self.effects[-1].means_its_name(self.begin if self.fit is None else self.fit.values)
+        """Whether every effect has the sign that its name stands for."""
+        values = self.begin if self.fit is None else self.fit.values
+        return all(effect.means_its_name(values) for effect in self.effects)
 
 
 def parameters_of(problem: Problem, effects: Sequence[Effect]) -> list[Parameter]:

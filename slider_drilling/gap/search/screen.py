@@ -17,6 +17,7 @@ _TRUSTED = 4.0
 _MARGIN = 0.02
 # Places that fits begin from where the first may mislead.
 STARTS = 2
+_ALIKE = 1e-3  # one less the squared cosine, below which two changes are one
 
 
 @dataclass(frozen=True)
@@ -30,33 +31,122 @@ class Candidate:
     starts: tuple[dict[str, float], ...]
 
 
+@dataclass(frozen=True)
+class Pair:
+    """Two effects at once; promise, start: as `Candidate` has them."""
+
+    effects: tuple[Effect, Effect]
+    promise: float
+    start: dict[str, float]
+
+
 def screen(problem: Problem, base: Fit, effects: Sequence[Effect]) -> list[Candidate]:
     """Score every effect at a fit, most promising first.
 
     Each scan point is simulated once. The secant replaces the derivative at neutral, which for a dead zone, or a
     friction that depends on direction, says nothing about the size that matters; the freed parameters follow.
     """
-    points = [(effect, point) for effect in effects for point in effect.scan]
-    if not points:
+    scan = _scanned(problem, base, effects)
+    if not scan.points:
         return []
-    changes = changes_of(problem, base.values, base.simulated, points, problem.how.fidelity)
-    now = problem.cost(base.residual)[0]
     scored: dict[str, dict[tuple[float, ...], tuple[float, dict[str, float]]]] = {e.name: {} for e in effects}
-    for forgiving in (True, False):
-        rows = np.vstack([base.jacobian, changes])
-        white, through = problem.whitened(base.residual, rows, base.discrepancy, forgiving)
-        for index, (effect, point) in enumerate(points):
-            own = [*range(len(base.parameters)), len(base.parameters) + index]
-            step = _step(base, effect, through[own], white)
-            left = problem.against_log(base.simulated + step @ rows[own])
-            promise = now - problem.cost(left)[0]
+    for view in scan.views:
+        for index, (effect, point) in enumerate(scan.points):
+            promise, start = _promised(problem, base, scan, view, (index,))
             if promise > scored[effect.name].get(point, (-np.inf, {}))[0]:
-                scored[effect.name][point] = promise, _start(base, effect, point, step)
+                scored[effect.name][point] = promise, start
     found = []
     for effect in effects:
         ordered = sorted(scored[effect.name].values(), key=lambda entry: -entry[0])
         found.append(Candidate(effect, ordered[0][0], tuple(start for _, start in ordered)))
     return sorted(found, key=lambda candidate: -candidate.promise)
+
+
+def screen_pairs(problem: Problem, base: Fit, effects: Sequence[Effect], most: int) -> list[Pair]:
+    """The most promising pairs of effects at a fit, at most so many, the best first.
+
+    By the same secants: what two of them explain together costs no more simulations than what each does alone. Two
+    that make up for each other, or hide each other, promise nothing one by one.
+    """
+    scan = _scanned(problem, base, effects)
+    best: dict[tuple[str, str], Pair] = {}
+    for view in scan.views:
+        for first, second in _likely_pairs(base, scan, view):
+            promise, start = _promised(problem, base, scan, view, (first, second))
+            chosen = scan.points[first][0], scan.points[second][0]
+            names = chosen[0].name, chosen[1].name
+            if names not in best or promise > best[names].promise:
+                best[names] = Pair(chosen, promise, start)
+    return sorted(best.values(), key=lambda pair: -pair.promise)[:most]
+
+
+@dataclass(frozen=True)
+class _Scan:
+    """points: scan points of all effects; changes: (P, N) what each changes; now: ``-2 log p`` without any; views: the
+    changes as the likelihood sees them.
+    """
+
+    points: list[tuple[Effect, tuple[float, ...]]]
+    changes: Array
+    now: float
+    views: tuple[_View, ...]
+
+
+@dataclass(frozen=True)
+class _View:
+    """white (N,), rows (p + P, N): residual and changes, whitened; the freed parameters' first."""
+
+    white: Array
+    rows: Array
+
+
+def _scanned(problem: Problem, base: Fit, effects: Sequence[Effect]) -> _Scan:
+    points = [(effect, point) for effect in effects for point in effect.scan]
+    if not points:
+        return _Scan([], np.empty((0, problem.size)), 0.0, ())
+    changes = changes_of(problem, base.values, base.simulated, points, problem.how.fidelity)
+    rows = np.vstack([base.jacobian, changes])
+    views = [problem.whitened(base.residual, rows, base.discrepancy, forgiving) for forgiving in (True, False)]
+    now = problem.cost(base.residual)[0]
+    return _Scan(points, changes, now, tuple(_View(white, through) for white, through in views))
+
+
+def _promised(
+    problem: Problem, base: Fit, scan: _Scan, view: _View, chosen: Sequence[int]
+) -> tuple[float, dict[str, float]]:
+    """By how much ``-2 log p`` falls with the chosen scan points, if secants and derivatives hold; where a fit would
+    begin.
+    """
+    count = len(base.parameters)
+    own = [*range(count), *(count + index for index in chosen)]
+    step = _step(base, [scan.points[index][0] for index in chosen], view.rows[own], view.white)
+    change = step[:count] @ base.jacobian + step[count:] @ scan.changes[list(chosen)]
+    promise = scan.now - problem.cost(problem.against_log(base.simulated + change))[0]
+    return promise, _start(base, [scan.points[index] for index in chosen], step)
+
+
+def _likely_pairs(base: Fit, scan: _Scan, view: _View) -> list[tuple[int, int]]:
+    """Of every two effects the pair of scan points that leaves least of the whitened residual, the freed parameters
+    following.
+    """
+    count = len(base.parameters)
+    prior = np.diag(prior_weights(base.parameters) ** 2 + 1e-9)
+    freed, rows = view.rows[:count], view.rows[count:]
+    solved = np.linalg.solve(freed @ freed.T + prior, freed @ np.column_stack([rows.T, view.white]))
+    rows = rows - solved[:, :-1].T @ freed
+    white = view.white - solved[:, -1] @ freed
+    inner, along = rows @ rows.T, rows @ white
+    power = np.maximum(np.diag(inner), 1e-12)
+    inside = np.outer(power, power) - inner**2
+    gained = along[:, None] ** 2 * power + along**2 * power[:, None] - 2.0 * np.outer(along, along) * inner
+    gained = np.where(inside > _ALIKE * np.outer(power, power), gained / np.maximum(inside, 1e-12), 0.0)
+    best: dict[tuple[str, str], tuple[float, int, int]] = {}
+    for first in range(len(scan.points)):
+        for second in range(first + 1, len(scan.points)):
+            names = scan.points[first][0].name, scan.points[second][0].name
+            if names[0] != names[1] and gained[first, second] > best.get(names, (0.0, 0, 0))[0]:
+                best[names] = float(gained[first, second]), first, second
+    return [(first, second) for _, first, second in best.values()]
 
 
 def changes_of(
@@ -79,31 +169,33 @@ def changes_of(
     return changes
 
 
-def _step(base: Fit, effect: Effect, rows: Array, white: Array) -> Array:
-    """(p + 1,) nuisance step in scales and multiple of the effect's change that together leave least, bounded."""
+def _step(base: Fit, effects: Sequence[Effect], rows: Array, white: Array) -> Array:
+    """(p + e,) nuisance step in scales and multiples of the effects' changes that together leave least, bounded."""
     here = np.array([base.values.get(p.name, p.nominal) for p in base.parameters])
     scale = np.array([p.scale for p in base.parameters])
     low, high = room(base.parameters, base.values)
-    amplitude = effect.parameters[0]
-    both_ways = amplitude.lower < amplitude.nominal < amplitude.upper
-    prior = np.append(prior_weights(base.parameters), 0.0) ** 2
+    none = np.zeros(len(effects))
+    both_ways = [e.parameters[0].lower < e.parameters[0].nominal < e.parameters[0].upper for e in effects]
+    prior = np.append(prior_weights(base.parameters), none) ** 2
     nominal = np.array([p.nominal for p in base.parameters])
     normal = rows @ rows.T + np.diag(prior)
-    gradient = rows @ white - prior * np.append((here - nominal) / scale, 0.0)
-    lowest = np.append(np.maximum(low, -_TRUSTED), -_TRUSTED if both_ways else 0.0)
-    highest = np.append(np.minimum(high, _TRUSTED), _TRUSTED)
+    gradient = rows @ white - prior * np.append((here - nominal) / scale, none)
+    lowest = np.append(np.maximum(low, -_TRUSTED), np.where(both_ways, -_TRUSTED, 0.0))
+    highest = np.append(np.minimum(high, _TRUSTED), none + _TRUSTED)
     return bounded_step(normal, gradient, 0.0, lowest, highest)
 
 
-def _start(base: Fit, effect: Effect, point: tuple[float, ...], step: Array) -> dict[str, float]:
-    """The base moved as asked for, and the scan point at its amplitude, off neutral and off the bounds."""
-    start = dict(base.values)
-    for parameter, move in zip(base.parameters, step[:-1], strict=True):
+def _start(base: Fit, chosen: Sequence[tuple[Effect, tuple[float, ...]]], step: Array) -> dict[str, float]:
+    """The base moved as asked for, and the scan points at their amplitudes, off neutral and off the bounds."""
+    start, count = dict(base.values), len(base.parameters)
+    for parameter, move in zip(base.parameters, step[:count], strict=True):
         moved = start.get(parameter.name, parameter.nominal) + parameter.scale * float(move)
         start[parameter.name] = float(np.clip(moved, parameter.lower, parameter.upper))
-    amplitude, multiple = effect.parameters[0], float(step[-1])
-    multiple = multiple if abs(multiple) >= 1.0 / _TRUSTED else 1.0 / _TRUSTED
-    margin = _MARGIN * (amplitude.upper - amplitude.lower)
-    size = amplitude.nominal + multiple * (point[0] - amplitude.nominal)
-    size = float(np.clip(size, amplitude.lower + margin, amplitude.upper - margin))
-    return start | effect.values((point[0] if size == amplitude.nominal else size, *point[1:]))
+    for (effect, point), multiple in zip(chosen, step[count:], strict=True):
+        amplitude = effect.parameters[0]
+        trusted = float(multiple) if abs(multiple) >= 1.0 / _TRUSTED else 1.0 / _TRUSTED
+        margin = _MARGIN * (amplitude.upper - amplitude.lower)
+        size = amplitude.nominal + trusted * (point[0] - amplitude.nominal)
+        size = float(np.clip(size, amplitude.lower + margin, amplitude.upper - margin))
+        start |= effect.values((point[0] if size == amplitude.nominal else size, *point[1:]))
+    return start

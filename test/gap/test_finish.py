@@ -1,0 +1,71 @@
+"""What is judged is fitted in the simulation that judges it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from toy import SHAPES, Toy, force, toy
+
+from slider_drilling.gap import How
+from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.gap.search.finish import finished
+from slider_drilling.gap.search.least_squares import fit
+from slider_drilling.gap.search.race import parameters_of
+
+TRUTH = {"level": 2.0, "sine": 6.0}
+
+
+@dataclass(frozen=True)
+class Coarse(Toy):
+    """The cheap simulation mistakes part of a sine for a level, the more so the larger it is."""
+
+    finest: int = 2
+
+    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+        rows = [force(one) for one in sets]
+        if how.fidelity == 0:
+            off = [one.get("sine", 0.0) ** 2 * (0.05 * SHAPES["sine"] + 0.1 * SHAPES["bend"]) for one in sets]
+            rows = [row + extra for row, extra in zip(rows, off, strict=True)]
+        return {"force": np.stack(rows)}
+
+
+def begun() -> tuple:
+    model = Coarse(toy(TRUTH, seed=4).runs)
+    problem = build_problem(model, [{"force": 1.0}])
+    sine = [one for one in model.effects if one.name == "sine"]
+    return problem, fit(problem, parameters_of(problem, sine), {"sine": 1.0}, iterations=20)
+
+
+def least_squares(measured: np.ndarray) -> dict[str, float]:
+    names = ["level", "slope", "sine"]
+    solved, *_ = np.linalg.lstsq(np.stack([SHAPES[name] for name in names]).T, measured, rcond=None)
+    return dict(zip(names, solved, strict=True))
+
+
+def test_the_fit_ends_where_the_fine_simulation_has_its_optimum():
+    problem, coarse = begun()
+    _, ended = finished(problem, coarse)
+    best = least_squares(problem.model.runs[0].channels[0].measured)
+    assert abs(coarse.values["sine"] - best["sine"]) > 0.3, "the coarse one is elsewhere"
+    assert ended.values["sine"] == pytest.approx(best["sine"], abs=0.03)
+    assert ended.values["level"] == pytest.approx(best["level"], abs=0.05)
+
+
+def test_what_it_is_held_out_in_is_cheap_and_equals_the_fine_one_there():
+    problem, coarse = begun()
+    exact, ended = finished(problem, coarse)
+    assert exact.how.fidelity == 0
+    np.testing.assert_allclose(exact.residuals([ended.values])[0], ended.residual, atol=1e-9)
+
+
+def test_a_fit_that_cannot_come_up_with_a_leader_ends_early():
+    problem, coarse = begun()
+    before = problem.spent.simulations
+    finished(problem, coarse)
+    alone = problem.spent.simulations - before
+    before = problem.spent.simulations
+    finished(problem, coarse, leader=-1e6)
+    assert problem.spent.simulations - before < alone

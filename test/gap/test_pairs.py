@@ -1,0 +1,79 @@
+"""Two effects of which each hides the other: neither explains anything alone, both together do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from toy import SHAPES, TIME, Toy, toy
+
+from slider_drilling.gap import Effect, How, Parameter, explain
+from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.gap.search.least_squares import fit
+from slider_drilling.gap.search.race import parameters_of
+from slider_drilling.gap.search.screen import screen, screen_pairs
+
+# Each the sine with a little of the saw, of one sign and of the other: their difference is a saw alone.
+ALIKE = {"left": SHAPES["sine"] + 0.2 * SHAPES["saw"], "right": SHAPES["sine"] - 0.2 * SHAPES["saw"]}
+
+
+def effect(name: str, **kinds: object) -> Effect:
+    return Effect(name, "contact", (Parameter(name, 0.0, -50.0, 50.0, 0.3, "N"),), ((-4.0,), (2.0,), (5.0,)), **kinds)
+
+
+@dataclass(frozen=True)
+class Hidden(Toy):
+    effects: tuple[Effect, ...] = (effect("left"), effect("right"), effect("bend"), effect("step"))
+
+    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+        shapes = {**SHAPES, **ALIKE}
+        rows = [sum((v * shapes[name] for name, v in one.items()), np.zeros_like(TIME)) for one in sets]
+        return {"force": np.stack(rows)}
+
+
+def hidden(left: float, right: float, seed: int) -> Hidden:
+    log = toy({"level": 1.0}, seed, extra=left * ALIKE["left"] + right * ALIKE["right"])
+    return Hidden(log.runs)
+
+
+def test_a_pair_promises_what_neither_does_alone():
+    model = hidden(8.0, -8.0, seed=3)
+    problem = build_problem(model, [{"force": 1.0}])
+    base = fit(problem, problem.free(model.nuisance), {})
+    alone = {one.effect.name: one.promise for one in screen(problem, base, model.effects)}
+    best, *others = screen_pairs(problem, base, model.effects, 3)
+    assert {one.name for one in best.effects} == {"left", "right"}
+    reached = fit(problem, parameters_of(problem, best.effects), best.start)
+    assert best.promise == pytest.approx(base.cost - reached.cost, rel=0.1), "in a linear model secants hold"
+    assert max(alone.values()) < 0.2 * best.promise
+    assert best.start["left"] == pytest.approx(8.0, abs=3.5)
+    assert best.start["right"] == pytest.approx(-8.0, abs=3.5)
+    assert all(one.promise <= best.promise for one in others)
+
+
+def test_pairs_of_what_is_one_and_the_same_are_left_out():
+    model = replace(hidden(8.0, -8.0, seed=3), effects=(effect("left"), effect("left")))
+    problem = build_problem(model, [{"force": 1.0}])
+    assert screen_pairs(problem, fit(problem, problem.free(model.nuisance), {}), model.effects, 3) == []
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_both_are_named(seed):
+    answer = explain(hidden(12.0, -12.0, seed))
+    assert answer.verdict == "effect"
+    assert set(answer.effects) == {"left", "right"}
+    assert answer.parameters["left"] == pytest.approx(12.0, abs=4.0)
+    assert answer.interval[0] > 0.0
+
+
+def test_a_pair_is_not_named_against_what_its_names_stand_for():
+    backwards = (effect("left", physical=(0.0, np.inf)), effect("right", physical=(0.0, np.inf)), effect("bend"))
+    answer = explain(replace(hidden(12.0, -12.0, seed=1), effects=backwards))
+    assert "right" not in answer.effects
+
+
+def test_noise_alone_has_no_pair():
+    for seed in range(8):
+        assert explain(hidden(0.0, 0.0, seed)).effects == ()

@@ -1,0 +1,22 @@
+"""A name is given only if the gap shrinks with it, whatever was accepted on the way."""
+
+from dataclasses import replace
+
+import numpy as np
+from toy import EFFECTS, toy
+
+from slider_drilling.gap import explain
+from slider_drilling.gap.choice.decide import decide
+
+
+def test_names_with_which_the_gap_does_not_shrink_for_certain_are_withdrawn():
+    state = explain(toy({"level": 2.0, "sine": 4.0}, seed=2), effects=EFFECTS).state
+    assert decide(state).named == ("sine",)
+    score = state.current.score
+    half = np.arange(score.squares.size) % 2 == 0
+    wider = np.where(half, state.tuned.score.squares * 1.2, state.tuned.score.squares * 0.9)
+    worse = replace(score, squares=wider, gap=float(np.sqrt(np.mean(wider))))
+    decided = decide(replace(state, current=replace(state.current, score=worse)))
+    assert decided.named == ()
+    assert decided.verdict == "unknown"
+    assert decided.state.current is decided.state.tuned
