@@ -20,7 +20,7 @@ TRUTH = {"level": 2.0, "sine": 6.0}
 
 @dataclass(frozen=True)
 class Coarse(Toy):
-    """The cheap simulation mistakes part of a sine for a level, the more so the larger it is."""
+    """The cheap simulation makes more of a sine than there is, and a bend besides, the more so the larger it is."""
 
     finest: int = 2
 

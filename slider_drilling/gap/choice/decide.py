@@ -34,7 +34,7 @@ class Decision:
 def decide(state: State) -> Decision:
     """The verdict that a state supports, held against every disturbance that no law describes."""
     if state.current.effects and not shrinks(*closed_between(state.blocks, state.tuned.score, state.current.score)):
-        state = replace(state, current=state.tuned, enough=state.tuned_enough)
+        state = _withdrawn(state)
     adequate, effects = state.enough.adequate, state.current.effects
     idle = state.partial or (adequate and not effects)
     found = [] if idle else rivals(state.tuned, state.blocks.folds, _worth(state))
@@ -42,8 +42,7 @@ def decide(state: State) -> Decision:
     if stronger is not None and state.far is not None:
         return decide(state.far)
     if stronger is not None:
-        state = replace(state, current=state.tuned, enough=state.tuned_enough)
-        return _unknown(state, found)
+        return _unknown(_withdrawn(state), found)
     rival = None
     if not adequate and found and beats(state.blocks, found[0].score, state.tuned.score, len(found)):
         rival = found[0]
@@ -57,6 +56,11 @@ def decide(state: State) -> Decision:
     if enough:
         return Decision("none" if state.nominal_enough else "parameters", None, (), rival, state)
     return _unknown(state, found)
+
+
+def _withdrawn(state: State) -> State:
+    """The state re-tuned only, whatever was accepted."""
+    return replace(state, current=state.tuned, enough=state.tuned_enough)
 
 
 def _worth(state: State) -> float:
@@ -84,12 +88,12 @@ def _as_good(state: State, found: Sequence[Rival]) -> Rival | None:
     """
     named = {effect.site for effect in state.current.effects}
     others = [rival for rival in found if rival.site not in named]
-    mine = float(np.sum(state.current.score.density))
+    mine = _density(state.current.score)
     least = by_chance(1, max(len(others), 1))
 
     def beaten(rival: Rival) -> bool:
         certain = beats(state.blocks, state.current.score, rival.score, len(others))
-        return certain and float(np.sum(rival.score.density)) - mine > least
+        return certain and _density(rival.score) - mine > least
 
     return next((rival for rival in others if not beaten(rival)), None)
 
