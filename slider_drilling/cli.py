@@ -160,6 +160,9 @@ def _open_streams() -> None:
 
 def main() -> None:
     """Entry point of `slider-drilling` and of `python -m slider_drilling`."""
+    # Before anything imports numpy: its matrices here are small, and threads that wait for work of theirs keep the
+    # simulations' threads from a third of the processor.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     _open_streams()
     raise_on_signals()
     run_group(group)

@@ -50,6 +50,24 @@ def test_help_lists_every_command_with_examples(repository: Path) -> None:
     assert set(COMMANDS) <= listed
 
 
+def test_numpy_comes_in_with_one_thread(repository: Path, tmp_path: Path) -> None:
+    """Whatever imports it first: threads are counted when its library is loaded."""
+    probe = (
+        "import os, sys\nfrom importlib.abc import MetaPathFinder\nfrom slider_drilling.cli import main\n"
+        "class Seen(MetaPathFinder):\n"
+        "    def find_spec(self, name, path, target=None):\n"
+        "        if name == 'numpy': print('threads', os.environ.get('OPENBLAS_NUM_THREADS'), file=sys.stderr)\n"
+        "sys.meta_path.insert(0, Seen())\nsys.argv = ['slider-drilling', 'diagnose', 'absent.mcap']\nmain()"
+    )
+    left = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    answer = subprocess.run(
+        [sys.executable, "-c", probe], cwd=tmp_path, env={**left, "PYTHONPATH": str(repository)}, capture_output=True,
+        text=True, timeout=120,
+    )  # fmt: skip
+    assert "threads 1" in answer.stderr
+    assert "absent.mcap" in answer.stderr
+
+
 def test_help_imports_neither_arrays_nor_ros(repository: Path) -> None:
     probe = (
         "import sys\nfrom slider_drilling.cli import group\n"

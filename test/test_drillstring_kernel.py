@@ -119,7 +119,7 @@ def test_every_lane_of_any_batch_is_its_single_run(lanes, effects):
 
 
 def test_a_lane_that_needs_an_effect_leaves_the_others_as_they_are():
-    """One lane with Stribeck friction takes all through `vary_friction`, which is neutral for the others."""
+    """One lane with Stribeck friction takes all through `vary_with_speed`, which is neutral for the others."""
     with_stribeck = dataclasses.replace(RIG, effects=Effects(stribeck=Stribeck(0.4)))
     both = simulate_batch([RIG, with_stribeck], turning(3.0), elements=13)
     alone = simulate(RIG, turning(3.0), elements=13)

@@ -10,7 +10,7 @@ import pytest
 from steady import EXAMPLE, commands, with_effect
 
 from slider_drilling.drillstring import Commands, Plant, simulate
-from slider_drilling.drillstring.kernel import decay
+from slider_drilling.drillstring.kernel import exponential
 from slider_drilling.effects import (
     AxialOscillationTool,
     BucklingContact,
@@ -96,9 +96,9 @@ def test_every_effect_is_tested_for_neutrality():
     assert tested == {field.name for field in dataclasses.fields(Effects)}
 
 
-def test_decay_is_the_exponential():
+def test_the_sum_is_the_exponential():
     x = np.linspace(0.0, 60.0, 4001)
-    assert max(abs(decay(value) - math.exp(-value)) for value in x) < 5e-6
+    assert max(abs(1.0 / exponential(value) - math.exp(-value)) for value in x) < 5e-6
 
 
 @pytest.mark.parametrize("speed", [0.3, 1.0, 3.0])
@@ -145,6 +145,19 @@ def test_static_aging_raises_breakaway_with_time_at_rest():
     ratio = [breakaway(rest, 0.4) / breakaway(rest, 0.0) for rest in (1.0, 5.0, 30.0)]
     assert 1.0 < ratio[0] < ratio[1] < ratio[2] <= 1.4
     assert ratio[2] > 1.2
+
+
+@pytest.mark.parametrize(
+    "alone", [{"static_aging": StaticAging(0.4, 5.0, 0.01, 0.1)}, {"friction_drift": FrictionDrift(1e-3)}]
+)
+def test_effects_in_one_pass_do_what_each_does_alone(alone):
+    """A drop of friction too small to tell takes the same string through both passes of the step."""
+    time = np.arange(0.0, 20.0, 0.05)
+    still = np.zeros_like(time)
+    run = Commands(time, 0.5 * np.clip(time - 10.0, 0.0, None), 0.5 * (time > 10.0), still, still, still)
+    by_itself = simulate(with_effect(horizontal(), **alone), run, 20).surface_torque
+    beside = simulate(with_effect(horizontal(), **alone, stribeck=Stribeck(1e-9, 0.1)), run, 20).surface_torque
+    np.testing.assert_allclose(beside, by_itself, rtol=1e-4, atol=0.1)
 
 
 def test_buckling_presses_compressed_pipe_on_the_wall():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -65,10 +64,6 @@ def command(
     the finished ones, and the same command goes on from there. Of one log, or with --together, Ctrl-C (or SIGTERM)
     writes the best answer so far, marked partial. The exit code is then 130 (143).
     """
-    # Before numpy is imported: its matrices here are small, and threads that wait for work of theirs keep the
-    # simulations' threads from a third of the processor.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
     from slider_drilling.api.diagnoses import diagnose
     from slider_drilling.campaign.logs import Options, find_logs, source_of
     from slider_drilling.campaign.run import Where

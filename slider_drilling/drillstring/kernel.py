@@ -153,31 +153,45 @@ def yielded(stretch, share, exponent):
 
 
 @njit(**INNER)
-def vary_friction(
-    count, dt, time, stribeck_drop, per_stribeck_speed, aging_growth, per_aging_time, rest_speed, per_slip_distance,
-    drift_rate, radius, base_yielding, speed, rotation_speed, rest, yielding,
+def vary_with_speed(
+    count, time, drop, per_speed, drift_rate, radius, base_yielding, speed, rotation_speed, yielding
 ):  # fmt: skip
-    """Friction with the effects that change it in time: Stribeck, static aging, drift."""
+    """Friction that falls with the speed of sliding (Stribeck), and drifts in time: ``1 + drop exp(-v / v_s)`` times
+    ``1 + rate t``, with one division for both.
+    """
+    for j in range(count):
+        across = radius[j] * rotation_speed[j]
+        fast = exponential(root(speed[j] * speed[j] + across * across) * per_speed[j])
+        factor = (fast + drop[j]) * (1.0 + drift_rate[j] * time)
+        yielding[j] = base_yielding[j] * (fast * reciprocal(max(factor, _LEAST * fast)))
+
+
+@njit(**INNER)
+def vary_with_rest(
+    count, dt, most, per_time, rest_speed, per_slip_distance, radius, before, speed, rotation_speed, rest, yielding
+):  # fmt: skip
+    """Friction that has grown while the contact rested: ``1 + most (1 - exp(-rest / tau))``; before: what it yields
+    without.
+    """
     for j in range(count):
         across = radius[j] * rotation_speed[j]
         slip = root(speed[j] * speed[j] + across * across)
         forgotten = rest[j] * reciprocal(1.0 + dt * slip * per_slip_distance[j])
         rested = rest[j] + dt if slip < rest_speed[j] else forgotten
         rest[j] = rested
-        factor = 1.0 + stribeck_drop[j] * decay(slip * per_stribeck_speed[j])
-        factor *= 1.0 + aging_growth[j] * (1.0 - decay(rested * per_aging_time[j]))
-        factor *= 1.0 + drift_rate[j] * time
-        yielding[j] = base_yielding[j] * reciprocal(max(factor, _LEAST))
+        old = exponential(rested * per_time[j])
+        factor = old + most[j] * (old - 1.0)
+        yielding[j] = before[j] * (old * reciprocal(max(factor, _LEAST * old)))
 
 
 @njit(**COMPILE)
-def decay(x):
-    """``exp(-x)`` for x >= 0 as the inverse eighth power of a Taylor sum; off by at most 5e-6."""
-    y = min(0.125 * x, 100.0)
+def exponential(x):
+    """``exp(x)`` for x >= 0, held at 40, as the eighth power of a Taylor sum; its inverse is off by at most 5e-6."""
+    y = min(0.125 * x, 5.0)
     term = 1.0 + y * (1.0 + y * (1.0 / 2.0) * (1.0 + y * (1.0 / 3.0) * (1.0 + y * 0.25 * (1.0 + y * 0.2))))
     square = term * term
     fourth = square * square
-    return reciprocal(fourth * fourth)
+    return fourth * fourth
 
 
 @njit(**INNER)
@@ -321,11 +335,13 @@ def hermite(start, start_rate, end, end_rate, length, u):
 
 @njit(**COMPILE)
 def advance(
-    lanes, elements, substeps, dt, varying, drive: Array, e: Elements, curve: Curve, c: Lanes, s: State, out: Array
+    lanes, elements, substeps, dt, by_speed, by_rest, drive: Array, e: Elements, curve: Curve, c: Lanes, s: State,
+    out: Array,
 ):  # fmt: skip
     """Step every lane through the intervals of ``drive`` and fill ``out`` at the end of each, and before the first one
     where ``out`` has a row more.
 
+    by_speed, by_rest: whether friction of any lane varies so (`vary_with_speed`, `vary_with_rest`).
     drive: (m + 1, 8), rows of top-drive angle rad and speed rad/s, block position m and speed m/s, pump speed rad/s,
     the surface torque N m measured (see `pull`), what all friction is multiplied by, and the acceleration of the top
     drive rad/s2, ``substeps * dt`` apart, the first one at the present time.
@@ -358,11 +374,15 @@ def advance(
             )  # fmt: skip
             shake(lanes, time, e, c, s)
             cut(lanes, elements, dt, time, pump, e, c, s)
-            if varying:
-                vary_friction(
-                    count, dt, time, e.stribeck_drop, e.per_stribeck_speed, e.aging_growth, e.per_aging_time,
-                    e.rest_speed, e.per_slip_distance, e.drift_rate, e.radius, e.yielding, s.speed,
-                    s.rotation_speed, s.rest, s.yielding,
+            if by_speed:
+                vary_with_speed(
+                    count, time, e.stribeck_drop, e.per_stribeck_speed, e.drift_rate, e.radius, e.yielding, s.speed,
+                    s.rotation_speed, s.yielding,
+                )  # fmt: skip
+            if by_rest:
+                vary_with_rest(
+                    count, dt, e.aging_growth, e.per_aging_time, e.rest_speed, e.per_slip_distance, e.radius,
+                    s.yielding if by_speed else e.yielding, s.speed, s.rotation_speed, s.rest, s.yielding,
                 )  # fmt: skip
             if packed:
                 slide(

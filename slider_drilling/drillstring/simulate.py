@@ -178,8 +178,8 @@ class _Bundle:
         self._yielding = self.elements.yielding.copy()
         self.lanes = assemble.lanes(rigs, self.mesh, self.dt, observer)
         self.curve = assemble.friction_curve(rigs[0].contact)
-        varies = (self.elements.stribeck_drop, self.elements.aging_growth, self.elements.drift_rate)
-        self.varying = any(bool(np.any(values)) for values in varies)
+        self.by_speed = bool(np.any(self.elements.stribeck_drop) or np.any(self.elements.drift_rate))
+        self.by_rest = bool(np.any(self.elements.aging_growth))
         self.state: State | None = None
         self.last: Array | None = None
 
@@ -210,8 +210,8 @@ class _Bundle:
             rows = np.concatenate([self._started()[1][None], rows])
         with announced(kernel.advance, "the step of the drill string"):
             kernel.advance(
-                width, self.mesh.count, self.substeps, self.dt, self.varying, rows, self.elements, self.curve,
-                self.lanes, self.state, out,
+                width, self.mesh.count, self.substeps, self.dt, self.by_speed, self.by_rest, rows, self.elements,
+                self.curve, self.lanes, self.state, out,
             )  # fmt: skip
         self.last = rows[-1].copy()
         return out

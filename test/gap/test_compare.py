@@ -14,7 +14,7 @@ from slider_drilling.gap.problem.noise import noise_floor
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import FINALISTS, Arm, finalists, parameters_of, race
-from slider_drilling.gap.search.screen import screen
+from slider_drilling.gap.search.screen import scanned, screen
 
 
 def fitted(model, names):
@@ -59,7 +59,7 @@ def test_the_race_ends_where_an_exhaustive_search_does():
         begun = [base.values | effect.values(point) for point in effect.scan]
         ends = [fit(problem, parameters_of(problem, [effect]), start, iterations=20) for start in begun]
         costs[effect.name] = min(end.cost for end in ends)
-    arms = [Arm((c.effect,), 0, start, base) for c in screen(problem, base, EFFECTS) for start in c.starts]
+    arms = [Arm((c.effect,), 0, start, base) for c in screen(scanned(problem, base, EFFECTS)) for start in c.starts]
     ran = race((problem,), arms)
     assert ran[0].names == (min(costs, key=lambda name: costs[name]),) == ("bend",)
     assert ran[0].cost == pytest.approx(costs["bend"], abs=0.5)
@@ -69,7 +69,7 @@ def test_the_screen_promises_what_a_linear_effect_brings():
     model = toy({"level": 1.0, "saw": 3.0}, 8)
     problem = build_problem(model, [{"force": 1.0}])
     base = fit(problem, parameters_of(problem, ()), {})
-    first = screen(problem, base, EFFECTS)[0]
+    first = screen(scanned(problem, base, EFFECTS))[0]
     found = fit(problem, parameters_of(problem, [first.effect]), first.starts[0])
     assert first.effect.name == "saw"
     assert base.cost - found.cost == pytest.approx(first.promise, rel=0.05)

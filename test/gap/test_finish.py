@@ -11,7 +11,7 @@ from toy import SHAPES, Toy, force, toy
 
 from slider_drilling.gap import How
 from slider_drilling.gap.problem.problem import build_problem
-from slider_drilling.gap.search.finish import finished
+from slider_drilling.gap.search.finish import corrected, finished
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import parameters_of
 
@@ -47,7 +47,7 @@ def least_squares(measured: np.ndarray) -> dict[str, float]:
 
 def test_the_fit_ends_where_the_fine_simulation_has_its_optimum():
     problem, coarse = begun()
-    _, ended = finished(problem, coarse)
+    _, ended = finished(*corrected(problem, coarse))
     best = least_squares(problem.model.runs[0].channels[0].measured)
     assert abs(coarse.values["sine"] - best["sine"]) > 0.3, "the coarse one is elsewhere"
     assert ended.values["sine"] == pytest.approx(best["sine"], abs=0.03)
@@ -56,7 +56,7 @@ def test_the_fit_ends_where_the_fine_simulation_has_its_optimum():
 
 def test_what_it_is_held_out_in_is_cheap_and_equals_the_fine_one_there():
     problem, coarse = begun()
-    exact, ended = finished(problem, coarse)
+    exact, ended = finished(*corrected(problem, coarse))
     assert exact.how.fidelity == 0
     np.testing.assert_allclose(exact.residuals([ended.values])[0], ended.residual, atol=1e-9)
 
@@ -64,8 +64,8 @@ def test_what_it_is_held_out_in_is_cheap_and_equals_the_fine_one_there():
 def test_a_fit_that_cannot_come_up_with_a_leader_ends_early():
     problem, coarse = begun()
     before = problem.spent.simulations
-    finished(problem, coarse)
+    finished(*corrected(problem, coarse))
     alone = problem.spent.simulations - before
     before = problem.spent.simulations
-    finished(problem, coarse, leader=-1e6)
+    finished(*corrected(problem, coarse), leader=-1e6)
     assert problem.spent.simulations - before < alone

@@ -13,7 +13,7 @@ from slider_drilling.gap import Effect, How, Parameter, explain
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import parameters_of
-from slider_drilling.gap.search.screen import screen, screen_pairs
+from slider_drilling.gap.search.screen import scanned, screen, screen_pairs
 
 # Each the sine with a little of the saw, of one sign and of the other: their difference is a saw alone.
 ALIKE = {"left": SHAPES["sine"] + 0.2 * SHAPES["saw"], "right": SHAPES["sine"] - 0.2 * SHAPES["saw"]}
@@ -42,8 +42,8 @@ def test_a_pair_promises_what_neither_does_alone():
     model = hidden(8.0, -8.0, seed=3)
     problem = build_problem(model, [{"force": 1.0}])
     base = fit(problem, problem.free(model.nuisance), {})
-    alone = {one.effect.name: one.promise for one in screen(problem, base, model.effects)}
-    best, *others = screen_pairs(problem, base, model.effects, 3)
+    alone = {one.effect.name: one.promise for one in screen(scanned(problem, base, model.effects))}
+    best, *others = screen_pairs(scanned(problem, base, model.effects), 3)
     assert {one.name for one in best.effects} == {"left", "right"}
     reached = fit(problem, parameters_of(problem, best.effects), best.start)
     assert best.promise == pytest.approx(base.cost - reached.cost, rel=0.1), "in a linear model secants hold"
@@ -56,7 +56,7 @@ def test_a_pair_promises_what_neither_does_alone():
 def test_pairs_of_what_is_one_and_the_same_are_left_out():
     model = replace(hidden(8.0, -8.0, seed=3), effects=(effect("left"), effect("left")))
     problem = build_problem(model, [{"force": 1.0}])
-    assert screen_pairs(problem, fit(problem, problem.free(model.nuisance), {}), model.effects, 3) == []
+    assert screen_pairs(scanned(problem, fit(problem, problem.free(model.nuisance), {}), model.effects), 3) == []
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

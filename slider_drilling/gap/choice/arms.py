@@ -2,91 +2,97 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 from slider_drilling.gap.choice.state import State
 from slider_drilling.gap.choice.tuning import plausible
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.problem import Problem
-from slider_drilling.gap.search.least_squares import Fit, fit
+from slider_drilling.gap.search.at_once import at_once
+from slider_drilling.gap.search.least_squares import ITERATIONS, Fit, fit
 from slider_drilling.gap.search.race import FINALISTS, Arm
-from slider_drilling.gap.search.screen import STARTS, Candidate, screen, screen_pairs
+from slider_drilling.gap.search.screen import STARTS, Candidate, Scan, scanned, screen, screen_pairs
 from slider_drilling.gap.search.wide import wide
 
 
+@dataclass(frozen=True)
+class Place:
+    """A fit that arms begin beside, in one way of running the model, and the scan of what may be added there; starts:
+    places that an effect begins from.
+    """
+
+    way: int
+    scan: Scan
+    starts: int
+
+    @property
+    def base(self) -> Fit:
+        return self.scan.base
+
+
+def places_of(state: State, effects: Sequence[Effect]) -> list[Place]:
+    """In every way of running the model, once something was found in that way alone: what is known, tuned, and the rig
+    as given.
+
+    Which way foretells more without the effect says nothing of which does with it: a pull makes up for much of what is
+    missing, and where it lets the nuisance go astray the free run is what finds the effect. A nuisance that was tuned
+    without the effect has gone as far as it could to make up for it; a rig is more likely near its file.
+    """
+    known = state.current
+    given = {name: value for name, value in known.fit.values.items() if "@" in name or "." in name}
+
+    def place(asked: tuple[int, bool]) -> Place:
+        way, tuned = asked
+        problem = state.ways[way].showing(known.effects)
+        begin, iterations = (known.fit.values, ITERATIONS) if tuned else (given, 1)
+        base = fit(problem, known.fit.parameters, begin, iterations=iterations)
+        return Place(way, scanned(problem, base, effects), 1 if tuned else STARTS)
+
+    return at_once(place, [(way, tuned) for way in state.open_ways for tuned in (True, False)])
+
+
 def arms_of(
-    state: State, effects: Sequence[Effect], together: Sequence[Sequence[Effect]]
-) -> tuple[list[Arm], dict[str, float], list[int]]:
+    state: State, places: Sequence[Place], together: Sequence[Sequence[Effect]]
+) -> tuple[list[Arm], dict[str, float]]:
     """Every effect from several places, and those that the model wants together; besides the arms, what each effect's
-    scan promises, by name, and the ways.
+    scan promises, by name.
     """
     known = state.current
     arms: list[Arm] = []
     promised: dict[str, float] = {}
-    tuned = _known_in_each_way(state)
-    for way, base, starts in _bases(state, tuned):
-        candidates = screen(state.ways[way].showing(known.effects), base, effects)
+    for place, candidates in zip(places, at_once(lambda place: screen(place.scan), places), strict=True):
         by_name = {candidate.effect.name: candidate for candidate in candidates}
         for candidate in candidates:
             promised[candidate.effect.name] = max(promised.get(candidate.effect.name, 0.0), candidate.promise)
-            for start in candidate.starts[:starts]:
-                arms.append(Arm((*known.effects, candidate.effect), way, start, base))
+            for start in candidate.starts[: place.starts]:
+                arms.append(Arm((*known.effects, candidate.effect), place.way, start, place.base))
         for chosen in together:
             if all(effect.name in by_name for effect in chosen):
-                arms.append(_joined(known.effects, chosen, by_name, way, base))
+                arms.append(_joined(known.effects, chosen, by_name, place))
     for chosen in together:
-        arms += _spread_out(state.ways[0], tuned[0], known.effects, chosen)
-    return arms, promised, list(tuned)
+        arms += _spread_out(state.ways[0], places[0].base, known.effects, chosen)
+    return arms, promised
 
 
-def arms_of_pairs(state: State, effects: Sequence[Effect]) -> list[Arm]:
-    """The most promising pairs of effects beside re-tuning alone, each within what its name stands for."""
-    named = [effect.as_named for effect in effects]
+def arms_of_pairs(places: Sequence[Place]) -> list[Arm]:
+    """The most promising pairs of effects beside re-tuning alone."""
     return [
-        Arm(pair.effects, way, pair.start, base)
-        for way, base, _ in _bases(state, _known_in_each_way(state))
-        for pair in screen_pairs(state.ways[way], base, named, FINALISTS)
+        Arm(pair.effects, place.way, pair.start, place.base)
+        for place, pairs in zip(places, at_once(lambda place: screen_pairs(place.scan, FINALISTS), places), strict=True)
+        for pair in pairs
     ]
 
 
-def _bases(state: State, tuned: dict[int, Fit]) -> Iterator[tuple[int, Fit, int]]:
-    """(way, fit to begin beside, places that an effect begins from): what is known, tuned; and the rig as given.
-
-    A nuisance that was tuned without the effect has gone as far as it could to make up for it; a rig is more likely
-    near its file.
-    """
-    known = state.current
-    given = {name: value for name, value in known.fit.values.items() if "@" in name or "." in name}
-    for way, tuned_here in tuned.items():
-        problem = state.ways[way].showing(known.effects)
-        yield way, tuned_here, 1
-        yield way, fit(problem, known.fit.parameters, given, iterations=1), STARTS
-
-
-def _known_in_each_way(state: State) -> dict[int, Fit]:
-    """What is known, tuned in every way of running the model; once something was found, in that way alone.
-
-    Which way foretells more without the effect says nothing of which does with it: a pull makes up for much of what is
-    missing, and where it lets the nuisance go astray the free run is what finds the effect.
-    """
-    known = state.current
-    tuned = {}
-    for way, problem in enumerate(state.ways):
-        if not known.effects or problem.how.pull == known.problem.how.pull:
-            problem = problem.showing(known.effects)
-            tuned[way] = fit(problem, known.fit.parameters, known.fit.values)
-    return tuned
-
-
 def _joined(
-    known: Sequence[Effect], chosen: Sequence[Effect], by_name: dict[str, Candidate], way: int, base: Fit
+    known: Sequence[Effect], chosen: Sequence[Effect], by_name: dict[str, Candidate], place: Place
 ) -> Arm:
     """An arm in which several effects start at once, each where it does alone."""
-    start = dict(base.values)
+    start = dict(place.base.values)
     for effect in chosen:
         own = {parameter.name for parameter in effect.parameters}
         start |= {name: value for name, value in by_name[effect.name].starts[0].items() if name in own}
-    return Arm((*known, *chosen), way, start, base)
+    return Arm((*known, *chosen), place.way, start, place.base)
 
 
 def _spread_out(problem: Problem, tuned: Fit, known: Sequence[Effect], chosen: Sequence[Effect]) -> list[Arm]:

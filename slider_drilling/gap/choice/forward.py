@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from slider_drilling.gap.choice.arms import arms_of, arms_of_pairs
+from slider_drilling.gap.choice.arms import Place, arms_of, arms_of_pairs, places_of
 from slider_drilling.gap.choice.judge import elsewhere, group_of, judge, judged_near, likelier, shrinks, with_new_floors
 from slider_drilling.gap.choice.refit import as_given, scored, tested, unseen
 from slider_drilling.gap.choice.stand_in import far_off
@@ -20,7 +20,7 @@ from slider_drilling.gap.evidence.score import make_folds
 from slider_drilling.gap.model import Effect, How, Model, Pulled, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, sigmas
 from slider_drilling.gap.problem.problem import build_problem
-from slider_drilling.gap.search.finish import finished
+from slider_drilling.gap.search.finish import corrected, finished
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import begun_again, parameters_of, race
 
@@ -48,13 +48,13 @@ def begin(
     free = build_problem(model, [sigmas(own) for own in floors], spent=free.spent)
     blocks = make_blocks(make_folds(free), seed)
     tuned = fit(free, tuned.parameters, tuned.values, iterations=2)
-    exact, ended = finished(free, tuned)
-    raised = floors_raised(exact, ended, floors, seed)
+    near, ended = corrected(free, tuned)
+    raised = floors_raised(near, ended, floors, seed)
     if raised != floors:
         floors = raised
         free = build_problem(model, [sigmas(own) for own in floors], spent=free.spent)
-        exact, ended = finished(free, fit(free, tuned.parameters, tuned.values, iterations=1))
-    explained = unseen(exact, (), ended, blocks.folds)
+        near, ended = corrected(free, fit(free, tuned.parameters, ended.values, iterations=1))
+    explained = unseen(*finished(near, ended), (), blocks.folds)
     enough = tested(explained, seed, effects)
     if not enough.done:
         report("re-tuning from other starts", 0.06)
@@ -81,11 +81,12 @@ def step(
         return replace(state, done=True)
     turn = len(state.steps)
     report(f"racing {len(left)} effects" + (f", step {turn + 1}" if turn else ""), min(0.1 + 0.3 * turn, 0.8))
-    arms, promised, ways = arms_of(state, left, together if turn == 0 else ())
+    places = places_of(state, left)
+    arms, promised = arms_of(state, places, together if turn == 0 else ())
     ran = begun_again(state.ways, race(state.ways, arms))
     report("judging the finalists", min(0.25 + 0.3 * turn, 0.9))
     known = state.current.effects
-    state, judged, ruled_out = judge(state, ran, ways, left, seed)
+    state, judged, ruled_out = judge(state, ran, left, seed)
     ended = Step(judged, None, (), promised)
     over = replace(state, steps=(*state.steps, ended), done=True)
     if state.enough.adequate and not known and far_off(state.current):
@@ -100,7 +101,7 @@ def step(
         return replace(state, done=state.enough.done)
     if known or state.enough.adequate:
         return over
-    return _two_at_once(over, left, seed, report) or over
+    return _two_at_once(over, places, left, seed, report) or over
 
 
 def _accepted(
@@ -123,16 +124,18 @@ def _accepted(
     return None
 
 
-def _two_at_once(over: State, left: Sequence[Effect], seed: int, report: Report) -> State | None:
+def _two_at_once(
+    over: State, places: Sequence[Place], left: Sequence[Effect], seed: int, report: Report
+) -> State | None:
     """The state with two effects at once, where none alone is a cause of what is left: one may hide the other, or make
     up for it. Among so many pairs some wrong one shrinks most gaps: only one that ends it is taken, and of which both
-    are needed. None where there is no such pair; over: where it ends without.
+    are needed. None where there is no such pair; over: where it ends without; places: where single effects began.
     """
     report("racing effects two by two", min(0.3 + 0.3 * len(over.steps), 0.9))
-    arms = arms_of_pairs(over, left)
+    arms = arms_of_pairs(places)
     if not arms:
         return None
-    state, judged, _ = judge(over, race(over.ways, arms), sorted({arm.way for arm in arms}), left, seed)
+    state, judged, _ = judge(over, race(over.ways, arms), left, seed)
     ended = replace(over.steps[-1], judged=judged)
     found = _accepted(replace(state, steps=over.steps[:-1]), ended, (), left, seed, report)
     if found is None or not found.enough.adequate or len(found.current.effects) < 2:

@@ -27,7 +27,7 @@ from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.noise import sigmas
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.at_once import at_once
-from slider_drilling.gap.search.finish import finished
+from slider_drilling.gap.search.finish import corrected, finished
 from slider_drilling.gap.search.least_squares import ITERATIONS, fit
 from slider_drilling.gap.search.race import Arm, finalists
 
@@ -36,24 +36,26 @@ LEAST_SHARE = 0.05
 
 
 def judge(
-    state: State, ran: Sequence[Arm], ways: Sequence[int], left: Sequence[Effect], seed: int
+    state: State, ran: Sequence[Arm], left: Sequence[Effect], seed: int
 ) -> tuple[State, tuple[Judged, ...], bool]:
     """Refit the finalists in the way that foretells most, and hold them out against what is known so far; whether what
     was known is ruled out now, so that the race ran from the wrong place.
 
-    Which way that is, the leader shows where it is finished. Where it is not the one the state was scored in, what is
-    known is scored anew in it.
+    Which way that is, the leader shows, corrected. Where it is not the one the state was scored in, what is known is
+    scored anew in it.
     """
-    sets = finalists(ran)
-    led = dict(zip(ways, at_once(lambda one: finished(*reached(state, sets[0], one)), ways), strict=True))
+    sets, ways = finalists(ran), state.open_ways
+    led = dict(zip(ways, at_once(lambda one: corrected(*reached(state, sets[0], one)), ways), strict=True))
     way = min(led, key=lambda one: led[one][1].cost)
+    leader = led[way][1].cost
     before = state
     if state.current.problem.how.pull != state.ways[way].how.pull:
         state, _ = scored_in(state.ways[way], state, TUNING)
 
     def refit(arms: Sequence[Arm]) -> Explained:
-        problem, ended = led[way] if arms is sets[0] else finished(*reached(state, arms, way), led[way][1].cost)
-        return unseen(problem, arms[0].effects, ended, state.blocks.folds)
+        first = arms is sets[0]
+        near, found = led[way] if first else corrected(*reached(state, arms, way))
+        return unseen(*finished(near, found, *(() if first else (leader,))), arms[0].effects, state.blocks.folds)
 
     found = at_once(refit, sets)
     known = state.current

@@ -12,18 +12,17 @@ from slider_drilling.gap.evidence.score import Folds, Score, held_out, score_of
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.at_once import at_once
-from slider_drilling.gap.search.finish import fine, finished
+from slider_drilling.gap.search.finish import corrected, fine, finished
 from slider_drilling.gap.search.least_squares import TOLERANCE, Fit, fit
 from slider_drilling.gap.search.race import Arm
 
 
 def scored(problem: Problem, effects: Sequence[Effect], found: Fit, folds: Folds) -> Explained:
     """A fit finished and held out."""
-    exact, polished = finished(problem, found)
-    return unseen(exact, effects, polished, folds)
+    return unseen(*finished(*corrected(problem, found)), effects, folds)
 
 
-def unseen(exact: Problem, effects: Sequence[Effect], polished: Fit, folds: Folds) -> Explained:
+def unseen(exact: Problem, polished: Fit, effects: Sequence[Effect], folds: Folds) -> Explained:
     """A finished fit, held out."""
     return Explained(tuple(effects), exact, polished, held_out(exact, polished, folds))
 

@@ -86,6 +86,12 @@ class State:
         return next(way for way in self.ways if way.how.pull == self.current.problem.how.pull)
 
     @property
+    def open_ways(self) -> list[int]:
+        """Which of the ways a race runs in: every one; once something was found, that in which it was scored."""
+        pull = self.current.problem.how.pull
+        return [index for index, way in enumerate(self.ways) if not self.current.effects or way.how.pull == pull]
+
+    @property
     def groups(self) -> dict[str, tuple[str, ...]]:
         """By accepted effect, those that cannot be told from it and that are not in the answer besides."""
         return {

@@ -17,7 +17,7 @@ from slider_drilling.gap.evidence.score import FOLDS, Folds, Score, held_out, sc
 from slider_drilling.gap.model import Array, Disturbance, Disturbed, Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Piece, Problem
 from slider_drilling.gap.search.at_once import at_once
-from slider_drilling.gap.search.finish import finished
+from slider_drilling.gap.search.finish import corrected, finished
 from slider_drilling.gap.search.least_squares import bounded_step, fit, pace, prior_weights, room
 
 _KNOTS = 8
@@ -137,7 +137,7 @@ def _fitted(explained: Explained, one: Disturbance, folds: Folds, worth: float) 
         problem, freed, known.values, tolerance=pace(worth), simulated=known.simulated, known=known.rows
     )  # fmt: skip
     if known.cost - found.cost > worth:
-        problem, found = finished(problem, found)
+        problem, found = finished(*corrected(problem, found))
     shape = np.array([found.values[parameter.name] - parameter.nominal for parameter in one.parameters])
     x = np.array(one.x)
     if one.period is not None:

@@ -108,10 +108,12 @@ class Problem:
         """(K, N) residuals in noise units."""
         return self.against_log(self.simulate(sets))
 
-    def at(self, values: Values, fidelity: int) -> Problem:
-        """The same problem whose simulations at these values equal those of a higher fidelity."""
-        cheap, fine = (self.simulate([values], replace(self.how, fidelity=f))[0] for f in (self.how.fidelity, fidelity))
-        difference = fine - cheap
+    def at(self, values: Values, fidelity: int, fine: Array | None = None) -> Problem:
+        """The same problem whose simulations at these values equal those of a higher fidelity; fine: (N,) the latter,
+        uncorrected, where they are known already.
+        """
+        higher = self.simulate([values], replace(self.how, fidelity=fidelity))[0] if fine is None else fine
+        difference = higher - self.simulate([values], self.how)[0]
         for piece in self.pieces:
             if piece.channel.period is not None:
                 turn = piece.channel.period / piece.noise

@@ -12,27 +12,33 @@ from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit, fit, pace
 
 
-def finished(problem: Problem, found: Fit, leader: float = float("inf")) -> tuple[Problem, Fit]:
-    """A fit that goes on in the fine simulation until it settles; besides, the problem whose cheap simulation equals
-    the fine one there, to be held out in.
+def corrected(problem: Problem, found: Fit) -> tuple[Problem, Fit]:
+    """A fit that goes on in the cheap simulation made equal to the fine one where it stood; and that problem."""
+    best = fine(problem.model)
+    near = problem.at(found.values, best) if best > problem.how.fidelity else problem
+    return near, fit(near, found.parameters, found.values, known=found.carried)
+
+
+def finished(near: Problem, found: Fit, leader: float = float("inf")) -> tuple[Problem, Fit]:
+    """A corrected fit that goes on in the fine simulation until it settles; besides, the problem whose cheap simulation
+    equals the fine one there, to be held out in.
 
     The optimum of the cheap simulation is another one: what its mesh does wrong an effect that acts alike makes up for.
-    It is corrected for first, which costs little; the derivatives it ends with serve the fine fit.
+    The derivatives that the corrected fit ended with serve the fine one.
     leader: ``-2 log p`` to come up with. The fine fit ends once no iteration gains what that asks for, or what one
     parameter gains on noise.
     """
-    best = fine(problem.model)
-    if best <= problem.how.fidelity:
-        return problem, fit(problem, found.parameters, found.values, known=found.carried)
-    near = fit(problem.at(found.values, best), found.parameters, found.values, known=found.carried)
-    exact = problem.run_as(replace(problem.how, fidelity=best))
-    begun = fit(exact, found.parameters, near.values, iterations=0, known=near.rows)
+    best = fine(near.model)
+    if best <= near.how.fidelity:
+        return near, found
+    exact = near.run_as(replace(near.how, fidelity=best))
+    begun = fit(exact, found.parameters, found.values, iterations=0, known=found.rows)
     least = max(by_chance(1), pace(begun.cost - leader) if np.isfinite(leader) else 0.0)
     ended = fit(
-        exact, found.parameters, near.values, tolerance=least, simulated=begun.simulated, known=near.rows,
+        exact, found.parameters, found.values, tolerance=least, simulated=begun.simulated, known=found.rows,
         trusted=bool(np.isfinite(leader)),
     )
-    return problem.at(ended.values, best), ended
+    return near.at(ended.values, best, ended.simulated), ended
 
 
 def fine(model: Model) -> int:

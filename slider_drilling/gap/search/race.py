@@ -16,7 +16,7 @@ from slider_drilling.gap.model import Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.least_squares import TOLERANCE, Fit, fit, pace
-from slider_drilling.gap.search.screen import STARTS, screen
+from slider_drilling.gap.search.screen import STARTS, scanned, screen
 
 # Iterations of each rung; after each but the last, the better share of the sets of effects goes on.
 _RUNGS = (1, 2, 8)
@@ -89,7 +89,7 @@ def begun_again(problems: Sequence[Problem], ran: Sequence[Arm]) -> list[Arm]:
     own = {parameter.name for parameter in effect.parameters}
     bare = {name: value for name, value in leader.fit.values.items() if name not in own}
     base = fit(problem, parameters_of(problem, leader.effects[:-1]), bare, iterations=0)
-    (candidate,) = screen(problem, base, [effect])
+    (candidate,) = screen(scanned(problem, base, [effect]))
     arms = [replace(leader, begin=start, near=None, fit=None) for start in candidate.starts[:STARTS]]
     found = at_once(lambda arm: _advanced(problem, arm, sum(_RUNGS)), arms)
     return sorted([*ran, *found], key=lambda arm: arm.cost)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -40,56 +40,59 @@ class Pair:
     start: dict[str, float]
 
 
-def screen(problem: Problem, base: Fit, effects: Sequence[Effect]) -> list[Candidate]:
-    """Score every effect at a fit, most promising first.
+@dataclass(frozen=True)
+class Scan:
+    """Every scan point of every effect, simulated once at a fit (base) of a problem.
 
-    Each scan point is simulated once. The secant replaces the derivative at neutral, which for a dead zone, or a
-    friction that depends on direction, says nothing about the size that matters; the freed parameters follow.
+    points: which they are; changes: (P, N) what each changes; now: ``-2 log p`` without any; views: the changes as the
+    likelihood sees them.
     """
-    scan = _scanned(problem, base, effects)
-    if not scan.points:
-        return []
-    scored: dict[str, dict[tuple[float, ...], tuple[float, dict[str, float]]]] = {e.name: {} for e in effects}
+
+    problem: Problem = field(repr=False)
+    base: Fit = field(repr=False)
+    points: list[tuple[Effect, tuple[float, ...]]]
+    changes: Array = field(repr=False)
+    now: float
+    views: tuple[_View, ...] = field(repr=False)
+
+
+def screen(scan: Scan) -> list[Candidate]:
+    """Score every effect of a scan, most promising first.
+
+    The secant replaces the derivative at neutral, which for a dead zone, or a friction that depends on direction, says
+    nothing about the size that matters; the freed parameters follow.
+    """
+    scored: dict[str, dict[tuple[float, ...], tuple[float, dict[str, float]]]] = {}
+    effects = {effect.name: effect for effect, _ in scan.points}
     for view in scan.views:
         for index, (effect, point) in enumerate(scan.points):
-            promise, start = _promised(problem, base, scan, view, (index,))
-            if promise > scored[effect.name].get(point, (-np.inf, {}))[0]:
-                scored[effect.name][point] = promise, start
+            promise, start = _promised(scan, view, [effect], (index,))
+            known = scored.setdefault(effect.name, {})
+            if promise > known.get(point, (-np.inf, {}))[0]:
+                known[point] = promise, start
     found = []
-    for effect in effects:
-        ordered = sorted(scored[effect.name].values(), key=lambda entry: -entry[0])
-        found.append(Candidate(effect, ordered[0][0], tuple(start for _, start in ordered)))
+    for name, by_point in scored.items():
+        ordered = sorted(by_point.values(), key=lambda entry: -entry[0])
+        found.append(Candidate(effects[name], ordered[0][0], tuple(start for _, start in ordered)))
     return sorted(found, key=lambda candidate: -candidate.promise)
 
 
-def screen_pairs(problem: Problem, base: Fit, effects: Sequence[Effect], most: int) -> list[Pair]:
-    """The most promising pairs of effects at a fit, at most so many, the best first.
+def screen_pairs(scan: Scan, most: int) -> list[Pair]:
+    """The most promising pairs of effects of a scan, each within what its name stands for: at most so many, the best
+    first.
 
     By the same secants: what two of them explain together costs no more simulations than what each does alone. Two
     that make up for each other, or hide each other, promise nothing one by one.
     """
-    scan = _scanned(problem, base, effects)
     best: dict[tuple[str, str], Pair] = {}
     for view in scan.views:
-        for first, second in _likely_pairs(base, scan, view):
-            promise, start = _promised(problem, base, scan, view, (first, second))
-            chosen = scan.points[first][0], scan.points[second][0]
+        for first, second in _likely_pairs(scan, view):
+            chosen = scan.points[first][0].as_named, scan.points[second][0].as_named
+            promise, start = _promised(scan, view, chosen, (first, second))
             names = chosen[0].name, chosen[1].name
             if names not in best or promise > best[names].promise:
                 best[names] = Pair(chosen, promise, start)
     return sorted(best.values(), key=lambda pair: -pair.promise)[:most]
-
-
-@dataclass(frozen=True)
-class _Scan:
-    """points: scan points of all effects; changes: (P, N) what each changes; now: ``-2 log p`` without any; views: the
-    changes as the likelihood sees them.
-    """
-
-    points: list[tuple[Effect, tuple[float, ...]]]
-    changes: Array
-    now: float
-    views: tuple[_View, ...]
 
 
 @dataclass(frozen=True)
@@ -100,37 +103,40 @@ class _View:
     rows: Array
 
 
-def _scanned(problem: Problem, base: Fit, effects: Sequence[Effect]) -> _Scan:
+def scanned(problem: Problem, base: Fit, effects: Sequence[Effect]) -> Scan:
+    """Simulate every scan point of the effects at a fit."""
     points = [(effect, point) for effect in effects for point in effect.scan]
     if not points:
-        return _Scan([], np.empty((0, problem.size)), 0.0, ())
+        return Scan(problem, base, [], np.empty((0, problem.size)), 0.0, ())
     changes = changes_of(problem, base.values, base.simulated, points, problem.how.fidelity)
     rows = np.vstack([base.jacobian, changes])
     views = [problem.whitened(base.residual, rows, base.discrepancy, forgiving) for forgiving in (True, False)]
     now = problem.cost(base.residual)[0]
-    return _Scan(points, changes, now, tuple(_View(white, through) for white, through in views))
+    return Scan(problem, base, points, changes, now, tuple(_View(white, through) for white, through in views))
 
 
 def _promised(
-    problem: Problem, base: Fit, scan: _Scan, view: _View, chosen: Sequence[int]
+    scan: Scan, view: _View, effects: Sequence[Effect], chosen: Sequence[int]
 ) -> tuple[float, dict[str, float]]:
-    """By how much ``-2 log p`` falls with the chosen scan points, if secants and derivatives hold; where a fit would
-    begin.
+    """By how much ``-2 log p`` falls with the chosen scan points of the effects, if secants and derivatives hold; where
+    a fit would begin.
     """
+    problem, base = scan.problem, scan.base
     count = len(base.parameters)
     own = [*range(count), *(count + index for index in chosen)]
-    step = _step(base, [scan.points[index][0] for index in chosen], view.rows[own], view.white)
+    step = _step(base, effects, view.rows[own], view.white)
     change = step[:count] @ base.jacobian + step[count:] @ scan.changes[list(chosen)]
     promise = scan.now - problem.cost(problem.against_log(base.simulated + change))[0]
-    return promise, _start(base, [scan.points[index] for index in chosen], step)
+    points = [scan.points[index][1] for index in chosen]
+    return promise, _start(base, list(zip(effects, points, strict=True)), step)
 
 
-def _likely_pairs(base: Fit, scan: _Scan, view: _View) -> list[tuple[int, int]]:
+def _likely_pairs(scan: Scan, view: _View) -> list[tuple[int, int]]:
     """Of every two effects the pair of scan points that leaves least of the whitened residual, the freed parameters
     following.
     """
-    count = len(base.parameters)
-    prior = np.diag(prior_weights(base.parameters) ** 2 + 1e-9)
+    count = len(scan.base.parameters)
+    prior = np.diag(prior_weights(scan.base.parameters) ** 2 + 1e-9)
     freed, rows = view.rows[:count], view.rows[count:]
     solved = np.linalg.solve(freed @ freed.T + prior, freed @ np.column_stack([rows.T, view.white]))
     rows = rows - solved[:, :-1].T @ freed
