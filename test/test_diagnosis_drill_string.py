@@ -194,7 +194,8 @@ def test_runs_that_could_be_made_next(tmp_path):
 
 
 @pytest.mark.parametrize("words", ["friction over depth", "drive angle off over time", "block off over time",
-                                   "friction over slip speed", "friction over rest", "rock over time"])  # fmt: skip
+                                   "flow off over time", "bit torque per weight over time", "friction over slip speed",
+                                   "friction over rest", "rock over time"])  # fmt: skip
 def test_flexible_rivals_are_neutral_at_zero_and_change_something(tmp_path, words):
     log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))
     model = replace(prepare([log], short_rig()).model, meshes=(12, 20))

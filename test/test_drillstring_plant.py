@@ -246,6 +246,16 @@ def test_friction_multiplied_over_time_is_the_rig_files_multiplied_where_it_is_c
     np.testing.assert_allclose(found.surface_torque, expected.surface_torque, rtol=1e-9, atol=1e-6)
 
 
+def test_bit_torque_multiplied_over_time_is_the_rig_files_multiplied_where_it_is_constant():
+    blunt = dataclasses.replace(RIG, bit=dataclasses.replace(RIG.bit, aggressiveness=0.7 * RIG.bit.aggressiveness))
+    commands = rocking(60.0)
+    (expected,) = simulate_batch([blunt], commands, 40)
+    (found,) = simulate_batch([RIG], commands, 40, bite=np.full(commands.time.size, 0.7))
+    assert expected.bit_torque.max() > 0.0
+    np.testing.assert_allclose(found.bit_torque, expected.bit_torque, rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(found.standpipe_pressure, expected.standpipe_pressure, rtol=1e-9)
+
+
 def test_friction_that_drifts_by_its_law_is_friction_multiplied_over_time():
     rate = 2e-3
     drift = dataclasses.replace(RIG.effects.friction_drift, rate=rate)

@@ -18,6 +18,7 @@ _QUARTERS = 4  # of a turn, at which friction over the angle has its coefficient
 _MOVED = "moved."
 _ANGLE, _BLOCK, _SHARE = f"{_MOVED}angle_", f"{_MOVED}block_", f"{_MOVED}angle_share"
 _FRICTION, _AROUND = f"{_MOVED}friction_", f"{_MOVED}friction_at_"
+_PUMP, _BITE = f"{_MOVED}pump_", f"{_MOVED}bite_"
 _SPEEDS = (0.01, 0.03, 0.1, 0.3)  # m/s
 _RESTS = (1.0, 5.0, 20.0, 60.0)  # s
 
@@ -66,12 +67,15 @@ def _friction(
 
 
 def _motion(values: Values, duration: float) -> list[Disturbance]:
-    """The drive's angle and the block, over time; and a drive that turns more or less than it says."""
+    """The drive's angle, the block, what the pump and the bit give for what they get, over time; and a drive that turns
+    more or less than it says.
+    """
     times = [float(t) for t in np.linspace(0.0, duration, _KNOTS)]
     found = []
-    # Neither is a law's free form: so few knots hold no wave of the sea, and no dead zone.
+    # None is a law's free form: so few knots hold no wave of the sea, and no dead zone.
     for site, words, prefix, step in (
         ("top_drive", "drive angle off over time", _ANGLE, 0.05), ("draw_works", "block off over time", _BLOCK, 0.005),
+        ("hydraulics", "flow off over time", _PUMP, 0.002), ("bit", "bit torque per weight over time", _BITE, 0.02),
     ):  # fmt: skip
         sets = [{f"{prefix}{k}": step} for k in range(_KNOTS)]
         found.append(_moved(site, words, (), times, "s", values, sets, step))
@@ -107,8 +111,17 @@ def friction_factor(commands: Commands, values: Values) -> Array | None:
     return np.asarray(1.0 + _line(commands.time, values, _FRICTION) + turned)
 
 
+def bite_factor(commands: Commands, values: Values) -> Array | None:
+    """(n,) what the bit's torque per weight is multiplied by at the commands' times, None where nothing changes it."""
+    if not any(name.startswith(_BITE) for name in values):
+        return None
+    return 1.0 + _line(commands.time, values, _BITE)
+
+
 def disturbed(commands: Commands, values: Values) -> Commands:
-    """What the rig did if these coefficients were so: added angle rad and block m, each a broken line over time."""
+    """What the rig did if these coefficients were so: added angle rad and block m, and a share of the pump's speed,
+    each a broken line over time.
+    """
     if not commands_part(values):
         return commands
     angle, block = _line(commands.time, values, _ANGLE), _line(commands.time, values, _BLOCK)
@@ -120,6 +133,7 @@ def disturbed(commands: Commands, values: Values) -> Commands:
         top_drive_speed=commands.top_drive_speed * (1.0 + share) + np.gradient(angle, commands.time),
         block_position=commands.block_position + block,
         block_speed=commands.block_speed + np.gradient(block, commands.time),
+        pump_speed=commands.pump_speed * (1.0 + _line(commands.time, values, _PUMP)),
     )
 
 

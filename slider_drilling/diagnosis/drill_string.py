@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from slider_drilling.compiler import threads
 from slider_drilling.diagnosis.catalogue import said, spoken
-from slider_drilling.diagnosis.disturbances import commands_part, disturbances, disturbed, friction_factor
+from slider_drilling.diagnosis.disturbances import bite_factor, commands_part, disturbances, disturbed, friction_factor
 from slider_drilling.diagnosis.manoeuvres import next_runs
 from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
 from slider_drilling.drillstring import Commands, Observer, Response, Start, simulate_batch
@@ -149,10 +150,10 @@ class DrillString:
         for own in batches.values():
             first, rigs = sets[own[0]], [rig_with(self.rig, sets[index]) for index in own]
             commands = disturbed(self.commands[run], first)
-            friction = friction_factor(commands, first)
             batch = simulate_on_threads(
-                rigs, commands, elements, [start_with(sets[index]) for index in own], observer, friction,
-                self.accelerations[run],
+                rigs, commands, elements, [start_with(sets[index]) for index in own], observer=observer,
+                friction=friction_factor(commands, first), acceleration=self.accelerations[run],
+                bite=bite_factor(commands, first),
             )  # fmt: skip
             found.update(zip(own, batch, strict=True))
         return [found[index] for index in range(len(sets))]
@@ -162,35 +163,27 @@ class DrillString:
         commands = disturbed(self.commands[run], values)
         for user in users:
             commands = user.commands(commands, values)
-        extra, friction = combined_modifiers(users, rig, elements, values), friction_factor(commands, values)
+        extra = combined_modifiers(users, rig, elements, values)
         return simulate_batch(
-            [rig], commands, elements, [start_with(values)], [extra], observer=observer, friction=friction,
-            acceleration=self.accelerations[run],
+            [rig], commands, elements, [start_with(values)], [extra], observer=observer,
+            friction=friction_factor(commands, values), acceleration=self.accelerations[run],
+            bite=bite_factor(commands, values),
         )[0]  # fmt: skip
 
 
 def simulate_on_threads(
-    rigs: Sequence[Rig],
-    commands: Commands,
-    elements: int,
-    starts: Sequence[Start],
-    observer: Observer | None = None,
-    friction: Array | None = None,
-    acceleration: Array | None = None,
+    rigs: Sequence[Rig], commands: Commands, elements: int, starts: Sequence[Start], **beside: Any
 ) -> list[Response]:
-    """One batch split over the cores (the kernel runs without the interpreter's lock)."""
+    """One batch split over the cores (the kernel runs without the interpreter's lock); beside: as `simulate_batch` has
+    it.
+    """
     if len(rigs) < 2 or len(rigs) * elements < _SPLIT:
-        return simulate_batch(
-            rigs, commands, elements, starts, observer=observer, friction=friction, acceleration=acceleration
-        )
+        return simulate_batch(rigs, commands, elements, starts, **beside)
     share = int(np.ceil(len(rigs) / threads()))
 
     def run(begin: int) -> list[Response]:
         end = begin + share
-        return simulate_batch(
-            rigs[begin:end], commands, elements, starts[begin:end], observer=observer, friction=friction,
-            acceleration=acceleration,
-        )  # fmt: skip
+        return simulate_batch(rigs[begin:end], commands, elements, starts[begin:end], **beside)
 
     return [response for answer in at_once(run, range(0, len(rigs), share)) for response in answer]
 

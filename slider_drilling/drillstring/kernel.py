@@ -218,7 +218,7 @@ def shake(lanes, time, e: Elements, c: Lanes, s: State):
 
 
 @njit(**INNER)
-def cut(lanes, elements, dt, time, pump, e: Elements, c: Lanes, s: State):
+def cut(lanes, elements, dt, time, pump, bite, e: Elements, c: Lanes, s: State):
     """Bit, rock and motor: what the bit takes from the speeds of the lowest element (`model.md` section 4).
 
     Weight on bit is proportional to the bit's speed, with a constant large against mass / dt, so it is solved for
@@ -239,17 +239,17 @@ def cut(lanes, elements, dt, time, pump, e: Elements, c: Lanes, s: State):
                 s.speed[j] = free / (1.0 + e.axial_push[j] * rock * 2.0 * math.pi / motor_speed)
             weight = (free - s.speed[j]) / e.axial_push[j]
             s.bottom[k] = max(s.bottom[k], s.position[place] + dt * s.speed[j])
-        turn_motor(k, weight, motor_speed, c, s)
+        turn_motor(k, weight, bite, motor_speed, c, s)
         s.rotation_speed[j] -= e.torsional_push[j] * s.bit_torque[k]
 
 
 @njit(**INNER)
-def turn_motor(k, weight, motor_speed, c: Lanes, s: State):
+def turn_motor(k, weight, bite, motor_speed, c: Lanes, s: State):
     """Bit torque and motor pressure from the weight on bit; above its limit the motor stalls until picked up."""
     s.weight_on_bit[k] = weight
     if weight == 0.0:
         s.stalled[k] = 0.0
-    wanted = c.bit_lever[k] * weight
+    wanted = bite * c.bit_lever[k] * weight
     most = c.torque_per_pressure[k] * c.stall_pressure[k]
     if motor_speed > 0.0 and wanted >= most:
         s.stalled[k] = 1.0
@@ -342,9 +342,10 @@ def advance(
     where ``out`` has a row more.
 
     by_speed, by_rest: whether friction of any lane varies so (`vary_with_speed`, `vary_with_rest`).
-    drive: (m + 1, 8), rows of top-drive angle rad and speed rad/s, block position m and speed m/s, pump speed rad/s,
-    the surface torque N m measured (see `pull`), what all friction is multiplied by, and the acceleration of the top
-    drive rad/s2, ``substeps * dt`` apart, the first one at the present time.
+    drive: (m + 1, 9), rows of top-drive angle rad and speed rad/s, block position m and speed m/s, pump speed rad/s,
+    the surface torque N m measured (see `pull`), what all friction is multiplied by, the acceleration of the top drive
+    rad/s2, and what the bit's torque per weight is multiplied by, ``substeps * dt`` apart, the first one at the present
+    time.
     out: (m or m + 1, channels, lanes).
     """
     count = len(s.speed)
@@ -373,7 +374,7 @@ def advance(
                 s.rotation_speed,
             )  # fmt: skip
             shake(lanes, time, e, c, s)
-            cut(lanes, elements, dt, time, pump, e, c, s)
+            cut(lanes, elements, dt, time, pump, a[8] + u * (b[8] - a[8]), e, c, s)
             if by_speed:
                 vary_with_speed(
                     count, time, e.stribeck_drop, e.per_stribeck_speed, e.drift_rate, e.radius, e.yielding, s.speed,

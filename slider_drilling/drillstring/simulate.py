@@ -122,6 +122,7 @@ def simulate_batch(
     observer: Observer | None = None,
     friction: Array | None = None,
     acceleration: Array | None = None,
+    bite: Array | None = None,
 ) -> list[Response]:
     """`simulate` for many parameter sets of one well and string, vectorised across them.
 
@@ -129,22 +130,22 @@ def simulate_batch(
     was measured pull weakly at the top drive; its torque is sampled at the commands' times. friction: (n,) what all
     friction is multiplied by at the commands' times, joined linearly. acceleration: (n,) rad/s2 of the top drive at
     the commands' times, for torque that is read at its motor; the slope of the commands' speed where it is not given,
-    which from a measured speed is mostly noise (see `drive_acceleration`). Raises InputError where the rigs differ in
-    survey, sections, contact or sound speed.
+    which from a measured speed is mostly noise (see `drive_acceleration`). bite: (n,) what the bit's torque per weight
+    is multiplied by at the commands' times, joined linearly. Raises InputError where the rigs differ in survey,
+    sections, contact or sound speed.
     """
     grid = _even_grid(commands.time)
     sampled = commands if grid is commands.time else commands.at(grid)
     interval = float((grid[-1] - grid[0]) / (len(grid) - 1)) if len(grid) > 1 else 1.0
     starts = starts or [Start()] * len(rigs)
     modifiers = modifiers or [Modifiers()] * len(rigs)
-    measured = None if observer is None else np.interp(grid, commands.time, observer.torque)
-    factor = None if friction is None else np.interp(grid, commands.time, friction)
-    faster = None if acceleration is None else np.interp(grid, commands.time, acceleration)
+    given = (None if observer is None else observer.torque, friction, acceleration, bite)
+    beside = [None if values is None else np.interp(grid, commands.time, values) for values in given]
 
     def run(first: int) -> list[Array]:
         block = slice(first, first + _LANES_PER_BLOCK)
         bundle = _Bundle(rigs[block], elements, interval, starts[block], modifiers[block], substeps, observer)
-        channels = bundle.advance(sampled, measured, factor, faster)
+        channels = bundle.advance(sampled, *beside)
         return [channels[:, :, lane] for lane in range(channels.shape[2])]
 
     firsts = range(0, len(rigs), _LANES_PER_BLOCK)
@@ -189,14 +190,16 @@ class _Bundle:
         measured: Array | None = None,
         factor: Array | None = None,
         acceleration: Array | None = None,
+        bite: Array | None = None,
     ) -> Array:
         """(n, channels, lanes) at the times of the commands; measured: (n,) N m, the observer's torque; factor: (n,) of
-        all friction; acceleration: (n,) rad/s2 of the top drive.
+        all friction; acceleration: (n,) rad/s2 of the top drive; bite: (n,) of the bit's torque per weight.
         """
         torque = np.zeros(len(commands.time)) if measured is None else measured
-        factors = np.ones(len(commands.time)) if factor is None else factor
+        ones = np.ones(len(commands.time))
         faster = self._slope(commands.top_drive_speed) if acceleration is None else acceleration
-        rows = np.column_stack([commands.rows(), torque, factors, faster])
+        factors, bites = (ones if values is None else values for values in (factor, bite))
+        rows = np.column_stack([commands.rows(), torque, factors, faster, bites])
         gaps = commands.time[1:] - commands.time[:-1]
         if len(gaps) and np.abs(gaps - self.interval).max() > 1e-3 * self.interval:
             raise ValueError(f"commands: samples must be {self.interval:g} s apart; `simulate` takes uneven ones")

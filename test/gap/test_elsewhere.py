@@ -8,6 +8,8 @@ import pytest
 from toy import EFFECTS, SHAPES, TIME, Toy, toy
 
 from slider_drilling.gap import Effect, Parameter, explain
+from slider_drilling.gap.choice.decide import decide
+from slider_drilling.gap.evidence.score import Score
 from slider_drilling.gap.model import Disturbance
 
 TUNED = {"level": 2.0, "slope": -1.5}
@@ -38,7 +40,9 @@ class Rubbed(Toy):
 
 
 def rubbed(truth: Mapping[str, float], seed: int = 3, **what: object) -> Rubbed:
-    return Rubbed(toy(TUNED | truth, seed).runs, **what)
+    """Under an excitation that no law's shape follows: a reading that is off by it would be one of them."""
+    (run,) = toy(TUNED | truth, seed).runs
+    return Rubbed((replace(run, excitation=np.sin(2.0 * np.pi * TIME / 17.0)),), **what)
 
 
 @pytest.mark.parametrize("fitted", [False, True])
@@ -67,6 +71,39 @@ def test_what_foretells_more_than_any_law_is_told_by_its_shape():
     assert (answer.verdict, answer.effects, answer.site) == ("unknown", (), "string")
     assert answer.rival is not None and answer.rival.words.startswith("a saw")
     np.testing.assert_allclose(answer.rival.y, [4.0], atol=4.0 * 2.0 / np.sqrt(TIME.size * np.var(SHAPES["saw"])))
+
+
+def worse(score: Score, by: float, wider: float) -> Score:
+    """A score that foretells one short stretch worse, and leaves a wider gap throughout."""
+    density = score.density.copy()
+    density[:10] += by / 10.0
+    squares = wider * score.squares
+    return replace(score, density=density, squares=squares, gap=float(np.sqrt(np.mean(squares))))
+
+
+@pytest.mark.parametrize(("by", "named"), [(2.0, ("sine",)), (20.0, ())])
+def test_a_law_that_foretells_less_than_a_disturbance_elsewhere_is_no_cause(by, named):
+    """Not for certain: it comes from one stretch. But by more than one of so many disturbances does by chance."""
+    state = explain(rubbed({"sine": 4.0}, shape="sine")).state
+    (taken,) = state.steps
+    current = replace(state.current, score=worse(state.current.score, by, 1.02))
+    judged = (replace(taken.judged[0], explained=current),)
+    decided = decide(replace(state, current=current, steps=(replace(taken, judged=judged),)))
+    assert decided.named == named
+    assert decided.site == ("contact" if named else "string")
+    assert decided.rival is not None and decided.rival.site == "string"
+
+
+@pytest.mark.parametrize(("unit", "site"), [(1.0, "contact"), (2.0, "string")])
+def test_what_was_scored_in_another_noise_is_not_compared(unit, site):
+    state = explain(rubbed({"saw": 4.0}, fitted=True)).state
+    (taken,) = state.steps
+    found = taken.judged[0].explained
+    pieces = tuple(replace(piece, noise=unit * piece.noise) for piece in found.problem.pieces)
+    score = replace(found.score, density=found.score.density - 100.0, squares=np.ones_like(found.score.squares))
+    better = replace(found, problem=replace(found.problem, pieces=pieces), score=replace(score, gap=1.0))
+    steps = (replace(taken, judged=(replace(taken.judged[0], explained=better), *taken.judged[1:])),)
+    assert decide(replace(state, steps=steps)).site == site
 
 
 def test_a_curve_that_closes_on_itself_is_told_around_its_mean():

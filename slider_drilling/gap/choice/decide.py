@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from slider_drilling.gap.choice.judge import shrinks
-from slider_drilling.gap.choice.state import State
-from slider_drilling.gap.evidence.compare import beats, by_chance, closed_between, foretells_more
+from slider_drilling.gap.choice.state import Explained, State
+from slider_drilling.gap.evidence.compare import LEVEL, beats, by_chance, closed_between, foretells_more, gaps
 from slider_drilling.gap.evidence.rivals import Rival, rivals
 from slider_drilling.gap.evidence.score import Score
 from slider_drilling.gap.model import Disturbed
@@ -38,11 +38,8 @@ def decide(state: State) -> Decision:
     adequate, effects = state.enough.adequate, state.current.effects
     idle = state.partial or (adequate and not effects)
     found = [] if idle else rivals(state.tuned, state.blocks.folds, _worth(state))
-    stronger = _stronger(state, found) if effects else None
-    if stronger is not None and state.far is not None:
-        return decide(state.far)
-    if stronger is not None:
-        return _unknown(_withdrawn(state), found)
+    if effects and _has_stronger(state, found):
+        return decide(state.far) if state.far is not None else _unknown(_withdrawn(state), found)
     rival = None
     if not adequate and found and beats(state.blocks, found[0].score, state.tuned.score, len(found)):
         rival = found[0]
@@ -68,26 +65,39 @@ def _worth(state: State) -> float:
     return _HALF_WAY * (state.tuned.fit.cost - state.current.fit.cost)
 
 
-def _stronger(state: State, found: Sequence[Rival]) -> Rival | None:
-    """The disturbance that foretells most, if it foretells more than the laws that are named.
+def _has_stronger(state: State, found: Sequence[Rival]) -> bool:
+    """Whether some disturbance is a likelier cause than the laws that are named: it foretells more for certain.
 
     Where those leave nothing, one that is a law's own free form only says that the cause is not quite the catalogue's;
-    any other says that it is another.
+    any other says that it is another. One at another site need not be certain: what is named is no cause unless it
+    foretells more than that one.
     """
     named = state.current.effects if state.enough.adequate else ()
-    for rival in found:
-        free = any(rival.frees(effect) for effect in named)
-        if not free and beats(state.blocks, rival.score, state.current.score, len(found)):
-            return rival
-    return None
+    not_free = [rival for rival in found if not any(rival.frees(effect) for effect in named)]
+    others = _elsewhere(state, found)
+    certain = any(beats(state.blocks, rival.score, state.current.score, len(found)) for rival in not_free)
+    return certain or any(_likelier(state, rival, len(others)) for rival in others)
+
+
+def _likelier(state: State, rival: Rival, tried: int) -> bool:
+    """Whether a disturbance foretells more than the named laws by more than one of so many does by chance, and leaves
+    less.
+    """
+    mine = state.current.score
+    return _density(mine) - _density(rival.score) > by_chance(1, tried) and rival.score.gap < mine.gap
+
+
+def _elsewhere(state: State, found: Sequence[Rival]) -> list[Rival]:
+    """The disturbances at sites that none of the named laws has."""
+    named = {effect.site for effect in state.current.effects}
+    return [rival for rival in found if rival.site not in named]
 
 
 def _as_good(state: State, found: Sequence[Rival]) -> Rival | None:
     """The disturbance that foretells most of those at other sites that the named laws do not beat, or by next to
     nothing: the log does not tell whether the cause is a law's or something there.
     """
-    named = {effect.site for effect in state.current.effects}
-    others = [rival for rival in found if rival.site not in named]
+    others = _elsewhere(state, found)
     mine = _density(state.current.score)
     least = by_chance(1, max(len(others), 1))
 
@@ -123,21 +133,40 @@ def _explains(state: State, score: Score, tried: int) -> bool:
 def _likeliest_site(state: State, found: Sequence[Rival]) -> str | None:
     """The site of what foretells most of all that was tried, whether or not it may be named: a law that passes no test
     and a disturbance that no law describes act where something is missing. Where one channel alone is off, that
-    channel's own, unless something else foretells more for certain than a reading that is off would.
+    channel's own, unless something else explains it, and foretells more for certain than a reading that is off and
+    explains it would.
     """
-    tried = [(one.effect.site, one.explained.score) for taken in state.steps[:1] for one in taken.judged]
+    judged = [one for taken in state.steps[:1] for one in taken.judged]
+    tried = [(one.effect.site, one.explained.score) for one in judged if _in_one_unit(state, one.explained)]
     tried += [(rival.site, rival.score) for rival in found]
     certain = [one for one in tried if _explains(state, one[1], len(tried))]
     best = min(certain or tried, key=lambda one: _density(one[1]), default=None)
     model, left = state.tuned.problem.model, state.tuned_enough
     off = left.beyond or left.structured
     if len(off) == 1 and isinstance(model, Disturbed):
-        reading = min((one.score for one in found if one.reading == off[0]), key=_density, default=None)
+        own = [one.score for one in found if one.reading == off[0] and _explains(state, one.score, len(tried))]
+        reading = min(own, key=_density, default=None)
         if not certain or best is None:
             return model.site_of(off[0])
-        if reading is not None and not foretells_more(state.blocks, best[1], reading, len(tried)):
+        if reading is not None and not _more_for_certain(state, best[1], reading, len(tried)):
             return model.site_of(off[0])
     return None if best is None else best[0]
+
+
+def _more_for_certain(state: State, one: Score, other: Score, tried: int) -> bool:
+    """Whether one of so many that were tried foretells more than the other for certain, or as much and leaves less of
+    the gap for certain: a discrepancy forgives what is slow, the gap does not.
+    """
+    if foretells_more(state.blocks, one, other, tried):
+        return True
+    less = gaps(state.blocks, other) - gaps(state.blocks, one)
+    return _density(one) <= _density(other) and float(np.quantile(less, LEVEL / tried)) > 0.0
+
+
+def _in_one_unit(state: State, explained: Explained) -> bool:
+    """Whether an explanation was scored in the noise that the state has now: densities compare in no other."""
+    now, then = (one.problem.pieces for one in (state.tuned, explained))
+    return all(mine.noise == other.noise for mine, other in zip(now, then, strict=True))
 
 
 def _density(score: Score) -> float:

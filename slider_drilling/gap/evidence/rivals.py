@@ -21,9 +21,8 @@ from slider_drilling.gap.search.finish import corrected, finished
 from slider_drilling.gap.search.least_squares import bounded_step, fit, pace, prior_weights, room
 
 _KNOTS = 8
-# Ridge on the bends of a curve, of a typical coefficient; and how much of that is on the coefficients themselves, for
-# what no sample reaches at all.
-_RIDGE, _LEVEL_SHARE = 0.3, 1e-3
+# Weights on the bends of a curve that are tried, of a typical coefficient's own in the log: from free to straight.
+_WEIGHTS = 10.0 ** np.arange(-4.0, 5.0)
 
 
 @dataclass(frozen=True)
@@ -153,8 +152,11 @@ def _solved(explained: Explained, columns: _Columns, folds: Folds) -> Rival:
     power = np.sum(columns.rows**2, axis=1)
     used = power > 1e-9 * max(float(power.max(initial=0.0)), 1e-12)
     rows = np.vstack([fit.jacobian[own], columns.rows[used]])
-    white, through = problem.whitened(fit.residual, rows, fit.discrepancy)
     nuisance = [fit.parameters[index] for index in own]
+    white, through = problem.whitened(fit.residual, rows, fit.discrepancy)
+    # As a fit does: what the disturbance explains is no discrepancy any more, and counts for more then.
+    left = fit.residual - _bent_least(through, white, nuisance, fit.values) @ rows
+    white, through = problem.whitened(fit.residual, rows, problem.cost(left)[1])
     residual = np.empty(problem.size)
     for fold in range(FOLDS):
         kept = folds.of != fold
@@ -172,23 +174,32 @@ def _solved(explained: Explained, columns: _Columns, folds: Folds) -> Rival:
 
 
 def _bent_least(rows: Array, target: Array, nuisance: Sequence[Parameter], values: Values) -> Array:
-    """(p + knots,) step of the nuisance in scales, within its bounds, and the coefficients of the disturbance: what the
-    data do not ask for is a straight line on from what they do, so that a stretch left out at an end is foretold.
+    """(p + knots,) step of the nuisance in scales, within its bounds, and the coefficients of the disturbance: a line
+    as straight as the data say, so that a stretch left out at an end is foretold.
 
-    A nuisance that were free to pass its bounds would explain by itself what an effect has to, beside any disturbance.
+    How straight is the weight on its bends under which the data are likeliest (empirical Bayes; MacKay, Neural
+    Computation 4, 1992). A nuisance that were free to pass its bounds would explain by itself what an effect has to,
+    beside any disturbance.
     """
-    own, power = len(nuisance), np.sum(rows**2, axis=1)
-    knots = len(rows) - own
-    typical = float(np.median(power[own:])) if knots else 0.0
-    bend = np.diff(np.eye(knots), n=2, axis=0)
-    ridge = np.zeros((len(rows), len(rows)))
-    ridge[np.diag_indices(own)] = prior_weights(nuisance) ** 2
-    ridge[own:, own:] = _RIDGE**2 * typical / 100.0 * (bend.T @ bend + _LEVEL_SHARE * np.eye(knots))
-    ridge[np.diag_indices(len(rows))] += 1e-9 * max(float(power.max(initial=0.0)), 1e-12)
-    low, high = room(nuisance, values)
+    own, knots = len(nuisance), len(rows) - len(nuisance)
+    power = np.sum(rows**2, axis=1)
+    normal, gradient = rows @ rows.T, rows @ target
+    normal[np.diag_indices(own)] += prior_weights(nuisance) ** 2
+    normal[np.diag_indices(len(rows))] += 1e-9 * max(float(power.max(initial=0.0)), 1e-12)
+    if knots > 2:
+        bends = np.zeros_like(normal)
+        bend = np.diff(np.eye(knots), n=2, axis=0)
+        bends[own:, own:] = float(np.median(power[own:])) * (bend.T @ bend)
+
+        def unlikely(weight: float) -> float:
+            bent = normal + weight * bends
+            _, size = np.linalg.slogdet(bent)
+            return float(size - (knots - 2) * np.log(weight) - gradient @ np.linalg.solve(bent, gradient))
+
+        normal = normal + min(_WEIGHTS, key=unlikely) * bends
     free = np.full(knots, np.inf)
+    low, high = room(nuisance, values)
     low, high = np.append(low, -free), np.append(high, free)
-    normal, gradient = rows @ rows.T + ridge, rows @ target
     step = np.linalg.solve(normal, gradient)
     if np.any(step < low) or np.any(step > high):
         step = bounded_step(normal, gradient, 0.0, low, high)
