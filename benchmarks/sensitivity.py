@@ -54,7 +54,6 @@ DECIDING = (
     Constant("problem.noise", "_FEW", (8.0, 30.0), "samples that noise remembers"),
     Constant("evidence.score", "FOLDS", (4, 10), "stretches that are held out in turn"),
     Constant("evidence.rivals", "_KNOTS", (5, 12), "coefficients of a free form over a reading"),
-    Constant("evidence.rivals", "_RIDGE", (0.1, 1.0), "weight that keeps a free form straight"),
 )
 HOW_FINELY = (
     Constant("evidence.replicates", "_NUMBER", (5, 16), "replicates"),
@@ -63,8 +62,6 @@ HOW_FINELY = (
     Constant("search.race", "_KEPT", (0.3, 0.8), "share of the sets that goes on"),
     Constant("search.race", "FINALISTS", (2, 5), "sets that are judged"),
     Constant("search.screen", "STARTS", (1, 4), "places that fits begin from where the first may mislead"),
-    Constant("search.screen", "_ALIKE", (1e-4, 1e-2), "one less the squared cosine, below which two changes are one"),
-    Constant("evidence.rivals", "_LEVEL_SHARE", (1e-4, 1e-2), "share of that weight on the coefficients themselves"),
     Constant("search.screen", "_TRUSTED", (2.0, 8.0), "times a scan point that its secant is trusted"),
     Constant("search.least_squares", "TOLERANCE", (0.2, 1.0), "gain of -2 log p below which a fit has settled"),
     Constant("search.least_squares", "STEP", (0.1, 0.4), "step of a derivative, in scales"),

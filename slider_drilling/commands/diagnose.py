@@ -150,7 +150,7 @@ def _print_simulated(outcome: Outcome, units: Units) -> None:
     from slider_drilling.pages import Amount
 
     heads, rows = simulated_rows(outcome)
-    table = Table(*heads, title="RMS error of one simulation of the log")
+    table = Table(*heads, title="RMS error of one simulation of the log, nothing fed back or held out")
     for row in rows:
         table.add_row(*(units.text(cell.value, cell.unit) if isinstance(cell, Amount) else str(cell) for cell in row))
     if rows:

@@ -82,7 +82,8 @@ def _simulated(outcome: Outcome) -> list[Table]:
     if not rows:
         return []
     seen = "; no fit has seen the rest" if outcome.simulated and outcome.simulated["rest"] else ""
-    return [Table(heads, rows, f"RMS error of one simulation of the whole log with each stage's parameters{seen}")]
+    title = "RMS error of one simulation of the whole log with each stage's parameters, nothing fed back or held out"
+    return [Table(heads, rows, title + seen)]
 
 
 def simulated_rows(outcome: Outcome) -> tuple[tuple[str, ...], tuple[tuple[Cell, ...], ...]]:

@@ -181,8 +181,8 @@ def _remarks(state: State) -> tuple[str, ...]:
     ]
     if state.current.problem.how.pull > 0.0:
         said.append(
-            "judged with the measured torque fed back weakly: a free run of this string loses its phase; E is that of "
-            "predictions from the torque measured so far"
+            "judged with the measured torque fed back weakly: a free run of this string loses its phase; E, and errors "
+            "told with it, are those of predictions from the torque measured so far"
         )
     if state.partial:
         said.append("interrupted: not everything was looked at")

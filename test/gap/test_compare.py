@@ -8,8 +8,8 @@ import pytest
 from toy import EFFECTS, TIME, toy
 
 from slider_drilling.gap.choice.forward import begin
-from slider_drilling.gap.evidence.compare import beats, make_blocks, share_closed
-from slider_drilling.gap.evidence.score import held_out, make_folds
+from slider_drilling.gap.evidence.compare import beats, closed_between, make_blocks, share_closed
+from slider_drilling.gap.evidence.score import Folds, Score, held_out, make_folds
 from slider_drilling.gap.problem.noise import noise_floor
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.least_squares import fit
@@ -88,6 +88,23 @@ def test_share_closed():
     assert float(share_closed(5.0, 1.0)) == 1.0
     assert float(share_closed(5.0, 7.0)) == pytest.approx(-0.5)
     assert np.isnan(share_closed(0.9, 0.8))
+
+
+@pytest.mark.parametrize("number", [6, 20])
+def test_an_interval_of_few_blocks_holds_the_share_as_often_as_it_says(number):
+    """What is left differs from place to place, four of which are a block; a share of three quarters is closed."""
+    per_block, each = 4, 5
+    bins = np.repeat(np.arange(number * per_block), each)
+    folds = Folds(np.zeros(bins.size, dtype=int), bins, (np.arange(number * per_block),), (per_block,))
+    generator = np.random.default_rng(5)
+    before = Score(np.zeros(bins.size), np.zeros(bins.size), np.full(bins.size, 5.0), np.sqrt(5.0), {}, 0)
+    held, logs = 0, 400
+    for seed in range(logs):
+        squares = np.repeat(generator.normal(2.0, 0.3, number * per_block), each)
+        after = replace(before, squares=squares, gap=float(np.sqrt(np.mean(squares))))
+        low, high = closed_between(make_blocks(folds, seed), before, after)[1]
+        held += low <= 0.75 <= high
+    assert 0.92 < held / logs < 0.98
 
 
 def test_begin_leaves_what_it_was_given_alone():

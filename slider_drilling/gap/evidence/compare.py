@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.stats import chi2, norm
+from scipy.stats import t as student
 
 from slider_drilling.gap.evidence.score import Folds, Score
 from slider_drilling.gap.model import Array
@@ -21,6 +22,12 @@ class Blocks:
 
     folds: Folds
     counts: Array
+
+    @property
+    def number(self) -> int:
+        """Blocks in the log."""
+        pairs = zip(self.folds.bins_of, self.folds.block, strict=True)
+        return sum(int(np.ceil(bins.size / block)) for bins, block in pairs)
 
 
 def make_blocks(folds: Folds, seed: int) -> Blocks:
@@ -79,10 +86,16 @@ def gaps(blocks: Blocks, score: Score) -> Array:
 
 
 def closed_between(blocks: Blocks, before: Score, after: Score) -> tuple[float, tuple[float, float]]:
-    """Share of the gap before that is closed after, and its 95 % interval; NaN where there was nothing to close."""
+    """Share of the gap before that is closed after, and its 95 % interval; NaN where there was nothing to close.
+
+    Resamples of a few blocks scatter less than as many new logs would: the interval is expanded as a mean's is from the
+    normal distribution to Student's (Hesterberg, The American Statistician 69, 2015).
+    """
     shares = share_closed(gaps(blocks, before), gaps(blocks, after))
     known = shares[np.isfinite(shares)]
-    ends = (0.5 * LEVEL, 1.0 - 0.5 * LEVEL)
+    number = max(blocks.number, 2)
+    beyond = float(norm.cdf(-np.sqrt(number / (number - 1.0)) * student.ppf(1.0 - 0.5 * LEVEL, number - 1)))
+    ends = (beyond, 1.0 - beyond)
     low, high = (float(np.quantile(known, q)) if known.size else float("nan") for q in ends)
     return float(share_closed(before.gap**2, after.gap**2)), (low, high)
 

@@ -17,7 +17,6 @@ _TRUSTED = 4.0
 _MARGIN = 0.02
 # Places that fits begin from where the first may mislead.
 STARTS = 2
-_ALIKE = 1e-3  # one less the squared cosine, below which two changes are one
 
 
 @dataclass(frozen=True)
@@ -145,7 +144,7 @@ def _likely_pairs(scan: Scan, view: _View) -> list[tuple[int, int]]:
     power = np.maximum(np.diag(inner), 1e-12)
     inside = np.outer(power, power) - inner**2
     gained = along[:, None] ** 2 * power + along**2 * power[:, None] - 2.0 * np.outer(along, along) * inner
-    gained = np.where(inside > _ALIKE * np.outer(power, power), gained / np.maximum(inside, 1e-12), 0.0)
+    gained = np.where(inside > 1e-9 * np.outer(power, power), gained / np.maximum(inside, 1e-12), 0.0)
     best: dict[tuple[str, str], tuple[float, int, int]] = {}
     for first in range(len(scan.points)):
         for second in range(first + 1, len(scan.points)):
