@@ -96,7 +96,7 @@ def fit(
         costs = [space.cost(outcome, trial) for outcome, trial in zip(outcomes, trials, strict=True)]
         best = int(np.argmin([entry[0] for entry in costs]))
         gained = cost - costs[best][0]
-        carried, stale = not fresh, not fresh
+        carried = stale = not fresh  # where a Jacobian that was carried along leads nowhere, a new one may
         if gained > 0.0:
             fresh = False
             jacobian, foretold = secant(jacobian, trials[best] - point, outcomes[best] - simulated)
@@ -104,8 +104,8 @@ def fit(
             point, simulated, (cost, found) = trials[best], outcomes[best], costs[best]
         if gained >= least:
             reach = 1.0
-        elif carried:
-            stale = True  # where a Jacobian that was carried along leads nowhere, a new one may
+        elif stale and carried:
+            continue
         elif reach == 1.0:
             reach = _SHORT
         else:
