@@ -8,7 +8,7 @@ from toy import TIME, toy
 
 from slider_drilling.gap.choice import judge
 from slider_drilling.gap.evidence.compare import beats, foretells_more, make_blocks
-from slider_drilling.gap.evidence.score import make_folds
+from slider_drilling.gap.evidence.score import Score, make_folds
 from slider_drilling.gap.problem.problem import build_problem
 
 CANDIDATES = 16
@@ -21,7 +21,7 @@ def blocks():
 
 def scored(squares, density):
     squares, density = np.broadcast_to(squares, TIME.shape), np.broadcast_to(density, TIME.shape)
-    return SimpleNamespace(squares=squares, density=density, gap=float(np.sqrt(np.mean(squares))))
+    return Score(density, np.sqrt(squares), squares, float(np.sqrt(np.mean(squares))), {}, 0)
 
 
 def judged(blocks, monkeypatch, known, found, *, reaches_noise=True, ends=False, known_reaches_noise=False):

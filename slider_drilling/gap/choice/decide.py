@@ -84,7 +84,7 @@ def _likelier(state: State, rival: Rival, tried: int) -> bool:
     less.
     """
     mine = state.current.score
-    return _density(mine) - _density(rival.score) > by_chance(1, tried) and rival.score.gap < mine.gap
+    return mine.surprise - rival.score.surprise > by_chance(1, tried) and rival.score.gap < mine.gap
 
 
 def _elsewhere(state: State, found: Sequence[Rival]) -> list[Rival]:
@@ -98,12 +98,12 @@ def _as_good(state: State, found: Sequence[Rival]) -> Rival | None:
     nothing: the log does not tell whether the cause is a law's or something there.
     """
     others = _elsewhere(state, found)
-    mine = _density(state.current.score)
+    mine = state.current.score.surprise
     least = by_chance(1, max(len(others), 1))
 
     def beaten(rival: Rival) -> bool:
         certain = beats(state.blocks, state.current.score, rival.score, len(others))
-        return certain and _density(rival.score) - mine > least
+        return certain and rival.score.surprise - mine > least
 
     return next((rival for rival in others if not beaten(rival)), None)
 
@@ -140,12 +140,12 @@ def _likeliest_site(state: State, found: Sequence[Rival]) -> str | None:
     tried = [(one.effect.site, one.explained.score) for one in judged if _in_one_unit(state, one.explained)]
     tried += [(rival.site, rival.score) for rival in found]
     certain = [one for one in tried if _explains(state, one[1], len(tried))]
-    best = min(certain or tried, key=lambda one: _density(one[1]), default=None)
+    best = min(certain or tried, key=lambda one: one[1].surprise, default=None)
     model, left = state.tuned.problem.model, state.tuned_enough
     off = left.beyond or left.structured
     if len(off) == 1 and isinstance(model, Disturbed):
         own = [one.score for one in found if one.reading == off[0] and _explains(state, one.score, len(tried))]
-        reading = min(own, key=_density, default=None)
+        reading = min(own, key=lambda score: score.surprise, default=None)
         if not certain or best is None:
             return model.site_of(off[0])
         if reading is not None and not _more_for_certain(state, best[1], reading, len(tried)):
@@ -160,14 +160,10 @@ def _more_for_certain(state: State, one: Score, other: Score, tried: int) -> boo
     if foretells_more(state.blocks, one, other, tried):
         return True
     less = gaps(state.blocks, other) - gaps(state.blocks, one)
-    return _density(one) <= _density(other) and float(np.quantile(less, LEVEL / tried)) > 0.0
+    return one.surprise <= other.surprise and float(np.quantile(less, LEVEL / tried)) > 0.0
 
 
 def _in_one_unit(state: State, explained: Explained) -> bool:
     """Whether an explanation was scored in the noise that the state has now: densities compare in no other."""
     now, then = (one.problem.pieces for one in (state.tuned, explained))
     return all(mine.noise == other.noise for mine, other in zip(now, then, strict=True))
-
-
-def _density(score: Score) -> float:
-    return float(np.sum(score.density))

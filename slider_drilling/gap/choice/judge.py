@@ -53,9 +53,9 @@ def judge(
         state, _ = scored_in(state.ways[way], state, TUNING)
 
     def refit(arms: Sequence[Arm]) -> Explained:
-        first = arms is sets[0]
-        near, found = led[way] if first else corrected(*reached(state, arms, way))
-        return unseen(*finished(near, found, *(() if first else (leader,))), arms[0].effects, state.blocks.folds)
+        near = led[way] if arms is sets[0] else corrected(*reached(state, arms, way))
+        ended = finished(*near, leader=None if arms is sets[0] else leader)
+        return unseen(*ended, arms[0].effects, state.blocks.folds)
 
     found = at_once(refit, sets)
     known = state.current
@@ -63,7 +63,7 @@ def judge(
     if state.tuned is not before.tuned and state.tuned_enough is before.tuned_enough:
         state = replace(state, tuned_enough=tested(state.tuned, seed))
     judged = [_verdict(state, one, len(left), seed) for one in found]
-    judged.sort(key=lambda one: float(np.sum(one.explained.score.density)))
+    judged.sort(key=lambda one: one.explained.score.surprise)
     return state, _beside_other_forms(state, judged), _rules_out(state.current, known)
 
 
@@ -199,7 +199,7 @@ def _suffices(state: State, explained: Explained, rivals: int, seed: int) -> boo
     at all may be left.
     """
     known, blocks = state.current.score, state.blocks
-    if state.enough.within or float(np.sum(explained.score.density)) >= float(np.sum(known.density)):
+    if state.enough.within or explained.score.surprise >= known.surprise:
         return False
     everywhere = float(np.quantile(gaps(blocks, known) - gaps(blocks, explained.score), LEVEL / rivals)) > 0.0
     if not everywhere and not beyond_doubt(explained.score, known, rivals):

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from slider_drilling.gap.choice.refit import scored, tested
 from slider_drilling.gap.choice.state import Explained, Judged, State
 from slider_drilling.gap.choice.tuning import FAR_OFF, plausible, tuned_from
@@ -43,7 +41,7 @@ def told_by_the_log(known: Explained, judged: Judged, rivals: int) -> bool:
     """
     there, here = (one.problem.cost(one.fit.residual)[0] for one in (known, judged.explained))
     added = len(judged.explained.fit.parameters) - len(known.fit.parameters)
-    foretold = float(np.sum(judged.explained.score.density)) <= float(np.sum(known.score.density))
+    foretold = judged.explained.score.surprise <= known.score.surprise
     return foretold and there - here > by_chance(added, rivals)
 
 

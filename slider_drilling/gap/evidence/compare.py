@@ -60,7 +60,7 @@ def beyond_doubt(better: Score, worse: Score, rivals: int) -> bool:
     """Whether the likelihood ratio of what was held out is above one over the level shared among so many rivals
     (Wasserman, Ramdas and Balakrishnan, PNAS 117, 2020).
     """
-    gained = float(np.sum(worse.density) - np.sum(better.density))
+    gained = worse.surprise - better.surprise
     return gained > 2.0 * float(np.log(rivals / LEVEL))
 
 

@@ -90,7 +90,7 @@ def _all_solved(
         return _solved(explained, one, folds)
 
     found = at_once(solved, asked)
-    return sorted(found, key=lambda rival: float(np.sum(rival.score.density)))
+    return sorted(found, key=lambda rival: rival.score.surprise)
 
 
 def _readings(explained: Explained) -> list[_Columns]:

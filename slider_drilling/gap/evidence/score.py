@@ -45,6 +45,11 @@ class Score:
     by_channel: dict[str, float]
     not_refitted: int
 
+    @property
+    def surprise(self) -> float:
+        """``-2 log p`` of all that was held out."""
+        return float(np.sum(self.density))
+
 
 def make_folds(problem: Problem) -> Folds:
     """Six folds a run, and bins of a quarter of a block."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from slider_drilling.gap.evidence.compare import by_chance
 from slider_drilling.gap.model import Graded, Model
 from slider_drilling.gap.problem.problem import Problem
@@ -19,24 +17,24 @@ def corrected(problem: Problem, found: Fit) -> tuple[Problem, Fit]:
     return near, fit(near, found.parameters, found.values, known=found.carried)
 
 
-def finished(near: Problem, found: Fit, leader: float = float("inf")) -> tuple[Problem, Fit]:
+def finished(near: Problem, found: Fit, leader: float | None = None) -> tuple[Problem, Fit]:
     """A corrected fit that goes on in the fine simulation until it settles; besides, the problem whose cheap simulation
     equals the fine one there, to be held out in.
 
     The optimum of the cheap simulation is another one: what its mesh does wrong an effect that acts alike makes up for.
     The derivatives that the corrected fit ended with serve the fine one.
-    leader: ``-2 log p`` to come up with. The fine fit ends once no iteration gains what that asks for, or what one
-    parameter gains on noise.
+    leader: ``-2 log p`` to come up with, None for whoever leads. The fine fit ends once no iteration gains what that
+    asks for, or what one parameter gains on noise.
     """
     best = fine(near.model)
     if best <= near.how.fidelity:
         return near, found
     exact = near.run_as(replace(near.how, fidelity=best))
     begun = fit(exact, found.parameters, found.values, iterations=0, known=found.rows)
-    least = max(by_chance(1), pace(begun.cost - leader) if np.isfinite(leader) else 0.0)
+    least = max(by_chance(1), pace(begun.cost - leader) if leader is not None else 0.0)
     ended = fit(
         exact, found.parameters, found.values, tolerance=least, simulated=begun.simulated, known=found.rows,
-        trusted=bool(np.isfinite(leader)),
+        trusted=leader is not None,
     )
     return near.at(ended.values, best, ended.simulated), ended
 
