@@ -133,24 +133,47 @@ def _explains(state: State, score: Score, tried: int) -> bool:
 def _likeliest_site(state: State, found: Sequence[Rival]) -> str | None:
     """The site of what foretells most of all that was tried, whether or not it may be named: a law that passes no test
     and a disturbance that no law describes act where something is missing. Where one channel alone is off, that
-    channel's own, unless something else explains it, and foretells more for certain than a reading that is off and
-    explains it would.
+    channel's own, unless something else is likely, and foretells more for certain than any likely reading of it.
     """
     judged = [one for taken in state.steps[:1] for one in taken.judged]
-    tried = [(one.effect.site, one.explained.score) for one in judged if _in_one_unit(state, one.explained)]
-    tried += [(rival.site, rival.score) for rival in found]
-    certain = [one for one in tried if _explains(state, one[1], len(tried))]
-    best = min(certain or tried, key=lambda one: one[1].surprise, default=None)
+    tried = [_Tried(one.effect.site, one.explained.score) for one in judged if _in_one_unit(state, one.explained)]
+    tried += [_Tried(rival.site, rival.score, rival.reading) for rival in found]
+    likely = _likely(state, tried)
+    best = min(likely or tried, key=_surprise, default=None)
     model, left = state.tuned.problem.model, state.tuned_enough
     off = left.beyond or left.structured
     if len(off) == 1 and isinstance(model, Disturbed):
-        own = [one.score for one in found if one.reading == off[0] and _explains(state, one.score, len(tried))]
-        reading = min(own, key=lambda score: score.surprise, default=None)
-        if not certain or best is None:
+        reading = min((one for one in likely if one.reading == off[0]), key=_surprise, default=None)
+        if not likely or best is None:
             return model.site_of(off[0])
-        if reading is not None and not _more_for_certain(state, best[1], reading, len(tried)):
+        if reading is not None and not _more_for_certain(state, best.score, reading.score, len(tried)):
             return model.site_of(off[0])
-    return None if best is None else best[0]
+    return None if best is None else best.site
+
+
+@dataclass(frozen=True)
+class _Tried:
+    """A law or a disturbance that was held out; reading: the channel whose reading alone would be off."""
+
+    site: str
+    score: Score
+    reading: str | None = None
+
+
+def _surprise(one: _Tried) -> float:
+    return one.score.surprise
+
+
+def _likely(state: State, tried: Sequence[_Tried]) -> list[_Tried]:
+    """Those of which one explains what is left for certain; where none does, those that foretell more on the whole and
+    with which the gap shrinks for certain.
+    """
+    certain = [one for one in tried if _explains(state, one.score, len(tried))]
+    tuned = state.tuned.score
+    return certain or [
+        one for one in tried
+        if one.score.surprise < tuned.surprise and shrinks(*closed_between(state.blocks, tuned, one.score))
+    ]  # fmt: skip
 
 
 def _more_for_certain(state: State, one: Score, other: Score, tried: int) -> bool:
