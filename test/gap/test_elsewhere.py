@@ -8,6 +8,7 @@ import pytest
 from toy import EFFECTS, SHAPES, TIME, Toy, toy
 
 from slider_drilling.gap import Effect, Parameter, explain
+from slider_drilling.gap.choice import decide as decide_module
 from slider_drilling.gap.choice.decide import decide
 from slider_drilling.gap.evidence.score import Score
 from slider_drilling.gap.model import Disturbance
@@ -104,6 +105,25 @@ def test_what_was_scored_in_another_noise_is_not_compared(unit, site):
     better = replace(found, problem=replace(found.problem, pieces=pieces), score=replace(score, gap=1.0))
     steps = (replace(taken, judged=(replace(taken.judged[0], explained=better), *taken.judged[1:])),)
     assert decide(replace(state, steps=steps)).site == site
+
+
+def test_where_nothing_explains_for_certain_what_shrinks_the_gap_for_certain_is_likely():
+    state = explain(rubbed({"saw": 4.0}, fitted=True)).state
+    tuned = state.tuned.score
+    half = np.arange(tuned.squares.size) % 2 == 0
+
+    def tried(gain: np.ndarray, left: np.ndarray) -> decide_module._Tried:
+        squares = tuned.squares * left
+        gap = float(np.sqrt(np.mean(squares)))
+        return decide_module._Tried("string", replace(tuned, density=tuned.density - gain, squares=squares, gap=gap))
+
+    everywhere, once = np.full(half.size, 1.0), np.where(np.arange(half.size) < 10, 3.0, -0.05)
+    shrunk, as_it_was = np.full(half.size, 0.5), np.where(half, 1.5, 0.5)
+    certain, once_shrunk = tried(everywhere, shrunk), tried(once, shrunk)
+    worse, unshrunk = tried(-once, shrunk), tried(everywhere, as_it_was)
+    assert decide_module._likely(state, [worse, unshrunk, once_shrunk, certain]) == [certain]
+    assert decide_module._likely(state, [worse, unshrunk, once_shrunk]) == [once_shrunk]
+    assert decide_module._likely(state, [worse, unshrunk]) == []
 
 
 def test_a_curve_that_closes_on_itself_is_told_around_its_mean():
