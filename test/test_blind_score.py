@@ -140,6 +140,14 @@ def test_a_log_counts_at_the_size_that_it_reached():
     assert (found.named_from_1_5.count, found.named_from_1_5.of) == (2, 2)
 
 
+def test_an_effect_that_hardly_moves_anything_is_none_of_those_from_a_size_on():
+    reached = [scored(replace(label(size=1.5), sizes=(size,)), "parameters") for size in (0.1, 1.38, 1.6)]
+    pairs = [scored(replace(label(**TWO), sizes=sizes), "effect", ["stribeck"]) for sizes in ((4.0, 0.1), (4.0, 1.6))]
+    found = tally([*reached, *pairs])
+    assert (found.named.of, found.named_from_1_5.of, found.told.of) == (3, 2, 2)
+    assert (found.both_named.of, found.both_from_1_5.of) == (2, 1)
+
+
 def test_a_tally_counts_each_kind_by_what_is_asked_of_it():
     cases = [
         scored(label(size=0.5), "parameters"),

@@ -58,6 +58,7 @@ def total_rows(found: Tally) -> list[tuple[str, str]]:
         (f"  where re-tuning leaves E of {LEFT:g} and above", str(found.named_of_left)),
         ("  at 1.5 and above: named, or told as what re-tuning may stand for", str(found.told)),
         ("two effects: both named or in the group", str(found.both_named)),
+        ("  each of 1.5 noise floors and above", str(found.both_from_1_5)),
         ("no effect: false alarms", str(found.false_alarms)),
         ("law from outside: a bare name", str(found.bare_names)),
         ("law from outside: site right", str(found.outside_sites)),

@@ -18,6 +18,8 @@ from slider_drilling.errors import InputError
 
 NONE = "none"
 SIZES = (0.5, 1.5, 4.0)
+NEAR = 1.1
+"""Factor within which a log is of the size that was asked for."""
 DURATION_S = 400.0
 # Of twenty cases: one catalogue effect, no effect, one from outside, two effects.
 _KINDS = ("single", "outside", "single", "none", "single", "single", "two", "single", "outside", "single",

@@ -15,7 +15,7 @@ from slider_drilling.blind.law import Law, Make, both, no_effect
 from slider_drilling.blind.laws import CATALOGUE
 from slider_drilling.blind.manoeuvres import MANOEUVRES
 from slider_drilling.blind.outside import OUTSIDE
-from slider_drilling.blind.plan import NONE, Case, case_from
+from slider_drilling.blind.plan import NEAR, NONE, Case, case_from
 from slider_drilling.blind.plant import Hidden, random_hidden, run_sealed, size_in_noise
 from slider_drilling.blind.recording import random_recorder, write_sealed
 from slider_drilling.blind.wells import WELLS
@@ -25,9 +25,9 @@ from slider_drilling.files import write_whole
 from slider_drilling.rig import Rig, load_rig
 
 _MAKERS: dict[str, Make] = {**CATALOGUE, **OUTSIDE, NONE: no_effect}
-# A law is made larger or smaller until it moves the plant by the size that is asked for, within this factor; at most
-# ten times as large as is usual: a top drive has no dead zone of two turns.
-_NEAR, _TRIALS, _LARGEST, _SMALLEST = 1.1, 7, 10.0, 1e-3
+# A law is made larger or smaller until it moves the plant by about the size that is asked for (`NEAR`); at most ten
+# times as large as is usual: a top drive has no dead zone of two turns.
+_TRIALS, _LARGEST, _SMALLEST = 7, 10.0, 1e-3
 # So many twins say together what the truth closes in such a run more surely than the log does.
 _TWINS = 3
 
@@ -93,7 +93,7 @@ def _of_size(
         off = abs(np.log(max(reached, 1e-6) / case.size))
         if best is None or off < nearest[1]:
             best, nearest = law, (reached, off)
-        if off < np.log(_NEAR):
+        if off < np.log(NEAR):
             break
         # What breaks free or not makes the response jump: go at most a factor of six at a time.
         step = float(np.clip(case.size / max(reached, 1e-6), 1.0 / 6.0, 6.0))

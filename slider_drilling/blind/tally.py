@@ -10,6 +10,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 from slider_drilling.blind.detection import Limit, detection_limit
+from slider_drilling.blind.plan import NEAR
 from slider_drilling.blind.score import QUIET, Scored
 
 LEFT = 1.2
@@ -64,14 +65,15 @@ def spread(values: Iterable[float]) -> Spread:
 class Tally:
     """All figures of a blind check.
 
-    right: by kind; named: of the catalogue's effects alone, named or in the top group; named_from_1_5: of those of at
-    least 1.5 noise floors (here and in by_size: the asked-for size nearest to the one reached); named_of_left: of
-    those of which re-tuning leaves E of `LEFT` and above; told: of those of at least 1.5 noise floors, named or told
-    as what re-tuning may stand for; false_alarms: effect-free logs that were called anything but ``none`` or
-    ``parameters``; bare_names: laws from outside that got a name and nothing else; sites: right where one was given;
-    coverage: of the reported 95 % intervals over the oracle's share; against_oracle: share closed minus the oracle's;
-    ends: absolute errors m of a bed's ends; by_size, by_well, by_manoeuvre: named; limits: by effect; confusion: what
-    was said, by truth.
+    right: by kind; named: of the catalogue's effects alone, named or in the top group; named_from_1_5: of those that
+    reached 1.5 noise floors, as near as logs are sealed; named_of_left: of those of which re-tuning leaves E of `LEFT`
+    and above; told: of those that reached 1.5, named or told as what re-tuning may stand for; both_named,
+    both_from_1_5: of two effects both, of all logs and of those where each reached 1.5; false_alarms: effect-free logs
+    that were called anything but ``none`` or ``parameters``; bare_names: laws from outside that got a name and nothing
+    else; sites: right where one was given; coverage: of the reported 95 % intervals over the oracle's share;
+    against_oracle: share closed minus the oracle's; ends: absolute errors m of a bed's ends; by_size (the asked-for
+    size nearest to the one reached), by_well, by_manoeuvre: named; limits: by effect; confusion: what was said, by
+    truth.
     """
 
     right: dict[str, Share]
@@ -80,6 +82,7 @@ class Tally:
     named_of_left: Share
     told: Share
     both_named: Share
+    both_from_1_5: Share
     false_alarms: Share
     bare_names: Share
     sites: Share
@@ -111,10 +114,11 @@ def tally(cases: Sequence[Scored]) -> Tally:
     return Tally(
         right={kind: share(case.right for case in of) for kind, of in kinds.items() if of},
         named=share(case.named_truth for case in single),
-        named_from_1_5=share(case.named_truth for case in single if _size(case, asked) >= 1.5),
+        named_from_1_5=share(case.named_truth for case in single if _plain(case)),
         named_of_left=share(case.named_truth for case in single if case.tuned >= LEFT),
-        told=share(case.named_truth or case.truth[0] in case.instead for case in single if _size(case, asked) >= 1.5),
+        told=share(case.named_truth or case.truth[0] in case.instead for case in single if _plain(case)),
         both_named=share(case.named_truth for case in double),
+        both_from_1_5=share(case.named_truth for case in double if _plain(case)),
         false_alarms=share(case.verdict not in QUIET for case in free),
         bare_names=share(case.outcome == "bare name" for case in outside),
         sites=share(case.site_right for case in (*single, *double)),
@@ -132,6 +136,11 @@ def tally(cases: Sequence[Scored]) -> Tally:
         confusion=_counts(cases, lambda case: " + ".join(case.named) or case.verdict),
         outcomes=_counts(cases, lambda case: case.outcome),
     )  # fmt: skip
+
+
+def _plain(case: Scored) -> bool:
+    """Whether each effect in the log reached 1.5 noise floors: some move next to nothing however large they are."""
+    return min(case.sizes) >= 1.5 / NEAR
 
 
 def _size(case: Scored, asked: Sequence[float]) -> float:
