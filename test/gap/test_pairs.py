@@ -64,6 +64,8 @@ def test_both_are_named(seed):
     answer = explain(hidden(12.0, -12.0, seed))
     assert answer.verdict == "effect"
     assert set(answer.effects) == {"left", "right"}
+    assert set(answer.groups) == {"left", "right"}
+    assert "left" in answer.sentence and "right" in answer.sentence
     assert answer.parameters["left"] == pytest.approx(12.0, abs=4.0)
     assert answer.interval[0] > 0.0
 

@@ -93,8 +93,10 @@ class State:
 
     @property
     def groups(self) -> dict[str, tuple[str, ...]]:
-        """By accepted effect, those that cannot be told from it and that are not in the answer besides."""
-        return {
+        """By effect in the answer or accepted, those that cannot be told from it and are not in the answer besides; of
+        several that came at once, those of the last.
+        """
+        return dict.fromkeys(self.current.names, ()) | {
             one.accepted.effect.name: tuple(name for name in one.group if name not in self.current.names)
             for one in self.steps if one.accepted is not None
         }  # fmt: skip
