@@ -16,6 +16,7 @@ from slider_drilling.blind.recording import write_sealed
 from slider_drilling.diagnosis import situation
 from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.diagnosis.diagnose import as_json, diagnose, tuned_rig
+from slider_drilling.diagnosis.disturbances import contact_with
 from slider_drilling.diagnosis.drill_string import depth_probes, rig_with
 from slider_drilling.diagnosis.first_look.usable import unusable
 from slider_drilling.diagnosis.save import write_diagnosis
@@ -195,7 +196,9 @@ def test_runs_that_could_be_made_next(tmp_path):
 
 @pytest.mark.parametrize("words", ["friction over depth", "drive angle off over time", "block off over time",
                                    "flow off over time", "bit torque per weight over time", "friction over slip speed",
-                                   "friction over rest", "rock over time"])  # fmt: skip
+                                   "friction over rest", "rock over time",
+                                   "friction by direction: asperities lying across the pipe",
+                                   "contact that gives way another distance before it slides"])  # fmt: skip
 def test_flexible_rivals_are_neutral_at_zero_and_change_something(tmp_path, words):
     log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))
     model = replace(prepare([log], short_rig()).model, meshes=(12, 20))
@@ -206,6 +209,21 @@ def test_flexible_rivals_are_neutral_at_zero_and_change_something(tmp_path, word
     changed = [np.abs(moved[name] - plain[name]).max() for name in plain]
     assert max(changed) > 0.0
     assert np.isfinite(changed).all()
+
+
+@pytest.mark.parametrize("orientation", [0.0, 0.6, 1.5, 2.0, -0.3])
+def test_the_contact_of_a_rival_is_the_file_s_at_zero_and_stays_one(orientation):
+    """Asperities turn by what the rival asks for, never beyond lying along or across; give is a share of the file's."""
+    file = short_rig().contact
+    contact = replace(file, asperity=replace(file.asperity, orientation=orientation))
+    assert contact_with(contact, {"friction_1": 1.1}) is contact
+    same = contact_with(contact, {"moved.across": 0.0, "moved.give": 0.0})
+    assert same.asperity.orientation == pytest.approx(orientation) and same.stiffness == contact.stiffness
+    for across in (-1.0, 1.0):
+        turned = contact_with(contact, {"moved.across": across}).asperity.orientation
+        assert abs(np.sin(turned)) == pytest.approx(1.0 if across > 0.0 else 0.0, abs=1e-9)
+        assert abs(turned - orientation) <= 0.5 * np.pi
+    assert contact_with(contact, {"moved.give": 1.0}).stiffness == pytest.approx(0.5 * contact.stiffness)
 
 
 @pytest.mark.parametrize("name", [*CATALOGUE, *OUTSIDE])

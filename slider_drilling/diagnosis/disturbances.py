@@ -12,6 +12,7 @@ import numpy as np
 
 from slider_drilling.drillstring import Commands
 from slider_drilling.gap.model import Array, Disturbance, Parameter, Values
+from slider_drilling.rig import Contact
 
 _KNOTS = 8
 _QUARTERS = 4  # of a turn, at which friction over the angle has its coefficients
@@ -19,18 +20,19 @@ _MOVED = "moved."
 _ANGLE, _BLOCK, _SHARE = f"{_MOVED}angle_", f"{_MOVED}block_", f"{_MOVED}angle_share"
 _FRICTION, _AROUND = f"{_MOVED}friction_", f"{_MOVED}friction_at_"
 _PUMP, _BITE = f"{_MOVED}pump_", f"{_MOVED}bite_"
+_ACROSS, _GIVE = f"{_MOVED}across", f"{_MOVED}give"
 _SPEEDS = (0.01, 0.03, 0.1, 0.3)  # m/s
 _RESTS = (1.0, 5.0, 20.0, 60.0)  # s
 
 
 def disturbances(
-    values: Values, probes: Sequence[tuple[Parameter, float, float]], duration: float
+    values: Values, probes: Sequence[tuple[Parameter, float, float]], duration: float, contact: Contact
 ) -> list[Disturbance]:
-    """Everything that may be off at some site of the rig, around the values.
+    """Everything that may be off at some site of the rig, around the values; contact: the rig file's.
 
     What moves a law's own parameters is left out where that law is in force: where its amplitude is among the values.
     """
-    found = [*_friction(values, probes, duration), *_motion(values, duration)]
+    found = [*_friction(values, probes, duration), *_asperities(values, contact), *_motion(values, duration)]
     if "formation_change.factor" not in values:
         steps = tuple(float(t) for t in np.linspace(0.1, 0.9, 6) * duration)
         sets = [{"formation_change.factor": 1.05, "formation_change.time": at} for at in steps]
@@ -64,6 +66,39 @@ def _friction(
         sets = [{"static_aging.growth": 0.03, "static_aging.time": rest} for rest in _RESTS]
         found.append(_moved("contact", "friction over rest", ("static_aging",), _RESTS, "s", values, sets, 0.03))
     return found
+
+
+def _asperities(values: Values, contact: Contact) -> list[Disturbance]:
+    """What the file says of the contact and nothing that is tuned: how its asperities lie, and how far it gives way
+    before it slides.
+    """
+    across = _lying_across(contact)
+    lies = (Parameter(_ACROSS, 0.0, -across, 1.0 - across, 0.05),)
+    gives = (Parameter(_GIVE, 0.0, -0.8, 20.0, 0.2),)
+    return [
+        _moved("contact", words, (), [0.0], "-", values, [{one[0].name: step}], step, one)
+        for words, one, step in (
+            ("friction by direction: asperities lying across the pipe", lies, 0.05 if across < 0.5 else -0.05),
+            ("contact that gives way another distance before it slides", gives, 0.1),
+        )
+    ]
+
+
+def contact_with(contact: Contact, values: Values) -> Contact:
+    """The contact whose asperities lie otherwise, and that gives way farther by a share before it slides."""
+    if _ACROSS not in values and _GIVE not in values:
+        return contact
+    angle, before = contact.asperity.orientation, _lying_across(contact)
+    after = float(np.clip(before + values.get(_ACROSS, 0.0), 0.0, 1.0))
+    turned = float(np.arcsin(np.sqrt(after)) - np.arcsin(np.sqrt(before)))
+    away = -1.0 if np.sin(2.0 * angle) < 0.0 else 1.0
+    lying = replace(contact.asperity, orientation=angle + away * turned)
+    return replace(contact, asperity=lying, stiffness=contact.stiffness / (1.0 + values.get(_GIVE, 0.0)))
+
+
+def _lying_across(contact: Contact) -> float:
+    """By how much of 1 asperities lie across the hole's axis: where they lie along it, their angle's square tells."""
+    return float(np.sin(contact.asperity.orientation) ** 2)
 
 
 def _motion(values: Values, duration: float) -> list[Disturbance]:

@@ -10,7 +10,14 @@ import numpy as np
 
 from slider_drilling.compiler import threads
 from slider_drilling.diagnosis.catalogue import said, spoken
-from slider_drilling.diagnosis.disturbances import bite_factor, commands_part, disturbances, disturbed, friction_factor
+from slider_drilling.diagnosis.disturbances import (
+    bite_factor,
+    commands_part,
+    contact_with,
+    disturbances,
+    disturbed,
+    friction_factor,
+)
 from slider_drilling.diagnosis.manoeuvres import next_runs
 from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
 from slider_drilling.drillstring import Commands, Observer, Response, Start, simulate_batch
@@ -75,7 +82,7 @@ class DrillString:
 
     def disturbances(self, values: Values) -> list[Disturbance]:
         """See `Disturbed`."""
-        return disturbances(values, self.probes, max(run.duration for run in self.runs))
+        return disturbances(values, self.probes, max(run.duration for run in self.runs), self.rig.contact)
 
     def site_of(self, channel: str) -> str:
         """See `Disturbed`."""
@@ -236,6 +243,7 @@ def rig_with(rig: Rig, values: Values) -> Rig:
             axial_damping=string.axial_damping * values.get("axial_damping", 1.0),
             torsional_damping=string.torsional_damping * values.get("torsional_damping", 1.0),
         ),
+        contact=contact_with(rig.contact, values),
         bit=replace(rig.bit, depth_of_cut_stiffness=rig.bit.depth_of_cut_stiffness * values.get("bit_stiffness", 1.0)),
         motor=replace(motor, torque_per_pressure=motor.torque_per_pressure * values.get("motor_gain", 1.0)),
         hydraulics=replace(

@@ -9,7 +9,7 @@ from toy import EFFECTS, TIME, Toy, force, toy
 
 from slider_drilling.gap import How, Parameter
 from slider_drilling.gap.choice.forward import begin
-from slider_drilling.gap.choice.refit import at_its_best, from_other_starts, scored
+from slider_drilling.gap.choice.refit import at_its_best, from_other_starts, no_less_likely, scored
 from slider_drilling.gap.problem.noise import noise_floor
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import parameters_of
@@ -71,3 +71,17 @@ def test_an_effect_fitted_in_the_wrong_valley_is_found_in_the_right_one(known):
     assert right.fit.values["pitch"] == pytest.approx(TRUE, abs=0.1)
     assert right.score.gap == pytest.approx(1.0, abs=0.1)
     assert from_other_starts(free, right, folds) is None
+
+
+def test_what_contains_the_known_is_no_less_likely_than_it(known):
+    """An effect that there is nothing of, fitted in the wrong valley beside a re-tuning in the right one."""
+    state, leader = known
+    right = at_its_best(state, leader, EFFECTS, seed=0)
+    free, effect = right.ways[0], (EFFECTS[0],)
+    begun = {"pitch": -3.0, "sine": 0.5}
+    wrong = scored(free, effect, fit(free, parameters_of(free, effect), begun), right.blocks.folds)
+    assert wrong.fit.cost > right.current.fit.cost + 100.0
+    again = no_less_likely(right, wrong)
+    assert again.names == wrong.names
+    assert again.fit.cost <= right.current.fit.cost + 1e-6
+    assert no_less_likely(right, again) is again

@@ -13,8 +13,8 @@ from slider_drilling.gap.evidence.score import Folds, Score, held_out, make_fold
 from slider_drilling.gap.problem.noise import noise_floor
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.least_squares import fit
-from slider_drilling.gap.search.race import FINALISTS, Arm, finalists, parameters_of, race
-from slider_drilling.gap.search.screen import scanned, screen
+from slider_drilling.gap.search.race import Arm, finalists, parameters_of, race
+from slider_drilling.gap.search.screen import FEW, scanned, screen
 
 
 def fitted(model, names):
@@ -94,10 +94,10 @@ def test_share_closed():
 def test_an_interval_of_few_blocks_holds_the_share_as_often_as_it_says(number):
     """What is left differs from place to place, four of which are a block; a share of three quarters is closed."""
     per_block, each = 4, 5
-    bins = np.repeat(np.arange(number * per_block), each)
-    folds = Folds(np.zeros(bins.size, dtype=int), bins, (np.arange(number * per_block),), (per_block,))
+    size = number * per_block * each
+    folds = Folds(np.zeros(size, dtype=int), np.arange(size), (size,), (per_block * each,))
     generator = np.random.default_rng(5)
-    before = Score(np.zeros(bins.size), np.zeros(bins.size), np.full(bins.size, 5.0), np.sqrt(5.0), {}, 0)
+    before = Score(np.zeros(size), np.zeros(size), np.full(size, 5.0), np.sqrt(5.0), {}, 0)
     held, logs = 0, 400
     for seed in range(logs):
         squares = np.repeat(generator.normal(2.0, 0.3, number * per_block), each)
@@ -105,6 +105,22 @@ def test_an_interval_of_few_blocks_holds_the_share_as_often_as_it_says(number):
         low, high = closed_between(make_blocks(folds, seed), before, after)[1]
         held += low <= 0.75 <= high
     assert 0.92 < held / logs < 0.98
+
+
+def test_what_is_drawn_is_as_long_as_the_log_and_whole_blocks_of_it():
+    """Two runs, the second half as long and with a channel that is twice as dense."""
+    instant = np.concatenate([np.arange(50), 50 + np.arange(25), 50 + np.arange(25)])
+    folds = Folds(np.zeros(instant.size, dtype=int), instant, (50, 25), (8, 10))
+    blocks = make_blocks(folds, 3)
+    assert blocks.number == 7 + 3
+    values = np.random.default_rng(1).normal(size=instant.size)
+    at = np.bincount(instant, weights=values)
+    for draw in range(20):
+        first = [(s + np.arange(8)) % 50 for s in blocks.starts[0][draw]]
+        second = [50 + (s + np.arange(10)) % 25 for s in blocks.starts[1][draw]]
+        drawn = np.concatenate([np.concatenate(first)[:50], np.concatenate(second)[:25]])
+        assert blocks.sums(values)[draw] == pytest.approx(at[drawn].sum())
+    assert blocks.sums(np.ones(instant.size)) == pytest.approx(100.0)
 
 
 def test_begin_leaves_what_it_was_given_alone():
@@ -123,5 +139,5 @@ def test_what_bends_to_much_with_the_wrong_sign_takes_no_named_effects_place():
     wrong = [Arm((effect,), 0, {effect.name: -3.0}, None) for effect in signed[:3]]
     right = [Arm((effect,), 0, {effect.name: 3.0}, None) for effect in signed]
     judged = [arms[0] for arms in finalists([*wrong, *right])]
-    assert sum(arm.physical for arm in judged) == FINALISTS
+    assert sum(arm.physical for arm in judged) == FEW
     assert [arm.names for arm in judged if not arm.physical] == [(signed[0].name,)]

@@ -10,6 +10,7 @@ import pytest
 from toy import Toy, toy
 
 from slider_drilling.gap import Effect, Parameter
+from slider_drilling.gap.choice import forward
 from slider_drilling.gap.explain import _together, explain
 
 
@@ -45,3 +46,12 @@ def test_a_shape_with_the_wrong_sign_is_not_named_beside_others(bend):
     assert "sine" in answer.effects
     assert ("bend" in answer.effects) == (bend > 0.0)
     assert all(answer.parameters[name] >= 0.0 for name in answer.effects if name != "saw")
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_came_along_and_pays_for_nothing_is_no_name(seed, monkeypatch):
+    """Sine and bend begin together and there is no bend: no difference of a score, however sure, makes it a name."""
+    monkeypatch.setattr(forward, "beats", lambda *compared: True)
+    log = toy({"sine": 4.0}, seed=seed)
+    answer = explain(Joined(log.runs, log.nuisance, (effect("sine"), effect("bend"), effect("saw"))), seed=1)
+    assert answer.effects == ("sine",)

@@ -13,9 +13,7 @@ from slider_drilling.gap.evidence.compare import LEVEL, beats, by_chance, closed
 from slider_drilling.gap.evidence.rivals import Rival, rivals
 from slider_drilling.gap.evidence.score import Score
 from slider_drilling.gap.model import Disturbed
-
-# Of what the named laws gain: a disturbance that gains less when it is fitted does not get there by finishing.
-_HALF_WAY = 0.5
+from slider_drilling.gap.search.least_squares import pace
 
 
 @dataclass(frozen=True)
@@ -61,8 +59,11 @@ def _withdrawn(state: State) -> State:
 
 
 def _worth(state: State) -> float:
-    """What a disturbance has to gain of ``-2 log p`` before it is worth finishing: half of what the named laws do."""
-    return _HALF_WAY * (state.tuned.fit.cost - state.current.fit.cost)
+    """What a disturbance has to gain of ``-2 log p`` before it is worth finishing: what the named laws do, but for what
+    one parameter gains by chance and what the last iteration of so coarse a fit may.
+    """
+    gained = max(state.tuned.fit.cost - state.current.fit.cost - by_chance(1), 0.0)
+    return max(gained - pace(gained), 0.0)
 
 
 def _has_stronger(state: State, found: Sequence[Rival]) -> bool:
@@ -94,10 +95,16 @@ def _elsewhere(state: State, found: Sequence[Rival]) -> list[Rival]:
 
 
 def _as_good(state: State, found: Sequence[Rival]) -> Rival | None:
-    """The disturbance that foretells most of those at other sites that the named laws do not beat, or by next to
-    nothing: the log does not tell whether the cause is a law's or something there.
+    """The disturbance that foretells most of those at other sites, or as stiff as the named laws and no form of theirs,
+    that these do not beat, or by next to nothing: the log does not tell whether the cause is a law's or that.
     """
-    others = _elsewhere(state, found)
+    laws = state.current.effects
+    sites, stiff = {law.site for law in laws}, sum(len(law.parameters) for law in laws)
+
+    def another(rival: Rival) -> bool:
+        return rival.site not in sites or (rival.x.size <= stiff and not any(rival.frees(law) for law in laws))
+
+    others = [rival for rival in found if another(rival)]
     mine = state.current.score.surprise
     least = by_chance(1, max(len(others), 1))
 

@@ -14,8 +14,8 @@ from slider_drilling.gap.choice.judge import elsewhere, group_of, judge, judged_
 from slider_drilling.gap.choice.refit import as_given, scored, tested, unseen
 from slider_drilling.gap.choice.stand_in import far_off
 from slider_drilling.gap.choice.state import State, Step
-from slider_drilling.gap.choice.tuning import TUNING, floors_lowered, floors_raised, scattered, tuned_from
-from slider_drilling.gap.evidence.compare import beats, closed_between, make_blocks
+from slider_drilling.gap.choice.tuning import floors_lowered, floors_raised, scattered, tuned_from
+from slider_drilling.gap.evidence.compare import beats, by_chance, closed_between, make_blocks
 from slider_drilling.gap.evidence.score import make_folds
 from slider_drilling.gap.model import Effect, How, Model, Pulled, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, sigmas
@@ -28,8 +28,6 @@ Report = Callable[[str, float], None]
 
 # Gain of the weak observer (see `slider_drilling.gap.model.Pulled`).
 PULL = 0.3
-# Effects that may be named together.
-MOST_EFFECTS = 3
 
 
 def begin(
@@ -77,7 +75,7 @@ def step(
     """Race the effects that may come next, judge the finalists on unseen data, and accept the best that passes."""
     had = {one.accepted.effect.name for one in state.steps if one.accepted is not None} | set(state.current.names)
     left = [effect for effect in effects if effect.name not in had]
-    if not left or len(state.current.effects) >= MOST_EFFECTS:
+    if not left:
         return replace(state, done=True)
     turn = len(state.steps)
     report(f"racing {len(left)} effects" + (f", step {turn + 1}" if turn else ""), min(0.1 + 0.3 * turn, 0.8))
@@ -178,8 +176,9 @@ def _from_elsewhere(found: State, before: State, left: Sequence[Effect], seed: i
 
 
 def _without_needless(state: State, before: Sequence[Effect], left: Sequence[Effect], seed: int) -> State:
-    """The state without an effect that the newest ones make needless: without it nothing is foretold worse, and the gap
-    does not grow for certain. One that came alone was judged just now; those that came together must each be needed.
+    """The state without an effect that the newest ones make needless: it no longer pays for its parameters, or without
+    it nothing is foretold worse and the gap does not grow for certain. One that came alone was judged just now; those
+    that came together must each be needed.
     """
     known = state.current.effects
     came = len(known) - len(before)
@@ -190,10 +189,11 @@ def _without_needless(state: State, before: Sequence[Effect], left: Sequence[Eff
         own = {parameter.name for parameter in needless.parameters}
         problem = state.way.showing(rest)
         begin = {name: value for name, value in state.current.fit.values.items() if name not in own}
-        found = fit(problem, parameters_of(problem, rest), begin, iterations=TUNING)
+        found = fit(problem, parameters_of(problem, rest), begin)
         reduced = scored(problem, rest, found, state.blocks.folds)
+        pays = reduced.fit.cost - state.current.fit.cost > by_chance(len(own))
         needed = shrinks(*closed_between(state.blocks, reduced.score, state.current.score))
-        if not needed and not beats(state.blocks, state.current.score, reduced.score):
+        if not pays or not (needed or beats(state.blocks, state.current.score, reduced.score)):
             enough = tested(reduced, seed, left)
             state = replace(state, current=reduced, enough=enough, done=enough.done)
     return state

@@ -8,10 +8,18 @@ from math import comb
 
 import numpy as np
 
-from slider_drilling.gap.choice.refit import at_its_best, from_other_starts, reached, scored_in, tested, unseen
+from slider_drilling.gap.choice.refit import (
+    at_its_best,
+    from_other_starts,
+    no_less_likely,
+    reached,
+    scored_in,
+    tested,
+    unseen,
+)
 from slider_drilling.gap.choice.stand_in import far_off, kept_near, told_by_the_log
 from slider_drilling.gap.choice.state import Explained, Judged, State
-from slider_drilling.gap.choice.tuning import TUNING, floors_lowered
+from slider_drilling.gap.choice.tuning import floors_lowered
 from slider_drilling.gap.evidence.compare import (
     LEVEL,
     Blocks,
@@ -28,7 +36,7 @@ from slider_drilling.gap.problem.noise import sigmas
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.finish import corrected, finished
-from slider_drilling.gap.search.least_squares import ITERATIONS, fit
+from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import Arm, finalists
 
 # An effect is worth a name if it closes at least this share of the gap; a floor that moves by less is the same.
@@ -50,7 +58,7 @@ def judge(
     leader = led[way][1].cost
     before = state
     if state.current.problem.how.pull != state.ways[way].how.pull:
-        state, _ = scored_in(state.ways[way], state, TUNING)
+        state, _ = scored_in(state.ways[way], state)
 
     def refit(arms: Sequence[Arm]) -> Explained:
         near = led[way] if arms is sets[0] else corrected(*reached(state, arms, way))
@@ -62,6 +70,7 @@ def judge(
     state = at_its_best(state, min(found, key=lambda one: one.fit.cost), left, seed)
     if state.tuned is not before.tuned and state.tuned_enough is before.tuned_enough:
         state = replace(state, tuned_enough=tested(state.tuned, seed))
+    found = at_once(lambda one: no_less_likely(state, one), found)
     judged = [_verdict(state, one, len(left), seed) for one in found]
     judged.sort(key=lambda one: one.explained.score.surprise)
     return state, _beside_other_forms(state, judged), _rules_out(state.current, known)
@@ -94,7 +103,7 @@ def with_new_floors(state: State, accepted: Judged, left: Sequence[Effect], seed
     free = build_problem(found.problem.model, [sigmas(own) for own in floors], spent=found.problem.spent)
     ways = tuple(free.run_as(problem.how) for problem in state.ways)
     problem = free.run_as(replace(found.problem.how, fidelity=free.how.fidelity))
-    state, (again,) = scored_in(problem, state, ITERATIONS, [found])
+    state, (again,) = scored_in(problem, state, [found])
     state = replace(state, floors=floors, ways=ways)
     return state, _verdict(state, again, len(left), seed)
 

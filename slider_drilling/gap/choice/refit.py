@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from slider_drilling.gap.choice.state import Explained, State
-from slider_drilling.gap.choice.tuning import TUNING, scattered, tuned_from
+from slider_drilling.gap.choice.tuning import scattered, tuned_from
 from slider_drilling.gap.evidence.adequacy import Adequacy, adequacy
 from slider_drilling.gap.evidence.score import Folds, Score, held_out, score_of
 from slider_drilling.gap.model import Effect
@@ -39,18 +39,18 @@ def as_given(problem: Problem, tuned: Explained) -> Score:
     return score_of(exact, residual, replace(tuned.fit, discrepancy=exact.cost(residual)[1]))
 
 
-def refitted(problem: Problem, known: Explained, folds: Folds, iterations: int) -> Explained:
+def refitted(problem: Problem, known: Explained, folds: Folds) -> Explained:
     problem = problem.showing(known.effects)
-    found = fit(problem, known.fit.parameters, known.fit.values, iterations=iterations)
+    found = fit(problem, known.fit.parameters, known.fit.values)
     return scored(problem, known.effects, found, folds)
 
 
 def scored_in(
-    problem: Problem, state: State, iterations: int, others: Sequence[Explained] = ()
+    problem: Problem, state: State, others: Sequence[Explained] = ()
 ) -> tuple[State, list[Explained]]:
     """The state with what is known fitted and scored again in another problem, and others likewise."""
     known = [state.tuned] if state.current is state.tuned else [state.tuned, state.current]
-    again = at_once(lambda one: refitted(problem, one, state.blocks.folds, iterations), [*known, *others])
+    again = at_once(lambda one: refitted(problem, one, state.blocks.folds), [*known, *others])
     tuned, current = again[0], again[len(known) - 1]
     return replace(state, tuned=tuned, current=current, nominal=as_given(problem, tuned)), again[len(known) :]
 
@@ -62,7 +62,7 @@ def at_its_best(state: State, leader: Explained, left: Sequence[Effect], seed: i
     """
     known, freed = state.current, {parameter.name for parameter in state.current.fit.parameters}
     begin = {name: value for name, value in leader.fit.values.items() if name in freed}
-    again = fit(known.problem, known.fit.parameters, begin, iterations=TUNING)
+    again = fit(known.problem, known.fit.parameters, begin)
     if again.cost >= known.fit.cost - TOLERANCE:
         return state
     better = scored(state.way.showing(known.effects), known.effects, again, state.blocks.folds)
@@ -73,6 +73,21 @@ def at_its_best(state: State, leader: Explained, left: Sequence[Effect], seed: i
         return replace(state, current=better, enough=enough)
     given = as_given(better.problem, better)
     return replace(state, nominal=given, tuned=better, current=better, enough=enough, tuned_enough=enough)
+
+
+def no_less_likely(state: State, found: Explained) -> Explained:
+    """An explanation that contains what is known, begun once more from there where it ended less likely: with what it
+    adds where that had got to, and at nothing.
+    """
+    known = state.current
+    if found.fit.cost <= known.fit.cost:
+        return found
+    own = {p.name for effect in found.effects if effect.name not in known.names for p in effect.parameters}
+    added = {name: value for name, value in found.fit.values.items() if name in own}
+    problem = state.way.showing(found.effects)
+    begun = tuned_from(problem, [known.fit.values | added, known.fit.values], found.fit.parameters)
+    again = scored(problem, found.effects, begun, state.blocks.folds)
+    return min(found, again, key=lambda one: one.fit.cost)
 
 
 def from_other_starts(way: Problem, known: Explained, folds: Folds) -> Explained | None:
@@ -96,5 +111,5 @@ def reached(state: State, own: Sequence[Arm], way: int) -> tuple[Problem, Fit]:
     problem = state.ways[way].showing(own[0].effects)
     fits = [arm.fit for arm in own if arm.way == way and arm.fit is not None]
     if own[0].way != way and own[0].fit is not None:
-        fits.append(fit(problem, own[0].fit.parameters, own[0].fit.values, iterations=TUNING))
+        fits.append(fit(problem, own[0].fit.parameters, own[0].fit.values))
     return problem, min(fits, key=lambda one: one.cost)

@@ -14,10 +14,8 @@ from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import parameters_of
-from slider_drilling.gap.search.screen import STARTS
+from slider_drilling.gap.search.screen import FEW
 
-# Iterations of a fit that begins anywhere.
-TUNING = 14
 _SCATTERED = 32  # points
 # Standard deviations of what rigs are off by: none is looked for farther out, and a re-tuned parameter that goes there
 # may stand for something else.
@@ -27,7 +25,7 @@ FAR_OFF = 2.5
 def tuned_from(problem: Problem, starts: Sequence[Values], freed: Sequence[Parameter] | None = None) -> Fit:
     """The best re-tuned fit of those that begin at the starts; freed: the model's nuisance by default."""
     parameters = parameters_of(problem, ()) if freed is None else freed
-    found = at_once(lambda start: fit(problem, parameters, start, iterations=TUNING), starts)
+    found = at_once(lambda start: fit(problem, parameters, start), starts)
     return min(found, key=lambda one: one.cost)
 
 
@@ -45,7 +43,7 @@ def scattered(problem: Problem, tuned: Fit, freed: Sequence[Parameter] | None = 
         for row in np.array(low) + (np.array(high) - np.array(low)) * unit
     ]
     costs = [problem.cost(residual)[0] for residual in problem.residuals(points)]
-    return [points[index] for index in np.argsort(costs)[:STARTS]]
+    return [points[index] for index in np.argsort(costs)[:FEW]]
 
 
 def plausible(parameter: Parameter) -> tuple[float, float]:
@@ -64,8 +62,9 @@ def floors_lowered(
         left = tuned.residual[piece.rows] * piece.noise
         floor = lowered(found[piece.run][piece.name], left)
         if index in tuned.discrepancy and piece.interval.size > 1:
-            shared, interval = tuned.discrepancy[index], float(np.median(piece.interval[1:]))
-            floor = coloured(floor, shared.size * piece.noise / floor.sigma, shared.memory, interval)
+            shared = tuned.discrepancy[index]
+            size = shared.size * piece.noise / floor.sigma
+            floor = coloured(floor, size, shared.memory, float(piece.memories[-1]))
         found[piece.run][piece.name] = floor
     return tuple(found)
 

@@ -23,9 +23,9 @@ from slider_drilling.gap.search.screen import changes_of
 LEVEL = 0.01
 # What two free numbers (size and memory) gain on white noise at that level: -2 log p.
 _FREE = float(chi2.isf(LEVEL, 2))
-# E^2 - 1 that no engineer would act upon, of the whole and of one channel: other codes for the same equations,
-# and noise with a colour, differ by as much.
-NEGLIGIBLE, NEGLIGIBLE_ALONE = 0.4, 0.5
+# E^2 - 1 that no engineer would act upon, of the whole as of one channel: other codes for the same equations, and noise
+# with a colour, differ by as much.
+NEGLIGIBLE = 0.4
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def adequacy(
     limits = _structure_limits(problem, residuals)
     names = dict.fromkeys(piece.name for piece in problem.pieces)
     whole = np.array([np.mean(squares) for squares in left])
-    channels, least = {}, float(np.sqrt(1.0 + NEGLIGIBLE_ALONE))
+    channels, least = {}, float(np.sqrt(1.0 + NEGLIGIBLE))
     for name in names:
         own = [piece for piece in problem.pieces if piece.name == name]
         draws = np.array([np.mean([np.mean(squares[piece.rows]) for piece in own]) for squares in left])
@@ -78,7 +78,7 @@ def adequacy(
         if pays > limits[i] and score.by_channel[problem.pieces[i].name] > least
     }  # fmt: skip
     beyond = tuple(name for name, value in score.by_channel.items() if value > channels[name])
-    threshold = max(_upper(whole, LEVEL), float(np.sqrt(1.0 + NEGLIGIBLE)))
+    threshold = max(_upper(whole, LEVEL), least)
     hidden = bool(effects) and _stands_out(problem, found, residuals, effects, known)
     within = score.gap <= threshold and not beyond
     return Adequacy(threshold, channels, beyond, tuple(sorted(structured)), within, hidden)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import chi2, norm
 from scipy.stats import t as student
 
@@ -18,37 +19,45 @@ _ROUNDING = 1e-6  # -2 log p, that two fits of the same thing differ by
 
 @dataclass(frozen=True)
 class Blocks:
-    """Circular block bootstrap over time: counts (RESAMPLES, B) of every bin, the same for all that is compared."""
+    """Circular block bootstrap over time, the same for all that is compared; starts: per run, (RESAMPLES, blocks) the
+    instants at which what is drawn begins, the last of each shorter so that all together are as long as the run.
+    """
 
     folds: Folds
-    counts: Array
+    starts: tuple[NDArray[np.int_], ...]
 
     @property
     def number(self) -> int:
         """Blocks in the log."""
-        pairs = zip(self.folds.bins_of, self.folds.block, strict=True)
-        return sum(int(np.ceil(bins.size / block)) for bins, block in pairs)
+        return sum(starts.shape[1] for starts in self.starts)
+
+    def sums(self, values: Array) -> Array:
+        """(RESAMPLES,) sum of values (N,) over what was drawn."""
+        folds = self.folds
+        by_instant = np.bincount(folds.instant, weights=values, minlength=sum(folds.instants))
+        runs = np.split(by_instant, np.cumsum(folds.instants)[:-1])
+        total = np.zeros(RESAMPLES)
+        for own, starts, block in zip(runs, self.starts, folds.block, strict=True):
+            before = np.append(0.0, np.cumsum(np.append(own, own)))
+            length = np.full(starts.shape[1], block)
+            length[-1] = own.size - block * (starts.shape[1] - 1)
+            total += np.sum(before[starts + length] - before[starts], axis=1)
+        return total
 
 
 def make_blocks(folds: Folds, seed: int) -> Blocks:
     """Draw the resamples once."""
     generator = np.random.default_rng(seed)
-    total = sum(bins.size for bins in folds.bins_of)
-    counts = np.zeros((RESAMPLES, total))
-    for bins, block in zip(folds.bins_of, folds.block, strict=True):
-        number = int(np.ceil(bins.size / block))
-        starts = generator.integers(0, bins.size, size=(RESAMPLES, number))
-        drawn = ((starts[:, :, None] + np.arange(block)) % bins.size).reshape(RESAMPLES, -1)[:, : bins.size]
-        flat = bins[drawn] + total * np.arange(RESAMPLES)[:, None]
-        counts += np.bincount(flat.ravel(), minlength=counts.size).reshape(counts.shape)
-    return Blocks(folds, counts)
+    starts = [
+        generator.integers(0, instants, size=(RESAMPLES, int(np.ceil(instants / block))))
+        for instants, block in zip(folds.instants, folds.block, strict=True)
+    ]
+    return Blocks(folds, tuple(starts))
 
 
 def advantage(blocks: Blocks, better: Score, worse: Score) -> Array:
     """(RESAMPLES,) by how much ``-2 log p`` of unseen data is lower with one than with the other."""
-    difference = worse.density - better.density
-    by_bin = np.bincount(blocks.folds.bins, weights=difference, minlength=blocks.counts.shape[1])
-    return np.asarray(blocks.counts @ by_bin)
+    return blocks.sums(worse.density - better.density)
 
 
 def beats(blocks: Blocks, better: Score, worse: Score, rivals: int = 1, level: float = LEVEL) -> bool:
@@ -80,9 +89,7 @@ def by_chance(added: int, rivals: int = 1) -> float:
 
 def gaps(blocks: Blocks, score: Score) -> Array:
     """(RESAMPLES,) E^2."""
-    bins, size = blocks.folds.bins, blocks.counts.shape[1]
-    sums = blocks.counts @ np.bincount(bins, weights=score.squares, minlength=size)
-    return np.asarray(sums / (blocks.counts @ np.bincount(bins, minlength=size)))
+    return blocks.sums(score.squares) / blocks.sums(np.ones_like(score.squares))
 
 
 def closed_between(blocks: Blocks, before: Score, after: Score) -> tuple[float, tuple[float, float]]:

@@ -15,18 +15,18 @@ from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.least_squares import Fit, fit
 
 FOLDS = 6
-_BINS_PER_BLOCK = 4
 
 
 @dataclass(frozen=True)
 class Folds:
-    """of: (N,) the fold of each sample, contiguous stretches of time, the same for every channel; bins: (N,) the finer
-    stretch of each sample; bins_of: per run, the indices of its bins in time's order; block: per run, bins in a block.
+    """of: (N,) the fold of each sample, contiguous stretches of time, the same for every channel; instant: (N,) when it
+    was taken, counted in samples of its run's densest channel, one run after the other; instants: per run, how many;
+    block: per run, how many are resampled together.
     """
 
     of: NDArray[np.int_] = field(repr=False)
-    bins: NDArray[np.int_] = field(repr=False)
-    bins_of: tuple[NDArray[np.int_], ...]
+    instant: NDArray[np.int_] = field(repr=False)
+    instants: tuple[int, ...]
     block: tuple[int, ...]
 
 
@@ -52,21 +52,20 @@ class Score:
 
 
 def make_folds(problem: Problem) -> Folds:
-    """Six folds a run, and bins of a quarter of a block."""
-    fold_of, bin_of = np.zeros(problem.size, dtype=int), np.zeros(problem.size, dtype=int)
-    bins_of, block, used = [], [], 0
+    """Folds of equal length a run, and blocks of a few cycles."""
+    fold_of, instant_of = np.zeros(problem.size, dtype=int), np.zeros(problem.size, dtype=int)
+    instants: list[int] = []
+    block = []
     for index, run in enumerate(problem.model.runs):
-        length = block_length(run)
-        count = max(round(run.duration / length * _BINS_PER_BLOCK), FOLDS)
-        for piece in problem.pieces:
-            if piece.run == index:
-                elapsed = (piece.channel.time - run.time[0]) / run.duration
-                fold_of[piece.rows] = np.clip((elapsed * FOLDS).astype(int), 0, FOLDS - 1)
-                bin_of[piece.rows] = used + np.clip((elapsed * count).astype(int), 0, count - 1)
-        bins_of.append(np.arange(used, used + count))
-        block.append(max(int(np.ceil(length / run.duration * count - 1e-9)), 1))
-        used += count
-    return Folds(fold_of, bin_of, tuple(bins_of), tuple(block))
+        own = [piece for piece in problem.pieces if piece.run == index]
+        count = max([FOLDS, *(piece.channel.time.size for piece in own)])
+        for piece in own:
+            elapsed = (piece.channel.time - run.time[0]) / run.duration
+            fold_of[piece.rows] = np.clip((elapsed * FOLDS).astype(int), 0, FOLDS - 1)
+            instant_of[piece.rows] = sum(instants) + np.clip((elapsed * count).astype(int), 0, count - 1)
+        instants.append(count)
+        block.append(max(round(block_length(run) / run.duration * count), 1))
+    return Folds(fold_of, instant_of, tuple(instants), tuple(block))
 
 
 def held_out(problem: Problem, found: Fit, folds: Folds) -> Score:

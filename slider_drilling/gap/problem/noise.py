@@ -16,11 +16,9 @@ from slider_drilling.gap.model import Array, Channel
 
 # A difference of order 4 of white noise has this many times its variance: sum of binomial(4, k)^2.
 _FOURTH_DIFFERENCE = 70.0
-# Share of the differences that counts, the smallest: kinks, steps and spikes are in the others. A median alone would
-# jump with the last digit of coarse readings. Mean square of so many of a normal distribution's:
-_COUNTED = 0.8
-_CUT = float(norm.ppf(0.5 + 0.5 * _COUNTED))
-_COUNTED_SQUARE = 1.0 - 2.0 * _CUT * float(norm.pdf(_CUT)) / _COUNTED
+# Share of a record that counts, the smallest of it: kinks, steps, spikes and single events are in the rest. A median
+# alone would jump with the last digit of coarse readings.
+COUNTED = 0.8
 _FEWEST = 100
 # By how much that estimate scatters for white noise, of itself times the root of the number of samples.
 DIFFERENCE_SPREAD = 1.34
@@ -28,8 +26,6 @@ DIFFERENCE_SPREAD = 1.34
 # the declared by as much, what so good a sensor would show besides is no gap that anybody asked for.
 BELIEVED = 2.0
 _LAGS, _UNLIKELY = 10, 0.01
-# Samples that noise may remember, with half a step of the grid that memories are looked for on.
-_FEW = 15.0
 
 
 @dataclass(frozen=True)
@@ -56,8 +52,10 @@ def difference_noise(values: Array) -> float:
     if values.size < 8:
         return float("nan")
     ordered = np.sort(np.diff(values, n=4) ** 2)
-    mean = float(np.mean(ordered[: max(round(_COUNTED * ordered.size), 1)]))
-    return float(np.sqrt(mean / _COUNTED_SQUARE / _FOURTH_DIFFERENCE))
+    mean = float(np.mean(ordered[: max(round(COUNTED * ordered.size), 1)]))
+    cut = float(norm.ppf(0.5 + 0.5 * COUNTED))
+    of_normal = 1.0 - 2.0 * cut * float(norm.pdf(cut)) / COUNTED
+    return float(np.sqrt(mean / of_normal / _FOURTH_DIFFERENCE))
 
 
 def noise_floor(channel: Channel) -> NoiseFloor:
@@ -85,13 +83,14 @@ def lowered(floor: NoiseFloor, left: Array) -> NoiseFloor:
     return _believed(replace(floor, sigma=reached, seen=reached, excess=None, method="differences"))
 
 
-def coloured(floor: NoiseFloor, size: float, memory: float, interval: float) -> NoiseFloor:
+def coloured(floor: NoiseFloor, size: float, memory: float, longest: float) -> NoiseFloor:
     """The floor with what a few samples share, up to the noise that is declared: sensors are seldom white, and a slow
     part of the noise leaves no trace in differences.
 
-    size, memory: of the discrepancy that a model leaves, in the floor's sigma and s; interval: s between samples.
+    size, memory: of the discrepancy that a model leaves, in the floor's sigma and s; longest: s, that one may remember,
+    of which noise remembers less than half.
     """
-    if floor.method != "differences" or not floor.declared or memory > _FEW * interval:
+    if floor.method != "differences" or not floor.declared or memory > 0.5 * longest:
         return floor
     reached = min(floor.sigma * float(np.sqrt(1.0 + size**2)), floor.declared)
     return replace(floor, sigma=reached, method="colour") if reached > floor.sigma else floor

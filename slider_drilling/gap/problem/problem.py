@@ -11,15 +11,15 @@ import numpy as np
 from slider_drilling.gap.evidence.likelihood import Discrepancy, memories_of, most_likely, whitened
 from slider_drilling.gap.model import Array, Channel, Effect, How, Model, Parameter, Pulled, Values
 from slider_drilling.gap.problem.missed_steps import missed_steps
+from slider_drilling.gap.problem.noise import COUNTED
 
 # Noise units beyond which a missed step of a channel that accumulates costs by its logarithm.
 STEP_SIZE = 4.0
 # Samples that a discrepancy remembers at most: what errs for longer is for a law to explain.
 _SAMPLES = 40.0
 FREE = How()
-# Stretches of a run, one being what a discrepancy remembers at most, too, and how many of them single events may spoil
-# before they count as structure.
-_STRETCHES, _EVENTS = 20, 3
+# Stretches of a run, one being what a discrepancy remembers at most, too.
+_STRETCHES = 20
 
 
 @dataclass(frozen=True)
@@ -217,7 +217,7 @@ def _without_worst(part: Array, interval: Array) -> tuple[Array, Array]:
     """A residual (n,) and its intervals without the stretches of highest power."""
     stretches = np.array_split(np.arange(part.size), _STRETCHES)
     ordered = sorted(stretches, key=lambda rows: float(np.sum(part[rows] ** 2)))
-    kept = np.sort(np.concatenate(ordered[: _STRETCHES - _EVENTS]))
+    kept = np.sort(np.concatenate(ordered[: round(COUNTED * _STRETCHES)]))
     return part[kept], interval[kept]
 
 

@@ -19,16 +19,15 @@ from slider_drilling.gap.evidence.likelihood import Discrepancy
 from slider_drilling.gap.model import Array, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem
 
-# Of ``-2 log p``: an iteration that gains less is the last. Iterations of a fit that begins near its end.
-TOLERANCE, ITERATIONS = 0.5, 8
+# Of ``-2 log p``: an iteration that gains less is the last. Iterations of a fit at most.
+TOLERANCE, ITERATIONS = 0.5, 14
 # Finite-difference step in units of a parameter's scale: large against the kinks that stick and slip leave in a
 # residual, small against the curvature over one scale.
 STEP = 0.2
-# Damping of a trial step, of the scales' own curvature; where no trial helps, the next ones are all shorter by as much,
-# once.
-_SHORT = 0.3
-# A Jacobian that foretold this share of the power of what a step changed serves for the next step too.
-_FORETOLD = 0.75
+# How far a linear forecast is trusted: a trial step is damped by as much of the scales' own curvature; where no trial
+# helps, the next ones are shorter by as much, once; a Jacobian that missed less of what a step changed serves for the
+# next one too.
+SHORT = 0.25
 
 
 @dataclass(frozen=True)
@@ -67,7 +66,7 @@ def fit(
     parameters: Sequence[Parameter],
     start: Values,
     *,
-    iterations: int = ITERATIONS,
+    iterations: int | None = None,
     tolerance: float | None = None,
     kept: Array | None = None,
     simulated: Array | None = None,
@@ -76,10 +75,10 @@ def fit(
 ) -> Fit:
     """Follow the likelihood down from one start; names in start that are not free stay as they are.
 
-    parameters: expanded per run (`Problem.free`). iterations: 0 for the start itself with its Jacobian. tolerance: of
-    ``-2 log p``, TOLERANCE by default. kept: (N,) weights 0 or 1, samples that count (all by default). simulated: (N,)
-    of the start, known: rows (N,) of the first Jacobian by name, where another fit has them already; trusted: whether
-    these are as good as new ones, so that where they lead nowhere nothing does.
+    parameters: expanded per run (`Problem.free`). iterations: ITERATIONS by default, 0 for the start itself with its
+    Jacobian. tolerance: of ``-2 log p``, TOLERANCE by default. kept: (N,) weights 0 or 1, samples that count (all by
+    default). simulated: (N,) of the start, known: rows (N,) of the first Jacobian by name, where another fit has them
+    already; trusted: whether these are as good as new ones, so that where they lead nowhere nothing does.
     """
     space = _Space(problem, parameters, start, kept)
     least = TOLERANCE if tolerance is None else tolerance
@@ -87,7 +86,7 @@ def fit(
     simulated, jacobian = space.linearised(point, simulated, known)
     cost, found = space.cost(simulated, point)
     reach, stale, fresh, settled = 1.0, False, trusted or not known, False
-    for _ in range(iterations):
+    for _ in range(ITERATIONS if iterations is None else iterations):
         if stale:
             simulated, jacobian = space.linearised(point, simulated, {})
             fresh = True
@@ -100,14 +99,14 @@ def fit(
         if gained > 0.0:
             fresh = False
             jacobian, foretold = secant(jacobian, trials[best] - point, outcomes[best] - simulated)
-            stale = foretold < _FORETOLD
+            stale = foretold < 1.0 - SHORT
             point, simulated, (cost, found) = trials[best], outcomes[best], costs[best]
         if gained >= least:
             reach = 1.0
         elif stale and carried:
             continue
         elif reach == 1.0:
-            reach = _SHORT
+            reach = SHORT
         else:
             settled = True
             break
@@ -117,11 +116,11 @@ def fit(
     )  # fmt: skip
 
 
-def pace(behind: float, iterations: int = ITERATIONS) -> float:
+def pace(behind: float, iterations: int | None = None) -> float:
     """The least gain of ``-2 log p`` that makes an iteration worth another one to a fit that is so far behind another:
     who gains less does not come up with it in so many.
     """
-    return max(TOLERANCE, behind / iterations)
+    return max(TOLERANCE, behind / (ITERATIONS if iterations is None else iterations))
 
 
 class _Space:
@@ -178,7 +177,7 @@ class _Space:
         """
         low, high = self.lower - point, self.upper - point
         tried = []
-        for forgiving, dampings in ((True, (0.0, _SHORT)), (False, (0.0,))):
+        for forgiving, dampings in ((True, (0.0, SHORT)), (False, (0.0,))):
             white, rows = self.problem.whitened(residual, jacobian, found, forgiving)
             if self.kept is not None:
                 white, rows = white * self.kept, rows * self.kept

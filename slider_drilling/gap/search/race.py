@@ -10,19 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from slider_drilling.gap.model import Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.at_once import at_once
-from slider_drilling.gap.search.least_squares import TOLERANCE, Fit, fit, pace
-from slider_drilling.gap.search.screen import STARTS, scanned, screen
-
-# Iterations of each rung; after each but the last, the better share of the sets of effects goes on.
-_RUNGS = (1, 2, 8)
-_KEPT = 0.5
-# Sets that are always followed to the end, as far as there are so many.
-FINALISTS = 3
+from slider_drilling.gap.search.least_squares import ITERATIONS, TOLERANCE, Fit, fit, pace
+from slider_drilling.gap.search.screen import FEW, scanned, screen
 
 
 @dataclass(frozen=True)
@@ -61,20 +53,27 @@ def parameters_of(problem: Problem, effects: Sequence[Effect]) -> list[Parameter
 def race(problems: Sequence[Problem], arms: Sequence[Arm]) -> list[Arm]:
     """Run the arms; those that lasted, cheapest first.
 
-    problems: one per way.
+    Of the sets in each heat the better half goes on, twice as far as before, until few are left, which are followed to
+    their ends (sequential halving; Karnin, Koren and Somekh, ICML 2013). problems: one per way.
     """
-    running = list(arms)
-    for rung, iterations in enumerate(_RUNGS):
-        leader = min((arm.cost for arm in running if arm.physical), default=float("inf"))
+    iterations, running = 1, _furthered(problems, arms, 1)
+    while _many(running := _better_half(running)):
+        iterations *= 2
+        running = _furthered(problems, running, iterations)
+    return _furthered(problems, running, ITERATIONS)
 
-        def advance(arm: Arm, iterations: int = iterations, leader: float = leader) -> Arm:
-            least = pace(arm.cost - leader, iterations) if arm.fit is not None else TOLERANCE
-            return _advanced(problems[arm.way].showing(arm.effects), arm, iterations, least)
 
-        running = sorted(at_once(advance, running), key=lambda arm: arm.cost)
-        if rung < len(_RUNGS) - 1:
-            running = _better(running, _KEPT)
-    return running
+def _furthered(problems: Sequence[Problem], running: Sequence[Arm], iterations: int) -> list[Arm]:
+    """The arms after so many iterations more, cheapest first; one that does not come up with the leader in so many
+    stops.
+    """
+    leader = min((arm.cost for arm in running if arm.physical), default=float("inf"))
+
+    def advance(arm: Arm) -> Arm:
+        least = pace(arm.cost - leader, iterations) if arm.fit is not None else TOLERANCE
+        return _advanced(problems[arm.way].showing(arm.effects), arm, iterations, least)
+
+    return sorted(at_once(advance, running), key=lambda arm: arm.cost)
 
 
 def begun_again(problems: Sequence[Problem], ran: Sequence[Arm]) -> list[Arm]:
@@ -90,8 +89,8 @@ def begun_again(problems: Sequence[Problem], ran: Sequence[Arm]) -> list[Arm]:
     bare = {name: value for name, value in leader.fit.values.items() if name not in own}
     base = fit(problem, parameters_of(problem, leader.effects[:-1]), bare, iterations=0)
     (candidate,) = screen(scanned(problem, base, [effect]))
-    arms = [replace(leader, begin=start, near=None, fit=None) for start in candidate.starts[:STARTS]]
-    found = at_once(lambda arm: _advanced(problem, arm, sum(_RUNGS)), arms)
+    arms = [replace(leader, begin=start, near=None, fit=None) for start in candidate.starts[:FEW]]
+    found = at_once(lambda arm: _advanced(problem, arm, ITERATIONS), arms)
     return sorted([*ran, *found], key=lambda arm: arm.cost)
 
 
@@ -110,19 +109,33 @@ def _advanced(problem: Problem, arm: Arm, iterations: int, least: float = TOLERA
     return replace(arm, fit=found)
 
 
-def _better(running: Sequence[Arm], share: float) -> list[Arm]:
-    """Of the arms that began beside the same fit those of the better sets, the best of each; arms come cheapest first.
-
-    Compared with arms that began elsewhere, one that begins where nothing has been tuned yet looks worse than one that
-    does nothing. Of those whose sign is not their name's only the best goes on: they bend to much, and none is a cause.
+def _heats(running: Sequence[Arm]) -> list[list[Arm]]:
+    """The arms that began beside the same fit. Compared with arms that began elsewhere, one that begins where nothing
+    has been tuned yet looks worse than one that does nothing.
     """
-    heats: dict[int, dict[tuple[tuple[str, ...], bool], Arm]] = {}
+    heats: dict[int, list[Arm]] = {}
     for arm in running:
-        heats.setdefault(id(arm.near), {}).setdefault((arm.names, arm.physical), arm)
+        heats.setdefault(id(arm.near), []).append(arm)
+    return list(heats.values())
+
+
+def _many(running: Sequence[Arm]) -> bool:
+    """Whether some heat has more than a few arms whose signs are their names'."""
+    return any(sum(arm.physical for arm in heat) > FEW for heat in _heats(running))
+
+
+def _better_half(running: Sequence[Arm]) -> list[Arm]:
+    """Of each heat the arms of the better half of its sets, the best of each, as long as they are more than a few; arms
+    come cheapest first. Of those whose sign is not their name's only the best goes on: they bend to much, and none is a
+    cause.
+    """
     chosen = []
-    for best in heats.values():
-        sets = len({names for names, _ in best})
-        chosen += [arm for arm in best.values() if arm.physical][: max(FINALISTS, int(np.ceil(share * sets)))]
+    for heat in _heats(running):
+        best: dict[tuple[tuple[str, ...], bool], Arm] = {}
+        for arm in heat:
+            best.setdefault((arm.names, arm.physical), arm)
+        half = (len({names for names, _ in best}) + 1) // 2
+        chosen += [arm for arm in best.values() if arm.physical][: max(FEW, half)]
         chosen += [arm for arm in best.values() if not arm.physical][:1]
     return chosen
 
@@ -132,6 +145,6 @@ def finalists(ran: Sequence[Arm]) -> list[list[Arm]]:
     sets: dict[tuple[tuple[str, ...], bool], list[Arm]] = {}
     for arm in ran:
         sets.setdefault((arm.names, arm.physical), []).append(arm)
-    named = [arms for (_, physical), arms in sets.items() if physical][:FINALISTS]
+    named = [arms for (_, physical), arms in sets.items() if physical][:FEW]
     shapes = [arms for (_, physical), arms in sets.items() if not physical][:1]
     return sorted(named + shapes, key=lambda arms: arms[0].cost)

@@ -9,14 +9,11 @@ import numpy as np
 
 from slider_drilling.gap.model import Array, Effect, Values
 from slider_drilling.gap.problem.problem import Problem
-from slider_drilling.gap.search.least_squares import Fit, bounded_step, prior_weights, room
+from slider_drilling.gap.search.least_squares import SHORT, Fit, bounded_step, prior_weights, room
 
-# A secant is trusted from the scan's amplitude by this factor to as many times it, a nuisance's derivative for as many
-# of its scales.
-_TRUSTED = 4.0
 _MARGIN = 0.02
-# Places that fits begin from where the first may mislead.
-STARTS = 2
+# How many are followed where the first may mislead: places to begin from, and explanations that are judged.
+FEW = 3
 
 
 @dataclass(frozen=True)
@@ -185,8 +182,10 @@ def _step(base: Fit, effects: Sequence[Effect], rows: Array, white: Array) -> Ar
     nominal = np.array([p.nominal for p in base.parameters])
     normal = rows @ rows.T + np.diag(prior)
     gradient = rows @ white - prior * np.append((here - nominal) / scale, none)
-    lowest = np.append(np.maximum(low, -_TRUSTED), np.where(both_ways, -_TRUSTED, 0.0))
-    highest = np.append(np.minimum(high, _TRUSTED), none + _TRUSTED)
+    # A derivative is trusted for so many of a nuisance's scales, a secant for so many times the scan's amplitude.
+    most = 1.0 / SHORT
+    lowest = np.append(np.maximum(low, -most), np.where(both_ways, -most, 0.0))
+    highest = np.append(np.minimum(high, most), none + most)
     return bounded_step(normal, gradient, 0.0, lowest, highest)
 
 
@@ -198,7 +197,7 @@ def _start(base: Fit, chosen: Sequence[tuple[Effect, tuple[float, ...]]], step: 
         start[parameter.name] = float(np.clip(moved, parameter.lower, parameter.upper))
     for (effect, point), multiple in zip(chosen, step[count:], strict=True):
         amplitude = effect.parameters[0]
-        trusted = float(multiple) if abs(multiple) >= 1.0 / _TRUSTED else 1.0 / _TRUSTED
+        trusted = float(multiple) if abs(multiple) >= SHORT else SHORT
         margin = _MARGIN * (amplitude.upper - amplitude.lower)
         size = amplitude.nominal + trusted * (point[0] - amplitude.nominal)
         size = float(np.clip(size, amplitude.lower + margin, amplitude.upper - margin))
