@@ -14,7 +14,7 @@ import pytest
 from slider_drilling.diagnosis import from_engine, words
 from slider_drilling.diagnosis.catalogue import catalogue, spoken
 from slider_drilling.diagnosis.diagnose import Diagnosis
-from slider_drilling.diagnosis.figures import intervals, waterfall
+from slider_drilling.diagnosis.figures import intervals, shape, waterfall
 from slider_drilling.diagnosis.origin import RigOrigin, origin_of, remarks_on
 from slider_drilling.diagnosis.outcome import Candidate, Errors, Fitted, Floor, Gap, Outcome, Shape, Trace, Where
 from slider_drilling.diagnosis.page import report_page, simulated_rows
@@ -276,6 +276,14 @@ def test_the_shape_of_an_unknown_is_told_with_its_numbers_and_units(x_unit, y_un
     told = shape_in_words("reading off", x, x_unit, curve(x), y_unit)
     assert told.startswith("reading off")
     assert says in told
+
+
+@pytest.mark.parametrize(("y", "says"), [(0.24, "by 24 %"), (-0.5, "by -50 %"), (9.0, "by a factor of 10")])
+def test_a_shape_of_one_number_is_a_sentence_and_no_empty_picture(y, says):
+    told = shape_in_words("contact that gives way", np.zeros(1), "-", np.array([y]), "-")
+    assert told == f"contact that gives way, {says}"
+    shown = shape(Shape(told, "all of it, -", "contact that gives way, -", np.zeros(1), np.array([y])), unknown=True)
+    assert shown == f"What the unknown looks like: {told}."
 
 
 def test_what_is_told_of_an_effect_in_the_answer_is_the_final_models(monkeypatch):

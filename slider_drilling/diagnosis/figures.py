@@ -99,9 +99,13 @@ def intervals(ranking: Sequence[Candidate]) -> Chart | None:
                  (low - 0.02 * (high - low), high + 0.25 * (high - low)), wide=True)  # fmt: skip
 
 
-def shape(found: Shape, unknown: bool) -> Chart:
-    """What something unknown looks like, or what else explains as much as what is named."""
+def shape(found: Shape, unknown: bool) -> Chart | str:
+    """What something unknown looks like, or what else explains as much as what is named; a sentence where that is one
+    number.
+    """
     title = "What the unknown looks like" if unknown else "What else would explain as much"
+    if found.x.size == 1:
+        return f"{title}: {found.words}."
     return Chart(title, found.x_label, (Panel(found.y_label, (Line("", found.x, found.y),)),),
                  found.words, wide=True)  # fmt: skip
 
