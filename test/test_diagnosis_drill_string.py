@@ -17,7 +17,7 @@ from slider_drilling.diagnosis import situation
 from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.diagnosis.diagnose import as_json, diagnose, tuned_rig
 from slider_drilling.diagnosis.disturbances import contact_with
-from slider_drilling.diagnosis.drill_string import depth_probes, rig_with
+from slider_drilling.diagnosis.drill_string import depth_probes, nuisance_parameters, rig_with
 from slider_drilling.diagnosis.first_look.usable import unusable
 from slider_drilling.diagnosis.save import write_diagnosis
 from slider_drilling.diagnosis.situation import prepare
@@ -27,7 +27,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Channel, How
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.log import read_log
-from slider_drilling.rig import parse_rig
+from slider_drilling.rig import FrictionInterval, parse_rig
 
 
 def rocking(duration, period=8.0, amplitude=5.0, lowering=0.002):
@@ -115,6 +115,21 @@ def test_torque_alone_is_enough_to_prepare(tmp_path):
     assert not names & {"motor_gain", "pressure_gain", "bit_stiffness", "tool_face_offset"}
     assert any("off bottom" in remark for remark in prepared.remarks)
     assert "motor_wear" not in {effect.name for effect in prepared.model.effects}
+
+
+@pytest.mark.parametrize("intervals", [(), (FrictionInterval(1000.0, 0.9),)])
+def test_torque_alone_tunes_the_friction_of_both_halves_of_a_hole_with_one(intervals):
+    whole = replace(short_rig(), well=replace(short_rig().well, friction_intervals=intervals))
+    names = {parameter.name for parameter in nuisance_parameters(whole, ["surface_torque"])}
+    assert {"friction_1", "friction_2", "torsional_stiffness"} <= names
+    assert "friction_2" not in {p.name for p in nuisance_parameters(whole, ["surface_torque", "hook_load"])}
+    file = intervals[0].factor if intervals else 1.0
+    upper, lower = rig_with(whole, {"friction_1": 0.5, "friction_2": 2.0}).well.friction_intervals
+    assert (upper.to, lower.to) == (500.0, 1000.0)
+    assert (upper.factor, lower.factor) == pytest.approx((0.5 * file, 2.0 * file))
+    alike = rig_with(whole, {"friction_1": 1.0, "friction_2": 1.0})
+    torques = [simulate(rig, rocking(20.0), 40).surface_torque for rig in (whole, alike)]
+    assert torques[1] == pytest.approx(torques[0], abs=1.0)
 
 
 def test_stuck_and_saturated_channels_are_left_out():

@@ -197,10 +197,11 @@ def simulate_on_threads(
 
 def nuisance_parameters(rig: Rig, channels: Sequence[str]) -> tuple[Parameter, ...]:
     """What any rig is tuned in, as multiples of the rig file's values; those that no channel can see are left out."""
-    intervals = range(len(rig.well.friction_intervals) or 1)
-    # Nothing but torque: no hook load has checked the file's friction, no tool-face how far its string twists.
+    # Nothing but torque: no hook load has checked the file's friction, nor what a bend of the hole presses the string
+    # with; no tool-face how far its string twists.
     alone = set(channels) == {"surface_torque"}
     lowest, spread = (0.15, 0.5) if alone else (0.4, 0.2)
+    intervals = range(max(len(rig.well.friction_intervals), 2 if alone else 1))
     found = [Parameter(f"friction_{index + 1}", 1.0, lowest, 2.5, 0.05, spread=spread) for index in intervals]
     found += [
         Parameter("torsional_damping", 1.0, 0.1, 5.0, 0.2, spread=0.5),
@@ -227,8 +228,12 @@ def start_with(values: Values) -> Start:
 
 
 def rig_with(rig: Rig, values: Values) -> Rig:
-    """The rig with nuisance multiples and effect parameters set; what else values holds is not the rig's."""
+    """The rig with nuisance multiples and effect parameters set; what else values holds is not the rig's. A second
+    friction is that of the lower half where the file has one for the whole hole.
+    """
     intervals = rig.well.friction_intervals or (FrictionInterval(rig.string.length, 1.0),)
+    if len(intervals) == 1 and "friction_2" in values:
+        intervals = (FrictionInterval(0.5 * rig.string.length, intervals[0].factor), *intervals)
     scaled = [
         replace(interval, factor=interval.factor * values.get(f"friction_{index + 1}", 1.0))
         for index, interval in enumerate(intervals)
