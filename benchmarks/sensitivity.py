@@ -39,7 +39,7 @@ class Constant:
 DECIDING = (
     Constant("evidence.compare", "LEVEL", (0.02, 0.1), "level of a test between two explanations"),
     Constant("evidence.adequacy", "LEVEL", (0.003, 0.03), "level of the test whether anything is left"),
-    Constant("evidence.adequacy", "NEGLIGIBLE", (0.2, 0.6), "E^2 - 1 that nobody would act upon"),
+    Constant("evidence.adequacy", "NEGLIGIBLE", (0.3, 0.8), "E^2 - 1 that nobody would act upon"),
     Constant("choice.judge", "LEAST_SHARE", (0.02, 0.1), "share of the gap worth a name, and of a floor"),
     Constant("choice.tuning", "FAR_OFF", (1.8, 3.5), "spreads that rigs are looked for within, laws beyond"),
     Constant("choice.forward", "PULL", (0.15, 0.6), "gain of the weak observer"),
@@ -53,9 +53,9 @@ DECIDING = (
 )
 HOW_FINELY = (
     Constant("evidence.replicates", "_NUMBER", (5, 16), "replicates"),
-    Constant("search.screen", "FEW", (2, 5), "places to begin from and explanations that are followed"),
-    Constant("search.least_squares", "TOLERANCE", (0.2, 1.0), "gain of -2 log p below which a fit has settled"),
-    Constant("search.least_squares", "ITERATIONS", (7, 28), "iterations of a fit at most"),
+    Constant("search.race", "FINALISTS", (2, 5), "explanations that are judged"),
+    Constant("search.screen", "STARTS", (1, 4), "places that fits begin from where the first may mislead"),
+    Constant("search.least_squares", "ITERATIONS", (5, 14), "iterations of a fit at most"),
     Constant("search.least_squares", "STEP", (0.1, 0.4), "step of a derivative, in scales"),
     Constant("search.least_squares", "SHORT", (0.15, 0.5), "how far a linear forecast is trusted"),
     Constant("choice.tuning", "_SCATTERED", (16, 64), "points that re-tuning may begin from"),

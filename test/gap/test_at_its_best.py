@@ -73,15 +73,22 @@ def test_an_effect_fitted_in_the_wrong_valley_is_found_in_the_right_one(known):
     assert from_other_starts(free, right, folds) is None
 
 
-def test_what_contains_the_known_is_no_less_likely_than_it(known):
-    """An effect that there is nothing of, fitted in the wrong valley beside a re-tuning in the right one."""
-    state, leader = known
-    right = at_its_best(state, leader, EFFECTS, seed=0)
-    free, effect = right.ways[0], (EFFECTS[0],)
-    begun = {"pitch": -3.0, "sine": 0.5}
-    wrong = scored(free, effect, fit(free, parameters_of(free, effect), begun), right.blocks.folds)
-    assert wrong.fit.cost > right.current.fit.cost + 100.0
-    again = no_less_likely(right, wrong)
+@pytest.mark.parametrize("there_is", [0.0, 3.0])
+def test_what_contains_the_known_is_no_less_likely_than_it_where_there_is_something(there_is):
+    """A sine fitted in the wrong valley of the pitch, beside a re-tuning in the right one."""
+    model = Tone(toy({"sine": there_is}, 5, extra=tone(TRUE)).runs)
+    floors = [{channel.name: noise_floor(channel) for channel in run.channels} for run in model.runs]
+    state = begin(model, EFFECTS, floors, ({},), 0, lambda stage, share: None)
+    free, folds, effect = state.ways[0], state.blocks.folds, (EFFECTS[0],)
+    right = scored(free, (), fit(free, parameters_of(free, ()), {"pitch": TRUE}), folds)
+    state = replace(state, tuned=right, current=right)
+    wrong = scored(free, effect, fit(free, parameters_of(free, effect), {"pitch": -3.0, "sine": 0.5}), folds)
+    assert wrong.fit.cost > right.fit.cost
+    again = no_less_likely(state, wrong)
     assert again.names == wrong.names
-    assert again.fit.cost <= right.current.fit.cost + 1e-6
-    assert no_less_likely(right, again) is again
+    if there_is:
+        assert again.fit.values["sine"] == pytest.approx(there_is, abs=0.5)
+        assert again.fit.cost < right.fit.cost
+        assert no_less_likely(state, again) is again
+    else:
+        assert again is wrong, "nothing is gained from there: not worth finishing"

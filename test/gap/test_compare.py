@@ -13,8 +13,8 @@ from slider_drilling.gap.evidence.score import Folds, Score, held_out, make_fold
 from slider_drilling.gap.problem.noise import noise_floor
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.least_squares import fit
-from slider_drilling.gap.search.race import Arm, finalists, parameters_of, race
-from slider_drilling.gap.search.screen import FEW, scanned, screen
+from slider_drilling.gap.search.race import FINALISTS, Arm, finalists, parameters_of, race
+from slider_drilling.gap.search.screen import scanned, screen
 
 
 def fitted(model, names):
@@ -139,5 +139,5 @@ def test_what_bends_to_much_with_the_wrong_sign_takes_no_named_effects_place():
     wrong = [Arm((effect,), 0, {effect.name: -3.0}, None) for effect in signed[:3]]
     right = [Arm((effect,), 0, {effect.name: 3.0}, None) for effect in signed]
     judged = [arms[0] for arms in finalists([*wrong, *right])]
-    assert sum(arm.physical for arm in judged) == FEW
+    assert sum(arm.physical for arm in judged) == FINALISTS
     assert [arm.names for arm in judged if not arm.physical] == [(signed[0].name,)]

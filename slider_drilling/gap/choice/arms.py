@@ -11,8 +11,8 @@ from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.least_squares import Fit, fit
-from slider_drilling.gap.search.race import Arm
-from slider_drilling.gap.search.screen import FEW, Candidate, Scan, scanned, screen, screen_pairs
+from slider_drilling.gap.search.race import FINALISTS, Arm
+from slider_drilling.gap.search.screen import STARTS, Candidate, Scan, scanned, screen, screen_pairs
 from slider_drilling.gap.search.wide import wide
 
 
@@ -47,7 +47,7 @@ def places_of(state: State, effects: Sequence[Effect]) -> list[Place]:
         problem = state.ways[way].showing(known.effects)
         begin, iterations = (known.fit.values, None) if tuned else (given, 1)
         base = fit(problem, known.fit.parameters, begin, iterations=iterations)
-        return Place(way, scanned(problem, base, effects), 1 if tuned else FEW)
+        return Place(way, scanned(problem, base, effects), 1 if tuned else STARTS)
 
     return at_once(place, [(way, tuned) for way in state.open_ways for tuned in (True, False)])
 
@@ -79,7 +79,7 @@ def arms_of_pairs(places: Sequence[Place]) -> list[Arm]:
     """The most promising pairs of effects beside re-tuning alone."""
     return [
         Arm(pair.effects, place.way, pair.start, place.base)
-        for place, pairs in zip(places, at_once(lambda place: screen_pairs(place.scan, FEW), places), strict=True)
+        for place, pairs in zip(places, at_once(lambda place: screen_pairs(place.scan, FINALISTS), places), strict=True)
         for pair in pairs
     ]
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 from slider_drilling.gap.choice.state import Explained, State
 from slider_drilling.gap.choice.tuning import scattered, tuned_from
 from slider_drilling.gap.evidence.adequacy import Adequacy, adequacy
+from slider_drilling.gap.evidence.compare import by_chance
 from slider_drilling.gap.evidence.score import Folds, Score, held_out, score_of
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.problem import Problem
@@ -77,16 +78,18 @@ def at_its_best(state: State, leader: Explained, left: Sequence[Effect], seed: i
 
 def no_less_likely(state: State, found: Explained) -> Explained:
     """An explanation that contains what is known, begun once more from there where it ended less likely: with what it
-    adds where that had got to, and at nothing.
+    adds where that had got to, and at nothing. Finished where it gains more than its added parameters do by chance.
     """
     known = state.current
     if found.fit.cost <= known.fit.cost:
         return found
     own = {p.name for effect in found.effects if effect.name not in known.names for p in effect.parameters}
     added = {name: value for name, value in found.fit.values.items() if name in own}
-    problem = state.way.showing(found.effects)
-    begun = tuned_from(problem, [known.fit.values | added, known.fit.values], found.fit.parameters)
-    again = scored(problem, found.effects, begun, state.blocks.folds)
+    near = known.problem.showing(found.effects)
+    begun = tuned_from(near, [known.fit.values | added, known.fit.values], found.fit.parameters)
+    if known.fit.cost - begun.cost <= by_chance(len(own)):
+        return found
+    again = scored(state.way.showing(found.effects), found.effects, begun, state.blocks.folds)
     return min(found, again, key=lambda one: one.fit.cost)
 
 

@@ -14,7 +14,7 @@ from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import parameters_of
-from slider_drilling.gap.search.screen import FEW
+from slider_drilling.gap.search.screen import STARTS
 
 _SCATTERED = 32  # points
 # Standard deviations of what rigs are off by: none is looked for farther out, and a re-tuned parameter that goes there
@@ -43,7 +43,7 @@ def scattered(problem: Problem, tuned: Fit, freed: Sequence[Parameter] | None = 
         for row in np.array(low) + (np.array(high) - np.array(low)) * unit
     ]
     costs = [problem.cost(residual)[0] for residual in problem.residuals(points)]
-    return [points[index] for index in np.argsort(costs)[:FEW]]
+    return [points[index] for index in np.argsort(costs)[:STARTS]]
 
 
 def plausible(parameter: Parameter) -> tuple[float, float]:

@@ -25,7 +25,7 @@ LEVEL = 0.01
 _FREE = float(chi2.isf(LEVEL, 2))
 # E^2 - 1 that no engineer would act upon, of the whole as of one channel: other codes for the same equations, and noise
 # with a colour, differ by as much.
-NEGLIGIBLE = 0.4
+NEGLIGIBLE = 0.5
 
 
 @dataclass(frozen=True)

@@ -14,13 +14,16 @@ from types import MappingProxyType
 
 import numpy as np
 from scipy.optimize import lsq_linear
+from scipy.stats import chi2
 
 from slider_drilling.gap.evidence.likelihood import Discrepancy
 from slider_drilling.gap.model import Array, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem
 
-# Of ``-2 log p``: an iteration that gains less is the last. Iterations of a fit at most.
-TOLERANCE, ITERATIONS = 0.5, 14
+# Of ``-2 log p``: an iteration that gains less is the last; one free number gains as much on noise as often as not.
+TOLERANCE = float(chi2.ppf(0.5, 1))
+# Iterations of a fit at most.
+ITERATIONS = 8
 # Finite-difference step in units of a parameter's scale: large against the kinks that stick and slip leave in a
 # residual, small against the curvature over one scale.
 STEP = 0.2

@@ -14,7 +14,10 @@ from slider_drilling.gap.model import Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.least_squares import ITERATIONS, TOLERANCE, Fit, fit, pace
-from slider_drilling.gap.search.screen import FEW, scanned, screen
+from slider_drilling.gap.search.screen import STARTS, scanned, screen
+
+# Explanations that are judged.
+FINALISTS = 3
 
 
 @dataclass(frozen=True)
@@ -89,7 +92,7 @@ def begun_again(problems: Sequence[Problem], ran: Sequence[Arm]) -> list[Arm]:
     bare = {name: value for name, value in leader.fit.values.items() if name not in own}
     base = fit(problem, parameters_of(problem, leader.effects[:-1]), bare, iterations=0)
     (candidate,) = screen(scanned(problem, base, [effect]))
-    arms = [replace(leader, begin=start, near=None, fit=None) for start in candidate.starts[:FEW]]
+    arms = [replace(leader, begin=start, near=None, fit=None) for start in candidate.starts[:STARTS]]
     found = at_once(lambda arm: _advanced(problem, arm, ITERATIONS), arms)
     return sorted([*ran, *found], key=lambda arm: arm.cost)
 
@@ -121,7 +124,7 @@ def _heats(running: Sequence[Arm]) -> list[list[Arm]]:
 
 def _many(running: Sequence[Arm]) -> bool:
     """Whether some heat has more than a few arms whose signs are their names'."""
-    return any(sum(arm.physical for arm in heat) > FEW for heat in _heats(running))
+    return any(sum(arm.physical for arm in heat) > FINALISTS for heat in _heats(running))
 
 
 def _better_half(running: Sequence[Arm]) -> list[Arm]:
@@ -135,7 +138,7 @@ def _better_half(running: Sequence[Arm]) -> list[Arm]:
         for arm in heat:
             best.setdefault((arm.names, arm.physical), arm)
         half = (len({names for names, _ in best}) + 1) // 2
-        chosen += [arm for arm in best.values() if arm.physical][: max(FEW, half)]
+        chosen += [arm for arm in best.values() if arm.physical][: max(FINALISTS, half)]
         chosen += [arm for arm in best.values() if not arm.physical][:1]
     return chosen
 
@@ -145,6 +148,6 @@ def finalists(ran: Sequence[Arm]) -> list[list[Arm]]:
     sets: dict[tuple[tuple[str, ...], bool], list[Arm]] = {}
     for arm in ran:
         sets.setdefault((arm.names, arm.physical), []).append(arm)
-    named = [arms for (_, physical), arms in sets.items() if physical][:FEW]
+    named = [arms for (_, physical), arms in sets.items() if physical][:FINALISTS]
     shapes = [arms for (_, physical), arms in sets.items() if not physical][:1]
     return sorted(named + shapes, key=lambda arms: arms[0].cost)

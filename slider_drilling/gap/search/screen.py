@@ -12,8 +12,8 @@ from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import SHORT, Fit, bounded_step, prior_weights, room
 
 _MARGIN = 0.02
-# How many are followed where the first may mislead: places to begin from, and explanations that are judged.
-FEW = 3
+# Places that fits begin from where the first may mislead.
+STARTS = 2
 
 
 @dataclass(frozen=True)
