@@ -17,8 +17,9 @@ def shape_in_words(words: str, x: Array, x_unit: str, y: Array, y_unit: str) -> 
     spread = float(np.ptp(y))
     if x.size < 3 or spread == 0.0:
         mean = float(np.mean(y))
-        return f"{words}, by " + (f"a factor of {number(1.0 + mean, 2)}" if y_unit == "-" and mean > 1.0 else
-                                  _amount(mean, y_unit))  # fmt: skip
+        if y_unit == "-" and mean > 1.0:
+            return f"{words}, by a factor of {number(1.0 + mean, 2)}"
+        return f"{words}, by {_amount(mean, y_unit)}"
     slope, offset = np.polyfit(x, y, 1)
     total = float(np.sum((y - np.mean(y)) ** 2))
     if 1.0 - float(np.sum((y - slope * x - offset) ** 2)) / total > _LIKE:

@@ -5,25 +5,24 @@ from types import SimpleNamespace
 import pytest
 from scipy.stats import chi2
 
-from slider_drilling.gap.choice import judge
-from slider_drilling.gap.evidence.compare import LEVEL
+from slider_drilling.gap.evidence.compare import LEVEL, pays
 
 CANDIDATES = 12
 
 
 def fitted(cost, parameters):
-    return SimpleNamespace(fit=SimpleNamespace(cost=cost, parameters=("nuisance",) * parameters))
+    return SimpleNamespace(cost=cost, parameters=("nuisance",) * parameters)
 
 
 @pytest.mark.parametrize("added", [1, 3])
 def test_what_free_parameters_gain_on_noise_is_no_reason_for_a_name(added):
     least = chi2.ppf(1.0 - LEVEL / CANDIDATES, added)
     known = fitted(1000.0, 5)
-    assert not judge._pays(known, fitted(1000.0 - 0.99 * least, 5 + added), CANDIDATES)
-    assert judge._pays(known, fitted(1000.0 - 1.01 * least, 5 + added), CANDIDATES)
+    assert not pays(known, fitted(1000.0 - 0.99 * least, 5 + added), CANDIDATES)
+    assert pays(known, fitted(1000.0 - 1.01 * least, 5 + added), CANDIDATES)
 
 
 def test_more_parameters_have_to_gain_more():
     known = fitted(1000.0, 5)
-    assert judge._pays(known, fitted(990.0, 6), CANDIDATES)
-    assert not judge._pays(known, fitted(990.0, 8), CANDIDATES)
+    assert pays(known, fitted(990.0, 6), CANDIDATES)
+    assert not pays(known, fitted(990.0, 8), CANDIDATES)

@@ -15,7 +15,7 @@ from slider_drilling.gap.choice.refit import as_given, scored, tested, unseen
 from slider_drilling.gap.choice.stand_in import far_off
 from slider_drilling.gap.choice.state import State, Step
 from slider_drilling.gap.choice.tuning import floors_lowered, floors_raised, scattered, tuned_from
-from slider_drilling.gap.evidence.compare import beats, by_chance, closed_between, make_blocks
+from slider_drilling.gap.evidence.compare import beats, closed_between, make_blocks, pays
 from slider_drilling.gap.evidence.score import make_folds
 from slider_drilling.gap.model import Effect, How, Model, Pulled, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, sigmas
@@ -191,9 +191,9 @@ def _without_needless(state: State, before: Sequence[Effect], left: Sequence[Eff
         begin = {name: value for name, value in state.current.fit.values.items() if name not in own}
         found = fit(problem, parameters_of(problem, rest), begin)
         reduced = scored(problem, rest, found, state.blocks.folds)
-        pays = reduced.fit.cost - state.current.fit.cost > by_chance(len(own))
         needed = shrinks(*closed_between(state.blocks, reduced.score, state.current.score))
-        if not pays or not (needed or beats(state.blocks, state.current.score, reduced.score)):
+        better = needed or beats(state.blocks, state.current.score, reduced.score)
+        if not (better and pays(reduced.fit, state.current.fit)):
             enough = tested(reduced, seed, left)
             state = replace(state, current=reduced, enough=enough, done=enough.done)
     return state

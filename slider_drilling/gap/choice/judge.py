@@ -29,6 +29,7 @@ from slider_drilling.gap.evidence.compare import (
     closed_between,
     foretells_more,
     gaps,
+    pays,
 )
 from slider_drilling.gap.evidence.rivals import other_forms
 from slider_drilling.gap.model import Effect
@@ -141,7 +142,8 @@ def _verdict(state: State, explained: Explained, candidates: int, seed: int) -> 
     rivals = max(candidates, comb(candidates, len(new)))
     closed, interval = closed_between(blocks, known.score, explained.score)
     why = []
-    if not _pays(known, explained, rivals):
+    # Unseen stretches alone can favour an effect by what the refits without it happened to do there.
+    if not pays(known.fit, explained.fit, rivals):
         why.append("the whole log is no likelier with it than free parameters make it by chance")
     if not shrinks(closed, interval):
         why.append("the gap does not shrink for certain")
@@ -158,21 +160,11 @@ def _verdict(state: State, explained: Explained, candidates: int, seed: int) -> 
     return Judged(explained.effects[-1], explained, closed, interval, tuple(why))
 
 
-def _pays(known: Explained, explained: Explained, rivals: int) -> bool:
-    """Whether the likelihood ratio over the whole log is more than its added parameters gain on noise (Wilks), at the
-    level shared among all.
-
-    Unseen stretches alone can favour an effect by what the refits without it happened to do there.
-    """
-    added = len(explained.fit.parameters) - len(known.fit.parameters)
-    return known.fit.cost - explained.fit.cost > by_chance(added, rivals)
-
-
 def likelier(state: State, judged: Sequence[Judged], rivals: int) -> tuple[str, ...]:
     """Laws that make the whole log likelier than what is known for certain, with a nuisance that is not far off."""
     found = [
         one for one in judged
-        if _pays(state.current, one.explained, rivals) and one.effect.means_its_name(one.explained.fit.values)
+        if pays(state.current.fit, one.explained.fit, rivals) and one.effect.means_its_name(one.explained.fit.values)
         and not far_off(one.explained)
     ]  # fmt: skip
     return tuple(one.effect.name for one in sorted(found, key=lambda one: one.explained.fit.cost))

@@ -8,7 +8,7 @@ from dataclasses import replace
 from slider_drilling.gap.choice.state import Explained, State
 from slider_drilling.gap.choice.tuning import scattered, tuned_from
 from slider_drilling.gap.evidence.adequacy import Adequacy, adequacy
-from slider_drilling.gap.evidence.compare import by_chance
+from slider_drilling.gap.evidence.compare import pays
 from slider_drilling.gap.evidence.score import Folds, Score, held_out, score_of
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.problem import Problem
@@ -46,9 +46,7 @@ def refitted(problem: Problem, known: Explained, folds: Folds) -> Explained:
     return scored(problem, known.effects, found, folds)
 
 
-def scored_in(
-    problem: Problem, state: State, others: Sequence[Explained] = ()
-) -> tuple[State, list[Explained]]:
+def scored_in(problem: Problem, state: State, others: Sequence[Explained] = ()) -> tuple[State, list[Explained]]:
     """The state with what is known fitted and scored again in another problem, and others likewise."""
     known = [state.tuned] if state.current is state.tuned else [state.tuned, state.current]
     again = at_once(lambda one: refitted(problem, one, state.blocks.folds), [*known, *others])
@@ -87,7 +85,7 @@ def no_less_likely(state: State, found: Explained) -> Explained:
     added = {name: value for name, value in found.fit.values.items() if name in own}
     near = known.problem.showing(found.effects)
     begun = tuned_from(near, [known.fit.values | added, known.fit.values], found.fit.parameters)
-    if known.fit.cost - begun.cost <= by_chance(len(own)):
+    if not pays(known.fit, begun):
         return found
     again = scored(state.way.showing(found.effects), found.effects, begun, state.blocks.folds)
     return min(found, again, key=lambda one: one.fit.cost)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from scipy.stats import t as student
 
 from slider_drilling.gap.evidence.score import Folds, Score
 from slider_drilling.gap.model import Array
+from slider_drilling.gap.search.least_squares import Fit
 
 RESAMPLES = 2000
 LEVEL = 0.05
@@ -30,6 +32,11 @@ class Blocks:
     def number(self) -> int:
         """Blocks in the log."""
         return sum(starts.shape[1] for starts in self.starts)
+
+    @cached_property
+    def samples(self) -> Array:
+        """(RESAMPLES,) how many samples were drawn: channels are not all as dense."""
+        return self.sums(np.ones(self.folds.instant.size))
 
     def sums(self, values: Array) -> Array:
         """(RESAMPLES,) sum of values (N,) over what was drawn."""
@@ -87,9 +94,16 @@ def by_chance(added: int, rivals: int = 1) -> float:
     return float(chi2.ppf(1.0 - LEVEL / rivals, max(added, 1)))
 
 
+def pays(known: Fit, found: Fit, rivals: int = 1) -> bool:
+    """Whether the likelihood ratio over the whole log is more than the added parameters gain on noise (Wilks), at the
+    level shared among so many rivals.
+    """
+    return known.cost - found.cost > by_chance(len(found.parameters) - len(known.parameters), rivals)
+
+
 def gaps(blocks: Blocks, score: Score) -> Array:
     """(RESAMPLES,) E^2."""
-    return blocks.sums(score.squares) / blocks.sums(np.ones_like(score.squares))
+    return blocks.sums(score.squares) / blocks.samples
 
 
 def closed_between(blocks: Blocks, before: Score, after: Score) -> tuple[float, tuple[float, float]]:
