@@ -11,6 +11,7 @@ import pytest
 from slider_drilling.blind.answer import answer_of, read_answer
 from slider_drilling.blind.check import as_json, score_answers
 from slider_drilling.blind.label import Label, read_label
+from slider_drilling.blind.oracle import Truth
 from slider_drilling.blind.score import score
 from slider_drilling.blind.tally import share, tally
 from slider_drilling.errors import InputError
@@ -31,8 +32,8 @@ def tree(
             "ranking": ranking}  # fmt: skip
 
 
-def scored(of, *arguments, oracle=math.nan, **keywords):
-    return score(of, answer_of(tree(*arguments, **keywords), "answer"), oracle)
+def scored(of, *arguments, oracle=None, named=None, **keywords):
+    return score(of, answer_of(tree(*arguments, **keywords), "answer"), Truth(oracle, named))
 
 
 OUTSIDE = {"kind": "outside", "effects": ("washout",), "sites": (("hydraulics", "sensor"),)}
@@ -195,6 +196,15 @@ def test_what_re_tuning_makes_up_for_leaves_nothing_to_name():
     found = tally(cases)
     assert (found.named_of_left.count, found.named_of_left.of) == (1, 2)
     assert (found.named.count, found.named.of) == (1, 3)
+
+
+def test_what_such_a_log_can_tell_at_all_is_what_the_truth_as_the_only_candidate_is_named_in():
+    cases = [scored(label(), "effect", ["stribeck"], named=1.0), scored(label(), "parameters", named=2 / 3),
+             scored(label(), "parameters", named=1 / 3), scored(label(), "parameters"),
+             scored(label(**TWO), "effect", ["stribeck"], named=0.0)]  # fmt: skip
+    found = tally(cases)
+    assert (found.named_of_nameable.count, found.named_of_nameable.of) == (1, 2)
+    assert found.both_of_nameable.of == 0 and cases[3].nameable is None
 
 
 def test_what_re_tuning_may_stand_for_is_counted_apart_from_names():

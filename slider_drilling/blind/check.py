@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import datetime
 import json
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import Any
 
 from slider_drilling.blind.answer import Answer, answer_of, diagnose_job, read_answer
 from slider_drilling.blind.label import Label, read_labels
-from slider_drilling.blind.oracle import oracle_job
+from slider_drilling.blind.oracle import UNKNOWN, Truth, oracle_job
 from slider_drilling.blind.plan import Case
 from slider_drilling.blind.score import Scored, score
 from slider_drilling.blind.seal import seal_job
@@ -78,7 +77,7 @@ def check(sealed: Path, output: Path, stems: Sequence[str] | None, asked: Asked,
     answers = {stem: result for stem, key in keys.items() if (result := ran[0].result(key)) is not None}
     labels = read_labels(sealed / LABELS) if (sealed / LABELS).is_dir() else {}
     known = {stem: label for stem, label in labels.items() if stem in keys}
-    truth: dict[str, float] = {}
+    truth: dict[str, Truth] = {}
     if asked.oracle and not ran[0].stopped:
         fitted, truth = _oracles(known, sealed / TWINS, asked.seed, closed[:1], folder, run)
         ran.append(fitted)
@@ -86,7 +85,7 @@ def check(sealed: Path, output: Path, stems: Sequence[str] | None, asked: Asked,
     for stem, label in known.items():
         failed = stem not in answers and ran[0].results.error(keys[stem]) is not None
         if stem in answers or failed:
-            cases.append(_scored(label, answers.get(stem), stem, truth.get(stem, math.nan)))
+            cases.append(_scored(label, answers.get(stem), stem, truth.get(stem, UNKNOWN)))
     return Checked(cases, ran, {stem: result.tree for stem, result in answers.items()})
 
 
@@ -132,19 +131,15 @@ def _logs(sealed: Path, stems: Sequence[str] | None) -> list[Path]:
 
 def _oracles(
     labels: dict[str, Label], twins: Path, seed: int, closed: tuple[str, ...], folder: Path, run: Run
-) -> tuple[Ran, dict[str, float]]:
+) -> tuple[Ran, dict[str, Truth]]:
     made = {stem: found for stem in labels if (found := sorted(twins.glob(f"{stem}_*.mcap")))}
     jobs = [oracle_job(stem, found, labels[stem].effects, seed, closed) for stem, found in made.items()]
     ran = run("fitting the truth", jobs, folder)
-    shares = {}
-    for stem, key in zip(made, ran.keys, strict=True):
-        result = ran.result(key)
-        if result is not None and result.tree["closed"] is not None:
-            shares[stem] = float(result.tree["closed"])
-    return ran, shares
+    results = {stem: ran.result(key) for stem, key in zip(made, ran.keys, strict=True)}
+    return ran, {stem: Truth(**result.tree) for stem, result in results.items() if result is not None}
 
 
-def _scored(label: Label, result: Result | None, stem: str, oracle: float) -> Scored:
+def _scored(label: Label, result: Result | None, stem: str, oracle: Truth) -> Scored:
     if result is None:
         return score(label, None)
     answer: Answer = answer_of(result.tree, f"answer to {stem}")

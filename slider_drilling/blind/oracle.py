@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,19 +18,33 @@ def oracle_job(stem: str, twins: Sequence[Path], effects: Sequence[str], seed: i
     return Job(call, f"oracle of {stem}", inputs, options, seed, closed=closed)
 
 
-def fit_truth(job: Job) -> dict[str, Any]:
-    """``closed``: the mean over the twins of what `oracle` says, None where it says nothing of any of them."""
-    found = [oracle(Path(twin), job.options["effects"], job.seed) for twin in job.inputs.values()]
-    known = [share for share in found if share is not None]
-    return {"closed": sum(known) / len(known) if known else None}
-
-
-def oracle(log: Path, effects: Sequence[str], seed: int) -> float | None:
-    """Share of the tuned model's gap that the true effects close together on a log.
-
-    None where there is nothing to close, and where
-    the log cannot show one of the effects. Raises InputError where the log cannot be read.
+@dataclass(frozen=True)
+class Truth:
+    """closed: share of the tuned model's gap that the true effects close together, the mean over repeats of the run,
+    None where there is nothing to close; named: share of the repeats in which they are all named, with no other
+    candidate, None where no log can show one of them.
     """
+
+    closed: float | None
+    named: float | None
+
+
+UNKNOWN = Truth(None, None)
+
+
+def fit_truth(job: Job) -> dict[str, Any]:
+    """A `Truth` as JSON, of all twins that say something."""
+    found = [oracle(Path(twin), job.options["effects"], job.seed) for twin in job.inputs.values()]
+    return asdict(Truth(_mean(one.closed for one in found), _mean(one.named for one in found)))
+
+
+def _mean(values: Iterable[float | None]) -> float | None:
+    known = [value for value in values if value is not None]
+    return sum(known) / len(known) if known else None
+
+
+def oracle(log: Path, effects: Sequence[str], seed: int) -> Truth:
+    """What the true effects make of one log. Raises InputError where the log cannot be read."""
     from slider_drilling.diagnosis.diagnose import diagnose
     from slider_drilling.diagnosis.tree import as_json
     from slider_drilling.errors import InputError
@@ -39,9 +54,9 @@ def oracle(log: Path, effects: Sequence[str], seed: int) -> float | None:
     try:
         tree = as_json(diagnose([record], record.rig(), seed=seed, only=effects))
     except InputError:
-        return None
+        return UNKNOWN
     closed: float | None = tree["gap"]["closed"]
     if closed is None and tree["ranking"] and len(effects) == 1:
         # Fitted, and not accepted.
         closed = tree["ranking"][0]["closed"]
-    return closed
+    return Truth(closed, float(set(effects) <= set(tree["effects"])))

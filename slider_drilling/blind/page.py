@@ -41,7 +41,8 @@ _READING = (
     "or effect_and_unknown, and its site.",
     "Intervals are exact binomial ones. A diagnosis that failed counts as wrong.",
     "The oracle is a fit of its own of the true effect alone; coverage is of the reported 95 % intervals over its "
-    "share, where exactly the true effects were named.",
+    "share, where exactly the true effects were named. What it names, with no other candidate, in most of three "
+    "repeats of the run such a log can tell at all.",
     "Size is how far the effect alone moves the most moved channel, RMS in the declared noise, before anything is "
     "re-tuned: what re-tuning makes up for leaves nothing to name.",
 )
@@ -56,9 +57,11 @@ def total_rows(found: Tally) -> list[tuple[str, str]]:
         ("one effect: named or in the top group", str(found.named)),
         ("  at 1.5 noise floors and above", str(found.named_from_1_5)),
         (f"  where re-tuning leaves E of {LEFT:g} and above", str(found.named_of_left)),
+        ("  of those that the oracle names, the truth being its only candidate", str(found.named_of_nameable)),
         ("  at 1.5 and above: named, or told as what re-tuning may stand for", str(found.told)),
         ("two effects: both named or in the group", str(found.both_named)),
         ("  each of 1.5 noise floors and above", str(found.both_from_1_5)),
+        ("  of those both of which the oracle names", str(found.both_of_nameable)),
         ("no effect: false alarms", str(found.false_alarms)),
         ("law from outside: a bare name", str(found.bare_names)),
         ("law from outside: site right", str(found.outside_sites)),

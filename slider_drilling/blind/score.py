@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from slider_drilling.blind.answer import Answer
 from slider_drilling.blind.label import Label
+from slider_drilling.blind.oracle import UNKNOWN, Truth
 
 QUIET = ("none", "parameters")
 _UNSURE = ("unknown", "effect_and_unknown")
@@ -20,8 +21,9 @@ class Scored:
     answer could not tell from what it named; outcome: ``right``, or what is wrong with the answer; named_truth: every
     true effect is named, or in the group of a named one, whatever is named besides; extra: how many are named
     besides; site_right: None where no site was asked for or given; tuned: E that re-tuning leaves; covered: the
-    reported interval holds the oracle's share, None where one of them is missing; ends: errors m at the top and the
-    bottom of a cuttings bed; cpu, wall: s; instead: what it said re-tuning may stand for.
+    reported interval holds the oracle's share, None where one of them is missing; nameable: whether the oracle, with no
+    other candidate, names the truth in most repeats of the run, None without an oracle; ends: errors m at the top and
+    the bottom of a cuttings bed; cpu, wall: s; instead: what it said re-tuning may stand for.
     """
 
     log: str
@@ -48,6 +50,7 @@ class Scored:
     cpu: float
     wall: float
     instead: tuple[str, ...] = ()
+    nameable: bool | None = None
 
     @property
     def right(self) -> bool:
@@ -55,7 +58,7 @@ class Scored:
 
 
 def score(
-    label: Label, answer: Answer | None, oracle: float = math.nan, cpu: float = math.nan, wall: float = math.nan
+    label: Label, answer: Answer | None, truth: Truth = UNKNOWN, cpu: float = math.nan, wall: float = math.nan
 ) -> Scored:
     """Score one answer; None is a diagnosis that failed, which is never right."""
     if answer is None:
@@ -63,6 +66,7 @@ def score(
     found = [name for name in label.effects if answer.covers(name)]
     extra = len(answer.named) - len(_matched(label, answer))
     low, high = answer.interval
+    oracle = math.nan if truth.closed is None else truth.closed
     known = label.kind in ("single", "two") and math.isfinite(oracle) and math.isfinite(low) and math.isfinite(high)
     exact = len(found) == len(label.effects) and not extra
     return Scored(
@@ -75,7 +79,7 @@ def score(
         site_right=_site_right(label, answer), tuned=answer.tuned, closed=answer.closed,
         interval=answer.interval, oracle=oracle,
         covered=low <= oracle <= high if known and exact else None, ends=_ends(label, answer), cpu=cpu, wall=wall,
-        instead=answer.instead,
+        instead=answer.instead, nameable=None if truth.named is None else truth.named > 0.5,
     )  # fmt: skip
 
 

@@ -67,7 +67,8 @@ class Tally:
 
     right: by kind; named: of the catalogue's effects alone, named or in the top group; named_from_1_5: of those that
     reached 1.5 noise floors, as near as logs are sealed; named_of_left: of those of which re-tuning leaves E of `LEFT`
-    and above; told: of those that reached 1.5, named or told as what re-tuning may stand for; both_named,
+    and above; named_of_nameable, both_of_nameable: of those, one effect and two, that the oracle names in most repeats;
+    told: of those that reached 1.5, named or told as what re-tuning may stand for; both_named,
     both_from_1_5: of two effects both, of all logs and of those where each reached 1.5; false_alarms: effect-free logs
     that were called anything but ``none`` or ``parameters``; bare_names: laws from outside that got a name and nothing
     else; sites: right where one was given; coverage: of the reported 95 % intervals over the oracle's share;
@@ -80,9 +81,11 @@ class Tally:
     named: Share
     named_from_1_5: Share
     named_of_left: Share
+    named_of_nameable: Share
     told: Share
     both_named: Share
     both_from_1_5: Share
+    both_of_nameable: Share
     false_alarms: Share
     bare_names: Share
     sites: Share
@@ -116,9 +119,11 @@ def tally(cases: Sequence[Scored]) -> Tally:
         named=share(case.named_truth for case in single),
         named_from_1_5=share(case.named_truth for case in single if _plain(case)),
         named_of_left=share(case.named_truth for case in single if case.tuned >= LEFT),
+        named_of_nameable=share(case.named_truth for case in single if case.nameable),
         told=share(case.named_truth or case.truth[0] in case.instead for case in single if _plain(case)),
         both_named=share(case.named_truth for case in double),
         both_from_1_5=share(case.named_truth for case in double if _plain(case)),
+        both_of_nameable=share(case.named_truth for case in double if case.nameable),
         false_alarms=share(case.verdict not in QUIET for case in free),
         bare_names=share(case.outcome == "bare name" for case in outside),
         sites=share(case.site_right for case in (*single, *double)),

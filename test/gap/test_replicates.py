@@ -5,12 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from toy import EFFECTS, TIME, Toy, force, toy
+from toy import EFFECTS, NUISANCE, TIME, Toy, force, toy
 
 from slider_drilling.gap import Channel, How, explain
+from slider_drilling.gap.choice import refit
 from slider_drilling.gap.choice.forward import begin
 from slider_drilling.gap.evidence.replicates import unforeseen
-from slider_drilling.gap.evidence.score import score_of
+from slider_drilling.gap.evidence.score import make_folds, score_of
 from slider_drilling.gap.problem.noise import noise_floor
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.least_squares import fit
@@ -62,6 +63,37 @@ def test_the_floor_of_an_angle_that_nobody_can_foretell_is_raised_and_that_of_th
 def begun(model):
     floors = [{channel.name: noise_floor(channel) for channel in run.channels} for run in model.runs]
     return begin(model, EFFECTS, floors, [{}], 0, lambda stage, share: None)
+
+
+def threshold_of(model) -> float:
+    problem = build_problem(model, [{"force": 1.0}])
+    found = fit(problem, parameters_of(problem, ()), {})
+    return refit.tested(refit.scored(problem, (), found, make_folds(problem)), seed=0).threshold
+
+
+def test_noise_alone_is_as_small_beside_a_model_that_is_wrong():
+    # A discrepancy leaves open what the truth, with noise alone, would tell: that is not what noise leaves.
+    loose = tuple(replace(parameter, scale=30.0) for parameter in NUISANCE)
+    right, wrong = (
+        threshold_of(replace(toy({"level": 1.0}, 3, extra=extra), nuisance=loose))
+        for extra in (0.0, 30.0 * np.sin(TIME / 6.0))
+    )
+    assert wrong < 1.1 * right < 1.7
+
+
+@dataclass(frozen=True)
+class Forked(Toy):
+    """The toy that goes one way or the other, and next to nothing of its level decides."""
+
+    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+        ways = [np.sign(np.sin(1e4 * values.get("level", 0.0))) for values in sets]
+        rows = [force(values) + 50.0 * way * (TIME > 60.0) for values, way in zip(sets, ways, strict=True)]
+        return {"force": np.stack(rows)}
+
+
+def test_which_way_a_model_goes_is_no_noise_where_tuning_would_find_it():
+    model = Forked(toy({"level": 1.0}, 3, extra=50.0 * np.sign(np.sin(1e4)) * (TIME > 60.0)).runs)
+    assert threshold_of(model) < 1.5
 
 
 def test_a_dozen_readings_of_an_angle_weigh_as_a_dozen_samples():
