@@ -1,7 +1,7 @@
 """Logs as a fitted model would have given them if it were the truth, and what the fit leaves of them.
 
-Replicates are made with the model itself: parameters as well as noise alone would tell them, its finest simulation, and
-the channels' noise.
+Replicates are made with the model itself: parameters as well as noise would tell them, its finest simulation, and the
+channels' noise.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import cast
 import numpy as np
 from scipy.optimize import brentq
 
+from slider_drilling.gap.evidence.compare import by_chance
 from slider_drilling.gap.evidence.score import squares_of
 from slider_drilling.gap.model import Array, Graded, How, Model, Pulled
 from slider_drilling.gap.problem.missed_steps import missed_steps
@@ -53,8 +54,8 @@ def replicates(problem: Problem, found: Fit, generator: np.random.Generator) -> 
     truths = problem.simulate(sets, How(finest, 0.0))
     samples = [truth + _noise(problem, generator) for truth in truths]
     if problem.how.pull == 0.0 or not isinstance(problem.model, Pulled):
-        fits = np.vstack([found.simulated[None], problem.simulate(sets)])
-        return [_least(problem, sample, np.delete(fits, index + 1, axis=0)) for index, sample in enumerate(samples)]
+        fits = problem.simulate(sets)
+        return [_left(problem, found, sample, np.delete(fits, i, axis=0)) for i, sample in enumerate(samples)]
     model, how = problem.model, replace(problem.how, fidelity=finest)
 
     def left(sample: Array) -> Array:
@@ -68,22 +69,28 @@ def replicates(problem: Problem, found: Fit, generator: np.random.Generator) -> 
     return at_once(left, samples)
 
 
-def _least(problem: Problem, sample: Array, fits: Array) -> Array:
-    """What the best of fits (M, N) leaves of a replicate (N,): tuned to it, the model would find which way it went
+def _left(problem: Problem, found: Fit, sample: Array, others: Array) -> Array:
+    """What a fit leaves of a replicate (N,), or the best of others (M, N), simulations of as likely parameters, where
+    that leaves less by more than tuning gains on noise: tuned to the replicate, the model would find which way it went
     where next to nothing decides, as between sticking and not.
     """
-    left = [_wrapped(problem, sample - fit) for fit in fits]
-    return min(left, key=lambda residual: float(np.mean(squares_of(problem, residual))))
+
+    def size(residual: Array) -> float:
+        return float(np.sum(squares_of(problem, residual)))
+
+    mine = _wrapped(problem, sample - found.simulated)
+    best = min((_wrapped(problem, sample - other) for other in others), key=size)
+    return best if size(mine) - size(best) > by_chance(len(found.parameters)) else mine
 
 
 def _nearby(problem: Problem, found: Fit, generator: np.random.Generator) -> list[dict[str, float]]:
-    """Parameter sets as likely as the fit's were it the truth: by its curvature beside noise alone, since a discrepancy
-    that it leaves now would not be there.
+    """Parameter sets as likely as the fit's were it the truth, by its curvature: of the discrepancy that it leaves now
+    no more would be there than as much as the noise, whose colour that may be.
     """
     if not found.parameters:
         return [found.values] * _NUMBER
-    none = {index: replace(one, size=0.0) for index, one in found.discrepancy.items()}
-    _, rows = problem.whitened(found.residual, found.jacobian, none)
+    colour = {index: replace(one, size=min(one.size, 1.0)) for index, one in found.discrepancy.items()}
+    _, rows = problem.whitened(found.residual, found.jacobian, colour)
     normal = rows @ rows.T
     normal[np.diag_indices_from(normal)] += 1.0
     factor = np.linalg.cholesky(normal)
