@@ -48,14 +48,14 @@ def _factor(parts: list[Array]) -> float:
 
 
 def replicates(problem: Problem, found: Fit, generator: np.random.Generator) -> list[Array]:
-    """Residuals (N,) that the problem leaves of replicates of its own fit."""
+    """Residuals (N,) that the problem leaves of replicates of its own fit; pulled, what is measured leads the way."""
     finest = problem.model.finest if isinstance(problem.model, Graded) else 0
     sets = _nearby(problem, found, generator)
     truths = problem.simulate(sets, How(finest, 0.0))
     samples = [truth + _noise(problem, generator) for truth in truths]
     if problem.how.pull == 0.0 or not isinstance(problem.model, Pulled):
         fits = problem.simulate(sets)
-        return [_left(problem, found, sample, np.delete(fits, i, axis=0)) for i, sample in enumerate(samples)]
+        return [_tuned_to(problem, found, sample, np.delete(fits, i, axis=0)) for i, sample in enumerate(samples)]
     model, how = problem.model, replace(problem.how, fidelity=finest)
 
     def left(sample: Array) -> Array:
@@ -64,23 +64,20 @@ def replicates(problem: Problem, found: Fit, generator: np.random.Generator) -> 
             if piece.name == fed.pulled:
                 fed = fed.fed(piece.run, sample[piece.rows] * piece.noise)
         own = replace(problem, model=cast(Model, fed), correction=np.zeros(problem.size))
-        return _wrapped(problem, sample - own.simulate([found.values], how)[0])
+        return problem.wrapped(sample - own.simulate([found.values], how)[0])
 
     return at_once(left, samples)
 
 
-def _left(problem: Problem, found: Fit, sample: Array, others: Array) -> Array:
+def _tuned_to(problem: Problem, found: Fit, sample: Array, others: Array) -> Array:
     """What a fit leaves of a replicate (N,), or the best of others (M, N), simulations of as likely parameters, where
     that leaves less by more than tuning gains on noise: tuned to the replicate, the model would find which way it went
     where next to nothing decides, as between sticking and not.
     """
-
-    def size(residual: Array) -> float:
-        return float(np.sum(squares_of(problem, residual)))
-
-    mine = _wrapped(problem, sample - found.simulated)
-    best = min((_wrapped(problem, sample - other) for other in others), key=size)
-    return best if size(mine) - size(best) > by_chance(len(found.parameters)) else mine
+    residuals = [problem.wrapped(sample - one) for one in (found.simulated, *others)]
+    sizes = [float(np.sum(squares_of(problem, residual))) for residual in residuals]
+    best = int(np.argmin(sizes))
+    return residuals[best if sizes[0] - sizes[best] > by_chance(len(found.parameters)) else 0]
 
 
 def _nearby(problem: Problem, found: Fit, generator: np.random.Generator) -> list[dict[str, float]]:
@@ -112,12 +109,3 @@ def _noise(problem: Problem, generator: np.random.Generator) -> Array:
         off = 1.0 + generator.normal() * DIFFERENCE_SPREAD / np.sqrt(count)
         noise[piece.rows] = off * generator.normal(size=count)
     return noise
-
-
-def _wrapped(problem: Problem, residual: Array) -> Array:
-    for piece in problem.pieces:
-        if piece.channel.period is not None:
-            turn = piece.channel.period / piece.noise
-            part = residual[piece.rows]
-            residual[piece.rows] = part - turn * np.round(part / turn)
-    return residual

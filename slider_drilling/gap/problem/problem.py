@@ -113,13 +113,17 @@ class Problem:
         uncorrected, where they are known already.
         """
         higher = self.simulate([values], replace(self.how, fidelity=fidelity))[0] if fine is None else fine
-        difference = higher - self.simulate([values], self.how)[0]
+        return replace(self, correction=self.wrapped(higher - self.simulate([values], self.how)[0]))
+
+    def wrapped(self, difference: Array) -> Array:
+        """The difference (N,) of two simulations or samples without whole periods."""
+        shortest = difference.copy()
         for piece in self.pieces:
             if piece.channel.period is not None:
                 turn = piece.channel.period / piece.noise
                 part = difference[piece.rows]
-                difference[piece.rows] = part - turn * np.round(part / turn)
-        return replace(self, correction=difference)
+                shortest[piece.rows] = part - turn * np.round(part / turn)
+        return shortest
 
     def run_as(self, how: How) -> Problem:
         """The same problem simulated in another way, without correction."""
