@@ -40,7 +40,7 @@ DECIDING = (
     Constant("evidence.compare", "LEVEL", (0.02, 0.1), "level of a test between two explanations"),
     Constant("evidence.adequacy", "LEVEL", (0.003, 0.03), "level of the test whether anything is left"),
     Constant("evidence.adequacy", "NEGLIGIBLE", (0.3, 0.8), "E^2 - 1 that nobody would act upon"),
-    Constant("choice.judge", "LEAST_SHARE", (0.02, 0.1), "share of the gap worth a name, and of a floor"),
+    Constant("evidence.compare", "LEAST_SHARE", (0.02, 0.1), "share of the gap worth a name, and of a floor"),
     Constant("choice.tuning", "FAR_OFF", (1.8, 3.5), "spreads that rigs are looked for within, laws beyond"),
     Constant("choice.forward", "PULL", (0.15, 0.6), "gain of the weak observer"),
     Constant("problem.problem", "STEP_SIZE", (2.0, 8.0), "noise units from which a missed step is priced as one"),

@@ -290,8 +290,12 @@ def test_what_is_told_of_an_effect_in_the_answer_is_the_final_models(monkeypatch
     """Found beside others only, it has no share of its own: alone it closes another."""
     monkeypatch.setattr(from_engine, "_fitted", lambda explained, prefix: {"of": explained, "named": prefix})
     both = SimpleNamespace(names=("static_aging", "torque_at_motor"))
-    beside = SimpleNamespace(closed=0.52, interval=(0.43, 0.61), why_not=(), passed=True, explained=both)
-    alone = SimpleNamespace(closed=0.03, interval=(-0.06, 0.13), why_not=("no",), passed=False, explained="alone")
+    beside = SimpleNamespace(
+        closed=0.52, interval=(0.43, 0.61), why_not=(), passed=True, explained=both, in_other_runs=(0.4, (0.1, 0.5))
+    )
+    alone = SimpleNamespace(
+        closed=0.03, interval=(-0.06, 0.13), why_not=("no",), passed=False, explained="alone", in_other_runs=None
+    )
     answer = SimpleNamespace(
         effects=("static_aging", "torque_at_motor"), tuned=28.0, threshold=3.8, rival=None,
         state=SimpleNamespace(current="final", steps=(SimpleNamespace(accepted=beside),)),
@@ -310,7 +314,7 @@ def test_what_stayed_of_effects_that_were_found_together_is_told_with_its_parame
     monkeypatch.setattr(from_engine, "_fitted", lambda explained, prefix: {f"{prefix}size": 1.0})
     effects = [SimpleNamespace(name=name, site="contact") for name in ("stribeck", "static_aging", "torque_at_motor")]
     three = SimpleNamespace(
-        effect=effects[2], closed=0.80, interval=(0.70, 0.85), why_not=(), passed=True,
+        effect=effects[2], closed=0.80, interval=(0.70, 0.85), why_not=(), passed=True, in_other_runs=(0.7, (0.5, 0.8)),
         explained=SimpleNamespace(effects=effects, names=tuple(effect.name for effect in effects)),
     )  # fmt: skip
     answer = SimpleNamespace(

@@ -327,8 +327,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         low, high = entry.interval
         elsewhere = f", of the others' {closed(unseen, tuned, found):.2f}" if unseen else ""
         why = "; ".join(entry.why_not) or "passed"
+        there = "" if entry.in_other_runs is None else f", of each fitted log by the rest {entry.in_other_runs[0]:.2f}"
         print(
-            f"  {entry.effect.name:24s} closes {entry.closed:.2f} [{low:.2f}, {high:.2f}]{elsewhere}  {values}: {why}"
+            f"  {entry.effect.name:24s} closes {entry.closed:.2f} [{low:.2f}, {high:.2f}]{there}{elsewhere}"
+            f"  {values}: {why}"
         )
     if unseen:
         best = max(answer.judged, key=lambda entry: closed(unseen, tuned, entry.explained.fit.values), default=None)

@@ -17,6 +17,7 @@ from slider_drilling.diagnosis.outcome import (
     NextManoeuvre,
     Outcome,
     Shape,
+    Share,
     Trace,
     Where,
 )
@@ -142,7 +143,15 @@ def _candidate(one: Judged, effect: Effect, answer: Answer, groups: Mapping[str,
     return Candidate(
         name, effect.site, one.passed, in_answer, () if in_answer else why_not, closed, interval,
         _fitted(answer.state.current if in_answer else one.explained, f"{name}."), groups.get(name, ()),
+        _in_other_runs(one, answer),
     )  # fmt: skip
+
+
+def _in_other_runs(one: Judged, answer: Answer) -> Share | None:
+    if one.in_other_runs is None:
+        return None
+    closed, interval = _share(*one.in_other_runs, answer)
+    return None if closed is None else Share(closed, interval)
 
 
 def _closes(one: Judged, answer: Answer) -> tuple[float | None, Interval | None]:

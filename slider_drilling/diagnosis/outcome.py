@@ -68,12 +68,21 @@ class Gap:
 
 
 @dataclass(frozen=True)
+class Share:
+    """A share of the gap that is closed. interval: 95 %, None where that says nothing."""
+
+    closed: float
+    interval: Interval | None
+
+
+@dataclass(frozen=True)
 class Candidate:
     """One effect of the ranking.
 
     passed: it passed the tests of a single effect; in_answer: the verdict rests on it; why_not: why it does not.
     closed: the share of the gap that it closes alone, None where that says nothing; group: effects that this log cannot
-    tell from it.
+    tell from it; other_runs: what it closes of the gap of each run by a fit to the others, None where that was not
+    asked.
     """
 
     effect: str
@@ -85,6 +94,7 @@ class Candidate:
     interval: Interval | None
     parameters: Mapping[str, Fitted]
     group: tuple[str, ...]
+    other_runs: Share | None = None
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from slider_drilling.gap.choice.judge import shrinks
 from slider_drilling.gap.choice.state import Explained, State
-from slider_drilling.gap.evidence.compare import LEVEL, beats, by_chance, closed_between, foretells_more, gaps
+from slider_drilling.gap.evidence.compare import LEVEL, beats, by_chance, closed_between, foretells_more, gaps, shrinks
 from slider_drilling.gap.evidence.rivals import Rival, rivals
 from slider_drilling.gap.evidence.score import Score
 from slider_drilling.gap.model import Disturbed

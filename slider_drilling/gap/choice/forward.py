@@ -10,12 +10,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from slider_drilling.gap.choice.arms import Place, arms_of, arms_of_pairs, places_of
-from slider_drilling.gap.choice.judge import elsewhere, group_of, judge, judged_near, likelier, shrinks, with_new_floors
+from slider_drilling.gap.choice.judge import elsewhere, group_of, judge, judged_near, likelier, with_new_floors
 from slider_drilling.gap.choice.refit import as_given, scored, tested, unseen
 from slider_drilling.gap.choice.stand_in import far_off
 from slider_drilling.gap.choice.state import State, Step
 from slider_drilling.gap.choice.tuning import floors_lowered, floors_raised, scattered, tuned_from
-from slider_drilling.gap.evidence.compare import beats, closed_between, make_blocks, pays
+from slider_drilling.gap.evidence.compare import beats, closed_between, make_blocks, pays, shrinks
 from slider_drilling.gap.evidence.score import make_folds
 from slider_drilling.gap.model import Effect, How, Model, Pulled, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, sigmas

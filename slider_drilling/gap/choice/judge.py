@@ -8,6 +8,7 @@ from math import comb
 
 import numpy as np
 
+from slider_drilling.gap.choice.other_runs import held_to_other_runs
 from slider_drilling.gap.choice.refit import (
     at_its_best,
     from_other_starts,
@@ -21,6 +22,7 @@ from slider_drilling.gap.choice.stand_in import far_off, kept_near, told_by_the_
 from slider_drilling.gap.choice.state import Explained, Judged, State
 from slider_drilling.gap.choice.tuning import floors_lowered
 from slider_drilling.gap.evidence.compare import (
+    LEAST_SHARE,
     LEVEL,
     Blocks,
     beats,
@@ -30,6 +32,7 @@ from slider_drilling.gap.evidence.compare import (
     foretells_more,
     gaps,
     pays,
+    shrinks,
 )
 from slider_drilling.gap.evidence.rivals import other_forms
 from slider_drilling.gap.model import Effect
@@ -39,9 +42,6 @@ from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.finish import corrected, finished
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import Arm, finalists
-
-# An effect is worth a name if it closes at least this share of the gap; a floor that moves by less is the same.
-LEAST_SHARE = 0.05
 
 
 def judge(
@@ -74,7 +74,8 @@ def judge(
     found = at_once(lambda one: no_less_likely(state, one), found)
     judged = [_verdict(state, one, len(left), seed) for one in found]
     judged.sort(key=lambda one: one.explained.score.surprise)
-    return state, _beside_other_forms(state, judged), _rules_out(state.current, known)
+    held = held_to_other_runs(state, _beside_other_forms(state, judged))
+    return state, held, _rules_out(state.current, known)
 
 
 def _beside_other_forms(state: State, judged: Sequence[Judged]) -> tuple[Judged, ...]:
@@ -106,7 +107,7 @@ def with_new_floors(state: State, accepted: Judged, left: Sequence[Effect], seed
     problem = free.run_as(replace(found.problem.how, fidelity=free.how.fidelity))
     state, (again,) = scored_in(problem, state, [found])
     state = replace(state, floors=floors, ways=ways)
-    return state, _verdict(state, again, len(left), seed)
+    return state, replace(_verdict(state, again, len(left), seed), in_other_runs=accepted.in_other_runs)
 
 
 def elsewhere(state: State, accepted: Judged, left: Sequence[Effect], seed: int) -> Judged | None:
@@ -114,13 +115,8 @@ def elsewhere(state: State, accepted: Judged, left: Sequence[Effect], seed: int)
     again = from_other_starts(state.way, accepted.explained, state.blocks.folds)
     if again is None:
         return None
-    judged = _verdict(state, again, len(left), seed)
+    judged = replace(_verdict(state, again, len(left), seed), in_other_runs=accepted.in_other_runs)
     return judged if judged.passed else None
-
-
-def shrinks(closed: float, interval: tuple[float, float]) -> bool:
-    """Whether a gap of which this share is closed, 95 % interval, shrinks for certain and by enough for a name."""
-    return closed >= LEAST_SHARE and interval[0] > 0.0
 
 
 def _rules_out(now: Explained, before: Explained) -> bool:

@@ -31,7 +31,8 @@ class Explained:
 class Judged:
     """A finalist of one step: what the newest effect closes of the gap before it, and which tests it did not pass.
 
-    closed, interval: share of E^2 - 1, held out, NaN where there was nothing to close; why_not: empty if it passed.
+    closed, interval: share of E^2 - 1, held out, NaN where there was nothing to close; why_not: empty if it passed;
+    in_other_runs: likewise, of each run by a fit to the others, None of a single run, and of who failed before.
     """
 
     effect: Effect
@@ -39,6 +40,7 @@ class Judged:
     closed: float
     interval: tuple[float, float]
     why_not: tuple[str, ...]
+    in_other_runs: tuple[float, tuple[float, float]] | None = None
 
     @property
     def passed(self) -> bool:

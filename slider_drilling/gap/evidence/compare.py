@@ -16,6 +16,8 @@ from slider_drilling.gap.search.least_squares import Fit
 
 RESAMPLES = 2000
 LEVEL = 0.05
+# An effect is worth a name if it closes at least this share of the gap; a floor that moves by less is the same.
+LEAST_SHARE = 0.05
 _ROUNDING = 1e-6  # -2 log p, that two fits of the same thing differ by
 
 
@@ -119,6 +121,11 @@ def closed_between(blocks: Blocks, before: Score, after: Score) -> tuple[float, 
     ends = (beyond, 1.0 - beyond)
     low, high = (float(np.quantile(known, q)) if known.size else float("nan") for q in ends)
     return float(share_closed(before.gap**2, after.gap**2)), (low, high)
+
+
+def shrinks(closed: float, interval: tuple[float, float]) -> bool:
+    """Whether a gap of which this share is closed, 95 % interval, shrinks for certain and by enough for a name."""
+    return closed >= LEAST_SHARE and interval[0] > 0.0
 
 
 def share_closed(before: Array | float, after: Array | float) -> Array:

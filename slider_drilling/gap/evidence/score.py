@@ -92,6 +92,21 @@ def held_out(problem: Problem, found: Fit, folds: Folds) -> Score:
     return score_of(problem, residual, found, missing)
 
 
+def held_out_runs(problem: Problem, found: Fit) -> Score:
+    """Refit to the other runs, for each run in turn, and look at it: what another excitation asks of a model, more of
+    the same does not. What belongs to the run (how it began) keeps its value.
+    """
+    own = [parameter for parameter in found.parameters if not parameter.per_run]
+    runs = range(len(problem.model.runs))
+
+    def left_of(run: int) -> Array:
+        rest = problem.of_runs([other for other in runs if other != run])
+        refit = fit(rest, own, found.values, simulated=found.simulated, known=found.rows)
+        return problem.of_runs([run]).residuals([refit.values])[0]
+
+    return score_of(problem, np.sum(at_once(left_of, runs), axis=0), found)
+
+
 def score_of(problem: Problem, residual: Array, found: Fit, missing: int = 0) -> Score:
     """The score of a residual (N,) under a fit's discrepancies."""
     squares = squares_of(problem, residual)

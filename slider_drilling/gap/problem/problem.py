@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from threading import Lock
 
@@ -87,7 +87,7 @@ class Problem:
 
     def simulate(self, sets: Sequence[Values], how: How | None = None) -> Array:
         """(K, N) simulated channels in noise units; how: another way than the problem's own, then uncorrected."""
-        stacked = np.empty((len(sets), self.size))
+        stacked = np.zeros((len(sets), self.size))
         for run in sorted({piece.run for piece in self.pieces}):
             found = self.model.simulate(run, [self.set_of(values, run) for values in sets], how or self.how)
             self.spent.add(len(sets))
@@ -98,7 +98,7 @@ class Problem:
 
     def against_log(self, simulated: Array) -> Array:
         """(..., N) residuals, measured - simulated in noise units; angles wrapped."""
-        residual = np.empty_like(simulated)
+        residual = np.zeros_like(simulated)
         for piece in self.pieces:
             raw = piece.channel.residual(simulated[..., piece.rows] * piece.noise) / piece.noise
             residual[..., piece.rows] = raw
@@ -128,6 +128,10 @@ class Problem:
     def run_as(self, how: How) -> Problem:
         """The same problem simulated in another way, without correction."""
         return replace(self, how=how, correction=np.zeros(self.size))
+
+    def of_runs(self, runs: Collection[int]) -> Problem:
+        """The same stack of which only these runs are simulated and count; what belongs to others is 0."""
+        return replace(self, pieces=tuple(piece for piece in self.pieces if piece.run in runs))
 
     def showing(self, effects: Sequence[Effect]) -> Problem:
         """The same problem in simulations that show the effects: finer ones where one of them asks for it."""
@@ -167,7 +171,7 @@ class Problem:
 
     def log_density(self, residual: Array, found: Mapping[int, Discrepancy]) -> Array:
         """(N,) each sample's share of ``-2 log p`` given the samples before it."""
-        shares = np.empty(self.size)
+        shares = np.zeros(self.size)
         for index, piece in enumerate(self.pieces):
             part = self.gain(piece) * residual[piece.rows]
             if piece.channel.accumulates:
@@ -185,7 +189,7 @@ class Problem:
         forgiving: false takes what is left for one error of its own size throughout, neither a discrepancy that
         forgets nor missed steps: from afar, where the likelihood is flat, that shows the way.
         """
-        white, out = np.empty(self.size), np.empty_like(rows)
+        white, out = np.zeros(self.size), np.zeros_like(rows)
         for index, piece in enumerate(self.pieces):
             gain = self.gain(piece)
             part, own = gain * residual[piece.rows], gain * rows[:, piece.rows]
