@@ -45,7 +45,7 @@ def test_who_goes_wrong_in_the_other_run_passes_no_more(amplitudes, passes):
     state = begin(model, model.effects, floors, [{}], 0, silent)
     found = fit(state.way, parameters_of(state.way, [sine]), {})
     judged = Judged(sine, scored(state.way, [sine], found, state.blocks.folds), 0.5, (0.4, 0.6), ())
-    (held,) = held_to_other_runs(state, [judged])
+    held = held_to_other_runs(state, judged)
     assert held.passed == passes
     assert held.in_other_runs is not None
     assert (held.in_other_runs[0] > 0.0) == passes

@@ -8,7 +8,7 @@ from math import comb
 
 import numpy as np
 
-from slider_drilling.gap.choice.other_runs import held_to_other_runs
+from slider_drilling.gap.choice.other_runs import held_to_other_runs, told_in_other_runs_first
 from slider_drilling.gap.choice.refit import (
     at_its_best,
     from_other_starts,
@@ -74,8 +74,8 @@ def judge(
     found = at_once(lambda one: no_less_likely(state, one), found)
     judged = [_verdict(state, one, len(left), seed) for one in found]
     judged.sort(key=lambda one: one.explained.score.surprise)
-    held = held_to_other_runs(state, _beside_other_forms(state, judged))
-    return state, held, _rules_out(state.current, known)
+    told = told_in_other_runs_first(_beside_other_forms(state, judged))
+    return state, told, _rules_out(state.current, known)
 
 
 def _beside_other_forms(state: State, judged: Sequence[Judged]) -> tuple[Judged, ...]:
@@ -107,7 +107,7 @@ def with_new_floors(state: State, accepted: Judged, left: Sequence[Effect], seed
     problem = free.run_as(replace(found.problem.how, fidelity=free.how.fidelity))
     state, (again,) = scored_in(problem, state, [found])
     state = replace(state, floors=floors, ways=ways)
-    return state, replace(_verdict(state, again, len(left), seed), in_other_runs=accepted.in_other_runs)
+    return state, _verdict(state, again, len(left), seed)
 
 
 def elsewhere(state: State, accepted: Judged, left: Sequence[Effect], seed: int) -> Judged | None:
@@ -115,7 +115,7 @@ def elsewhere(state: State, accepted: Judged, left: Sequence[Effect], seed: int)
     again = from_other_starts(state.way, accepted.explained, state.blocks.folds)
     if again is None:
         return None
-    judged = replace(_verdict(state, again, len(left), seed), in_other_runs=accepted.in_other_runs)
+    judged = _verdict(state, again, len(left), seed)
     return judged if judged.passed else None
 
 
@@ -131,7 +131,7 @@ def _rules_out(now: Explained, before: Explained) -> bool:
 
 def _verdict(state: State, explained: Explained, candidates: int, seed: int) -> Judged:
     """The tests of what is new in an explanation: it foretells more than what is known, it pays for its parameters, the
-    gap shrinks by enough, its sign is its own. candidates: of which the new effects were chosen.
+    gap shrinks by enough, in other runs too, its sign is its own. candidates: of which the new effects were chosen.
     """
     known, blocks = state.current, state.blocks
     new = [effect for effect in explained.effects if effect.name not in known.names]
@@ -153,7 +153,7 @@ def _verdict(state: State, explained: Explained, candidates: int, seed: int) -> 
     # Replicates are dear: they are made only where nothing else speaks against the effect.
     if not certain and (why or not _suffices(state, explained, rivals, seed)):
         why.insert(0, "foretells no more of unseen data than without it, at the level shared among all candidates")
-    return Judged(explained.effects[-1], explained, closed, interval, tuple(why))
+    return held_to_other_runs(state, Judged(explained.effects[-1], explained, closed, interval, tuple(why)))
 
 
 def likelier(state: State, judged: Sequence[Judged], rivals: int) -> tuple[str, ...]:

@@ -6,28 +6,24 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from slider_drilling.gap.choice.state import Judged, State
-from slider_drilling.gap.evidence.compare import Blocks, closed_between, shrinks
-from slider_drilling.gap.evidence.score import Score, held_out_runs
-from slider_drilling.gap.search.at_once import at_once
+from slider_drilling.gap.evidence.compare import closed_between, shrinks
 
 
-def held_to_other_runs(state: State, judged: Sequence[Judged]) -> tuple[Judged, ...]:
-    """The same, but for effects with which the gap of runs that a fit has not seen does not shrink.
-
-    Those that pass come first, who foretells most of such runs before the others: another excitation tells apart what
-    more of the same does not, and a likeness of the cause goes wrong there.
+def held_to_other_runs(state: State, one: Judged) -> Judged:
+    """The same, but for an effect with which the gap of runs that its fit has not seen does not shrink: another
+    excitation tells apart what more of the same does not, and a likeness of the cause goes wrong there.
     """
-    asked = [one for one in judged if one.passed]
-    if len(state.current.problem.model.runs) < 2 or not asked:
-        return tuple(judged)
-    known = held_out_runs(state.current.problem, state.current.fit)
-    scores = at_once(lambda one: held_out_runs(one.explained.problem, one.explained.fit), asked)
-    order = sorted(range(len(asked)), key=lambda index: scores[index].surprise)
-    held = [_held(state.blocks, asked[index], known, scores[index]) for index in order]
-    return (*held, *(one for one in judged if not one.passed))
-
-
-def _held(blocks: Blocks, one: Judged, known: Score, score: Score) -> Judged:
-    there = closed_between(blocks, known, score)
+    if not one.passed or len(state.current.problem.model.runs) < 2:
+        return one
+    there = closed_between(state.blocks, state.current.across_runs, one.explained.across_runs)
     why = () if shrinks(*there) else ("in runs that its fit has not seen the gap does not shrink for certain",)
     return replace(one, in_other_runs=there, why_not=why)
+
+
+def told_in_other_runs_first(judged: Sequence[Judged]) -> tuple[Judged, ...]:
+    """The same in order: those that were held to other runs, who foretells most of them before the others, then the
+    rest as they come.
+    """
+    asked = [one for one in judged if one.in_other_runs is not None]
+    asked.sort(key=lambda one: one.explained.across_runs.surprise)
+    return (*asked, *(one for one in judged if one.in_other_runs is None))

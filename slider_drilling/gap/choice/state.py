@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from slider_drilling.gap.evidence.adequacy import Adequacy
 from slider_drilling.gap.evidence.compare import Blocks
-from slider_drilling.gap.evidence.score import Score
+from slider_drilling.gap.evidence.score import Score, held_out_runs
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.noise import NoiseFloor
 from slider_drilling.gap.problem.problem import Problem
@@ -25,6 +26,11 @@ class Explained:
     @property
     def names(self) -> tuple[str, ...]:
         return tuple(effect.name for effect in self.effects)
+
+    @cached_property
+    def across_runs(self) -> Score:
+        """The score of each run by a fit to the others; it takes refits, and is made when it is first asked for."""
+        return held_out_runs(self.problem, self.fit)
 
 
 @dataclass(frozen=True)

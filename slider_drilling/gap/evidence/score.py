@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from slider_drilling.gap.model import Array
+from slider_drilling.gap.model import Array, Parameter
 from slider_drilling.gap.problem.cycles import block_length
 from slider_drilling.gap.problem.missed_steps import missed_steps
 from slider_drilling.gap.problem.problem import STEP_SIZE, Problem
@@ -74,8 +74,7 @@ def held_out(problem: Problem, found: Fit, folds: Folds) -> Score:
     A refit goes down the likelihood of the rest; where none of its trial steps gets lower although the linear forecast
     says it should, the fold is in-sample and counted as such.
     """
-    own = [parameter for parameter in found.parameters if not parameter.per_run]
-    known = found.rows
+    own, known = _of_the_rig(found), found.rows
 
     def without(fold: int) -> Fit:
         kept = (folds.of != fold).astype(float)
@@ -96,15 +95,19 @@ def held_out_runs(problem: Problem, found: Fit) -> Score:
     """Refit to the other runs, for each run in turn, and look at it: what another excitation asks of a model, more of
     the same does not. What belongs to the run (how it began) keeps its value.
     """
-    own = [parameter for parameter in found.parameters if not parameter.per_run]
-    runs = range(len(problem.model.runs))
+    own, known, runs = _of_the_rig(found), found.rows, range(len(problem.model.runs))
 
     def left_of(run: int) -> Array:
         rest = problem.of_runs([other for other in runs if other != run])
-        refit = fit(rest, own, found.values, simulated=found.simulated, known=found.rows)
+        refit = fit(rest, own, found.values, simulated=found.simulated, known=known)
         return problem.of_runs([run]).residuals([refit.values])[0]
 
     return score_of(problem, np.sum(at_once(left_of, runs), axis=0), found)
+
+
+def _of_the_rig(found: Fit) -> list[Parameter]:
+    """What is refitted: not what belongs to the run."""
+    return [parameter for parameter in found.parameters if not parameter.per_run]
 
 
 def score_of(problem: Problem, residual: Array, found: Fit, missing: int = 0) -> Score:
