@@ -16,7 +16,7 @@ from slider_drilling.diagnosis.catalogue import catalogue, spoken
 from slider_drilling.diagnosis.diagnose import Diagnosis
 from slider_drilling.diagnosis.figures import intervals, shape, waterfall
 from slider_drilling.diagnosis.origin import RigOrigin, origin_of, remarks_on
-from slider_drilling.diagnosis.outcome import Candidate, Errors, Fitted, Floor, Gap, Outcome, Shape, Trace, Where
+from slider_drilling.diagnosis.outcome import Candidate, Errors, Fitted, Floor, Gap, Outcome, Shape, Share, Trace, Where
 from slider_drilling.diagnosis.page import report_page, simulated_rows
 from slider_drilling.diagnosis.phrases import phrase
 from slider_drilling.diagnosis.shapes import shape_in_words
@@ -92,6 +92,19 @@ def test_a_share_that_cannot_be_said_gets_no_percentage():
     assert words.share(replace(outcome.ranking[0], closed=None, interval=None)) == "-"
 
 
+def test_what_an_effect_closes_of_runs_that_its_fit_has_not_seen_has_a_column_where_that_was_asked():
+    outcome = worn_motor()
+    asked = replace(outcome.ranking[0], other_runs=Share(0.71, (0.5, 0.83)))
+    several = replace(outcome, ranking=(asked, *outcome.ranking[1:]))
+    heads = words.closes_heads(several.ranking)
+    assert [words.closes_cells(one, heads) for one in several.ranking] == [
+        ("0.92 [0.64, 0.97]", "0.71 [0.50, 0.83]"), ("0.40 [-2.00, 0.50]", "-"), ("-", "-"),
+    ]  # fmt: skip
+    assert heads[1] in page_html(report_page(diagnosis_of(several)), SI)
+    assert heads[1] not in page_html(report_page(diagnosis_of(outcome)), SI)
+    assert words.closes_heads(outcome.ranking) == heads[:1]
+
+
 def test_what_closes_more_than_all_closes_the_whole_gap():
     assert words.share_in_words(1.02, (1.01, 1.03)) == "the whole gap is closed"
     assert words.share_in_words(0.97, (0.9, 1.01)) == "97 % [90, 101] of the gap is closed"
@@ -102,12 +115,17 @@ def test_what_an_unknown_leaves_is_told_with_its_channel_site_and_shape():
     text = words.driller(outcome)
     assert "118 deg of tool-face" in text
     assert "the hydraulics" in text
-    shape = Shape("pressure lost at 2 bar/min", "time, s", "pressure, bar", np.arange(3.0), np.arange(3.0))
+    drawn = ("pressure lost at 2 bar/min", "time, s", "pressure, bar", np.arange(3.0), np.arange(3.0))
+    shape = Shape("unknown", *drawn)
     assert "pressure lost at 2 bar/min" in words.driller(replace(outcome, shape=shape))
     remains = replace(worn_motor(), verdict="effect_and_unknown")
     assert words.driller(remains).startswith("It acts as if the motor gives 24 % less")
     assert words.driller(remains).endswith("remains, most of it in tool-face.")
-    alike = replace(remains, shape=shape)
+    rest = replace(remains, shape=Shape("rest", *drawn))
+    assert words.driller(rest).endswith("most of it in tool-face; it looks like this: pressure lost at 2 bar/min.")
+    assert words.sentence(rest).endswith("something structured remains: pressure lost at 2 bar/min.")
+    assert "explain as much" not in words.driller(rest) + words.sentence(rest)
+    alike = replace(remains, shape=Shape("alternative", *drawn))
     assert words.driller(alike).endswith("Something else would explain as much: pressure lost at 2 bar/min.")
     assert "remains" not in words.driller(alike) + words.sentence(alike)
     assert words.sentence(alike).endswith("pressure lost at 2 bar/min: explains as much.")
@@ -282,7 +300,7 @@ def test_the_shape_of_an_unknown_is_told_with_its_numbers_and_units(x_unit, y_un
 def test_a_shape_of_one_number_is_a_sentence_and_no_empty_picture(y, says):
     told = shape_in_words("contact that gives way", np.zeros(1), "-", np.array([y]), "-")
     assert told == f"contact that gives way, {says}"
-    shown = shape(Shape(told, "all of it, -", "contact that gives way, -", np.zeros(1), np.array([y])), unknown=True)
+    shown = shape(Shape("unknown", told, "all of it, -", "contact that gives way, -", np.zeros(1), np.array([y])))
     assert shown == f"What the unknown looks like: {told}."
 
 

@@ -126,6 +126,7 @@ def record(truth: Values, seed: int = 0, duration: float = 60.0) -> Run:
             Channel("force", time, real["force"][0] + generator.normal(0.0, 1.0, time.size), "N"),
             Channel("position", time, real["position"][0] + generator.normal(0.0, 2e-4, time.size), "m"),
         ),
+        command="the motor's position", command_unit="m",
     )  # fmt: skip
 
 

@@ -254,9 +254,8 @@ class Servo:
 
 
 def _run(log: Log) -> Run:
-    return Run(log.name, log.time, log.goal, (
-        Channel("position", log.time, log.position, "rad", resolution=2.0 * math.pi / COUNTS),
-    ))  # fmt: skip
+    position = Channel("position", log.time, log.position, "rad", resolution=2.0 * math.pi / COUNTS)
+    return Run(log.name, log.time, log.goal, (position,), command="the goal", command_unit="rad")
 
 
 def read_servo_log(path: Path, gain: float | None = None) -> Log:

@@ -125,7 +125,8 @@ def _print_ranking(outcome: Outcome, units: Units) -> None:
     fitted, others = words.fitted_and_not(outcome)
     grouped = any(one.group for one in fitted)
     rivals = ["not told apart from"] if grouped else []
-    table = Table("effect", "site", "closes [95 %]", "fitted", *rivals, "standing")
+    closes = words.closes_heads(fitted)
+    table = Table("effect", "site", *closes, "fitted", *rivals, "standing")
     reasons = list(dict.fromkeys(why for one in fitted if not one.in_answer for why in one.why_not))
     for one in fitted:
         settings = ", ".join(
@@ -133,7 +134,8 @@ def _print_ranking(outcome: Outcome, units: Units) -> None:
         )
         standing = Text(words.standing_by_number(one, reasons), "green" if one.in_answer else "")
         group = [", ".join(one.group)] if grouped else []
-        table.add_row(one.effect, one.site, words.share(one), units.sentence(settings), *group, standing)
+        shares = words.closes_cells(one, closes)
+        table.add_row(one.effect, one.site, *shares, units.sentence(settings), *group, standing)
     if fitted:
         stdout().print(table)
     for number, why in enumerate(reasons, 1):

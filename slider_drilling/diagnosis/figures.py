@@ -99,11 +99,16 @@ def intervals(ranking: Sequence[Candidate]) -> Chart | None:
                  (low - 0.02 * (high - low), high + 0.25 * (high - low)), wide=True)  # fmt: skip
 
 
-def shape(found: Shape, unknown: bool) -> Chart | str:
-    """What something unknown looks like, or what else explains as much as what is named; a sentence where that is one
-    number.
-    """
-    title = "What the unknown looks like" if unknown else "What else would explain as much"
+_SHAPES = {
+    "unknown": "What the unknown looks like",
+    "alternative": "What else would explain as much",
+    "rest": "What remains looks like this",
+}
+
+
+def shape(found: Shape) -> Chart | str:
+    """A disturbance without a law under what it is the shape of; a sentence where that is one number."""
+    title = _SHAPES[found.of]
     if found.x.size == 1:
         return f"{title}: {found.words}."
     return Chart(title, found.x_label, (Panel(found.y_label, (Line("", found.x, found.y),)),),

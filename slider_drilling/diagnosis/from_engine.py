@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Literal
 
 import numpy as np
 
@@ -49,7 +50,7 @@ def outcome_of(answer: Answer, model: Model, beyond: Beyond, effects: Sequence[E
         where=None if where is None else Where(
             where.channel, where.phase, where.band, tuple(where.time), tuple(where.depth)
         ),
-        shape=None if answer.rival is None else _shape(answer.rival),
+        shape=_shape(answer),
         ranking=_ranking(answer, effects),
         next_manoeuvre=None if manoeuvre is None else NextManoeuvre(
             manoeuvre.description, manoeuvre.settings, manoeuvre.separates, manoeuvre.distance, manoeuvre.now,
@@ -174,10 +175,17 @@ def _fitted(explained: Explained, prefix: str = "") -> dict[str, Fitted]:
     }  # fmt: skip
 
 
-def _shape(rival: Rival) -> Shape:
-    told = shape_in_words(rival.words, rival.x, rival.x_unit, rival.y, rival.y_unit)
-    x, y = _axes(rival.words)
-    return Shape(told, f"{x}, {rival.x_unit}", f"{y}, {rival.y_unit}", rival.x, rival.y)
+def _shape(answer: Answer) -> Shape | None:
+    """What explains as much as the names, else what remains beside them, else what the unknown looks like."""
+    if answer.rival is not None:
+        return _drawn("alternative" if answer.effects else "unknown", answer.rival)
+    return None if answer.rest is None else _drawn("rest", answer.rest)
+
+
+def _drawn(of: Literal["unknown", "alternative", "rest"], found: Rival) -> Shape:
+    told = shape_in_words(found.words, found.x, found.x_unit, found.y, found.y_unit)
+    x, y = _axes(found.words)
+    return Shape(of, told, f"{x}, {found.x_unit}", f"{y}, {found.y_unit}", found.x, found.y)
 
 
 def _axes(words: str) -> tuple[str, str]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 from slider_drilling.gap.model import Array
 
@@ -82,7 +82,7 @@ class Candidate:
     passed: it passed the tests of a single effect; in_answer: the verdict rests on it; why_not: why it does not.
     closed: the share of the gap that it closes alone, None where that says nothing; group: effects that this log cannot
     tell from it; other_runs: what it closes of the gap of each run by a fit to the others, None where that was not
-    asked.
+    asked, or nothing of it.
     """
 
     effect: str
@@ -99,8 +99,11 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Shape:
-    """What something unknown looks like: in words, and as a curve y (n,) over x (n,)."""
+    """A disturbance without a law: in words, and as a curve y (n,) over x (n,). of: what it is the shape of, the
+    unknown, an alternative that explains as much as the effects that are named, or the rest that they leave.
+    """
 
+    of: Literal["unknown", "alternative", "rest"]
     words: str
     x_label: str
     y_label: str

@@ -116,6 +116,7 @@ def _which(outcome: Outcome) -> list[Section]:
         return []
     rows: list[tuple[Cell, ...]] = []
     fitted_ones, others = words.fitted_and_not(outcome)
+    closes = words.closes_heads(fitted_ones)
     for one in fitted_ones:
         settings = "; ".join(
             f"{name.rpartition('.')[2].replace('_', ' ')} {_amount_text(fitted)}"
@@ -126,15 +127,16 @@ def _which(outcome: Outcome) -> list[Section]:
         judged: Cell = tag if one.in_answer else (tag, standing.removeprefix("passed, ")) if tag else standing
         apart = ", ".join(words.plain(name) for name in one.group)
         rows.append(
-            (one.effect.replace("_", " "), one.site.replace("_", " "), words.share(one), settings, apart, judged)
-        )
-    header = ("effect", "site", "closes [95 %]", "fitted", "not told apart from", "standing")
+            (one.effect.replace("_", " "), one.site.replace("_", " "), *words.closes_cells(one, closes), settings,
+             apart, judged)
+        )  # fmt: skip
+    header = ("effect", "site", *closes, "fitted", "not told apart from", "standing")
     items: list[str | Table | Chart] = [Table(header, tuple(rows)), *([others] if others else [])]
     figure = intervals(outcome.ranking)
     if figure is not None:
         items.append(figure)
     if outcome.shape is not None:
-        items.append(shape(outcome.shape, outcome.verdict == "unknown"))
+        items.append(shape(outcome.shape))
     return [Section("Which effect, and why not its rivals", tuple(items))]
 
 

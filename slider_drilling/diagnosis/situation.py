@@ -111,7 +111,10 @@ def run_of(log: RigLog, rig: Rig, commands: Commands, remarks: list[str]) -> Run
             channels.append(channel)
         else:
             remarks.append(f"{log.source}: {name} is left out: {why}")
-    return Run(log.source, commands.time, commands.top_drive_angle, tuple(channels), string_bands(rig))
+    return Run(
+        log.source, commands.time, commands.top_drive_angle, tuple(channels), string_bands(rig),
+        "the top drive's angle", "rad",
+    )  # fmt: skip
 
 
 def string_bands(rig: Rig) -> tuple[tuple[str, float, float], ...]:

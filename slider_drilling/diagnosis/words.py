@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from slider_drilling.diagnosis.outcome import Candidate, Errors, Gap, Interval, Outcome
+from slider_drilling.diagnosis.outcome import Candidate, Errors, Gap, Interval, Outcome, Shape, Share
 from slider_drilling.diagnosis.phrases import READ, SITES, phrase, shown
 from slider_drilling.units import number
 
@@ -47,13 +47,18 @@ def _found(outcome: Outcome, gap: Gap) -> str:
         text = f"It acts as if {_lower(text)}"
     falls = _falls(gap)
     text += f"; with that in, {falls}{' and ' if falls else ''}{share_in_words(gap.closed, gap.closed_interval)}."
-    if outcome.verdict == "effect_and_unknown" and outcome.shape is not None:
-        text += f" Something else would explain as much: {outcome.shape.words}."
-    elif outcome.verdict == "effect_and_unknown":
-        rest = _largest(gap, "with_effect")
-        where = f", most of it in {plain(rest)}" if rest else ""
-        text += f" Something that no known effect explains remains{where}."
-    return text
+    return text + (f" {_beside(outcome, gap)}" if outcome.verdict == "effect_and_unknown" else "")
+
+
+def _beside(outcome: Outcome, gap: Gap) -> str:
+    """What there is beside the effects that are named: what explains as much, or what they leave."""
+    shape = outcome.shape
+    if shape is not None and shape.of == "alternative":
+        return f"Something else would explain as much: {shape.words}."
+    rest = _largest(gap, "with_effect")
+    where = f", most of it in {plain(rest)}" if rest else ""
+    like = f"; it looks like this: {shape.words}" if shape is not None else ""
+    return f"Something that no known effect explains remains{where}{like}."
 
 
 def _falls(gap: Gap) -> str:
@@ -90,12 +95,23 @@ def share_in_words(closed: float | None, interval: Interval | None) -> str:
     return f"{100.0 * closed:.0f} %{span} of the gap is closed"
 
 
-def share(candidate: Candidate) -> str:
-    """The share of the gap that one effect of the ranking closes, "-" where that says nothing."""
-    if candidate.closed is None:
+def share(found: Candidate | Share | None) -> str:
+    """The share of the gap that is closed with its interval, "-" where that says nothing."""
+    if found is None or found.closed is None:
         return "-"
-    span = "" if candidate.interval is None else f" [{candidate.interval[0]:.2f}, {candidate.interval[1]:.2f}]"
-    return f"{candidate.closed:.2f}{span}"
+    span = "" if found.interval is None else f" [{found.interval[0]:.2f}, {found.interval[1]:.2f}]"
+    return f"{found.closed:.2f}{span}"
+
+
+def closes_heads(ranking: Sequence[Candidate]) -> tuple[str, ...]:
+    """Heads of the shares of a ranking; the second where effects were asked what a fit to other runs closes."""
+    asked = any(one.other_runs is not None for one in ranking)
+    return ("closes [95 %]", "of unseen runs") if asked else ("closes [95 %]",)
+
+
+def closes_cells(candidate: Candidate, heads: Sequence[str]) -> tuple[str, ...]:
+    """The shares below those heads."""
+    return (share(candidate), share(candidate.other_runs))[: len(heads)]
 
 
 def limits(outcome: Outcome) -> list[str]:
@@ -236,9 +252,14 @@ def sentence(outcome: Outcome) -> str:
         else f", closes {gap.closed:.2f}"
         + ("" if gap.closed_interval is None else " [{:.2f}, {:.2f}]".format(*gap.closed_interval))
     )
-    rest = "something structured remains" if outcome.shape is None else f"{outcome.shape.words}: explains as much"
-    end = f"; {rest}" if outcome.verdict == "effect_and_unknown" else ""
+    end = f"; {_rest(outcome.shape)}" if outcome.verdict == "effect_and_unknown" else ""
     return f"{outcome.verdict}: {names}{closes} ({figures}){end}."
+
+
+def _rest(shape: Shape | None) -> str:
+    if shape is not None and shape.of == "alternative":
+        return f"{shape.words}: explains as much"
+    return "something structured remains" + ("" if shape is None else f": {shape.words}")
 
 
 def _with_rivals(candidate: Candidate | None, name: str) -> str:

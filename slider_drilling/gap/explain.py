@@ -17,7 +17,7 @@ from slider_drilling.gap.choice.state import Judged, State
 from slider_drilling.gap.choice.tuning import FAR_OFF
 from slider_drilling.gap.evidence.compare import closed_between
 from slider_drilling.gap.evidence.rivals import Rival
-from slider_drilling.gap.model import Effect, Model, Together, Values
+from slider_drilling.gap.model import Effect, Model, Pulled, Together, Values
 from slider_drilling.gap.problem.noise import BELIEVED, NoiseFloor, noise_floor
 
 Report = Callable[[str, float], None]
@@ -28,8 +28,8 @@ class Answer:
     """What the engine concludes; gaps are E, not E^2, held out where parameters were fitted.
 
     verdict: none, parameters, effect, effect_and_unknown or unknown; closed, interval: the share of the re-tuned gap
-    that all named effects close, NaN without a name; rival: the flexible disturbance that foretells most, where
-    something structured remains.
+    that all named effects close, NaN without a name; rival: the flexible disturbance that explains as much as they do,
+    or that the unknown is shaped like; rest: the one that foretells most of what remains beside them.
     """
 
     verdict: str
@@ -39,6 +39,7 @@ class Answer:
     interval: tuple[float, float]
     where: Where | None
     rival: Rival | None
+    rest: Rival | None
     manoeuvre: NextManoeuvre | None
     remarks: tuple[str, ...]
     runtime: float
@@ -74,8 +75,8 @@ class Answer:
             name + (f" (or {' or '.join(self.groups[name])}: not told apart)" if self.groups[name] else "")
             for name in self.effects
         )
-        alike = self.rival.words if self.rival is not None else ""
-        return sentence(self.verdict, told, self.site, gaps, self.closed, self.interval, alike, self.instead)
+        alike, rest = ("" if one is None else one.words for one in (self.rival, self.rest))
+        return sentence(self.verdict, told, self.site, gaps, self.closed, self.interval, alike, rest, self.instead)
 
     @property
     def instead(self) -> tuple[str, ...]:
@@ -136,8 +137,8 @@ def conclude(state: State, began: float) -> Answer:
         closed, interval = closed_between(state.blocks, state.tuned.score, state.current.score)
     manoeuvre = None if state.partial else next_manoeuvre(state)
     return Answer(
-        decided.verdict, decided.site, named, closed, interval, locate(state.tuned), decided.rival, manoeuvre,
-        _remarks(state), time.perf_counter() - began, state,
+        decided.verdict, decided.site, named, closed, interval, locate(state.tuned), decided.rival, decided.rest,
+        manoeuvre, _remarks(state), time.perf_counter() - began, state,
     )  # fmt: skip
 
 
@@ -179,10 +180,12 @@ def _remarks(state: State) -> tuple[str, ...]:
         "far off as is common, so that an effect which acts alike may hide in it"
         for parameter, value, spreads in far_off(state.current)
     ]
-    if state.current.problem.how.pull > 0.0:
+    model = state.current.problem.model
+    if state.current.problem.how.pull > 0.0 and isinstance(model, Pulled):
+        fed = model.pulled.replace("_", " ")
         said.append(
-            "judged with the measured torque fed back weakly: a free run of this string loses its phase; E, and errors "
-            "told with it, are those of predictions from the torque measured so far"
+            f"judged with the measured {fed} fed back weakly, a free run loses its phase: E, and errors told with it, "
+            f"are those of predictions from the {fed} measured so far"
         )
     if state.partial:
         said.append("interrupted: not everything was looked at")

@@ -122,7 +122,8 @@ class Channel:
 class Run:
     """One log: the main command ``excitation`` (m,) over ``time`` (m,) s, and the channels measured.
 
-    bands: named frequency ranges (name, from Hz, to Hz) to split the gap by, besides the excitation's own.
+    bands: named frequency ranges (name, from Hz, to Hz) to split the gap by, besides the excitation's own; command,
+    command_unit: what the excitation is, in words.
     """
 
     name: str
@@ -130,6 +131,8 @@ class Run:
     excitation: Array
     channels: tuple[Channel, ...]
     bands: tuple[tuple[str, float, float], ...] = ()
+    command: str = "the excitation"
+    command_unit: str = "-"
 
     @property
     def duration(self) -> float:

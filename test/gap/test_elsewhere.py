@@ -61,6 +61,14 @@ def test_a_law_that_beats_the_disturbances_is_named_bare(fitted):
     assert (answer.verdict, answer.effects, answer.rival) == ("effect", ("sine",), None)
 
 
+def test_what_remains_beside_a_law_is_told_as_that_and_not_as_what_explains_as_much():
+    answer = explain(rubbed({"sine": 9.0, "saw": 4.0}, fitted=True))
+    assert (answer.verdict, answer.effects, answer.rival) == ("effect_and_unknown", ("sine",), None)
+    assert answer.rest is not None and answer.rest.words.startswith("a saw")
+    np.testing.assert_allclose(answer.rest.y, [4.0], atol=4.0 * 2.0 / np.sqrt(TIME.size * np.var(SHAPES["saw"])))
+    assert "remains: a saw that no law describes" in answer.sentence and "as well" not in answer.sentence
+
+
 def test_at_its_own_site_a_laws_free_form_is_the_same_cause():
     own = SINE[0].site
     answer = explain(rubbed({"sine": 4.0}, shape="sine", site=own, like=("sine",), fitted=True))

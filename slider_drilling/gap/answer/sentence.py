@@ -7,10 +7,11 @@ import math
 
 def sentence(
     verdict: str, effects: tuple[str, ...], site: str | None, gaps: tuple[float, float, float, float],
-    closed: float, interval: tuple[float, float], alike: str = "", instead: tuple[str, ...] = (),
+    closed: float, interval: tuple[float, float], alike: str = "", rest: str = "", instead: tuple[str, ...] = (),
 ) -> str:  # fmt: skip
     """gaps: E as given, re-tuned, with the effects (NaN without), and what noise alone stays below; alike: what else
-    foretells as much as the effects, at another site; instead: laws that re-tuning may stand for.
+    foretells as much as the effects, at another site; rest: what foretells most of what they leave; instead: laws that
+    re-tuning may stand for.
     """
     nominal, tuned, explained, threshold = gaps
     figures = f"E {nominal:.2f} as given, {tuned:.2f} re-tuned"
@@ -27,6 +28,7 @@ def sentence(
         f" and closes {closed:.2f} [{interval[0]:.2f}, {interval[1]:.2f}] of the gap"
     )
     like = "Like " if verdict == "effect_and_unknown" else ""
-    rest = f"; {alike} would explain it as well" if alike else "; something structured remains"
-    end = rest if verdict == "effect_and_unknown" else ""
+    remains = f"something structured remains{f': {rest}' if rest else ''}"
+    beside = f"; {alike} would explain it as well" if alike else f"; {remains}"
+    end = beside if verdict == "effect_and_unknown" else ""
     return f"{like}{' and '.join(effects)}: it explains the log best{share} ({figures}){end}."

@@ -18,13 +18,15 @@ from slider_drilling.gap.search.least_squares import pace
 @dataclass(frozen=True)
 class Decision:
     """verdict: none, parameters, effect, effect_and_unknown or unknown; named: effects in it; rival: the disturbance
-    that is told beside it; state: re-tuned only where the names found are withdrawn.
+    that explains as much as these, or of which the unknown has the shape; rest: the one that foretells most of what
+    remains beside the names; state: re-tuned only where the names found are withdrawn.
     """
 
     verdict: str
     site: str | None
     named: tuple[str, ...]
     rival: Rival | None
+    rest: Rival | None
     state: State = field(repr=False)
 
 
@@ -37,18 +39,14 @@ def decide(state: State) -> Decision:
     found = [] if idle else rivals(state.tuned, state.blocks.folds, _worth(state))
     if effects and _has_stronger(state, found):
         return decide(state.far) if state.far is not None else _unknown(_withdrawn(state), found)
-    rival = None
-    if not adequate and found and beats(state.blocks, found[0].score, state.tuned.score, len(found)):
-        rival = found[0]
-    enough = adequate
-    if state.enough.within and not adequate:
-        enough = not (_foretold(state) if effects else rival is not None)
+    rest = None if idle or adequate else _rest(state, rivals(state.current, state.blocks.folds) if effects else found)
+    enough = adequate or (state.enough.within and rest is None)
     if effects:
-        rival = _as_good(state, found) if enough else rival
+        rival = _as_good(state, found)
         verdict = "effect" if enough and rival is None else "effect_and_unknown"
-        return Decision(verdict, effects[0].site, state.current.names, rival, state)
+        return Decision(verdict, effects[0].site, state.current.names, rival, rest, state)
     if enough:
-        return Decision("none" if state.nominal_enough else "parameters", None, (), rival, state)
+        return Decision("none" if state.nominal_enough else "parameters", None, (), None, None, state)
     return _unknown(state, found)
 
 
@@ -114,19 +112,19 @@ def _as_good(state: State, found: Sequence[Rival]) -> Rival | None:
     return next((rival for rival in others if not beaten(rival)), None)
 
 
-def _foretold(state: State) -> bool:
-    """Whether any flexible disturbance foretells more of what the final model leaves: if none does, what is left within
-    its limits is noise with a colour, not structure.
+def _rest(state: State, found: Sequence[Rival]) -> Rival | None:
+    """The flexible disturbance that foretells most of what the final model leaves: if none does for certain, what is
+    left within its limits is noise with a colour, not structure.
     """
-    found = rivals(state.current, state.blocks.folds)
-    return any(beats(state.blocks, one.score, state.current.score, len(found)) for one in found)
+    certain = (one for one in found if beats(state.blocks, one.score, state.current.score, len(found)))
+    return next(certain, None)
 
 
 def _unknown(state: State, found: Sequence[Rival]) -> Decision:
     """No name: where the cause is likeliest to be, and the shape of what is off there, where one foretells more."""
     site = _likeliest_site(state, found)
     shape = (one for one in found if one.site == site and _explains(state, one.score, len(found)))
-    return Decision("unknown", site, (), next(shape, None), state)
+    return Decision("unknown", site, (), next(shape, None), None, state)
 
 
 def _explains(state: State, score: Score, tried: int) -> bool:

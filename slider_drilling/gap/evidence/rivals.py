@@ -101,24 +101,26 @@ def _readings(explained: Explained) -> list[_Columns]:
         if piece.channel.time.size < 4 * _KNOTS:
             continue
         run = model.runs[piece.run]
-        angle = np.interp(piece.channel.time, run.time, run.excitation)
+        command = np.interp(piece.channel.time, run.time, run.excitation)
         rate = np.interp(piece.channel.time, run.time, np.gradient(run.excitation, run.time))
+        per_second = "1/s" if run.command_unit == "-" else f"{run.command_unit}/s"
         level = explained.fit.simulated[piece.rows] * piece.noise
         site = model.site_of(piece.name) if isinstance(model, Disturbed) else "sensor"
         for over, values, unit in (
             ("time", piece.channel.time, "s"), ("its own level", level, piece.channel.unit),
-            ("the excitation", angle, "-"), ("the excitation's rate", rate, "1/s"),
+            (run.command, command, run.command_unit), (f"the rate of {run.command}", rate, per_second),
         ):  # fmt: skip
             made.append(_reading(problem, piece, site, over, values, unit))
     return made
 
 
 def _reading(problem: Problem, piece: Piece, site: str, over: str, values: Array, unit: str) -> _Columns:
+    of_run = f" in run {piece.run + 1}" if len(problem.model.runs) > 1 else ""
     knots = np.linspace(float(values.min()), max(float(values.max()), float(values.min()) + 1e-9), _KNOTS)
     rows = np.zeros((_KNOTS, problem.size))
     for index in range(_KNOTS):
         rows[index, piece.rows] = np.interp(values, knots, np.eye(_KNOTS)[index])
-    words = f"{piece.name} off by an amount that follows {over}"
+    words = f"{piece.name.replace('_', ' ')}{of_run} off by an amount that follows {over}"
     return _Columns(site, words, None, knots, unit, piece.channel.unit, rows, piece.name)
 
 
