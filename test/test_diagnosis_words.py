@@ -193,6 +193,29 @@ def test_phrases_state_sign_size_and_unit(effect, values, says):
     assert says in phrase(effect, values)
 
 
+@pytest.mark.parametrize("effect", catalogue(3000.0, 400.0), ids=lambda effect: effect.name)
+def test_what_a_log_does_not_tell_of_an_effect_is_left_out_of_its_words(effect):
+    told = spoken(effect.values(effect.scan[0]), 3000.0)
+    amplitude = next(iter(told))
+    fitted = {name: Fitted(value, "-", 0.0, None if name == amplitude else (0.0, 10.0)) for name, value in told.items()}
+    named = Candidate(effect.name, effect.site, True, True, (), None, None, fitted, ())
+    text = words._named(named)
+    assert text[0].isupper()
+    if effect.name != "cuttings_bed":
+        assert text == phrase(effect.name, {amplitude.rpartition(".")[2]: told[amplitude]})
+
+
+@pytest.mark.parametrize(("interval", "told"), [
+    ((0.0, 0.8), False), ((0.05, 0.6), False), ((0.3, 0.8), True), ((-0.1, 0.3), False), (None, True),
+])  # fmt: skip
+def test_a_leak_is_told_where_the_log_tells_how_much(interval, told):
+    outcome = worn_motor()
+    motor = outcome.ranking[0]
+    leaks = {**motor.parameters, "motor_wear.extra_leak": Fitted(0.5, "-", 0.0, interval)}
+    text = words.driller(replace(outcome, ranking=(replace(motor, parameters=leaks), *outcome.ranking[1:])))
+    assert ("loses 50 % more of its speed" in text) == told
+
+
 def test_the_tree_is_plain_json_with_every_key_documented(repository):
     tree = as_json(diagnosis_of(worn_motor()))
     assert json.loads(json.dumps(tree, allow_nan=False)) == tree

@@ -33,7 +33,9 @@ def shown(value: float, unit: str, digits: int = 3) -> str:
 
 
 def phrase(effect: str, values: Mapping[str, float]) -> str:
-    """What the effect with these parameters (by their short names) means, one clause beginning with a capital."""
+    """What the effect with these parameters (by their short names) means, one clause beginning with a capital: the
+    first of them, and of the others those that are given.
+    """
     make = _PHRASES.get(effect)
     if make is None:
         settings = ", ".join(f"{name} {number(value)}" for name, value in values.items())
@@ -47,15 +49,14 @@ def _percent(share: float) -> str:
 
 def _stribeck(v: Mapping[str, float]) -> str:
     more = "more" if v["drop"] > 0.0 else "less"
-    return (
-        f"Friction of a string that hardly moves is {_percent(v['drop'])} {more} than of one that slides fast "
-        f"(the change lies around {number(v['speed'], 2)} m/s)"
-    )
+    where = f" (the change lies around {number(v['speed'], 2)} m/s)" if "speed" in v else ""
+    return f"Friction of a string that hardly moves is {_percent(v['drop'])} {more} than of one that slides fast{where}"
 
 
 def _static_aging(v: Mapping[str, float]) -> str:
     grows = "grows" if v["growth"] > 0.0 else "falls"
-    return f"Friction {grows} by {_percent(v['growth'])} while the string rests, within some {number(v['time'], 2)} s"
+    within = f", within some {number(v['time'], 2)} s" if "time" in v else ""
+    return f"Friction {grows} by {_percent(v['growth'])} while the string rests{within}"
 
 
 def _cuttings_bed(v: Mapping[str, float]) -> str:
@@ -78,17 +79,14 @@ def _compliance(v: Mapping[str, float]) -> str:
 
 
 def _oscillation_tool(v: Mapping[str, float]) -> str:
-    return (
-        f"Something shakes the string with {shown(v['force'], 'N', 2)} at {number(v['frequency'])} Hz, "
-        f"{v['depth']:.0f} m down"
-    )
+    rate = f" at {number(v['frequency'])} Hz" if "frequency" in v else ""
+    depth = f", {v['depth']:.0f} m down" if "depth" in v else ""
+    return f"Something shakes the string with {shown(v['force'], 'N', 2)}{rate}{depth}"
 
 
 def _heave(v: Mapping[str, float]) -> str:
-    return (
-        f"The block moves {number(abs(v['amplitude']), 2)} m up and down every {number(v['period'])} s, which no "
-        "command shows"
-    )
+    period = f" every {number(v['period'])} s" if "period" in v else ""
+    return f"The block moves {number(abs(v['amplitude']), 2)} m up and down{period}, which no command shows"
 
 
 def _motor_wear(v: Mapping[str, float]) -> str:
@@ -105,7 +103,8 @@ def _motor_wear(v: Mapping[str, float]) -> str:
 
 
 def _formation_change(v: Mapping[str, float]) -> str:
-    return f"From {v['time']:.0f} s on the rock takes {number(v['factor'])} times the weight for the same cut"
+    begins = f"From {v['time']:.0f} s on the" if "time" in v else "The"
+    return f"{begins} rock takes {number(v['factor'])} times the weight for the same cut"
 
 
 def _sensor_gain(v: Mapping[str, float]) -> str:
@@ -122,7 +121,7 @@ def _sensor_bias(v: Mapping[str, float]) -> str:
 
 
 def _at_motor(v: Mapping[str, float]) -> str:
-    friction = f" and a friction of {shown(v['friction'], 'N m')}" if v["friction"] > 0.0 else ""
+    friction = f" and a friction of {shown(v['friction'], 'N m')}" if v.get("friction", 0.0) > 0.0 else ""
     return (
         "The torque is read at the drive's motor and holds what turns the drive itself: an inertia of "
         f"{number(v['inertia'])} kg m2{friction}"

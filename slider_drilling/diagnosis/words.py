@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from slider_drilling.diagnosis.outcome import Candidate, Errors, Gap, Interval, Outcome, Shape, Share
+from slider_drilling.diagnosis.outcome import Candidate, Errors, Fitted, Gap, Interval, Outcome, Shape, Share
 from slider_drilling.diagnosis.phrases import READ, SITES, phrase, shown
 from slider_drilling.units import number
 
 _WHOLE = 0.995  # of the gap; a model in which luck leaves less than noise does closes more than all of it
 _MOST_TUNED = 3  # parameters named in a sentence
 _TUNED_BY = 0.05  # of a multiple of the rig file's value: less is not worth a word
+_KNOWN = 3.0  # a value's interval may reach from this many times one end to the other
+_PLACED = ("cuttings_bed",)  # told by where it is, however roughly
 _PLAIN = {
     "surface_torque": "surface torque",
     "hook_load": "hook load",
@@ -77,12 +79,24 @@ def _lower(clause: str) -> str:
 
 
 def _named(candidate: Candidate) -> str:
-    values = {name.rpartition(".")[2]: fitted.value for name, fitted in candidate.parameters.items()}
+    amplitude = next(iter(candidate.parameters), "")
+    values = {
+        name.rpartition(".")[2]: fitted.value for name, fitted in candidate.parameters.items()
+        if name == amplitude or candidate.effect in _PLACED or _is_known(fitted)
+    }  # fmt: skip
     text = phrase(candidate.effect, values)
     if candidate.group:
         rivals = " or ".join(plain(name) for name in candidate.group)
         text += f" (or {rivals}: this log cannot tell them apart)"
     return text
+
+
+def _is_known(fitted: Fitted) -> bool:
+    """Whether a log tells a value: what may as well be several times as much, or nothing, is not worth a word."""
+    if fitted.interval is None:
+        return True
+    low, high = sorted(abs(end) for end in fitted.interval)
+    return fitted.interval[0] * fitted.interval[1] > 0.0 and high <= _KNOWN * low
 
 
 def share_in_words(closed: float | None, interval: Interval | None) -> str:

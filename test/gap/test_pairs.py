@@ -43,7 +43,7 @@ def test_a_pair_promises_what_neither_does_alone():
     problem = build_problem(model, [{"force": 1.0}])
     base = fit(problem, problem.free(model.nuisance), {})
     alone = {one.effect.name: one.promise for one in screen(scanned(problem, base, model.effects))}
-    best, *others = screen_pairs(scanned(problem, base, model.effects), 3)
+    best, *others = screen_pairs(scanned(problem, base, model.effects), 3, np.inf)
     assert {one.name for one in best.effects} == {"left", "right"}
     reached = fit(problem, parameters_of(problem, best.effects), best.start)
     assert best.promise == pytest.approx(base.cost - reached.cost, rel=0.1), "in a linear model secants hold"
@@ -56,7 +56,18 @@ def test_a_pair_promises_what_neither_does_alone():
 def test_pairs_of_what_is_one_and_the_same_are_left_out():
     model = replace(hidden(8.0, -8.0, seed=3), effects=(effect("left"), effect("left")))
     problem = build_problem(model, [{"force": 1.0}])
-    assert screen_pairs(scanned(problem, fit(problem, problem.free(model.nuisance), {}), model.effects), 3) == []
+    base = fit(problem, problem.free(model.nuisance), {})
+    assert screen_pairs(scanned(problem, base, model.effects), 3, np.inf) == []
+
+
+def test_pairs_that_cannot_end_it_by_far_are_left_out():
+    model = hidden(8.0, -8.0, seed=3)
+    problem = build_problem(model, [{"force": 0.1}])
+    scan = scanned(problem, fit(problem, problem.free(model.nuisance), {}), model.effects)
+    (best, *_) = screen_pairs(scan, 9, np.inf)
+    assert best.left == pytest.approx(10.0, rel=0.2), "all that a tenth of the noise leaves"
+    assert best in screen_pairs(scan, 9, 3.0)
+    assert screen_pairs(scan, 9, 2.0) == []
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

@@ -11,8 +11,8 @@ from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.least_squares import Fit, fit
-from slider_drilling.gap.search.race import FINALISTS, Arm
-from slider_drilling.gap.search.screen import STARTS, Candidate, Scan, scanned, screen, screen_pairs
+from slider_drilling.gap.search.race import Arm
+from slider_drilling.gap.search.screen import STARTS, Candidate, Scan, cheapest_first, scanned, screen, screen_pairs
 from slider_drilling.gap.search.wide import wide
 
 
@@ -65,8 +65,8 @@ def arms_of(
         by_name = {candidate.effect.name: candidate for candidate in candidates}
         for candidate in candidates:
             promised[candidate.effect.name] = max(promised.get(candidate.effect.name, 0.0), candidate.promise)
-            for start in candidate.starts[: place.starts]:
-                arms.append(Arm((*known.effects, candidate.effect), place.way, start, place.base))
+            for start, simulated in cheapest_first(place.scan, candidate)[: place.starts]:
+                arms.append(Arm((*known.effects, candidate.effect), place.way, start, place.base, simulated))
         for chosen in together:
             if all(effect.name in by_name for effect in chosen):
                 arms.append(_joined(known.effects, chosen, by_name, place))
@@ -75,13 +75,15 @@ def arms_of(
     return arms, promised
 
 
-def arms_of_pairs(places: Sequence[Place]) -> list[Arm]:
-    """The most promising pairs of effects beside re-tuning alone."""
+def arms_of_pairs(places: Sequence[Place], most: int, enough: float) -> list[Arm]:
+    """The most promising pairs of effects beside re-tuning alone that may leave no more than enough, E; at most so many
+    from each place.
+    """
+    found = at_once(lambda place: screen_pairs(place.scan, most, enough), places)
     return [
         Arm(pair.effects, place.way, pair.start, place.base)
-        for place, pairs in zip(places, at_once(lambda place: screen_pairs(place.scan, FINALISTS), places), strict=True)
-        for pair in pairs
-    ]
+        for place, pairs in zip(places, found, strict=True) for pair in pairs
+    ]  # fmt: skip
 
 
 def _joined(

@@ -109,17 +109,18 @@ def gaps(blocks: Blocks, score: Score) -> Array:
 
 
 def closed_between(blocks: Blocks, before: Score, after: Score) -> tuple[float, tuple[float, float]]:
-    """Share of the gap before that is closed after, and its 95 % interval; NaN where there was nothing to close.
+    """Share of the gap before that is closed after, and its 95 % interval; NaN where there was nothing to close. Of a
+    resample without a gap nothing is closed.
 
     Resamples of a few blocks scatter less than as many new logs would: the interval is expanded as a mean's is from the
     normal distribution to Student's (Hesterberg, The American Statistician 69, 2015).
     """
     shares = share_closed(gaps(blocks, before), gaps(blocks, after))
-    known = shares[np.isfinite(shares)]
+    known = np.where(np.isfinite(shares), shares, 0.0)
     number = max(blocks.number, 2)
     beyond = float(norm.cdf(-np.sqrt(number / (number - 1.0)) * student.ppf(1.0 - 0.5 * LEVEL, number - 1)))
     ends = (beyond, 1.0 - beyond)
-    low, high = (float(np.quantile(known, q)) if known.size else float("nan") for q in ends)
+    low, high = (float(np.quantile(known, q)) for q in ends)
     return float(share_closed(before.gap**2, after.gap**2)), (low, high)
 
 

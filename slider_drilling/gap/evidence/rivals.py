@@ -89,7 +89,8 @@ def _all_solved(
             one = _columns(explained, one)
         return _solved(explained, one, folds)
 
-    found = at_once(solved, asked)
+    # One that stays at nothing is the nuisance, fitted once more.
+    found = [rival for rival in at_once(solved, asked) if np.any(rival.y)]
     return sorted(found, key=lambda rival: rival.score.surprise)
 
 

@@ -8,13 +8,13 @@ so far, a free run one from the commands alone, and which of the two foretells m
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
-from slider_drilling.gap.model import Effect, Parameter, Values
+from slider_drilling.gap.model import Array, Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.least_squares import ITERATIONS, TOLERANCE, Fit, fit, pace
-from slider_drilling.gap.search.screen import STARTS, scanned, screen
+from slider_drilling.gap.search.screen import STARTS, cheapest_first, scanned, screen
 
 # Explanations that are judged.
 FINALISTS = 3
@@ -23,13 +23,15 @@ FINALISTS = 3
 @dataclass(frozen=True)
 class Arm:
     """effects: all that are freed; way: index of the problem it is fitted in; begin: values to start from; near: the
-    fit that it begins beside, whose Jacobian serves as its first, None where no fit is; fit: as far as it has come.
+    fit that it begins beside, whose Jacobian serves as its first, None where no fit is; begun: (N,) simulated there,
+    where it is known; fit: as far as it has come.
     """
 
     effects: tuple[Effect, ...]
     way: int
     begin: Values
     near: Fit | None
+    begun: Array | None = field(default=None, repr=False)
     fit: Fit | None = None
 
     @property
@@ -91,8 +93,10 @@ def begun_again(problems: Sequence[Problem], ran: Sequence[Arm]) -> list[Arm]:
     own = {parameter.name for parameter in effect.parameters}
     bare = {name: value for name, value in leader.fit.values.items() if name not in own}
     base = fit(problem, parameters_of(problem, leader.effects[:-1]), bare, iterations=0)
-    (candidate,) = screen(scanned(problem, base, [effect]))
-    arms = [replace(leader, begin=start, near=None, fit=None) for start in candidate.starts[:STARTS]]
+    scan = scanned(problem, base, [effect])
+    (candidate,) = screen(scan)
+    starts = cheapest_first(scan, candidate)[:STARTS]
+    arms = [replace(leader, begin=start, near=None, begun=simulated, fit=None) for start, simulated in starts]
     found = at_once(lambda arm: _advanced(problem, arm, ITERATIONS), arms)
     return sorted([*ran, *found], key=lambda arm: arm.cost)
 
@@ -103,7 +107,9 @@ def _advanced(problem: Problem, arm: Arm, iterations: int, least: float = TOLERA
     freed = parameters_of(problem, arm.effects)
     if arm.fit is None:
         known = arm.near.rows if arm.near is not None else {}
-        found = fit(problem, freed, arm.begin, iterations=iterations, tolerance=least, known=known)
+        found = fit(
+            problem, freed, arm.begin, iterations=iterations, tolerance=least, simulated=arm.begun, known=known
+        )
     else:
         found = fit(
             problem, freed, arm.fit.values, iterations=iterations, tolerance=least, simulated=arm.fit.simulated,

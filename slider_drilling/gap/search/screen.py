@@ -12,6 +12,8 @@ from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import SHORT, Fit, bounded_step, prior_weights, room
 
 _MARGIN = 0.02
+# A derivative is trusted for so many of a nuisance's scales, a secant for so many times the scan's amplitude.
+_FAR = 1.0 / SHORT
 # Places that fits begin from where the first may mislead.
 STARTS = 2
 
@@ -29,11 +31,12 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Pair:
-    """Two effects at once; promise, start: as `Candidate` has them."""
+    """Two effects at once; promise, start: as `Candidate` has them; left: E that the same forecast leaves."""
 
     effects: tuple[Effect, Effect]
     promise: float
     start: dict[str, float]
+    left: float
 
 
 @dataclass(frozen=True)
@@ -62,7 +65,7 @@ def screen(scan: Scan) -> list[Candidate]:
     effects = {effect.name: effect for effect, _ in scan.points}
     for view in scan.views:
         for index, (effect, point) in enumerate(scan.points):
-            promise, start = _promised(scan, view, [effect], (index,))
+            promise, start, _ = _promised(scan, view, [effect], (index,))
             known = scored.setdefault(effect.name, {})
             if promise > known.get(point, (-np.inf, {}))[0]:
                 known[point] = promise, start
@@ -73,9 +76,26 @@ def screen(scan: Scan) -> list[Candidate]:
     return sorted(found, key=lambda candidate: -candidate.promise)
 
 
-def screen_pairs(scan: Scan, most: int) -> list[Pair]:
+def cheapest_first(scan: Scan, candidate: Candidate) -> list[tuple[dict[str, float], Array]]:
+    """The candidate's starts and their simulations (N,), by what each leaves: what secants and derivatives promise may
+    not be there.
+    """
+    problem, parameters = scan.problem.showing((candidate.effect,)), scan.base.parameters
+    weights = prior_weights(parameters)
+
+    def cost(start: Values, simulated: Array) -> float:
+        off = np.array([(start[p.name] - p.nominal) / p.scale for p in parameters])
+        residual = problem.against_log(simulated)
+        left = problem.cost(residual)[0] if np.isfinite(residual).all() else np.inf
+        return float(left + np.sum((weights * off) ** 2))
+
+    begun = list(zip(candidate.starts, problem.simulate(candidate.starts), strict=True))
+    return sorted(begun, key=lambda one: cost(*one))
+
+
+def screen_pairs(scan: Scan, most: int, enough: float) -> list[Pair]:
     """The most promising pairs of effects of a scan, each within what its name stands for: at most so many, the best
-    first.
+    first. enough: E that would be; a pair that leaves more of it than a forecast may be wrong by is no such pair.
 
     By the same secants: what two of them explain together costs no more simulations than what each does alone. Two
     that make up for each other, or hide each other, promise nothing one by one.
@@ -84,11 +104,12 @@ def screen_pairs(scan: Scan, most: int) -> list[Pair]:
     for view in scan.views:
         for first, second in _likely_pairs(scan, view):
             chosen = scan.points[first][0].as_named, scan.points[second][0].as_named
-            promise, start = _promised(scan, view, chosen, (first, second))
+            promise, start, left = _promised(scan, view, chosen, (first, second))
             names = chosen[0].name, chosen[1].name
             if names not in best or promise > best[names].promise:
-                best[names] = Pair(chosen, promise, start)
-    return sorted(best.values(), key=lambda pair: -pair.promise)[:most]
+                best[names] = Pair(chosen, promise, start, left)
+    ending = [pair for pair in best.values() if SHORT * pair.left <= enough]
+    return sorted(ending, key=lambda pair: -pair.promise)[:most]
 
 
 @dataclass(frozen=True)
@@ -113,23 +134,23 @@ def scanned(problem: Problem, base: Fit, effects: Sequence[Effect]) -> Scan:
 
 def _promised(
     scan: Scan, view: _View, effects: Sequence[Effect], chosen: Sequence[int]
-) -> tuple[float, dict[str, float]]:
+) -> tuple[float, dict[str, float], float]:
     """By how much ``-2 log p`` falls with the chosen scan points of the effects, if secants and derivatives hold; where
-    a fit would begin.
+    a fit would begin; E that is left.
     """
     problem, base = scan.problem, scan.base
     count = len(base.parameters)
     own = [*range(count), *(count + index for index in chosen)]
-    step = _step(base, effects, view.rows[own], view.white)
+    points = [(effect, scan.points[index][1]) for effect, index in zip(effects, chosen, strict=True)]
+    step = _step(base, points, view.rows[own], view.white)
     change = step[:count] @ base.jacobian + step[count:] @ scan.changes[list(chosen)]
-    promise = scan.now - problem.cost(problem.against_log(base.simulated + change))[0]
-    points = [scan.points[index][1] for index in chosen]
-    return promise, _start(base, list(zip(effects, points, strict=True)), step)
+    residual = problem.against_log(base.simulated + change)
+    return scan.now - problem.cost(residual)[0], _start(base, points, step), float(np.sqrt(np.mean(residual**2)))
 
 
 def _likely_pairs(scan: Scan, view: _View) -> list[tuple[int, int]]:
-    """Of every two effects the pair of scan points that leaves least of the whitened residual, the freed parameters
-    following.
+    """Of every two effects the pair of scan points that leaves least of the whitened residual, each as far as its
+    secant speaks, the freed parameters following.
     """
     count = len(scan.base.parameters)
     prior = np.diag(prior_weights(scan.base.parameters) ** 2 + 1e-9)
@@ -140,8 +161,12 @@ def _likely_pairs(scan: Scan, view: _View) -> list[tuple[int, int]]:
     inner, along = rows @ rows.T, rows @ white
     power = np.maximum(np.diag(inner), 1e-12)
     inside = np.outer(power, power) - inner**2
-    gained = along[:, None] ** 2 * power + along**2 * power[:, None] - 2.0 * np.outer(along, along) * inner
-    gained = np.where(inside > 1e-9 * np.outer(power, power), gained / np.maximum(inside, 1e-12), 0.0)
+    apart = inside > 1e-9 * np.outer(power, power)
+    low, high = np.array([_span(effect, point) for effect, point in scan.points]).T
+    multiple = (along[:, None] * power - along * inner) / np.where(apart, inside, 1.0)
+    multiple = np.clip(multiple, low[:, None], high[:, None])
+    gained = _gain(multiple, along[:, None], power[:, None]) + _gain(multiple.T, along, power)
+    gained = np.where(apart, gained - 2.0 * multiple * multiple.T * inner, 0.0)
     best: dict[tuple[str, str], tuple[float, int, int]] = {}
     for first in range(len(scan.points)):
         for second in range(first + 1, len(scan.points)):
@@ -149,6 +174,11 @@ def _likely_pairs(scan: Scan, view: _View) -> list[tuple[int, int]]:
             if names[0] != names[1] and gained[first, second] > best.get(names, (0.0, 0, 0))[0]:
                 best[names] = float(gained[first, second]), first, second
     return [(first, second) for _, first, second in best.values()]
+
+
+def _gain(multiple: Array, along: Array, power: Array) -> Array:
+    """By how much a residual's square falls with so much of a change, by how far it lies along it, and its square."""
+    return np.asarray(2.0 * multiple * along - multiple**2 * power, dtype=np.float64)
 
 
 def changes_of(
@@ -171,22 +201,32 @@ def changes_of(
     return changes
 
 
-def _step(base: Fit, effects: Sequence[Effect], rows: Array, white: Array) -> Array:
-    """(p + e,) nuisance step in scales and multiples of the effects' changes that together leave least, bounded."""
+def _step(base: Fit, chosen: Sequence[tuple[Effect, tuple[float, ...]]], rows: Array, white: Array) -> Array:
+    """(p + e,) nuisance step in scales and multiples of the scan points' changes that together leave least, bounded."""
     here = np.array([base.values.get(p.name, p.nominal) for p in base.parameters])
     scale = np.array([p.scale for p in base.parameters])
     low, high = room(base.parameters, base.values)
-    none = np.zeros(len(effects))
-    both_ways = [e.parameters[0].lower < e.parameters[0].nominal < e.parameters[0].upper for e in effects]
+    none = np.zeros(len(chosen))
     prior = np.append(prior_weights(base.parameters), none) ** 2
     nominal = np.array([p.nominal for p in base.parameters])
     normal = rows @ rows.T + np.diag(prior)
     gradient = rows @ white - prior * np.append((here - nominal) / scale, none)
-    # A derivative is trusted for so many of a nuisance's scales, a secant for so many times the scan's amplitude.
-    most = 1.0 / SHORT
-    lowest = np.append(np.maximum(low, -most), np.where(both_ways, -most, 0.0))
-    highest = np.append(np.minimum(high, most), none + most)
+    spans = [_span(effect, point) for effect, point in chosen]
+    lowest = np.append(np.maximum(low, -_FAR), [span[0] for span in spans])
+    highest = np.append(np.minimum(high, _FAR), [span[1] for span in spans])
     return bounded_step(normal, gradient, 0.0, lowest, highest)
+
+
+def _span(effect: Effect, point: tuple[float, ...]) -> tuple[float, float]:
+    """Multiples of a scan point's amplitude that its secant speaks for: as far as the next points of the same shape,
+    beyond the first and the last of them as far as one is trusted.
+    """
+    amplitude = effect.parameters[0]
+    own = point[0] - amplitude.nominal
+    others = [other[0] - amplitude.nominal for other in effect.scan if other[1:] == point[1:]]
+    multiples = [other / own for other in others if other / own > 0.0]
+    neutral = -_FAR if amplitude.lower < amplitude.nominal < amplitude.upper else 0.0
+    return max((m for m in multiples if m < 1.0), default=neutral), min((m for m in multiples if m > 1.0), default=_FAR)
 
 
 def _start(base: Fit, chosen: Sequence[tuple[Effect, tuple[float, ...]]], step: Array) -> dict[str, float]:

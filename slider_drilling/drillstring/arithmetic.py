@@ -1,0 +1,46 @@
+"""Arithmetic of the compiled step: as exact as friction is known, and no division that a pass would wait for."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from slider_drilling.compiler import COMPILE, INNER, njit
+
+# No "arcp" here: with it the compiler takes a coarser estimate in packed code than in scalar code.
+_ROOTS: dict[str, Any] = {**INNER, "fastmath": {"contract", "nsz"}}
+
+
+@njit(**_ROOTS)
+def root(x):
+    """Square root to single precision (off by 1.2e-7 at most), for friction; x within float32's range.
+
+    Double-precision roots and divisions, one after the other in the processor's only divider, would take most of a
+    step. Friction is not known to a part in ten million.
+    """
+    return np.float64(math.sqrt(np.float32(x)))
+
+
+@njit(**_ROOTS)
+def per_root(x):
+    """``1 / sqrt(x)`` to single precision (1.8e-7)."""
+    return np.float64(np.float32(1.0) / math.sqrt(np.float32(x)))
+
+
+@njit(**_ROOTS)
+def reciprocal(x):
+    """``1 / x`` by a Newton step from single precision (off by 2e-14); zero where x is beyond float32's range."""
+    seed = np.float64(np.float32(1.0) / np.float32(x))
+    return seed * (2.0 - x * seed)
+
+
+@njit(**COMPILE)
+def exponential(x):
+    """``exp(x)`` for x >= 0, held at 40, as the eighth power of a Taylor sum; its inverse is off by at most 5e-6."""
+    y = min(0.125 * x, 5.0)
+    term = 1.0 + y * (1.0 + y * (1.0 / 2.0) * (1.0 + y * (1.0 / 3.0) * (1.0 + y * 0.25 * (1.0 + y * 0.2))))
+    square = term * term
+    fourth = square * square
+    return fourth * fourth

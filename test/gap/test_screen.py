@@ -1,0 +1,76 @@
+"""Where fits begin: a secant speaks for what lies between its neighbours, and a start is worth what it leaves."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from slider_drilling.gap import Channel, Effect, How, Parameter, Run
+from slider_drilling.gap.problem.problem import Problem, build_problem
+from slider_drilling.gap.search.least_squares import Fit, fit
+from slider_drilling.gap.search.screen import cheapest_first, scanned, screen
+
+TIME = np.arange(600.0) * 0.1
+SWING = 4.0 * np.sin(2.0 * np.pi * TIME / 15.0)
+WIDTHS = tuple((0.1 * 2.0 ** (0.5 * k),) for k in range(12))
+PLAY = Effect("play", "drive", (Parameter("play.width", 0.0, 0.0, 6.3, 0.05, "rad"),), scan=WIDTHS)
+BIASES = ((0.02,), (-0.02,), (0.06,))
+BIAS = Effect("bias", "sensor", (Parameter("bias.torque", 0.0, -9.0, 9.0, 0.02, "N m"),), scan=BIASES)
+
+
+@dataclass(frozen=True)
+class Spring:
+    """A spring that is turned through a dead zone: what it shows at one width is no multiple of another's."""
+
+    runs: tuple[Run, ...]
+    nuisance: tuple[Parameter, ...] = (Parameter("stiffness", 1.0, 0.2, 5.0, 0.05, spread=0.1),)
+    effects: tuple[Effect, ...] = (PLAY, BIAS)
+
+    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+        return {"torque": np.stack([torque(values) for values in sets])}
+
+
+def torque(values: Mapping[str, float]) -> np.ndarray:
+    half = 0.5 * values.get("play.width", 0.0)
+    free = SWING - np.clip(SWING, -half, half)
+    return values.get("stiffness", 1.0) * free + values.get("bias.torque", 0.0)
+
+
+def begun(truth: Mapping[str, float]) -> tuple[Problem, Fit]:
+    """The problem of a log of this spring, re-tuned without any effect."""
+    measured = torque(truth) + np.random.default_rng(1).normal(0.0, 0.02, TIME.size)
+    model = Spring((Run("spring", TIME, SWING, (Channel("torque", TIME, measured, "N m", declared_noise=0.02),)),))
+    problem = build_problem(model, [{"torque": 0.02}])
+    return problem, fit(problem, problem.free(model.nuisance), {})
+
+
+def test_a_start_lies_between_the_neighbours_of_its_scan_point():
+    problem, tuned = begun({"play.width": 3.0, "stiffness": 1.1})
+    (candidate,) = screen(scanned(problem, tuned, [PLAY]))
+    widths = np.sort([start["play.width"] for start in candidate.starts])
+    points = np.array([point[0] for point in WIDTHS])
+    assert np.all(widths[1:-1] >= points[:-2] - 1e-6)
+    assert np.all(widths[1:-1] <= points[2:] + 1e-6)
+    assert np.any(np.abs(widths - 3.0) < 0.8)
+
+
+@pytest.mark.parametrize("width", [0.5, 1.5, 3.0])
+def test_the_cheapest_start_is_the_one_that_leaves_least(width):
+    problem, tuned = begun({"play.width": width, "stiffness": 1.1})
+    scan = scanned(problem, tuned, [PLAY])
+    (candidate,) = screen(scan)
+    ordered = cheapest_first(scan, candidate)
+    freed = problem.free((*problem.model.nuisance, *PLAY.parameters))
+    costs = [fit(problem, freed, start, iterations=0).cost for start, _ in ordered]
+    assert costs == sorted(costs)
+    for start, simulated in ordered:
+        np.testing.assert_allclose(simulated * 0.02, torque(start), atol=1e-9)
+    found = fit(problem, freed, ordered[0][0])
+    assert found.values["play.width"] == pytest.approx(width, abs=0.02)
+
+
+def test_what_is_linear_is_found_at_once_beyond_its_scan_points():
+    problem, tuned = begun({"bias.torque": 0.2})
+    (candidate,) = screen(scanned(problem, tuned, [BIAS]))
+    assert candidate.starts[0]["bias.torque"] == pytest.approx(0.2, abs=0.01)
