@@ -6,20 +6,16 @@ import dataclasses
 import json
 import math
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from slider_drilling.diagnosis import from_engine, words
-from slider_drilling.diagnosis.catalogue import catalogue, spoken
+from slider_drilling.diagnosis import words
 from slider_drilling.diagnosis.diagnose import Diagnosis
-from slider_drilling.diagnosis.figures import intervals, shape, waterfall
+from slider_drilling.diagnosis.figures import intervals, waterfall
 from slider_drilling.diagnosis.origin import RigOrigin, origin_of, remarks_on
 from slider_drilling.diagnosis.outcome import Candidate, Errors, Fitted, Floor, Gap, Outcome, Shape, Share, Trace, Where
 from slider_drilling.diagnosis.page import report_page, simulated_rows
-from slider_drilling.diagnosis.phrases import phrase
-from slider_drilling.diagnosis.shapes import shape_in_words
 from slider_drilling.diagnosis.tree import as_json
 from slider_drilling.effects import CuttingsBed, Effects
 from slider_drilling.log import RigLog
@@ -166,45 +162,6 @@ def test_an_answer_of_nothing_says_why():
     assert "0.01 rad" in words.sentence(outcome)
 
 
-@pytest.mark.parametrize("effect", catalogue(3000.0, 400.0), ids=lambda effect: effect.name)
-def test_every_effect_has_words_of_its_own(effect):
-    told = spoken(effect.values(effect.scan[0]), 3000.0)
-    text = phrase(effect.name, {name.rpartition(".")[2]: value for name, value in told.items()})
-    assert text[0].isupper()
-    assert "_" not in text
-    assert not text.startswith(effect.name.replace("_", " ").capitalize() + " (")
-
-
-@pytest.mark.parametrize(
-    ("effect", "values", "says"),
-    [
-        ("torque_sensor_gain", {"gain": 1.0 / 1.3558 - 1.0}, "26 % too low, as if ft lbf were read as N m"),
-        ("torque_sensor_gain", {"gain": 0.3558}, "36 % too high, as if N m were read as ft lbf"),
-        ("torque_sensor_gain", {"gain": -0.1}, "10 % too low"),
-        ("torque_sensor_bias", {"bias": -1250.0}, "1.25 kN m too low"),
-        ("motor_wear", {"torque_loss": 0.004, "extra_leak": 0.2}, "The motor loses 20 % more of its speed"),
-        ("friction_drift", {"rate": -5e-4}, "falls by 3.0 % a minute"),
-        ("tortuosity", {"curvature": math.radians(1.0) / 30.0}, "1.0 deg per 30 m"),
-        ("top_drive_backlash", {"angle": math.radians(25.0)}, "25 deg of play"),
-        ("cuttings_bed", {"factor": 1.6, "top": 2411.0, "bottom": 2903.0}, "1.60 times the file's between 2411 and"),
-    ],
-)  # fmt: skip
-def test_phrases_state_sign_size_and_unit(effect, values, says):
-    assert says in phrase(effect, values)
-
-
-@pytest.mark.parametrize("effect", catalogue(3000.0, 400.0), ids=lambda effect: effect.name)
-def test_what_a_log_does_not_tell_of_an_effect_is_left_out_of_its_words(effect):
-    told = spoken(effect.values(effect.scan[0]), 3000.0)
-    amplitude = next(iter(told))
-    fitted = {name: Fitted(value, "-", 0.0, None if name == amplitude else (0.0, 10.0)) for name, value in told.items()}
-    named = Candidate(effect.name, effect.site, True, True, (), None, None, fitted, ())
-    text = words._named(named)
-    assert text[0].isupper()
-    if effect.name != "cuttings_bed":
-        assert text == phrase(effect.name, {amplitude.rpartition(".")[2]: told[amplitude]})
-
-
 @pytest.mark.parametrize(("interval", "told"), [
     ((0.0, 0.8), False), ((0.05, 0.6), False), ((0.3, 0.8), True), ((-0.1, 0.3), False), (None, True),
 ])  # fmt: skip
@@ -299,76 +256,6 @@ def test_the_rig_file_is_told_with_where_it_came_from():
     assert origin_of([given], bed) == RigOrigin("own.yaml", "given", "e/own.yaml")
     assert origin_of([given], rig) == RigOrigin("the rig given", "given", None)
     assert remarks_on(origin_of([given], rig), [given], rig) == []
-
-
-@pytest.mark.parametrize(
-    ("x_unit", "y_unit", "curve", "says"),
-    [
-        ("s", "Pa", lambda x: -2e5 * x / 60.0, "falls by 2.0 bar a minute"),
-        ("Pa", "Pa", lambda x: 0.03 * x + 1.0, "rises by 3.0 % of itself"),
-        ("rad", "N m", lambda x: -1e4 * x, "falls by 0.17 kN m per deg"),
-        ("m", "-", lambda x: np.where(x > 205.0, 0.4, 0.0), "steps up by 40 % between 171 m and 229 m"),
-        ("m", "-", lambda x: np.exp(-(((x - 229.0) / 60.0) ** 2)), "most, 100 %, at 229 m"),
-        ("s", "N", lambda x: 0.0 * x + 4e3, "by 4.0 kN"),
-    ],
-)
-def test_the_shape_of_an_unknown_is_told_with_its_numbers_and_units(x_unit, y_unit, curve, says):
-    x = np.linspace(0.0, 400.0, 8)
-    told = shape_in_words("reading off", x, x_unit, curve(x), y_unit)
-    assert told.startswith("reading off")
-    assert says in told
-
-
-@pytest.mark.parametrize(("y", "says"), [(0.24, "by 24 %"), (-0.5, "by -50 %"), (9.0, "by a factor of 10")])
-def test_a_shape_of_one_number_is_a_sentence_and_no_empty_picture(y, says):
-    told = shape_in_words("contact that gives way", np.zeros(1), "-", np.array([y]), "-")
-    assert told == f"contact that gives way, {says}"
-    shown = shape(Shape("unknown", told, "all of it, -", "contact that gives way, -", np.zeros(1), np.array([y])))
-    assert shown == f"What the unknown looks like: {told}."
-
-
-def test_what_is_told_of_an_effect_in_the_answer_is_the_final_models(monkeypatch):
-    """Found beside others only, it has no share of its own: alone it closes another."""
-    monkeypatch.setattr(from_engine, "_fitted", lambda explained, prefix: {"of": explained, "named": prefix})
-    both = SimpleNamespace(names=("static_aging", "torque_at_motor"))
-    beside = SimpleNamespace(
-        closed=0.52, interval=(0.43, 0.61), why_not=(), passed=True, explained=both, in_other_runs=(0.4, (0.1, 0.5))
-    )
-    alone = SimpleNamespace(
-        closed=0.03, interval=(-0.06, 0.13), why_not=("no",), passed=False, explained="alone", in_other_runs=None
-    )
-    answer = SimpleNamespace(
-        effects=("static_aging", "torque_at_motor"), tuned=28.0, threshold=3.8, rival=None,
-        state=SimpleNamespace(current="final", steps=(SimpleNamespace(accepted=beside),)),
-    )  # fmt: skip
-    rows = [
-        from_engine._candidate(one, SimpleNamespace(name=name, site="contact"), answer, {})
-        for one, name in ((beside, "torque_at_motor"), (alone, "static_aging"), (alone, "heave"))
-    ]
-    assert [row.parameters["of"] for row in rows] == ["final", "final", "alone"]
-    assert [row.closed for row in rows] == [0.52, None, 0.03]
-    assert [row.in_answer for row in rows] == [True, True, False]
-
-
-def test_what_stayed_of_effects_that_were_found_together_is_told_with_its_parameters(monkeypatch):
-    """Three began at once and one proved needless: the other two are in the answer, and share what it closes."""
-    monkeypatch.setattr(from_engine, "_fitted", lambda explained, prefix: {f"{prefix}size": 1.0})
-    effects = [SimpleNamespace(name=name, site="contact") for name in ("stribeck", "static_aging", "torque_at_motor")]
-    three = SimpleNamespace(
-        effect=effects[2], closed=0.80, interval=(0.70, 0.85), why_not=(), passed=True, in_other_runs=(0.7, (0.5, 0.8)),
-        explained=SimpleNamespace(effects=effects, names=tuple(effect.name for effect in effects)),
-    )  # fmt: skip
-    answer = SimpleNamespace(
-        effects=("static_aging", "torque_at_motor"), closed=0.76, interval=(0.69, 0.81), tuned=28.0, threshold=3.8,
-        rival=None, judged=(three,), groups={},
-        state=SimpleNamespace(current="final", steps=(SimpleNamespace(accepted=three, promised={}),)),
-    )  # fmt: skip
-    rows = {row.effect: row for row in from_engine._ranking(answer, effects)}
-    for name in answer.effects:
-        assert rows[name].in_answer
-        assert rows[name].closed == 0.76
-        assert rows[name].parameters == {f"{name}.size": 1.0}
-    assert not rows["stribeck"].in_answer
 
 
 def test_an_error_that_falls_by_less_than_two_digits_show_is_not_told():

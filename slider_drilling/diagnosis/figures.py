@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from slider_drilling.diagnosis import words
-from slider_drilling.diagnosis.outcome import Candidate, Gap, Shape, Trace, Where
+from slider_drilling.diagnosis.outcome import Candidate, Gap, Shape, ShapeOf, Trace, Where
 from slider_drilling.diagnosis.phrases import READ
 from slider_drilling.pages import Bars, Chart, Line, Panel
 from slider_drilling.pages.colours import BLUE, GREEN, GREY, INK, RED
@@ -99,7 +99,7 @@ def intervals(ranking: Sequence[Candidate]) -> Chart | None:
                  (low - 0.02 * (high - low), high + 0.25 * (high - low)), wide=True)  # fmt: skip
 
 
-_SHAPES = {
+_SHAPES: dict[ShapeOf, str] = {
     "unknown": "What the unknown looks like",
     "alternative": "What else would explain as much",
     "rest": "What remains looks like this",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Literal
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from slider_drilling.diagnosis.outcome import (
     NextManoeuvre,
     Outcome,
     Shape,
+    ShapeOf,
     Share,
     Trace,
     Where,
@@ -182,7 +182,7 @@ def _shape(answer: Answer) -> Shape | None:
     return None if answer.rest is None else _drawn("rest", answer.rest)
 
 
-def _drawn(of: Literal["unknown", "alternative", "rest"], found: Rival) -> Shape:
+def _drawn(of: ShapeOf, found: Rival) -> Shape:
     told = shape_in_words(found.words, found.x, found.x_unit, found.y, found.y_unit)
     x, y = _axes(found.words)
     return Shape(of, told, f"{x}, {found.x_unit}", f"{y}, {found.y_unit}", found.x, found.y)

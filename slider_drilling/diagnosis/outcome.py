@@ -97,13 +97,16 @@ class Candidate:
     other_runs: Share | None = None
 
 
+ShapeOf = Literal["unknown", "alternative", "rest"]
+
+
 @dataclass(frozen=True)
 class Shape:
     """A disturbance without a law: in words, and as a curve y (n,) over x (n,). of: what it is the shape of, the
     unknown, an alternative that explains as much as the effects that are named, or the rest that they leave.
     """
 
-    of: Literal["unknown", "alternative", "rest"]
+    of: ShapeOf
     words: str
     x_label: str
     y_label: str

@@ -11,7 +11,7 @@ from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.least_squares import Fit, fit
-from slider_drilling.gap.search.race import Arm
+from slider_drilling.gap.search.race import FINALISTS, Arm
 from slider_drilling.gap.search.screen import STARTS, Candidate, Scan, cheapest_first, scanned, screen, screen_pairs
 from slider_drilling.gap.search.wide import wide
 
@@ -75,11 +75,9 @@ def arms_of(
     return arms, promised
 
 
-def arms_of_pairs(places: Sequence[Place], most: int, enough: float) -> list[Arm]:
-    """The most promising pairs of effects beside re-tuning alone that may leave no more than enough, E; at most so many
-    from each place.
-    """
-    found = at_once(lambda place: screen_pairs(place.scan, most, enough), places)
+def arms_of_pairs(places: Sequence[Place], enough: float) -> list[Arm]:
+    """The most promising pairs of effects beside re-tuning alone that may leave no more than enough, E."""
+    found = at_once(lambda place: screen_pairs(place.scan, FINALISTS, enough), places)
     return [
         Arm(pair.effects, place.way, pair.start, place.base)
         for place, pairs in zip(places, found, strict=True) for pair in pairs

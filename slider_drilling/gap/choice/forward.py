@@ -22,7 +22,7 @@ from slider_drilling.gap.problem.noise import NoiseFloor, sigmas
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.finish import corrected, finished
 from slider_drilling.gap.search.least_squares import fit
-from slider_drilling.gap.search.race import FINALISTS, begun_again, parameters_of, race
+from slider_drilling.gap.search.race import begun_again, parameters_of, race
 
 Report = Callable[[str, float], None]
 
@@ -130,7 +130,7 @@ def _two_at_once(
     are needed. None where there is no such pair; over: where it ends without; places: where single effects began.
     """
     report("racing effects two by two", min(0.3 + 0.3 * len(over.steps), 0.9))
-    arms = arms_of_pairs(places, FINALISTS, over.tuned_enough.threshold)
+    arms = arms_of_pairs(places, over.tuned_enough.threshold)
     if not arms:
         return None
     state, judged, _ = judge(over, race(over.ways, arms), left, seed)

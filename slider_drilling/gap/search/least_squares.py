@@ -126,6 +126,12 @@ def pace(behind: float, iterations: int | None = None) -> float:
     return max(TOLERANCE, behind / (ITERATIONS if iterations is None else iterations))
 
 
+def cost_of(problem: Problem, parameters: Sequence[Parameter], values: Values, simulated: Array) -> float:
+    """``-2 log p`` with the priors of these parameters, of values whose simulation (N,) is known."""
+    space = _Space(problem, parameters, values, None)
+    return space.cost(simulated, space.begin(values))[0]
+
+
 class _Space:
     """Scaled coordinates of the free parameters, their bounds and priors."""
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from slider_drilling.gap.model import Array, Effect, Values
 from slider_drilling.gap.problem.problem import Problem
-from slider_drilling.gap.search.least_squares import SHORT, Fit, bounded_step, prior_weights, room
+from slider_drilling.gap.search.least_squares import SHORT, Fit, bounded_step, cost_of, prior_weights, room
 
 _MARGIN = 0.02
 # A derivative is trusted for so many of a nuisance's scales, a secant for so many times the scan's amplitude.
@@ -80,17 +80,9 @@ def cheapest_first(scan: Scan, candidate: Candidate) -> list[tuple[dict[str, flo
     """The candidate's starts and their simulations (N,), by what each leaves: what secants and derivatives promise may
     not be there.
     """
-    problem, parameters = scan.problem.showing((candidate.effect,)), scan.base.parameters
-    weights = prior_weights(parameters)
-
-    def cost(start: Values, simulated: Array) -> float:
-        off = np.array([(start[p.name] - p.nominal) / p.scale for p in parameters])
-        residual = problem.against_log(simulated)
-        left = problem.cost(residual)[0] if np.isfinite(residual).all() else np.inf
-        return float(left + np.sum((weights * off) ** 2))
-
+    problem = scan.problem.showing((candidate.effect,))
     begun = list(zip(candidate.starts, problem.simulate(candidate.starts), strict=True))
-    return sorted(begun, key=lambda one: cost(*one))
+    return sorted(begun, key=lambda one: cost_of(problem, scan.base.parameters, *one))
 
 
 def screen_pairs(scan: Scan, most: int, enough: float) -> list[Pair]:

@@ -1,0 +1,51 @@
+"""What the engine answers becomes what is told: the final model's values, and a share only of what closed it."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+from slider_drilling.diagnosis import from_engine
+
+
+def test_what_is_told_of_an_effect_in_the_answer_is_the_final_models(monkeypatch):
+    """Found beside others only, it has no share of its own: alone it closes another."""
+    monkeypatch.setattr(from_engine, "_fitted", lambda explained, prefix: {"of": explained, "named": prefix})
+    both = SimpleNamespace(names=("static_aging", "torque_at_motor"))
+    beside = SimpleNamespace(
+        closed=0.52, interval=(0.43, 0.61), why_not=(), passed=True, explained=both, in_other_runs=(0.4, (0.1, 0.5))
+    )
+    alone = SimpleNamespace(
+        closed=0.03, interval=(-0.06, 0.13), why_not=("no",), passed=False, explained="alone", in_other_runs=None
+    )
+    answer = SimpleNamespace(
+        effects=("static_aging", "torque_at_motor"), tuned=28.0, threshold=3.8, rival=None,
+        state=SimpleNamespace(current="final", steps=(SimpleNamespace(accepted=beside),)),
+    )  # fmt: skip
+    rows = [
+        from_engine._candidate(one, SimpleNamespace(name=name, site="contact"), answer, {})
+        for one, name in ((beside, "torque_at_motor"), (alone, "static_aging"), (alone, "heave"))
+    ]
+    assert [row.parameters["of"] for row in rows] == ["final", "final", "alone"]
+    assert [row.closed for row in rows] == [0.52, None, 0.03]
+    assert [row.in_answer for row in rows] == [True, True, False]
+
+
+def test_what_stayed_of_effects_that_were_found_together_is_told_with_its_parameters(monkeypatch):
+    """Three began at once and one proved needless: the other two are in the answer, and share what it closes."""
+    monkeypatch.setattr(from_engine, "_fitted", lambda explained, prefix: {f"{prefix}size": 1.0})
+    effects = [SimpleNamespace(name=name, site="contact") for name in ("stribeck", "static_aging", "torque_at_motor")]
+    three = SimpleNamespace(
+        effect=effects[2], closed=0.80, interval=(0.70, 0.85), why_not=(), passed=True, in_other_runs=(0.7, (0.5, 0.8)),
+        explained=SimpleNamespace(effects=effects, names=tuple(effect.name for effect in effects)),
+    )  # fmt: skip
+    answer = SimpleNamespace(
+        effects=("static_aging", "torque_at_motor"), closed=0.76, interval=(0.69, 0.81), tuned=28.0, threshold=3.8,
+        rival=None, judged=(three,), groups={},
+        state=SimpleNamespace(current="final", steps=(SimpleNamespace(accepted=three, promised={}),)),
+    )  # fmt: skip
+    rows = {row.effect: row for row in from_engine._ranking(answer, effects)}
+    for name in answer.effects:
+        assert rows[name].in_answer
+        assert rows[name].closed == 0.76
+        assert rows[name].parameters == {f"{name}.size": 1.0}
+    assert not rows["stribeck"].in_answer
