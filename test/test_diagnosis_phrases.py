@@ -78,3 +78,13 @@ def test_a_shape_of_one_number_is_a_sentence_and_no_empty_picture(y, says):
     assert told == f"contact that gives way, {says}"
     shown = shape(Shape("unknown", told, "all of it, -", "contact that gives way, -", np.zeros(1), np.array([y])))
     assert shown == f"What the unknown looks like: {told}."
+
+
+def test_the_picture_of_a_shape_has_the_units_of_its_words():
+    time, lost = np.array([0.0, 60.0, 120.0]), np.array([0.0, 2e5, 4e5])
+    told = shape_in_words("pressure off by an amount that follows time", time, "s", lost, "Pa")
+    assert told.endswith("rises by 2.0 bar a minute")
+    drawn = shape(Shape("rest", told, "time, s", "pressure off, Pa", time, lost))
+    (panel,) = drawn.panels
+    assert (drawn.x, panel.y) == ("time, s", "pressure off, bar")
+    np.testing.assert_allclose(panel.marks[0].y, [0.0, 2.0, 4.0])

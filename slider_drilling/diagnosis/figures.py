@@ -9,9 +9,10 @@ import numpy as np
 from slider_drilling.diagnosis import words
 from slider_drilling.diagnosis.outcome import Candidate, Gap, Shape, ShapeOf, Trace, Where
 from slider_drilling.diagnosis.phrases import READ
+from slider_drilling.gap.model import Array
 from slider_drilling.pages import Bars, Chart, Line, Panel
 from slider_drilling.pages.colours import BLUE, GREEN, GREY, INK, RED
-from slider_drilling.units import KINDS
+from slider_drilling.units import KINDS, unit_of
 
 _COLOURS = {"nominal": GREY, "tuned": BLUE, "with_effect": GREEN}
 # Shares of a gap: an axis that shows what closes it; what reaches below is cut there, with its number beside it.
@@ -111,8 +112,16 @@ def shape(found: Shape) -> Chart | str:
     title = _SHAPES[found.of]
     if found.x.size == 1:
         return f"{title}: {found.words}."
-    return Chart(title, found.x_label, (Panel(found.y_label, (Line("", found.x, found.y),)),),
-                 found.words, wide=True)  # fmt: skip
+    x, x_label = _as_read(found.x, found.x_label)
+    y, y_label = _as_read(found.y, found.y_label)
+    return Chart(title, x_label, (Panel(y_label, (Line("", x, y),)),), found.words, wide=True)
+
+
+def _as_read(values: Array, label: str) -> tuple[Array, str]:
+    """Values under a label "name, SI unit" in the unit that is read."""
+    name, unit = unit_of(label)
+    read, factor = _read(unit)
+    return factor * values, label if read == unit else f"{name}, {read}"
 
 
 def traces(found: Sequence[Trace], stages: Mapping[str, str]) -> list[Chart]:
