@@ -16,7 +16,11 @@ from slider_drilling.gap.search.race import parameters_of
 from slider_drilling.gap.search.screen import scanned, screen, screen_pairs
 
 # Each the sine with a little of the saw, of one sign and of the other: their difference is a saw alone.
-ALIKE = {"left": SHAPES["sine"] + 0.2 * SHAPES["saw"], "right": SHAPES["sine"] - 0.2 * SHAPES["saw"]}
+ALIKE = {
+    "left": SHAPES["sine"] + 0.2 * SHAPES["saw"],
+    "right": SHAPES["sine"] - 0.2 * SHAPES["saw"],
+    "third": SHAPES["saw"] + 0.2 * np.cos(2.0 * np.pi * TIME / 7.0),  # much like their difference, and not quite
+}
 
 
 def effect(name: str, **kinds: object) -> Effect:
@@ -90,3 +94,40 @@ def test_a_pair_is_not_named_against_what_its_names_stand_for():
 def test_noise_alone_has_no_pair():
     for seed in range(8):
         assert explain(hidden(0.0, 0.0, seed)).effects == ()
+
+
+THREE = (effect("left"), effect("right"), effect("third"))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_two_that_were_taken_for_a_third_are_named(seed):
+    answer = explain(replace(hidden(30.0, -30.0, seed), effects=THREE))
+    assert (answer.verdict, set(answer.effects)) == ("effect", {"left", "right"})
+    (taken,) = answer.state.steps
+    assert any(one.effect.name == "third" and one.passed for one in taken.judged), "told of, and not in the answer"
+
+
+def test_a_law_that_leaves_nothing_is_not_taken_for_two():
+    log = toy({"level": 1.0}, seed=1, extra=12.0 * ALIKE["third"])
+    answer = explain(Hidden(log.runs, effects=THREE))
+    assert (answer.verdict, answer.effects) == ("effect", ("third",))
+
+
+# Nobody's law, and hardly any of it is in what the laws can do.
+NOBODYS = 3.0 * np.sin(2.0 * np.pi * TIME / 5.0)
+
+
+def test_two_that_do_better_for_certain_take_the_place_of_a_third_and_leave_something():
+    log = hidden(30.0, -30.0, seed=1)
+    (run,) = log.runs
+    channel = replace(run.channels[0], measured=run.channels[0].measured + NOBODYS)
+    answer = explain(Hidden((replace(run, channels=(channel,)),), effects=THREE))
+    assert (answer.verdict, set(answer.effects)) == ("effect_and_unknown", {"left", "right"})
+
+
+def test_two_that_leave_something_where_nothing_is_named_are_not_taken():
+    log = hidden(12.0, -12.0, seed=1)
+    (run,) = log.runs
+    channel = replace(run.channels[0], measured=run.channels[0].measured + NOBODYS)
+    answer = explain(Hidden((replace(run, channels=(channel,)),)))
+    assert (answer.verdict, answer.effects) == ("unknown", ())

@@ -8,9 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from math import comb
 
 from slider_drilling.gap.choice.arms import Place, arms_of, arms_of_pairs, places_of
-from slider_drilling.gap.choice.judge import elsewhere, group_of, judge, judged_near, likelier, with_new_floors
+from slider_drilling.gap.choice.judge import (
+    beside_other_forms,
+    elsewhere,
+    group_of,
+    judge,
+    judged_near,
+    likelier,
+    takes_the_place,
+    with_new_floors,
+)
 from slider_drilling.gap.choice.refit import as_given, scored, tested, unseen
 from slider_drilling.gap.choice.stand_in import far_off
 from slider_drilling.gap.choice.state import State, Step
@@ -97,9 +107,9 @@ def step(
         return found
     if ruled_out:
         return replace(state, done=state.enough.done)
-    if known or state.enough.adequate:
+    if state.enough.adequate or len(known) > 1:
         return over
-    return _two_at_once(over, places, left, seed, report) or over
+    return _two_at_once(over, effects, () if known else places, seed, report) or over
 
 
 def _accepted(
@@ -123,23 +133,31 @@ def _accepted(
 
 
 def _two_at_once(
-    over: State, places: Sequence[Place], left: Sequence[Effect], seed: int, report: Report
+    over: State, effects: Sequence[Effect], places: Sequence[Place], seed: int, report: Report
 ) -> State | None:
-    """The state with two effects at once, where none alone is a cause of what is left: one may hide the other, or make
-    up for it. Among so many pairs some wrong one shrinks most gaps: only one that ends it is taken, and of which both
-    are needed. None where there is no such pair; over: where it ends without; places: where single effects began.
+    """The state with two effects at once in the place of one or none, where that leaves something and nobody passes
+    beside it: one may hide the other, make up for it, or both have been taken for a third. Among so many pairs some
+    wrong one shrinks most gaps: only one that ends it is taken, or does better than the one for certain, and of which
+    both are needed. None where there is no such pair; over: where it ends without; places: where single effects began
+    beside re-tuning alone, if they did just now.
     """
     report("racing effects two by two", min(0.3 + 0.3 * len(over.steps), 0.9))
-    arms = arms_of_pairs(places, over.tuned_enough.threshold)
-    if not arms:
+    bare = replace(over, current=over.tuned, enough=over.tuned_enough, steps=())
+    arms = arms_of_pairs(places or places_of(bare, effects), over.tuned_enough.threshold)
+    ran = race(over.ways, arms, over.current.fit.cost)
+    if not any(arm.fit is not None and pays(over.current.fit, arm.fit) for arm in ran):
         return None
-    state, judged, _ = judge(over, race(over.ways, arms), left, seed)
-    ended = replace(over.steps[-1], judged=judged)
-    found = _accepted(replace(state, steps=over.steps[:-1]), ended, (), left, seed, report)
-    if found is None or not found.enough.adequate or len(found.current.effects) < 2:
+    state, judged, _ = judge(bare, begun_again(over.ways, ran, 2), effects, seed)
+    better = [one.explained.names for one in judged if takes_the_place(over, one, comb(len(effects), 2))]
+    first = replace(over.steps[0], judged=beside_other_forms(over, judged))
+    found = _accepted(state, first, (), effects, seed, report)
+    if found is None or len(found.current.names) < 2:
         return None
-    told = found.steps[-1]
-    return replace(found, steps=(*over.steps[:-1], replace(told, judged=(*told.judged, *over.steps[-1].judged))))
+    if not found.enough.adequate and found.current.names not in better:
+        return None
+    (told,) = found.steps
+    before = tuple(one for step in over.steps for one in step.judged)
+    return replace(found, steps=(replace(told, judged=(*told.judged, *before)),))
 
 
 def _in_its_place(over: State, ended: Step, left: Sequence[Effect], seed: int) -> State | None:

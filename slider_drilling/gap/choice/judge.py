@@ -74,11 +74,11 @@ def judge(
     found = at_once(lambda one: no_less_likely(state, one), found)
     judged = [_verdict(state, one, len(left), seed) for one in found]
     judged.sort(key=lambda one: one.explained.score.surprise)
-    told = told_in_other_runs_first(_beside_other_forms(state, judged))
+    told = told_in_other_runs_first(beside_other_forms(state, judged))
     return state, told, _rules_out(state.current, known)
 
 
-def _beside_other_forms(state: State, judged: Sequence[Judged]) -> tuple[Judged, ...]:
+def beside_other_forms(state: State, judged: Sequence[Judged]) -> tuple[Judged, ...]:
     """The same, but for effects that foretell no more than another form of a law which is known would: a cause that is
     not quite the catalogue's leaves what something else can bend to.
     """
@@ -93,6 +93,17 @@ def _beside_other_forms(state: State, judged: Sequence[Judged]) -> tuple[Judged,
         return replace(one, why_not=(f"another form of what is known explains as much: {forms[0].words}",))
 
     return tuple(held(one) for one in judged)
+
+
+def takes_the_place(state: State, one: Judged, rivals: int) -> bool:
+    """Whether one of so many rivals does better for certain than the effects that are known, which it need not hold:
+    by the tests that an effect beside them has to pass.
+    """
+    if not state.current.effects:
+        return False
+    known, blocks = state.current.score, state.blocks
+    shorter = shrinks(*closed_between(blocks, known, one.explained.score))
+    return shorter and foretells_more(blocks, one.explained.score, known, rivals)
 
 
 def with_new_floors(state: State, accepted: Judged, left: Sequence[Effect], seed: int) -> tuple[State, Judged]:

@@ -55,24 +55,24 @@ def parameters_of(problem: Problem, effects: Sequence[Effect]) -> list[Parameter
     return problem.free([*nuisance, *(parameter for effect in effects for parameter in effect.parameters)])
 
 
-def race(problems: Sequence[Problem], arms: Sequence[Arm]) -> list[Arm]:
-    """Run the arms; those that lasted, cheapest first.
+def race(problems: Sequence[Problem], arms: Sequence[Arm], known: float = float("inf")) -> list[Arm]:
+    """Run the arms; those that lasted, cheapest first. known: cost that they have to come up with besides.
 
     Of the sets in each heat the better half goes on, twice as far as before, until few are left, which are followed to
     their ends (sequential halving; Karnin, Koren and Somekh, ICML 2013). problems: one per way.
     """
-    iterations, running = 1, _furthered(problems, arms, 1)
+    iterations, running = 1, _furthered(problems, arms, 1, known)
     while _many(running := _better_half(running)):
         iterations *= 2
-        running = _furthered(problems, running, iterations)
-    return _furthered(problems, running, ITERATIONS)
+        running = _furthered(problems, running, iterations, known)
+    return _furthered(problems, running, ITERATIONS, known)
 
 
-def _furthered(problems: Sequence[Problem], running: Sequence[Arm], iterations: int) -> list[Arm]:
-    """The arms after so many iterations more, cheapest first; one that does not come up with the leader in so many
-    stops.
+def _furthered(problems: Sequence[Problem], running: Sequence[Arm], iterations: int, known: float) -> list[Arm]:
+    """The arms after so many iterations more, cheapest first; one that does not come up with the leader, or with what
+    is known, in so many stops.
     """
-    leader = min((arm.cost for arm in running if arm.physical), default=float("inf"))
+    leader = min((known, *(arm.cost for arm in running if arm.physical)))
 
     def advance(arm: Arm) -> Arm:
         least = pace(arm.cost - leader, iterations) if arm.fit is not None else TOLERANCE
@@ -81,24 +81,30 @@ def _furthered(problems: Sequence[Problem], running: Sequence[Arm], iterations: 
     return sorted(at_once(advance, running), key=lambda arm: arm.cost)
 
 
-def begun_again(problems: Sequence[Problem], ran: Sequence[Arm]) -> list[Arm]:
-    """What the race left, and its leader once more: looked for anew, with the nuisance that it was found with.
+def begun_again(problems: Sequence[Problem], ran: Sequence[Arm], added: int = 1) -> list[Arm]:
+    """What the race left, and its leader once more: each of so many that were added is looked for anew, beside the
+    others and with the nuisance that it was found with.
 
     A scan from a nuisance that makes up for the effect, or from the rig as given, points where the effect would do for
     all the rest as well; from the leader's own it points to the effect alone.
     """
     leader = next((arm for arm in ran if arm.physical), ran[0])
-    assert leader.fit is not None
-    problem, effect = problems[leader.way].showing(leader.effects), leader.effects[-1]
-    own = {parameter.name for parameter in effect.parameters}
-    bare = {name: value for name, value in leader.fit.values.items() if name not in own}
-    base = fit(problem, parameters_of(problem, leader.effects[:-1]), bare, iterations=0)
-    scan = scanned(problem, base, [effect])
-    (candidate,) = screen(scan)
-    starts = cheapest_first(scan, candidate)[:STARTS]
-    arms = [replace(leader, begin=start, near=None, begun=simulated, fit=None) for start, simulated in starts]
+    problem = problems[leader.way].showing(leader.effects)
+    arms = [arm for effect in leader.effects[-added:] for arm in _sought_anew(problem, leader, effect)]
     found = at_once(lambda arm: _advanced(problem, arm, ITERATIONS), arms)
     return sorted([*ran, *found], key=lambda arm: arm.cost)
+
+
+def _sought_anew(problem: Problem, leader: Arm, effect: Effect) -> list[Arm]:
+    """Arms that begin where one effect of the leader's leaves least beside all else of it."""
+    assert leader.fit is not None
+    others = [one for one in leader.effects if one is not effect]
+    own = {parameter.name for parameter in effect.parameters}
+    bare = {name: value for name, value in leader.fit.values.items() if name not in own}
+    scan = scanned(problem, fit(problem, parameters_of(problem, others), bare, iterations=0), [effect])
+    (candidate,) = screen(scan)
+    starts = cheapest_first(scan, candidate)[:STARTS]
+    return [replace(leader, begin=start, near=None, begun=simulated, fit=None) for start, simulated in starts]
 
 
 def _advanced(problem: Problem, arm: Arm, iterations: int, least: float = TOLERANCE) -> Arm:
