@@ -5,6 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 
 from slider_drilling.diagnosis import from_engine
+from slider_drilling.diagnosis.words import standing
 
 
 def test_what_is_told_of_an_effect_in_the_answer_is_the_final_models(monkeypatch):
@@ -22,12 +23,13 @@ def test_what_is_told_of_an_effect_in_the_answer_is_the_final_models(monkeypatch
         state=SimpleNamespace(current="final", steps=(SimpleNamespace(accepted=beside),)),
     )  # fmt: skip
     rows = [
-        from_engine._candidate(one, SimpleNamespace(name=name, site="contact"), answer, {})
+        from_engine._candidate(one, SimpleNamespace(name=name, site="contact"), answer, {}, [name])
         for one, name in ((beside, "torque_at_motor"), (alone, "static_aging"), (alone, "heave"))
     ]
     assert [row.parameters["of"] for row in rows] == ["final", "final", "alone"]
     assert [row.closed for row in rows] == [0.52, None, 0.03]
     assert [row.in_answer for row in rows] == [True, True, False]
+    assert all(row.together == () for row in rows)
 
 
 def test_what_stayed_of_effects_that_were_found_together_is_told_with_its_parameters(monkeypatch):
@@ -48,4 +50,8 @@ def test_what_stayed_of_effects_that_were_found_together_is_told_with_its_parame
         assert rows[name].in_answer
         assert rows[name].closed == 0.76
         assert rows[name].parameters == {f"{name}.size": 1.0}
+    assert rows["static_aging"].together == ("torque_at_motor",)
+    assert rows["torque_at_motor"].together == ("static_aging",)
+    assert standing(rows["static_aging"]) == "in the answer, at once with torque at motor"
+    assert rows["stribeck"].together == ()
     assert not rows["stribeck"].in_answer

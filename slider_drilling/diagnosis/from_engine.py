@@ -110,7 +110,9 @@ def _ranking(answer: Answer, effects: Sequence[Effect]) -> tuple[Candidate, ...]
     groups = answer.groups
     found: list[Candidate] = []
     for one in answer.judged:
-        found += [_candidate(one, effect, answer, groups) for effect in _new(one, answer, {c.effect for c in found})]
+        new = _new(one, answer, {c.effect for c in found})
+        stayed = [effect.name for effect in new if effect.name in answer.effects]
+        found += [_candidate(one, effect, answer, groups, stayed) for effect in new]
     named = {one.effect for one in found}
     promised = answer.state.steps[0].promised if answer.state.steps else {}
     rest = sorted((e for e in effects if e.name not in named), key=lambda e: -promised.get(e.name, 0.0))
@@ -130,9 +132,11 @@ def _accepted(one: Judged, answer: Answer) -> bool:
     return any(one is taken.accepted for taken in answer.state.steps)
 
 
-def _candidate(one: Judged, effect: Effect, answer: Answer, groups: Mapping[str, tuple[str, ...]]) -> Candidate:
+def _candidate(
+    one: Judged, effect: Effect, answer: Answer, groups: Mapping[str, tuple[str, ...]], stayed: Sequence[str]
+) -> Candidate:
     """What is told of an effect: of one in the answer the final model's parameters, and no share where it was found
-    beside others only, for alone it closes another.
+    beside others only, for alone it closes another. stayed: those in the answer that the finalist brought.
     """
     name = effect.name
     in_answer = name in answer.effects
@@ -144,7 +148,7 @@ def _candidate(one: Judged, effect: Effect, answer: Answer, groups: Mapping[str,
     return Candidate(
         name, effect.site, one.passed, in_answer, () if in_answer else why_not, closed, interval,
         _fitted(answer.state.current if in_answer else one.explained, f"{name}."), groups.get(name, ()),
-        _in_other_runs(one, answer),
+        _in_other_runs(one, answer), tuple(other for other in stayed if in_answer and other != name),
     )  # fmt: skip
 
 

@@ -80,9 +80,9 @@ class Candidate:
     """One effect of the ranking.
 
     passed: it passed the tests of a single effect; in_answer: the verdict rests on it; why_not: why it does not.
-    closed: the share of the gap that it closes alone, None where that says nothing; group: effects that this log cannot
+    closed: the share of the gap that it closes, None where that says nothing; group: effects that this log cannot
     tell from it; other_runs: what it closes of the gap of each run by a fit to the others, None where that was not
-    asked, or nothing of it.
+    asked, or nothing of it; together: effects in the answer that were found at once with it, all of which close that.
     """
 
     effect: str
@@ -95,6 +95,7 @@ class Candidate:
     parameters: Mapping[str, Fitted]
     group: tuple[str, ...]
     other_runs: Share | None = None
+    together: tuple[str, ...] = ()
 
 
 ShapeOf = Literal["unknown", "alternative", "rest"]

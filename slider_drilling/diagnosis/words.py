@@ -159,7 +159,7 @@ def fitted_and_not(outcome: Outcome) -> tuple[list[Candidate], str]:
 def standing(candidate: Candidate) -> str:
     """What became of a candidate: in the answer, passed but not in it, or why not."""
     if candidate.in_answer:
-        return "in the answer"
+        return _in_the_answer(candidate)
     why = "; ".join(candidate.why_not)
     return f"passed, not in the answer: {why}" if candidate.passed and why else "passed" if candidate.passed else why
 
@@ -167,9 +167,14 @@ def standing(candidate: Candidate) -> str:
 def standing_by_number(candidate: Candidate, reasons: Sequence[str]) -> str:
     """The same where there is little room, with the numbers of the reasons in their list."""
     if candidate.in_answer:
-        return "in the answer"
+        return _in_the_answer(candidate)
     why = " ".join(f"({reasons.index(one) + 1})" for one in candidate.why_not)
     return f"{'passed' if candidate.passed else 'not'} {why}".rstrip()
+
+
+def _in_the_answer(candidate: Candidate) -> str:
+    others = " and ".join(plain(name) for name in candidate.together)
+    return f"in the answer, at once with {others}" if others else "in the answer"
 
 
 def _unknown(outcome: Outcome, gap: Gap) -> str:
