@@ -117,17 +117,12 @@ def test_a_law_that_leaves_nothing_is_not_taken_for_two():
 NOBODYS = 3.0 * np.sin(2.0 * np.pi * TIME / 5.0)
 
 
-def test_two_that_do_better_for_certain_take_the_place_of_a_third_and_leave_something():
-    log = hidden(30.0, -30.0, seed=1)
+@pytest.mark.parametrize(("size", "effects", "named"), [(30.0, THREE, ("third",)), (12.0, THREE[:2], ())])
+def test_two_that_leave_something_are_not_taken(size, effects, named):
+    """Neither in the place of one name nor of none, however much of the gap they close."""
+    log = hidden(size, -size, seed=1)
     (run,) = log.runs
     channel = replace(run.channels[0], measured=run.channels[0].measured + NOBODYS)
-    answer = explain(Hidden((replace(run, channels=(channel,)),), effects=THREE))
-    assert (answer.verdict, set(answer.effects)) == ("effect_and_unknown", {"left", "right"})
-
-
-def test_two_that_leave_something_where_nothing_is_named_are_not_taken():
-    log = hidden(12.0, -12.0, seed=1)
-    (run,) = log.runs
-    channel = replace(run.channels[0], measured=run.channels[0].measured + NOBODYS)
-    answer = explain(Hidden((replace(run, channels=(channel,)),)))
-    assert (answer.verdict, answer.effects) == ("unknown", ())
+    answer = explain(Hidden((replace(run, channels=(channel,)),), effects=effects))
+    assert answer.verdict == ("effect_and_unknown" if named else "unknown")
+    assert answer.effects == named

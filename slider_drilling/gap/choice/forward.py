@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from math import comb
 
 from slider_drilling.gap.choice.arms import Place, arms_of, arms_of_pairs, places_of
 from slider_drilling.gap.choice.judge import (
@@ -18,7 +17,6 @@ from slider_drilling.gap.choice.judge import (
     judge,
     judged_near,
     likelier,
-    takes_the_place,
     with_new_floors,
 )
 from slider_drilling.gap.choice.refit import as_given, scored, tested, unseen
@@ -137,9 +135,9 @@ def _two_at_once(
 ) -> State | None:
     """The state with two effects at once in the place of one or none, where that leaves something and nobody passes
     beside it: one may hide the other, make up for it, or both have been taken for a third. Among so many pairs some
-    wrong one shrinks most gaps: only one that ends it is taken, or does better than the one for certain, and of which
-    both are needed. None where there is no such pair; over: where it ends without; places: where single effects began
-    beside re-tuning alone, if they did just now.
+    wrong one shrinks most gaps: only one that ends it is taken, and of which both are needed. None where there is no
+    such pair; over: where it ends without; places: where single effects began beside re-tuning alone, if they did just
+    now.
     """
     report("racing effects two by two", min(0.3 + 0.3 * len(over.steps), 0.9))
     bare = replace(over, current=over.tuned, enough=over.tuned_enough, steps=())
@@ -148,12 +146,9 @@ def _two_at_once(
     if not any(arm.fit is not None and pays(over.current.fit, arm.fit) for arm in ran):
         return None
     state, judged, _ = judge(bare, begun_again(over.ways, ran, 2), effects, seed)
-    better = [one.explained.names for one in judged if takes_the_place(over, one, comb(len(effects), 2))]
     first = replace(over.steps[0], judged=beside_other_forms(over, judged))
     found = _accepted(state, first, (), effects, seed, report)
-    if found is None or len(found.current.names) < 2:
-        return None
-    if not found.enough.adequate and found.current.names not in better:
+    if found is None or not found.enough.adequate or len(found.current.effects) < 2:
         return None
     (told,) = found.steps
     before = tuple(one for step in over.steps for one in step.judged)

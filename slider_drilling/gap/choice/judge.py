@@ -95,17 +95,6 @@ def beside_other_forms(state: State, judged: Sequence[Judged]) -> tuple[Judged, 
     return tuple(held(one) for one in judged)
 
 
-def takes_the_place(state: State, one: Judged, rivals: int) -> bool:
-    """Whether one of so many rivals does better for certain than the effects that are known, which it need not hold:
-    by the tests that an effect beside them has to pass.
-    """
-    if not state.current.effects:
-        return False
-    known, blocks = state.current.score, state.blocks
-    shorter = shrinks(*closed_between(blocks, known, one.explained.score))
-    return shorter and foretells_more(blocks, one.explained.score, known, rivals)
-
-
 def with_new_floors(state: State, accepted: Judged, left: Sequence[Effect], seed: int) -> tuple[State, Judged]:
     """The same with floors that the better model shows: what were kinks of the signal had been taken for noise."""
     found = accepted.explained
