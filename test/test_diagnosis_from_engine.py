@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
+import pytest
+
 from slider_drilling.diagnosis import from_engine
 from slider_drilling.diagnosis.words import standing
 
@@ -55,3 +57,25 @@ def test_what_stayed_of_effects_that_were_found_together_is_told_with_its_parame
     assert standing(rows["static_aging"]) == "in the answer, at once with torque at motor"
     assert rows["stribeck"].together == ()
     assert not rows["stribeck"].in_answer
+
+
+@pytest.mark.parametrize(
+    ("verdict", "share", "says"),
+    [
+        ("parameters", 0.9, "what remains is no more than noise"),
+        ("unknown", -0.1, "the gap does not shrink for certain"),
+        ("unknown", 0.9, "no law describes foretells more"),
+    ],
+)
+def test_why_what_passed_is_not_in_an_answer_without_names(monkeypatch, verdict, share, says):
+    """Only where nothing is left is noise the reason."""
+    monkeypatch.setattr(from_engine, "closed_between", lambda *scores: (share, (share - 0.05, share + 0.05)))
+    one = SimpleNamespace(effect=SimpleNamespace(name="stribeck"), explained=SimpleNamespace(score=None))
+    two = SimpleNamespace(effect=SimpleNamespace(name="static_aging"), explained=SimpleNamespace(score=None))
+    state = SimpleNamespace(
+        tuned=SimpleNamespace(score=None), blocks=None, steps=(SimpleNamespace(accepted=one),)
+    )  # fmt: skip
+    answer = SimpleNamespace(effects=(), rival=None, verdict=verdict, state=state)
+    assert says in from_engine._outdone(one, answer)
+    if verdict == "unknown":
+        assert from_engine._outdone(two, answer) == "stribeck explains more, and is no cause for certain either"

@@ -26,6 +26,7 @@ from slider_drilling.diagnosis.shapes import shape_in_words
 from slider_drilling.gap.answer.beyond import Beyond
 from slider_drilling.gap.answer.intervals import intervals, known, spoken
 from slider_drilling.gap.choice.state import Explained, Judged
+from slider_drilling.gap.evidence.compare import closed_between, shrinks
 from slider_drilling.gap.evidence.rivals import Rival
 from slider_drilling.gap.explain import Answer
 from slider_drilling.gap.model import Effect, Model
@@ -143,13 +144,28 @@ def _candidate(
     closed, interval = _closes(one, answer) if in_answer else _share(one.closed, one.interval, answer)
     why_not = one.why_not
     if not in_answer and not why_not:
-        better = " and ".join(answer.effects) or (answer.rival.words if answer.rival is not None else "")
-        why_not = (f"what it explains, {better} explains better" if better else "what remains is no more than noise",)
+        why_not = (_outdone(one, answer),)
     return Candidate(
         name, effect.site, one.passed, in_answer, () if in_answer else why_not, closed, interval,
         _fitted(answer.state.current if in_answer else one.explained, f"{name}."), groups.get(name, ()),
         _in_other_runs(one, answer), tuple(other for other in stayed if in_answer and other != name),
     )  # fmt: skip
+
+
+def _outdone(one: Judged, answer: Answer) -> str:
+    """Why an effect that passes its own tests is not in the answer."""
+    better = " and ".join(answer.effects) or (answer.rival.words if answer.rival is not None else "")
+    if better:
+        return f"what it explains, {better} explains better"
+    if answer.verdict != "unknown":
+        return "what remains is no more than noise"
+    accepted = next((taken.accepted for taken in answer.state.steps if taken.accepted is not None), None)
+    if accepted is not None and accepted is not one:
+        return f"{accepted.effect.name} explains more, and is no cause for certain either"
+    tuned = answer.state.tuned.score
+    if not shrinks(*closed_between(answer.state.blocks, tuned, one.explained.score)):
+        return "of what re-tuning leaves the gap does not shrink for certain"
+    return "something that no law describes foretells more"
 
 
 def _in_other_runs(one: Judged, answer: Answer) -> Share | None:

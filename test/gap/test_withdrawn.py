@@ -6,6 +6,7 @@ import numpy as np
 from toy import EFFECTS, toy
 
 from slider_drilling.gap import explain
+from slider_drilling.gap.choice import forward
 from slider_drilling.gap.choice.decide import decide
 
 
@@ -20,3 +21,14 @@ def test_names_with_which_the_gap_does_not_shrink_for_certain_are_withdrawn():
     assert decided.named == ()
     assert decided.verdict == "unknown"
     assert decided.state.current is decided.state.tuned
+
+
+def test_who_fails_in_the_noise_that_it_shows_says_why(monkeypatch):
+    def failed(state, one, left, seed):
+        return state, replace(one, closed=-0.1, interval=(-0.2, 0.1), why_not=("not in this noise",))
+
+    monkeypatch.setattr(forward, "with_new_floors", failed)
+    answer = explain(toy({"sine": 4.0}, seed=1))
+    assert answer.effects == ()
+    sine = next(one for one in answer.judged if one.effect.name == "sine")
+    assert (sine.why_not, sine.closed) == (("not in this noise",), -0.1)

@@ -100,11 +100,12 @@ def step(
         taken = _in_its_place(over, ended, left, seed) if over.instead else None
         if taken is not None:
             return taken
-    found = _accepted(state, ended, known, left, seed, report)
+    found, ended = _accepted(state, ended, known, left, seed, report)
     if found is not None:
         return found
     if ruled_out:
         return replace(state, done=state.enough.done)
+    over = replace(over, steps=(*state.steps, ended))
     if state.enough.adequate or len(known) > 1:
         return over
     return _two_at_once(over, effects, () if known else places, seed, report) or over
@@ -112,22 +113,26 @@ def step(
 
 def _accepted(
     state: State, ended: Step, known: Sequence[Effect], left: Sequence[Effect], seed: int, report: Report
-) -> State | None:
-    """The state with the first of those judged that passes, None where nobody does; known: effects before."""
+) -> tuple[State | None, Step]:
+    """The state with the first of those judged that passes, None where nobody does, and the step with what became of
+    them; known: effects before.
+    """
     for one in ended.judged:
         if not one.passed:
             continue
         group = group_of(state.blocks, one, ended.judged)
         refloored, accepted = with_new_floors(state, one, left, seed)
-        judged = tuple(accepted if other is one else other for other in ended.judged)
         if accepted.passed:
+            judged = tuple(accepted if other is one else other for other in ended.judged)
             found = _with(refloored, replace(ended, judged=judged, accepted=accepted, group=group), left, seed)
             if not found.enough.done:
                 report("fitting from other starts", min(0.3 + 0.3 * len(state.steps), 0.95))
                 found = _from_elsewhere(found, refloored, left, seed)
-            return _without_needless(found, known, left, seed)
-        ended = replace(ended, judged=judged)
-    return None
+            return _without_needless(found, known, left, seed), found.steps[-1]
+        # Compared with others it is in the noise that they were judged in.
+        failed = replace(accepted, explained=one.explained)
+        ended = replace(ended, judged=tuple(failed if other is one else other for other in ended.judged))
+    return None, ended
 
 
 def _two_at_once(
@@ -147,7 +152,7 @@ def _two_at_once(
         return None
     state, judged, _ = judge(bare, begun_again(over.ways, ran, 2), effects, seed)
     first = replace(over.steps[0], judged=beside_other_forms(over, judged))
-    found = _accepted(state, first, (), effects, seed, report)
+    found, _ = _accepted(state, first, (), effects, seed, report)
     if found is None or not found.enough.adequate or len(found.current.effects) < 2:
         return None
     (told,) = found.steps
