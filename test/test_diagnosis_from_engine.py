@@ -54,7 +54,7 @@ def test_what_stayed_of_effects_that_were_found_together_is_told_with_its_parame
         assert rows[name].parameters == {f"{name}.size": 1.0}
     assert rows["static_aging"].together == ("torque_at_motor",)
     assert rows["torque_at_motor"].together == ("static_aging",)
-    assert standing(rows["static_aging"]) == "in the answer, at once with torque at motor"
+    assert standing(rows["static_aging"]) == "in the answer, together with torque at motor"
     assert rows["stribeck"].together == ()
     assert not rows["stribeck"].in_answer
 

@@ -174,7 +174,7 @@ def standing_by_number(candidate: Candidate, reasons: Sequence[str]) -> str:
 
 def _in_the_answer(candidate: Candidate) -> str:
     others = " and ".join(plain(name) for name in candidate.together)
-    return f"in the answer, at once with {others}" if others else "in the answer"
+    return f"in the answer, together with {others}" if others else "in the answer"
 
 
 def _unknown(outcome: Outcome, gap: Gap) -> str:
