@@ -8,11 +8,11 @@ import numpy as np
 
 from slider_drilling.diagnosis import words
 from slider_drilling.diagnosis.outcome import Candidate, Gap, Shape, ShapeOf, Trace, Where
-from slider_drilling.diagnosis.phrases import READ
+from slider_drilling.diagnosis.phrases import as_read
 from slider_drilling.gap.model import Array
 from slider_drilling.pages import Bars, Chart, Line, Panel
 from slider_drilling.pages.colours import BLUE, GREEN, GREY, INK, RED
-from slider_drilling.units import KINDS, unit_of
+from slider_drilling.units import unit_of
 
 _COLOURS = {"nominal": GREY, "tuned": BLUE, "with_effect": GREEN}
 # Shares of a gap: an axis that shows what closes it; what reaches below is cut there, with its number beside it.
@@ -112,15 +112,15 @@ def shape(found: Shape) -> Chart | str:
     title = _SHAPES[found.of]
     if found.x.size == 1:
         return f"{title}: {found.words}."
-    x, x_label = _as_read(found.x, found.x_label)
-    y, y_label = _as_read(found.y, found.y_label)
+    x, x_label = _converted(found.x, found.x_label)
+    y, y_label = _converted(found.y, found.y_label)
     return Chart(title, x_label, (Panel(y_label, (Line("", x, y),)),), found.words, wide=True)
 
 
-def _as_read(values: Array, label: str) -> tuple[Array, str]:
+def _converted(values: Array, label: str) -> tuple[Array, str]:
     """Values under a label "name, SI unit" in the unit that is read."""
     name, unit = unit_of(label)
-    read, factor = _read(unit)
+    read, factor = as_read(unit)
     return factor * values, label if read == unit else f"{name}, {read}"
 
 
@@ -129,7 +129,7 @@ def traces(found: Sequence[Trace], stages: Mapping[str, str]) -> list[Chart]:
     several = len({trace.run for trace in found}) > 1
     charts = []
     for trace in found:
-        read, factor = _read(trace.unit)
+        read, factor = as_read(trace.unit)
         label, style = words.plain(trace.channel), "dots" if trace.time.size < 200 else "line"
         known = [(stages[stage], values, _COLOURS[stage]) for stage, values in trace.simulated.items()]
         upper = [Line("measured", trace.time, factor * trace.measured, "dots" if style == "dots" else "line", INK)]
@@ -143,8 +143,3 @@ def traces(found: Sequence[Trace], stages: Mapping[str, str]) -> list[Chart]:
         end = () if trace.fitted_until is None else ((trace.fitted_until, "not fitted from here"),)
         charts.append(Chart(title, "time, s", panels, at=end, wide=True))
     return charts
-
-
-def _read(unit: str) -> tuple[str, float]:
-    read = READ.get(unit, unit)
-    return read, next((units[unit] / units[read] for units in KINDS.values() if unit in units and read in units), 1.0)

@@ -8,12 +8,12 @@ from slider_drilling.diagnosis import words
 from slider_drilling.diagnosis.diagnose import Diagnosis
 from slider_drilling.diagnosis.figures import intervals, shape, traces, waterfall, where_charts
 from slider_drilling.diagnosis.outcome import Fitted, Outcome
-from slider_drilling.diagnosis.phrases import READ
+from slider_drilling.diagnosis.phrases import as_read
 from slider_drilling.log.run_page import title as title_of
 from slider_drilling.pages import Amount, Bullets, Chart, Lead, Page, Section, Table, Tag
 from slider_drilling.pages.page import Cell, Tone
 from slider_drilling.pages.titles import well_name
-from slider_drilling.units import KINDS, SI
+from slider_drilling.units import SI
 
 _TONES: dict[str, Tone] = {"none": "good", "parameters": "good", "effect": "plain"}
 STAGES = {"nominal": "as given", "tuned": "re-tuned", "with_effect": "with what was found"}
@@ -176,8 +176,7 @@ def _next(diagnosis: Diagnosis) -> list[Section]:
 
 def amount(value: float | None, unit: str) -> Amount:
     """A value of an SI unit as a cell in the unit that is read."""
-    read = READ.get(unit, unit)
-    factor = next((units[unit] / units[read] for units in KINDS.values() if unit in units and read in units), 1.0)
+    read, factor = as_read(unit)
     return Amount(None if value is None else value * factor, "" if read == "-" else read)
 
 

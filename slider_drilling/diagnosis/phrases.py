@@ -22,13 +22,18 @@ SITES = {
 }
 
 # SI unit -> the unit that a driller reads, as `slider_drilling.units` calls it.
-READ = {"N m": "kN m", "N": "kN", "Pa": "bar", "rad": "deg"}
+_READ = {"N m": "kN m", "N": "kN", "Pa": "bar", "rad": "deg"}
+
+
+def as_read(unit: str) -> tuple[str, float]:
+    """The unit that a driller reads in place of an SI unit, and what a value is multiplied by."""
+    read = _READ.get(unit, unit)
+    return read, next((units[unit] / units[read] for units in KINDS.values() if unit in units and read in units), 1.0)
 
 
 def shown(value: float, unit: str, digits: int = 3) -> str:
     """A value of an SI unit in the unit that a driller reads: "12.3 kN m"."""
-    read = READ.get(unit, unit)
-    factor = next((units[unit] / units[read] for units in KINDS.values() if unit in units and read in units), 1.0)
+    read, factor = as_read(unit)
     return f"{number(value * factor, digits)} {'' if read == '-' else read}".rstrip()
 
 

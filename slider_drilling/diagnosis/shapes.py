@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from slider_drilling.diagnosis.phrases import READ, shown
+from slider_drilling.diagnosis.phrases import as_read, shown
 from slider_drilling.gap.model import Array
-from slider_drilling.units import KINDS, number
+from slider_drilling.units import number
 
 # Share of a curve's variance that a straight line, or one step, must explain to be named as such.
 _LIKE = 0.85
@@ -50,9 +50,8 @@ def _rate(slope: float, x_unit: str, y_unit: str) -> str:
         return f"{number(100.0 * slope, 2)} % of itself"
     if x_unit == "s":
         return f"{_amount(60.0 * slope, y_unit)} a minute"
-    read = READ.get(x_unit, x_unit)
-    factor = next((units[read] / units[x_unit] for units in KINDS.values() if x_unit in units and read in units), 1.0)
-    return f"{_amount(factor * slope, y_unit)} per {'unit' if read == '-' else read}"
+    read, factor = as_read(x_unit)
+    return f"{_amount(slope / factor, y_unit)} per {'unit' if read == '-' else read}"
 
 
 def _amount(value: float, unit: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from slider_drilling.diagnosis.outcome import Candidate, Errors, Fitted, Gap, Interval, Outcome, Shape, Share
-from slider_drilling.diagnosis.phrases import READ, SITES, phrase, shown
+from slider_drilling.diagnosis.phrases import SITES, as_read, phrase, shown
 from slider_drilling.units import number
 
 _WHOLE = 0.995  # of the gap; a model in which luck leaves less than noise does closes more than all of it
@@ -245,7 +245,7 @@ def _largest(gap: Gap, stage: str) -> str | None:
 
 def _amount(value: float, unit: str) -> str:
     """The number alone: its unit follows with the next one."""
-    return shown(value, unit, 2).removesuffix(f" {READ.get(unit, unit)}")
+    return shown(value, unit, 2).removesuffix(f" {as_read(unit)[0]}")
 
 
 def sentence(outcome: Outcome) -> str:
