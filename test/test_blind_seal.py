@@ -159,6 +159,10 @@ def test_logs_and_labels_are_made_apart_and_only_once(tmp_path, base):
     labels = read_labels(tmp_path / "labels")
     assert {labels[one.file()].effects for one in cases} == {one.effects if one.kind != "none" else () for one in cases}
     assert check.seal(cases, rig, tmp_path, run).kept == 2
+    asked = check.seal(cases, rig, tmp_path, run, repeats=5)
+    assert asked.done == 2
+    twins = {path.stem for path in (tmp_path / "twins").iterdir()}
+    assert twins == {f"{one.file()}_{number}" for one in cases if one.kind == "single" for number in range(1, 6)}
     assert (tmp_path / "labels").stat().st_mode & 0o077 == 0
 
 

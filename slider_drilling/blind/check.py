@@ -14,7 +14,7 @@ from slider_drilling.blind.label import Label, read_labels
 from slider_drilling.blind.oracle import UNKNOWN, Truth, oracle_job
 from slider_drilling.blind.plan import Case
 from slider_drilling.blind.score import Scored, score
-from slider_drilling.blind.seal import seal_job
+from slider_drilling.blind.seal import REPEATS, seal_job
 from slider_drilling.blind.tally import plain, tally
 from slider_drilling.campaign.code import code_version
 from slider_drilling.campaign.job import Job
@@ -45,15 +45,17 @@ class Checked:
         return max((ran.code for ran in self.ran), default=0)
 
 
-def seal(cases: Sequence[Case], rig: Path, folder: Path, run: Run) -> Ran:
-    """Make the logs in ``folder/logs``, what is in them in ``folder/labels``, and their twins in ``folder/twins``."""
+def seal(cases: Sequence[Case], rig: Path, folder: Path, run: Run, repeats: int = REPEATS) -> Ran:
+    """Make the logs in ``folder/logs``, what is in them in ``folder/labels``, and so many twins of each in
+    ``folder/twins``.
+    """
     logs, labels, twins = folder / LOGS, folder / LABELS, folder / TWINS
     make_folder(logs)
     for hidden in (labels, twins):
         make_folder(hidden)
         # Only its owner may look; the diagnosing processes are kept out besides, whoever runs them.
         hidden.chmod(0o700)
-    return run("sealing", [seal_job(case, rig, logs, labels, twins) for case in cases], labels / "made")
+    return run("sealing", [seal_job(case, rig, logs, labels, twins, repeats) for case in cases], labels / "made")
 
 
 @dataclass(frozen=True)

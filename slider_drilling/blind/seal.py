@@ -29,15 +29,15 @@ _MAKERS: dict[str, Make] = {**CATALOGUE, **OUTSIDE, NONE: no_effect}
 # times as large as is usual: a top drive has no dead zone of two turns.
 _TRIALS, _LARGEST, _SMALLEST = 7, 10.0, 1e-3
 # So many twins say together what the truth closes in such a run more surely than the log does.
-_TWINS = 3
+REPEATS = 3
 
 
-def seal_job(case: Case, rig: Path, logs: Path, labels: Path, twins: Path) -> Job:
-    """The job that makes a case: its log in one folder, its label in another, and what has a truth its twins."""
+def seal_job(case: Case, rig: Path, logs: Path, labels: Path, twins: Path, repeats: int = REPEATS) -> Job:
+    """The job that makes a case: its log in one folder, its label in another, and what has a truth so many twins."""
     name = case.file()
     outputs = [str(logs / f"{name}.mcap"), str(labels / f"{name}.json")]
     if case.kind in ("single", "two"):
-        outputs += [str(twins / f"{name}_{number + 1}.mcap") for number in range(_TWINS)]
+        outputs += [str(twins / f"{name}_{number + 1}.mcap") for number in range(repeats)]
     # Outputs in the order that `seal` reads them.
     return Job("slider_drilling.blind.seal:seal", name, {"rig": str(rig)}, case.tree(), case.seed, tuple(outputs))
 

@@ -50,7 +50,9 @@ Examples:
               help="With --logs: score LOG.json or LOG/diagnosis.json of this folder, diagnose nothing.")  # fmt: skip
 @click.option("--only", default="", metavar="NAME,...", help="Let the diagnosis consider only these effects.")
 @click.option("--oracle/--no-oracle", default=True, show_default=True,
-              help="Fit the true effect alone to another run, to compare.")  # fmt: skip
+              help="Fit the true effect alone to repeats of the run, to compare.")  # fmt: skip
+@click.option("--repeats", default=3, show_default=True, type=click.IntRange(1, 100),
+              help="Seal so many repeats of each run for the oracle: the more, the surer what it says.")  # fmt: skip
 @jobs_option
 @scheduler_option
 @click.option("-o", "--output", type=click.Path(path_type=Path), default="blind", show_default=True,
@@ -60,7 +62,7 @@ Examples:
 def command(
     cases: int, seed: int, effects: str, sizes: str, wells: str, manoeuvres: str, duration: float,
     rig_path: Path | None, seal_only: bool, sealed: Path | None, answers: Path | None, only: str, oracle: bool,
-    jobs: int, scheduler: str, output: Path, as_json: bool, units: Units,
+    repeats: int, jobs: int, scheduler: str, output: Path, as_json: bool, units: Units,
 ) -> int:
     """Seal logs, diagnose them from the logs alone, then open the seals and score.
 
@@ -93,7 +95,7 @@ def command(
         plan = Plan(_names(effects), _numbers("--sizes", sizes), chosen, _names(manoeuvres), seed, duration)
         drawn = draw_cases(plan, cases)
         rig = rig_path if rig_path is not None else share_file("config/rig.example.yaml")
-        ran = check.seal(drawn, rig, output, run)
+        ran = check.seal(drawn, rig, output, run, repeats)
         count = ran.done + ran.kept
         click.echo(f"sealed {count} of {cases} logs in {output / check.LOGS}", err=as_json)
         if as_json and (seal_only or ran.stopped or not count):
@@ -105,7 +107,7 @@ def command(
         sealed, stems = output, [case.file() for case in drawn]
         options = {"cases": cases, "seed": seed, "effects": effects, "sizes": sizes, "wells": ",".join(chosen),
                    "manoeuvres": manoeuvres, "duration": duration, "rig": str(rig_path or ""),
-                   "only": only}  # fmt: skip
+                   "repeats": repeats, "only": only}  # fmt: skip
     if answers is not None:
         _report(check.score_answers(sealed / check.LABELS, answers), {}, options, output, as_json, units)
         return 0
