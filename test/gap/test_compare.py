@@ -8,7 +8,8 @@ import pytest
 from toy import EFFECTS, TIME, toy
 
 from slider_drilling.gap.choice.forward import begin
-from slider_drilling.gap.evidence.compare import beats, closed_between, make_blocks, share_closed
+from slider_drilling.gap.evidence.blocks import make_blocks
+from slider_drilling.gap.evidence.compare import beats, closed_between, share_closed
 from slider_drilling.gap.evidence.score import Folds, Score, held_out, make_folds
 from slider_drilling.gap.problem.noise import noise_floor
 from slider_drilling.gap.problem.problem import build_problem
@@ -105,22 +106,6 @@ def test_an_interval_of_few_blocks_holds_the_share_as_often_as_it_says(number):
         low, high = closed_between(make_blocks(folds, seed), before, after)[1]
         held += low <= 0.75 <= high
     assert 0.92 < held / logs < 0.98
-
-
-def test_what_is_drawn_is_as_long_as_the_log_and_whole_blocks_of_it():
-    """Two runs, the second half as long and with a channel that is twice as dense."""
-    instant = np.concatenate([np.arange(50), 50 + np.arange(25), 50 + np.arange(25)])
-    folds = Folds(np.zeros(instant.size, dtype=int), instant, (50, 25), (8, 10))
-    blocks = make_blocks(folds, 3)
-    assert blocks.number == 7 + 3
-    values = np.random.default_rng(1).normal(size=instant.size)
-    at = np.bincount(instant, weights=values)
-    for draw in range(20):
-        first = [(s + np.arange(8)) % 50 for s in blocks.starts[0][draw]]
-        second = [50 + (s + np.arange(10)) % 25 for s in blocks.starts[1][draw]]
-        drawn = np.concatenate([np.concatenate(first)[:50], np.concatenate(second)[:25]])
-        assert blocks.sums(values)[draw] == pytest.approx(at[drawn].sum())
-    assert blocks.sums(np.ones(instant.size)) == pytest.approx(100.0)
 
 
 def test_begin_leaves_what_it_was_given_alone():

@@ -7,7 +7,8 @@ import pytest
 from toy import TIME, toy
 
 from slider_drilling.gap.choice import judge
-from slider_drilling.gap.evidence.compare import beats, foretells_more, make_blocks
+from slider_drilling.gap.evidence.blocks import make_blocks
+from slider_drilling.gap.evidence.compare import beats, foretells_more
 from slider_drilling.gap.evidence.score import Score, make_folds
 from slider_drilling.gap.problem.problem import build_problem
 

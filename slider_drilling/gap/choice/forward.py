@@ -23,7 +23,8 @@ from slider_drilling.gap.choice.refit import as_given, scored, tested, unseen
 from slider_drilling.gap.choice.stand_in import far_off
 from slider_drilling.gap.choice.state import State, Step
 from slider_drilling.gap.choice.tuning import floors_lowered, floors_raised, scattered, tuned_from
-from slider_drilling.gap.evidence.compare import beats, closed_between, make_blocks, pays, shrinks
+from slider_drilling.gap.evidence.blocks import make_blocks
+from slider_drilling.gap.evidence.compare import beats, closed_between, pays, shrinks
 from slider_drilling.gap.evidence.score import make_folds
 from slider_drilling.gap.model import Effect, How, Model, Pulled, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, sigmas

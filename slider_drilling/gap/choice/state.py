@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from slider_drilling.gap.evidence.adequacy import Adequacy
-from slider_drilling.gap.evidence.compare import Blocks
+from slider_drilling.gap.evidence.blocks import Blocks
 from slider_drilling.gap.evidence.score import Score, held_out_runs
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.noise import NoiseFloor

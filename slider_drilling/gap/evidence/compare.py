@@ -2,71 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
-
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import chi2, norm
 from scipy.stats import t as student
 
-from slider_drilling.gap.evidence.score import Folds, Score
+from slider_drilling.gap.evidence.blocks import Blocks
+from slider_drilling.gap.evidence.score import Score
 from slider_drilling.gap.model import Array
 from slider_drilling.gap.search.least_squares import Fit
 
-RESAMPLES = 2000
 LEVEL = 0.05
 # An effect is worth a name if it closes at least this share of the gap; a floor that moves by less is the same.
 LEAST_SHARE = 0.05
 _ROUNDING = 1e-6  # -2 log p, that two fits of the same thing differ by
 
 
-@dataclass(frozen=True)
-class Blocks:
-    """Circular block bootstrap over time, the same for all that is compared; starts: per run, (RESAMPLES, blocks) the
-    instants at which what is drawn begins, the last of each shorter so that all together are as long as the run.
-    """
-
-    folds: Folds
-    starts: tuple[NDArray[np.int_], ...]
-
-    @property
-    def number(self) -> int:
-        """Blocks in the log."""
-        return sum(starts.shape[1] for starts in self.starts)
-
-    @cached_property
-    def samples(self) -> Array:
-        """(RESAMPLES,) how many samples were drawn: channels are not all as dense."""
-        return self.sums(np.ones(self.folds.instant.size))
-
-    def sums(self, values: Array) -> Array:
-        """(RESAMPLES,) sum of values (N,) over what was drawn."""
-        folds = self.folds
-        by_instant = np.bincount(folds.instant, weights=values, minlength=sum(folds.instants))
-        runs = np.split(by_instant, np.cumsum(folds.instants)[:-1])
-        total = np.zeros(RESAMPLES)
-        for own, starts, block in zip(runs, self.starts, folds.block, strict=True):
-            before = np.append(0.0, np.cumsum(np.append(own, own)))
-            length = np.full(starts.shape[1], block)
-            length[-1] = own.size - block * (starts.shape[1] - 1)
-            total += np.sum(before[starts + length] - before[starts], axis=1)
-        return total
-
-
-def make_blocks(folds: Folds, seed: int) -> Blocks:
-    """Draw the resamples once."""
-    generator = np.random.default_rng(seed)
-    starts = [
-        generator.integers(0, instants, size=(RESAMPLES, int(np.ceil(instants / block))))
-        for instants, block in zip(folds.instants, folds.block, strict=True)
-    ]
-    return Blocks(folds, tuple(starts))
-
-
 def advantage(blocks: Blocks, better: Score, worse: Score) -> Array:
     """(RESAMPLES,) by how much ``-2 log p`` of unseen data is lower with one than with the other."""
-    return blocks.sums(worse.density - better.density)
+    return blocks.drawn(worse.density - better.density)
 
 
 def beats(blocks: Blocks, better: Score, worse: Score, rivals: int = 1, level: float = LEVEL) -> bool:
@@ -104,23 +57,23 @@ def pays(known: Fit, found: Fit, rivals: int = 1) -> bool:
 
 
 def gaps(blocks: Blocks, score: Score) -> Array:
-    """(RESAMPLES,) E^2."""
-    return blocks.sums(score.squares) / blocks.samples
+    """(RESAMPLES,) E^2 of what was drawn."""
+    return blocks.drawn(score.squares) / blocks.drawn(np.ones_like(score.squares))
 
 
 def closed_between(blocks: Blocks, before: Score, after: Score) -> tuple[float, tuple[float, float]]:
-    """Share of the gap before that is closed after, and its 95 % interval; NaN where there was nothing to close. Of a
-    resample without a gap nothing is closed.
+    """Share of the gap before that is closed after, and its 95 % interval; NaN where there was nothing to close. Where
+    weights leave no gap nothing is closed.
 
-    Resamples of a few blocks scatter less than as many new logs would: the interval is expanded as a mean's is from the
+    Weights of a few blocks scatter less than as many new logs would: the interval is expanded as a mean's is from the
     normal distribution to Student's (Hesterberg, The American Statistician 69, 2015).
     """
-    shares = share_closed(gaps(blocks, before), gaps(blocks, after))
+    size = blocks.weighted(np.ones_like(before.squares))
+    shares = share_closed(*(blocks.weighted(score.squares) / size for score in (before, after)))
     known = np.where(np.isfinite(shares), shares, 0.0)
     number = max(blocks.number, 2)
-    beyond = float(norm.cdf(-np.sqrt(number / (number - 1.0)) * student.ppf(1.0 - 0.5 * LEVEL, number - 1)))
-    ends = (beyond, 1.0 - beyond)
-    low, high = (float(np.quantile(known, q)) for q in ends)
+    wider = np.sqrt((number + 1.0) / (number - 1.0)) * student.ppf(1.0 - 0.5 * LEVEL, number - 1)
+    low, high = (float(np.quantile(known, q)) for q in (norm.cdf(-wider), norm.cdf(wider)))
     return float(share_closed(before.gap**2, after.gap**2)), (low, high)
 
 
