@@ -115,7 +115,7 @@ def test_what_was_scored_in_another_noise_is_not_compared(unit, site):
     assert decide(replace(state, steps=steps)).site == site
 
 
-def test_where_nothing_explains_for_certain_what_shrinks_the_gap_for_certain_is_likely():
+def test_where_nothing_explains_for_certain_what_shrinks_the_gap_is_likely():
     state = explain(rubbed({"saw": 4.0}, fitted=True)).state
     tuned = state.tuned.score
     half = np.arange(tuned.squares.size) % 2 == 0
@@ -127,11 +127,13 @@ def test_where_nothing_explains_for_certain_what_shrinks_the_gap_for_certain_is_
 
     everywhere, once = np.full(half.size, 1.0), np.where(np.arange(half.size) < 10, 3.0, -0.05)
     shrunk, as_it_was = np.full(half.size, 0.5), np.where(half, 1.5, 0.5)
-    certain, once_shrunk = tried(everywhere, shrunk), tried(once, shrunk)
-    worse, unshrunk = tried(-once, shrunk), tried(everywhere, as_it_was)
-    assert decide_module._likely(state, [worse, unshrunk, once_shrunk, certain]) == [certain]
-    assert decide_module._likely(state, [worse, unshrunk, once_shrunk]) == [once_shrunk]
+    certain, once_shrunk, once_worse = tried(everywhere, shrunk), tried(once, shrunk), tried(-once, shrunk)
+    worse, unshrunk = tried(-everywhere, shrunk), tried(everywhere, as_it_was)
+    assert decide_module._likely(state, [worse, unshrunk, once_worse, once_shrunk, certain]) == [certain]
+    assert decide_module._likely(state, [worse, unshrunk, once_worse, once_shrunk]) == [once_worse, once_shrunk]
     assert decide_module._likely(state, [worse, unshrunk]) == []
+    wider, less = tried(3.0 * everywhere, np.full(half.size, 2.0)), tried(once, np.where(half, 1.2, 0.5))
+    assert decide_module._with_less_left(state, [worse, wider, less]) == [less]
 
 
 def test_a_curve_that_closes_on_itself_is_told_around_its_mean():

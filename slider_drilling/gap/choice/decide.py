@@ -143,7 +143,7 @@ def _likeliest_site(state: State, found: Sequence[Rival]) -> str | None:
     tried = [_Tried(one.effect.site, one.explained.score) for one in judged if _in_one_unit(state, one.explained)]
     tried += [_Tried(rival.site, rival.score, rival.reading) for rival in found]
     likely = _likely(state, tried)
-    best = min(likely or tried, key=_surprise, default=None)
+    best = min(likely or _with_less_left(state, tried) or tried, key=_surprise, default=None)
     model, left = state.tuned.problem.model, state.tuned_enough
     off = left.beyond or left.structured
     if len(off) == 1 and isinstance(model, Disturbed):
@@ -169,15 +169,23 @@ def _surprise(one: _Tried) -> float:
 
 
 def _likely(state: State, tried: Sequence[_Tried]) -> list[_Tried]:
-    """Those of which one explains what is left for certain; where none does, those that foretell more on the whole and
-    with which the gap shrinks for certain.
+    """Those of which one explains what is left for certain; where none does, those with which the gap shrinks for
+    certain, and than which re-tuning alone foretells no more for certain: a discrepancy forgives what is slow.
     """
     certain = [one for one in tried if _explains(state, one.score, len(tried))]
     tuned = state.tuned.score
     return certain or [
         one for one in tried
-        if one.score.surprise < tuned.surprise and shrinks(*closed_between(state.blocks, tuned, one.score))
+        if not beats(state.blocks, tuned, one.score) and shrinks(*closed_between(state.blocks, tuned, one.score))
     ]  # fmt: skip
+
+
+def _with_less_left(state: State, tried: Sequence[_Tried]) -> list[_Tried]:
+    """Those that foretell more on the whole and with which the gap is smaller: what foretells most while the gap grows
+    describes what remains, and is no cause of it.
+    """
+    tuned = state.tuned.score
+    return [one for one in tried if one.score.surprise < tuned.surprise and one.score.gap < tuned.gap]
 
 
 def _more_for_certain(state: State, one: Score, other: Score, tried: int) -> bool:
