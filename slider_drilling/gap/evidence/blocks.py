@@ -75,6 +75,6 @@ def _weights(generator: np.random.Generator, instants: int, block: int) -> Array
     each = min(_PARTS, block)
     parts = max(instants * each // block, 1)
     shares = generator.gamma(1.0 / each, size=(RESAMPLES, parts))
-    before = np.cumsum(np.hstack([np.zeros((RESAMPLES, 1)), shares, shares[:, : each]]), axis=1)
-    weights = before[:, each : each + parts] - before[:, :parts]
-    return np.asarray(weights / weights.mean(axis=1, keepdims=True))
+    around = np.hstack([shares, shares[:, : each - 1]])
+    weights: Array = np.lib.stride_tricks.sliding_window_view(around, each, axis=1).sum(axis=2)
+    return weights / weights.mean(axis=1, keepdims=True)

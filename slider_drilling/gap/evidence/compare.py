@@ -22,9 +22,9 @@ def advantage(blocks: Blocks, better: Score, worse: Score) -> Array:
     return blocks.drawn(worse.density - better.density)
 
 
-def beats(blocks: Blocks, better: Score, worse: Score, rivals: int = 1, level: float = LEVEL) -> bool:
-    """Whether one foretells more than the other at ``level`` shared among so many rivals (Bonferroni)."""
-    return float(np.quantile(advantage(blocks, better, worse), level / rivals)) > _ROUNDING
+def beats(blocks: Blocks, better: Score, worse: Score, rivals: int = 1) -> bool:
+    """Whether one foretells more than the other at a level shared among so many rivals (Bonferroni)."""
+    return float(np.quantile(advantage(blocks, better, worse), LEVEL / rivals)) > _ROUNDING
 
 
 def beyond_doubt(better: Score, worse: Score, rivals: int) -> bool:
