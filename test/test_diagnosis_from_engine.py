@@ -59,6 +59,14 @@ def test_what_stayed_of_effects_that_were_found_together_is_told_with_its_parame
     assert not rows["stribeck"].in_answer
 
 
+def test_what_is_not_told_apart_is_not_said_to_be_worse():
+    groups = {"stribeck": ("static_aging",), "heave": ()}
+    answer = SimpleNamespace(effects=("stribeck", "heave"), groups=groups, rival=None)
+    like, other = (SimpleNamespace(effect=SimpleNamespace(name=name)) for name in ("static_aging", "tortuosity"))
+    assert from_engine._outdone(like, answer) == "this log does not tell it from stribeck"
+    assert from_engine._outdone(other, answer) == "what it explains, stribeck and heave explain better"
+
+
 @pytest.mark.parametrize(
     ("verdict", "share", "says"),
     [

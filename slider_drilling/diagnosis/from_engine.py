@@ -154,9 +154,12 @@ def _candidate(
 
 def _outdone(one: Judged, answer: Answer) -> str:
     """Why an effect that passes its own tests is not in the answer."""
+    like = [name for name in answer.effects if one.effect.name in answer.groups.get(name, ())]
+    if like:
+        return f"this log does not tell it from {' and '.join(like)}"
     better = " and ".join(answer.effects) or (answer.rival.words if answer.rival is not None else "")
     if better:
-        return f"what it explains, {better} explains better"
+        return f"what it explains, {better} {'explain' if len(answer.effects) > 1 else 'explains'} better"
     if answer.verdict != "unknown":
         return "what remains is no more than noise"
     accepted = next((taken.accepted for taken in answer.state.steps if taken.accepted is not None), None)
