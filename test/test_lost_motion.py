@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from slider_drilling.diagnosis.first_look.unknown_flow import without_unknown_flow
 from slider_drilling.drillstring import Commands
 from slider_drilling.drillstring.from_log import commands_from_log
+from slider_drilling.drillstring.lost_flow import with_lost_flow
 from slider_drilling.drillstring.lost_motion import inside_lost, with_lost_motion
 from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
 from slider_drilling.rig import load_rig
@@ -128,6 +129,44 @@ def test_pressure_of_an_unknown_flow_is_left_out_and_said(log):
     assert log.standpipe_pressure.time[gone] == pytest.approx(np.arange(29.2, 30.55, 0.1))
     assert [(note.weight, note.channel) for note in notes] == [("note", "standpipe_pressure")]
     assert "14 samples, the first at 29.2 s" in notes[0].text
+
+
+@pytest.mark.parametrize("lag", [0.01, 0.4, 2.0])
+@pytest.mark.parametrize("moment", [29.3, 29.9, 30.4])
+@pytest.mark.parametrize("flows", [(10.0, 9.3), (9.3, 10.0)])
+def test_pressure_tells_when_the_flow_changed(lag, moment, flows):
+    time = np.arange(0.0, 60.0, 0.1)
+    pump = np.where(time < moment, *flows)
+    level = 2e7 * (np.array(flows) / 10.0) ** 2
+    share = -np.expm1(-np.maximum(time - moment, 0.0) / lag)
+    noise = np.random.default_rng(3).normal(0.0, 4e4, time.size)
+    pressure = level[0] + (level[1] - level[0]) * share + noise
+    came = ~((time > 29.15) & (time < 30.55))
+    found, speed = with_lost_flow(time[came], pump[came], time, pressure)
+    fine = np.arange(29.0, 31.0, 0.01)
+    off = np.interp(fine, found, speed) - np.where(fine < moment, *flows)
+    assert abs(float(np.sum(off)) * 0.01) < 0.12 * abs(flows[1] - flows[0])
+    before = found.size - 2
+    assert np.count_nonzero(came) == before and np.all(np.diff(found) > 0.0)
+
+
+def test_a_flow_of_which_pressure_tells_nothing_is_joined_by_a_line(log):
+    pump = without(log.mud_pump, 29.15, 30.55)
+    flat, gone = np.full(600, 2e7), np.full(600, NAN)
+    against = log.standpipe_pressure.value[::-1]
+    for pressure in (flat, gone, against):
+        found = with_lost_flow(pump.time, pump.velocity, log.standpipe_pressure.time, pressure)
+        assert np.array_equal(found, (pump.time, pump.velocity))
+
+
+def test_the_commands_and_the_diagnosis_follow_the_pressure(log, rig):
+    holed = replace(log, mud_pump=without(log.mud_pump, 28.95, 30.35))
+    masked, _ = without_unknown_flow(holed)
+    assert np.all(np.diff(masked.mud_pump.time) > 0.0)
+    for one in (holed, masked):
+        pump = commands_from_log(one, rig).commands.pump_speed
+        assert pump[log.top_drive.time < 29.85] == pytest.approx(10.0)
+        assert pump[log.top_drive.time > 30.05] == pytest.approx(9.3)
 
 
 def test_pressure_of_a_flow_that_went_on_is_kept(log):

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.lost_flow import with_lost_flow
 from slider_drilling.drillstring.lost_motion import inside_lost, with_lost_motion
 from slider_drilling.drillstring.record import Commands
 from slider_drilling.errors import InputError
@@ -36,7 +37,8 @@ class LogCommands:
 
 def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
     """Measured top-drive angle, block position and pump speed at the top drive's sample times, and where some were lost
-    at the others' and at the corners of the motion (see `with_lost_motion`).
+    at the others' and at the corners of the motion (see `with_lost_motion`); where the pump's were lost its speed
+    changed when the pressure did (see `with_lost_flow`).
 
     Angle and speed are used together (model.md: joining a 10 Hz angle by straight lines costs 100 to 360 N m of
     surface torque). A speed that the log lacks is the position's slope, a position the speed's integral. Without
@@ -102,7 +104,10 @@ def _pump_speed(log: RigLog, rig: Rig, time: Array, assumed: list[str]) -> Array
     if log.mud_pump is not None:
         known = np.isfinite(log.mud_pump.velocity)
         if known.any():
-            return np.interp(time, log.mud_pump.time[known], log.mud_pump.velocity[known])
+            pumped, speed = log.mud_pump.time[known], log.mud_pump.velocity[known]
+            if (seen := log.standpipe_pressure) is not None:
+                pumped, speed = with_lost_flow(pumped, speed, seen.time, seen.value)
+            return np.interp(time, pumped, speed)
     if log.standpipe_pressure is None:
         assumed.append("the log holds neither pump nor standpipe pressure: the pump is taken to be off")
         return np.zeros_like(time)

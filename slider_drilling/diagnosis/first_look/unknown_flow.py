@@ -1,4 +1,4 @@
-"""Pressure that was measured while the pump changed its speed and nobody logged how: masked and said."""
+"""Pressure that was measured while the pump changed its speed and nobody logged how: it tells when, and is masked."""
 
 from __future__ import annotations
 
@@ -7,24 +7,23 @@ from dataclasses import replace
 import numpy as np
 
 from slider_drilling.diagnosis.first_look.finding import Finding
+from slider_drilling.drillstring.lost_flow import changed, with_lost_flow
 from slider_drilling.drillstring.lost_motion import lost
-from slider_drilling.log import RigLog
-
-# Of the pump's speed: pressure goes with the square of the flow, and a sensor shows a thousandth of it.
-_CHANGED = 2e-3
+from slider_drilling.log.series import Array, JointSeries, RigLog
 
 
 def without_unknown_flow(log: RigLog) -> tuple[RigLog, list[Finding]]:
-    """The log with standpipe pressure made NaN wherever the pump's samples were lost while its speed changed."""
+    """The log with standpipe pressure made NaN wherever the pump's samples were lost while its speed changed, and with
+    the pump's speed about the moment of the change where that pressure tells it.
+    """
     pump, pressure = log.mud_pump, log.standpipe_pressure
     if pump is None or pressure is None:
         return log, []
     known = np.isfinite(pump.velocity)
     time, speed = pump.time[known], pump.velocity[known]
     unknown = np.zeros(pressure.time.shape, dtype=bool)
-    for index in lost(time):
-        if abs(speed[index + 1] - speed[index]) > _CHANGED * np.max(np.abs(speed)):
-            unknown |= (pressure.time > time[index]) & (pressure.time < time[index + 1])
+    for index in lost(time)[changed(speed)[lost(time)]]:
+        unknown |= (pressure.time > time[index]) & (pressure.time < time[index + 1])
     unknown &= np.isfinite(pressure.value)
     if not unknown.any():
         return log, []
@@ -34,6 +33,22 @@ def without_unknown_flow(log: RigLog) -> tuple[RigLog, list[Finding]]:
         "changed its speed meanwhile and its own samples are missing"
     )
     value = np.where(unknown, np.nan, pressure.value)
-    return replace(log, standpipe_pressure=replace(pressure, value=value)), [
+    found = _with_speeds(pump, *with_lost_flow(time, speed, pressure.time, pressure.value))
+    return replace(log, mud_pump=found, standpipe_pressure=replace(pressure, value=value)), [
         Finding("note", "standpipe_pressure", text)
     ]
+
+
+def _with_speeds(pump: JointSeries, time: Array, speed: Array) -> JointSeries:
+    """A pump with samples of its speed (n,), s, rad/s, of which it may have some already."""
+    new = ~np.isin(time, pump.time)
+    nothing = np.full(np.count_nonzero(new), np.nan)
+    order = np.argsort(np.concatenate([pump.time, time[new]]), kind="stable")
+
+    def joined(own: Array, added: Array) -> Array:
+        return np.concatenate([own, added])[order]
+
+    return JointSeries(
+        joined(pump.time, time[new]), joined(pump.arrival, time[new]), joined(pump.position, nothing),
+        joined(pump.velocity, speed[new]), joined(pump.effort, nothing),
+    )  # fmt: skip

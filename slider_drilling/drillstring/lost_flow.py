@@ -1,0 +1,68 @@
+"""When a pump changed its speed while its samples were lost: the standpipe pressure saw it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.lost_motion import lost
+
+_CHANGED = 2e-3  # of the pump's speed
+# Samples of pressure on either side that say what it was before and what it goes to, and the fewest that do.
+_BESIDE, _FEWEST = 10, 3
+# A change of pressure shows where it is more than so many times what it leaves unexplained.
+_CLEAR = 4.0
+# Moments that are looked at in one stretch, and times s in which a column of mud takes up another flow.
+_MOMENTS, _LAGS_S = 61, np.geomspace(0.02, 5.0, 15)
+
+
+def with_lost_flow(time: Array, speed: Array, seen: Array, pressure: Array) -> tuple[Array, Array]:
+    """The pump's samples (n,), s, rad/s, and where some were lost the moment at which its speed changed.
+
+    seen, pressure: (m,), s, Pa, NaN where there is none. A straight line from one speed to the other is off by up to
+    half of the stretch, and what the motor does meanwhile lasts. Pressure begins to follow the flow at once: it tells
+    when one even flow became the other. Where it shows no such change the line stays.
+    """
+    known = np.isfinite(pressure)
+    seen, pressure = seen[known], pressure[known]
+    found: list[tuple[float, float]] = []
+    for index in lost(time)[changed(speed)[lost(time)]]:
+        before, after = float(speed[index]), float(speed[index + 1])
+        moments = _moment(float(time[index]), float(time[index + 1]), seen, pressure, after > before)
+        found += zip(moments, (before, after), strict=False)
+    if not found:
+        return time, speed
+    rows = np.vstack([np.column_stack([time, speed]), found])
+    rows = rows[np.argsort(rows[:, 0])]
+    return rows[:, 0], rows[:, 1]
+
+
+def changed(speed: Array) -> NDArray[np.bool_]:
+    """(n - 1,) whether the pump's speed (n,) is another at the next sample: pressure goes with the square of the flow,
+    and a sensor shows a thousandth of it.
+    """
+    return np.asarray(np.abs(np.diff(speed)) > _CHANGED * np.max(np.abs(speed), initial=0.0))
+
+
+def _moment(begin: float, end: float, seen: Array, pressure: Array, rises: bool) -> tuple[float, ...]:
+    """The times s, close together, between which the flow changed inside a stretch; empty where pressure does not show
+    that it was even before, and went closer and closer to another level on the right side from some moment on.
+    """
+    first, last = np.searchsorted(seen, begin, side="right"), np.searchsorted(seen, end)
+    if first == last or min(first, seen.size - last) < _FEWEST:
+        return ()
+    here = slice(max(first - _BESIDE, 0), last + _BESIDE)
+    moments = np.linspace(begin, end, _MOMENTS)[1:-1]
+    elapsed = np.maximum(seen[here] - moments[:, None, None], 0.0)
+    # A straight line through pressure against the share of the change that is done, for every moment and lag.
+    done = -np.expm1(-elapsed / _LAGS_S[:, None])
+    done -= done.mean(axis=2, keepdims=True)
+    measured = pressure[here] - pressure[here].mean()
+    changes = (done @ measured) / np.sum(done**2, axis=2)
+    left = np.sqrt(np.mean((measured - changes[..., None] * done) ** 2, axis=2))
+    best = np.unravel_index(int(np.argmin(left)), left.shape)
+    if not (changes[best] if rises else -changes[best]) > _CLEAR * left[best]:
+        return ()
+    moment, half = float(moments[best[0]]), 0.5 * (end - begin) / _MOMENTS
+    return moment - half, moment + half
