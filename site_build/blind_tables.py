@@ -56,9 +56,10 @@ def markdown(tree: dict[str, Any]) -> str:
     """The tables of the small copy."""
     cases = cases_of(tree)
     found, options = tally(cases), tree["options"]
+    repeats = f" --repeats {options['repeats']}" if "repeats" in options else ""
     made = (
         f"`slider-drilling blind-check --cases {options['cases']} --seed {options['seed']} --sizes {options['sizes']} "
-        f"--duration {options['duration']:g}`, {tree['date']}, code {tree['code']}; each case is a line of "
+        f"--duration {options['duration']:g}{repeats}`, {tree['date']}, code {tree['code']}; each case is a line of "
         "[cases.json](cases.json)."
     )
     return "\n\n".join((made, _totals(found), _effects(found), _outcomes(found, cases))) + "\n\n"

@@ -32,7 +32,7 @@ _TRIALS, _LARGEST, _SMALLEST = 7, 10.0, 1e-3
 REPEATS = 3
 
 
-def seal_job(case: Case, rig: Path, logs: Path, labels: Path, twins: Path, repeats: int = REPEATS) -> Job:
+def seal_job(case: Case, rig: Path, logs: Path, labels: Path, twins: Path, repeats: int) -> Job:
     """The job that makes a case: its log in one folder, its label in another, and what has a truth so many twins."""
     name = case.file()
     outputs = [str(logs / f"{name}.mcap"), str(labels / f"{name}.json")]

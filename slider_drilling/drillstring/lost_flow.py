@@ -27,7 +27,7 @@ def with_lost_flow(time: Array, speed: Array, seen: Array, pressure: Array) -> t
     known = np.isfinite(pressure)
     seen, pressure = seen[known], pressure[known]
     found: list[tuple[float, float]] = []
-    for index in lost(time)[changed(speed)[lost(time)]]:
+    for index in lost_changes(time, speed):
         before, after = float(speed[index]), float(speed[index + 1])
         moments = _moment(float(time[index]), float(time[index + 1]), seen, pressure, after > before)
         found += zip(moments, (before, after), strict=False)
@@ -38,11 +38,12 @@ def with_lost_flow(time: Array, speed: Array, seen: Array, pressure: Array) -> t
     return rows[:, 0], rows[:, 1]
 
 
-def changed(speed: Array) -> NDArray[np.bool_]:
-    """(n - 1,) whether the pump's speed (n,) is another at the next sample: pressure goes with the square of the flow,
-    and a sensor shows a thousandth of it.
+def lost_changes(time: Array, speed: Array) -> NDArray[np.int_]:
+    """Indices of the pump's samples (n,) after which some were lost and its speed is another: pressure goes with the
+    square of the flow, and a sensor shows a thousandth of it.
     """
-    return np.asarray(np.abs(np.diff(speed)) > _CHANGED * np.max(np.abs(speed), initial=0.0))
+    gone = lost(time)
+    return gone[np.abs(speed[gone + 1] - speed[gone]) > _CHANGED * np.max(np.abs(speed), initial=0.0)]
 
 
 def _moment(begin: float, end: float, seen: Array, pressure: Array, rises: bool) -> tuple[float, ...]:
@@ -54,15 +55,21 @@ def _moment(begin: float, end: float, seen: Array, pressure: Array, rises: bool)
         return ()
     here = slice(max(first - _BESIDE, 0), last + _BESIDE)
     moments = np.linspace(begin, end, _MOMENTS)[1:-1]
-    elapsed = np.maximum(seen[here] - moments[:, None, None], 0.0)
-    # A straight line through pressure against the share of the change that is done, for every moment and lag.
-    done = -np.expm1(-elapsed / _LAGS_S[:, None])
-    done -= done.mean(axis=2, keepdims=True)
-    measured = pressure[here] - pressure[here].mean()
-    changes = (done @ measured) / np.sum(done**2, axis=2)
-    left = np.sqrt(np.mean((measured - changes[..., None] * done) ** 2, axis=2))
-    best = np.unravel_index(int(np.argmin(left)), left.shape)
-    if not (changes[best] if rises else -changes[best]) > _CLEAR * left[best]:
+    # One moment after the other: a stretch may be an hour of pressure.
+    left, change, moment = min((*_explained(seen[here], pressure[here], one), float(one)) for one in moments)
+    if not (change if rises else -change) > _CLEAR * left:
         return ()
-    moment, half = float(moments[best[0]]), 0.5 * (end - begin) / _MOMENTS
+    half = 0.5 * (end - begin) / _MOMENTS
     return moment - half, moment + half
+
+
+def _explained(time: Array, pressure: Array, moment: float) -> tuple[float, float]:
+    """RMS that the likeliest change beginning at a moment leaves of a pressure (n,), and how large that change is."""
+    # A straight line through pressure against the share of the change that is done, for every lag.
+    done = -np.expm1(-np.maximum(time - moment, 0.0) / _LAGS_S[:, None])
+    done -= done.mean(axis=1, keepdims=True)
+    measured = pressure - pressure.mean()
+    changes = (done @ measured) / np.sum(done**2, axis=1)
+    left = np.sqrt(np.mean((measured - changes[:, None] * done) ** 2, axis=1))
+    best = int(np.argmin(left))
+    return float(left[best]), float(changes[best])

@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from slider_drilling.diagnosis.first_look.finding import Finding
-from slider_drilling.drillstring.lost_flow import changed, with_lost_flow
-from slider_drilling.drillstring.lost_motion import lost
+from slider_drilling.drillstring.lost_flow import lost_changes, with_lost_flow
 from slider_drilling.log.series import Array, JointSeries, RigLog
 
 
@@ -22,7 +21,7 @@ def without_unknown_flow(log: RigLog) -> tuple[RigLog, list[Finding]]:
     known = np.isfinite(pump.velocity)
     time, speed = pump.time[known], pump.velocity[known]
     unknown = np.zeros(pressure.time.shape, dtype=bool)
-    for index in lost(time)[changed(speed)[lost(time)]]:
+    for index in lost_changes(time, speed):
         unknown |= (pressure.time > time[index]) & (pressure.time < time[index + 1])
     unknown &= np.isfinite(pressure.value)
     if not unknown.any():
