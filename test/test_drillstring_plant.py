@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from slider_drilling.drillstring import Commands, Observer, Plant, Start, assemble, simulate, simulate_batch
+from slider_drilling.effects import Effects, StaticAging, Stribeck
 from slider_drilling.rig import FrictionInterval, Rig, load_rig
 
 RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
@@ -111,6 +112,20 @@ def test_batch_is_the_single_run_bit_for_bit():
         assert np.array_equal(alone.surface_torque, lane.surface_torque)
         assert np.array_equal(alone.tool_face, lane.tool_face)
         assert np.array_equal(alone.standpipe_pressure, lane.standpipe_pressure)
+
+
+@pytest.mark.parametrize("workers", [1, 2, 5, None])
+def test_no_bit_hangs_on_how_a_batch_is_shared_out(workers):
+    """Lanes with other effects, and one whose stiffer string needs more steps than the others alone would take."""
+    commands = rocking(10.0)
+    stiffer = dataclasses.replace(RIG.string, youngs_modulus=1.4 * RIG.string.youngs_modulus)
+    effects = [Effects(), Effects(stribeck=Stribeck(0.4)), Effects(static_aging=StaticAging(0.3))]
+    rigs = [dataclasses.replace(RIG, effects=one) for one in effects] + [dataclasses.replace(RIG, string=stiffer)]
+    together = simulate_batch(rigs, commands, elements=60)
+    shared = simulate_batch(rigs, commands, elements=60, workers=workers)
+    for one, other in zip(together, shared, strict=True):
+        for name in ("surface_torque", "tool_face", "standpipe_pressure", "hook_load"):
+            assert np.array_equal(getattr(one, name), getattr(other, name))
 
 
 def test_start_offset_turns_the_tool_face_and_twists_nothing():

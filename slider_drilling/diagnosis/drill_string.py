@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
-from slider_drilling.compiler import threads
 from slider_drilling.diagnosis.catalogue import said, spoken
 from slider_drilling.diagnosis.disturbances import (
     bite_factor,
@@ -23,12 +21,10 @@ from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifier
 from slider_drilling.drillstring import Commands, Observer, Response, Start, simulate_batch
 from slider_drilling.effects import Effects
 from slider_drilling.gap.model import Array, Disturbance, Effect, How, Manoeuvre, Parameter, Run, Values
-from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.rig import FrictionInterval, Rig
 
 # Elements of each fidelity.
 MESHES = (32, 100, 160)
-_SPLIT = 512  # elements of all lanes from which a batch is shared among the cores: fewer lanes cost more each
 
 
 @dataclass(frozen=True)
@@ -157,8 +153,8 @@ class DrillString:
         for own in batches.values():
             first, rigs = sets[own[0]], [rig_with(self.rig, sets[index]) for index in own]
             commands = disturbed(self.commands[run], first)
-            batch = simulate_on_threads(
-                rigs, commands, elements, [start_with(sets[index]) for index in own], observer=observer,
+            batch = simulate_batch(
+                rigs, commands, elements, [start_with(sets[index]) for index in own], workers=None, observer=observer,
                 friction=friction_factor(commands, first), acceleration=self.accelerations[run],
                 bite=bite_factor(commands, first),
             )  # fmt: skip
@@ -176,23 +172,6 @@ class DrillString:
             friction=friction_factor(commands, values), acceleration=self.accelerations[run],
             bite=bite_factor(commands, values),
         )[0]  # fmt: skip
-
-
-def simulate_on_threads(
-    rigs: Sequence[Rig], commands: Commands, elements: int, starts: Sequence[Start], **beside: Any
-) -> list[Response]:
-    """One batch split over the cores (the kernel runs without the interpreter's lock); beside: as `simulate_batch` has
-    it.
-    """
-    if len(rigs) < 2 or len(rigs) * elements < _SPLIT:
-        return simulate_batch(rigs, commands, elements, starts, **beside)
-    share = int(np.ceil(len(rigs) / threads()))
-
-    def run(begin: int) -> list[Response]:
-        end = begin + share
-        return simulate_batch(rigs[begin:end], commands, elements, starts[begin:end], **beside)
-
-    return [response for answer in at_once(run, range(0, len(rigs), share)) for response in answer]
 
 
 def nuisance_parameters(rig: Rig, channels: Sequence[str]) -> tuple[Parameter, ...]:

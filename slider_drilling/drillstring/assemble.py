@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from slider_drilling.contact import friction_table
-from slider_drilling.drillstring.layout import Array, Curve, Elements, Lanes, State, padded
+from slider_drilling.drillstring.layout import Array, Curve, Elements, Lanes, State, aligned, padded
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Contact, Rig
 from slider_drilling.wellbore.mesh import (
@@ -164,10 +164,10 @@ def initial_state(
     flow = np.maximum(drive[4] * c.pump_displacement, 0.0) / c.reference_flow
     circulation = c.circulating_pressure * flow**1.8
     delay = round(rigs[0].string.length / rigs[0].mud.sound_speed / dt)
-    zero, lane = (lambda: np.zeros_like(e.radius)), (lambda: np.zeros(width))
+    zero, lane = (lambda: aligned(np.zeros_like(e.radius))), (lambda: np.zeros(width))
     return State(
-        position=padded(position, count), speed=zero(), rotation=padded(rotation, count), rotation_speed=zero(),
-        strain_axial=zero(), strain_tangential=zero(), yielding=e.yielding.copy(), rest=zero(),
+        position=padded(position, count, 1), speed=zero(), rotation=padded(rotation, count, 1), rotation_speed=zero(),
+        strain_axial=zero(), strain_tangential=zero(), yielding=aligned(e.yielding), rest=zero(),
         bottom=position[-2].copy(), depth_offset=rigs[0].string.length - position[-2],
         tool_face_offset=np.array([s.offset for s in starts], dtype=float), weight_on_bit=lane(),
         bit_torque=lane(), motor_pressure=lane(), stalled=lane(), circulation=circulation,

@@ -2,7 +2,8 @@
 
 A step pushes the speeds with the forces of the present positions and strains, lets the bit cut, then moves the
 string and its contacts with the new speeds (semi-implicit Euler, the leap-frog of a wave equation). The passes over
-elements hold no call, branch or allocation, so the compiler turns each into packed instructions.
+elements hold no call, branch or allocation, so the compiler turns each into packed instructions; all of it becomes one
+function, which knows once that no two arrays overlap.
 """
 
 from __future__ import annotations
@@ -130,21 +131,28 @@ def vary_with_speed(
     count, time, drop, per_speed, drift_rate, radius, base_yielding, speed, rotation_speed, yielding
 ):  # fmt: skip
     """Friction that falls with the speed of sliding (Stribeck), and drifts in time: ``1 + drop exp(-v / v_s)`` times
-    ``1 + rate t``, with one division for both.
+    ``1 + rate t``, with one division for both, and exactly as before where neither is.
     """
     for j in range(count):
         across = radius[j] * rotation_speed[j]
         fast = exponential(root(speed[j] * speed[j] + across * across) * per_speed[j])
-        factor = (fast + drop[j]) * (1.0 + drift_rate[j] * time)
-        yielding[j] = base_yielding[j] * (fast * reciprocal(max(factor, _LEAST * fast)))
+        factor = max((fast + drop[j]) * (1.0 + drift_rate[j] * time), _LEAST * fast)
+        yielding[j] = base_yielding[j] * (1.0 - (factor - fast) * reciprocal(factor))
+
+
+@njit(**INNER)
+def vary_with_nothing(count, base_yielding, yielding):
+    """Friction as the elements have it."""
+    for j in range(count):
+        yielding[j] = base_yielding[j]
 
 
 @njit(**INNER)
 def vary_with_rest(
-    count, dt, most, per_time, rest_speed, per_slip_distance, radius, before, speed, rotation_speed, rest, yielding
+    count, dt, most, per_time, rest_speed, per_slip_distance, radius, speed, rotation_speed, rest, yielding
 ):  # fmt: skip
-    """Friction that has grown while the contact rested: ``1 + most (1 - exp(-rest / tau))``; before: what it yields
-    without.
+    """Friction that has grown while the contact rested: ``1 + most (1 - exp(-rest / tau))`` times that which `yielding`
+    holds.
     """
     for j in range(count):
         across = radius[j] * rotation_speed[j]
@@ -153,8 +161,8 @@ def vary_with_rest(
         rested = rest[j] + dt if slip < rest_speed[j] else forgotten
         rest[j] = rested
         old = exponential(rested * per_time[j])
-        factor = old + most[j] * (old - 1.0)
-        yielding[j] = before[j] * (old * reciprocal(max(factor, _LEAST * old)))
+        factor = max(old + most[j] * (old - 1.0), _LEAST * old)
+        yielding[j] *= 1.0 - (factor - old) * reciprocal(factor)
 
 
 @njit(**INNER)
@@ -343,10 +351,12 @@ def advance(
                     count, time, e.stribeck_drop, e.per_stribeck_speed, e.drift_rate, e.radius, e.yielding, s.speed,
                     s.rotation_speed, s.yielding,
                 )  # fmt: skip
+            elif by_rest:
+                vary_with_nothing(count, e.yielding, s.yielding)
             if by_rest:
                 vary_with_rest(
-                    count, dt, e.aging_growth, e.per_aging_time, e.rest_speed, e.per_slip_distance, e.radius,
-                    s.yielding if by_speed else e.yielding, s.speed, s.rotation_speed, s.rest, s.yielding,
+                    count, dt, e.aging_growth, e.per_aging_time, e.rest_speed, e.per_slip_distance, e.radius, s.speed,
+                    s.rotation_speed, s.rest, s.yielding,
                 )  # fmt: skip
             if packed:
                 slide(

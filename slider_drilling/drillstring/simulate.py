@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
+from slider_drilling.at_once import at_once, idle_threads
 from slider_drilling.compiler import announced
 from slider_drilling.drillstring import assemble, kernel
 from slider_drilling.drillstring.assemble import Modifiers, Observer, Start
@@ -48,7 +48,10 @@ class Plant:
         substeps: int | None = None,
     ) -> None:
         self.rig = rig
-        self._bundle = _Bundle([rig], elements, interval or 1.0 / rig.sensors.rate, [start], [modifiers], substeps)
+        interval = interval or 1.0 / rig.sensors.rate
+        mesh = assemble.common_mesh([rig], elements)
+        substeps = substeps or _least_substeps([rig], mesh, interval)
+        self._bundle = _Bundle([rig], mesh, interval, [start], [modifiers], substeps)
 
     @property
     def interval(self) -> float:
@@ -118,7 +121,7 @@ def simulate_batch(
     starts: Sequence[Start] | None = None,
     modifiers: Sequence[Modifiers] | None = None,
     substeps: int | None = None,
-    workers: int = 1,
+    workers: int | None = 1,
     observer: Observer | None = None,
     friction: Array | None = None,
     acceleration: Array | None = None,
@@ -126,9 +129,10 @@ def simulate_batch(
 ) -> list[Response]:
     """`simulate` for many parameter sets of one well and string, vectorised across them.
 
-    Runs go through the kernel in blocks that fit the cache, on ``workers`` threads. observer: lets the torque that
-    was measured pull weakly at the top drive; its torque is sampled at the commands' times. friction: (n,) what all
-    friction is multiplied by at the commands' times, joined linearly. acceleration: (n,) rad/s2 of the top drive at
+    Runs go through the kernel in blocks that fit the cache, on ``workers`` threads, or with None on those that have
+    nothing to do; how they are shared out changes no bit. observer: lets the torque that was measured pull weakly at
+    the top drive; its torque is sampled at the commands' times. friction: (n,) what all friction is multiplied by at
+    the commands' times, joined linearly. acceleration: (n,) rad/s2 of the top drive at
     the commands' times, for torque that is read at its motor; the slope of the commands' speed where it is not given,
     which from a measured speed is mostly noise (see `drive_acceleration`). bite: (n,) what the bit's torque per weight
     is multiplied by at the commands' times, joined linearly. Raises InputError where the rigs differ in survey,
@@ -142,18 +146,17 @@ def simulate_batch(
     given = (None if observer is None else observer.torque, friction, acceleration, bite)
     beside = [None if values is None else np.interp(grid, commands.time, values) for values in given]
 
+    mesh = assemble.common_mesh(rigs, elements)
+    substeps = substeps or _least_substeps(rigs, mesh, interval)
+    width = min(math.ceil(len(rigs) / (1 + idle_threads() if workers is None else workers)), _LANES_PER_BLOCK)
+
     def run(first: int) -> list[Array]:
-        block = slice(first, first + _LANES_PER_BLOCK)
-        bundle = _Bundle(rigs[block], elements, interval, starts[block], modifiers[block], substeps, observer)
+        block = slice(first, first + width)
+        bundle = _Bundle(rigs[block], mesh, interval, starts[block], modifiers[block], substeps, observer)
         channels = bundle.advance(sampled, *beside)
         return [channels[:, :, lane] for lane in range(channels.shape[2])]
 
-    firsts = range(0, len(rigs), _LANES_PER_BLOCK)
-    if workers > 1 and len(firsts) > 1:
-        with ThreadPoolExecutor(workers) as pool:
-            blocks = list(pool.map(run, firsts))
-    else:
-        blocks = [run(first) for first in firsts]
+    blocks = at_once(run, range(0, len(rigs), width), workers)
     return [_response(commands.time, grid, lane) for block in blocks for lane in block]
 
 
@@ -163,18 +166,15 @@ class _Bundle:
     def __init__(
         self,
         rigs: Sequence[Rig],
-        elements: int,
+        mesh: assemble.Mesh,
         interval: float,
         starts: Sequence[Start],
         modifiers: Sequence[Modifiers],
-        substeps: int | None,
+        substeps: int,
         observer: Observer | None = None,
     ) -> None:
         self.rigs, self.starts, self.interval = list(rigs), list(starts), interval
-        self.mesh = assemble.common_mesh(rigs, elements)
-        longest = min(assemble.longest_step(rig, self.mesh) for rig in rigs)
-        self.substeps = substeps or max(1, math.ceil(interval / longest))
-        self.dt = interval / self.substeps
+        self.mesh, self.substeps, self.dt = mesh, substeps, interval / substeps
         self.elements = assemble.elements(rigs, self.mesh, self.dt, modifiers)
         self._yielding = self.elements.yielding.copy()
         self.lanes = assemble.lanes(rigs, self.mesh, self.dt, observer)
@@ -250,6 +250,11 @@ class _Bundle:
         if self.state is None or self.last is None:
             raise ValueError("plant: has no state before the first advance")
         return self.state, self.last
+
+
+def _least_substeps(rigs: Sequence[Rig], mesh: assemble.Mesh, interval: float) -> int:
+    """Steps of an interval that are stable for all of the rigs: the same for each, whoever it is stepped beside."""
+    return max(1, math.ceil(interval / min(assemble.longest_step(rig, mesh) for rig in rigs)))
 
 
 def _even_grid(time: Array) -> Array:

@@ -5,9 +5,9 @@ import threading
 import pytest
 from toy import toy
 
+from slider_drilling import at_once as module
+from slider_drilling.at_once import at_once, idle_threads
 from slider_drilling.gap import explain
-from slider_drilling.gap.search import at_once as module
-from slider_drilling.gap.search.at_once import at_once
 
 
 @pytest.mark.parametrize("threads", [1, 2])
@@ -30,6 +30,64 @@ def test_what_fails_is_raised(threads, monkeypatch):
     monkeypatch.setattr(module, "threads", lambda: threads)
     with pytest.raises(ZeroDivisionError):
         at_once(lambda number: 1 / number, [2, 1, 0, 3])
+
+
+def test_what_fails_first_in_their_order_is_raised(monkeypatch):
+    monkeypatch.setattr(module, "threads", lambda: 2)
+    later = threading.Event()
+
+    def fails(number: int) -> None:
+        if number == 1:
+            later.set()
+            raise KeyError
+        assert later.wait(60.0)
+        raise ValueError
+
+    with pytest.raises(ValueError):
+        at_once(fails, range(2))
+    assert idle_threads() == 1
+
+
+def test_work_within_work_calls_those_who_have_nothing_to_do(monkeypatch):
+    """Two pieces on three threads: one of them, which asks for two more, has the third thread's help."""
+    monkeypatch.setattr(module, "threads", lambda: 3)
+    both, helped, over, seen = threading.Barrier(2), threading.Barrier(2), threading.Event(), set()
+
+    def inner(number: int) -> None:
+        seen.add(threading.get_ident())
+        helped.wait(60.0)
+
+    def outer(number: int) -> None:
+        both.wait(60.0)
+        if number == 1:
+            assert over.wait(60.0)
+            return
+        assert idle_threads() == 1
+        at_once(inner, range(2))
+        over.set()
+
+    at_once(outer, range(2))
+    assert len(seen) == 2
+    assert idle_threads() == 2
+
+
+def test_no_more_are_at_work_than_there_are_cores_for(monkeypatch):
+    monkeypatch.setattr(module, "threads", lambda: 2)
+    lock, now, most = threading.Lock(), [0], [0]
+
+    def innermost(number: int) -> int:
+        with lock:
+            now[0] += 1
+            most[0] = max(most[0], now[0])
+        sum(range(2000))
+        with lock:
+            now[0] -= 1
+        return number
+
+    found = at_once(lambda one: at_once(lambda two: innermost(one + two), range(5)), range(8))
+    assert found == [[one + two for two in range(5)] for one in range(8)]
+    assert most[0] <= 2
+    assert idle_threads() == 1
 
 
 def test_the_answer_does_not_hang_on_the_threads(monkeypatch):

@@ -8,6 +8,7 @@ from math import comb
 
 import numpy as np
 
+from slider_drilling.at_once import at_once
 from slider_drilling.gap.choice.other_runs import held_to_other_runs, told_in_other_runs_first
 from slider_drilling.gap.choice.refit import (
     at_its_best,
@@ -38,7 +39,6 @@ from slider_drilling.gap.evidence.rivals import other_forms
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.noise import sigmas
 from slider_drilling.gap.problem.problem import build_problem
-from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.finish import corrected, finished
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import Arm, finalists

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from slider_drilling.at_once import at_once
 from slider_drilling.gap.choice.state import Explained, State
 from slider_drilling.gap.choice.tuning import scattered, tuned_from
 from slider_drilling.gap.evidence.adequacy import Adequacy, adequacy
@@ -12,7 +13,6 @@ from slider_drilling.gap.evidence.compare import pays
 from slider_drilling.gap.evidence.score import Folds, Score, held_out, score_of
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.problem import Problem
-from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.finish import corrected, fine, finished
 from slider_drilling.gap.search.least_squares import TOLERANCE, Fit, fit
 from slider_drilling.gap.search.race import Arm

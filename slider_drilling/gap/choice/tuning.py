@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import qmc
 
+from slider_drilling.at_once import at_once
 from slider_drilling.gap.evidence.replicates import unforeseen
 from slider_drilling.gap.model import Parameter, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, coloured, lowered, raised
 from slider_drilling.gap.problem.problem import Problem
-from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import parameters_of
 from slider_drilling.gap.search.screen import STARTS

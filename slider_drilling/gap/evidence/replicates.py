@@ -12,13 +12,13 @@ from typing import cast
 import numpy as np
 from scipy.optimize import brentq
 
+from slider_drilling.at_once import at_once
 from slider_drilling.gap.evidence.compare import by_chance
 from slider_drilling.gap.evidence.score import squares_of
 from slider_drilling.gap.model import Array, Graded, How, Model, Pulled
 from slider_drilling.gap.problem.missed_steps import missed_steps
 from slider_drilling.gap.problem.noise import DIFFERENCE_SPREAD
 from slider_drilling.gap.problem.problem import STEP_SIZE, Problem
-from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.least_squares import Fit
 
 _NUMBER = 8

@@ -12,11 +12,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from slider_drilling.at_once import at_once
 from slider_drilling.gap.choice.state import Explained
 from slider_drilling.gap.evidence.score import FOLDS, Folds, Score, held_out, score_of
 from slider_drilling.gap.model import Array, Disturbance, Disturbed, Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Piece, Problem
-from slider_drilling.gap.search.at_once import at_once
 from slider_drilling.gap.search.finish import corrected, finished
 from slider_drilling.gap.search.least_squares import bounded_step, fit, pace, prior_weights, room
 
