@@ -253,7 +253,7 @@ def test_a_glitch_reaches_neither_the_channels_nor_the_commands_of_a_fit(log, ri
 
 def test_what_a_signal_does_itself_is_no_glitch():
     random = np.random.default_rng(3)
-    noise = random.normal(size=4000)
+    time, noise = np.arange(4000.0), random.normal(size=4000)
     steps = np.repeat(random.normal(size=40), 100)
     pulses = np.zeros(4000)
     for shape, at in (((0.3, 0.7, 1.0, 0.7, 0.3), 900), ((0.4, 1.0, 0.4), 2100)):
@@ -270,11 +270,23 @@ def test_what_a_signal_does_itself_is_no_glitch():
         rare + noise,
         np.sin(noise.cumsum()),
     ):
-        assert not glitches(signal).any()
-    assert np.flatnonzero(glitches(np.where(np.arange(4000) == 77, 1e3, noise))).tolist() == [77]
+        assert not glitches(time, signal).any()
+    assert np.flatnonzero(glitches(time, np.where(np.arange(4000) == 77, 1e3, noise))).tolist() == [77]
     gaps = np.where(np.arange(4000) % 7 == 0, np.nan, noise)
     gaps[78] = -1e3
-    assert np.flatnonzero(glitches(gaps)).tolist() == [78]
+    assert np.flatnonzero(glitches(time, gaps)).tolist() == [78]
+
+
+def test_what_moved_while_samples_were_lost_is_no_glitch():
+    """Three samples about a reversal, those before and behind them lost: the drive had the time to get there."""
+    time = 0.1 * np.arange(1200.0)
+    angle = 20.0 * np.abs((0.06 * time) % 2.0 - 1.0)
+    come = np.ones(1200, dtype=bool)
+    come[[*range(155, 165), *range(168, 178)]] = False
+    assert np.ptp(angle[come][150:160]) > 1.0
+    assert not glitches(time[come], angle[come], 0.5).any()
+    spoiled = np.where(np.arange(1200) == 166, angle + 90.0, angle)
+    assert time[come][glitches(time[come], spoiled[come], 0.5)].tolist() == [time[166]]
 
 
 def test_every_shared_log_passes(shared_data):

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
+from scipy.ndimage import maximum_filter1d, median_filter
 
 from slider_drilling.diagnosis.first_look.finding import Finding
 from slider_drilling.log import RigLog
@@ -91,7 +91,7 @@ def _speeding(drive: JointSeries | None) -> NDArray[np.bool_] | None:
 
 def _masked(column: _Column, time: Array, values: Array, interval: float) -> tuple[Array, Finding | None]:
     slow = interval > _SLOW_S
-    where = glitches(values, column.size if slow and column.leap is None else column.leap)
+    where = glitches(time, values, column.size if slow and column.leap is None else column.leap)
     if column.caused is not None:
         where = where & ~column.caused
     if not where.any():
@@ -105,29 +105,32 @@ def _masked(column: _Column, time: Array, values: Array, interval: float) -> tup
     return np.where(where, np.nan, values), Finding("note", column.name, text)
 
 
-def glitches(values: Array, least: float | None = None) -> NDArray[np.bool_]:
+def glitches(time: Array, values: Array, least: float | None = None) -> NDArray[np.bool_]:
     """(n,) whether each sample is a glitch: up to three that leave their neighbourhood and return to it at once.
 
-    least: the smallest departure that counts, in the values' unit, by default half of their range. None are where
-    more than a hundredth of the samples would be: what happens that often is the signal's own.
+    least: the smallest departure that counts, in the values' unit, by default half of their range; where samples were
+    lost as many times as large as intervals passed, for which the rig had the time. None are where more than a
+    hundredth of the samples would be: what happens that often is the signal's own.
     """
     nothing = np.zeros(values.shape, dtype=bool)
     known = np.flatnonzero(np.isfinite(values))
     if known.size <= _WINDOW:
         return nothing
-    own = values[known]
+    own, passed = values[known], np.diff(time[known])
+    passed = np.maximum(passed / np.median(passed), 1.0)
     departure = np.abs(own - median_filter(own, _WINDOW, mode="nearest"))
     if least is None:
         low, high = np.quantile(own, (0.05, 0.95))
         least = max(_RANGE * (high - low), _LEVEL * float(np.median(np.abs(own))))
     least = max(_SCATTERS * 1.4826 * float(np.median(departure)), least)
-    apart = departure > least
+    apart = departure > least * maximum_filter1d(np.maximum(np.r_[1.0, passed], np.r_[passed, 1.0]), _WINDOW)
     if not apart.any() or np.count_nonzero(apart) > _MOST * own.size:
         return nothing
     edges = np.flatnonzero(np.diff(np.r_[False, apart, False].astype(int)))
     for begin, end in zip(edges[::2], edges[1::2], strict=True):
-        inside = own[max(begin - 1, 0) : end + 1]
-        left_and_returned = min(abs(inside[1] - inside[0]), abs(inside[-1] - inside[-2])) > 0.8 * least
+        around = slice(max(begin - 1, 0), end + 1)
+        steps = np.abs(np.diff(own[around])) / passed[around.start : around.stop - 1]
+        left_and_returned = min(steps[0], steps[-1]) > 0.8 * least
         if end - begin > _LONGEST or not left_and_returned:
             apart[begin:end] = False
     nothing[known[apart]] = True
