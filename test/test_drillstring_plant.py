@@ -223,12 +223,30 @@ def test_an_observer_of_no_gain_is_no_observer_and_a_weak_one_brings_the_torque_
     other = dataclasses.replace(rig, string=damped)
     measured = simulate(other, commands, 40).surface_torque
     (free,) = simulate_batch([rig], commands, 40)
-    (none,) = simulate_batch([rig], commands, 40, observer=Observer(measured, 0.0))
-    (weak,) = simulate_batch([rig], commands, 40, observer=Observer(measured, 0.3))
-    (strong,) = simulate_batch([rig], commands, 40, observer=Observer(measured, 1.0))
+    (none,) = simulate_batch([rig], commands, 40, observer=Observer(time, measured, 0.0))
+    (weak,) = simulate_batch([rig], commands, 40, observer=Observer(time, measured, 0.3))
+    (strong,) = simulate_batch([rig], commands, 40, observer=Observer(time, measured, 1.0))
     assert np.array_equal(none.surface_torque, free.surface_torque)
     errors = [np.std(run.surface_torque - measured) for run in (free, weak, strong)]
     assert errors[0] > errors[1] > errors[2]
+
+
+def test_where_torque_was_lost_nothing_pulls():
+    """A run's own torque leaves it as it is, also where two and a half seconds of it are missing."""
+    commands = rocking(20.0)
+    (free,) = simulate_batch([RIG], commands, 40)
+    time, own = commands.time, free.surface_torque
+    come = (time < 7.5) | (time > 10.0)
+    straight = np.interp(time, time[come], own[come])
+    assert np.abs(straight - own).max() > 1000.0
+    seen, lost, drawn = (
+        simulate_batch([RIG], commands, 40, observer=one)[0].surface_torque - own
+        for one in (Observer(time, own), Observer(time[come], own[come]), Observer(time, straight))
+    )
+    assert np.abs(lost).max() < 1.1 * np.abs(seen).max()
+    assert np.abs(drawn).max() > 5.0 * np.abs(lost).max()
+    at = Observer(time[come], own[come]).at(np.array([-1.0, 0.0, 7.35, 8.0, 10.05, 10.15, 99.0]))
+    assert np.isnan(at).tolist() == [True, False, False, True, True, False, True]
 
 
 @pytest.mark.parametrize("gain", [0.1, 0.3, 1.0])
@@ -239,7 +257,7 @@ def test_the_observer_is_passive(gain):
     commands = Commands(time, still, still, still, still, np.full_like(time, 12.3))
     rig = RIG
     noise = np.where(time < 20.0, np.random.default_rng(1).normal(0.0, 2000.0, time.size), 0.0)
-    (run,) = simulate_batch([rig], commands, 40, observer=Observer(noise, gain))
+    (run,) = simulate_batch([rig], commands, 40, observer=Observer(time, noise, gain))
     assert np.isfinite(run.surface_torque).all()
     late = np.abs(run.surface_torque[time > 80.0]).max()
     assert late < 0.5 * np.abs(run.surface_torque[time < 20.0]).max()
@@ -247,7 +265,7 @@ def test_the_observer_is_passive(gain):
 
 def test_an_observer_that_a_step_cannot_hold_is_refused():
     with pytest.raises(ValueError, match="gain"):
-        Observer(np.zeros(3), 1.5)
+        Observer(np.zeros(3), np.zeros(3), 1.5)
 
 
 @pytest.mark.parametrize("exponent", [1.0, 0.8])

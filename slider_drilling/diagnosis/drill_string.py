@@ -134,8 +134,7 @@ class DrillString:
         measured = [channel for channel in self.runs[run].channels if channel.name == self.pulled]
         if pull == 0.0 or not measured:
             return None
-        time = self.commands[run].time
-        return Observer(np.interp(time, measured[0].time, measured[0].measured), pull)
+        return Observer(measured[0].time, measured[0].measured, pull)
 
     def _responses(
         self, run: int, sets: Sequence[Values], elements: int, observer: Observer | None = None

@@ -1,6 +1,7 @@
 """The drill string in its well: the compiled plant and the one door to it."""
 
-from slider_drilling.drillstring.assemble import Modifiers, Observer, Start
+from slider_drilling.drillstring.assemble import Modifiers, Start
+from slider_drilling.drillstring.observer import Observer
 from slider_drilling.drillstring.profile import Profile
 from slider_drilling.drillstring.record import Commands, Response
 from slider_drilling.drillstring.simulate import ELEMENTS, Plant, PlantState, simulate, simulate_batch

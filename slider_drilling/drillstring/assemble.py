@@ -11,6 +11,7 @@ import numpy as np
 
 from slider_drilling.contact import friction_table
 from slider_drilling.drillstring.layout import Array, Curve, Elements, Lanes, State, aligned, padded
+from slider_drilling.drillstring.observer import Observer
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Contact, Rig
 from slider_drilling.wellbore.mesh import (
@@ -50,23 +51,6 @@ class Start:
 
     twist: float = 0.0
     offset: float = 0.0
-
-
-@dataclass(frozen=True)
-class Observer:
-    """A weak observer at the top drive (`kernel.pull`): what a fit simulates with, never a prediction.
-
-    torque: (n,) N m, measured at the commands' times; gain: of the string's wave impedance, 0 a free run, 1 (the most
-    that a step can hold) takes all that arrives from below; memory: s, after which constant errors show again.
-    """
-
-    torque: Array
-    gain: float = 0.3
-    memory: float = 5.0
-
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.gain <= 1.0:
-            raise ValueError(f"observer: gain {self.gain:g} must be 0 to 1")
 
 
 @dataclass(frozen=True)

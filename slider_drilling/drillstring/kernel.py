@@ -288,12 +288,13 @@ def pull(lanes, dt, measured, c: Lanes, s: State):
     """The weak observer: a torque that was measured turns the drive a little towards the one that is simulated.
 
     ``offset' = gain (measured - sensed) / Z - offset / tau``, Z the string's wave impedance at the top: passive for
-    gains from 0 to 1, so it takes from what arrives from below and adds nothing.
+    gains from 0 to 1, so it takes from what arrives from below and adds nothing. measured: NaN where nothing was.
     """
     for k in range(lanes):
         if c.pull[k] > 0.0:
-            surprise = measured - (s.sensed_torque[k] + c.torque_bias[k])
-            s.pulled[k] += dt * (c.pull[k] * surprise - c.pull_leak[k] * s.pulled[k])
+            s.pulled[k] -= dt * c.pull_leak[k] * s.pulled[k]
+            if not math.isnan(measured):
+                s.pulled[k] += dt * c.pull[k] * (measured - (s.sensed_torque[k] + c.torque_bias[k]))
 
 
 @njit(**INNER)
@@ -314,9 +315,9 @@ def advance(
 
     by_speed, by_rest: whether friction of any lane varies so (`vary_with_speed`, `vary_with_rest`).
     drive: (m + 1, 9), rows of top-drive angle rad and speed rad/s, block position m and speed m/s, pump speed rad/s,
-    the surface torque N m measured (see `pull`), what all friction is multiplied by, the acceleration of the top drive
-    rad/s2, and what the bit's torque per weight is multiplied by, ``substeps * dt`` apart, the first one at the present
-    time.
+    the surface torque N m measured (NaN where none was, see `pull`), what all friction is multiplied by, the
+    acceleration of the top drive rad/s2, and what the bit's torque per weight is multiplied by, ``substeps * dt``
+    apart, the first one at the present time.
     out: (m or m + 1, channels, lanes).
     """
     count = len(s.speed)

@@ -11,8 +11,9 @@ import numpy as np
 from slider_drilling.at_once import at_once, idle_threads
 from slider_drilling.compiler import announced
 from slider_drilling.drillstring import assemble, kernel
-from slider_drilling.drillstring.assemble import Modifiers, Observer, Start
+from slider_drilling.drillstring.assemble import Modifiers, Start
 from slider_drilling.drillstring.layout import CHANNELS, Array, State
+from slider_drilling.drillstring.observer import Observer
 from slider_drilling.drillstring.profile import Profile, profile_of
 from slider_drilling.drillstring.record import Commands, Response
 from slider_drilling.rig import Rig
@@ -131,20 +132,20 @@ def simulate_batch(
 
     Runs go through the kernel in blocks that fit the cache, on ``workers`` threads, or with None on those that have
     nothing to do; how they are shared out changes no bit. observer: lets the torque that was measured pull weakly at
-    the top drive; its torque is sampled at the commands' times. friction: (n,) what all friction is multiplied by at
-    the commands' times, joined linearly. acceleration: (n,) rad/s2 of the top drive at
-    the commands' times, for torque that is read at its motor; the slope of the commands' speed where it is not given,
-    which from a measured speed is mostly noise (see `drive_acceleration`). bite: (n,) what the bit's torque per weight
-    is multiplied by at the commands' times, joined linearly. Raises InputError where the rigs differ in survey,
-    sections, contact or sound speed.
+    the top drive. friction: (n,) what all friction is multiplied by at the commands' times, joined linearly.
+    acceleration: (n,) rad/s2 of the top drive at the commands' times, for torque that is read at its motor; the slope
+    of the commands' speed where it is not given, which from a measured speed is mostly noise (see
+    `drive_acceleration`). bite: (n,) what the bit's torque per weight is multiplied by at the commands' times, joined
+    linearly. Raises InputError where the rigs differ in survey, sections, contact or sound speed.
     """
     grid = _even_grid(commands.time)
     sampled = commands if grid is commands.time else commands.at(grid)
     interval = float((grid[-1] - grid[0]) / (len(grid) - 1)) if len(grid) > 1 else 1.0
     starts = starts or [Start()] * len(rigs)
     modifiers = modifiers or [Modifiers()] * len(rigs)
-    given = (None if observer is None else observer.torque, friction, acceleration, bite)
+    given = (friction, acceleration, bite)
     beside = [None if values is None else np.interp(grid, commands.time, values) for values in given]
+    measured = None if observer is None else observer.at(grid)
 
     mesh = assemble.common_mesh(rigs, elements)
     substeps = substeps or _least_substeps(rigs, mesh, interval)
@@ -153,7 +154,7 @@ def simulate_batch(
     def run(first: int) -> list[Array]:
         block = slice(first, first + width)
         bundle = _Bundle(rigs[block], mesh, interval, starts[block], modifiers[block], substeps, observer)
-        channels = bundle.advance(sampled, *beside)
+        channels = bundle.advance(sampled, measured, *beside)
         return [channels[:, :, lane] for lane in range(channels.shape[2])]
 
     blocks = at_once(run, range(0, len(rigs), width), workers)
