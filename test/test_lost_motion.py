@@ -69,6 +69,26 @@ def test_a_lost_reversal_reaches_the_peak_that_the_drive_reached(log, begin, end
     assert worst(*plain) > 4.0 * worst(*with_lost_motion(*plain))
 
 
+@pytest.mark.parametrize("by_time", [True, False])
+@pytest.mark.parametrize("lost_turn", [4.5, 11.5, 15.5, 22.5])
+def test_a_lost_change_of_speed_takes_as_long_as_those_like_it(by_time, lost_turn):
+    """Of a drive that needs the same time for every change, and of one that needs the same for every rad/s."""
+    time = np.arange(0.0, 40.0, 0.1)
+    turns = ((1.0, 3.0), (4.5, -3.0), (8.0, 0.0), (9.5, 1.2), (11.5, -1.2), (13.5, 0.0), (14.0, 3.0), (15.5, -3.0),
+             (18.0, 0.0), (20.5, 1.2), (22.5, -1.2), (24.5, 0.0))  # fmt: skip
+    speed, now = np.zeros_like(time), 0.0
+    for at, then in turns:
+        ramp = 0.8 if by_time else abs(then - now) / 6.0
+        speed += (then - now) * np.clip((time - at) / ramp + 0.5, 0.0, 1.0)
+        now = then
+    angle = np.concatenate([[0.0], np.cumsum(0.05 * (speed[1:] + speed[:-1]))])
+    come = np.abs(time - lost_turn) > 0.65
+    found = with_lost_motion(time[come], angle[come], speed[come])
+    still = np.zeros_like(found[0])
+    driven = Commands(*found, still, still, still).at(time).top_drive_angle
+    assert driven == pytest.approx(angle, abs=0.03)
+
+
 def test_motion_that_was_logged_whole_is_left_as_it_is(log):
     drive = log.top_drive
     found = with_lost_motion(drive.time, drive.position, drive.velocity)

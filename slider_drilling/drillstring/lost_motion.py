@@ -11,6 +11,7 @@ from slider_drilling.drillstring.layout import Array
 _LOST_INTERVALS = 3.0
 _SAME = 1e-6  # rad/s
 _SHORTEST = 1e-4  # s, between two times of one motion
+_ALIKE, _EQUAL = float(np.log(2.0)), 0.1  # of the logarithms of two changes of speed
 
 
 def lost(time: Array) -> NDArray[np.int_]:
@@ -33,15 +34,15 @@ def with_lost_motion(time: Array, angle: Array, speed: Array) -> tuple[Array, Ar
 
     A cubic through a lost reversal cuts its peak in half, and friction remembers how far the string was wound. A drive
     changes from one even speed to another instead: between the speeds at both ends there is one moment at which that
-    gives the angle at the end. It takes as long as the log's fastest change of speed; a motion that no single change
-    explains is left to the cubic.
+    gives the angle at the end. It takes as long as the logged changes of speed that are most like it, or as the log's
+    fastest where none is; a motion that no single change explains is left to the cubic.
     """
     gone, found = lost(time), []
     if gone.size:
-        fastest = float(np.max(np.abs(np.delete(np.diff(speed) / np.diff(time), gone))))
+        sizes, slopes = _logged_changes(time, speed, gone)
         for index in gone:
             ends = slice(index, index + 2)
-            found += _corners(time[ends], angle[ends], speed[ends], fastest)
+            found += _corners(time[ends], angle[ends], speed[ends], sizes, slopes)
     if not found:
         return time, angle, speed
     whole = np.vstack([np.column_stack([time, angle, speed]), found])
@@ -49,16 +50,33 @@ def with_lost_motion(time: Array, angle: Array, speed: Array) -> tuple[Array, Ar
     return rows[:, 0], rows[:, 1], rows[:, 2]
 
 
-def _corners(time: Array, angle: Array, speed: Array, fastest: float) -> list[tuple[float, float, float]]:
+def _logged_changes(time: Array, speed: Array, gone: NDArray[np.int_]) -> tuple[Array, Array]:
+    """(k,) rad/s by how much the speed changed in one go, and (k,) rad/s2 how steeply at most; none over a loss."""
+    steps = np.diff(speed)
+    way = np.sign(steps)
+    way[gone] = 0.0
+    first = np.flatnonzero(np.diff(way, prepend=np.nan) != 0.0)
+    sizes = np.abs(np.add.reduceat(steps, first))
+    slopes = np.maximum.reduceat(np.abs(steps / np.diff(time)), first)
+    real = (way[first] != 0.0) & (sizes > _SAME)
+    return sizes[real], slopes[real]
+
+
+def _corners(
+    time: Array, angle: Array, speed: Array, sizes: Array, slopes: Array
+) -> list[tuple[float, float, float]]:
     """Where the speed begins and ends to change between two samples, (s, rad, rad/s) each."""
     length, change = float(time[1] - time[0]), float(speed[1] - speed[0])
-    if abs(change) < _SAME or fastest == 0.0:
+    if abs(change) < _SAME or sizes.size == 0:
         return []
     # The middle of the change, by where both even motions meet.
     middle = (float(angle[1] - angle[0]) - speed[1] * length) / -change
     if not 0.0 <= middle <= length:
         return []
-    half = max(min(0.5 * abs(change) / fastest, middle, length - middle), _SHORTEST)
+    unlike = np.abs(np.log(sizes / abs(change)))
+    nearest = float(unlike.min())
+    slope = float(np.median(slopes[unlike < nearest + _EQUAL]) if nearest < _ALIKE else slopes.max())
+    half = max(min(0.5 * abs(change) / slope, middle, length - middle), _SHORTEST)
     begin, end = middle - half, middle + half
     corners = [
         (time[0] + begin, angle[0] + speed[0] * begin, speed[0]),
