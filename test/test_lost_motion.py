@@ -65,8 +65,8 @@ def test_a_lost_reversal_reaches_the_peak_that_the_drive_reached(log, begin, end
         return np.max(np.abs(found.top_drive_angle - true))
 
     plain = (kept.time, kept.position, kept.velocity)
-    assert worst(*with_lost_motion(*plain)) < 0.1
-    assert worst(*plain) > 4.0 * worst(*with_lost_motion(*plain))
+    assert worst(*with_lost_motion(*plain, 20.0)) < 0.1
+    assert worst(*plain) > 4.0 * worst(*with_lost_motion(*plain, 20.0))
 
 
 @pytest.mark.parametrize("by_time", [True, False])
@@ -83,7 +83,7 @@ def test_a_lost_change_of_speed_takes_as_long_as_those_like_it(by_time, lost_tur
         now = then
     angle = np.concatenate([[0.0], np.cumsum(0.05 * (speed[1:] + speed[:-1]))])
     come = np.abs(time - lost_turn) > 0.65
-    found = with_lost_motion(time[come], angle[come], speed[come])
+    found = with_lost_motion(time[come], angle[come], speed[come], 20.0)
     still = np.zeros_like(found[0])
     driven = Commands(*found, still, still, still).at(time).top_drive_angle
     assert driven == pytest.approx(angle, abs=0.03)
@@ -91,7 +91,7 @@ def test_a_lost_change_of_speed_takes_as_long_as_those_like_it(by_time, lost_tur
 
 def test_motion_that_was_logged_whole_is_left_as_it_is(log):
     drive = log.top_drive
-    found = with_lost_motion(drive.time, drive.position, drive.velocity)
+    found = with_lost_motion(drive.time, drive.position, drive.velocity, 20.0)
     assert all(np.array_equal(a, b) for a, b in zip(found, (drive.time, drive.position, drive.velocity), strict=True))
 
 
@@ -99,7 +99,7 @@ def test_what_no_single_change_of_speed_explains_is_left_to_the_cubic():
     time = np.r_[np.arange(0.0, 5.0, 0.1), np.arange(7.0, 12.0, 0.1)]
     speed = np.where(time < 6.0, 1.0, 2.0)
     angle = np.where(time < 6.0, time, 4.9 + 2.0 * (time - 7.0) - 3.0)  # it went back meanwhile
-    found = with_lost_motion(time, angle, speed)
+    found = with_lost_motion(time, angle, speed, 20.0)
     assert found[0].size == time.size
 
 
@@ -116,7 +116,7 @@ def test_corners_lie_inside_and_keep_both_ends(first, second, share, length, ram
     angle = np.r_[before * first, start + turned + second * after]
     speed = np.r_[np.full(20, first), np.full(20, second)]
     speed[0] = first - ramp
-    moved = with_lost_motion(time, angle, speed)
+    moved = with_lost_motion(time, angle, speed, 20.0)
     assert np.all(np.diff(moved[0]) > 0.0)
     assert np.isin(time, moved[0]).all()
     inside = (moved[0] > before[-1]) & (moved[0] < end)
@@ -192,3 +192,61 @@ def test_the_commands_and_the_diagnosis_follow_the_pressure(log, rig):
 def test_pressure_of_a_flow_that_went_on_is_kept(log):
     holed = replace(log, mud_pump=without(log.mud_pump, 40.15, 41.55))
     assert without_unknown_flow(holed) == (holed, [])
+
+
+def seldom(log, every):
+    """The log with one of so many samples of each series."""
+    def some(series):
+        return replace(series, **{name: getattr(series, name)[::every] for name in series.__dataclass_fields__})
+
+    return replace(log, **{name: some(getattr(log, name))
+                           for name in ("top_drive", "mud_pump", "standpipe_pressure")})  # fmt: skip
+
+
+@pytest.mark.parametrize("every", [10, 20])
+def test_a_drive_whose_samples_come_too_seldom_turns_round_between_them(log, rig, every):
+    """At one sample a second a cubic turns round half a radian early; the drive reverses in 0.4 s."""
+    few = seldom(log, every)
+    commands = commands_from_log(few, rig).commands
+    assert np.diff(commands.time) == pytest.approx(0.1, abs=1e-6)
+    whole = log.top_drive.time <= few.top_drive.time[-1]
+    true = log.top_drive.position[whole]
+    plain = few.top_drive
+    still = np.zeros_like(plain.time)
+    cubic = Commands(plain.time, plain.position, plain.velocity, still, still, still).at(log.top_drive.time[whole])
+    off = np.abs(np.interp(log.top_drive.time[whole], commands.time, commands.top_drive_angle) - true)
+    assert off.max() < 0.12
+    assert off.max() < 0.5 * np.abs(cubic.top_drive_angle - true).max()
+
+
+def test_a_drive_that_turns_smoothly_is_left_to_the_cubic(rig):
+    time = np.arange(0.0, 120.0, 1.0)
+    angle, speed = 30.0 * np.sin(0.1 * time), 3.0 * np.cos(0.1 * time)
+    found = with_lost_motion(time, angle, speed, 20.0)
+    still = np.zeros_like(found[0])
+    fine = np.arange(5.0, 110.0, 0.1)
+    moved = Commands(*found, still, still, still).at(fine).top_drive_angle
+    assert moved == pytest.approx(30.0 * np.sin(0.1 * fine), abs=0.02)
+
+
+def test_a_drive_that_logs_its_speed_alone_follows_it_also_where_that_comes_seldom(log, rig):
+    few = seldom(log, 10)
+    nothing = np.full_like(few.top_drive.time, NAN)
+    commands = commands_from_log(replace(few, top_drive=replace(few.top_drive, position=nothing)), rig).commands
+    assert np.interp(few.top_drive.time, commands.time, commands.top_drive_speed) == pytest.approx(
+        few.top_drive.velocity
+    )
+
+
+def test_pressure_tells_when_a_pump_whose_samples_come_seldom_changed_its_flow(log, rig):
+    changed = 30.37
+    share = -np.expm1(-np.maximum(log.standpipe_pressure.time - changed, 0.0) / 1.5)
+    pump = replace(log.mud_pump, velocity=np.where(log.mud_pump.time < changed, 10.0, 9.3))
+    pressed = replace(log.standpipe_pressure, value=2e7 * (1.0 - 0.14 * share))
+    few = seldom(replace(log, mud_pump=pump, standpipe_pressure=pressed), 10)
+    commands = commands_from_log(few, rig).commands
+    after = (commands.time > 30.0) & (commands.time < 31.05)
+    mean = float(np.mean(commands.pump_speed[after]))
+    assert mean == pytest.approx(10.0 - 0.7 * (31.0 - changed), abs=0.07)
+    assert commands.pump_speed[commands.time < 30.25] == pytest.approx(10.0)
+    assert commands.pump_speed[commands.time > 30.55] == pytest.approx(9.3)

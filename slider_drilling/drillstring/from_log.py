@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,11 +11,13 @@ import numpy as np
 
 from slider_drilling.drillstring.layout import Array
 from slider_drilling.drillstring.lost_flow import with_lost_flow
-from slider_drilling.drillstring.lost_motion import inside_lost, with_lost_motion
+from slider_drilling.drillstring.lost_motion import inside_lost, too_seldom, with_lost_motion
 from slider_drilling.drillstring.record import Commands
 from slider_drilling.errors import InputError
 from slider_drilling.log.series import JointSeries, RigLog
 from slider_drilling.rig import Rig, check_duration
+
+_FINE_S = 0.1  # between the commands where a log has them more seldom
 
 
 @dataclass(frozen=True)
@@ -53,7 +57,7 @@ def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
     if count < 2:
         raise InputError(f"{log.source}: top_drive/joint_states has {count} usable sample(s); at least two needed")
     check_duration(rig, float(drive.time[-1] - drive.time[0]), log.rig_source or log.source)
-    time, angle, speed = _turned(log, drive)
+    time, angle, speed = _turned(log, drive, rig)
     assumed = []
     block, block_speed = np.zeros_like(time), np.zeros_like(time)
     works = None if log.draw_works is None else _usable(log.draw_works)
@@ -66,18 +70,35 @@ def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
     return LogCommands(Commands(time, angle, speed, block, block_speed, pump), tuple(assumed))
 
 
-def _turned(log: RigLog, drive: JointSeries) -> tuple[Array, Array, Array]:
+def _turned(log: RigLog, drive: JointSeries, rig: Rig) -> tuple[Array, Array, Array]:
     """Time, angle and speed of the top drive: its samples, and where some were lost the corners of its motion and the
-    times at which the block's or the pump's came.
+    times at which the block's or the pump's came. Where samples come too seldom to show how it turns round, its motion
+    is sampled finely between them.
     """
-    time, angle, speed = with_lost_motion(drive.time, *_motion(drive))
-    others = [series.time for series in (log.draw_works, log.mud_pump) if series is not None]
-    come = inside_lost(drive.time, np.concatenate([*others, np.empty(0)]))
-    if come.size == 0:
-        return time, angle, speed
+    seldom, whole = too_seldom(drive.time), np.isfinite(drive.position).any() and np.isfinite(drive.velocity).any()
+    time, angle, speed = drive.time, *_motion(drive)
+    if whole or not seldom:
+        time, angle, speed = with_lost_motion(time, angle, speed, rig.top_drive.max_acceleration)
+    if seldom:
+        asked = _finely(drive.time)
+    else:
+        others = [series.time for series in (log.draw_works, log.mud_pump) if series is not None]
+        come = inside_lost(drive.time, np.concatenate([*others, np.empty(0)]))
+        if come.size == 0:
+            return time, angle, speed
+        asked = np.union1d(time, come)
     still = np.zeros_like(time)
-    whole = Commands(time, angle, speed, still, still, still).at(np.union1d(time, come))
-    return whole.time, whole.top_drive_angle, whole.top_drive_speed
+    found = Commands(time, angle, speed, still, still, still).at(asked)
+    return found.time, found.top_drive_angle, found.top_drive_speed
+
+
+def _finely(time: Array) -> Array:
+    """The times (n,) and evenly between each two of them as many as make steps of at most a tenth of a second."""
+    pieces = [
+        np.linspace(begin, end, math.ceil((end - begin) / _FINE_S - 1e-6), endpoint=False)
+        for begin, end in itertools.pairwise(time)
+    ]
+    return np.concatenate([*pieces, time[-1:]])
 
 
 def _usable(series: JointSeries) -> JointSeries:

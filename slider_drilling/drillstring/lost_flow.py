@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slider_drilling.drillstring.layout import Array
-from slider_drilling.drillstring.lost_motion import lost
+from slider_drilling.drillstring.lost_motion import hidden_changes
 
 _CHANGED = 2e-3  # of the pump's speed
 # Samples of pressure on either side that say what it was before and what it goes to, and the fewest that do.
@@ -18,7 +18,8 @@ _MOMENTS, _LAGS_S = 61, np.geomspace(0.02, 5.0, 15)
 
 
 def with_lost_flow(time: Array, speed: Array, seen: Array, pressure: Array) -> tuple[Array, Array]:
-    """The pump's samples (n,), s, rad/s, and where some were lost the moment at which its speed changed.
+    """The pump's samples (n,), s, rad/s, and where some were lost, or come too seldom, the moment at which its speed
+    changed.
 
     seen, pressure: (m,), s, Pa, NaN where there is none. A straight line from one speed to the other is off by up to
     half of the stretch, and what the motor does meanwhile lasts. Pressure begins to follow the flow at once: it tells
@@ -39,10 +40,10 @@ def with_lost_flow(time: Array, speed: Array, seen: Array, pressure: Array) -> t
 
 
 def lost_changes(time: Array, speed: Array) -> NDArray[np.int_]:
-    """Indices of the pump's samples (n,) after which some were lost and its speed is another: pressure goes with the
-    square of the flow, and a sensor shows a thousandth of it.
+    """Indices of the pump's samples (n,) after which its speed became another unseen: pressure goes with the square of
+    the flow, and a sensor shows a thousandth of it.
     """
-    gone = lost(time)
+    gone = hidden_changes(time, speed)
     return gone[np.abs(speed[gone + 1] - speed[gone]) > _CHANGED * np.max(np.abs(speed), initial=0.0)]
 
 
@@ -51,7 +52,7 @@ def _moment(begin: float, end: float, seen: Array, pressure: Array, rises: bool)
     that it was even before, and went closer and closer to another level on the right side from some moment on.
     """
     first, last = np.searchsorted(seen, begin, side="right"), np.searchsorted(seen, end)
-    if first == last or min(first, seen.size - last) < _FEWEST:
+    if min(first, seen.size - last) < _FEWEST:
         return ()
     here = slice(max(first - _BESIDE, 0), last + _BESIDE)
     moments = np.linspace(begin, end, _MOMENTS)[1:-1]

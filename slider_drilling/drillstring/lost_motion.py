@@ -9,6 +9,7 @@ from slider_drilling.drillstring.layout import Array
 
 # Motion is lost where samples are so many times as far apart as they commonly are.
 _LOST_INTERVALS = 3.0
+_SELDOM_S = 0.25  # between samples, longer than which a reversal does not show in them
 _SAME = 1e-6  # rad/s
 _SHORTEST = 1e-4  # s, between two times of one motion
 _ALIKE, _EQUAL = float(np.log(2.0)), 0.1  # of the logarithms of two changes of speed
@@ -29,18 +30,21 @@ def inside_lost(time: Array, others: Array) -> Array:
     return np.asarray(others[np.isin(cell, begin) & ~np.isin(others, time)], dtype=np.float64)
 
 
-def with_lost_motion(time: Array, angle: Array, speed: Array) -> tuple[Array, Array, Array]:
-    """The samples (n,), s, rad, rad/s, and where some were lost the corners of the motion between.
+def with_lost_motion(time: Array, angle: Array, speed: Array, steepest: float) -> tuple[Array, Array, Array]:
+    """The samples (n,), s, rad, rad/s, and where some were lost, or come too seldom, the corners of the motion between.
 
     A cubic through a lost reversal cuts its peak in half, and friction remembers how far the string was wound. A drive
     changes from one even speed to another instead: between the speeds at both ends there is one moment at which that
     gives the angle at the end. It takes as long as the logged changes of speed that are most like it, or as the log's
-    fastest where none is; a motion that no single change explains is left to the cubic.
+    fastest where none is, or as steepest (rad/s2) allows where no change was logged; a motion that no single change
+    explains is left to the cubic.
     """
-    gone, found = lost(time), []
-    if gone.size:
-        sizes, slopes = _logged_changes(time, speed, gone)
-        for index in gone:
+    hidden, found = hidden_changes(time, speed), []
+    if hidden.size:
+        sizes, slopes = _logged_changes(time, speed, hidden)
+        if sizes.size == 0:
+            sizes, slopes = np.ones(1), np.full(1, steepest)
+        for index in hidden:
             ends = slice(index, index + 2)
             found += _corners(time[ends], angle[ends], speed[ends], sizes, slopes)
     if not found:
@@ -48,6 +52,22 @@ def with_lost_motion(time: Array, angle: Array, speed: Array) -> tuple[Array, Ar
     whole = np.vstack([np.column_stack([time, angle, speed]), found])
     rows = whole[np.argsort(whole[:, 0])]
     return rows[:, 0], rows[:, 1], rows[:, 2]
+
+
+def too_seldom(time: Array) -> bool:
+    """Whether a drive turns round, or a pump is set to another flow, between two samples (n,) of a log."""
+    return bool(time.size > 1 and np.median(np.diff(time)) > _SELDOM_S)
+
+
+def hidden_changes(time: Array, speed: Array) -> NDArray[np.int_]:
+    """Indices of the samples (n,) after which the speed may have become another unseen: where some were lost, and where
+    they come too seldom after each unless the speed was changing before and still is behind, half as fast at least.
+    """
+    if not too_seldom(time):
+        return lost(time)
+    slopes = np.diff(speed) / np.diff(time)
+    before, behind = np.r_[0.0, slopes[:-1]], np.r_[slopes[1:], 0.0]
+    return np.flatnonzero(np.minimum(before * slopes, behind * slopes) <= 0.5 * slopes**2)
 
 
 def _logged_changes(time: Array, speed: Array, gone: NDArray[np.int_]) -> tuple[Array, Array]:
@@ -67,7 +87,7 @@ def _corners(
 ) -> list[tuple[float, float, float]]:
     """Where the speed begins and ends to change between two samples, (s, rad, rad/s) each."""
     length, change = float(time[1] - time[0]), float(speed[1] - speed[0])
-    if abs(change) < _SAME or sizes.size == 0:
+    if abs(change) < _SAME:
         return []
     # The middle of the change, by where both even motions meet.
     middle = (float(angle[1] - angle[0]) - speed[1] * length) / -change
