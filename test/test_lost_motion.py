@@ -203,10 +203,13 @@ def seldom(log, every):
                            for name in ("top_drive", "mud_pump", "standpipe_pressure")})  # fmt: skip
 
 
+@pytest.mark.parametrize("limit", [20.0, 90.0])
 @pytest.mark.parametrize("every", [10, 20])
-def test_a_drive_whose_samples_come_too_seldom_turns_round_between_them(log, rig, every):
-    """At one sample a second a cubic turns round half a radian early; the drive reverses in 0.4 s."""
-    few = seldom(log, every)
+def test_a_drive_whose_samples_come_too_seldom_turns_round_between_them(log, rig, every, limit):
+    """At one sample a second a cubic turns round half a radian early; the drive reverses in 0.4 s, as a sample that
+    met it on its way shows, whatever the drive could do.
+    """
+    few, rig = seldom(log, every), replace(rig, top_drive=replace(rig.top_drive, max_acceleration=limit))
     commands = commands_from_log(few, rig).commands
     assert np.diff(commands.time) == pytest.approx(0.1, abs=1e-6)
     whole = log.top_drive.time <= few.top_drive.time[-1]
@@ -215,7 +218,7 @@ def test_a_drive_whose_samples_come_too_seldom_turns_round_between_them(log, rig
     still = np.zeros_like(plain.time)
     cubic = Commands(plain.time, plain.position, plain.velocity, still, still, still).at(log.top_drive.time[whole])
     off = np.abs(np.interp(log.top_drive.time[whole], commands.time, commands.top_drive_angle) - true)
-    assert off.max() < 0.12
+    assert off.max() < 0.03
     assert off.max() < 0.5 * np.abs(cubic.top_drive_angle - true).max()
 
 

@@ -14,7 +14,7 @@ _BESIDE, _FEWEST = 10, 3
 # A change of pressure shows where it is more than so many times what it leaves unexplained.
 _CLEAR = 4.0
 # Moments that are looked at in one stretch, and times s in which a column of mud takes up another flow.
-_MOMENTS, _LAGS_S = 61, np.geomspace(0.02, 5.0, 15)
+_MOMENTS, _LAGS_S = 61, np.geomspace(0.02, 5.0, 60)
 
 
 def with_lost_flow(time: Array, speed: Array, seen: Array, pressure: Array) -> tuple[Array, Array]:

@@ -36,12 +36,14 @@ def with_lost_motion(time: Array, angle: Array, speed: Array, steepest: float) -
     A cubic through a lost reversal cuts its peak in half, and friction remembers how far the string was wound. A drive
     changes from one even speed to another instead: between the speeds at both ends there is one moment at which that
     gives the angle at the end. It takes as long as the logged changes of speed that are most like it, or as the log's
-    fastest where none is, or as steepest (rad/s2) allows where no change was logged; a motion that no single change
-    explains is left to the cubic.
+    fastest where none is, or as steepest (rad/s2) allows where none was met; a motion that no single change explains
+    is left to the cubic.
     """
     hidden, found = hidden_changes(time, speed), []
     if hidden.size:
         sizes, slopes = _logged_changes(time, speed, hidden)
+        if sizes.size == 0:
+            sizes, slopes = _changes_met(time, angle, speed)
         if sizes.size == 0:
             sizes, slopes = np.ones(1), np.full(1, steepest)
         for index in hidden:
@@ -82,9 +84,26 @@ def _logged_changes(time: Array, speed: Array, gone: NDArray[np.int_]) -> tuple[
     return sizes[real], slopes[real]
 
 
-def _corners(
-    time: Array, angle: Array, speed: Array, sizes: Array, slopes: Array
-) -> list[tuple[float, float, float]]:
+def _changes_met(time: Array, angle: Array, speed: Array) -> tuple[Array, Array]:
+    """As `_logged_changes`, of changes that a single sample met on their way.
+
+    Angle and speed there say when the change had begun, given the even motion before it, and when it ended, given that
+    behind it: where it was one change, as steep on both sides.
+    """
+    length, turned, change = np.diff(time), np.diff(angle), np.diff(speed)
+    first, second = change[:-1], change[1:]
+    met = np.flatnonzero(first * second > _SAME**2)
+    first, second = first[met], second[met]
+    begun = 2.0 * (turned[met] - speed[met] * length[met]) / first
+    to_come = 2.0 * (speed[met + 2] * length[met + 1] - turned[met + 1]) / second
+    inside = (begun > 0.0) & (begun < length[met]) & (to_come > 0.0) & (to_come < length[met + 1])
+    before, behind = first / np.where(inside, begun, 1.0), second / np.where(inside, to_come, 1.0)
+    one = inside & (np.abs(np.log(before / behind)) < _ALIKE)
+    sizes = np.abs(first + second)[one]
+    return sizes, sizes / (begun + to_come)[one]
+
+
+def _corners(time: Array, angle: Array, speed: Array, sizes: Array, slopes: Array) -> list[tuple[float, float, float]]:
     """Where the speed begins and ends to change between two samples, (s, rad, rad/s) each."""
     length, change = float(time[1] - time[0]), float(speed[1] - speed[0])
     if abs(change) < _SAME:
