@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from slider_drilling.diagnosis.first_look.unknown_flow import without_unknown_flow
 from slider_drilling.drillstring import Commands
 from slider_drilling.drillstring.from_log import commands_from_log
-from slider_drilling.drillstring.lost_flow import with_lost_flow
+from slider_drilling.drillstring.lost_flow import lost_changes, with_lost_flow
 from slider_drilling.drillstring.lost_motion import inside_lost, with_lost_motion
 from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
 from slider_drilling.rig import load_rig
@@ -253,3 +253,12 @@ def test_pressure_tells_when_a_pump_whose_samples_come_seldom_changed_its_flow(l
     assert mean == pytest.approx(10.0 - 0.7 * (31.0 - changed), abs=0.07)
     assert commands.pump_speed[commands.time < 30.25] == pytest.approx(10.0)
     assert commands.pump_speed[commands.time > 30.55] == pytest.approx(9.3)
+
+
+def test_a_pump_that_jitters_is_set_to_another_flow_where_it_changes_by_more(log):
+    jitter = np.random.default_rng(5).normal(0.0, 0.05, log.mud_pump.time.size)
+    pump = replace(log.mud_pump, velocity=log.mud_pump.velocity + jitter)
+    few = seldom(replace(log, mud_pump=pump), 10).mud_pump
+    assert few.time[lost_changes(few.time, few.velocity)].tolist() == [29.0]
+    holed = without(pump, 40.15, 41.55)
+    assert lost_changes(holed.time, holed.velocity).size == 0

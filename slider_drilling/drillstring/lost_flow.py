@@ -9,8 +9,10 @@ from slider_drilling.drillstring.layout import Array
 from slider_drilling.drillstring.lost_motion import hidden_changes
 
 _CHANGED = 2e-3  # of the pump's speed
-# Samples of pressure on either side that say what it was before and what it goes to, and the fewest that do.
-_BESIDE, _FEWEST = 10, 3
+_JITTERS = 5.0  # times what it commonly changes by between two samples
+# Samples of pressure on either side that say what it was before and what it goes to, not longer than s: the motor's
+# share of it changes too; and the fewest that do.
+_BESIDE, _BESIDE_S, _FEWEST = 10, 5.0, 3
 # A change of pressure shows where it is more than so many times what it leaves unexplained.
 _CLEAR = 4.0
 # Moments that are looked at in one stretch, and times s in which a column of mud takes up another flow.
@@ -40,11 +42,14 @@ def with_lost_flow(time: Array, speed: Array, seen: Array, pressure: Array) -> t
 
 
 def lost_changes(time: Array, speed: Array) -> NDArray[np.int_]:
-    """Indices of the pump's samples (n,) after which its speed became another unseen: pressure goes with the square of
-    the flow, and a sensor shows a thousandth of it.
+    """Indices of the pump's samples (n,) after which its speed became another unseen, by more than it commonly varies:
+    pressure goes with the square of the flow, and a sensor shows a thousandth of it.
     """
-    gone = hidden_changes(time, speed)
-    return gone[np.abs(speed[gone + 1] - speed[gone]) > _CHANGED * np.max(np.abs(speed), initial=0.0)]
+    hidden, steps = hidden_changes(time, speed), np.abs(np.diff(speed))
+    if hidden.size == 0:
+        return hidden
+    least = max(_CHANGED * float(np.max(np.abs(speed))), _JITTERS * float(np.median(steps)))
+    return hidden[steps[hidden] > least]
 
 
 def _moment(begin: float, end: float, seen: Array, pressure: Array, rises: bool) -> tuple[float, ...]:
@@ -54,7 +59,9 @@ def _moment(begin: float, end: float, seen: Array, pressure: Array, rises: bool)
     first, last = np.searchsorted(seen, begin, side="right"), np.searchsorted(seen, end)
     if min(first, seen.size - last) < _FEWEST:
         return ()
-    here = slice(max(first - _BESIDE, 0), last + _BESIDE)
+    interval = float(np.median(np.diff(seen)))
+    beside = int(np.clip(_BESIDE_S / interval, _FEWEST, _BESIDE))
+    here = slice(max(first - beside, 0), last + beside)
     moments = np.linspace(begin, end, _MOMENTS)[1:-1]
     # One moment after the other: a stretch may be an hour of pressure.
     left, change, moment = min((*_explained(seen[here], pressure[here], one), float(one)) for one in moments)
