@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.seldom import thinned
 from slider_drilling.diagnosis.first_look.unknown_flow import without_unknown_flow
 from slider_drilling.drillstring import Commands
 from slider_drilling.drillstring.from_log import commands_from_log
@@ -194,22 +195,13 @@ def test_pressure_of_a_flow_that_went_on_is_kept(log):
     assert without_unknown_flow(holed) == (holed, [])
 
 
-def seldom(log, every):
-    """The log with one of so many samples of each series."""
-    def some(series):
-        return replace(series, **{name: getattr(series, name)[::every] for name in series.__dataclass_fields__})
-
-    return replace(log, **{name: some(getattr(log, name))
-                           for name in ("top_drive", "mud_pump", "standpipe_pressure")})  # fmt: skip
-
-
 @pytest.mark.parametrize("limit", [20.0, 90.0])
 @pytest.mark.parametrize("every", [10, 20])
 def test_a_drive_whose_samples_come_too_seldom_turns_round_between_them(log, rig, every, limit):
     """At one sample a second a cubic turns round half a radian early; the drive reverses in 0.4 s, as a sample that
     met it on its way shows, whatever the drive could do.
     """
-    few, rig = seldom(log, every), replace(rig, top_drive=replace(rig.top_drive, max_acceleration=limit))
+    few, rig = thinned(log, every), replace(rig, top_drive=replace(rig.top_drive, max_acceleration=limit))
     commands = commands_from_log(few, rig).commands
     assert np.diff(commands.time) == pytest.approx(0.1, abs=1e-6)
     whole = log.top_drive.time <= few.top_drive.time[-1]
@@ -233,7 +225,7 @@ def test_a_drive_that_turns_smoothly_is_left_to_the_cubic(rig):
 
 
 def test_a_drive_that_logs_its_speed_alone_follows_it_also_where_that_comes_seldom(log, rig):
-    few = seldom(log, 10)
+    few = thinned(log, 10)
     nothing = np.full_like(few.top_drive.time, NAN)
     commands = commands_from_log(replace(few, top_drive=replace(few.top_drive, position=nothing)), rig).commands
     assert np.interp(few.top_drive.time, commands.time, commands.top_drive_speed) == pytest.approx(
@@ -246,7 +238,7 @@ def test_pressure_tells_when_a_pump_whose_samples_come_seldom_changed_its_flow(l
     share = -np.expm1(-np.maximum(log.standpipe_pressure.time - changed, 0.0) / 1.5)
     pump = replace(log.mud_pump, velocity=np.where(log.mud_pump.time < changed, 10.0, 9.3))
     pressed = replace(log.standpipe_pressure, value=2e7 * (1.0 - 0.14 * share))
-    few = seldom(replace(log, mud_pump=pump, standpipe_pressure=pressed), 10)
+    few = thinned(replace(log, mud_pump=pump, standpipe_pressure=pressed), 10)
     commands = commands_from_log(few, rig).commands
     after = (commands.time > 30.0) & (commands.time < 31.05)
     mean = float(np.mean(commands.pump_speed[after]))
@@ -258,7 +250,7 @@ def test_pressure_tells_when_a_pump_whose_samples_come_seldom_changed_its_flow(l
 def test_a_pump_that_jitters_is_set_to_another_flow_where_it_changes_by_more(log):
     jitter = np.random.default_rng(5).normal(0.0, 0.05, log.mud_pump.time.size)
     pump = replace(log.mud_pump, velocity=log.mud_pump.velocity + jitter)
-    few = seldom(replace(log, mud_pump=pump), 10).mud_pump
+    few = thinned(replace(log, mud_pump=pump), 10).mud_pump
     assert few.time[lost_changes(few.time, few.velocity)].tolist() == [29.0]
     holed = without(pump, 40.15, 41.55)
     assert lost_changes(holed.time, holed.velocity).size == 0
