@@ -10,8 +10,6 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from slider_drilling.diagnosis.diagnose import diagnose
 from slider_drilling.diagnosis.tree import as_json
 from slider_drilling.log import RigLog, read_log
@@ -37,8 +35,8 @@ def thinned(log: RigLog, every: int) -> RigLog:
     for name in _SERIES:
         series = getattr(log, name)
         if series is not None:
-            arrays = {field.name: getattr(series, field.name) for field in fields(series)}
-            kept[name] = replace(series, **{key: np.asarray(array)[::every] for key, array in arrays.items()})
+            some = {field.name: getattr(series, field.name)[::every] for field in fields(series)}
+            kept[name] = replace(series, **some)
     return replace(log, **kept)
 
 

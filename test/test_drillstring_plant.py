@@ -128,6 +128,13 @@ def test_no_bit_hangs_on_how_a_batch_is_shared_out(workers):
             assert np.array_equal(getattr(one, name), getattr(other, name))
 
 
+def test_a_batch_on_no_worker_is_run_by_who_asks_and_one_of_no_rigs_is_empty():
+    commands = rocking(3.0)
+    (asked,), (plain,) = (simulate_batch([RIG], commands, 20, workers=number) for number in (0, 1))
+    assert np.array_equal(asked.surface_torque, plain.surface_torque)
+    assert simulate_batch([], commands, 20) == []
+
+
 def test_start_offset_turns_the_tool_face_and_twists_nothing():
     commands = rocking(10.0)
     plain = simulate(RIG, commands, elements=60)

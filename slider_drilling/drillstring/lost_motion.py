@@ -9,7 +9,7 @@ from slider_drilling.drillstring.layout import Array
 
 # Motion is lost where samples are so many times as far apart as they commonly are.
 _LOST_INTERVALS = 3.0
-_SELDOM_S = 0.25  # between samples, longer than which a reversal does not show in them
+_SELDOM_S = 0.25  # between samples, longer than which a reversal, or a wave in the string, does not show in them
 _SAME = 1e-6  # rad/s
 _SHORTEST = 1e-4  # s, between two times of one motion
 _ALIKE, _EQUAL = float(np.log(2.0)), 0.1  # of the logarithms of two changes of speed
@@ -21,13 +21,15 @@ def lost(time: Array) -> NDArray[np.int_]:
     return np.flatnonzero(steps > _LOST_INTERVALS * np.median(steps)) if steps.size else np.empty(0, dtype=int)
 
 
+def is_lost(time: Array, others: Array) -> NDArray[np.bool_]:
+    """(m,) whether each of other times lies where samples at ``time`` (n,) were lost."""
+    cell = np.searchsorted(time, others, side="right") - 1
+    return np.asarray(np.isin(cell, lost(time)) & ~np.isin(others, time))
+
+
 def inside_lost(time: Array, others: Array) -> Array:
     """Those of other times (m,) that lie where samples at ``time`` (n,) were lost."""
-    begin = lost(time)
-    if begin.size == 0:
-        return np.empty(0)
-    cell = np.searchsorted(time, others, side="right") - 1
-    return np.asarray(others[np.isin(cell, begin) & ~np.isin(others, time)], dtype=np.float64)
+    return np.asarray(others[is_lost(time, others)], dtype=np.float64)
 
 
 def with_lost_motion(time: Array, angle: Array, speed: Array, steepest: float) -> tuple[Array, Array, Array]:
@@ -57,7 +59,7 @@ def with_lost_motion(time: Array, angle: Array, speed: Array, steepest: float) -
 
 
 def too_seldom(time: Array) -> bool:
-    """Whether a drive turns round, or a pump is set to another flow, between two samples (n,) of a log."""
+    """Whether a rig does things between two samples (n,): a drive turns round, a pump is set to another flow."""
     return bool(time.size > 1 and np.median(np.diff(time)) > _SELDOM_S)
 
 

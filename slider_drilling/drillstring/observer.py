@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slider_drilling.drillstring.layout import Array
-from slider_drilling.drillstring.lost_motion import lost
+from slider_drilling.drillstring.lost_motion import is_lost
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,5 @@ class Observer:
 
     def at(self, time: Array) -> Array:
         """(m,) N m at other times, NaN where nothing was measured: outside the samples, and where some were lost."""
-        cell = np.searchsorted(self.time, time, side="right") - 1
         known = np.interp(time, self.time, self.torque, left=np.nan, right=np.nan)
-        between = self.time[np.clip(cell, 0, None)] < time
-        return np.where(between & np.isin(cell, lost(self.time)), np.nan, known)
+        return np.where(is_lost(self.time, time), np.nan, known)

@@ -138,6 +138,8 @@ def simulate_batch(
     `drive_acceleration`). bite: (n,) what the bit's torque per weight is multiplied by at the commands' times, joined
     linearly. Raises InputError where the rigs differ in survey, sections, contact or sound speed.
     """
+    if not rigs:
+        return []
     grid = _even_grid(commands.time)
     sampled = commands if grid is commands.time else commands.at(grid)
     interval = float((grid[-1] - grid[0]) / (len(grid) - 1)) if len(grid) > 1 else 1.0
@@ -146,10 +148,10 @@ def simulate_batch(
     given = (friction, acceleration, bite)
     beside = [None if values is None else np.interp(grid, commands.time, values) for values in given]
     measured = None if observer is None else observer.at(grid)
-
     mesh = assemble.common_mesh(rigs, elements)
     substeps = substeps or _least_substeps(rigs, mesh, interval)
-    width = min(math.ceil(len(rigs) / (1 + idle_threads() if workers is None else workers)), _LANES_PER_BLOCK)
+    shares = 1 + idle_threads() if workers is None else max(workers, 1)
+    width = min(math.ceil(len(rigs) / shares), _LANES_PER_BLOCK)
 
     def run(first: int) -> list[Array]:
         block = slice(first, first + width)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, median_filter
 
 from slider_drilling.diagnosis.first_look.finding import Finding
+from slider_drilling.drillstring.lost_motion import too_seldom
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import Array, JointSeries, ScalarSeries
 from slider_drilling.rig import Rig
@@ -22,7 +23,7 @@ _WINDOW, _LONGEST = 7, 3  # samples of the running median; of one glitch
 # A glitch stands out of its neighbourhood by this many times the usual scatter there, and leaves it and returns in one
 # sample each by this share of the range that nine tenths of the samples have. Waves in a string take several tenths of
 # a second to do that; where samples are farther apart it may be the rig, and only a leap by the rig's own size counts.
-_SCATTERS, _RANGE, _SLOW_S = 12.0, 0.5, 0.25
+_SCATTERS, _RANGE = 12.0, 0.5
 _LEVEL = 0.05  # of the channel's own level, where it is constant otherwise
 _MOST = 0.01  # of the samples; what happens more often is no glitch
 _FASTEST_BLOCK = 5.0  # m/s
@@ -55,7 +56,7 @@ def without_glitches(log: RigLog, rig: Rig) -> tuple[RigLog, list[Finding]]:
         interval = float(np.median(np.diff(series.time)))
         changed = {}
         for column in columns(interval):
-            values, note = _masked(column, series.time, getattr(series, column.field), interval)
+            values, note = _masked(column, series.time, getattr(series, column.field))
             if note is not None:
                 changed[column.field] = values
                 found.append(note)
@@ -89,9 +90,8 @@ def _speeding(drive: JointSeries | None) -> NDArray[np.bool_] | None:
     return change | np.r_[change[1:], False]
 
 
-def _masked(column: _Column, time: Array, values: Array, interval: float) -> tuple[Array, Finding | None]:
-    slow = interval > _SLOW_S
-    where = glitches(time, values, column.size if slow and column.leap is None else column.leap)
+def _masked(column: _Column, time: Array, values: Array) -> tuple[Array, Finding | None]:
+    where = glitches(time, values, column.size if too_seldom(time) and column.leap is None else column.leap)
     if column.caused is not None:
         where = where & ~column.caused
     if not where.any():
