@@ -17,6 +17,7 @@ from slider_drilling.diagnosis.disturbances import (
     friction_factor,
 )
 from slider_drilling.diagnosis.manoeuvres import next_runs
+from slider_drilling.diagnosis.unlogged_block import lowered_blocks
 from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
 from slider_drilling.drillstring import Commands, Observer, Response, Start, simulate_batch
 from slider_drilling.effects import Effects
@@ -156,6 +157,7 @@ class DrillString:
                 rigs, commands, elements, [start_with(sets[index]) for index in own], workers=None, observer=observer,
                 friction=friction_factor(commands, first), acceleration=self.accelerations[run],
                 bite=bite_factor(commands, first),
+                lowered=lowered_blocks(commands.time, [sets[index] for index in own], self.nuisance),
             )  # fmt: skip
             found.update(zip(own, batch, strict=True))
         return [found[index] for index in range(len(sets))]
@@ -169,7 +171,7 @@ class DrillString:
         return simulate_batch(
             [rig], commands, elements, [start_with(values)], [extra], observer=observer,
             friction=friction_factor(commands, values), acceleration=self.accelerations[run],
-            bite=bite_factor(commands, values),
+            bite=bite_factor(commands, values), lowered=lowered_blocks(commands.time, [values], self.nuisance),
         )[0]  # fmt: skip
 
 

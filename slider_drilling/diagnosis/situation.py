@@ -12,6 +12,7 @@ from slider_drilling.diagnosis.drill_string import MESHES, DrillString, depth_pr
 from slider_drilling.diagnosis.first_look.expected import NO_ROCK
 from slider_drilling.diagnosis.first_look.usable import unusable
 from slider_drilling.diagnosis.replay import measured_channels
+from slider_drilling.diagnosis.unlogged_block import block_rates
 from slider_drilling.diagnosis.user_effects import UserEffect, guarded, try_effects
 from slider_drilling.drillstring import Commands
 from slider_drilling.drillstring.from_log import commands_from_log
@@ -45,7 +46,7 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
     Raises InputError when a log holds no top-drive motion or no channel that can be used.
     """
     remarks: list[str] = []
-    runs, commands, accelerations = [], [], []
+    runs, commands, accelerations, lowered = [], [], [], False
     off_bottom = all(log.draw_works is None and log.standpipe_pressure is None for log in logs)
     if off_bottom:
         rig = replace(rig, bit=replace(rig.bit, depth_of_cut_stiffness=NO_ROCK))
@@ -55,6 +56,7 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
         remarks += [f"{log.source}: {sentence}" for sentence in driven.assumed]
         commands.append(driven.commands)
         accelerations.append(driven.acceleration)
+        lowered |= driven.lowered
         runs.append(run_of(log, rig, driven.commands, remarks))
     names = sorted({channel.name for run in runs for channel in run.channels})
     if not names:
@@ -63,6 +65,8 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
     tools = tool_frequencies(runs[0])
     effects = catalogue(length, duration, wave_periods(runs[0]), tools or (), _torque_interval(runs))
     nuisance = nuisance_parameters(rig, names)
+    if lowered:
+        nuisance += block_rates(commands)
     own = [guarded(effect) for effect in user_effects]
     taken = [parameter.name for effect in effects for parameter in effect.parameters]
     try_effects(own, [*(effect.name for effect in effects), *taken, *(one.name for one in nuisance)], rig, commands[0])

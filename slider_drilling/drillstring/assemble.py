@@ -126,11 +126,13 @@ def lanes(rigs: Sequence[Rig], mesh: Mesh, dt: float, observer: Observer | None 
 
 
 def initial_state(
-    rigs: Sequence[Rig], mesh: Mesh, e: Elements, c: Lanes, dt: float, drive: Array, starts: Sequence[Start]
-) -> State:
+    rigs: Sequence[Rig], mesh: Mesh, e: Elements, c: Lanes, dt: float, drive: Array, starts: Sequence[Start],
+    lowered: Array | float = 0.0,
+) -> State:  # fmt: skip
     """Static equilibrium: weight hanging from the block without friction, the bit just on bottom, no torque.
 
-    drive: (5,) top-drive angle rad and speed, block position m and speed, pump speed rad/s at the start.
+    drive: (5,) top-drive angle rad and speed, block position m and speed, pump speed rad/s at the start; lowered:
+    (lanes,) m that the blocks are lower.
     """
     count, width = mesh.count, len(rigs)
     weight, spring, torsional_spring = (
@@ -139,7 +141,7 @@ def initial_state(
     carried = np.cumsum(weight[::-1], axis=0)[::-1]
     position = np.zeros((count + 2, width))
     # The string hangs from where the heave has the block at the start: a jump there would ring through the log.
-    position[0] = drive[2] + c.heave_amplitude * np.sin(c.heave_phase)
+    position[0] = drive[2] + lowered + c.heave_amplitude * np.sin(c.heave_phase)
     position[1:-1] = position[0] + np.cumsum(carried / spring, axis=0)
     compliance = np.cumsum(1.0 / torsional_spring, axis=0)
     rotation = np.full((count + 2, width), drive[0])

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.lost_block import block_by_pressure
 from slider_drilling.drillstring.lost_flow import with_lost_flow
 from slider_drilling.drillstring.lost_motion import inside_lost, too_seldom, with_lost_motion
 from slider_drilling.drillstring.record import Commands
@@ -22,10 +23,14 @@ _FINE_S = 0.1  # between the commands where a log has them more seldom
 
 @dataclass(frozen=True)
 class LogCommands:
-    """The commands, and one sentence for each thing that the log does not hold and that was assumed instead."""
+    """The commands, and one sentence for each thing that the log does not hold and that was assumed instead.
+
+    lowered: whether the block's motion is only what standpipe pressure tells of it.
+    """
 
     commands: Commands
     assumed: tuple[str, ...]
+    lowered: bool = False
 
     @cached_property
     def acceleration(self) -> Array:
@@ -46,8 +51,9 @@ def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
 
     Angle and speed are used together (model.md: joining a 10 Hz angle by straight lines costs 100 to 360 N m of
     surface torque). A speed that the log lacks is the position's slope, a position the speed's integral. Without
-    draw-works the block stands still; without a pump the flow is the rig file's reference flow where the log holds a
-    standpipe pressure, and zero otherwise. Raises InputError for a log without a top drive, or whose top drive has
+    draw-works the block is lowered as the standpipe pressure tells (`block_by_pressure`), and without that it stands
+    still; without a pump the flow is the rig file's reference flow where the log holds a standpipe pressure, and zero
+    otherwise. Raises InputError for a log without a top drive, or whose top drive has
     fewer than two usable samples, and for a rig whose friction would drift away meanwhile.
     """
     if log.top_drive is None:
@@ -58,16 +64,19 @@ def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
         raise InputError(f"{log.source}: top_drive/joint_states has {count} usable sample(s); at least two needed")
     check_duration(rig, float(drive.time[-1] - drive.time[0]), log.rig_source or log.source)
     time, angle, speed = _turned(log, drive, rig)
-    assumed = []
-    block, block_speed = np.zeros_like(time), np.zeros_like(time)
+    assumed: list[str] = []
+    pump = _pump_speed(log, rig, time, assumed)
+    block, block_speed, lowered = np.zeros_like(time), np.zeros_like(time), None
     works = None if log.draw_works is None else _usable(log.draw_works)
     if works is not None and len(works.time) >= 2:
-        lowered = Commands(works.time, *_motion(works), *_motion(works), np.zeros_like(works.time)).at(time)
-        block, block_speed = lowered.block_position, lowered.block_speed
+        moved = Commands(works.time, *_motion(works), *_motion(works), np.zeros_like(works.time)).at(time)
+        block, block_speed = moved.block_position, moved.block_speed
+    elif (lowered := _lowered(log, rig, time, pump)) is not None:
+        assumed.append("the log holds no draw-works: the block is lowered as the standpipe pressure tells")
+        block, block_speed = lowered
     else:
         assumed.append("the log holds no draw-works: the block is taken to stand still")
-    pump = _pump_speed(log, rig, time, assumed)
-    return LogCommands(Commands(time, angle, speed, block, block_speed, pump), tuple(assumed))
+    return LogCommands(Commands(time, angle, speed, block, block_speed, pump), tuple(assumed), lowered is not None)
 
 
 def _turned(log: RigLog, drive: JointSeries, rig: Rig) -> tuple[Array, Array, Array]:
@@ -119,6 +128,16 @@ def _motion(series: JointSeries) -> tuple[Array, Array]:
     position = np.interp(time, time[known], position[known])
     slope = np.gradient(position, time)
     return position, np.where(np.isfinite(velocity), velocity, slope)
+
+
+def _lowered(log: RigLog, rig: Rig, time: Array, pump: Array) -> tuple[Array, Array] | None:
+    """Position and speed of the block as the standpipe pressure tells them, None without one."""
+    if log.standpipe_pressure is None:
+        return None
+    known = np.isfinite(log.standpipe_pressure.value)
+    if np.count_nonzero(known) < 2:
+        return None
+    return block_by_pressure(time, pump, log.standpipe_pressure.time[known], log.standpipe_pressure.value[known], rig)
 
 
 def _pump_speed(log: RigLog, rig: Rig, time: Array, assumed: list[str]) -> Array:

@@ -166,10 +166,16 @@ def vary_with_rest(
 
 
 @njit(**INNER)
-def drive_top(lanes, time, angle, block, c: Lanes, s: State):
-    """Row 0: the block with its heave, the top drive through its backlash."""
+def drive_top(lanes, time, angle, block, lower: Array, lower_next: Array, u, c: Lanes, s: State):
+    """Row 0: the block with its heave, the top drive through its backlash.
+
+    lower, lower_next: (lanes,) m by which the blocks are below `block` before and behind, u of the way between them; or
+    nothing.
+    """
     for k in range(lanes):
         s.position[k] = block
+        if len(lower) > 0:
+            s.position[k] += lower[k] + u * (lower_next[k] - lower[k])
         if c.heave_amplitude[k] > 0.0:
             s.position[k] += c.heave_amplitude[k] * math.sin(c.heave_frequency[k] * time + c.heave_phase[k])
         # The spring below the drive stretches by what is left of the angle once the dead zone is passed: the string
@@ -307,8 +313,8 @@ def hermite(start, start_rate, end, end_rate, length, u):
 
 @njit(**COMPILE)
 def advance(
-    lanes, elements, substeps, dt, by_speed, by_rest, drive: Array, e: Elements, curve: Curve, c: Lanes, s: State,
-    out: Array,
+    lanes, elements, substeps, dt, by_speed, by_rest, drive: Array, lowered: Array, e: Elements, curve: Curve, c: Lanes,
+    s: State, out: Array,
 ):  # fmt: skip
     """Step every lane through the intervals of ``drive`` and fill ``out`` at the end of each, and before the first one
     where ``out`` has a row more.
@@ -318,6 +324,7 @@ def advance(
     the surface torque N m measured (NaN where none was, see `pull`), what all friction is multiplied by, the
     acceleration of the top drive rad/s2, and what the bit's torque per weight is multiplied by, ``substeps * dt``
     apart, the first one at the present time.
+    lowered: (m + 1, lanes) m that the block of each lane is lower; (m + 1, 0) where all are as `drive` says.
     out: (m or m + 1, channels, lanes).
     """
     count = len(s.speed)
@@ -371,7 +378,7 @@ def advance(
                 )  # fmt: skip
             angle = hermite(a[0], a[1], b[0], b[1], substeps * dt, u)
             block = hermite(a[2], a[3], b[2], b[3], substeps * dt, u)
-            drive_top(lanes, time, angle, block, c, s)
+            drive_top(lanes, time, angle, block, lowered[m], lowered[m + 1], u, c, s)
             circulate(lanes, int(s.clock[1]) + n, c, s)
             sense_torque(lanes, a[1] + u * (b[1] - a[1]), b[7], e, c, s)
             pull(lanes, dt, a[5] + u * (b[5] - a[5]), c, s)

@@ -127,6 +127,7 @@ def simulate_batch(
     friction: Array | None = None,
     acceleration: Array | None = None,
     bite: Array | None = None,
+    lowered: Array | None = None,
 ) -> list[Response]:
     """`simulate` for many parameter sets of one well and string, vectorised across them.
 
@@ -136,7 +137,8 @@ def simulate_batch(
     acceleration: (n,) rad/s2 of the top drive at the commands' times, for torque that is read at its motor; the slope
     of the commands' speed where it is not given, which from a measured speed is mostly noise (see
     `drive_acceleration`). bite: (n,) what the bit's torque per weight is multiplied by at the commands' times, joined
-    linearly. Raises InputError where the rigs differ in survey, sections, contact or sound speed.
+    linearly. lowered: (K, n) m that each run's block is lower than the commands say at their times, joined linearly.
+    Raises InputError where the rigs differ in survey, sections, contact or sound speed.
     """
     if not rigs:
         return []
@@ -146,7 +148,10 @@ def simulate_batch(
     starts = starts or [Start()] * len(rigs)
     modifiers = modifiers or [Modifiers()] * len(rigs)
     given = (friction, acceleration, bite)
-    beside = [None if values is None else np.interp(grid, commands.time, values) for values in given]
+    friction, acceleration, bite = (
+        None if values is None else np.interp(grid, commands.time, values) for values in given
+    )
+    lower = None if lowered is None else np.stack([np.interp(grid, commands.time, row) for row in lowered], axis=1)
     measured = None if observer is None else observer.at(grid)
     mesh = assemble.common_mesh(rigs, elements)
     substeps = substeps or _least_substeps(rigs, mesh, interval)
@@ -156,7 +161,8 @@ def simulate_batch(
     def run(first: int) -> list[Array]:
         block = slice(first, first + width)
         bundle = _Bundle(rigs[block], mesh, interval, starts[block], modifiers[block], substeps, observer)
-        channels = bundle.advance(sampled, measured, *beside)
+        below = None if lower is None else lower[:, block]
+        channels = bundle.advance(sampled, measured, friction, acceleration, bite, below)
         return [channels[:, :, lane] for lane in range(channels.shape[2])]
 
     blocks = at_once(run, range(0, len(rigs), width), workers)
@@ -194,9 +200,11 @@ class _Bundle:
         factor: Array | None = None,
         acceleration: Array | None = None,
         bite: Array | None = None,
+        lowered: Array | None = None,
     ) -> Array:
         """(n, channels, lanes) at the times of the commands; measured: (n,) N m, the observer's torque; factor: (n,) of
-        all friction; acceleration: (n,) rad/s2 of the top drive; bite: (n,) of the bit's torque per weight.
+        all friction; acceleration: (n,) rad/s2 of the top drive; bite: (n,) of the bit's torque per weight; lowered:
+        (n, lanes) m that the blocks are lower than the commands say.
         """
         torque = np.zeros(len(commands.time)) if measured is None else measured
         ones = np.ones(len(commands.time))
@@ -207,17 +215,20 @@ class _Bundle:
         if len(gaps) and np.abs(gaps - self.interval).max() > 1e-3 * self.interval:
             raise ValueError(f"commands: samples must be {self.interval:g} s apart; `simulate` takes uneven ones")
         width = len(self.rigs)
+        lower = np.zeros((len(rows), 0)) if lowered is None else np.ascontiguousarray(lowered)
         out = np.empty((len(rows), len(CHANNELS), width))
         if self.state is None:
             self.state = assemble.initial_state(
-                self.rigs, self.mesh, self.elements, self.lanes, self.dt, rows[0], self.starts
+                self.rigs, self.mesh, self.elements, self.lanes, self.dt, rows[0], self.starts,
+                0.0 if lowered is None else lower[0],
             )
         else:
             rows = np.concatenate([self._started()[1][None], rows])
+            lower = np.concatenate([lower[:1], lower])
         with announced(kernel.advance, "the step of the drill string"):
             kernel.advance(
-                width, self.mesh.count, self.substeps, self.dt, self.by_speed, self.by_rest, rows, self.elements,
-                self.curve, self.lanes, self.state, out,
+                width, self.mesh.count, self.substeps, self.dt, self.by_speed, self.by_rest, rows, lower,
+                self.elements, self.curve, self.lanes, self.state, out,
             )  # fmt: skip
         self.last = rows[-1].copy()
         return out

@@ -1,0 +1,94 @@
+"""A block whose motion is not in the log: what standpipe pressure tells of it, and what a fit adds to it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slider_drilling.diagnosis.situation import prepare
+from slider_drilling.diagnosis.unlogged_block import lowered_blocks
+from slider_drilling.drillstring import Commands, simulate, simulate_batch
+from slider_drilling.drillstring.from_log import commands_from_log
+from slider_drilling.drillstring.lost_block import block_by_pressure, stretches
+from slider_drilling.drillstring.to_log import write_simulated
+from slider_drilling.gap.model import How
+from slider_drilling.log import read_log
+from slider_drilling.rig import load_rig
+
+RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
+ELEMENTS = 32
+
+
+def drilling(rates, each=40.0):
+    """Rocking while the block is lowered at one rate after the other, m/s, each for so many seconds."""
+    time = np.arange(0.0, each * len(rates), 0.1)
+    turn = 2.0 * math.pi / 16.0
+    knots = each * np.arange(len(rates) + 1)
+    block = np.interp(time, knots, np.concatenate([[0.0], np.cumsum(np.array(rates) * each)]))
+    pump = np.full_like(time, RIG.hydraulics.reference_flow / RIG.mud_pump.displacement)
+    return Commands(time, 15.0 * (1 - np.cos(turn * time)), 15.0 * turn * np.sin(turn * time), block,
+                    np.gradient(block, time), pump)  # fmt: skip
+
+
+def test_a_block_that_is_lower_is_one_that_was_lowered():
+    """The same run, whether the commands lower the block or every lane does by itself."""
+    run = drilling((0.003, 0.002))
+    run = replace(run, block_speed=np.diff(run.block_position, append=2 * run.block_position[-1]
+                                           - run.block_position[-2]) / 0.1)  # fmt: skip
+    still = replace(run, block_position=np.zeros_like(run.time), block_speed=np.zeros_like(run.time))
+    both = np.stack([run.block_position, 0.5 * run.block_position])
+    own = simulate_batch([RIG, RIG], still, ELEMENTS, lowered=both)
+    by_commands = simulate(RIG, run, ELEMENTS)
+    assert own[0].hook_load == pytest.approx(by_commands.hook_load, abs=300.0)
+    assert own[0].standpipe_pressure == pytest.approx(by_commands.standpipe_pressure, abs=5e3)
+    assert np.ptp(own[1].weight_on_bit) < np.ptp(own[0].weight_on_bit)
+
+
+def test_a_block_that_begins_lower_hangs_there():
+    """No wave runs through a string whose block was lower from the first sample on."""
+    run = drilling((0.0, 0.0))
+    own = simulate_batch([RIG], run, ELEMENTS, lowered=np.full((1, run.time.size), -0.5))[0]
+    assert np.ptp(own.hook_load[run.time < 2.0]) < 10.0
+
+
+def test_pressure_tells_how_the_block_was_lowered():
+    run = drilling((0.003, 0.003, 0.004, 0.002))
+    felt = simulate(RIG, run, ELEMENTS).standpipe_pressure
+    position, speed = block_by_pressure(run.time, run.pump_speed, run.time, felt, RIG)
+    assert 0.2 * run.block_position[-1] < position[-1] < run.block_position[-1]
+    each = speed[np.searchsorted(run.time, stretches(run.time)[1:] - 1.0)]
+    assert np.argmax(each) == 2 and each[3] < each[2] and (each >= 0.0).all()
+
+
+def test_a_pump_that_is_off_lowers_nothing():
+    run = drilling((0.0, 0.0))
+    position, _ = block_by_pressure(run.time, 0.0 * run.time, run.time, 0.0 * run.time, RIG)
+    assert not position.any()
+
+
+def test_a_log_without_draw_works_is_fitted_with_the_rates_of_its_block(tmp_path):
+    run = drilling((0.003, 0.004, 0.002))
+    write_simulated(tmp_path / "run.mcap", RIG, run, simulate(RIG, run, ELEMENTS), 0.0, "test")
+    whole = read_log(tmp_path / "run.mcap")
+    log = replace(whole, draw_works=None)
+    driven = commands_from_log(log, RIG)
+    assert driven.lowered and "the block is lowered as the standpipe pressure tells" in driven.assumed[0]
+    assert not commands_from_log(whole, RIG).lowered
+    assert not commands_from_log(replace(log, standpipe_pressure=None), RIG).commands.block_position.any()
+
+    model = replace(prepare([log], RIG).model, meshes=(ELEMENTS,))
+    names = [one.name for one in model.nuisance if one.name.startswith("block_rate_")]
+    assert names == ["block_rate_1", "block_rate_2", "block_rate_3"]
+    missing = np.diff(np.interp(stretches(run.time), run.time, run.block_position - driven.commands.block_position))
+    truth = dict(zip(names, missing / np.diff(stretches(run.time)), strict=True))
+    found = model.simulate(0, [{}, truth], How())["standpipe_pressure"]
+    errors = np.sqrt(np.mean((found - model.runs[0].channels[1].measured) ** 2, axis=1))
+    assert model.runs[0].channels[1].name == "standpipe_pressure" and errors[1] < 0.1 * errors[0]
+
+
+def test_nothing_is_lowered_where_the_block_was_logged():
+    assert lowered_blocks(np.arange(3.0), [{}], ()) is None
