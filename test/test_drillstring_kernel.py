@@ -13,6 +13,7 @@ from numba import njit
 
 from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.drillstring import Commands, Modifiers, Start, assemble, kernel, simulate, simulate_batch
+from slider_drilling.drillstring.start import initial_state
 from slider_drilling.effects import Effects, StaticAging, Stribeck
 from slider_drilling.rig import load_rig
 from slider_drilling.wellbore.mesh import GRAVITY, build_mesh
@@ -35,7 +36,7 @@ def plain_torque(rig, commands: Commands, count: int, substeps: int) -> np.ndarr
     e = assemble.elements([rig], mesh, dt, [Modifiers()])
     c = assemble.lanes([rig], mesh, dt)
     rows = commands.rows()
-    s = assemble.initial_state([rig], mesh, e, c, dt, rows[0], [Start()])
+    s = initial_state([rig], mesh, e, c, assemble.friction_curve(rig.contact), dt, rows[0], [Start()])
     x, phi = s.position[: count + 2].copy(), s.rotation[: count + 2].copy()
     v, w, za, zt = (np.zeros(count) for _ in range(4))
     ka, kt = springs.axial, springs.torsional

@@ -34,13 +34,15 @@ class DrillString:
     `Spoken`.
 
     rig: with the log's nominal parameters; commands: one per run; accelerations: of their top drives, rad/s2, None
-    where commands have no noise. Nothing here changes by being used.
+    where commands have no noise; starts: what the runs begin with, before anything is fitted. Nothing here changes by
+    being used.
     """
 
     rig: Rig
     runs: tuple[Run, ...]
     commands: tuple[Commands, ...]
     accelerations: tuple[Array | None, ...]
+    starts: tuple[Start, ...]
     nuisance: tuple[Parameter, ...]
     effects: tuple[Effect, ...]
     user_effects: Mapping[str, UserEffect] = field(default_factory=dict)
@@ -108,8 +110,9 @@ class DrillString:
 
     def manoeuvres(self) -> list[Manoeuvre]:
         """Runs that could be made next."""
+        alone = replace(self, accelerations=(None,), starts=(Start(),))
         return [
-            Manoeuvre(text, settings, replace(self, runs=(run,), commands=(commands,), accelerations=(None,)))
+            Manoeuvre(text, settings, replace(alone, runs=(run,), commands=(commands,)))
             for text, settings, run, commands in next_runs(self.rig, self.runs[0], self.commands[0])
         ]
 
@@ -154,7 +157,8 @@ class DrillString:
             first, rigs = sets[own[0]], [rig_with(self.rig, sets[index]) for index in own]
             commands = disturbed(self.commands[run], first)
             batch = simulate_batch(
-                rigs, commands, elements, [start_with(sets[index]) for index in own], workers=None, observer=observer,
+                rigs, commands, elements, [start_with(sets[index], self.starts[run]) for index in own], workers=None,
+                observer=observer,
                 friction=friction_factor(commands, first), acceleration=self.accelerations[run],
                 bite=bite_factor(commands, first),
                 lowered=lowered_blocks(commands.time, [sets[index] for index in own], self.nuisance),
@@ -169,7 +173,7 @@ class DrillString:
             commands = user.commands(commands, values)
         extra = combined_modifiers(users, rig, elements, values)
         return simulate_batch(
-            [rig], commands, elements, [start_with(values)], [extra], observer=observer,
+            [rig], commands, elements, [start_with(values, self.starts[run])], [extra], observer=observer,
             friction=friction_factor(commands, values), acceleration=self.accelerations[run],
             bite=bite_factor(commands, values), lowered=lowered_blocks(commands.time, [values], self.nuisance),
         )[0]  # fmt: skip
@@ -202,9 +206,30 @@ def nuisance_parameters(rig: Rig, channels: Sequence[str]) -> tuple[Parameter, .
     return tuple(found)
 
 
-def start_with(values: Values) -> Start:
-    """How the run begins."""
-    return Start(twist=values.get("start_twist", 0.0), offset=values.get("tool_face_offset", 0.0))
+def start_with(values: Values, before: Start) -> Start:
+    """How the run begins; before: without the values."""
+    start = replace(before, twist=values.get("start_twist", 0.0), offset=values.get("tool_face_offset", 0.0))
+    if not before.at_work:
+        return start
+    weight = max(before.weight + values.get("start_weight", 0.0), 0.0)
+    drag = min(max(before.drag + values.get("start_drag", 0.0), -1.0), 1.0)
+    return replace(start, weight=weight, drag=drag, hold=values.get("start_hold", 0.0))
+
+
+def lag_parameter() -> Parameter:
+    """Of the column of mud, which shows where the flow changes at once."""
+    return Parameter("pressure_lag", 1.0, 0.3, 3.0, 0.05, spread=0.2)
+
+
+def work_parameters() -> tuple[Parameter, ...]:
+    """Of a string that was at work when its log began: weight on its bit and share of the friction along the hole
+    beyond what the first second shows, and the share of that which acts around it.
+    """
+    return (
+        Parameter("start_weight", 0.0, -5e5, 5e5, 2e3, "N", spread=2e4, per_run=True),
+        Parameter("start_drag", 0.0, -2.0, 2.0, 0.05, spread=0.3, per_run=True),
+        Parameter("start_hold", 0.0, -1.0, 1.0, 0.05, spread=0.3, per_run=True),
+    )
 
 
 def rig_with(rig: Rig, values: Values) -> Rig:
@@ -232,7 +257,9 @@ def rig_with(rig: Rig, values: Values) -> Rig:
         bit=replace(rig.bit, depth_of_cut_stiffness=rig.bit.depth_of_cut_stiffness * values.get("bit_stiffness", 1.0)),
         motor=replace(motor, torque_per_pressure=motor.torque_per_pressure * values.get("motor_gain", 1.0)),
         hydraulics=replace(
-            hydraulics, reference_pressure=hydraulics.reference_pressure * values.get("pressure_gain", 1.0)
+            hydraulics,
+            reference_pressure=hydraulics.reference_pressure * values.get("pressure_gain", 1.0),
+            lag=hydraulics.lag * values.get("pressure_lag", 1.0),
         ),
     )
     return replace(tuned, effects=_effects_with(tuned, spoken(values, string.length)))

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slider_drilling.drillstring import ELEMENTS, Commands, Modifiers, Response, Start, simulate_batch
+from slider_drilling.drillstring.begun import start_of
 from slider_drilling.drillstring.from_log import commands_from_log
 from slider_drilling.drillstring.record import finite
 from slider_drilling.errors import InputError
@@ -88,11 +89,14 @@ def replay(
     log: RigLog,
     rig: Rig,
     elements: int = ELEMENTS,
-    start: Start = Start(),
+    start: Start | None = None,
     modifiers: Modifiers = Modifiers(),
 ) -> Replay:
-    """Simulate the log's run from its first sample and compare channel by channel. Raises InputError."""
+    """Simulate the log's run from its first sample and compare channel by channel; start: by default as the log's first
+    second shows it (`start_of`). Raises InputError.
+    """
     driven = commands_from_log(log, rig)
+    start = start or start_of(log, rig, driven.commands)
     channels = measured_channels(log, rig)
     faster = driven.acceleration_in(rig)
     response = finite(simulate_batch([rig], driven.commands, elements, [start], [modifiers], acceleration=faster)[0])

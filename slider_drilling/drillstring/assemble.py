@@ -1,4 +1,4 @@
-"""From rig files to the flat arrays of the compiled step, and the static equilibrium that a run starts from."""
+"""From rig files to the flat arrays of the compiled step."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from slider_drilling.contact import friction_table
-from slider_drilling.drillstring.layout import Array, Curve, Elements, Lanes, State, aligned, padded
+from slider_drilling.drillstring.layout import Array, Curve, Elements, Lanes, padded
 from slider_drilling.drillstring.observer import Observer
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Contact, Rig
@@ -39,18 +39,6 @@ class Modifiers:
     friction_factor: Array | float = 1.0
     extra_curvature: Array | float = 0.0
     axial_force: Array | float = 0.0
-
-
-@dataclass(frozen=True)
-class Start:
-    """How a run begins: at rest, hanging, and with which tool-face.
-
-    twist: rad, of the bit ahead of the top drive, spread over the string as one constant torque would; offset: rad,
-    added to the tool-face of an untwisted string, whose bend need not point where the top drive's zero is.
-    """
-
-    twist: float = 0.0
-    offset: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -123,43 +111,6 @@ def lanes(rigs: Sequence[Rig], mesh: Mesh, dt: float, observer: Observer | None 
     """Constants of every lane."""
     rows = [_lane_of_one(rig, mesh, dt) | _observed(rig, mesh, observer) for rig in rigs]
     return Lanes(*(np.array([row[name] for row in rows], dtype=float) for name in Lanes._fields))
-
-
-def initial_state(
-    rigs: Sequence[Rig], mesh: Mesh, e: Elements, c: Lanes, dt: float, drive: Array, starts: Sequence[Start],
-    lowered: Array | float = 0.0,
-) -> State:  # fmt: skip
-    """Static equilibrium: weight hanging from the block without friction, the bit just on bottom, no torque.
-
-    drive: (5,) top-drive angle rad and speed, block position m and speed, pump speed rad/s at the start; lowered:
-    (lanes,) m that the blocks are lower.
-    """
-    count, width = mesh.count, len(rigs)
-    weight, spring, torsional_spring = (
-        array[: count * width].reshape(count, width) for array in (e.axial_force, e.axial_spring, e.torsional_spring)
-    )
-    carried = np.cumsum(weight[::-1], axis=0)[::-1]
-    position = np.zeros((count + 2, width))
-    # The string hangs from where the heave has the block at the start: a jump there would ring through the log.
-    position[0] = drive[2] + lowered + c.heave_amplitude * np.sin(c.heave_phase)
-    position[1:-1] = position[0] + np.cumsum(carried / spring, axis=0)
-    compliance = np.cumsum(1.0 / torsional_spring, axis=0)
-    rotation = np.full((count + 2, width), drive[0])
-    rotation[1:-1] += compliance / compliance[-1] * np.array([s.twist for s in starts])
-    torque = c.torque_scale * torsional_spring[0] * (rotation[0] - rotation[1])
-    flow = np.maximum(drive[4] * c.pump_displacement, 0.0) / c.reference_flow
-    circulation = c.circulating_pressure * flow**1.8
-    delay = round(rigs[0].string.length / rigs[0].mud.sound_speed / dt)
-    zero, lane = (lambda: aligned(np.zeros_like(e.radius))), (lambda: np.zeros(width))
-    return State(
-        position=padded(position, count, 1), speed=zero(), rotation=padded(rotation, count, 1), rotation_speed=zero(),
-        strain_axial=zero(), strain_tangential=zero(), yielding=aligned(e.yielding), rest=zero(),
-        bottom=position[-2].copy(), depth_offset=rigs[0].string.length - position[-2],
-        tool_face_offset=np.array([s.offset for s in starts], dtype=float), weight_on_bit=lane(),
-        bit_torque=lane(), motor_pressure=lane(), stalled=lane(), circulation=circulation,
-        standpipe=circulation.copy(), sensed_torque=torque, pulled=lane(),
-        pulses=np.zeros(delay * width), clock=np.zeros(2),
-    )  # fmt: skip
 
 
 def common_mesh(rigs: Sequence[Rig], count: int) -> Mesh:

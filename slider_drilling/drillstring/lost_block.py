@@ -26,7 +26,7 @@ def block_by_pressure(time: Array, pump: Array, seen: Array, pressure: Array, ri
     this is where a fit begins.
     """
     motor, weight = rig.motor, _weight(time, pump, seen, pressure, rig)
-    share = weight * _lever(rig) / motor.torque_per_pressure / motor.max_pressure
+    share = weight * lever(rig) / motor.torque_per_pressure / motor.max_pressure
     turning = pump * rig.mud_pump.displacement / motor.displacement * (1.0 - motor.leak * share**2)  # rev/s
     drilled = weight * turning / rig.bit.depth_of_cut_stiffness
     steps = 0.5 * (drilled[1:] + drilled[:-1]) * np.diff(time)
@@ -58,10 +58,10 @@ def _weight(time: Array, pump: Array, seen: Array, pressure: Array, rig: Rig) ->
     tuned = float(np.quantile(measured[running] / needed[running], _OFF_BOTTOM))
     tuned = float(np.clip(tuned, 1.0 - _TUNED, 1.0 + _TUNED))
     of_motor = np.clip(measured - tuned * _averaged(time, needed), 0.0, motor.max_pressure)
-    return np.where(running, of_motor, 0.0) * motor.torque_per_pressure / _lever(rig)
+    return np.where(running, of_motor, 0.0) * motor.torque_per_pressure / lever(rig)
 
 
-def _lever(rig: Rig) -> float:
+def lever(rig: Rig) -> float:
     """m, bit torque per weight on bit."""
     return rig.bit.aggressiveness * rig.bit.diameter / 3.0
 

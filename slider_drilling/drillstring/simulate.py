@@ -11,11 +11,12 @@ import numpy as np
 from slider_drilling.at_once import at_once, idle_threads
 from slider_drilling.compiler import announced
 from slider_drilling.drillstring import assemble, kernel
-from slider_drilling.drillstring.assemble import Modifiers, Start
+from slider_drilling.drillstring.assemble import Modifiers
 from slider_drilling.drillstring.layout import CHANNELS, Array, State
 from slider_drilling.drillstring.observer import Observer
 from slider_drilling.drillstring.profile import Profile, profile_of
 from slider_drilling.drillstring.record import Commands, Response
+from slider_drilling.drillstring.start import Start, initial_state
 from slider_drilling.rig import Rig
 
 ELEMENTS = 200
@@ -218,8 +219,8 @@ class _Bundle:
         lower = np.zeros((len(rows), 0)) if lowered is None else np.ascontiguousarray(lowered)
         out = np.empty((len(rows), len(CHANNELS), width))
         if self.state is None:
-            self.state = assemble.initial_state(
-                self.rigs, self.mesh, self.elements, self.lanes, self.dt, rows[0], self.starts,
+            self.state = initial_state(
+                self.rigs, self.mesh, self.elements, self.lanes, self.curve, self.dt, rows[0], self.starts,
                 0.0 if lowered is None else lower[0],
             )
         else:

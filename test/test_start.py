@@ -1,0 +1,122 @@
+"""Runs and logs that begin with a string that was at work already."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slider_drilling.diagnosis.replay import replay
+from slider_drilling.diagnosis.situation import prepare
+from slider_drilling.drillstring import Commands, Start, simulate, simulate_batch
+from slider_drilling.drillstring.begun import forgotten, start_of
+from slider_drilling.drillstring.from_log import commands_from_log
+from slider_drilling.drillstring.to_log import write_simulated
+from slider_drilling.log import read_log
+from slider_drilling.rig import load_rig
+from slider_drilling.wellbore.static_loads import static_loads
+
+RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
+ELEMENTS, PERIOD = 40, 16.0
+AT_WORK = Start(weight=4e4, drag=0.3, hold=0.2, torque=6e3)
+
+
+def rocking(duration, lowering=0.003):
+    time = np.arange(0.0, duration, 0.1)
+    turn = 2.0 * math.pi / PERIOD
+    pump = np.full_like(time, RIG.hydraulics.reference_flow / RIG.mud_pump.displacement)
+    return Commands(
+        time, 15.0 * (1 - np.cos(turn * time)), 15.0 * turn * np.sin(turn * time), lowering * time,
+        np.full_like(time, lowering), pump,
+    )  # fmt: skip
+
+
+def still(duration=2.0):
+    run = rocking(duration, 0.0)
+    return replace(run, top_drive_angle=np.zeros_like(run.time), top_drive_speed=np.zeros_like(run.time))
+
+
+@pytest.fixture(scope="module")
+def begun_late(tmp_path_factory):
+    """A log and the same without its first 70 s, on a clock of its own."""
+    path = tmp_path_factory.mktemp("logs") / "run.mcap"
+    run = rocking(200.0)
+    write_simulated(path, RIG, run, simulate(RIG, run, ELEMENTS), 0.0, "test")
+    whole = read_log(path)
+    late = {}
+    for name in ("top_drive", "draw_works", "mud_pump", "standpipe_pressure", "mwd_tool_face"):
+        series = getattr(whole, name)
+        kept = {field.name: getattr(series, field.name)[series.time >= 70.0] for field in fields(series)}
+        late[name] = replace(series, **kept | {"time": kept["time"] - 70.0, "arrival": kept["arrival"] - 70.0})
+    return whole, replace(whole, **late)
+
+
+def test_a_string_at_work_is_in_balance():
+    """Nothing moves but the bit, which drills: forces of springs, weight and contacts add up from the first step on."""
+    response = simulate(RIG, still(), ELEMENTS, AT_WORK)
+    assert response.surface_torque == pytest.approx(6e3, rel=5e-3)
+    assert np.ptp(response.hook_load) < 5e-3 * response.hook_load[0]
+    assert response.weight_on_bit[0] == 4e4
+    assert response.weight_on_bit[-1] == pytest.approx(4e4, rel=0.2)
+
+
+def test_the_hook_carries_what_neither_bit_nor_friction_does():
+    hanging = simulate(RIG, still(), ELEMENTS).hook_load[0]
+    assert simulate(RIG, still(), ELEMENTS, Start(weight=3e4)).hook_load[0] == pytest.approx(hanging - 3e4)
+    for speed in (1.0, -1.0):
+        own = simulate(RIG, still(), ELEMENTS, Start(weight=3e4, drag=speed)).hook_load[0]
+        soft_string = static_loads(RIG, speed, weight_on_bit=3e4, elements=ELEMENTS).hook_load
+        assert hanging - own == pytest.approx(hanging - soft_string, rel=0.02)
+
+
+def test_pressure_and_torque_are_those_of_the_weight():
+    lever = RIG.bit.aggressiveness * RIG.bit.diameter / 3.0
+    before, now = (simulate(RIG, still(), ELEMENTS, start) for start in (Start(), Start(weight=4e4)))
+    motor = lever * 4e4 / RIG.motor.torque_per_pressure
+    assert now.standpipe_pressure[0] - before.standpipe_pressure[0] == pytest.approx(motor)
+    assert now.surface_torque[0] == pytest.approx(lever * 4e4)
+
+
+def test_a_lane_beside_one_at_work_begins_as_it_would_alone():
+    alone = simulate(RIG, still(), ELEMENTS)
+    beside = simulate_batch([RIG, RIG], still(), ELEMENTS, [Start(), AT_WORK])[0]
+    assert beside.hook_load == pytest.approx(alone.hook_load, rel=1e-9)
+    assert beside.surface_torque == pytest.approx(alone.surface_torque, abs=1e-3)
+
+
+def test_a_log_that_begins_at_rest_does(begun_late):
+    whole, _ = begun_late
+    assert start_of(whole, RIG, commands_from_log(whole, RIG).commands) == Start()
+
+
+def test_a_log_that_begins_at_work_is_replayed_from_there(begun_late):
+    whole, late = begun_late
+    start = start_of(late, RIG, commands_from_log(late, RIG).commands)
+    assert start.at_work and start.torque is not None and start.weight > 0.0
+    own, hanging = replay(late, RIG, ELEMENTS), replay(late, RIG, ELEMENTS, Start())
+    for name in ("surface_torque", "standpipe_pressure", "hook_load"):
+        assert own.channels[name].rms < 0.7 * hanging.channels[name].rms, name
+    assert replay(whole, RIG, ELEMENTS).channels["surface_torque"].rms < 1.0
+
+
+def test_what_the_string_did_before_is_fitted_and_left_out(begun_late):
+    _, late = begun_late
+    prepared = prepare([late], RIG)
+    begin = forgotten(RIG, commands_from_log(late, RIG).commands)
+    assert PERIOD < begin <= 0.2 * 130.0
+    assert all(channel.time[0] >= begin for channel in prepared.model.runs[0].channels)
+    assert {"start_weight", "start_drag", "start_hold"} <= {one.name for one in prepared.model.nuisance}
+    assert any("begins while the string is at work" in remark for remark in prepared.remarks)
+
+
+def test_a_loaded_string_at_rest_was_at_work(begun_late):
+    whole, _ = begun_late
+    run = commands_from_log(whole, RIG).commands
+    resting = replace(run, top_drive_speed=np.zeros_like(run.time))
+    lighter = replace(whole, draw_works=replace(whole.draw_works, effort=whole.draw_works.effort - 6e4))
+    assert start_of(whole, RIG, resting) == Start()
+    assert start_of(lighter, RIG, resting).at_work
+    assert start_of(replace(whole, draw_works=None), RIG, resting) == Start()
