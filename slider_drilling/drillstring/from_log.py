@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -50,10 +51,10 @@ def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
     changed when the pressure did (see `with_lost_flow`).
 
     Angle and speed are used together (model.md: joining a 10 Hz angle by straight lines costs 100 to 360 N m of
-    surface torque). A speed that the log lacks is the position's slope, a position the speed's integral. Without
-    draw-works the block is lowered as the standpipe pressure tells (`block_by_pressure`), and without that it stands
-    still; without a pump the flow is the rig file's reference flow where the log holds a standpipe pressure, and zero
-    otherwise. Raises InputError for a log without a top drive, or whose top drive has
+    surface torque). A speed that the log lacks, or has as zero throughout, is the position's slope, a position the
+    speed's integral. Without draw-works the block is lowered as the standpipe pressure tells (`block_by_pressure`), and
+    without that it stands still; without a pump the flow is the rig file's reference flow where the log holds a
+    standpipe pressure, and zero otherwise. Raises InputError for a log without a top drive, or whose top drive has
     fewer than two usable samples, and for a rig whose friction would drift away meanwhile.
     """
     if log.top_drive is None:
@@ -110,8 +111,21 @@ def _finely(time: Array) -> Array:
     return np.concatenate([*pieces, time[-1:]])
 
 
+def unfilled(series: JointSeries) -> str | None:
+    """"position" or "velocity" where one is zero in every sample although the other moves: nobody filled it."""
+    known = np.isfinite(series.position) & np.isfinite(series.velocity)
+    if np.count_nonzero(known) < 3:
+        return None
+    moves, turns = np.ptp(series.position[known]) > 0.0, np.any(series.velocity[known])
+    still = not np.any(series.position[known])
+    return "position" if turns and still else "velocity" if moves and not turns else None
+
+
 def _usable(series: JointSeries) -> JointSeries:
-    """Samples with a position or a velocity."""
+    """Samples with a position or a velocity, without the one that nobody filled."""
+    if (empty := unfilled(series)) is not None:
+        nothing: dict[str, Any] = {empty: np.full_like(series.time, np.nan)}
+        series = replace(series, **nothing)
     keep = np.isfinite(series.position) | np.isfinite(series.velocity)
     arrays = (series.time, series.arrival, series.position, series.velocity, series.effort)
     return JointSeries(*(array[keep] for array in arrays))

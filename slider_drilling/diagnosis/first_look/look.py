@@ -11,6 +11,7 @@ from slider_drilling.diagnosis.first_look.finding import Finding, Weight
 from slider_drilling.diagnosis.first_look.glitches import without_glitches
 from slider_drilling.diagnosis.first_look.levels import look_at_level, look_at_pump, look_at_tool_face
 from slider_drilling.diagnosis.first_look.motion import look_at_motion
+from slider_drilling.diagnosis.first_look.repeats import without_repeats
 from slider_drilling.diagnosis.first_look.signs import look_at_signs
 from slider_drilling.diagnosis.first_look.unknown_flow import without_unknown_flow
 from slider_drilling.errors import InputError
@@ -20,8 +21,8 @@ from slider_drilling.rig import Rig
 
 @dataclass(frozen=True)
 class FirstLook:
-    """log: the log with glitches, and pressure of an unknown flow, masked (NaN); findings: what was noticed, in the
-    order of the checks.
+    """log: the log with repeats, glitches, and pressure of an unknown flow, masked (NaN); findings: what was noticed,
+    in the order of the checks.
     """
 
     log: RigLog
@@ -50,9 +51,10 @@ def first_look(log: RigLog, rig: Rig) -> FirstLook:
     clock = look_at_clock(log, rig)
     if _refused(clock):
         return FirstLook(log, tuple(clock))
-    log, found = without_glitches(log, rig)
+    log, repeats = without_repeats(log)
+    log, glitches = without_glitches(log, rig)
     log, unknown = without_unknown_flow(log)
-    found = [*clock, *found, *unknown, *look_at_motion(log, rig), *look_at_tool_face(log)]
+    found = [*clock, *repeats, *glitches, *unknown, *look_at_motion(log, rig), *look_at_tool_face(log)]
     rig = expected.off_bottom(log, rig)
     found += look_at_level("hook_load", expected.hook_load(log, rig))
     found += look_at_pump(log, rig) or look_at_level("standpipe_pressure", expected.standpipe_pressure(log, rig))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slider_drilling.diagnosis.first_look.finding import Finding
+from slider_drilling.drillstring.from_log import unfilled
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import Array, JointSeries
 from slider_drilling.rig import Rig
@@ -50,12 +51,23 @@ def look_at_motion(log: RigLog, rig: Rig) -> list[Finding]:
     stepped = _steps(time, slope, speed, rig)
     if stepped is not None:
         return [Finding("refuse", "top_drive", stepped)]
-    found = _too_fast(drive, rig)
+    found = [*_unfilled(drive, _DRIVE, "top_drive"), *_too_fast(drive, rig)]
     if log.draw_works is not None:
+        found += _unfilled(log.draw_works, _BLOCK, "draw_works")
         _, slope, speed = _slope_and_speed(log.draw_works)
         disagreement = _disagreement(slope, speed, _BLOCK)
         found += [Finding("refuse", "draw_works", disagreement)] if disagreement is not None else []
     return found
+
+
+def _unfilled(series: JointSeries, axis: _Axis, channel: str) -> list[Finding]:
+    """A note of a position or a speed that is zero throughout and taken from the other."""
+    empty = unfilled(series)
+    if empty is None:
+        return []
+    words = ("speed", axis.position) if empty == "velocity" else (axis.position, "speed")
+    text = f"{axis.name}'s {words[0]} is zero throughout, its {words[1]} is not: it is taken from the {words[1]}"
+    return [Finding("note", channel, text)]
 
 
 def _slope_and_speed(series: JointSeries) -> tuple[Array, Array, Array]:

@@ -1,0 +1,86 @@
+"""Columns that are held between two renewals, and columns that nobody filled."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slider_drilling.diagnosis.first_look.motion import look_at_motion
+from slider_drilling.diagnosis.first_look.repeats import without_repeats
+from slider_drilling.drillstring.from_log import commands_from_log, unfilled
+from slider_drilling.log import RigLog
+from slider_drilling.log.series import JointSeries, ScalarSeries
+from slider_drilling.rig import load_rig
+from slider_drilling.share import share_file
+
+RIG = load_rig(share_file("config/rig.example.yaml"))
+TIME = 0.1 * np.arange(900)
+
+
+def log_of(held=1):
+    """A rocked drive whose columns, but its speed, are renewed with every so many samples."""
+    noise = np.random.default_rng(3)
+    turn = np.abs(TIME % 16.0 - 8.0)
+    speed = np.where(TIME % 16.0 < 8.0, -1.0, 1.0)
+    torque, pressure = 1e3 * turn + 100.0 * noise.normal(size=900), 2e7 + 4e4 * noise.normal(size=900)
+    at, nothing = (np.arange(900) // held) * held, np.full(900, np.nan)
+    drive = JointSeries(TIME, TIME, turn[at], speed, torque[at])
+    return RigLog("run.mcap", 0, top_drive=drive, standpipe_pressure=ScalarSeries(TIME, TIME, pressure[at], nothing))
+
+
+def test_values_that_are_renewed_with_every_sample_stay():
+    log = log_of()
+    assert without_repeats(log) == (log, [])
+
+
+@pytest.mark.parametrize("held", [2, 5, 10])
+def test_repeats_are_left_out_and_said(held):
+    log = log_of(held)
+    found, notes = without_repeats(log)
+    for values in (found.top_drive.effort, found.top_drive.position, found.standpipe_pressure.value):
+        assert np.flatnonzero(np.isfinite(values)).tolist() == list(range(0, 900, held))
+    assert [note.text.split(":")[0] for note in notes] == ["top-drive angle, surface_torque, standpipe_pressure"]
+    assert f"renewed every {0.1 * held:.3g} s" in notes[0].text and notes[0].weight == "note"
+
+
+def test_a_rig_that_stands_still_repeats_itself_and_is_sampled_as_often_as_elsewhere():
+    log = log_of(5)
+    drive = log.top_drive
+    rests = np.where((TIME > 20.0) & (TIME < 50.0), drive.position[200], drive.position)
+    found, _ = without_repeats(replace(log, top_drive=replace(drive, position=rests)))
+    known = TIME[np.isfinite(found.top_drive.position)]
+    assert np.max(np.diff(known)) == pytest.approx(0.5)
+
+
+def test_coarse_values_are_not_held():
+    """A resolution repeats values too, but a fast change takes one sample."""
+    log = log_of()
+    coarse = replace(log.top_drive, effort=500.0 * np.round(log.top_drive.effort / 500.0))
+    assert without_repeats(replace(log, top_drive=coarse))[1] == []
+
+
+def test_what_is_renewed_on_a_clock_of_its_own_is_found():
+    """Three renewals a second in a log of ten samples a second: three or four samples each."""
+    log = log_of()
+    at = (np.floor(TIME * 3.0) / 3.0 / 0.1).astype(int)
+    pressure = replace(log.standpipe_pressure, value=log.standpipe_pressure.value[at])
+    found, notes = without_repeats(replace(log, standpipe_pressure=pressure))
+    assert np.isfinite(found.standpipe_pressure.value).sum() == pytest.approx(270, abs=40) and len(notes) == 1
+
+
+@pytest.mark.parametrize("column", ["velocity", "position"])
+def test_a_column_that_nobody_filled_is_made_from_the_other_and_said(column):
+    log = log_of()
+    drive = replace(log.top_drive, **{column: np.zeros(900)})
+    assert unfilled(log.top_drive) is None and unfilled(drive) == column
+    own, given = (commands_from_log(replace(log, top_drive=one), RIG).commands for one in (log.top_drive, drive))
+    assert own.top_drive_speed[100:150] == pytest.approx(given.top_drive_speed[100:150], abs=0.3)
+    assert np.ptp(own.top_drive_angle) == pytest.approx(np.ptp(given.top_drive_angle), rel=0.05)
+    (note,) = look_at_motion(replace(log, top_drive=drive), RIG)
+    assert note.weight == "note" and "is zero throughout" in note.text
+
+
+def test_a_drive_that_rests_has_filled_its_speed():
+    assert unfilled(JointSeries(TIME, TIME, np.full(900, 3.0), np.zeros(900), np.zeros(900))) is None
