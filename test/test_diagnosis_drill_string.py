@@ -17,8 +17,9 @@ from slider_drilling.diagnosis import situation
 from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.diagnosis.diagnose import as_json, diagnose, tuned_rig
 from slider_drilling.diagnosis.disturbances import contact_with
-from slider_drilling.diagnosis.drill_string import depth_probes, nuisance_parameters, rig_with
+from slider_drilling.diagnosis.drill_string import depth_probes, rig_with
 from slider_drilling.diagnosis.first_look.usable import unusable
+from slider_drilling.diagnosis.nuisance import nuisance_parameters
 from slider_drilling.diagnosis.save import write_diagnosis
 from slider_drilling.diagnosis.situation import prepare
 from slider_drilling.drillstring import Commands, simulate
@@ -191,7 +192,7 @@ def test_a_problem_at_a_place_is_exact_there_and_the_one_it_came_from_is_not_tou
     before = problem.simulate([values])[0]
     exact = problem.at(values, 1).simulate([values])[0]
     torque = next(piece for piece in problem.pieces if piece.name == "surface_torque")
-    fine = simulate(rig_with(rig, values), model.commands[0], 40).surface_torque
+    fine = simulate(rig_with(rig, values), model.driven[0].commands, 40).surface_torque
     assert exact[torque.rows] == pytest.approx(fine, abs=1e-6)
     assert np.array_equal(problem.simulate([values])[0], before)
     assert not np.allclose(before[torque.rows], fine, atol=1.0)

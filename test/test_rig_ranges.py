@@ -18,7 +18,8 @@ from slider_drilling.blind.wells import DRAWN, WELLS
 from slider_drilling.closed_loop import SCENARIOS
 from slider_drilling.control import SlideController
 from slider_drilling.diagnosis.catalogue import catalogue
-from slider_drilling.diagnosis.drill_string import nuisance_parameters, rig_with
+from slider_drilling.diagnosis.drill_string import rig_with
+from slider_drilling.diagnosis.nuisance import nuisance_parameters
 from slider_drilling.drillstring import VirtualRig
 from slider_drilling.drillstring.record import Response, finite
 from slider_drilling.drillstring.sensors import quantise

@@ -16,8 +16,10 @@ from slider_drilling.diagnosis.disturbances import (
     disturbed,
     friction_factor,
 )
+from slider_drilling.diagnosis.driven import Driven
 from slider_drilling.diagnosis.manoeuvres import next_runs
 from slider_drilling.diagnosis.unlogged_block import lowered_blocks
+from slider_drilling.diagnosis.unlogged_flow import with_steps
 from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
 from slider_drilling.drillstring import Commands, Observer, Response, Start, simulate_batch
 from slider_drilling.effects import Effects
@@ -33,16 +35,12 @@ class DrillString:
     """See `slider_drilling.gap.model`: `Model`, `Graded`, `Pulled`, `Disturbed`, `Shortened`, `Probed`,
     `Spoken`.
 
-    rig: with the log's nominal parameters; commands: one per run; accelerations: of their top drives, rad/s2, None
-    where commands have no noise; starts: what the runs begin with, before anything is fitted. Nothing here changes by
-    being used.
+    rig: with the log's nominal parameters; driven: what moved it, one per run. Nothing here changes by being used.
     """
 
     rig: Rig
     runs: tuple[Run, ...]
-    commands: tuple[Commands, ...]
-    accelerations: tuple[Array | None, ...]
-    starts: tuple[Start, ...]
+    driven: tuple[Driven, ...]
     nuisance: tuple[Parameter, ...]
     effects: tuple[Effect, ...]
     user_effects: Mapping[str, UserEffect] = field(default_factory=dict)
@@ -93,7 +91,7 @@ class DrillString:
 
     def shortened(self, share: float) -> DrillString:
         """The first part of every run."""
-        runs, commands, accelerations = [], [], []
+        runs, driven = [], []
         for index, run in enumerate(self.runs):
             until = run.time[0] + share * run.duration
             kept = [
@@ -102,18 +100,17 @@ class DrillString:
             inside = run.time <= until
             channels = tuple(channel for channel in kept if channel.time.size)
             runs.append(replace(run, time=run.time[inside], excitation=run.excitation[inside], channels=channels))
-            own = self.commands[index]
-            commands.append(Commands(*(getattr(own, name)[inside] for name in Commands.__dataclass_fields__)))
-            faster = self.accelerations[index]
-            accelerations.append(None if faster is None else faster[inside])
-        return replace(self, runs=tuple(runs), commands=tuple(commands), accelerations=tuple(accelerations))
+            own = self.driven[index]
+            commands = Commands(*(getattr(own.commands, name)[inside] for name in Commands.__dataclass_fields__))
+            faster = None if own.acceleration is None else own.acceleration[inside]
+            driven.append(replace(own, commands=commands, acceleration=faster))
+        return replace(self, runs=tuple(runs), driven=tuple(driven))
 
     def manoeuvres(self) -> list[Manoeuvre]:
         """Runs that could be made next."""
-        alone = replace(self, accelerations=(None,), starts=(Start(),))
         return [
-            Manoeuvre(text, settings, replace(alone, runs=(run,), commands=(commands,)))
-            for text, settings, run, commands in next_runs(self.rig, self.runs[0], self.commands[0])
+            Manoeuvre(text, settings, replace(self, runs=(run,), driven=(Driven(commands),)))
+            for text, settings, run, commands in next_runs(self.rig, self.runs[0], self.driven[0].commands)
         ]
 
     def _channels(self, run: int, sets: Sequence[Values], elements: int, pull: float = 0.0) -> dict[str, Array]:
@@ -122,6 +119,8 @@ class DrillString:
         for channel in self.runs[run].channels:
             lag = sensor_lag(self.rig, channel.name)
             rows = [sample(response, channel.name, channel.time, lag) for response in responses]
+            if channel.name == "standpipe_pressure":
+                rows = [self._with_steps(run, row, channel.time, own) for row, own in zip(rows, sets, strict=True)]
             found[channel.name] = np.stack(rows)
         for index, values in enumerate(sets):
             for user in self._switched_on(values):
@@ -130,6 +129,11 @@ class DrillString:
                 for name, row in user.channels(times, own, values).items():
                     found[name][index] = row
         return found
+
+    def _with_steps(self, run: int, row: Array, time: Array, values: Values) -> Array:
+        steps = self.driven[run].flow_steps
+        lag = rig_with(self.rig, values).hydraulics.lag if steps else 0.0
+        return with_steps(row, time, steps, values, lag)
 
     def _switched_on(self, values: Values) -> list[UserEffect]:
         return [user for name, user in self.user_effects.items() if user.effect.parameters[0].name in values]
@@ -155,11 +159,11 @@ class DrillString:
                 batches.setdefault(commands_part(values), []).append(index)
         for own in batches.values():
             first, rigs = sets[own[0]], [rig_with(self.rig, sets[index]) for index in own]
-            commands = disturbed(self.commands[run], first)
+            commands = disturbed(self.driven[run].commands, first)
             batch = simulate_batch(
-                rigs, commands, elements, [start_with(sets[index], self.starts[run]) for index in own], workers=None,
-                observer=observer,
-                friction=friction_factor(commands, first), acceleration=self.accelerations[run],
+                rigs, commands, elements, [start_with(sets[index], self.driven[run].start) for index in own],
+                workers=None, observer=observer, friction=friction_factor(commands, first),
+                acceleration=self.driven[run].acceleration,
                 bite=bite_factor(commands, first),
                 lowered=lowered_blocks(commands.time, [sets[index] for index in own], self.nuisance),
             )  # fmt: skip
@@ -168,42 +172,15 @@ class DrillString:
 
     def _with_users(self, run: int, values: Values, elements: int, observer: Observer | None) -> Response:
         users, rig = self._switched_on(values), rig_with(self.rig, values)
-        commands = disturbed(self.commands[run], values)
+        commands = disturbed(self.driven[run].commands, values)
         for user in users:
             commands = user.commands(commands, values)
         extra = combined_modifiers(users, rig, elements, values)
         return simulate_batch(
-            [rig], commands, elements, [start_with(values, self.starts[run])], [extra], observer=observer,
-            friction=friction_factor(commands, values), acceleration=self.accelerations[run],
+            [rig], commands, elements, [start_with(values, self.driven[run].start)], [extra], observer=observer,
+            friction=friction_factor(commands, values), acceleration=self.driven[run].acceleration,
             bite=bite_factor(commands, values), lowered=lowered_blocks(commands.time, [values], self.nuisance),
         )[0]  # fmt: skip
-
-
-def nuisance_parameters(rig: Rig, channels: Sequence[str]) -> tuple[Parameter, ...]:
-    """What any rig is tuned in, as multiples of the rig file's values; those that no channel can see are left out."""
-    # Nothing but torque: no hook load has checked the file's friction, nor what a bend of the hole presses the string
-    # with; no tool-face how far its string twists.
-    alone = set(channels) == {"surface_torque"}
-    lowest, spread = (0.15, 0.5) if alone else (0.4, 0.2)
-    intervals = range(max(len(rig.well.friction_intervals), 2 if alone else 1))
-    found = [Parameter(f"friction_{index + 1}", 1.0, lowest, 2.5, 0.05, spread=spread) for index in intervals]
-    found += [
-        Parameter("torsional_damping", 1.0, 0.1, 5.0, 0.2, spread=0.5),
-        Parameter("start_twist", 0.0, -60.0, 60.0, 0.2, "rad", spread=5.0, per_run=True),
-    ]
-    if alone:
-        found.append(Parameter("torsional_stiffness", 1.0, 0.7, 1.5, 0.02, spread=0.15))
-    seen = set(channels)
-    if seen & {"hook_load", "standpipe_pressure", "tool_face"}:
-        found.append(Parameter("axial_damping", 1.0, 0.1, 5.0, 0.2, spread=0.5))
-        found.append(Parameter("bit_stiffness", 1.0, 0.4, 2.5, 0.05, spread=0.2))
-    if "standpipe_pressure" in seen:
-        # A gain that is off by more than this is a fault with a name (motor_wear), not a calibration.
-        found.append(Parameter("motor_gain", 1.0, 0.85, 1.15, 0.02, spread=0.05))
-        found.append(Parameter("pressure_gain", 1.0, 0.8, 1.2, 0.005, spread=0.05))
-    if "tool_face" in seen:
-        found.append(Parameter("tool_face_offset", 0.0, -3.2, 3.2, 0.1, "rad", spread=0.5, per_run=True))
-    return tuple(found)
 
 
 def start_with(values: Values, before: Start) -> Start:
@@ -214,22 +191,6 @@ def start_with(values: Values, before: Start) -> Start:
     weight = max(before.weight + values.get("start_weight", 0.0), 0.0)
     drag = min(max(before.drag + values.get("start_drag", 0.0), -1.0), 1.0)
     return replace(start, weight=weight, drag=drag, hold=values.get("start_hold", 0.0))
-
-
-def lag_parameter() -> Parameter:
-    """Of the column of mud, which shows where the flow changes at once."""
-    return Parameter("pressure_lag", 1.0, 0.3, 3.0, 0.05, spread=0.2)
-
-
-def work_parameters() -> tuple[Parameter, ...]:
-    """Of a string that was at work when its log began: weight on its bit and share of the friction along the hole
-    beyond what the first second shows, and the share of that which acts around it.
-    """
-    return (
-        Parameter("start_weight", 0.0, -5e5, 5e5, 2e3, "N", spread=2e4, per_run=True),
-        Parameter("start_drag", 0.0, -2.0, 2.0, 0.05, spread=0.3, per_run=True),
-        Parameter("start_hold", 0.0, -1.0, 1.0, 0.05, spread=0.3, per_run=True),
-    )
 
 
 def rig_with(rig: Rig, values: Values) -> Rig:

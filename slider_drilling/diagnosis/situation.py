@@ -8,22 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slider_drilling.diagnosis.catalogue import ANY_WAVE_S, aging_with_memory, catalogue
-from slider_drilling.diagnosis.drill_string import (
-    MESHES,
-    DrillString,
-    depth_probes,
-    lag_parameter,
-    nuisance_parameters,
-    work_parameters,
-)
+from slider_drilling.diagnosis.drill_string import MESHES, DrillString, depth_probes
+from slider_drilling.diagnosis.driven import Driven, driven_by
 from slider_drilling.diagnosis.first_look.expected import NO_ROCK
 from slider_drilling.diagnosis.first_look.usable import unusable
+from slider_drilling.diagnosis.nuisance import nuisance_parameters, run_parameters
 from slider_drilling.diagnosis.replay import measured_channels
-from slider_drilling.diagnosis.unlogged_block import block_rates
 from slider_drilling.diagnosis.user_effects import UserEffect, guarded, try_effects
-from slider_drilling.drillstring import Commands, Start
-from slider_drilling.drillstring.begun import forgotten, start_of
-from slider_drilling.drillstring.from_log import commands_from_log
+from slider_drilling.drillstring.lost_pump import slower
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Array, Run
 from slider_drilling.log import RigLog
@@ -31,8 +23,6 @@ from slider_drilling.rig import Rig
 
 # Hz, above which neither rocking nor the sea moves a hook load; where tools vibrate.
 _FAST_HZ, _TOOLS_HZ = 0.4, (5.0, 30.0)
-# Of the pump's speed, by which it was set to another.
-_OTHER_FLOW = 0.02
 # How rarely noise alone has a line that counts as a tool's.
 _BY_CHANCE = 1e-4
 # Spectra are taken this many times as fine as the log is long.
@@ -56,35 +46,23 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
     Raises InputError when a log holds no top-drive motion or no channel that can be used.
     """
     remarks: list[str] = []
-    runs, commands, accelerations, starts, lowered = [], [], [], [], False
     off_bottom = all(log.draw_works is None and log.standpipe_pressure is None for log in logs)
     if off_bottom:
         rig = replace(rig, bit=replace(rig.bit, depth_of_cut_stiffness=NO_ROCK))
         remarks.append("neither draw-works nor standpipe pressure in the log: taken as off bottom")
-    for log in logs:
-        driven = commands_from_log(log, rig)
-        remarks += [f"{log.source}: {sentence}" for sentence in driven.assumed]
-        commands.append(driven.commands)
-        accelerations.append(driven.acceleration)
-        lowered |= driven.lowered
-        starts.append(start_of(log, rig, driven.commands))
-        runs.append(run_of(log, rig, driven.commands, starts[-1], remarks))
+    driven = [driven_by(log, rig, remarks) for log in logs]
+    runs = [run_of(log, rig, own, remarks) for log, own in zip(logs, driven, strict=True)]
     names = sorted({channel.name for run in runs for channel in run.channels})
     if not names:
         raise InputError(f"{logs[0].source}: no channel can be used: {'; '.join(remarks)}")
     length, duration = rig.string.length, max(run.duration for run in runs)
     tools = tool_frequencies(runs[0])
     effects = catalogue(length, duration, wave_periods(runs[0]), tools or (), _torque_interval(runs))
-    nuisance = nuisance_parameters(rig, names)
-    if lowered:
-        nuisance += block_rates(commands)
-    if "standpipe_pressure" in names and any(_flow_changes(one) for one in commands):
-        nuisance += (lag_parameter(),)
-    if any(start.at_work for start in starts):
-        nuisance += work_parameters()
+    nuisance = (*nuisance_parameters(rig, names), *run_parameters(names, driven))
     own = [guarded(effect) for effect in user_effects]
-    taken = [parameter.name for effect in effects for parameter in effect.parameters]
-    try_effects(own, [*(effect.name for effect in effects), *taken, *(one.name for one in nuisance)], rig, commands[0])
+    taken = [*(effect.name for effect in effects), *(one.name for one in nuisance)]
+    taken += [parameter.name for effect in effects for parameter in effect.parameters]
+    try_effects(own, taken, rig, driven[0].commands)
     users = {user.effect.name: user for user in own}
     effects = tuple(effect for effect in effects if _can_be_seen(effect.name, names, off_bottom, tools))
     if tools == ():
@@ -94,17 +72,11 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
         effects = tuple(aging_with_memory() if effect.name == "static_aging" else effect for effect in effects)
         remarks.append("torque alone: the string's stiffness is re-tuned, a gain of the sensor is taken for friction")
     model = DrillString(
-        rig, tuple(runs), tuple(commands), tuple(accelerations), tuple(starts), nuisance,
+        rig, tuple(runs), tuple(driven), nuisance,
         (*effects, *(user.effect for user in user_effects)), users, depth_probes(length),
         STICK_SLIP if alone else (), MESHES,
     )  # fmt: skip
     return Prepared(model, tuple(remarks))
-
-
-def _flow_changes(commands: Commands) -> bool:
-    """Whether the pump was set to another speed meanwhile."""
-    speed = commands.pump_speed
-    return float(np.ptp(speed)) > _OTHER_FLOW * float(np.max(np.abs(speed), initial=0.0))
 
 
 def _torque_interval(runs: Sequence[Run]) -> float:
@@ -127,19 +99,14 @@ def _can_be_seen(effect: str, channels: Sequence[str], off_bottom: bool, tools: 
     return True
 
 
-def run_of(log: RigLog, rig: Rig, commands: Commands, start: Start, remarks: list[str]) -> Run:
-    """The log's channels that can be used; those that cannot are named in the remarks, and so is what is left out of
-    them because nobody knows how the run began.
-    """
-    begin = forgotten(rig, commands) if start.at_work else -np.inf
-    if start.at_work:
-        remarks.append(
-            f"{log.source}: begins while the string is at work: its state is fitted, and what was measured before "
-            f"{begin:.1f} s is left out"
-        )
+def run_of(log: RigLog, rig: Rig, driven: Driven, remarks: list[str]) -> Run:
+    """The log's channels that can be used; those that cannot are named in the remarks."""
+    commands = driven.commands
     channels = []
     for name, channel in measured_channels(log, rig).items():
-        kept = channel.time >= begin
+        kept = channel.time >= driven.begin
+        if name == "standpipe_pressure" and log.mud_pump is None:
+            kept &= ~slower(channel.time, channel.measured, rig)
         channel = replace(channel, time=channel.time[kept], measured=channel.measured[kept])
         why = unusable(channel)
         if why is None:

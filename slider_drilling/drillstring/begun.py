@@ -6,6 +6,7 @@ import numpy as np
 
 from slider_drilling.drillstring.layout import Array
 from slider_drilling.drillstring.lost_block import lever
+from slider_drilling.drillstring.lost_pump import circulating_pressure
 from slider_drilling.drillstring.record import Commands
 from slider_drilling.drillstring.start import Start
 from slider_drilling.log.series import RigLog
@@ -42,12 +43,12 @@ def start_of(log: RigLog, rig: Rig, commands: Commands) -> Start:
 
 def _weight(log: RigLog, rig: Rig, commands: Commands) -> float | None:
     """N on the bit at the start by the standpipe pressure over that of circulation; None where there is neither."""
-    pressure, hydraulics = log.standpipe_pressure, rig.hydraulics
+    pressure = log.standpipe_pressure
     first = None if pressure is None else _first(pressure.time, pressure.value)
-    flow = float(commands.pump_speed[0]) * rig.mud_pump.displacement / hydraulics.reference_flow
+    flow = float(commands.pump_speed[0]) * rig.mud_pump.displacement / rig.hydraulics.reference_flow
     if first is None or flow <= 0.0:
         return None
-    needed = hydraulics.reference_pressure * rig.mud.density / hydraulics.reference_density * flow**1.8
+    needed = circulating_pressure(rig) * flow**1.8
     return float(np.clip((first - needed) * rig.motor.torque_per_pressure / lever(rig), 0.0, _most(rig)))
 
 

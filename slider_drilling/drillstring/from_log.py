@@ -14,6 +14,7 @@ from slider_drilling.drillstring.layout import Array
 from slider_drilling.drillstring.lost_block import block_by_pressure
 from slider_drilling.drillstring.lost_flow import with_lost_flow
 from slider_drilling.drillstring.lost_motion import inside_lost, too_seldom, with_lost_motion
+from slider_drilling.drillstring.lost_pump import flow_share
 from slider_drilling.drillstring.record import Commands
 from slider_drilling.errors import InputError
 from slider_drilling.log.series import JointSeries, RigLog
@@ -155,15 +156,24 @@ def _lowered(log: RigLog, rig: Rig, time: Array, pump: Array) -> tuple[Array, Ar
 
 
 def _pump_speed(log: RigLog, rig: Rig, time: Array, assumed: list[str]) -> Array:
+    pressure = log.standpipe_pressure
     if log.mud_pump is not None:
         known = np.isfinite(log.mud_pump.velocity)
         if known.any():
             pumped, speed = log.mud_pump.time[known], log.mud_pump.velocity[known]
-            if (seen := log.standpipe_pressure) is not None:
-                pumped, speed = with_lost_flow(pumped, speed, seen.time, seen.value)
+            if pressure is not None:
+                pumped, speed = with_lost_flow(pumped, speed, pressure.time, pressure.value)
             return np.interp(time, pumped, speed)
-    if log.standpipe_pressure is None:
+    if pressure is None:
         assumed.append("the log holds neither pump nor standpipe pressure: the pump is taken to be off")
         return np.zeros_like(time)
     assumed.append("the log holds no pump: the flow is taken to be the rig file's reference flow")
-    return np.full_like(time, rig.hydraulics.reference_flow / rig.mud_pump.displacement)
+    known = np.isfinite(pressure.value)
+    share = np.ones_like(time)
+    if known.any():
+        seen = pressure.time[known]
+        share = np.interp(time, seen, flow_share(seen, pressure.value[known], rig))
+    if share.min() < 1.0:
+        first = float(time[np.argmin(share > 0.5 * (1.0 + share.min()))])
+        assumed[-1] += f", and down to {100.0 * share.min():.0f} % of it where pressure fell, first at {first:.0f} s"
+    return np.asarray(share * rig.hydraulics.reference_flow / rig.mud_pump.displacement)

@@ -6,6 +6,7 @@ import numpy as np
 
 from slider_drilling.drillstring.assemble import springs
 from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.lost_pump import circulating_pressure
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.mesh import build_mesh
 
@@ -50,7 +51,7 @@ def _weight(time: Array, pump: Array, seen: Array, pressure: Array, rig: Rig) ->
     hydraulics, motor = rig.hydraulics, rig.motor
     late = rig.string.length / rig.mud.sound_speed + hydraulics.lag
     flow = np.maximum(pump * rig.mud_pump.displacement, 0.0) / hydraulics.reference_flow
-    needed = hydraulics.reference_pressure * rig.mud.density / hydraulics.reference_density * flow**1.8
+    needed = circulating_pressure(rig) * flow**1.8
     measured = _averaged(time, np.interp(time + late, seen, pressure))
     running = needed > 0.5 * float(needed.max(initial=0.0))
     if not running.any():

@@ -71,6 +71,12 @@ def _moment(begin: float, end: float, seen: Array, pressure: Array, rises: bool)
     return moment - half, moment + half
 
 
+def change_at(time: Array, pressure: Array) -> float:
+    """The moment s at which the likeliest change of the flow begins in a pressure (n,) that holds one."""
+    moments = np.linspace(time[0], time[-1], _MOMENTS)[1:-1]
+    return min((_explained(time, pressure, float(one))[0], float(one)) for one in moments)[1]
+
+
 def _explained(time: Array, pressure: Array, moment: float) -> tuple[float, float]:
     """RMS that the likeliest change beginning at a moment leaves of a pressure (n,), and how large that change is."""
     # A straight line through pressure against the share of the change that is done, for every lag.

@@ -1,0 +1,47 @@
+"""How a log drove its rig, as far as it was logged and as its sensors tell the rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from slider_drilling.diagnosis.unlogged_flow import steps_of
+from slider_drilling.drillstring import Commands, Start
+from slider_drilling.drillstring.begun import forgotten, start_of
+from slider_drilling.drillstring.from_log import commands_from_log
+from slider_drilling.gap.model import Array
+from slider_drilling.log import RigLog
+from slider_drilling.rig import Rig
+
+
+@dataclass(frozen=True)
+class Driven:
+    """commands: what moved the rig; acceleration: (n,) rad/s2 of the top drive, None where commands have no noise;
+    start: what the run begins with, before anything is fitted; flow_steps: s at which the flow may have changed unseen;
+    lowered: whether nobody logged the block; begin: s from which the run is compared.
+    """
+
+    commands: Commands
+    acceleration: Array | None = None
+    start: Start = Start()
+    flow_steps: tuple[float, ...] = ()
+    lowered: bool = False
+    begin: float = 0.0
+
+
+def driven_by(log: RigLog, rig: Rig, remarks: list[str]) -> Driven:
+    """How this log drove the rig; what it does not hold and how that is made up for is added to the remarks."""
+    driven = commands_from_log(log, rig)
+    said = [*driven.assumed]
+    steps = steps_of(log, rig)
+    if steps:
+        at = ", ".join(f"{step:.1f}" for step in steps)
+        said.append(f"pressure steps at {at} s: by how much the flow changed is fitted")
+    start, begin = start_of(log, rig, driven.commands), float(driven.commands.time[0])
+    if start.at_work:
+        begin = forgotten(rig, driven.commands)
+        said.append(
+            "begins while the string is at work: its state is fitted, and what was measured before "
+            f"{begin:.1f} s is left out"
+        )
+    remarks += [f"{log.source}: {sentence}" for sentence in said]
+    return Driven(driven.commands, driven.acceleration, start, steps, driven.lowered, begin)

@@ -1,0 +1,41 @@
+"""A pump that nobody logged: by how much its flow changed where standpipe pressure steps is fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from slider_drilling.drillstring.lost_pump import flow_steps
+from slider_drilling.gap.model import Array, Parameter, Values
+from slider_drilling.log import RigLog
+from slider_drilling.rig import Rig
+
+_STEP = "circulation_step_"
+
+
+def steps_of(log: RigLog, rig: Rig) -> tuple[float, ...]:
+    """Times s at which the flow may have changed; none where the log holds the pump, or no standpipe pressure."""
+    pressure = log.standpipe_pressure
+    if pressure is None or (log.mud_pump is not None and np.isfinite(log.mud_pump.velocity).any()):
+        return ()
+    known = np.isfinite(pressure.value)
+    return tuple(moment for moment, _ in flow_steps(pressure.time[known], pressure.value[known], rig))
+
+
+def step_parameters(runs: Sequence[tuple[float, ...]]) -> tuple[Parameter, ...]:
+    """Pa by which circulation needs more from each step of a run on."""
+    return tuple(
+        Parameter(f"{_STEP}{k + 1}", 0.0, -3e7, 3e7, 1e5, "Pa", spread=2e6, per_run=True)
+        for k in range(max(map(len, runs), default=0))
+    )
+
+
+def with_steps(pressure: Array, time: Array, steps: Sequence[float], values: Values, lag: float) -> Array:
+    """Standpipe pressure (n,) Pa at its times s, with what the steps add to it behind its lag s."""
+    sizes = [values.get(f"{_STEP}{k + 1}", 0.0) for k in range(len(steps))]
+    for step, size in zip(steps, sizes, strict=True):
+        if size != 0.0:
+            passed = np.maximum(time - step, 0.0)
+            pressure = pressure + size * (-np.expm1(-passed / lag) if lag > 0.0 else passed > 0.0)
+    return pressure
