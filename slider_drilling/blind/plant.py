@@ -33,7 +33,7 @@ class Hidden:
 def random_hidden(generator: np.random.Generator) -> Hidden:
     """Nuisance off by some per cent, a mesh and a step that no diagnosis uses."""
     spread = {"friction_1": 0.06, "friction_2": 0.06, "torsional_damping": 0.15, "axial_damping": 0.15,
-              "bit_stiffness": 0.07, "motor_gain": 0.03, "pressure_gain": 0.015}  # fmt: skip
+              "bit_stiffness": 0.07, "motor_gain": 0.03, "pressure_gain": 0.015, "pressure_lag": 0.1}  # fmt: skip
     nuisance = {name: float(np.exp(generator.normal(0.0, sigma))) for name, sigma in spread.items()}
     start = Start(float(generator.normal(0.0, 1.0)), float(generator.normal(0.0, 0.3)))
     return Hidden(int(generator.integers(200, 300)), float(generator.uniform(1.2, 1.8)), nuisance, start)

@@ -1,0 +1,94 @@
+"""What the diagnosis makes of logs that lack something: ``python -m benchmarks.lacking WHAT LOG...``.
+
+WHAT: ``samples=N``: one of N samples of every series is kept, but of the rare MWD tool-face; ``renewals=N``: the same
+values, each logged N times; ``start=SHARE``: the first part is not there, the string is at work when the log begins;
+``draw-works``, ``pump``, ``tool-face``, ``pressure``: the series is not there; ``speed``: the drive's is zero
+throughout; ``nothing``: the log as it is. One row of markdown a log.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slider_drilling.diagnosis.diagnose import diagnose
+from slider_drilling.diagnosis.tree import as_json
+from slider_drilling.log import RigLog, read_log
+
+_SERIES = ("top_drive", "draw_works", "mud_pump", "standpipe_pressure")
+_MISSING = {
+    "draw-works": "draw_works", "pump": "mud_pump", "tool-face": "mwd_tool_face", "pressure": "standpipe_pressure",
+}  # fmt: skip
+
+
+def main(what: str, logs: list[Path]) -> None:
+    """Print the rows as they come."""
+    print(f"| log, lacking {what} | said | E as given | re-tuned | with it |\n|---|---|---|---|---|")
+    for path in logs:
+        log = lacking(what, read_log(path))
+        tree = as_json(diagnose([log], log.rig()))
+        said = " and ".join([*tree["effects"], *(["unknown"] if "unknown" in tree["verdict"] else [])])
+        sizes = [tree["gap"][name] for name in ("nominal", "tuned", "with_effect")]
+        cells = ["" if size is None else f"{size:.2f}" for size in sizes]
+        print(f"| `{path.stem}` | {said or tree['verdict']} | {' | '.join(cells)} |", flush=True)
+
+
+def lacking(what: str, log: RigLog) -> RigLog:
+    """The log without what is named; see above."""
+    name, _, value = what.partition("=")
+    if name in _MISSING:
+        return _changed(log, {_MISSING[name]: None})
+    if name == "samples":
+        return _rows(log, _SERIES, lambda time: np.arange(0, time.size, int(value)))
+    if name == "renewals":
+        held = ("time", "arrival")
+        return _rows(log, _SERIES, lambda time: np.arange(time.size) // int(value) * int(value), held)
+    if name == "start":
+        return _begun(log, float(value))
+    if name == "speed" and log.top_drive is not None:
+        still = np.zeros_like(log.top_drive.velocity)
+        return replace(log, top_drive=replace(log.top_drive, velocity=still))
+    if name == "nothing":
+        return log
+    raise SystemExit(f"{what}: not among what a log may lack here, see {__file__}")
+
+
+def _begun(log: RigLog, share: float) -> RigLog:
+    """The log from a share of its top drive's record on, on a clock that begins there."""
+    assert log.top_drive is not None
+    begin = share * float(log.top_drive.time[-1])
+    kept = _rows(log, (*_SERIES, "mwd_tool_face"), lambda time: np.flatnonzero(time >= begin))
+    moved: dict[str, Any] = {}
+    for name in (*_SERIES, "mwd_tool_face"):
+        series = getattr(kept, name)
+        if series is not None:
+            moved[name] = replace(series, time=series.time - begin, arrival=series.arrival - begin)
+    return _changed(kept, moved)
+
+
+def _rows(
+    log: RigLog, names: tuple[str, ...], rows: Callable[[NDArray[Any]], NDArray[Any]], but: tuple[str, ...] = ()
+) -> RigLog:
+    """The log with some rows of its series, by their times; but: columns that stay."""
+    found: dict[str, Any] = {}
+    for name in names:
+        series = getattr(log, name)
+        if series is not None:
+            kept = rows(series.time)
+            columns = [field.name for field in fields(series) if field.name not in but]
+            found[name] = replace(series, **{column: getattr(series, column)[kept] for column in columns})
+    return _changed(log, found)
+
+
+def _changed(log: RigLog, series: dict[str, Any]) -> RigLog:
+    return replace(log, **series)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], [Path(argument) for argument in sys.argv[2:]])
