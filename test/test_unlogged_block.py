@@ -90,5 +90,12 @@ def test_a_log_without_draw_works_is_fitted_with_the_rates_of_its_block(tmp_path
     assert model.runs[0].channels[1].name == "standpipe_pressure" and errors[1] < 0.1 * errors[0]
 
 
-def test_nothing_is_lowered_where_the_block_was_logged():
-    assert lowered_blocks(np.arange(3.0), [{}], ()) is None
+def test_of_two_logs_only_the_block_that_nobody_logged_is_fitted(tmp_path):
+    run = drilling((0.003, 0.004, 0.002))
+    write_simulated(tmp_path / "run.mcap", RIG, run, simulate(RIG, run, ELEMENTS), 0.0, "test")
+    whole = read_log(tmp_path / "run.mcap")
+    model = replace(prepare([whole, replace(whole, draw_works=None)], RIG).model, meshes=(ELEMENTS,))
+    sets = [{}, {"block_rate_2": 0.002}]
+    moved = [np.ptp(model.simulate(index, sets, How())["standpipe_pressure"], axis=0).max() for index in (0, 1)]
+    assert moved[0] == 0.0 and moved[1] > 1e5
+    assert lowered_blocks(run.time, sets, model.nuisance)[1][-1] == pytest.approx(0.002 * 40.0, rel=0.01)

@@ -130,6 +130,10 @@ class DrillString:
                     found[name][index] = row
         return found
 
+    def _lowered(self, run: int, sets: Sequence[Values]) -> Array | None:
+        own = self.driven[run]
+        return lowered_blocks(own.commands.time, sets, self.nuisance) if own.lowered else None
+
     def _with_steps(self, run: int, row: Array, time: Array, values: Values) -> Array:
         steps = self.driven[run].flow_steps
         lag = rig_with(self.rig, values).hydraulics.lag if steps else 0.0
@@ -165,7 +169,7 @@ class DrillString:
                 workers=None, observer=observer, friction=friction_factor(commands, first),
                 acceleration=self.driven[run].acceleration,
                 bite=bite_factor(commands, first),
-                lowered=lowered_blocks(commands.time, [sets[index] for index in own], self.nuisance),
+                lowered=self._lowered(run, [sets[index] for index in own]),
             )  # fmt: skip
             found.update(zip(own, batch, strict=True))
         return [found[index] for index in range(len(sets))]
@@ -179,7 +183,7 @@ class DrillString:
         return simulate_batch(
             [rig], commands, elements, [start_with(values, self.driven[run].start)], [extra], observer=observer,
             friction=friction_factor(commands, values), acceleration=self.driven[run].acceleration,
-            bite=bite_factor(commands, values), lowered=lowered_blocks(commands.time, [values], self.nuisance),
+            bite=bite_factor(commands, values), lowered=self._lowered(run, [values]),
         )[0]  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slider_drilling.drillstring import ELEMENTS, Commands, Modifiers, Response, Start, simulate_batch
-from slider_drilling.drillstring.begun import start_of
+from slider_drilling.drillstring.begun import AT_WORK, start_of
 from slider_drilling.drillstring.from_log import commands_from_log
 from slider_drilling.drillstring.record import finite
 from slider_drilling.errors import InputError
@@ -104,4 +104,5 @@ def replay(
     for name, channel in channels.items():
         simulated = np.interp(channel.time, response.time, getattr(response, name))
         compared[name] = Comparison(channel, simulated, channel.residual(simulated))
-    return Replay(driven.commands, response, compared, driven.assumed)
+    assumed = (*driven.assumed, *([AT_WORK] if start.at_work else []))
+    return Replay(driven.commands, response, compared, assumed)

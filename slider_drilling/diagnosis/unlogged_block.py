@@ -25,13 +25,11 @@ def block_rates(runs: Sequence[Commands]) -> tuple[Parameter, ...]:
     )
 
 
-def lowered_blocks(time: Array, sets: Sequence[Values], nuisance: Sequence[Parameter]) -> Array | None:
-    """(K, n) m that the block of each set is lower at the times than the commands say; None where it was logged, so
-    that the nuisance holds no rates of it.
+def lowered_blocks(time: Array, sets: Sequence[Values], nuisance: Sequence[Parameter]) -> Array:
+    """(K, n) m that the block of each set is lower at the times of its commands than these say; nuisance: with
+    `block_rates`.
     """
     names = [parameter.name for parameter in nuisance if parameter.name.startswith(_RATE)]
-    if not names:
-        return None
     knots = np.linspace(time[0], time[-1], len(names) + 1)
     rates = np.array([[values.get(name, 0.0) for name in names] for values in sets])
     lowered = np.cumsum(rates * np.diff(knots), axis=1)

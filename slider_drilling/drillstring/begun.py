@@ -13,6 +13,10 @@ from slider_drilling.log.series import RigLog
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.static_loads import static_loads
 
+AT_WORK = (
+    "the log begins while the string is at work: its torque, its weight on the bit and its drag are those of the first "
+    "second"
+)
 _TURNING = 0.02  # of the speed that the drive reaches
 _LOADED, _NOISES = 0.02, 5.0  # of the weight that hangs, and of the hook load's noise, by which it hangs otherwise
 _FIRST_S = 1.0
