@@ -17,7 +17,7 @@ AT_WORK = (
     "the log begins while the string is at work: its torque, its weight on the bit and its drag are those of the first "
     "second"
 )
-_TURNING = 0.02  # of the speed that the drive reaches
+_TURNING = 0.05  # of the speed that the drive reaches
 _LOADED, _NOISES = 0.02, 5.0  # of the weight that hangs, and of the hook load's noise, by which it hangs otherwise
 _FIRST_S = 1.0
 _TURNS = 2  # of the drive, after which every part of the string that feels it has slid both ways
