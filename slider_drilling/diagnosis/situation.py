@@ -96,6 +96,9 @@ def _can_be_seen(effect: str, channels: Sequence[str], off_bottom: bool, tools: 
         return list(channels) != ["surface_torque"]
     if effect in ("motor_wear", "formation_change"):
         return not off_bottom
+    if effect == "heave":
+        # A wave of the block shows in torque by way of drag alone.
+        return "hook_load" in channels or "standpipe_pressure" in channels
     return True
 
 
