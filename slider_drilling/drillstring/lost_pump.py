@@ -14,10 +14,10 @@ from slider_drilling.rig import Rig
 # Of the pressure that circulation at the reference flow needs: below so much of it the pump is slower whatever the
 # motor does, for the file may be off by no more; and what a step is from.
 _SLOWER, _STEP = 0.7, 0.05
-_SETTLED = 3.0  # lags in which pressure goes to its new level
-_LEVEL_S = 6.0  # of pressure that a level is the median of
-_SUDDEN = 2.0  # times what it changes by before and behind in as long
-_MOST = 6  # steps of a run, the largest
+_SETTLED = 6.0  # lags in which pressure has gone to its new level
+_REACH = 4.0  # lags before and behind a moment that tell whether pressure steps there
+_STEPS = 0.8  # share of what a parabola leaves of that stretch, which a step explains
+_FEWEST, _MOST = 3, 6  # samples on either side of a step; steps of a run, the largest
 _BACK = 0.25  # of a step, by which the one back may differ: the motor's share has changed meanwhile
 
 
@@ -41,7 +41,7 @@ def slower(seen: Array, pressure: Array, rig: Rig) -> NDArray[np.bool_]:
     changed there nothing tells.
     """
     low = pressure < _SLOWER * circulating_pressure(rig)
-    reach = 2.0 * _SETTLED * rig.hydraulics.lag
+    reach = _SETTLED * rig.hydraulics.lag
     around = (np.searchsorted(seen[low], seen + side * reach) for side in (1.0, -1.0))
     behind, before = around
     return np.asarray(behind > before)
@@ -61,25 +61,32 @@ def flow_steps(seen: Array, pressure: Array, rig: Rig) -> tuple[tuple[float, flo
     So does what a motor does when a string breaks free: whether the pump did it a fit decides.
     """
     interval = float(np.median(np.diff(seen))) if seen.size > 1 else 0.0
-    if interval <= 0.0:
+    reach = round(_REACH * rig.hydraulics.lag / interval) if interval > 0.0 else 0
+    if reach < _FEWEST or seen.size < 2 * reach + 1:
         return ()
-    level, settle = (max(round(length / interval), 3) for length in (_LEVEL_S, _SETTLED * rig.hydraulics.lag))
-    if seen.size < 4 * (level + settle):
-        return ()
-    medians = np.median(np.lib.stride_tricks.sliding_window_view(pressure, level), axis=1)
-    at = np.arange(2 * level + settle, seen.size - 2 * (level + settle) + 1)
-    change, before, behind = (
-        medians[end] - medians[begin]
-        for begin, end in ((at - level, at + settle), (at - 2 * level - settle, at - level),
-                           (at + settle, at + 2 * settle + level))
-    )  # fmt: skip
-    usual = np.maximum(np.abs(before), np.abs(behind))
-    least = np.maximum(_SUDDEN * usual, _STEP * circulating_pressure(rig))
-    size = np.where(np.abs(change) > least, np.abs(change), 0.0)
+    time = np.arange(seen[0], seen[-1], interval)
+    size, explained = _step_at_each(np.interp(time, seen, pressure), reach, interval / rig.hydraulics.lag)
+    size = np.where((np.abs(size) > _STEP * circulating_pressure(rig)) & (explained > _STEPS), size, 0.0)
     found: list[tuple[float, float]] = []
     while len(found) < _MOST and size.any():
-        peak = int(size.argmax())
-        around = slice(max(at[peak] - level, 0), at[peak] + settle + level)
-        found.append((change_at(seen[around], pressure[around]), float(change[peak])))
-        size[max(peak - settle - level, 0) : peak + settle + level] = 0.0
+        peak = int(np.abs(size).argmax())
+        around = slice(*np.searchsorted(seen, (time[peak], time[min(peak + 2 * reach, time.size - 1)])))
+        found.append((change_at(seen[around], pressure[around]), float(size[peak])))
+        size[max(peak - reach, 0) : peak + reach] = 0.0
     return tuple(sorted(found))
+
+
+def _step_at_each(pressure: Array, reach: int, per_lag: float) -> tuple[Array, Array]:
+    """For every stretch of so many samples before and behind a moment (n - 2 reach,): how far Pa pressure (n,), evenly
+    sampled so many lags apart, steps at that moment beside a parabola, and which share that explains of what the
+    parabola alone leaves.
+    """
+    u = np.arange(-reach, reach + 1) * per_lag
+    smooth = np.linalg.qr(np.stack([np.ones_like(u), u, u**2], axis=1))[0]
+    step = -np.expm1(-np.maximum(u, 0.0))
+    step -= smooth @ (smooth.T @ step)
+    windows = np.lib.stride_tricks.sliding_window_view(pressure, u.size)
+    left = np.sum((windows - windows.mean(axis=1, keepdims=True)) ** 2, axis=1)
+    left -= np.sum(((windows - windows.mean(axis=1, keepdims=True)) @ smooth[:, 1:]) ** 2, axis=1)
+    size = (windows @ step) / (step @ step)
+    return size, size**2 * (step @ step) / np.maximum(left, 1e-300)
