@@ -38,16 +38,26 @@ def decide(state: State) -> Decision:
     idle = state.partial or (adequate and not effects)
     found = [] if idle else rivals(state.tuned, state.blocks.folds, _worth(state))
     if effects and _has_stronger(state, found):
-        return decide(state.far) if state.far is not None else _unknown(_withdrawn(state), found)
+        if state.far is not None:
+            return decide(state.far)
+        state = _withdrawn(state)
+        return _retuned(state) if state.enough.adequate else _unknown(state, found)
     rest = None if idle or adequate else _rest(state, rivals(state.current, state.blocks.folds) if effects else found)
     enough = adequate or (state.enough.within and rest is None)
     if effects:
         rival = _as_good(state, found)
-        verdict = "effect" if enough and rival is None else "effect_and_unknown"
-        return Decision(verdict, effects[0].site, state.current.names, rival, rest, state)
-    if enough:
-        return Decision("none" if state.nominal_enough else "parameters", None, (), None, None, state)
-    return _unknown(state, found)
+        if enough and rival is None:
+            return Decision("effect", effects[0].site, state.current.names, None, rest, state)
+        if not state.tuned_enough.adequate:
+            return Decision("effect_and_unknown", effects[0].site, state.current.names, rival, rest, state)
+        # Re-tuning leaves no gap beyond noise: there is none that something else would close as well.
+        return _retuned(_withdrawn(state))
+    return _retuned(state) if enough else _unknown(state, found)
+
+
+def _retuned(state: State) -> Decision:
+    """No name, and none needed."""
+    return Decision("none" if state.nominal_enough else "parameters", None, (), None, None, state)
 
 
 def _withdrawn(state: State) -> State:
