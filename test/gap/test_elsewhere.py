@@ -169,3 +169,14 @@ def test_what_another_form_of_a_named_law_explains_as_well_gets_no_name_of_its_o
 def test_a_second_law_that_no_form_of_the_first_has_is_named():
     answer = explain(rubbed(MISSHAPEN, effects=LAWS, shape="saw", like=("sine",), site="contact"))
     assert (answer.verdict, set(answer.effects)) == ("effect", {"sine", "bend"})
+
+
+@pytest.mark.parametrize(("shape", "verdict"), [("sine", "parameters"), ("saw", "effect")])
+def test_of_a_gap_that_is_noise_nothing_explains_as_much_as_a_name(shape, verdict):
+    """Where re-tuning leaves no more than noise a name stands alone, or there is none."""
+    state = explain(rubbed({"sine": 4.0}, shape=shape, fitted=True)).state
+    assert not state.tuned_enough.adequate
+    quiet = replace(state, tuned_enough=replace(state.tuned_enough, within=True, structured=()))
+    decided = decide(quiet)
+    assert (decided.verdict, decided.named) == (verdict, ("sine",) if verdict == "effect" else ())
+    assert decided.rival is None and (decided.state.current is quiet.tuned) == (verdict == "parameters")
