@@ -11,6 +11,9 @@ from slider_drilling.drillstring.layout import Array, Curve, Elements, Lanes, St
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.mesh import Mesh
 
+# Of the torque at which a whole string turns: its friction is known no better.
+_WHOLE = 0.8
+
 
 @dataclass(frozen=True)
 class Start:
@@ -103,7 +106,7 @@ def _at_work(starts: Sequence[Start], at_bit: Array, weight: Array, e: Elements,
     """What acts along strings that were at work; at_bit: (lanes,) N m.
 
     From the bit up friction holds a share of what it can; from the top drive down it takes up all that the drive's
-    torque differs from that by.
+    torque differs from that by, or a share where that is about enough for the whole string, which then turns.
     """
     count, width = weight.shape
     names = ("yielding", "radius", "side_weight", "vertical_bend", "lateral_bend", "extra_bend", "buckling")
@@ -127,15 +130,17 @@ def _at_work(starts: Sequence[Start], at_bit: Array, weight: Array, e: Elements,
     at_top = (start.torque for start in starts)
     above = np.array([now if own is None else own for own, now in zip(at_top, deep[0], strict=True)])
     slides = np.zeros((count, width))
+    share = (above - at_bit) / np.maximum(most.sum(axis=0), 1e-300)
+    whole = np.abs(share) >= _WHOLE
     for j in range(count):
         torque[j] = above
-        taken = np.clip(above - deep[j + 1], -most[j], most[j])
+        taken = np.clip(np.where(whole, share * most[j], above - deep[j + 1]), -most[j], most[j])
         tangential[j] = np.where(most[j] > 0.0, taken / np.maximum(most[j], 1e-300), 0.0) * around[j]
         slides[j] = np.abs(taken) >= most[j]
         above = above - taken
     # Where friction is all that holds back, torque rises alike along the string: its speed falls in a straight line.
     reach = np.maximum(slides.sum(axis=0), 1.0)
-    turning = slides * (1.0 - (np.arange(count)[:, None] + 0.5) / reach)
+    turning = np.where(whole, 1.0, slides * (1.0 - (np.arange(count)[:, None] + 0.5) / reach))
     return _Forces(tension, torque, axial, tangential, turning)
 
 
