@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from slider_drilling.diagnosis.diagnose import diagnose
 from slider_drilling.diagnosis.tree import as_json
 from slider_drilling.log import RigLog, read_log
+from slider_drilling.log.stretch import stretch
 
 _SERIES = ("top_drive", "draw_works", "mud_pump", "standpipe_pressure")
 _MISSING = {
@@ -45,13 +46,13 @@ def lacking(what: str, log: RigLog) -> RigLog:
     if name in _MISSING:
         return _changed(log, {_MISSING[name]: None})
     if name == "samples":
-        return _rows(log, _SERIES, lambda time: np.arange(0, time.size, int(value)))
+        return _rows(log, lambda time: np.arange(0, time.size, int(value)))
     if name == "renewals":
         held = ("time", "arrival")
-        return _rows(log, _SERIES, lambda time: np.arange(time.size) // int(value) * int(value), held)
-    if name == "start":
-        return _begun(log, float(value))
-    if name == "speed" and log.top_drive is not None:
+        return _rows(log, lambda time: np.arange(time.size) // int(value) * int(value), held)
+    if log.top_drive is not None and name == "start":
+        return stretch(log, float(value) * float(log.top_drive.time[-1]), np.inf)
+    if log.top_drive is not None and name == "speed":
         still = np.zeros_like(log.top_drive.velocity)
         return replace(log, top_drive=replace(log.top_drive, velocity=still))
     if name == "nothing":
@@ -59,25 +60,10 @@ def lacking(what: str, log: RigLog) -> RigLog:
     raise SystemExit(f"{what}: not among what a log may lack here, see {__file__}")
 
 
-def _begun(log: RigLog, share: float) -> RigLog:
-    """The log from a share of its top drive's record on, on a clock that begins there."""
-    assert log.top_drive is not None
-    begin = share * float(log.top_drive.time[-1])
-    kept = _rows(log, (*_SERIES, "mwd_tool_face"), lambda time: np.flatnonzero(time >= begin))
-    moved: dict[str, Any] = {}
-    for name in (*_SERIES, "mwd_tool_face"):
-        series = getattr(kept, name)
-        if series is not None:
-            moved[name] = replace(series, time=series.time - begin, arrival=series.arrival - begin)
-    return _changed(kept, moved)
-
-
-def _rows(
-    log: RigLog, names: tuple[str, ...], rows: Callable[[NDArray[Any]], NDArray[Any]], but: tuple[str, ...] = ()
-) -> RigLog:
+def _rows(log: RigLog, rows: Callable[[NDArray[Any]], NDArray[Any]], but: tuple[str, ...] = ()) -> RigLog:
     """The log with some rows of its series, by their times; but: columns that stay."""
     found: dict[str, Any] = {}
-    for name in names:
+    for name in _SERIES:
         series = getattr(log, name)
         if series is not None:
             kept = rows(series.time)

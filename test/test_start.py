@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,7 @@ from slider_drilling.drillstring.begun import forgotten, start_of
 from slider_drilling.drillstring.from_log import commands_from_log
 from slider_drilling.drillstring.to_log import write_simulated
 from slider_drilling.log import read_log
+from slider_drilling.log.stretch import stretch
 from slider_drilling.rig import load_rig
 from slider_drilling.wellbore.static_loads import static_loads
 
@@ -46,12 +47,7 @@ def begun_late(tmp_path_factory):
     run = rocking(200.0)
     write_simulated(path, RIG, run, simulate(RIG, run, ELEMENTS), 0.0, "test")
     whole = read_log(path)
-    late = {}
-    for name in ("top_drive", "draw_works", "mud_pump", "standpipe_pressure", "mwd_tool_face"):
-        series = getattr(whole, name)
-        kept = {field.name: getattr(series, field.name)[series.time >= 70.0] for field in fields(series)}
-        late[name] = replace(series, **kept | {"time": kept["time"] - 70.0, "arrival": kept["arrival"] - 70.0})
-    return whole, replace(whole, **late)
+    return whole, stretch(whole, 70.0, np.inf)
 
 
 def test_a_string_at_work_is_in_balance():

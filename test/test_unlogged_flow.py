@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from slider_drilling.diagnosis.driven import driven_by
 from slider_drilling.diagnosis.situation import prepare
-from slider_drilling.diagnosis.unlogged_flow import step_parameters, steps_of, with_steps
+from slider_drilling.diagnosis.unlogged_flow import step_parameters, with_steps
 from slider_drilling.drillstring import Commands, simulate
 from slider_drilling.drillstring.from_log import commands_from_log
 from slider_drilling.drillstring.lost_pump import flow_share, flow_steps, slower
@@ -55,7 +56,8 @@ def test_an_even_flow_has_no_steps():
     run = pumped(np.ones(1200))
     felt = noisy(simulate(RIG, run, ELEMENTS).standpipe_pressure)
     assert flow_steps(run.time, felt, RIG) == ()
-    assert (flow_share(run.time, felt, RIG) == 1.0).all() and not slower(run.time, felt, RIG).any()
+    assert (flow_share(run.time, felt, (), RIG) == 1.0).all()
+    assert not slower(run.time, felt, RIG).any()
 
 
 @pytest.mark.parametrize("share", [0.8, 0.93])
@@ -65,14 +67,14 @@ def test_a_flow_that_is_changed_and_set_back_is_found(share):
     (begin, down), (end, up) = flow_steps(run.time, felt, RIG)
     assert (begin, end) == pytest.approx((50.0, 80.0), abs=0.5)
     assert down < 0.0 < up
-    found = flow_share(run.time, felt, RIG)
+    found = flow_share(run.time, felt, flow_steps(run.time, felt, RIG), RIG)
     assert found[650] == pytest.approx(share, abs=0.02) and found[300] == found[1000] == 1.0
 
 
 def test_a_pump_that_is_off_is_seen_by_what_circulation_needs():
     run = pumped(less_between(50.0, 80.0, 0.0))
     felt = simulate(RIG, run, ELEMENTS).standpipe_pressure
-    assert flow_share(run.time, felt, RIG)[700] == pytest.approx(0.0, abs=0.02)
+    assert flow_share(run.time, felt, flow_steps(run.time, felt, RIG), RIG)[700] == pytest.approx(0.0, abs=0.02)
     near = slower(run.time, felt, RIG)
     assert near[700] and near[805] and not near[300] and not near[1100]
 
@@ -106,5 +108,10 @@ def test_nothing_is_looked_for_where_the_pump_was_logged(without_pump):
     logged = commands_from_log(without_pump, RIG).commands
     nothing = np.full_like(logged.time, np.nan)
     pump = JointSeries(logged.time, logged.time, nothing, np.full_like(logged.time, REFERENCE), nothing)
-    assert steps_of(without_pump, RIG) and not steps_of(replace(without_pump, mud_pump=pump), RIG)
-    assert not steps_of(replace(without_pump, standpipe_pressure=None), RIG)
+    def steps(log):
+        return driven_by(log, RIG, []).flow_steps
+
+    empty = replace(pump, velocity=nothing)
+    assert steps(without_pump) and steps(replace(without_pump, mud_pump=empty)) == steps(without_pump)
+    assert not steps(replace(without_pump, mud_pump=pump))
+    assert not steps(replace(without_pump, standpipe_pressure=None))

@@ -80,7 +80,7 @@ def follow(
     rows: list[tuple] = []
     profiles: list[Profile] = []
     for first in range(0, count, stride):
-        response = plant.advance(_part(sampled, slice(first, min(first + stride, count))))
+        response = plant.advance(sampled.part(slice(first, min(first + stride, count))))
         profiles.append(plant.profile())
         rows.append((response.time[-1], response.weight_on_bit[-1], response.bit_torque[-1]))
         if progress is not None:
@@ -120,11 +120,3 @@ def zones_over_time(history: StringHistory, cycles: list[Cycle]) -> list[tuple[f
         closed = zones_in_closed_form(history.last.length, history.turning, 0.0, reactive)
         found.append((0.5 * (cycle.start + cycle.end), Zones(seen.rocked_to, closed.reactive_from)))
     return found
-
-
-def _part(commands: Commands, part: slice) -> Commands:
-    return Commands(
-        *(getattr(commands, name)[part] for name in (
-            "time", "top_drive_angle", "top_drive_speed", "block_position", "block_speed", "pump_speed"
-        ))
-    )  # fmt: skip

@@ -57,8 +57,7 @@ def run_sealed(rig: Rig, hidden: Hidden, law: Law, commands: Commands) -> Respon
         plant = Plant(tuned, hidden.elements, INTERVAL_S, hidden.start, modifiers, substeps)
         if state is not None:
             plant.restore(state)
-        fields = [np.asarray(getattr(actual, name))[part] for name in Commands.__dataclass_fields__]
-        pieces.append(plant.advance(Commands(*fields)))
+        pieces.append(plant.advance(actual.part(part)))
         state = plant.save()
     joined = [np.concatenate([getattr(piece, name) for piece in pieces]) for name in Response.__dataclass_fields__]
     return law.sensors(Response(*joined))

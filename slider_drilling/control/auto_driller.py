@@ -20,9 +20,8 @@ class AutoDriller:
     """
 
     def __init__(self, rig: Rig, response_time: float, max_block_speed: float):
-        lever = rig.bit.aggressiveness * rig.bit.diameter / 3.0
         motor_speed = 2.0 * math.pi * rig.hydraulics.reference_flow / rig.motor.displacement
-        self.weight_per_pressure = rig.motor.torque_per_pressure / lever                     # N/Pa
+        self.weight_per_pressure = rig.motor.torque_per_pressure / rig.bit.lever                     # N/Pa
         cutting = 2.0 * math.pi * rig.bit.depth_of_cut_stiffness / motor_speed               # N s/m
         self.speed_per_pressure = self.weight_per_pressure / cutting                         # m/(s Pa)
         self.configure(rig, response_time, max_block_speed)
@@ -36,7 +35,7 @@ class AutoDriller:
     def configure(self, rig: Rig, response_time: float, max_block_speed: float) -> None:
         """Another response time (s, 0 for one that suits the string) and fastest lowering (m/s) from now on."""
         response_time = response_time or max(_TIME_PER_METRE * rig.string.length, _SHORTEST_TIME)
-        self._gain = self.weight_per_pressure / (axial_stiffness(rig) * response_time)      # m/(s Pa)
+        self._gain = self.weight_per_pressure / (rig.string.axial_stiffness * response_time)      # m/(s Pa)
         self._integral_time = 10.0 * response_time
         self._max_block_speed = max_block_speed
 
@@ -65,10 +64,3 @@ class AutoDriller:
             self._integral += self._gain * error * step / self._integral_time
             self._integral = min(max(self._integral, -feed_forward), feed_forward)
         return min(max(speed, 0.0), self._max_block_speed)
-
-
-def axial_stiffness(rig: Rig) -> float:
-    """Stiffness of the whole string between block and bit, N/m."""
-    compliance = sum(section.length / (math.pi / 4.0 * (section.outer_diameter**2 - section.inner_diameter**2))
-                     for section in rig.string.sections)
-    return rig.string.youngs_modulus / compliance

@@ -32,9 +32,8 @@ class DifferentialPressure:
 
     def configure(self, rig: Rig, off_bottom_pressure: float) -> None:
         """Another off-bottom pressure from now on."""
-        density_ratio = rig.mud.density / rig.hydraulics.reference_density
         self._given = off_bottom_pressure > 0.0
-        self._believed = rig.hydraulics.reference_pressure * density_ratio
+        self._believed = rig.circulating_pressure
         self._off_bottom = off_bottom_pressure or self._believed
 
     def tare(self, standpipe_pressure: float, pump_speed: float, step: float) -> None:

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from slider_drilling.control.approach import Approach
-from slider_drilling.control.auto_driller import AutoDriller, axial_stiffness
+from slider_drilling.control.auto_driller import AutoDriller
 from slider_drilling.control.block_slip import BlockSlip
 from slider_drilling.control.differential_pressure import DifferentialPressure
 from slider_drilling.control.drag import DragMonitor
@@ -28,7 +28,7 @@ class Lowering:
 
     def __init__(self, rig: Rig, settings: SlideSettings):
         self.driller = AutoDriller(rig, settings.auto_driller_time, settings.max_block_speed)
-        self.approach = Approach(axial_stiffness(rig), self.driller.weight_per_pressure)
+        self.approach = Approach(rig.string.axial_stiffness, self.driller.weight_per_pressure)
         self.lock_up = LockUp()
         self.slip = BlockSlip()
         self._told = 0.0         # m/s

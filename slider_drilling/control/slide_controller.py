@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from slider_drilling.control import slide_status
 from slider_drilling.control.amplitude import LANDING, AmplitudeFinder
-from slider_drilling.control.auto_driller import axial_stiffness
 from slider_drilling.control.differential_pressure import DifferentialPressure
 from slider_drilling.control.drive import Motion, RockingDrive, Wish
 from slider_drilling.control.heave import HeaveCompensator
@@ -87,7 +86,7 @@ class SlideController:
         self._means = StrokeMeans()
         self._phase = StrokePhase()
         self._reach = Reach()
-        self._heave = HeaveCompensator(axial_stiffness(rig), s.compensation_speed)
+        self._heave = HeaveCompensator(rig.string.axial_stiffness, s.compensation_speed)
         sensor = rig.sensors.surface_torque
         self._reading = TorqueReading(self._belief.impedance, sensor.noise, self._interval, sensor.lag)
         self._torque = math.nan      # N m that the pipe takes, this sample; NaN where there is none

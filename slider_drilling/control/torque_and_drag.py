@@ -49,7 +49,7 @@ class TorqueAndDrag:
         self._compliance = compliance
         self.compliance = float(compliance[-1])
         self.bit_depth = float(self._depth[-1])
-        self.travel_time = self.bit_depth / math.sqrt(rig.string.shear_modulus / rig.string.density)
+        self.travel_time = self.bit_depth / rig.string.twist_speed
         self.impedance = math.sqrt(rig.string.shear_modulus * rig.string.density) * float(mesh.polar_moment[0])
 
     def full_amplitude(self, scale: float) -> float:

@@ -21,7 +21,7 @@ from slider_drilling.diagnosis.manoeuvres import next_runs
 from slider_drilling.diagnosis.unlogged_block import lowered_blocks
 from slider_drilling.diagnosis.unlogged_flow import with_steps
 from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
-from slider_drilling.drillstring import Commands, Observer, Response, Start, simulate_batch
+from slider_drilling.drillstring import Observer, Response, Start, simulate_batch
 from slider_drilling.effects import Effects
 from slider_drilling.gap.model import Array, Disturbance, Effect, How, Manoeuvre, Parameter, Run, Values
 from slider_drilling.rig import FrictionInterval, Rig
@@ -101,9 +101,8 @@ class DrillString:
             channels = tuple(channel for channel in kept if channel.time.size)
             runs.append(replace(run, time=run.time[inside], excitation=run.excitation[inside], channels=channels))
             own = self.driven[index]
-            commands = Commands(*(getattr(own.commands, name)[inside] for name in Commands.__dataclass_fields__))
             faster = None if own.acceleration is None else own.acceleration[inside]
-            driven.append(replace(own, commands=commands, acceleration=faster))
+            driven.append(replace(own, commands=own.commands.part(inside), acceleration=faster))
         return replace(self, runs=tuple(runs), driven=tuple(driven))
 
     def manoeuvres(self) -> list[Manoeuvre]:
@@ -119,7 +118,7 @@ class DrillString:
         for channel in self.runs[run].channels:
             lag = sensor_lag(self.rig, channel.name)
             rows = [sample(response, channel.name, channel.time, lag) for response in responses]
-            if channel.name == "standpipe_pressure":
+            if channel.name == "standpipe_pressure" and self.driven[run].flow_steps:
                 rows = [self._with_steps(run, row, channel.time, own) for row, own in zip(rows, sets, strict=True)]
             found[channel.name] = np.stack(rows)
         for index, values in enumerate(sets):
@@ -135,9 +134,8 @@ class DrillString:
         return lowered_blocks(own.commands.time, sets, self.nuisance) if own.lowered else None
 
     def _with_steps(self, run: int, row: Array, time: Array, values: Values) -> Array:
-        steps = self.driven[run].flow_steps
-        lag = rig_with(self.rig, values).hydraulics.lag if steps else 0.0
-        return with_steps(row, time, steps, values, lag)
+        lag = rig_with(self.rig, values).hydraulics.lag
+        return with_steps(row, time, self.driven[run].flow_steps or (), values, lag)
 
     def _switched_on(self, values: Values) -> list[UserEffect]:
         return [user for name, user in self.user_effects.items() if user.effect.parameters[0].name in values]

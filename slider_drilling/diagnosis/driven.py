@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from slider_drilling.diagnosis.unlogged_flow import steps_of
 from slider_drilling.drillstring import Commands, Start
 from slider_drilling.drillstring.begun import forgotten, start_of
 from slider_drilling.drillstring.from_log import commands_from_log
@@ -16,14 +15,14 @@ from slider_drilling.rig import Rig
 @dataclass(frozen=True)
 class Driven:
     """commands: what moved the rig; acceleration: (n,) rad/s2 of the top drive, None where commands have no noise;
-    start: what the run begins with, before anything is fitted; flow_steps: s at which the flow may have changed unseen;
-    lowered: whether nobody logged the block; begin: s from which the run is compared.
+    start: what the run begins with, before anything is fitted; flow_steps: s at which the flow may have changed unseen,
+    None where the pump was logged; lowered: whether nobody logged the block; begin: s from which the run is compared.
     """
 
     commands: Commands
     acceleration: Array | None = None
     start: Start = Start()
-    flow_steps: tuple[float, ...] = ()
+    flow_steps: tuple[float, ...] | None = None
     lowered: bool = False
     begin: float = 0.0
 
@@ -32,9 +31,8 @@ def driven_by(log: RigLog, rig: Rig, remarks: list[str]) -> Driven:
     """How this log drove the rig; what it does not hold and how that is made up for is added to the remarks."""
     driven = commands_from_log(log, rig)
     said = [*driven.assumed]
-    steps = steps_of(log, rig)
-    if steps:
-        at = ", ".join(f"{step:.1f}" for step in steps)
+    if driven.flow_steps:
+        at = ", ".join(f"{step:.1f}" for step in driven.flow_steps)
         said.append(f"pressure steps at {at} s: by how much the flow changed is fitted")
     start, begin = start_of(log, rig, driven.commands), float(driven.commands.time[0])
     if start.at_work:
@@ -44,4 +42,4 @@ def driven_by(log: RigLog, rig: Rig, remarks: list[str]) -> Driven:
             f"{begin:.1f} s is left out"
         )
     remarks += [f"{log.source}: {sentence}" for sentence in said]
-    return Driven(driven.commands, driven.acceleration, start, steps, driven.lowered, begin)
+    return Driven(driven.commands, driven.acceleration, start, driven.flow_steps, driven.lowered, begin)

@@ -108,7 +108,7 @@ def run_of(log: RigLog, rig: Rig, driven: Driven, remarks: list[str]) -> Run:
     channels = []
     for name, channel in measured_channels(log, rig).items():
         kept = channel.time >= driven.begin
-        if name == "standpipe_pressure" and log.mud_pump is None:
+        if name == "standpipe_pressure" and driven.flow_steps is not None:
             kept &= ~slower(channel.time, channel.measured, rig)
         channel = replace(channel, time=channel.time[kept], measured=channel.measured[kept])
         why = unusable(channel)
@@ -124,7 +124,7 @@ def run_of(log: RigLog, rig: Rig, driven: Driven, remarks: list[str]) -> Run:
 
 def string_bands(rig: Rig) -> tuple[tuple[str, float, float], ...]:
     """The string's first torsional modes, held at the top and free at the bit: (2 k - 1) c / (4 L)."""
-    first = np.sqrt(rig.string.shear_modulus / rig.string.density) / (4.0 * rig.string.length)
+    first = rig.string.twist_speed / (4.0 * rig.string.length)
     return (("first torsional modes", 0.5 * first, 6.0 * first),)
 
 

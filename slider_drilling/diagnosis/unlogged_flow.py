@@ -6,21 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slider_drilling.drillstring.lost_pump import flow_steps
 from slider_drilling.gap.model import Array, Parameter, Values
-from slider_drilling.log import RigLog
-from slider_drilling.rig import Rig
 
 _STEP = "circulation_step_"
-
-
-def steps_of(log: RigLog, rig: Rig) -> tuple[float, ...]:
-    """Times s at which the flow may have changed; none where the log holds the pump, or no standpipe pressure."""
-    pressure = log.standpipe_pressure
-    if pressure is None or (log.mud_pump is not None and np.isfinite(log.mud_pump.velocity).any()):
-        return ()
-    known = np.isfinite(pressure.value)
-    return tuple(moment for moment, _ in flow_steps(pressure.time[known], pressure.value[known], rig))
 
 
 def step_parameters(runs: Sequence[tuple[float, ...]]) -> tuple[Parameter, ...]:

@@ -177,19 +177,18 @@ def _elements_of_one(rig: Rig, mesh: Mesh, dt: float, extra: Modifiers) -> Eleme
 
 def _lane_of_one(rig: Rig, mesh: Mesh, dt: float) -> dict[str, float]:
     effects, bit, motor, hydraulics = rig.effects, rig.bit, rig.motor, rig.hydraulics
-    heavier = rig.mud.density / hydraulics.reference_density
     tool_element = int(np.argmin(np.abs(mesh.middle - effects.axial_oscillation_tool.depth)))
     return {
         "cutting_stiffness": bit.depth_of_cut_stiffness,
         "formation_factor": effects.formation_change.factor,
         "formation_time": effects.formation_change.time,
-        "bit_lever": bit.aggressiveness * bit.diameter / 3.0,
+        "bit_lever": bit.lever,
         "torque_per_pressure": motor.torque_per_pressure * (1.0 - effects.motor_wear.torque_loss),
         "motor_displacement": motor.displacement,
         "leak": motor.leak + effects.motor_wear.extra_leak,
         "stall_pressure": motor.max_pressure,
         "pump_displacement": rig.mud_pump.displacement,
-        "circulating_pressure": hydraulics.reference_pressure * heavier,
+        "circulating_pressure": rig.circulating_pressure,
         "reference_flow": hydraulics.reference_flow,
         "pressure_gain": _gain(dt, hydraulics.lag),
         "torque_scale": 1.0 + effects.torque_sensor_gain.gain,

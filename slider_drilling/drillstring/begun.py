@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from slider_drilling.drillstring.layout import Array
-from slider_drilling.drillstring.lost_block import lever
-from slider_drilling.drillstring.lost_pump import circulating_pressure
 from slider_drilling.drillstring.record import Commands
 from slider_drilling.drillstring.start import Start
 from slider_drilling.log.series import RigLog
@@ -41,7 +39,7 @@ def start_of(log: RigLog, rig: Rig, commands: Commands) -> Start:
     weight = _weight(log, rig, commands)
     if weight is None:
         weight = 0.0 if missing is None else float(np.clip(missing[0], 0.0, _most(rig)))
-    drag = 0.0 if missing is None else _drag(rig, weight, missing[0] - weight)
+    drag = 0.0 if missing is None else _drag(rig, weight, *missing)
     return Start(weight=weight, drag=drag, torque=torque if torque is not None else 0.0)
 
 
@@ -52,19 +50,20 @@ def _weight(log: RigLog, rig: Rig, commands: Commands) -> float | None:
     flow = float(commands.pump_speed[0]) * rig.mud_pump.displacement / rig.hydraulics.reference_flow
     if first is None or flow <= 0.0:
         return None
-    needed = circulating_pressure(rig) * flow**1.8
-    return float(np.clip((first - needed) * rig.motor.torque_per_pressure / lever(rig), 0.0, _most(rig)))
+    needed = rig.circulating_pressure * flow**1.8
+    return float(np.clip((first - needed) * rig.motor.torque_per_pressure / rig.bit.lever, 0.0, _most(rig)))
 
 
 def _most(rig: Rig) -> float:
     """N on the bit at which the motor stalls."""
-    return rig.motor.torque_per_pressure * rig.motor.max_pressure / lever(rig)
+    return rig.motor.torque_per_pressure * rig.motor.max_pressure / rig.bit.lever
 
 
-def _drag(rig: Rig, weight: float, held: float) -> float:
-    """Share of the friction along the hole that holds so much N of a string with this weight on its bit."""
-    loads = [static_loads(rig, speed, weight_on_bit=weight, elements=100).hook_load for speed in (0.0, np.sign(held))]
-    most = abs(loads[0] - loads[1])
+def _drag(rig: Rig, weight: float, missing: float, hanging: float) -> float:
+    """Share of the friction along the hole that holds what N is missing on the hook and not on the bit."""
+    held = missing - weight
+    sliding = static_loads(rig, float(np.sign(held)), weight_on_bit=weight, elements=100).hook_load
+    most = abs(hanging - weight - sliding)
     return float(np.clip(held / most, -1.0, 1.0)) if most > 0.0 else 0.0
 
 
@@ -73,7 +72,7 @@ def forgotten(rig: Rig, commands: Commands) -> float:
     time, speed = commands.time, commands.top_drive_speed
     fast = np.abs(speed) > _TURNING * float(np.max(np.abs(speed), initial=0.0))
     turns = np.flatnonzero(np.diff(np.sign(speed[fast])) != 0.0)
-    echo = 2.0 * rig.string.length / float(np.sqrt(rig.string.shear_modulus / rig.string.density))
+    echo = 2.0 * rig.string.length / rig.string.twist_speed
     known = float(time[fast][turns[_TURNS - 1] + 1] - time[0]) if turns.size >= _TURNS else 0.0
     return float(time[0] + min(max(known, _ECHOES * echo), _MOST * (time[-1] - time[0])))
 

@@ -14,7 +14,7 @@ from slider_drilling.drillstring.layout import Array
 from slider_drilling.drillstring.lost_block import block_by_pressure
 from slider_drilling.drillstring.lost_flow import with_lost_flow
 from slider_drilling.drillstring.lost_motion import inside_lost, too_seldom, with_lost_motion
-from slider_drilling.drillstring.lost_pump import flow_share
+from slider_drilling.drillstring.lost_pump import Steps, flow_share, flow_steps
 from slider_drilling.drillstring.record import Commands
 from slider_drilling.errors import InputError
 from slider_drilling.log.series import JointSeries, RigLog
@@ -27,12 +27,14 @@ _FINE_S = 0.1  # between the commands where a log has them more seldom
 class LogCommands:
     """The commands, and one sentence for each thing that the log does not hold and that was assumed instead.
 
-    lowered: whether the block's motion is only what standpipe pressure tells of it.
+    lowered: whether the block's motion is only what standpipe pressure tells of it; flow_steps: s at which the flow may
+    have changed unseen, None where the log holds the pump.
     """
 
     commands: Commands
     assumed: tuple[str, ...]
     lowered: bool = False
+    flow_steps: tuple[float, ...] | None = None
 
     @cached_property
     def acceleration(self) -> Array:
@@ -67,7 +69,7 @@ def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
     check_duration(rig, float(drive.time[-1] - drive.time[0]), log.rig_source or log.source)
     time, angle, speed = _turned(log, drive, rig)
     assumed: list[str] = []
-    pump = _pump_speed(log, rig, time, assumed)
+    pump, steps = _pump_speed(log, rig, time, assumed)
     block, block_speed, lowered = np.zeros_like(time), np.zeros_like(time), None
     works = None if log.draw_works is None else _usable(log.draw_works)
     if works is not None and len(works.time) >= 2:
@@ -78,7 +80,8 @@ def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
         block, block_speed = lowered
     else:
         assumed.append("the log holds no draw-works: the block is taken to stand still")
-    return LogCommands(Commands(time, angle, speed, block, block_speed, pump), tuple(assumed), lowered is not None)
+    commands = Commands(time, angle, speed, block, block_speed, pump)
+    return LogCommands(commands, tuple(assumed), lowered is not None, steps)
 
 
 def _turned(log: RigLog, drive: JointSeries, rig: Rig) -> tuple[Array, Array, Array]:
@@ -155,7 +158,10 @@ def _lowered(log: RigLog, rig: Rig, time: Array, pump: Array) -> tuple[Array, Ar
     return block_by_pressure(time, pump, log.standpipe_pressure.time[known], log.standpipe_pressure.value[known], rig)
 
 
-def _pump_speed(log: RigLog, rig: Rig, time: Array, assumed: list[str]) -> Array:
+def _pump_speed(
+    log: RigLog, rig: Rig, time: Array, assumed: list[str]
+) -> tuple[Array, tuple[float, ...] | None]:
+    """(n,) rad/s, and where the log does not hold it the times at which pressure steps."""
     pressure = log.standpipe_pressure
     if log.mud_pump is not None:
         known = np.isfinite(log.mud_pump.velocity)
@@ -163,17 +169,20 @@ def _pump_speed(log: RigLog, rig: Rig, time: Array, assumed: list[str]) -> Array
             pumped, speed = log.mud_pump.time[known], log.mud_pump.velocity[known]
             if pressure is not None:
                 pumped, speed = with_lost_flow(pumped, speed, pressure.time, pressure.value)
-            return np.interp(time, pumped, speed)
+            return np.interp(time, pumped, speed), None
     if pressure is None:
         assumed.append("the log holds neither pump nor standpipe pressure: the pump is taken to be off")
-        return np.zeros_like(time)
+        return np.zeros_like(time), ()
     assumed.append("the log holds no pump: the flow is taken to be the rig file's reference flow")
     known = np.isfinite(pressure.value)
     share = np.ones_like(time)
+    steps: Steps = ()
     if known.any():
-        seen = pressure.time[known]
-        share = np.interp(time, seen, flow_share(seen, pressure.value[known], rig))
+        seen, value = pressure.time[known], pressure.value[known]
+        steps = flow_steps(seen, value, rig)
+        share = np.interp(time, seen, flow_share(seen, value, steps, rig))
     if share.min() < 1.0:
         first = float(time[np.argmin(share > 0.5 * (1.0 + share.min()))])
         assumed[-1] += f", and down to {100.0 * share.min():.0f} % of it where pressure fell, first at {first:.0f} s"
-    return np.asarray(share * rig.hydraulics.reference_flow / rig.mud_pump.displacement)
+    speed = np.asarray(share * rig.hydraulics.reference_flow / rig.mud_pump.displacement)
+    return speed, tuple(moment for moment, _ in steps)

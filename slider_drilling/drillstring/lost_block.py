@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from slider_drilling.drillstring.assemble import springs
 from slider_drilling.drillstring.layout import Array
-from slider_drilling.drillstring.lost_pump import circulating_pressure
 from slider_drilling.rig import Rig
-from slider_drilling.wellbore.mesh import build_mesh
 
-_ELEMENTS = 32
 _SMOOTH_S = 10.0  # over which pressure is averaged: weight on a bit follows a block no faster
 _OFF_BOTTOM = 0.02  # share of a log in which its bit is taken to carry no weight
 _TUNED = 0.2  # by which the file's circulating pressure may be off
@@ -27,12 +23,11 @@ def block_by_pressure(time: Array, pump: Array, seen: Array, pressure: Array, ri
     this is where a fit begins.
     """
     motor, weight = rig.motor, _weight(time, pump, seen, pressure, rig)
-    share = weight * lever(rig) / motor.torque_per_pressure / motor.max_pressure
+    share = weight * rig.bit.lever / motor.torque_per_pressure / motor.max_pressure
     turning = pump * rig.mud_pump.displacement / motor.displacement * (1.0 - motor.leak * share**2)  # rev/s
     drilled = weight * turning / rig.bit.depth_of_cut_stiffness
     steps = 0.5 * (drilled[1:] + drilled[:-1]) * np.diff(time)
-    compliance = float(np.sum(1.0 / springs(rig, build_mesh(rig, _ELEMENTS)).axial[:-1]))
-    position = np.concatenate([[0.0], np.cumsum(steps)]) + compliance * (weight - weight[0])
+    position = np.concatenate([[0.0], np.cumsum(steps)]) + (weight - weight[0]) / rig.string.axial_stiffness
     knots = stretches(time)
     rates = np.diff(np.interp(knots, time, position)) / np.diff(knots)
     within = np.clip(np.searchsorted(knots, time, side="right") - 1, 0, rates.size - 1)
@@ -51,7 +46,7 @@ def _weight(time: Array, pump: Array, seen: Array, pressure: Array, rig: Rig) ->
     hydraulics, motor = rig.hydraulics, rig.motor
     late = rig.string.length / rig.mud.sound_speed + hydraulics.lag
     flow = np.maximum(pump * rig.mud_pump.displacement, 0.0) / hydraulics.reference_flow
-    needed = circulating_pressure(rig) * flow**1.8
+    needed = rig.circulating_pressure * flow**1.8
     measured = _averaged(time, np.interp(time + late, seen, pressure))
     running = needed > 0.5 * float(needed.max(initial=0.0))
     if not running.any():
@@ -59,12 +54,7 @@ def _weight(time: Array, pump: Array, seen: Array, pressure: Array, rig: Rig) ->
     tuned = float(np.quantile(measured[running] / needed[running], _OFF_BOTTOM))
     tuned = float(np.clip(tuned, 1.0 - _TUNED, 1.0 + _TUNED))
     of_motor = np.clip(measured - tuned * _averaged(time, needed), 0.0, motor.max_pressure)
-    return np.where(running, of_motor, 0.0) * motor.torque_per_pressure / lever(rig)
-
-
-def lever(rig: Rig) -> float:
-    """m, bit torque per weight on bit."""
-    return rig.bit.aggressiveness * rig.bit.diameter / 3.0
+    return np.where(running, of_motor, 0.0) * motor.torque_per_pressure / rig.bit.lever
 
 
 def _averaged(time: Array, values: Array) -> Array:

@@ -11,6 +11,8 @@ from slider_drilling.drillstring.layout import Array
 from slider_drilling.drillstring.lost_flow import change_at
 from slider_drilling.rig import Rig
 
+# Times s, and Pa by which pressure steps then.
+Steps = tuple[tuple[float, float], ...]
 # Of the pressure that circulation at the reference flow needs: below so much of it the pump is slower whatever the
 # motor does, for the file may be off by no more; and what a step is from.
 _SLOWER, _STEP = 0.7, 0.05
@@ -21,14 +23,15 @@ _FEWEST, _MOST = 3, 6  # samples on either side of a step; steps of a run, the l
 _BACK = 0.25  # of a step, by which the one back may differ: the motor's share has changed meanwhile
 
 
-def flow_share(seen: Array, pressure: Array, rig: Rig) -> Array:
-    """(m,) of the reference flow at the times s of a pressure Pa, finite: less than 1 where circulation alone needs
-    more, and between a step down and one up by as much, when the pump was set to another speed and back.
+def flow_share(seen: Array, pressure: Array, steps: Steps, rig: Rig) -> Array:
+    """(m,) of the reference flow at the times s of a pressure Pa, finite, with these `flow_steps`: less than 1 where
+    circulation alone needs more, and between a step down and one up by as much, when the pump was set to another speed
+    and back.
     """
-    needed = circulating_pressure(rig)
+    needed = rig.circulating_pressure
     share = np.clip(pressure / needed, 0.0, None) ** (1.0 / 1.8)
     share = np.where(pressure < _SLOWER * needed, share, 1.0)
-    for (begin, down), (end, up) in itertools.pairwise(flow_steps(seen, pressure, rig)):
+    for (begin, down), (end, up) in itertools.pairwise(steps):
         size = 0.5 * (up - down)
         if down < 0.0 < up and abs(up + down) < _BACK * size and size < needed:
             between = (seen >= begin) & (seen < end)
@@ -40,21 +43,14 @@ def slower(seen: Array, pressure: Array, rig: Rig) -> NDArray[np.bool_]:
     """(m,) where the pump runs much slower than at the reference flow, or had done so some lags before: how its speed
     changed there nothing tells.
     """
-    low = pressure < _SLOWER * circulating_pressure(rig)
+    low = pressure < _SLOWER * rig.circulating_pressure
     reach = _SETTLED * rig.hydraulics.lag
     around = (np.searchsorted(seen[low], seen + side * reach) for side in (1.0, -1.0))
     behind, before = around
     return np.asarray(behind > before)
 
 
-def circulating_pressure(rig: Rig) -> float:
-    """Pa that the rig file's reference flow needs through the string, without the motor; another flow by its 1.8th
-    power.
-    """
-    return rig.hydraulics.reference_pressure * rig.mud.density / rig.hydraulics.reference_density
-
-
-def flow_steps(seen: Array, pressure: Array, rig: Rig) -> tuple[tuple[float, float], ...]:
+def flow_steps(seen: Array, pressure: Array, rig: Rig) -> Steps:
     """Times s at which pressure (m,), Pa at s, finite, steps as it does where a pump is set to another speed, and by
     how much Pa.
 
@@ -66,7 +62,7 @@ def flow_steps(seen: Array, pressure: Array, rig: Rig) -> tuple[tuple[float, flo
         return ()
     time = np.arange(seen[0], seen[-1], interval)
     size, explained = _step_at_each(np.interp(time, seen, pressure), reach, interval / rig.hydraulics.lag)
-    size = np.where((np.abs(size) > _STEP * circulating_pressure(rig)) & (explained > _STEPS), size, 0.0)
+    size = np.where((np.abs(size) > _STEP * rig.circulating_pressure) & (explained > _STEPS), size, 0.0)
     found: list[tuple[float, float]] = []
     while len(found) < _MOST and size.any():
         peak = int(np.abs(size).argmax())
@@ -85,8 +81,7 @@ def _step_at_each(pressure: Array, reach: int, per_lag: float) -> tuple[Array, A
     smooth = np.linalg.qr(np.stack([np.ones_like(u), u, u**2], axis=1))[0]
     step = -np.expm1(-np.maximum(u, 0.0))
     step -= smooth @ (smooth.T @ step)
-    windows = np.lib.stride_tricks.sliding_window_view(pressure, u.size)
-    left = np.sum((windows - windows.mean(axis=1, keepdims=True)) ** 2, axis=1)
-    left -= np.sum(((windows - windows.mean(axis=1, keepdims=True)) @ smooth[:, 1:]) ** 2, axis=1)
-    size = (windows @ step) / (step @ step)
+    about = pressure - pressure.mean()
+    left = np.correlate(about**2, np.ones_like(u)) - sum(np.correlate(about, one) ** 2 for one in smooth.T)
+    size = np.correlate(about, step) / (step @ step)
     return size, size**2 * (step @ step) / np.maximum(left, 1e-300)

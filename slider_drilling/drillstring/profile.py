@@ -33,19 +33,33 @@ class Profile:
     tangential_friction: Array
 
 
+def contact_stiffness(
+    tension: Array, side_weight: Array, vertical_bend: Array, lateral_bend: Array, extra_bend: Array, buckling: Array
+) -> Array:
+    """N/m of contacts under a mean tension N of their elements, all of one shape, as the kernel's `push` has it."""
+    stiffness = np.hypot(side_weight - tension * vertical_bend, tension * lateral_bend)
+    return stiffness + np.abs(tension) * extra_bend + buckling * np.minimum(tension, 0.0) ** 2
+
+
+def per_friction(curve: Curve, direction: Array | float) -> Array:
+    """One over the contact's friction where it slides in a direction, given by its component along the asperity."""
+    places = np.linspace(0.0, 1.0, len(curve.table))
+    return np.asarray(np.interp(np.square(direction), places, curve.table))
+
+
 def profile_of(mesh: Mesh, e: Elements, curve: Curve, s: State) -> Profile:
     """The profile of a single run (one lane), by the formulas of the kernel's `push`."""
     n = mesh.count
     spring_pull = e.axial_spring[: n + 1] * np.diff(s.position[: n + 2])
     spring_twist = -e.torsional_spring[: n + 1] * np.diff(s.rotation[: n + 2])
     tension = 0.5 * (spring_pull[:-1] + spring_pull[1:])
-    stiffness = np.hypot(e.side_weight[:n] - tension * e.vertical_bend[:n], tension * e.lateral_bend[:n])
-    stiffness += np.abs(tension) * e.extra_bend[:n] + e.buckling[:n] * np.minimum(tension, 0.0) ** 2
+    stiffness = contact_stiffness(
+        tension, e.side_weight[:n], e.vertical_bend[:n], e.lateral_bend[:n], e.extra_bend[:n], e.buckling[:n]
+    )
     along, across = s.strain_axial[:n], s.strain_tangential[:n]
     onto_axis = curve.axial * along + curve.tangential * across
     direction = np.clip(np.abs(onto_axis) / np.maximum(np.hypot(along, across), 1e-15), 0.0, 1.0)
-    places = np.linspace(0.0, 1.0, len(curve.table))
-    friction = curve.grip / (s.yielding[:n] * np.interp(direction**2, places, curve.table))
+    friction = curve.grip / (s.yielding[:n] * per_friction(curve, direction))
     return Profile(
         measured_depth=mesh.middle,
         length=mesh.length,

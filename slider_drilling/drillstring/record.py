@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +46,10 @@ class Commands:
         for column, name in enumerate(_COMMANDS[1:]):
             rows[:, column] = getattr(self, name)
         return rows
+
+    def part(self, rows: slice | NDArray[Any]) -> Commands:
+        """Some of the samples: a slice of them, or those that a mask (n,) is true for."""
+        return Commands(*(getattr(self, name)[rows] for name in _COMMANDS))
 
     def at(self, time: Array) -> Commands:
         """The same motion sampled at other times (m,), held still outside its own."""

@@ -8,11 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from slider_drilling.drillstring.layout import Array, Curve, Elements, Lanes, State, aligned, padded
+from slider_drilling.drillstring.profile import contact_stiffness, per_friction
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.mesh import Mesh
 
 # Of the torque at which a whole string turns: its friction is known no better.
 _WHOLE = 0.8
+# What presses an element on the wall, in the order in which `contact_stiffness` takes it.
+_PRESSING = ("side_weight", "vertical_bend", "lateral_bend", "extra_bend", "buckling")
 
 
 @dataclass(frozen=True)
@@ -109,17 +112,13 @@ def _at_work(starts: Sequence[Start], at_bit: Array, weight: Array, e: Elements,
     torque differs from that by, or a share where that is about enough for the whole string, which then turns.
     """
     count, width = weight.shape
-    names = ("yielding", "radius", "side_weight", "vertical_bend", "lateral_bend", "extra_bend", "buckling")
-    row = {name: getattr(e, name)[: count * width].reshape(count, width) for name in names}
-    along, around = (_sliding(curve, part) / row["yielding"] for part in (curve.axial, curve.tangential))
+    row = {name: getattr(e, name)[: count * width].reshape(count, width) for name in ("yielding", "radius", *_PRESSING)}
+    along, around = (1.0 / (row["yielding"] * per_friction(curve, part)) for part in (curve.axial, curve.tangential))
     drag = np.array([start.drag for start in starts])
     tension, axial, normal = np.zeros((count, width)), np.zeros((count, width)), np.zeros((count, width))
     below = -np.array([start.weight for start in starts])
     for j in range(count - 1, -1, -1):
-        middle = below + 0.5 * weight[j]
-        vertical = row["side_weight"][j] - middle * row["vertical_bend"][j]
-        normal[j] = np.hypot(vertical, middle * row["lateral_bend"][j]) + np.abs(middle) * row["extra_bend"][j]
-        normal[j] += row["buckling"][j] * np.minimum(middle, 0.0) ** 2
+        normal[j] = contact_stiffness(below + 0.5 * weight[j], *(row[name][j] for name in _PRESSING))
         axial[j] = drag * along[j]
         tension[j] = below + weight[j] - normal[j] * axial[j]
         below = tension[j]
@@ -142,11 +141,3 @@ def _at_work(starts: Sequence[Start], at_bit: Array, weight: Array, e: Elements,
     reach = np.maximum(slides.sum(axis=0), 1.0)
     turning = np.where(whole, 1.0, slides * (1.0 - (np.arange(count)[:, None] + 0.5) / reach))
     return _Forces(tension, torque, axial, tangential, turning)
-
-
-def _sliding(curve: Curve, part: float) -> float:
-    """Strain of a contact that slides in one direction, over that at which friction is 1; part: of the asperity's axis
-    in that direction.
-    """
-    places = np.linspace(0.0, 1.0, len(curve.table))
-    return float(1.0 / np.interp(part * part, places, curve.table))

@@ -83,6 +83,18 @@ class String:
         """Measured depth of the bit, m."""
         return math.fsum(section.length for section in self.sections)
 
+    @property
+    def axial_stiffness(self) -> float:
+        """Of the whole string between block and bit, N/m."""
+        compliance = sum(section.length / (math.pi / 4.0 * (section.outer_diameter**2 - section.inner_diameter**2))
+                         for section in self.sections)  # fmt: skip
+        return self.youngs_modulus / compliance
+
+    @property
+    def twist_speed(self) -> float:
+        """At which a twist runs along it, m/s."""
+        return math.sqrt(self.shear_modulus / self.density)
+
 
 @dataclass(frozen=True)
 class Asperity:
@@ -113,6 +125,11 @@ class Bit:
     diameter: float = quantity("m", at_least=0.05, at_most=1.5, why="bits of 2 to 60 in; 8 1/2 in is 0.2159 m")
     aggressiveness: float = quantity("-", at_least=0.01, at_most=3.0, why="roller cone 0.2, PDC 0.5 to 1.5")
     depth_of_cut_stiffness: float = quantity("N/m", at_least=1e5, at_most=1e11, why="N a metre of cut: 1e+7 to 1e+9")
+
+    @property
+    def lever(self) -> float:
+        """Torque per weight on bit, m (`model.md` section 4)."""
+        return self.aggressiveness * self.diameter / 3.0
 
 
 @dataclass(frozen=True)
@@ -185,6 +202,13 @@ class Rig:
     sensors: Sensors
     schema: str = SCHEMA
     effects: Effects = Effects()
+
+    @property
+    def circulating_pressure(self) -> float:
+        """Pa at the standpipe that the reference flow of this mud needs without the motor; other flows by their 1.8th
+        power (`model.md` section 4).
+        """
+        return self.hydraulics.reference_pressure * (self.mud.density / self.hydraulics.reference_density)
 
     def with_(self, changes: Mapping[str, Any] | None = None, /, **blocks: Any) -> Rig:
         """This rig with some values changed, checked as a rig file is.

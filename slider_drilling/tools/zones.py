@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slider_drilling.drillstring import Commands, Plant
+from slider_drilling.drillstring import Plant
 from slider_drilling.drillstring.zones import turning_friction, zones_from_motion
 from slider_drilling.rig import Rig
 from slider_drilling.tools.study import Chart, Claim, Study, line, rounded
@@ -76,11 +76,11 @@ def _reach(rig: Rig, amplitude: float) -> Reach:
     commands = slide(rig, CYCLES * PERIOD, RATE, amplitude, PERIOD)
     plant = Plant(rig, ELEMENTS, INTERVAL)
     count = round((CYCLES - 1) * PERIOD / INTERVAL)
-    plant.advance(_part(commands, slice(0, count)))
+    plant.advance(commands.part(slice(0, count)))
     stride = round(PERIOD / 48.0 / INTERVAL)
     rotation, torque, surface, bit, face = [], [], [], [], []
     for first in range(count, commands.time.size - stride + 1, stride):
-        response = plant.advance(_part(commands, slice(first, first + stride)))
+        response = plant.advance(commands.part(slice(first, first + stride)))
         profile = plant.profile()
         rotation.append(profile.rotation)
         torque.append(profile.torque)
@@ -100,10 +100,6 @@ def _reach(rig: Rig, amplitude: float) -> Reach:
         held=np.mean(np.array(torque), axis=0),
         tool_face_swing=float(np.ptp(face)),
     )
-
-
-def _part(commands: Commands, part: slice) -> Commands:
-    return Commands(commands.time[part], *(row[part] for row in commands.rows().T))
 
 
 def _three(runs: list[Reach]) -> Claim:

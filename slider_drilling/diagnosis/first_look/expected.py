@@ -53,7 +53,7 @@ def replayed(log: RigLog, rig: Rig) -> tuple[Commands, Response] | None:
     inside = commands.time <= commands.time[0] + _LONGEST_S
     if np.count_nonzero(inside) < 3:
         return None
-    commands = Commands(*(getattr(commands, name)[inside] for name in Commands.__dataclass_fields__))
+    commands = commands.part(inside)
     return commands, simulate(rig, commands, _ELEMENTS)
 
 
@@ -84,8 +84,7 @@ def standpipe_pressure(log: RigLog, rig: Rig, pump_unit: float = 1.0) -> Expecte
     running = np.isfinite(pipe.value) & (flow > _ON * flow.max()) & (flow > 0.0)
     if not running.any():
         return None
-    heavier = rig.mud.density / hydraulics.reference_density
-    needed = hydraulics.reference_pressure * heavier * (flow[running] / hydraulics.reference_flow) ** 1.8
+    needed = rig.circulating_pressure * (flow[running] / hydraulics.reference_flow) ** 1.8
     by_file, measured = float(np.median(needed)), float(np.median(pipe.value[running]))
     if by_file <= 0.0:
         return None
