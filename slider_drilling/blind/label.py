@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from slider_drilling.blind.lack import NOTHING
 from slider_drilling.errors import InputError
 from slider_drilling.files import read_text
 
@@ -17,7 +18,8 @@ SCHEMA = "slider_drilling/blind_label/1"
 class Label:
     """kind: ``none``, ``single``, ``outside`` or ``two``; effects: what acts, in no order; sites: of each, where it
     acts and where else no log could tell it from; size: noise floors asked for; sizes: reached by each effect alone;
-    interval: measured depths m between which friction differs, for a cuttings bed; hidden, recorder: see there."""
+    interval: measured depths m between which friction differs, for a cuttings bed; hidden, recorder: see there;
+    lacking: what the recorder left out."""
 
     log: str
     kind: str
@@ -31,6 +33,7 @@ class Label:
     interval: tuple[float, float] | None
     hidden: dict[str, Any]
     recorder: dict[str, Any]
+    lacking: str = NOTHING
     schema: str = SCHEMA
 
 

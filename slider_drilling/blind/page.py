@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from slider_drilling.blind.lack import NOTHING
 from slider_drilling.blind.score import Scored
 from slider_drilling.blind.tally import LEFT, Share, Spread, Tally, tally
 from slider_drilling.pages import Bullets, Chart, Lead, Line, Page, Panel, Section, Table, Tag, write_page
@@ -74,6 +75,9 @@ def total_rows(found: Tally) -> list[tuple[str, str]]:
     ]
     rows += [(f"named, {name} well", str(count)) for name, count in found.by_well.items()]
     rows += [(f"named, {name} manoeuvre", str(count)) for name, count in found.by_manoeuvre.items()]
+    if {*found.by_lacking, *found.alarms_by_lacking} - {NOTHING}:
+        rows += [(f"named, {name} lacking", str(count)) for name, count in found.by_lacking.items()]
+        rows += [(f"false alarms, {name} lacking", str(count)) for name, count in found.alarms_by_lacking.items()]
     return rows
 
 
@@ -120,10 +124,10 @@ def _confusion(found: Tally) -> Table:
 def _cases(cases: Sequence[Scored]) -> Table:
     rows = tuple(
         (case.log, Tag(case.outcome, "good" if case.right else "bad"), " + ".join(case.truth) or "none",
-         ", ".join(f"{size:.2g}" for size in case.sizes), f"{case.well}, {case.manoeuvre}", case.verdict,
+         ", ".join(f"{size:.2g}" for size in case.sizes), f"{case.well}, {case.manoeuvre}", case.lacking, case.verdict,
          " + ".join(case.named), ", ".join(case.group), case.site or "", case.closed,
          f"{case.interval[0]:.2f} to {case.interval[1]:.2f}" if np.isfinite(case.interval[0]) else "", case.oracle)
         for case in cases
     )  # fmt: skip
-    return Table(("log", "outcome", "sealed", "size", "well, manoeuvre", "verdict", "named", "not told from", "site",
-                  "closes", "95 %", "oracle"), rows)  # fmt: skip
+    return Table(("log", "outcome", "sealed", "size", "well, manoeuvre", "lacks", "verdict", "named", "not told from",
+                  "site", "closes", "95 %", "oracle"), rows)  # fmt: skip

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from slider_drilling.blind.lack import LACKS, NOTHING
 from slider_drilling.blind.laws import CATALOGUE
 from slider_drilling.blind.manoeuvres import MANOEUVRES
 from slider_drilling.blind.outside import OUTSIDE
@@ -29,7 +30,8 @@ _MADE_OF = {"single": tuple(CATALOGUE), "outside": tuple(OUTSIDE), "none": (NONE
 
 @dataclass(frozen=True)
 class Case:
-    """One sealed log to be made. effects: none, one or two names; size: noise floors, of each effect alone."""
+    """One sealed log to be made. effects: none, one or two names; size: noise floors, of each effect alone; lacking:
+    what its recorder leaves out."""
 
     effects: tuple[str, ...]
     size: float
@@ -37,6 +39,7 @@ class Case:
     manoeuvre: str
     seed: int
     duration: float = DURATION_S
+    lacking: str = NOTHING
 
     @property
     def kind(self) -> str:
@@ -62,7 +65,7 @@ def case_from(tree: dict[str, Any]) -> Case:
 @dataclass(frozen=True)
 class Plan:
     """What cases are drawn from. effects: names wanted, empty: all; sizes: noise floors; seed: another one gives
-    other wells, nuisance, noise and forms of every law."""
+    other wells, nuisance, noise and forms of every law; lacking: what logs lack, in turn."""
 
     effects: tuple[str, ...] = ()
     sizes: tuple[float, ...] = SIZES
@@ -70,11 +73,13 @@ class Plan:
     manoeuvres: tuple[str, ...] = tuple(MANOEUVRES)
     seed: int = 1
     duration: float = DURATION_S
+    lacking: tuple[str, ...] = (NOTHING,)
 
     def __post_init__(self) -> None:
         _only_known("--effects", self.effects, [*CATALOGUE, *OUTSIDE, NONE, "two"])
         _only_known("--wells", self.wells, WELLS)
         _only_known("--manoeuvres", self.manoeuvres, MANOEUVRES)
+        _only_known("--lacking", self.lacking, LACKS)
         if not self.sizes or not all(0.05 <= size <= 50.0 for size in self.sizes):
             raise InputError(f"--sizes {','.join(map(str, self.sizes))}: each must be within 0.05 to 50 noise floors")
         if not 60.0 <= self.duration <= 3600.0:
@@ -99,6 +104,7 @@ def _cases(plan: Plan) -> Iterator[Case]:
     # Effects take wells and manoeuvres in turn, each in its own order, so that no effect meets only one of them.
     wells: dict[str, Iterator[str]] = {}
     ways: dict[str, Iterator[str]] = {}
+    lacks: dict[str, Iterator[str]] = {}
     number = 0
     while True:
         for kind in kinds:
@@ -110,7 +116,10 @@ def _cases(plan: Plan) -> Iterator[Case]:
             size = max(size, 1.5) if kind == "two" else size
             well = next(wells.setdefault(kind, _shuffled(plan.wells, plan.seed, 1000 + len(kind))))
             way = next(ways.setdefault(kind, _shuffled(plan.manoeuvres, plan.seed, 2000 + len(kind))))
-            yield Case(names, 0.0 if kind == "none" else size, well, way, 10000 * plan.seed + number, plan.duration)
+            lacking = next(lacks.setdefault(kind, _shuffled(plan.lacking, plan.seed, 3000 + len(kind))))
+            yield Case(
+                names, 0.0 if kind == "none" else size, well, way, 10000 * plan.seed + number, plan.duration, lacking
+            )
             number += 1
 
 

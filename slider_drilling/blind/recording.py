@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from slider_drilling.blind.lack import Lack
 from slider_drilling.blind.plant import INTERVAL_S
 from slider_drilling.drillstring import Commands, Response
 from slider_drilling.drillstring.layout import Array
@@ -28,7 +29,7 @@ class Recorder:
 
     colour: share of the noise's variance that is slow; memory: s over which that share forgets; resolution: of each
     of `CHANNELS`, in its noise; stretches: lost ones per run and topic, each up to longest s; lost, mwd_lost: share
-    of single samples that never come.
+    of single samples that never come; lack: what it leaves out.
     """
 
     colour: float = 0.0
@@ -38,16 +39,17 @@ class Recorder:
     longest: float = 1.5
     lost: float = 0.0
     mwd_lost: float = 0.0
+    lack: Lack = Lack()
 
 
-def random_recorder(generator: np.random.Generator) -> Recorder:
-    """From a clean one to one that is slow, coarse and patchy."""
+def random_recorder(generator: np.random.Generator, lack: Lack = Lack()) -> Recorder:
+    """From a clean one to one that is slow, coarse and patchy; all of them leave this out."""
     resolution = generator.choice([0.0, 0.25, 0.5, 1.0], size=3)
     return Recorder(
         colour=float(generator.uniform(0.0, 0.4)), memory=float(generator.uniform(0.2, 1.0)),
         resolution=(float(resolution[0]), float(resolution[1]), float(resolution[2])),
         stretches=float(generator.uniform(0.0, 4.0)), lost=float(generator.choice([0.0, 0.002, 0.01])),
-        mwd_lost=float(generator.choice([0.0, 0.05, 0.15])),
+        mwd_lost=float(generator.choice([0.0, 0.05, 0.15])), lack=lack,
     )  # fmt: skip
 
 
@@ -66,23 +68,25 @@ def write_sealed(
         _read(getattr(response, name), sigma, share, recorder, generator)
         for name, sigma, share in zip(CHANNELS, declared, recorder.resolution, strict=True)
     )
-    count = commands.time.size
-    driven, lowered, pumped, pressed = (_received(count, recorder, generator) for _ in range(4))
+    count, lack = commands.time.size, recorder.lack
+    stamped, seen = lack.rows(count)
+    begun = float(commands.time[stamped[0]]) if lack.begun else 0.0
+    driven, lowered, pumped, pressed = (_received(count, stamped, recorder, generator) for _ in range(4))
+    angle, speed = _in_steps(commands.top_drive_angle, lack.angle), _in_steps(commands.top_drive_speed, lack.speed)
     drive, works, pump = TOPICS["top_drive"], TOPICS["draw_works"], TOPICS["mud_pump"]
     with LogWriter(path, rig_text=dump_rig(rig), recorded_by="a rig", whole=True, started=_RECORDED) as writer:
-        for k, stamp in enumerate(commands.time):
-            time = float(stamp)
-            if driven[k]:
-                angle, speed = commands.top_drive_angle[k], commands.top_drive_speed[k]
-                writer.joint_state(drive.name, time, drive.joint, angle, speed, torque[k])
-            if lowered[k]:
+        for row, k in zip(stamped, seen, strict=True):
+            time = float(commands.time[row]) - begun
+            if driven[row]:
+                writer.joint_state(drive.name, time, drive.joint, angle[k], speed[k], torque[k])
+            if lowered[row] and "draw_works" not in lack.without:
                 position, rate = commands.block_position[k], commands.block_speed[k]
                 writer.joint_state(works.name, time, works.joint, position, rate, hook[k])
-            if pumped[k]:
+            if pumped[row] and "mud_pump" not in lack.without:
                 writer.joint_state(pump.name, time, pump.joint, velocity=commands.pump_speed[k])
-            if pressed[k]:
+            if pressed[row]:
                 writer.fluid_pressure(TOPICS["standpipe_pressure"].name, time, pressure[k])
-        _write_mwd(writer, rig, response, recorder, generator)
+        _write_mwd(writer, rig, response, recorder, generator, begun)
 
 
 def _read(values: Array, sigma: float, share: float, recorder: Recorder, generator: np.random.Generator) -> Array:
@@ -95,28 +99,32 @@ def _read(values: Array, sigma: float, share: float, recorder: Recorder, generat
         level = keep * level + shock
         slow[k] = level
     noisy = values + sigma * (np.sqrt(1.0 - recorder.colour) * white + np.sqrt(recorder.colour) * slow)
-    step = share * sigma
-    return np.round(noisy / step) * step if step > 0.0 else noisy
+    return _in_steps(noisy, share * sigma)
 
 
-def _received(count: int, recorder: Recorder, generator: np.random.Generator) -> NDArray[np.bool_]:
-    """(count,) whether each sample comes; the first and the last always do."""
+def _in_steps(values: Array, step: float) -> Array:
+    return np.round(values / step) * step if step > 0.0 else values
+
+
+def _received(
+    count: int, stamped: NDArray[np.int64], recorder: Recorder, generator: np.random.Generator
+) -> NDArray[np.bool_]:
+    """(count,) whether each sample comes; of those that are stamped the first and the last always do."""
     came = generator.uniform(size=count) >= recorder.lost
     for _ in range(int(generator.poisson(recorder.stretches))):
         begin = int(generator.integers(1, count))
         came[begin : begin + int(generator.uniform(0.3, recorder.longest) / INTERVAL_S)] = False
-    came[[0, -1]] = True
+    came[stamped[[0, -1]]] = True
     return np.asarray(came, dtype=np.bool_)
 
 
 def _write_mwd(
-    writer: LogWriter, rig: Rig, response: Response, recorder: Recorder, generator: np.random.Generator
+    writer: LogWriter, rig: Rig, response: Response, recorder: Recorder, generator: np.random.Generator, begun: float
 ) -> None:
     mwd, topic = rig.sensors.mwd, TOPICS["mwd_tool_face"]
     for measured in np.arange(mwd.period, response.time[-1], mwd.period):
         angle = float(np.interp(measured, response.time, response.tool_face)) + generator.normal(0.0, mwd.noise)
         shown = wrap(quantise(wrap(angle), mwd.resolution))
-        if generator.uniform() >= recorder.mwd_lost:
-            writer.joint_state(
-                topic.name, float(measured), topic.joint, position=shown, log_time_s=measured + mwd.latency
-            )
+        time = float(measured) - begun
+        if generator.uniform() >= recorder.mwd_lost and time >= 0.0:
+            writer.joint_state(topic.name, time, topic.joint, position=shown, log_time_s=time + mwd.latency)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from slider_drilling.blind.answer import Answer
 from slider_drilling.blind.label import Label
+from slider_drilling.blind.lack import NOTHING
 from slider_drilling.blind.oracle import UNKNOWN, Truth
 
 QUIET = ("none", "parameters")
@@ -23,7 +24,8 @@ class Scored:
     besides; site_right: None where no site was asked for or given; tuned: E that re-tuning leaves; covered: the
     reported interval holds the oracle's share, None where one of them is missing; nameable: whether the oracle, with no
     other candidate, names the truth in most repeats of the run, None without an oracle; ends: errors m at the top and
-    the bottom of a cuttings bed; cpu, wall: s; instead: what it said re-tuning may stand for.
+    the bottom of a cuttings bed; cpu, wall: s; instead: what it said re-tuning may stand for; lacking: what the log
+    lacks.
     """
 
     log: str
@@ -51,6 +53,7 @@ class Scored:
     wall: float
     instead: tuple[str, ...] = ()
     nameable: bool | None = None
+    lacking: str = NOTHING
 
     @property
     def right(self) -> bool:
@@ -80,6 +83,7 @@ def score(
         interval=answer.interval, oracle=oracle,
         covered=low <= oracle <= high if known and exact else None, ends=_ends(label, answer), cpu=cpu, wall=wall,
         instead=answer.instead, nameable=None if truth.named is None else truth.named > 0.5,
+        lacking=label.lacking,
     )  # fmt: skip
 
 

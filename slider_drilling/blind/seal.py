@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from slider_drilling.blind.label import Label
+from slider_drilling.blind.lack import LACKS
 from slider_drilling.blind.law import Law, Make, both, no_effect
 from slider_drilling.blind.laws import CATALOGUE
 from slider_drilling.blind.manoeuvres import MANOEUVRES
@@ -58,7 +59,9 @@ def make(case: Case, base: Rig, path: Path, twins: Sequence[Path] = ()) -> Label
     generator = np.random.default_rng(case.seed)
     rig = WELLS[case.well](generator, base)
     commands = MANOEUVRES[case.manoeuvre](generator, rig, case.duration)
-    hidden, recorder = random_hidden(generator), random_recorder(generator)
+    # Of a generator of its own: the run is the same whatever its log lacks.
+    lack = LACKS[case.lacking](np.random.default_rng([case.seed, 2]))
+    hidden, recorder = random_hidden(generator), random_recorder(generator, lack)
     plain = run_sealed(rig, hidden, no_effect(generator, rig, 1.0), commands)
     laws, sizes = [], []
     for name in case.effects:
@@ -75,7 +78,7 @@ def make(case: Case, base: Rig, path: Path, twins: Sequence[Path] = ()) -> Label
         log=path.name, kind=case.kind, effects=tuple(law.name for law in laws if law.name != NONE),
         sites=tuple((law.site, *law.also) for law in laws if law.site is not None), size=case.size,
         sizes=tuple(sizes), well=case.well, manoeuvre=case.manoeuvre, seed=case.seed, interval=law.interval,
-        hidden=asdict(hidden), recorder=asdict(recorder),
+        hidden=asdict(hidden), recorder=asdict(recorder), lacking=case.lacking,
     )  # fmt: skip
 
 

@@ -73,8 +73,8 @@ class Tally:
     that were called anything but ``none`` or ``parameters``; bare_names: laws from outside that got a name and nothing
     else; sites: right where one was given; coverage: of the reported 95 % intervals over the oracle's share;
     against_oracle: share closed minus the oracle's; ends: absolute errors m of a bed's ends; by_size (the asked-for
-    size nearest to the one reached), by_well, by_manoeuvre: named; limits: by effect; confusion: what was said, by
-    truth.
+    size nearest to the one reached), by_well, by_manoeuvre, by_lacking: named; alarms_by_lacking: of effect-free logs;
+    limits: by effect; confusion: what was said, by truth.
     """
 
     right: dict[str, Share]
@@ -98,6 +98,8 @@ class Tally:
     by_size: dict[str, dict[str, Share]]
     by_well: dict[str, Share]
     by_manoeuvre: dict[str, Share]
+    by_lacking: dict[str, Share]
+    alarms_by_lacking: dict[str, Share]
     limits: dict[str, Limit]
     confusion: dict[str, dict[str, int]]
     outcomes: dict[str, dict[str, int]]
@@ -136,6 +138,9 @@ def tally(cases: Sequence[Scored]) -> Tally:
         by_size={name: _by(of, lambda case: f"{_size(case, asked):g}") for name, of in alone.items()},
         by_well=_by(single, lambda case: case.well),
         by_manoeuvre=_by(single, lambda case: case.manoeuvre),
+        by_lacking=_by(single, lambda case: case.lacking),
+        alarms_by_lacking={name: share(case.verdict not in QUIET for case in free if case.lacking == name)
+                           for name in sorted({case.lacking for case in free})},
         limits={name: detection_limit([case.sizes[0] for case in of], [case.named_truth for case in of])
                 for name, of in alone.items()},
         confusion=_counts(cases, lambda case: " + ".join(case.named) or case.verdict),

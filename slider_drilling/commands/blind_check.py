@@ -41,6 +41,9 @@ Examples:
               help="horizontal, deviated, extended, own; `own` is the rig file's, the default with --rig.")  # fmt: skip
 @click.option("--manoeuvres", default="varied,steady,rotary", show_default=True, metavar="NAME,...",
               help="What the rig does.")  # fmt: skip
+@click.option("--lacking", default="nothing", show_default=True, metavar="NAME,...",
+              help="What logs lack, in turn: nothing, beginning, draw-works, pump, samples, renewals, "
+                   "resolution.")  # fmt: skip
 @click.option("--duration", default=400.0, show_default=True, help="Of each log, s.")
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file: its string, noise and well.")
 @click.option("--seal-only", is_flag=True, help="Make the logs and labels, and leave.")
@@ -60,7 +63,7 @@ Examples:
 @json_option
 @units_option
 def command(
-    cases: int, seed: int, effects: str, sizes: str, wells: str, manoeuvres: str, duration: float,
+    cases: int, seed: int, effects: str, sizes: str, wells: str, manoeuvres: str, lacking: str, duration: float,
     rig_path: Path | None, seal_only: bool, sealed: Path | None, answers: Path | None, only: str, oracle: bool,
     repeats: int, jobs: int, scheduler: str, output: Path, as_json: bool, units: Units,
 ) -> int:
@@ -92,7 +95,8 @@ def command(
     options: dict[str, Any] = {"logs": str(sealed)}
     if sealed is None:
         chosen = _names(wells) or (("own",) if rig_path is not None else DRAWN)
-        plan = Plan(_names(effects), _numbers("--sizes", sizes), chosen, _names(manoeuvres), seed, duration)
+        plan = Plan(_names(effects), _numbers("--sizes", sizes), chosen, _names(manoeuvres), seed, duration,
+                    _names(lacking))  # fmt: skip
         drawn = draw_cases(plan, cases)
         rig = rig_path if rig_path is not None else share_file("config/rig.example.yaml")
         ran = check.seal(drawn, rig, output, run, repeats)
@@ -106,7 +110,7 @@ def command(
             return ran.code
         sealed, stems = output, [case.file() for case in drawn]
         options = {"cases": cases, "seed": seed, "effects": effects, "sizes": sizes, "wells": ",".join(chosen),
-                   "manoeuvres": manoeuvres, "duration": duration, "rig": str(rig_path or ""),
+                   "manoeuvres": manoeuvres, "lacking": lacking, "duration": duration, "rig": str(rig_path or ""),
                    "repeats": repeats, "only": only}  # fmt: skip
     if answers is not None:
         _report(check.score_answers(sealed / check.LABELS, answers), {}, options, output, as_json, units)
