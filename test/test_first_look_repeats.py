@@ -41,7 +41,8 @@ def test_repeats_are_left_out_and_said(held):
     found, notes = without_repeats(log)
     for values in (found.top_drive.effort, found.top_drive.position, found.standpipe_pressure.value):
         assert np.flatnonzero(np.isfinite(values)).tolist() == list(range(0, 900, held))
-    assert [note.text.split(":")[0] for note in notes] == ["top-drive angle, surface_torque, standpipe_pressure"]
+    words = "top-drive angle, top-drive speed, surface_torque, standpipe_pressure"
+    assert [note.text.split(":")[0] for note in notes] == [words]
     assert f"renewed every {0.1 * held:.3g} s" in notes[0].text and notes[0].weight == "note"
 
 

@@ -104,7 +104,7 @@ def fit_friction(
     """
     driven = commands_from_log(log, rig)
     channels = [c for name, c in measured_channels(log, rig).items() if name in ("surface_torque", "hook_load")]
-    if "block" in " ".join(driven.assumed):
+    if not driven.block_logged:
         channels = [c for c in channels if c.name == "surface_torque"]
     if not channels:
         raise InputError(f"{log.source}: holds neither surface torque nor hook load; friction shows in nothing else")

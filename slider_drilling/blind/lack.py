@@ -16,7 +16,8 @@ NOTHING = "nothing"
 class Lack:
     """begun: share of the run that is over when the recorder starts; without: series that no topic has, by their key
     in `messages.topics.TOPICS`; every: of so many samples one is kept; renewed: of so many samples one is new and the
-    others repeat it; angle, speed: resolution of the top drive's encoder, rad and rad/s, 0 for none.
+    others repeat it; angle, speed, block: resolution of the top drive's encoder, rad and rad/s, and of the block's
+    position, m, 0 for none.
     """
 
     begun: float = 0.0
@@ -25,6 +26,7 @@ class Lack:
     renewed: int = 1
     angle: float = 0.0
     speed: float = 0.0
+    block: float = 0.0
 
     def rows(self, count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Of a run's samples those that are stamped, and for each the one whose values it has."""
@@ -42,6 +44,8 @@ LACKS: dict[str, Draw] = {
     "samples": lambda generator: Lack(every=int(generator.choice([2, 5, 10]))),
     "renewals": lambda generator: Lack(renewed=int(generator.choice([2, 5, 10]))),
     "resolution": lambda generator: Lack(angle=math.radians(generator.choice([0.35, 1.0, 2.0])),
-                                         speed=2.0 * math.pi / 60.0 * generator.choice([0.1, 1.0])),
+                                         speed=2.0 * math.pi / 60.0 * generator.choice([0.1, 1.0]),
+                                         block=float(generator.choice([0.0, 0.001, 0.01]))),
 }  # fmt: skip
-"""By what a log may lack. Encoders have 1,024, 360 and 180 steps a turn, speeds a tenth of a rpm or a whole one."""
+"""By what a log may lack. Encoders have 1,024, 360 and 180 steps a turn, speeds a tenth of a rpm or a whole one,
+a block's position millimetres or centimetres."""

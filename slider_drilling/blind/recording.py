@@ -73,6 +73,7 @@ def write_sealed(
     begun = float(commands.time[stamped[0]]) if lack.begun else 0.0
     driven, lowered, pumped, pressed = (_received(count, stamped, recorder, generator) for _ in range(4))
     angle, speed = _in_steps(commands.top_drive_angle, lack.angle), _in_steps(commands.top_drive_speed, lack.speed)
+    block = _in_steps(commands.block_position, lack.block)
     drive, works, pump = TOPICS["top_drive"], TOPICS["draw_works"], TOPICS["mud_pump"]
     with LogWriter(path, rig_text=dump_rig(rig), recorded_by="a rig", whole=True, started=_RECORDED) as writer:
         for row, k in zip(stamped, seen, strict=True):
@@ -80,8 +81,7 @@ def write_sealed(
             if driven[row]:
                 writer.joint_state(drive.name, time, drive.joint, angle[k], speed[k], torque[k])
             if lowered[row] and "draw_works" not in lack.without:
-                position, rate = commands.block_position[k], commands.block_speed[k]
-                writer.joint_state(works.name, time, works.joint, position, rate, hook[k])
+                writer.joint_state(works.name, time, works.joint, block[k], commands.block_speed[k], hook[k])
             if pumped[row] and "mud_pump" not in lack.without:
                 writer.joint_state(pump.name, time, pump.joint, velocity=commands.pump_speed[k])
             if pressed[row]:

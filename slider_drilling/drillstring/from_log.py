@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from slider_drilling.drillstring.agreed_motion import agreed_motion
 from slider_drilling.drillstring.layout import Array
 from slider_drilling.drillstring.lost_block import block_by_pressure
 from slider_drilling.drillstring.lost_flow import with_lost_flow
@@ -27,12 +28,14 @@ _FINE_S = 0.1  # between the commands where a log has them more seldom
 class LogCommands:
     """The commands, and one sentence for each thing that the log does not hold and that was assumed instead.
 
-    lowered: whether the block's motion is only what standpipe pressure tells of it; flow_steps: s at which the flow may
+    block_logged: whether the log holds the block's motion; lowered: whether it is only what standpipe pressure tells of
+    it; flow_steps: s at which the flow may
     have changed unseen, None where the log holds the pump.
     """
 
     commands: Commands
     assumed: tuple[str, ...]
+    block_logged: bool = True
     lowered: bool = False
     flow_steps: tuple[float, ...] | None = None
 
@@ -67,13 +70,15 @@ def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
     if count < 2:
         raise InputError(f"{log.source}: top_drive/joint_states has {count} usable sample(s); at least two needed")
     check_duration(rig, float(drive.time[-1] - drive.time[0]), log.rig_source or log.source)
-    time, angle, speed = _turned(log, drive, rig)
     assumed: list[str] = []
+    time, angle, speed = _turned(log, drive, rig, assumed)
     pump, steps = _pump_speed(log, rig, time, assumed)
     block, block_speed, lowered = np.zeros_like(time), np.zeros_like(time), None
     works = None if log.draw_works is None else _usable(log.draw_works)
-    if works is not None and len(works.time) >= 2:
-        moved = Commands(works.time, *_motion(works), *_motion(works), np.zeros_like(works.time)).at(time)
+    block_logged = works is not None and len(works.time) >= 2
+    if works is not None and block_logged:
+        motion = _motion(works, assumed, "the block's position", "m")
+        moved = Commands(works.time, *motion, *motion, np.zeros_like(works.time)).at(time)
         block, block_speed = moved.block_position, moved.block_speed
     elif (lowered := _lowered(log, rig, time, pump)) is not None:
         assumed.append("the log holds no draw-works: the block is lowered as the standpipe pressure tells")
@@ -81,16 +86,16 @@ def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
     else:
         assumed.append("the log holds no draw-works: the block is taken to stand still")
     commands = Commands(time, angle, speed, block, block_speed, pump)
-    return LogCommands(commands, tuple(assumed), lowered is not None, steps)
+    return LogCommands(commands, tuple(assumed), block_logged, lowered is not None, steps)
 
 
-def _turned(log: RigLog, drive: JointSeries, rig: Rig) -> tuple[Array, Array, Array]:
+def _turned(log: RigLog, drive: JointSeries, rig: Rig, assumed: list[str]) -> tuple[Array, Array, Array]:
     """Time, angle and speed of the top drive: its samples, and where some were lost the corners of its motion and the
     times at which the block's or the pump's came. Where samples come too seldom to show how it turns round, its motion
     is sampled finely between them.
     """
     seldom, whole = too_seldom(drive.time), np.isfinite(drive.position).any() and np.isfinite(drive.velocity).any()
-    time, angle, speed = drive.time, *_motion(drive)
+    time, angle, speed = drive.time, *_motion(drive, assumed, "the top drive's angle", "rad")
     if whole or not seldom:
         time, angle, speed = with_lost_motion(time, angle, speed, rig.top_drive.max_acceleration)
     if seldom:
@@ -135,8 +140,10 @@ def _usable(series: JointSeries) -> JointSeries:
     return JointSeries(*(array[keep] for array in arrays))
 
 
-def _motion(series: JointSeries) -> tuple[Array, Array]:
-    """Position and velocity (n,), each made from the other where the log lacks it."""
+def _motion(series: JointSeries, assumed: list[str], words: str, unit: str) -> tuple[Array, Array]:
+    """Position and velocity (n,), each made from the other where the log lacks it, the likeliest of both where they do
+    not agree.
+    """
     time, position, velocity = series.time, series.position, series.velocity
     known = np.isfinite(position)
     if not known.any():
@@ -144,8 +151,16 @@ def _motion(series: JointSeries) -> tuple[Array, Array]:
         steps = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time)
         return np.concatenate([[0.0], np.cumsum(steps)]), velocity
     position = np.interp(time, time[known], position[known])
-    slope = np.gradient(position, time)
-    return position, np.where(np.isfinite(velocity), velocity, slope)
+    measured = np.isfinite(velocity)
+    velocity = np.where(measured, velocity, np.gradient(position, time))
+    if not measured.any() or too_seldom(time):
+        return position, velocity
+    likeliest, speed = agreed_motion(time, position, velocity)
+    if likeliest is not position:
+        off = (float(np.sqrt(np.mean(square**2))) for square in (likeliest - position, speed - velocity))
+        apart = " and ".join(f"{rms:.2g} {one}" for rms, one in zip(off, (unit, f"{unit}/s"), strict=True))
+        assumed.append(f"{words} and its speed do not quite agree: taken is what is likeliest given both, {apart} off")
+    return likeliest, speed
 
 
 def _lowered(log: RigLog, rig: Rig, time: Array, pump: Array) -> tuple[Array, Array] | None:

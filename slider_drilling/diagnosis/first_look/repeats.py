@@ -2,42 +2,80 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slider_drilling.diagnosis.first_look.finding import Finding
-from slider_drilling.log.series import Array, JointSeries, RigLog, ScalarSeries
+from slider_drilling.log.series import Array, RigLog
 
 # Renewals that say whether a column is held between them, and how many of these may follow upon one another at once.
 _FEWEST, _AT_ONCE = 20, 0.02
 _SOONEST = 0.05  # of the renewals: a drive that turns evenly has the same speed for many of them
-_COLUMNS = (
-    ("top_drive", "position", "top-drive angle"), ("top_drive", "velocity", "top-drive speed"),
-    ("top_drive", "effort", "surface_torque"), ("draw_works", "position", "block position"),
-    ("draw_works", "velocity", "block speed"), ("draw_works", "effort", "hook_load"),
-    ("standpipe_pressure", "value", "standpipe_pressure"),
-)  # fmt: skip
+_BESIDE = 0.5  # of the interval between samples: a stamp that is farther from a renewal is of another sample
+_SERIES = {
+    "top_drive": {"position": "top-drive angle", "velocity": "top-drive speed", "effort": "surface_torque"},
+    "draw_works": {"position": "block position", "velocity": "block speed", "effort": "hook_load"},
+    "standpipe_pressure": {"value": "standpipe_pressure"},
+    "mud_pump": {"velocity": "pump speed"},
+}
+
+
+@dataclass(frozen=True)
+class _Clock:
+    """When a column is renewed. at: (m,) s, ascending, of renewals that were seen; every: s between renewals; logged: s
+    between samples.
+    """
+
+    at: Array
+    every: float
+    logged: float
+
+    def new(self, time: Array) -> NDArray[np.bool_]:
+        """(n,) which samples are renewals, seen or not: those of which the stamp is an instant of this clock. Where
+        that sample was lost the next one says what was measured then, and nothing of now.
+        """
+        instants = self._instants(float(time[0]), float(time[-1]))
+        first = np.searchsorted(time, instants - _BESIDE * self.logged)
+        first = first[first < time.size]
+        found = np.zeros(time.size, dtype=bool)
+        found[first[time[first] < instants[: first.size] + _BESIDE * self.logged]] = True
+        return found
+
+    def _instants(self, begin: float, end: float) -> Array:
+        """From one renewal that was seen to the next as many as come between; before and behind them evenly."""
+        before = self.at[0] - self.every * np.arange(int((self.at[0] - begin) / self.every + _BESIDE), 0, -1)
+        behind = self.at[-1] + self.every * np.arange(1, int((end - self.at[-1]) / self.every + _BESIDE) + 1)
+        steps = np.maximum(np.round(np.diff(self.at) / self.every), 1.0)
+        count = np.concatenate([[0.0], np.cumsum(steps)])
+        return np.concatenate([before, np.interp(np.arange(count[-1] + 1.0), count, self.at), behind])
+
+    def holds(self, changes: Array) -> bool:
+        """Whether every one of the times s (k,) is an instant of this clock."""
+        return changes.size == 0 or bool(self.new(changes).all())
 
 
 def without_repeats(log: RigLog) -> tuple[RigLog, list[Finding]]:
     """The log with NaN for every sample that repeats the one before in a column which is renewed more seldom than it
     is logged, as a bus or a historian holds it, and a note that names them.
+
+    A column that hardly changes is renewed with the others of its message if it changes with them alone, a pump's speed
+    with the other messages.
     """
     held: dict[tuple[str, str], list[str]] = {}
-    for name, column, words in _COLUMNS:
-        series: JointSeries | ScalarSeries | None = getattr(log, name)
-        if series is None:
+    common: _Clock | None = None
+    for name, columns in _SERIES.items():
+        series: Any = getattr(log, name)
+        if series is None or series.time.size < 2:
             continue
-        values = getattr(series, column)
-        repeated, every = _repeats(values)
-        if every == 1:
-            continue
-        interval = float(np.median(np.diff(series.time)))
-        held.setdefault((f"{every * interval:.3g}", f"{interval:.3g}"), []).append(words)
-        kept: dict[str, Any] = {column: np.where(repeated, np.nan, values)}
+        clocks = _clocks(series.time, {column: getattr(series, column) for column in columns}, common)
+        common = next((clock for clock in clocks.values()), common)
+        kept = {}
+        for column, clock in clocks.items():
+            kept[column] = np.where(clock.new(series.time), getattr(series, column), np.nan)
+            held.setdefault((f"{clock.every:.3g}", f"{clock.logged:.3g}"), []).append(columns[column])
         changed: dict[str, Any] = {name: replace(series, **kept)}
         log = replace(log, **changed)
     return log, [
@@ -50,21 +88,36 @@ def without_repeats(log: RigLog) -> tuple[RigLog, list[Finding]]:
     ]  # fmt: skip
 
 
-def _repeats(values: Array) -> tuple[NDArray[np.bool_], int]:
-    """Which samples (n,) repeat a value that is held, and for how many samples it is; none and 1 where values
-    are renewed with every sample. Where nothing moves a sample is kept as often as values are renewed elsewhere.
+def _clocks(time: Array, columns: dict[str, Array], common: _Clock | None) -> dict[str, _Clock]:
+    """The clocks of the columns that are held; common: of other messages, for one whose columns hardly change."""
+    interval = float(np.median(np.diff(time)))
+    changes = {column: _changes(time, values, interval) for column, values in columns.items()}
+    found = {column: own for column, at in changes.items() if (own := _clock(at, interval)) is not None}
+    if found:
+        common = min(found.values(), key=lambda one: one.every)
+    elif common is None or not any(at.size for at in changes.values()):
+        return {}
+    for column, at in changes.items():
+        filled = np.isfinite(columns[column]).any()
+        if column not in found and filled and at.size < _FEWEST and common.holds(at):
+            found[column] = common
+    return {column: found[column] for column in columns if column in found}
+
+
+def _changes(time: Array, values: Array, interval: float) -> Array:
+    """Times s at which a column (n,) has another value than in the sample before, none being lost between: a renewal
+    that was lost shows too late.
     """
-    nothing = np.zeros(values.shape, dtype=bool), 1
-    known = np.flatnonzero(np.isfinite(values))
-    renewed = np.flatnonzero(np.diff(values[known]) != 0.0) + 1
-    gaps = np.diff(renewed)
-    if gaps.size < _FEWEST or np.mean(gaps == 1) > _AT_ONCE:
-        return nothing
-    every = int(np.quantile(gaps, _SOONEST))
-    first = np.concatenate([[0], renewed, [known.size]])
-    count = np.arange(known.size)
-    own = np.searchsorted(first, count, side="right") - 1
-    since, left = count - first[own], first[own + 1] - count
-    repeated, _ = nothing
-    repeated[known[(since > 0) & ((since % every != 0) | (left < every))]] = True
-    return repeated, every
+    known = np.isfinite(values)
+    at, value = time[known], values[known]
+    whole = np.diff(at) < (1.0 + _BESIDE) * interval
+    return at[1:][(np.diff(value) != 0.0) & whole]
+
+
+def _clock(changes: Array, interval: float) -> _Clock | None:
+    """None where values are renewed with every sample, or where too few changes (k,), s, could say."""
+    gaps = np.diff(changes)
+    if gaps.size < _FEWEST or np.mean(gaps < (1.0 + _BESIDE) * interval) > _AT_ONCE:
+        return None
+    soonest = float(np.quantile(gaps, _SOONEST))
+    return _Clock(changes, float(np.mean(gaps[gaps < (1.0 + _BESIDE) * soonest])), interval)

@@ -33,8 +33,8 @@ class Adequacy:
     """threshold: E that the model would leave of its own replicates at the stated level, or that is negligible;
     by_channel: likewise; beyond: channels that are above theirs; structured: those that are not negligible and hold
     more structure (a discrepancy that pays) than replicates do; within: whether neither the whole nor a channel is
-    above its threshold; hidden: whether an effect that was looked for stands out in what is left as in no replicate,
-    however small the gap.
+    above its threshold; hidden: where it is adequate, whether an effect that was looked for stands out in what is left
+    as in no replicate, however small the gap.
     """
 
     threshold: float
@@ -79,8 +79,9 @@ def adequacy(
     }  # fmt: skip
     beyond = tuple(name for name, value in score.by_channel.items() if value > channels[name])
     threshold = max(_upper(whole, LEVEL), least)
-    hidden = bool(effects) and _stands_out(problem, found, residuals, effects, known)
     within = score.gap <= threshold and not beyond
+    # Scanned for only where nothing else says that there is something.
+    hidden = bool(within and not structured and effects) and _stands_out(problem, found, residuals, effects, known)
     return Adequacy(threshold, channels, beyond, tuple(sorted(structured)), within, hidden)
 
 
