@@ -9,6 +9,7 @@ import pytest
 
 from slider_drilling.diagnosis.first_look.motion import look_at_motion
 from slider_drilling.diagnosis.first_look.repeats import without_repeats
+from slider_drilling.diagnosis.replay import replay
 from slider_drilling.drillstring.from_log import commands_from_log, unfilled
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import JointSeries, ScalarSeries
@@ -85,3 +86,46 @@ def test_a_column_that_nobody_filled_is_made_from_the_other_and_said(column):
 
 def test_a_drive_that_rests_has_filled_its_speed():
     assert unfilled(JointSeries(TIME, TIME, np.full(900, 3.0), np.zeros(900), np.zeros(900))) is None
+
+
+def test_a_coarse_sensor_that_moves_slowly_is_not_held():
+    """A block position in centimetres, lowered at one rate after the other: steps of one size, at uneven times."""
+    log = log_of()
+    rate = np.where(TIME < 40.0, 0.02, 0.035)
+    position = np.cumsum(0.1 * rate)
+    noise = np.random.default_rng(5)
+    works = JointSeries(TIME, TIME, 0.01 * np.round(position / 0.01), rate, 1e6 + 3e3 * noise.normal(size=900))
+    assert without_repeats(replace(log, draw_works=works))[1] == []
+
+
+@pytest.mark.parametrize("held", [2, 10])
+def test_a_renewal_that_is_lost_shifts_no_other(held):
+    """One sample in a hundred is lost, and a stretch: what is kept was measured when it is stamped."""
+    log, fresh = log_of(held), log_of()
+    came = np.random.default_rng(6).uniform(size=900) > 0.01
+    came[300:313] = False
+    drive = log.top_drive
+    lost = JointSeries(*(getattr(drive, name)[came] for name in ("time", "arrival", "position", "velocity", "effort")))
+    found, notes = without_repeats(replace(log, top_drive=lost))
+    kept = np.isfinite(found.top_drive.effort)
+    measured = np.interp(found.top_drive.time[kept], TIME, fresh.top_drive.effort)
+    assert np.array_equal(found.top_drive.effort[kept], measured)
+    assert kept.sum() > 0.95 * 900 / held and "surface_torque" in notes[0].text
+
+
+def test_a_pump_that_was_set_once_is_renewed_with_the_other_messages():
+    log = log_of(5)
+    nothing = np.full(900, np.nan)
+    speed = np.where(np.arange(900) < 455, 12.0, 11.0)
+    found, notes = without_repeats(replace(log, mud_pump=JointSeries(TIME, TIME, nothing, speed, nothing)))
+    assert np.flatnonzero(np.isfinite(found.mud_pump.velocity)).tolist() == list(range(0, 900, 5))
+    assert "pump speed" in notes[0].text
+    elsewhere = np.where(np.arange(900) < 457, 12.0, 11.0)
+    found, _ = without_repeats(replace(log, mud_pump=JointSeries(TIME, TIME, nothing, elsewhere, nothing)))
+    assert np.isfinite(found.mud_pump.velocity).all()
+
+
+def test_a_replay_leaves_repeats_out_and_says_so():
+    run = replay(log_of(5), RIG, elements=32)
+    assert any("renewed every 0.5 s" in sentence for sentence in run.assumed)
+    assert run.channels["surface_torque"].channel.time.size == 180

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from slider_drilling.diagnosis.first_look.repeats import without_repeats
 from slider_drilling.drillstring import ELEMENTS, Commands, Modifiers, Response, Start, simulate_batch
 from slider_drilling.drillstring.begun import AT_WORK, start_of
 from slider_drilling.drillstring.from_log import commands_from_log
@@ -93,8 +94,9 @@ def replay(
     modifiers: Modifiers = Modifiers(),
 ) -> Replay:
     """Simulate the log's run from its first sample and compare channel by channel; start: by default as the log's first
-    second shows it (`start_of`). Raises InputError.
+    second shows it (`start_of`). Values that are held between renewals are left out. Raises InputError.
     """
+    log, held = without_repeats(log)
     driven = commands_from_log(log, rig)
     start = start or start_of(log, rig, driven.commands)
     channels = measured_channels(log, rig)
@@ -104,5 +106,5 @@ def replay(
     for name, channel in channels.items():
         simulated = np.interp(channel.time, response.time, getattr(response, name))
         compared[name] = Comparison(channel, simulated, channel.residual(simulated))
-    assumed = (*driven.assumed, *([AT_WORK] if start.at_work else []))
+    assumed = (*(one.text for one in held), *driven.assumed, *([AT_WORK] if start.at_work else []))
     return Replay(driven.commands, response, compared, assumed)

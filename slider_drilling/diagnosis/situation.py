@@ -65,8 +65,9 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
     try_effects(own, taken, rig, driven[0].commands)
     users = {user.effect.name: user for user in own}
     effects = tuple(effect for effect in effects if _can_be_seen(effect.name, names, off_bottom, tools))
-    if tools == ():
-        remarks.append("no line in the hook load: axial_oscillation_tool is not looked for")
+    if tools == () or "hook_load" not in names:
+        why = "no line in the hook load" if tools == () else "no hook load"
+        remarks.append(f"{why}: axial_oscillation_tool is not looked for")
     alone = names == ["surface_torque"]
     if alone:
         effects = tuple(aging_with_memory() if effect.name == "static_aging" else effect for effect in effects)
@@ -88,7 +89,8 @@ def _torque_interval(runs: Sequence[Run]) -> float:
 def _can_be_seen(effect: str, channels: Sequence[str], off_bottom: bool, tools: Sequence[float] | None) -> bool:
     """Effects whose law acts on nothing that this log holds are no candidates; tools: of `tool_frequencies`."""
     if effect == "axial_oscillation_tool":
-        return tools != ()
+        # The line that it draws there is what tells it from less friction.
+        return tools != () and "hook_load" in channels
     if effect in ("torque_sensor_lag", "torque_sensor_bias", "torque_at_motor"):
         return "surface_torque" in channels
     if effect in ("torsional_compliance", "torque_sensor_gain"):

@@ -14,7 +14,7 @@ _MEDIAN_TO_VARIANCE = 2.198  # of squares that are normally distributed
 # Passes in which a speed that is pushed hard at times is found; of how many normal draws its spread is known.
 _PASSES, _TAIL = 4, 4.0
 _MULTIPLE = 1e-3  # of a step, by which a multiple of it may be off
-_BULK = 0.9  # of all samples, the rest being corners of a motion that is measured exactly
+_BULK = 0.99  # of all samples, the rest being what a log may hold once
 _STIFFEST = 1e-6  # of the errors' square, that the speed spreads at least: such a motion remembers thirty samples
 _CLOSEST = 0.01  # of the usual step, between two samples that no motion need be told between
 _EXACT = 1e-4  # of the common way between two samples: nobody calls that a disagreement
@@ -45,11 +45,12 @@ def agreed_motion(time: Array, position: Array, speed: Array) -> tuple[Array, Ar
     near, far, rounded = _variance(pairs), _variance(over), _rounding(position)
     exact = (_EXACT * common * usual) ** 2
     even = _variance(changes)
-    # An even motion may be a whole number of steps a sample: then no more than its changes show how coarse they are.
+    # An even motion may be a whole number of steps a sample: then only where it slips by one do they show.
     coarse = float(np.quantile(pairs**2, _BULK)) > rounded > exact
     if max(near, far) <= max(even * usual**2 / 12.0, exact) and not coarse:
         return position, speed
-    errs = max(max(far - near, 0.0) / ((_LONGER - 0.5) * usual**2), _rounding(speed), exact / usual**2)
+    adds_up = max(far - max(near, 2.0 * rounded), 0.0) / ((_LONGER - 0.5) * usual**2)
+    errs = max(adds_up, _rounding(speed), exact / usual**2)
     spread = max(float(np.mean(changes**2)) - min(2.0 * errs, even), _STIFFEST * near / usual**2) / usual
     sigmas = np.sqrt(max(0.5 * near - 0.25 * errs * usual**2, rounded, exact)), np.sqrt(errs)
     found = [_likeliest(time[one], position[one], speed[one], sigmas, spread) for one in stretches]

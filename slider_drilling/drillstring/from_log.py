@@ -21,6 +21,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.log.series import JointSeries, RigLog
 from slider_drilling.rig import Rig, check_duration
 
+_TURNING = 0.05  # rad/s, from which a drive turns
 _FINE_S = 0.1  # between the commands where a log has them more seldom
 
 
@@ -80,7 +81,7 @@ def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
         motion = _motion(works, assumed, "the block's position", "m")
         moved = Commands(works.time, *motion, *motion, np.zeros_like(works.time)).at(time)
         block, block_speed = moved.block_position, moved.block_speed
-    elif (lowered := _lowered(log, rig, time, pump)) is not None:
+    elif (lowered := _lowered(log, rig, time, speed, pump)) is not None:
         assumed.append("the log holds no draw-works: the block is lowered as the standpipe pressure tells")
         block, block_speed = lowered
     else:
@@ -163,14 +164,15 @@ def _motion(series: JointSeries, assumed: list[str], words: str, unit: str) -> t
     return likeliest, speed
 
 
-def _lowered(log: RigLog, rig: Rig, time: Array, pump: Array) -> tuple[Array, Array] | None:
+def _lowered(log: RigLog, rig: Rig, time: Array, speed: Array, pump: Array) -> tuple[Array, Array] | None:
     """Position and speed of the block as the standpipe pressure tells them, None without one."""
     if log.standpipe_pressure is None:
         return None
     known = np.isfinite(log.standpipe_pressure.value)
     if np.count_nonzero(known) < 2:
         return None
-    return block_by_pressure(time, pump, log.standpipe_pressure.time[known], log.standpipe_pressure.value[known], rig)
+    seen, pressure = log.standpipe_pressure.time[known], log.standpipe_pressure.value[known]
+    return block_by_pressure(time, np.abs(speed) > _TURNING, pump, seen, pressure, rig)
 
 
 def _pump_speed(

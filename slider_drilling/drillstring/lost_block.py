@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slider_drilling.drillstring.layout import Array
 from slider_drilling.rig import Rig
@@ -10,28 +11,34 @@ from slider_drilling.rig import Rig
 _SMOOTH_S = 10.0  # over which pressure is averaged: weight on a bit follows a block no faster
 _OFF_BOTTOM = 0.02  # share of a log in which its bit is taken to carry no weight
 _TUNED = 0.2  # by which the file's circulating pressure may be off
-# s that a driller leaves the block at one rate, or about; the fewest and the most stretches of a run.
-_STRETCH_S, _FEWEST, _MOST = 40.0, 3, 12
+# s that a block is taken to have one rate; the fewest and the most such stretches of a run.
+_STRETCH_S, _FEWEST, _MOST = 20.0, 3, 24
+_TURNING = 0.5  # of a stretch: where the drive turns less friction keeps the weight, and pressure tells of no block
 
 
-def block_by_pressure(time: Array, pump: Array, seen: Array, pressure: Array, rig: Rig) -> tuple[Array, Array]:
+def block_by_pressure(
+    time: Array, turning: NDArray[np.bool_], pump: Array, seen: Array, pressure: Array, rig: Rig
+) -> tuple[Array, Array]:
     """Position m and speed m/s (n,) of a block under which the motor would give about the pressure that was measured.
 
-    time, pump: (n,) s, rad/s; seen, pressure: (m,), s, Pa at the standpipe, finite. Pressure above that of circulation
-    is the motor's, and gives the weight on the bit; the block makes up for what the bit drills under it and for what
-    the string is shortened by, at one rate in each of its `stretches`. Friction that holds the string back is left out:
-    this is where a fit begins.
+    time, turning, pump: (n,) s, whether the top drive turns, rad/s; seen, pressure: (m,), s, Pa at the standpipe,
+    finite. Pressure above that of circulation is the motor's, and gives the weight on the bit; the block makes up for
+    what the bit drills under it and for what the string is shortened by. Friction holds some of that back for a while,
+    and gives it later: what pressure tells of one of the `stretches` is off by more than a driller's rates differ, so
+    that all have the mean, of those in which the drive turns and none taken to be raised. This is where a fit begins.
     """
     motor, weight = rig.motor, _weight(time, pump, seen, pressure, rig)
     share = weight * rig.bit.lever / motor.torque_per_pressure / motor.max_pressure
-    turning = pump * rig.mud_pump.displacement / motor.displacement * (1.0 - motor.leak * share**2)  # rev/s
-    drilled = weight * turning / rig.bit.depth_of_cut_stiffness
+    bit = pump * rig.mud_pump.displacement / motor.displacement * (1.0 - motor.leak * share**2)  # rev/s
+    drilled = weight * bit / rig.bit.depth_of_cut_stiffness
     steps = 0.5 * (drilled[1:] + drilled[:-1]) * np.diff(time)
     position = np.concatenate([[0.0], np.cumsum(steps)]) + (weight - weight[0]) / rig.string.axial_stiffness
     knots = stretches(time)
     rates = np.diff(np.interp(knots, time, position)) / np.diff(knots)
     within = np.clip(np.searchsorted(knots, time, side="right") - 1, 0, rates.size - 1)
-    return np.interp(time, knots, np.interp(knots, time, position)), rates[within]
+    told = np.bincount(within, turning, rates.size) >= _TURNING * np.bincount(within, minlength=rates.size)
+    rate = float(np.mean(np.maximum(rates[told] if told.any() else rates, 0.0)))
+    return rate * (time - time[0]), np.full_like(time, rate)
 
 
 def stretches(time: Array) -> Array:

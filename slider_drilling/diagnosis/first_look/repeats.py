@@ -15,6 +15,9 @@ from slider_drilling.log.series import Array, RigLog
 _FEWEST, _AT_ONCE = 20, 0.02
 _SOONEST = 0.05  # of the renewals: a drive that turns evenly has the same speed for many of them
 _BESIDE = 0.5  # of the interval between samples: a stamp that is farther from a renewal is of another sample
+# By how much larger the share of equal steps is than that of equal times between them where a sensor is coarse: of an
+# even motion both are equal.
+_COARSE = 0.2
 _SERIES = {
     "top_drive": {"position": "top-drive angle", "velocity": "top-drive speed", "effort": "surface_torque"},
     "draw_works": {"position": "block position", "velocity": "block speed", "effort": "hook_load"},
@@ -92,32 +95,41 @@ def _clocks(time: Array, columns: dict[str, Array], common: _Clock | None) -> di
     """The clocks of the columns that are held; common: of other messages, for one whose columns hardly change."""
     interval = float(np.median(np.diff(time)))
     changes = {column: _changes(time, values, interval) for column, values in columns.items()}
-    found = {column: own for column, at in changes.items() if (own := _clock(at, interval)) is not None}
+    found = {column: own for column, one in changes.items() if (own := _clock(*one, interval)) is not None}
     if found:
         common = min(found.values(), key=lambda one: one.every)
-    elif common is None or not any(at.size for at in changes.values()):
+    elif common is None or not 0 < max(at.size for at, _ in changes.values()) < _FEWEST:
         return {}
-    for column, at in changes.items():
-        filled = np.isfinite(columns[column]).any()
-        if column not in found and filled and at.size < _FEWEST and common.holds(at):
+    for column, (at, _) in changes.items():
+        if column not in found and np.isfinite(columns[column]).any() and common.holds(at):
             found[column] = common
     return {column: found[column] for column in columns if column in found}
 
 
-def _changes(time: Array, values: Array, interval: float) -> Array:
-    """Times s at which a column (n,) has another value than in the sample before, none being lost between: a renewal
-    that was lost shows too late.
+def _changes(time: Array, values: Array, interval: float) -> tuple[Array, Array]:
+    """Times s, (k,), at which a column (n,) has another value than in the sample before, none being lost between (a
+    renewal that was lost shows too late), and by how much it is another.
     """
     known = np.isfinite(values)
     at, value = time[known], values[known]
-    whole = np.diff(at) < (1.0 + _BESIDE) * interval
-    return at[1:][(np.diff(value) != 0.0) & whole]
+    steps = np.diff(value)
+    seen = (steps != 0.0) & (np.diff(at) < (1.0 + _BESIDE) * interval)
+    return at[1:][seen], steps[seen]
 
 
-def _clock(changes: Array, interval: float) -> _Clock | None:
-    """None where values are renewed with every sample, or where too few changes (k,), s, could say."""
-    gaps = np.diff(changes)
+def _clock(changes: Array, steps: Array, interval: float) -> _Clock | None:
+    """None where values are renewed with every sample, where too few changes (k,), s, could say, or where these are
+    more alike in size than in time: a coarse sensor's value steps when it comes to the next.
+    """
+    gaps, sizes = np.diff(changes), np.abs(steps)
     if gaps.size < _FEWEST or np.mean(gaps < (1.0 + _BESIDE) * interval) > _AT_ONCE:
+        return None
+    if _alike(sizes, 1e-6 * float(np.median(sizes))) > _alike(gaps, _BESIDE * interval) + _COARSE:
         return None
     soonest = float(np.quantile(gaps, _SOONEST))
     return _Clock(changes, float(np.mean(gaps[gaps < (1.0 + _BESIDE) * soonest])), interval)
+
+
+def _alike(values: Array, within: float) -> float:
+    """Share of values (k,) that are their median, or are within so much of it."""
+    return float(np.mean(np.abs(values - np.median(values)) <= within))
