@@ -129,3 +129,23 @@ def test_a_replay_leaves_repeats_out_and_says_so():
     run = replay(log_of(5), RIG, elements=32)
     assert any("renewed every 0.5 s" in sentence for sentence in run.assumed)
     assert run.channels["surface_torque"].channel.time.size == 180
+
+
+@pytest.mark.parametrize("rate", [0.0004, 0.0014, 0.0025, 0.02])
+@pytest.mark.parametrize(("step", "speed_step"), [(0.001, 0.0), (0.01, 0.0), (0.001, 0.001), (0.0, 0.001)])
+def test_a_coarse_block_is_in_metres(rate, step, speed_step):
+    """Its position steps seldom, and from one sample to the next much faster than it moves."""
+    time = 0.1 * np.arange(2000)
+    rates = rate * (1.0 + 0.3 * (time > 80.0))
+    position = np.cumsum(0.1 * rates)
+    rounded = step * np.round(position / step) if step else position
+    speed = speed_step * np.round(rates / speed_step) if speed_step else rates
+    nothing = np.full(time.size, np.nan)
+    works = JointSeries(time, time, rounded, speed, nothing)
+    drive = JointSeries(time, time, 2.0 * time, np.full(time.size, 2.0), nothing)
+    log = RigLog("run.mcap", 0, top_drive=drive, draw_works=works)
+    assert [one for one in look_at_motion(log, RIG) if one.weight == "refuse"] == []
+    if step < 0.01 and not speed_step and rate > 0.001:
+        feet = replace(log, draw_works=replace(works, position=rounded / 0.3048))
+        (refused,) = look_at_motion(feet, RIG)
+        assert refused.weight == "refuse" and "looks like ft" in refused.text

@@ -42,7 +42,7 @@ def agreed_motion(time: Array, position: Array, speed: Array) -> tuple[Array, Ar
     common = float(np.mean(np.abs(speed)))
     if over.size < _LEAST or common == 0.0 or float(steps.min()) < _CLOSEST * usual:
         return position, speed
-    near, far, rounded = _variance(pairs), _variance(over), _rounding(position)
+    near, far, rounded = _variance(pairs), _variance(over), rounding_step(position) ** 2 / 12.0
     exact = (_EXACT * common * usual) ** 2
     even = _variance(changes)
     # An even motion may be a whole number of steps a sample: then only where it slips by one do they show.
@@ -50,7 +50,7 @@ def agreed_motion(time: Array, position: Array, speed: Array) -> tuple[Array, Ar
     if max(near, far) <= max(even * usual**2 / 12.0, exact) and not coarse:
         return position, speed
     adds_up = max(far - max(near, 2.0 * rounded), 0.0) / ((_LONGER - 0.5) * usual**2)
-    errs = max(adds_up, _rounding(speed), exact / usual**2)
+    errs = max(adds_up, rounding_step(speed) ** 2 / 12.0, exact / usual**2)
     spread = max(float(np.mean(changes**2)) - min(2.0 * errs, even), _STIFFEST * near / usual**2) / usual
     sigmas = np.sqrt(max(0.5 * near - 0.25 * errs * usual**2, rounded, exact)), np.sqrt(errs)
     found = [_likeliest(time[one], position[one], speed[one], sigmas, spread) for one in stretches]
@@ -68,8 +68,8 @@ def _variance(values: Array) -> float:
     return _MEDIAN_TO_VARIANCE * float(np.median(values**2))
 
 
-def _rounding(values: Array) -> float:
-    """Variance of what rounding does to values (n,) that are all multiples of a step, 0 where they are of none."""
+def rounding_step(values: Array) -> float:
+    """The step that values (n,) are all multiples of, 0 where they are of none."""
     apart = np.diff(np.unique(values))
     least = 1e-9 * np.max(np.abs(values), initial=0.0)
     step, left = np.inf, apart[apart > least]
@@ -78,7 +78,7 @@ def _rounding(values: Array) -> float:
         step = float(left.min())
         left = np.abs(apart - step * np.round(apart / step))
         left = left[left > max(_MULTIPLE * step, least)]
-    return step**2 / 12.0 if step < np.inf and step > _MULTIPLE * float(np.median(apart)) else 0.0
+    return step if step < np.inf and step > _MULTIPLE * float(np.median(apart)) else 0.0
 
 
 def _likeliest(

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slider_drilling.diagnosis.first_look.finding import Finding
+from slider_drilling.drillstring.agreed_motion import rounding_step
 from slider_drilling.drillstring.from_log import unfilled
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import Array, JointSeries
@@ -16,6 +17,7 @@ from slider_drilling.units import KINDS
 
 _CLOSE = 0.1  # how near a ratio must be to that of two units
 _BEYOND = 1.5  # times the drive's limit of speed
+_STEPS = 10.0  # of a coarse position, that a slope is taken over at least
 
 
 @dataclass(frozen=True)
@@ -44,18 +46,16 @@ def look_at_motion(log: RigLog, rig: Rig) -> list[Finding]:
     drive = log.top_drive
     if drive is None:
         return []
-    time, slope, speed = _slope_and_speed(drive)
-    disagreement = _disagreement(slope, speed, _DRIVE)
+    disagreement = _disagreement(drive, _DRIVE)
     if disagreement is not None:
         return [Finding("refuse", "top_drive", disagreement)]
-    stepped = _steps(time, slope, speed, rig)
+    stepped = _steps(*_slope_and_speed(drive), rig)
     if stepped is not None:
         return [Finding("refuse", "top_drive", stepped)]
     found = [*_unfilled(drive, _DRIVE, "top_drive"), *_too_fast(drive, rig)]
     if log.draw_works is not None:
         found += _unfilled(log.draw_works, _BLOCK, "draw_works")
-        _, slope, speed = _slope_and_speed(log.draw_works)
-        disagreement = _disagreement(slope, speed, _BLOCK)
+        disagreement = _disagreement(log.draw_works, _BLOCK)
         found += [Finding("refuse", "draw_works", disagreement)] if disagreement is not None else []
     return found
 
@@ -70,17 +70,26 @@ def _unfilled(series: JointSeries, axis: _Axis, channel: str) -> list[Finding]:
     return [Finding("note", channel, text)]
 
 
-def _slope_and_speed(series: JointSeries) -> tuple[Array, Array, Array]:
-    """Times s between samples, slope of the position there and the speed that was logged, (m,) each."""
+def _slope_and_speed(series: JointSeries, coarse: bool = False) -> tuple[Array, Array, Array]:
+    """Times s between samples, slope of the position there and the speed that was logged, (m,) each; coarse: between
+    samples that are so far apart that the position goes through some of its steps.
+    """
     known = np.isfinite(series.position) & np.isfinite(series.velocity)
     if np.count_nonzero(known) < 3:
         return np.empty(0), np.empty(0), np.empty(0)
-    time, speed = series.time[known], series.velocity[known]
-    return time[1:], np.diff(series.position[known]) / np.diff(time), 0.5 * (speed[1:] + speed[:-1])
+    time, position, speed = series.time[known], series.position[known], series.velocity[known]
+    way = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
+    apart = 1
+    if coarse:
+        usual = float(np.mean(np.abs(np.diff(position))))
+        apart = max(1, int(np.ceil(_STEPS * rounding_step(position) / usual))) if usual > 0.0 else 1
+    time, position, way = time[::apart], position[::apart], way[::apart]
+    return time[1:], np.diff(position) / np.diff(time), np.diff(way) / np.diff(time)
 
 
-def _disagreement(slope: Array, speed: Array, axis: _Axis) -> str | None:
+def _disagreement(series: JointSeries, axis: _Axis) -> str | None:
     """Why a speed is not the slope of its position. Their ratio is a median over what moves: steps do not count."""
+    _, slope, speed = _slope_and_speed(series, coarse=True)
     usual = float(np.quantile(np.abs(slope), 0.95)) if slope.size else 0.0
     moving = np.abs(slope) > 0.2 * usual
     if usual <= 0.0 or np.count_nonzero(moving) < 10:
@@ -92,7 +101,9 @@ def _disagreement(slope: Array, speed: Array, axis: _Axis) -> str | None:
     says = f"{axis.name}'s speed is {ratio:.4g} times the slope of its {axis.position}"
     if ratio < 0.0:
         return f"{says}: one of the two has its sign turned"
-    if 0.8 < ratio < 1.25:
+    # By as much as half a step of the speed changes it.
+    rounded = min(0.5 * rounding_step(series.velocity[np.isfinite(series.velocity)]) / usual, 1.0)
+    if 0.8 - rounded < ratio < 1.25 + rounded:
         return None
     speeds = [name for name, si in axis.speeds.items() if abs(ratio * si - 1.0) < _CLOSE]
     positions = [name for name, si in axis.positions.items() if abs(ratio / si - 1.0) < _CLOSE]
