@@ -116,3 +116,9 @@ def test_what_is_named_and_alarms_are_counted_by_what_was_lacking():
     rows = dict(total_rows(found))
     assert rows["named, pump lacking"].startswith("1 of 2") and rows["false alarms, pump lacking"].startswith("1 of 1")
     assert not any("lacking" in name for name, _ in total_rows(tally([case("none", NOTHING, "parameters")])))
+
+
+@pytest.mark.parametrize("option", ["manoeuvres", "lacking"])
+def test_a_plan_without_any_is_refused(option):
+    with pytest.raises(InputError, match=f"--{option}: give one at least of "):
+        Plan(**{option: ()})

@@ -80,6 +80,9 @@ class Plan:
         _only_known("--wells", self.wells, WELLS)
         _only_known("--manoeuvres", self.manoeuvres, MANOEUVRES)
         _only_known("--lacking", self.lacking, LACKS)
+        for option, names, known in (("--manoeuvres", self.manoeuvres, MANOEUVRES), ("--lacking", self.lacking, LACKS)):
+            if not names:
+                raise InputError(f"{option}: give one at least of {', '.join(known)}")
         if not self.sizes or not all(0.05 <= size <= 50.0 for size in self.sizes):
             raise InputError(f"--sizes {','.join(map(str, self.sizes))}: each must be within 0.05 to 50 noise floors")
         if not 60.0 <= self.duration <= 3600.0:
