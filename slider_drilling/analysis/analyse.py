@@ -13,6 +13,7 @@ from slider_drilling.analysis.cycles import Breakover, Cycle, breakover, rocking
 from slider_drilling.analysis.friction import ELEMENTS, FrictionFit, fit_friction
 from slider_drilling.errors import InputError
 from slider_drilling.gap.progress import Progress
+from slider_drilling.integral import integral
 from slider_drilling.log.series import RigLog
 from slider_drilling.log.stretch import busiest
 from slider_drilling.rig import Rig
@@ -99,7 +100,7 @@ def _surface(log: RigLog) -> tuple[Array, Array, Array, Array]:
     if not np.all(np.isfinite(speed)):
         speed = np.gradient(angle, time)
     if not np.all(np.isfinite(angle)):
-        angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
+        angle = integral(time, speed)
     return time, angle, speed, drive.effort[keep]
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from slider_drilling.drillstring.layout import Array
 from slider_drilling.drillstring.lost_motion import lost
+from slider_drilling.integral import integral
 
 # Samples over which errors of a speed add up and those of a position do not.
 _LONGER = 8
@@ -59,8 +60,7 @@ def agreed_motion(time: Array, position: Array, speed: Array) -> tuple[Array, Ar
 
 def _beyond(time: Array, position: Array, speed: Array) -> Array:
     """(n,) how far a position has gone beyond the integral of its speed since the first sample."""
-    way = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
-    return np.asarray(position - position[:1] - way)
+    return np.asarray(position - position[:1] - integral(time, speed))
 
 
 def _variance(values: Array) -> float:

@@ -18,6 +18,7 @@ from slider_drilling.drillstring.lost_motion import inside_lost, too_seldom, wit
 from slider_drilling.drillstring.lost_pump import Steps, flow_share, flow_steps
 from slider_drilling.drillstring.record import Commands
 from slider_drilling.errors import InputError
+from slider_drilling.integral import integral
 from slider_drilling.log.series import JointSeries, RigLog
 from slider_drilling.rig import Rig, check_duration
 
@@ -149,8 +150,7 @@ def _motion(series: JointSeries, assumed: list[str], words: str, unit: str) -> t
     known = np.isfinite(position)
     if not known.any():
         velocity = np.interp(time, time[np.isfinite(velocity)], velocity[np.isfinite(velocity)])
-        steps = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(time)
-        return np.concatenate([[0.0], np.cumsum(steps)]), velocity
+        return integral(time, velocity), velocity
     position = np.interp(time, time[known], position[known])
     measured = np.isfinite(velocity)
     velocity = np.where(measured, velocity, np.gradient(position, time))

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slider_drilling.drillstring.layout import Array
+from slider_drilling.integral import integral
 from slider_drilling.rig import Rig
 
 _SMOOTH_S = 10.0  # over which pressure is averaged: weight on a bit follows a block no faster
@@ -31,8 +32,7 @@ def block_by_pressure(
     share = weight * rig.bit.lever / motor.torque_per_pressure / motor.max_pressure
     bit = pump * rig.mud_pump.displacement / motor.displacement * (1.0 - motor.leak * share**2)  # rev/s
     drilled = weight * bit / rig.bit.depth_of_cut_stiffness
-    steps = 0.5 * (drilled[1:] + drilled[:-1]) * np.diff(time)
-    position = np.concatenate([[0.0], np.cumsum(steps)]) + (weight - weight[0]) / rig.string.axial_stiffness
+    position = integral(time, drilled) + (weight - weight[0]) / rig.string.axial_stiffness
     knots = stretches(time)
     rates = np.diff(np.interp(knots, time, position)) / np.diff(knots)
     within = np.clip(np.searchsorted(knots, time, side="right") - 1, 0, rates.size - 1)
@@ -66,6 +66,6 @@ def _weight(time: Array, pump: Array, seen: Array, pressure: Array, rig: Rig) ->
 
 def _averaged(time: Array, values: Array) -> Array:
     """(n,) mean over what lies within half of the smoothing time."""
-    total = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time))])
+    total = integral(time, values)
     begin, end = (np.clip(time + side * _SMOOTH_S, time[0], time[-1]) for side in (-0.5, 0.5))
     return np.asarray((np.interp(end, time, total) - np.interp(begin, time, total)) / np.maximum(end - begin, 1e-9))

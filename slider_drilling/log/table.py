@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from slider_drilling.errors import InputError
 from slider_drilling.files import read_text, text_lines
+from slider_drilling.integral import integral
 from slider_drilling.log.mapping import CHANNELS, ISO_TIME, Layout, Mapping, load_mapping
 from slider_drilling.log.possible import possible
 from slider_drilling.log.series import Array, JointSeries, RigLog, ScalarSeries
@@ -218,9 +219,7 @@ def _integral(rate: Array, seconds: Array) -> Array:
     """Trapezoids from zero over the rows that have both; NaN where a row has not."""
     there = ~np.isnan(rate) & ~np.isnan(seconds)
     total = np.full(rate.shape, math.nan)
-    known, at = rate[there], seconds[there]
-    steps = 0.5 * (known[1:] + known[:-1]) * np.diff(at)
-    total[there] = np.concatenate([[0.0], np.cumsum(steps)])[: known.size]
+    total[there] = integral(seconds[there], rate[there])
     return total
 
 

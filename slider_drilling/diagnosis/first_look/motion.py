@@ -10,6 +10,7 @@ import numpy as np
 from slider_drilling.diagnosis.first_look.finding import Finding
 from slider_drilling.drillstring.agreed_motion import rounding_step
 from slider_drilling.drillstring.from_log import unfilled
+from slider_drilling.integral import integral
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import Array, JointSeries
 from slider_drilling.rig import Rig
@@ -78,7 +79,7 @@ def _slope_and_speed(series: JointSeries, coarse: bool = False) -> tuple[Array, 
     if np.count_nonzero(known) < 3:
         return np.empty(0), np.empty(0), np.empty(0)
     time, position, speed = series.time[known], series.position[known], series.velocity[known]
-    way = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
+    way = integral(time, speed)
     apart = 1
     if coarse:
         usual = float(np.mean(np.abs(np.diff(position))))
