@@ -9,14 +9,13 @@ throughout; ``nothing``: the log as it is. One row of markdown a log.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slider_drilling.blind.lack import Lack
 from slider_drilling.diagnosis.diagnose import diagnose
 from slider_drilling.diagnosis.tree import as_json
 from slider_drilling.log import RigLog, read_log
@@ -46,10 +45,9 @@ def lacking(what: str, log: RigLog) -> RigLog:
     if name in _MISSING:
         return _changed(log, {_MISSING[name]: None})
     if name == "samples":
-        return _rows(log, lambda time: np.arange(0, time.size, int(value)))
+        return _rows(log, Lack(every=int(value)))
     if name == "renewals":
-        held = ("time", "arrival")
-        return _rows(log, lambda time: np.arange(time.size) // int(value) * int(value), held)
+        return _rows(log, Lack(renewed=int(value)), ("time", "arrival"))
     if log.top_drive is not None and name == "start":
         return stretch(log, float(value) * float(log.top_drive.time[-1]), np.inf)
     if log.top_drive is not None and name == "speed":
@@ -60,13 +58,13 @@ def lacking(what: str, log: RigLog) -> RigLog:
     raise SystemExit(f"{what}: not among what a log may lack here, see {__file__}")
 
 
-def _rows(log: RigLog, rows: Callable[[NDArray[Any]], NDArray[Any]], but: tuple[str, ...] = ()) -> RigLog:
-    """The log with some rows of its series, by their times; but: columns that stay."""
+def _rows(log: RigLog, lack: Lack, but: tuple[str, ...] = ()) -> RigLog:
+    """The log with the samples that a recorder which lacks this has; but: columns that stay."""
     found: dict[str, Any] = {}
     for name in _SERIES:
         series = getattr(log, name)
         if series is not None:
-            kept = rows(series.time)
+            _, kept = lack.rows(series.time.size)
             columns = [field.name for field in fields(series) if field.name not in but]
             found[name] = replace(series, **{column: getattr(series, column)[kept] for column in columns})
     return _changed(log, found)

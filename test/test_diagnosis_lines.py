@@ -19,11 +19,11 @@ def hook_load(seed, duration, amplitude=0.0, hertz=14.2):
 
 @pytest.mark.parametrize("duration", [60.0, 400.0])
 def test_noise_alone_shows_no_tool(duration):
-    assert all(tool_frequencies(hook_load(seed, duration)) == () for seed in range(40))
+    assert all(tool_frequencies([hook_load(seed, duration)]) == () for seed in range(40))
 
 
 def test_a_line_stands_for_every_frequency_that_it_is_an_alias_of():
-    found = tool_frequencies(hook_load(1, 120.0, amplitude=0.5))
+    found = tool_frequencies([hook_load(1, 120.0, amplitude=0.5)])
     assert min(abs(hertz - 14.2) for hertz in found) < 0.01
     assert min(abs(hertz - 5.8) for hertz in found) < 0.01  # folded at half the sampling rate
 
@@ -33,10 +33,18 @@ def test_lost_samples_move_no_line():
     came = np.random.default_rng(0).uniform(size=whole.time.size) > 0.03
     (channel,) = whole.channels
     patchy = replace(whole, channels=(replace(channel, time=channel.time[came], measured=channel.measured[came]),))
-    assert min(abs(hertz - 14.2) for hertz in tool_frequencies(patchy)) < 0.01
+    assert min(abs(hertz - 14.2) for hertz in tool_frequencies([patchy])) < 0.01
 
 
 def test_a_hook_load_that_is_too_slow_tells_nothing():
     time = np.arange(0.0, 1000.0, 2.0)
     slow = Run("log", time, np.zeros_like(time), (Channel("hook_load", time, np.sin(time), "N"),))
-    assert tool_frequencies(slow) is None
+    assert tool_frequencies([slow]) is None
+
+
+def test_the_first_hook_load_is_asked_and_without_one_no_tool_is_looked_for():
+    shaken = hook_load(1, 120.0, amplitude=0.5)
+    (channel,) = shaken.channels
+    torque = replace(shaken, channels=(replace(channel, name="surface_torque"),))
+    assert tool_frequencies([torque]) == ()
+    assert tool_frequencies([torque, shaken]) == tool_frequencies([shaken]) != ()
