@@ -56,18 +56,16 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
     if not names:
         raise InputError(f"{logs[0].source}: no channel can be used: {'; '.join(remarks)}")
     length, duration = rig.string.length, max(run.duration for run in runs)
-    tools = tool_frequencies(runs)
-    effects = catalogue(length, duration, wave_periods(runs[0]), tools or (), _torque_interval(runs))
+    effects = catalogue(length, duration, wave_periods(runs[0]), tool_frequencies(runs), _torque_interval(runs))
     nuisance = (*nuisance_parameters(rig, names), *run_parameters(names, driven))
     own = [guarded(effect) for effect in user_effects]
     taken = [*(effect.name for effect in effects), *(one.name for one in nuisance)]
     taken += [parameter.name for effect in effects for parameter in effect.parameters]
     try_effects(own, taken, rig, driven[0].commands)
     users = {user.effect.name: user for user in own}
-    effects = tuple(effect for effect in effects if _can_be_seen(effect.name, names, off_bottom, tools))
-    if tools == ():
-        why = "no line in the hook load" if "hook_load" in names else "no hook load"
-        remarks.append(f"{why}: axial_oscillation_tool is not looked for")
+    effects = tuple(effect for effect in effects if _can_be_seen(effect.name, names, off_bottom))
+    if "hook_load" not in names:
+        remarks.append("no hook load: axial_oscillation_tool is not looked for")
     alone = names == ["surface_torque"]
     if alone:
         effects = tuple(aging_with_memory() if effect.name == "static_aging" else effect for effect in effects)
@@ -86,11 +84,11 @@ def _torque_interval(runs: Sequence[Run]) -> float:
     return max((float(np.median(np.diff(time))) for time in times), default=0.0)
 
 
-def _can_be_seen(effect: str, channels: Sequence[str], off_bottom: bool, tools: Sequence[float] | None) -> bool:
-    """Effects whose law acts on nothing that this log holds are no candidates; tools: of `tool_frequencies`."""
+def _can_be_seen(effect: str, channels: Sequence[str], off_bottom: bool) -> bool:
+    """Effects whose law acts on nothing that this log holds are no candidates."""
     if effect == "axial_oscillation_tool":
-        # The line that it draws in the hook load is what tells it from less friction.
-        return tools != ()
+        # What it does to the hook load is what tells it from less friction.
+        return "hook_load" in channels
     if effect in ("torque_sensor_lag", "torque_sensor_bias", "torque_at_motor"):
         return "surface_torque" in channels
     if effect in ("torsional_compliance", "torque_sensor_gain"):
@@ -139,12 +137,11 @@ def wave_periods(run: Run) -> tuple[float, ...]:
     return tuple(float(1.0 / frequency[i]) for i in peaks[:6]) if len(peaks) >= 2 else ANY_WAVE_S
 
 
-def tool_frequencies(runs: Sequence[Run]) -> tuple[float, ...] | None:
-    """Frequencies Hz that an axial oscillation tool may have by the sharpest fast line of the first hook load.
+def tool_frequencies(runs: Sequence[Run]) -> tuple[float, ...]:
+    """Frequencies Hz that an axial oscillation tool must have by the sharpest fast line of the first hook load.
 
     Such a tool is faster than hook loads are sampled: a line stands for every frequency that it is an alias of. Empty
-    where no line stands out, so that no tool shakes the string, or without a hook load; None where it is too slow to
-    tell.
+    where no line stands out, so that it has any frequency or there is none.
     """
     shown = next((run for run in runs if any(channel.name == "hook_load" for channel in run.channels)), None)
     if shown is None:
@@ -152,7 +149,7 @@ def tool_frequencies(runs: Sequence[Run]) -> tuple[float, ...] | None:
     frequency, power = _spectrum(shown)
     fast = frequency > _FAST_HZ
     if not fast.any():
-        return None
+        return ()
     # The power of noise is exponentially distributed: its median is ln 2 of its mean.
     independent = np.count_nonzero(fast) / _PADDING
     if power[fast].max() < np.log(independent / _BY_CHANCE) / np.log(2.0) * np.median(power[fast]):
