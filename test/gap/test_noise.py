@@ -4,11 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from scipy.stats import binom
 from toy import toy
 
 from slider_drilling.gap import explain
 from slider_drilling.gap.model import Channel
+from slider_drilling.gap.problem.lines import without_lines
 from slider_drilling.gap.problem.noise import difference_noise, is_white, lowered, noise_floor
 
 TIME = np.arange(0.0, 400.0, 0.1)
@@ -39,8 +41,40 @@ def test_noise_far_above_the_sensors_is_said_and_not_believed():
     assert noise_floor(channel(white(4.5))).excess is None
 
 
+def coloured(share, sigma=3.0, memory=0.45):
+    """Noise of which a share of the variance is slow."""
+    generator = np.random.default_rng(4)
+    keep = np.exp(-0.1 / memory)
+    slow = lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], generator.normal(size=TIME.size))
+    return sigma * (np.sqrt(1.0 - share) * generator.normal(size=TIME.size) + np.sqrt(share) * slow)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.25, 0.4])
+def test_noise_of_some_colour_has_the_declared_floor_whatever_a_model_leaves_besides(share):
+    noise = coloured(share)
+    floor = noise_floor(channel(noise))
+    assert floor.seen < 2.95 < floor.sigma <= 3.0
+    assert floor.method == "colour"
+    assert lowered(floor, noise).sigma == floor.sigma
+    assert lowered(floor, noise + 5.0 * np.sin(TIME)).sigma == pytest.approx(floor.sigma, rel=0.01)
+
+
+def test_a_sensor_that_is_better_than_declared_is_not_taken_for_the_declared_one():
+    floor = noise_floor(channel(white(1.8)))
+    assert floor.sigma == pytest.approx(1.8 * np.sqrt(2.0), rel=0.05)
+    assert noise_floor(channel(white(0.9))).sigma == pytest.approx(1.5)
+    assert noise_floor(channel(white(1.8), declared=None)).sigma == pytest.approx(1.8, rel=0.05)
+
+
+def test_a_floor_grows_with_the_noise_without_a_jump():
+    floors = [noise_floor(channel(white(sigma))).sigma for sigma in np.linspace(0.3, 9.0, 60)]
+    assert np.all(np.diff(floors) >= -1e-9)
+    assert np.max(np.diff(floors)) < 0.3
+
+
 def test_kinks_of_the_signal_are_no_noise_once_a_model_explains_them():
-    kinked = 300.0 * np.abs(np.sin(2.0 * np.pi * TIME / 0.9))
+    turns = np.random.default_rng(5).uniform(size=TIME.size) < 0.25
+    kinked = 3.0 * np.cumsum(np.where(np.cumsum(turns) % 2, 10.0, -10.0))
     floor = noise_floor(channel(kinked + white(), declared=None))
     assert floor.sigma > 6.0
     assert lowered(floor, white()).sigma == pytest.approx(3.0, rel=0.1)
@@ -74,3 +108,43 @@ def test_a_record_far_quieter_than_its_sensor_is_told(declared, said):
     runs = (replace(run, channels=(replace(run.channels[0], declared_noise=declared),)),)
     remarks = explain(replace(model, runs=runs)).remarks
     assert any("times what its sensor is said to: E is counted in half" in remark for remark in remarks) == said
+
+
+@pytest.mark.parametrize("hertz", [2.6, 3.46, 4.9])
+def test_a_fast_line_is_no_noise(hertz):
+    line = 6.0 * np.sin(2.0 * np.pi * hertz * TIME + 0.4)
+    assert difference_noise(line + white()) > 3.5
+    floor = noise_floor(channel(line + white()))
+    assert floor.sigma == pytest.approx(3.0, rel=0.05)
+    assert floor.excess is None
+
+
+def test_lines_of_a_patchy_record_are_found_too():
+    came = np.random.default_rng(3).uniform(size=TIME.size) > 0.02
+    line = 6.0 * np.sin(2.0 * np.pi * 13.46 * TIME)  # as an alias
+    patchy = replace(channel(line + white()), time=TIME[came], measured=(line + white())[came])
+    assert noise_floor(patchy).sigma == pytest.approx(3.0, rel=0.08)
+
+
+def test_noise_alone_keeps_its_floor():
+    changed = 0
+    for seed in range(200):
+        record = np.random.default_rng(seed).normal(0.0, 3.0, 1200)
+        changed += without_lines(TIME[:1200], record, 0.01) is not record
+    assert changed <= binom.ppf(0.999, 200, 0.02)
+
+
+def test_a_line_that_wanders_is_taken_for_several():
+    chirp = 6.0 * np.sin(2.0 * np.pi * (3.3 * TIME + 1.5e-5 * TIME**2))
+    assert noise_floor(channel(chirp + white())).sigma == pytest.approx(3.0, rel=0.1)
+
+
+def test_a_record_that_does_not_move_has_no_line():
+    still = np.zeros(TIME.size)
+    assert without_lines(TIME, still, 0.01) is still
+
+
+def test_a_record_that_is_mostly_gaps_is_left_as_it_is():
+    bursts = TIME + 1e6 * np.floor(TIME / 100.0)
+    line = 6.0 * np.sin(2.0 * np.pi * 3.46 * bursts)
+    assert without_lines(bursts, line, 0.01) is line

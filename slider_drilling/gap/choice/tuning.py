@@ -10,7 +10,7 @@ from scipy.stats import qmc
 from slider_drilling.at_once import at_once
 from slider_drilling.gap.evidence.replicates import unforeseen
 from slider_drilling.gap.model import Parameter, Values
-from slider_drilling.gap.problem.noise import NoiseFloor, coloured, lowered, raised
+from slider_drilling.gap.problem.noise import NoiseFloor, lowered, raised
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import parameters_of
@@ -56,16 +56,11 @@ def plausible(parameter: Parameter) -> tuple[float, float]:
 def floors_lowered(
     problem: Problem, tuned: Fit, floors: Sequence[dict[str, NoiseFloor]]
 ) -> tuple[dict[str, NoiseFloor], ...]:
-    """Floors by what a fit leaves: without the signal's own kinks, and with the colour of the noise."""
+    """Floors by what a fit leaves: without the signal's own kinks."""
     found = [dict(own) for own in floors]
-    for index, piece in enumerate(problem.pieces):
+    for piece in problem.pieces:
         left = tuned.residual[piece.rows] * piece.noise
-        floor = lowered(found[piece.run][piece.name], left)
-        if index in tuned.discrepancy and piece.interval.size > 1:
-            shared = tuned.discrepancy[index]
-            size = shared.size * piece.noise / floor.sigma
-            floor = coloured(floor, size, shared.memory, float(piece.memories[-1]))
-        found[piece.run][piece.name] = floor
+        found[piece.run][piece.name] = lowered(found[piece.run][piece.name], left)
     return tuple(found)
 
 

@@ -1,7 +1,8 @@
 """The noise of a channel, which has to earn its name.
 
-Noise is what differs from sample to sample and nothing else: the trimmed fourth difference of a record, and of what a
-fitted model leaves of it. What steps, drifts, or has a period of its own is gap, however badly it repeats.
+Noise is what differs from sample to sample and nothing else: the trimmed fourth difference of a record without its
+lines, and of what a fitted model leaves of it. What steps, drifts, or has a period of its own is gap, however badly it
+repeats.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 from scipy.stats import chi2, norm
 
 from slider_drilling.gap.model import Array, Channel
+from slider_drilling.gap.problem.lines import without_lines
 
 # A difference of order 4 of white noise has this many times its variance: sum of binomial(4, k)^2.
 _FOURTH_DIFFERENCE = 70.0
@@ -22,17 +24,21 @@ COUNTED = 0.8
 _FEWEST = 100
 # By how much that estimate scatters for white noise, of itself times the root of the number of samples.
 DIFFERENCE_SPREAD = 1.34
+# Share of a sensor's noise that may be slow, of its variance: differences show only the rest.
+_SLOW = 0.5
 # Noise this many times what is declared is reported, and what is above counts as gap; where a record scatters less than
 # the declared by as much, what so good a sensor would show besides is no gap that anybody asked for.
 BELIEVED = 2.0
 _LAGS, _UNLIKELY = 10, 0.01
+# How rarely noise alone has a line that is taken for one.
+_LINE_BY_CHANCE = 1e-4
 
 
 @dataclass(frozen=True)
 class NoiseFloor:
     """sigma in the channel's unit: what residuals are counted in.
 
-    method: ``differences``, ``colour`` (differences and what a few samples share), ``declared``, ``resolution`` or
+    method: ``differences``, ``colour`` (with the slow part that those do not show), ``declared``, ``resolution`` or
     ``foretelling`` (what the model itself could not foretell if it were the truth);
     declared: what somebody states, None if nobody does; seen: what the record shows; excess: seen over declared where
     that is more than is believed, else None; least: what the record's own digits scatter, or half the declared noise,
@@ -67,10 +73,18 @@ def noise_floor(channel: Channel) -> NoiseFloor:
             raise ValueError(f"channel {channel.name}: too few samples to tell its noise, and none is declared")
         return NoiseFloor(declared, "declared", declared, None)
     digits, stated = max(quantum, _smallest_step(channel.measured)), (declared or 0.0) / BELIEVED
-    seen, least = difference_noise(channel.measured), max(digits, stated)
-    if seen <= least:
+    seen, least = _seen(channel), max(digits, stated)
+    if _whole(seen, declared) <= least:
         return NoiseFloor(least, "resolution" if digits > stated else "declared", declared, seen, least=least)
-    return _believed(NoiseFloor(seen, "differences", declared, seen, least=least))
+    return _of_differences(NoiseFloor(seen, "differences", declared, seen, least=least))
+
+
+def _seen(channel: Channel) -> float:
+    """What a record shows, with its lines or without: steps that come again and again are lines too, and each sinusoid
+    taken from those would be noise everywhere else.
+    """
+    rest = without_lines(channel.time, channel.measured, _LINE_BY_CHANCE)
+    return min(difference_noise(channel.measured), difference_noise(rest))
 
 
 def lowered(floor: NoiseFloor, left: Array) -> NoiseFloor:
@@ -78,34 +92,29 @@ def lowered(floor: NoiseFloor, left: Array) -> NoiseFloor:
     if floor.method not in ("differences", "colour") or floor.seen is None:
         return floor
     reached = max(difference_noise(left), floor.least)
-    if not reached < floor.seen:
-        return floor
-    return _believed(replace(floor, sigma=reached, seen=reached, excess=None, method="differences"))
+    return _of_differences(replace(floor, seen=reached)) if reached < floor.seen else floor
 
 
-def coloured(floor: NoiseFloor, size: float, memory: float, longest: float) -> NoiseFloor:
-    """The floor with what a few samples share, up to the noise that is declared: sensors are seldom white, and a slow
-    part of the noise leaves no trace in differences.
+def _of_differences(floor: NoiseFloor) -> NoiseFloor:
+    """The floor of what differences show: with the slow part that they do not, and not far above the declared noise."""
+    assert floor.seen is not None
+    whole = _whole(floor.seen, floor.declared)
+    method = "colour" if whole > floor.seen else "differences"
+    if not floor.declared or whole <= BELIEVED * floor.declared:
+        return replace(floor, sigma=whole, method=method, excess=None)
+    return replace(floor, sigma=BELIEVED * floor.declared, method=method, excess=floor.seen / floor.declared)
 
-    size, memory: of the discrepancy that a model leaves, in the floor's sigma and s; longest: s, that one may remember,
-    of which noise remembers less than half.
-    """
-    if floor.method != "differences" or not floor.declared or memory > 0.5 * longest:
-        return floor
-    reached = min(floor.sigma * float(np.sqrt(1.0 + size**2)), floor.declared)
-    return replace(floor, sigma=reached, method="colour") if reached > floor.sigma else floor
+
+def _whole(seen: float, declared: float | None) -> float:
+    """Noise of which differences show so much, up to what is declared: sensors are seldom white."""
+    if not declared or not seen < declared:
+        return seen
+    return min(seen / float(np.sqrt(1.0 - _SLOW)), declared)
 
 
 def raised(floor: NoiseFloor, factor: float) -> NoiseFloor:
     """The floor of a channel that cannot be foretold as well as its sensor measures it; factor: 1 or more."""
     return replace(floor, sigma=factor * floor.sigma, method="foretelling") if factor > 1.0 else floor
-
-
-def _believed(floor: NoiseFloor) -> NoiseFloor:
-    """Noise far above what the sensor is said to have is not taken for noise."""
-    if not floor.declared or floor.seen is None or floor.seen <= BELIEVED * floor.declared:
-        return floor
-    return replace(floor, sigma=BELIEVED * floor.declared, excess=floor.seen / floor.declared)
 
 
 def is_white(left: Array) -> bool | None:

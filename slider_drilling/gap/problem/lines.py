@@ -1,0 +1,56 @@
+"""Lines in a record: what has a period of its own is no noise, however fast it is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slider_drilling.gap.model import Array
+
+# Of the sampling rate: slower lines hardly show in fourth differences, and the signal's own course is there.
+_FAST = 0.2
+# A record of which less than one sample in so many is there shows no line.
+_WHOLE = 2.0
+# Lines of a record that are looked for; one whose frequency wanders is several.
+_MOST = 8
+# Spectra are taken this many times as fine as the record is long: within that a line keeps its phase.
+_PADDING = 16
+
+
+def without_lines(time: Array, values: Array, level: float) -> Array:
+    """A record, time s and values (n,), without the fast sinusoids that its noise does not explain; the same where it
+    has none. level: how often noise alone may have one.
+    """
+    left = values
+    for _ in range(_MOST):
+        frequency = _strongest_line(time, left, level)
+        if frequency is None:
+            break
+        angle = 2.0 * np.pi * frequency * time
+        shape = np.column_stack([np.cos(angle), np.sin(angle)])
+        # In differences the signal's own course weighs nothing.
+        amount = np.linalg.lstsq(np.diff(shape, n=4, axis=0), np.diff(left, n=4), rcond=None)[0]
+        left = left - shape @ amount
+    return left
+
+
+def _strongest_line(time: Array, values: Array, level: float) -> float | None:
+    """Frequency Hz of the strongest of the fast lines, None where none stands out of the noise."""
+    interval = float(np.median(np.diff(time)))
+    if time[-1] - time[0] > _WHOLE * interval * time.size:
+        return None
+    # Evenly sampled, whatever was lost.
+    even = np.arange(time[0], time[-1] + 0.5 * interval, interval)
+    differences = np.diff(np.interp(even, time, values), n=4)
+    padded = _PADDING * differences.size
+    power = np.abs(np.fft.rfft(differences * np.hanning(differences.size), padded)) ** 2
+    cycles = np.fft.rfftfreq(padded)
+    fast = cycles > _FAST
+    # What differences make of white noise.
+    power = power[fast] / (2.0 * np.sin(np.pi * cycles[fast])) ** 8
+    independent = float(np.count_nonzero(fast)) / _PADDING
+    # The power of noise is exponentially distributed: its median is ln 2 of its mean.
+    noise = float(np.median(power)) / np.log(2.0)
+    strongest = int(np.argmax(power))
+    if not power[strongest] > noise * np.log(independent / level):
+        return None
+    return float(cycles[fast][strongest]) / interval
