@@ -18,7 +18,7 @@ from slider_drilling.gap.choice.tuning import FAR_OFF
 from slider_drilling.gap.evidence.compare import closed_between
 from slider_drilling.gap.evidence.rivals import Rival
 from slider_drilling.gap.model import Effect, Model, Pulled, Together, Values
-from slider_drilling.gap.problem.noise import BELIEVED, NoiseFloor, noise_floor
+from slider_drilling.gap.problem.noise import NoiseFloor, noise_floor
 
 Report = Callable[[str, float], None]
 
@@ -160,7 +160,7 @@ def _remarks(state: State) -> tuple[str, ...]:
                     f"{name}{run} scatters {floor.excess:.1f} times what its sensor is said to: what is above twice "
                     "the declared noise counts as gap"
                 )
-            if floor.declared and floor.seen is not None and BELIEVED * floor.seen < floor.declared:
+            if floor.method == "declared" and floor.declared and floor.seen is not None:
                 said.append(
                     f"{name}{run} scatters {floor.seen / floor.declared:.2g} times what its sensor is said to: E is "
                     "counted in half of what is said, below which such a sensor would hide a difference; state its "

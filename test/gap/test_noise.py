@@ -101,7 +101,7 @@ def test_white_is_white_as_often_as_stated_and_a_drift_is_not():
     assert is_white(noise[0, :50]) is None
 
 
-@pytest.mark.parametrize(("declared", "said"), [(1.0, False), (40.0, True)])
+@pytest.mark.parametrize(("declared", "said"), [(1.0, False), (2.3, False), (40.0, True)])
 def test_a_record_far_quieter_than_its_sensor_is_told(declared, said):
     model = toy({"slope": 5.0}, 3)
     (run,) = model.runs
