@@ -18,13 +18,12 @@ from slider_drilling.diagnosis.user_effects import UserEffect, guarded, try_effe
 from slider_drilling.drillstring.lost_pump import slower
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Array, Run
+from slider_drilling.gap.problem.lines import BY_CHANCE, evenly, stands_out
 from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig
 
 # Hz, above which neither rocking nor the sea moves a hook load; where tools vibrate.
 _FAST_HZ, _TOOLS_HZ = 0.4, (5.0, 30.0)
-# How rarely noise alone has a line that counts as a tool's.
-_BY_CHANCE = 1e-4
 # Spectra are taken this many times as fine as the log is long.
 _PADDING = 8
 # What a rotary start-up holds together: the drive's own torque, and friction that falls with speed and with the rest
@@ -148,11 +147,7 @@ def tool_frequencies(runs: Sequence[Run]) -> tuple[float, ...]:
         return ()
     frequency, power = _spectrum(shown)
     fast = frequency > _FAST_HZ
-    if not fast.any():
-        return ()
-    # The power of noise is exponentially distributed: its median is ln 2 of its mean.
-    independent = np.count_nonzero(fast) / _PADDING
-    if power[fast].max() < np.log(independent / _BY_CHANCE) / np.log(2.0) * np.median(power[fast]):
+    if not fast.any() or not stands_out(power[fast], _PADDING, BY_CHANCE):
         return ()
     line = float(frequency[fast][np.argmax(power[fast])])
     rate = 2.0 * float(frequency[-1])
@@ -166,10 +161,7 @@ def _spectrum(run: Run) -> tuple[Array, Array]:
     channel = by_name.get("hook_load") or by_name.get("surface_torque")
     if channel is None or channel.time.size < 400:
         return np.empty(0), np.empty(0)
-    # Evenly sampled, whatever was lost: frequencies counted in samples that came are off by the share that did not.
-    interval = np.median(np.diff(channel.time))
-    time = np.arange(channel.time[0], channel.time[-1] + 0.5 * interval, interval)
-    measured = np.interp(time, channel.time, channel.measured)
+    interval, time, measured = evenly(channel.time, channel.measured)
     padded = _PADDING * time.size
     trend = np.polynomial.Polynomial.fit(time, measured, 5)(time)
     power = np.abs(np.fft.rfft((measured - trend) * np.hanning(time.size), padded)) ** 2

@@ -6,6 +6,8 @@ import numpy as np
 
 from slider_drilling.gap.model import Array
 
+# How rarely noise alone has a line that is taken for one.
+BY_CHANCE = 1e-4
 # Of the sampling rate: slower lines hardly show in fourth differences, and the signal's own course is there.
 _FAST = 0.2
 # A record of which less than one sample in so many is there shows no line.
@@ -33,24 +35,36 @@ def without_lines(time: Array, values: Array, level: float) -> Array:
     return left
 
 
+def evenly(time: Array, values: Array) -> tuple[float, Array, Array]:
+    """Interval s, time s and values (m,) of a record, evenly sampled whatever was lost: frequencies counted in samples
+    that came are off by the share that did not.
+    """
+    interval = float(np.median(np.diff(time)))
+    even = np.arange(time[0], time[-1] + 0.5 * interval, interval)
+    return interval, even, np.interp(even, time, values)
+
+
+def stands_out(power: Array, padding: int, level: float) -> bool:
+    """Whether the strongest of these powers (n,) of a spectrum is more than noise alone has, but for a share level of
+    the records; padding: how many times as fine as the record is long the spectrum is.
+    """
+    # The power of noise is exponentially distributed: its median is ln 2 of its mean.
+    noise = float(np.median(power)) / np.log(2.0)
+    return bool(np.max(power) > noise * np.log(power.size / padding / level))
+
+
 def _strongest_line(time: Array, values: Array, level: float) -> float | None:
     """Frequency Hz of the strongest of the fast lines, None where none stands out of the noise."""
-    interval = float(np.median(np.diff(time)))
-    if time[-1] - time[0] > _WHOLE * interval * time.size:
+    if time[-1] - time[0] > _WHOLE * float(np.median(np.diff(time))) * time.size:
         return None
-    # Evenly sampled, whatever was lost.
-    even = np.arange(time[0], time[-1] + 0.5 * interval, interval)
-    differences = np.diff(np.interp(even, time, values), n=4)
+    interval, _, even = evenly(time, values)
+    differences = np.diff(even, n=4)
     padded = _PADDING * differences.size
     power = np.abs(np.fft.rfft(differences * np.hanning(differences.size), padded)) ** 2
     cycles = np.fft.rfftfreq(padded)
     fast = cycles > _FAST
     # What differences make of white noise.
     power = power[fast] / (2.0 * np.sin(np.pi * cycles[fast])) ** 8
-    independent = float(np.count_nonzero(fast)) / _PADDING
-    # The power of noise is exponentially distributed: its median is ln 2 of its mean.
-    noise = float(np.median(power)) / np.log(2.0)
-    strongest = int(np.argmax(power))
-    if not power[strongest] > noise * np.log(independent / level):
+    if not stands_out(power, _PADDING, level):
         return None
-    return float(cycles[fast][strongest]) / interval
+    return float(cycles[fast][np.argmax(power)]) / interval

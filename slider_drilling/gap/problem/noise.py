@@ -14,7 +14,7 @@ import numpy as np
 from scipy.stats import chi2, norm
 
 from slider_drilling.gap.model import Array, Channel
-from slider_drilling.gap.problem.lines import without_lines
+from slider_drilling.gap.problem.lines import BY_CHANCE, without_lines
 
 # A difference of order 4 of white noise has this many times its variance: sum of binomial(4, k)^2.
 _FOURTH_DIFFERENCE = 70.0
@@ -30,8 +30,6 @@ _SLOW = 0.5
 # the declared by as much, what so good a sensor would show besides is no gap that anybody asked for.
 BELIEVED = 2.0
 _LAGS, _UNLIKELY = 10, 0.01
-# How rarely noise alone has a line that is taken for one.
-_LINE_BY_CHANCE = 1e-4
 
 
 @dataclass(frozen=True)
@@ -83,7 +81,7 @@ def _seen(channel: Channel) -> float:
     """What a record shows, with its lines or without: steps that come again and again are lines too, and each sinusoid
     taken from those would be noise everywhere else.
     """
-    rest = without_lines(channel.time, channel.measured, _LINE_BY_CHANCE)
+    rest = without_lines(channel.time, channel.measured, BY_CHANCE)
     return min(difference_noise(channel.measured), difference_noise(rest))
 
 
