@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from slider_drilling.bench.clock import processor_seconds
 from slider_drilling.bench.work import example_rig, rocking
 from slider_drilling.drillstring import Plant, Response, simulate
+from slider_drilling.rig import Rig
+from slider_drilling.wellbore.course import Course
+from slider_drilling.wellbore.static_loads import static_loads
+
+Survey = tuple[tuple[float, float, float], ...]
 
 DURATION = 300.0
 REFERENCE = 800
@@ -66,5 +71,48 @@ def markdown(rows: list[Choice]) -> str:
     return "\n".join(lines)
 
 
+def crooked(counts: tuple[int, ...] = (32, 100), fine: int = 2000) -> str:
+    """A table of static loads on few elements in holes that turn, against many: shares by which they are off."""
+    lines = ["| hole | elements | torque, turning | hook load, lowered | hook load, raised |", "|---|---|---|---|---|"]
+    for words, rig in _holes().items():
+        best = _loads(rig, fine)
+        for count in counts:
+            off = 100.0 * (_loads(rig, count) / best - 1.0)
+            lines.append(f"| {words} | {count} | " + " | ".join(f"{share:+.2f} %" for share in off) + " |")
+    return "\n".join(lines)
+
+
+def _holes() -> dict[str, Rig]:
+    rig = example_rig()
+    end = rig.well.survey[-1][0]
+    turn = ((0.0, 0.0, 10.0), (600.0, 0.0, 10.0), (1400.0, 60.0, 10.0), (2200.0, 60.0, 95.0), (2900.0, 22.0, 95.0),
+            (end, 20.0, 95.0))  # fmt: skip
+    surveys = {
+        "the example's": rig.well.survey,
+        "the example's, a station every 30 m, off by half a degree": _stationed(rig.well.survey),
+        "build, turn and drop": turn,
+        "build, turn and drop, a station every 30 m, off by half a degree": _stationed(turn),
+    }
+    return {words: replace(rig, well=replace(rig.well, survey=survey)) for words, survey in surveys.items()}
+
+
+def _stationed(survey: Survey) -> Survey:
+    course, off = Course.from_survey(survey), np.random.default_rng(0)
+    depth = np.append(np.arange(0.0, course.depth[-1], 30.0), course.depth[-1])
+    north, east, down = course.at(depth)[0].T
+    inclination, azimuth = np.degrees(np.arccos(np.clip(down, -1.0, 1.0))), np.degrees(np.arctan2(east, north))
+    inclination += 0.5 * off.normal(size=depth.size) * (inclination > 3.0)
+    azimuth += 0.5 * off.normal(size=depth.size)
+    return tuple(zip(depth.tolist(), inclination.tolist(), azimuth.tolist(), strict=True))
+
+
+def _loads(rig: Rig, elements: int) -> np.ndarray:
+    turning = static_loads(rig, rotation_speed=1.0, elements=elements)
+    lowered = static_loads(rig, axial_speed=1.0, weight_on_bit=5e4, elements=elements)
+    raised = static_loads(rig, axial_speed=-1.0, elements=elements)
+    return np.array([turning.surface_torque, lowered.hook_load, raised.hook_load])
+
+
 if __name__ == "__main__":
     print(markdown(compare()))
+    print(crooked())

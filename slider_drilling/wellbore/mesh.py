@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import lru_cache
 
 import numpy as np
 
-from slider_drilling.rig import Rig
+from slider_drilling.rig import Rig, Section
 from slider_drilling.wellbore.course import Array, Course
+from slider_drilling.wellbore.side_force import lying_of_elements
 
 GRAVITY = 9.81  # m/s2; the reference logs' hanging weight tells 9.81 from 9.80665
 
@@ -18,9 +20,9 @@ class Mesh:
     """Per-element geometry and section properties, each (n,), surface first.
 
     top, bottom, middle: measured depth m. area: m2. second_moment: m4 (bending). polar_moment: m4.
-    outer_radius, clearance: m. cosine, sine: of the inclination (cosine averaged over the element, so that the
-    hanging weight is exact). vertical_curvature: d inclination / ds, lateral_curvature: sin(inclination)
-    d azimuth / ds, rad/m.
+    outer_radius, clearance: m. cosine: of the inclination, averaged so that the hanging weight is exact. sine: of the
+    inclination, vertical_curvature: d inclination / ds, lateral_curvature: sin(inclination) d azimuth / ds, rad/m, so
+    that the side force is the element's own (`slider_drilling.wellbore.side_force`).
     """
 
     top: Array
@@ -50,25 +52,41 @@ class Mesh:
 
 def build_mesh(rig: Rig, elements: int) -> Mesh:
     """About ``elements`` elements of near-equal length, none of which straddles two sections."""
-    counts = _elements_per_section([s.length for s in rig.string.sections], elements)
+    return _mesh(rig.well.survey, rig.string.sections, rig.well.hole_diameter, elements)
+
+
+@lru_cache(maxsize=16)
+def _mesh(
+    survey: tuple[tuple[float, float, float], ...], sections: tuple[Section, ...], hole_diameter: float, elements: int
+) -> Mesh:
+    """The same mesh for all rigs of a well and string: its arrays are not to be written to."""
+    counts = _elements_per_section([section.length for section in sections], elements)
     edges = [0.0]
-    for section, count in zip(rig.string.sections, counts, strict=True):
+    for section, count in zip(sections, counts, strict=True):
         edges.extend(edges[-1] + section.length * (np.arange(count) + 1) / count)
     boundaries = np.asarray(edges)
-    outer = np.repeat([s.outer_diameter for s in rig.string.sections], counts)
-    inner = np.repeat([s.inner_diameter for s in rig.string.sections], counts)
-    quartic = math.pi / 64.0 * (outer**4 - inner**4)
-    top, bottom = boundaries[:-1], boundaries[1:]
-    return Mesh(
-        top=top,
-        bottom=bottom,
-        area=math.pi / 4.0 * (outer**2 - inner**2),
+    outer = np.repeat([section.outer_diameter for section in sections], counts)
+    inner = np.repeat([section.inner_diameter for section in sections], counts)
+    quartic, area = math.pi / 64.0 * (outer**4 - inner**4), math.pi / 4.0 * (outer**2 - inner**2)
+    course = Course.from_survey(survey)
+    falls = np.diff(course.at(boundaries)[1][:, 2])
+    lying = lying_of_elements(course, boundaries, area, falls)
+    mesh = Mesh(
+        top=boundaries[:-1],
+        bottom=boundaries[1:],
+        area=area,
         second_moment=quartic,
         polar_moment=2.0 * quartic,
         outer_radius=0.5 * outer,
-        clearance=0.5 * (rig.well.hole_diameter - outer),
-        **_course_of_elements(Course.from_survey(rig.well.survey), boundaries),
+        clearance=0.5 * (hole_diameter - outer),
+        cosine=falls / np.diff(boundaries),
+        sine=lying.sine,
+        vertical_curvature=lying.vertical,
+        lateral_curvature=lying.lateral,
     )
+    for column in fields(mesh):
+        getattr(mesh, column.name).setflags(write=False)
+    return mesh
 
 
 def average_over_elements(mesh: Mesh, top: float, bottom: float) -> Array:
@@ -112,22 +130,3 @@ def _elements_per_section(lengths: list[float], elements: int) -> list[int]:
     longest = lengths.index(max(lengths))
     counts[longest] = max(1, counts[longest] + elements - sum(counts))
     return counts
-
-
-def _course_of_elements(course: Course, boundaries: Array) -> dict[str, Array]:
-    direction, position = course.at(boundaries)
-    middle, _ = course.at(0.5 * (boundaries[:-1] + boundaries[1:]))
-    length = np.diff(boundaries)
-    curvature = np.diff(direction, axis=0) / length[:, None]
-    cosine, sine = middle[:, 2], np.hypot(middle[:, 0], middle[:, 1])
-    flat = sine < 1e-9
-    north = np.where(flat, 1.0, middle[:, 0] / np.where(flat, 1.0, sine))
-    east = np.where(flat, 0.0, middle[:, 1] / np.where(flat, 1.0, sine))
-    high_side = np.stack([cosine * north, cosine * east, -sine], axis=1)
-    lateral = np.stack([-east, north, np.zeros_like(east)], axis=1)
-    return {
-        "cosine": np.diff(position[:, 2]) / length,
-        "sine": sine,
-        "vertical_curvature": np.sum(curvature * high_side, axis=1),
-        "lateral_curvature": np.sum(curvature * lateral, axis=1),
-    }

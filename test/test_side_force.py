@@ -1,0 +1,117 @@
+"""The side force of a whole element, against finer elements and closed forms."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from slider_drilling.drillstring import Commands, simulate_batch
+from slider_drilling.rig import Rig, load_rig
+from slider_drilling.wellbore.course import Course
+from slider_drilling.wellbore.mesh import build_mesh
+from slider_drilling.wellbore.side_force import Lying, lying_of_elements
+from slider_drilling.wellbore.static_loads import static_loads
+
+RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
+# Build, turn and drop between few stations.
+TURN = ((0.0, 0.0, 10.0), (600.0, 0.0, 10.0), (1400.0, 60.0, 10.0), (2200.0, 60.0, 95.0), (2900.0, 22.0, 95.0),
+        (3600.0, 20.0, 95.0))  # fmt: skip
+
+
+def with_survey(survey) -> Rig:
+    return replace(RIG, well=replace(RIG.well, survey=tuple(survey)))
+
+
+def stationed(survey, gap: float, wobble: float) -> list[tuple[float, float, float]]:
+    """The same course with a station every gap m, each off by some tenths of a degree."""
+    course, off = Course.from_survey(tuple(survey)), np.random.default_rng(1)
+    depth = np.append(np.arange(0.0, course.depth[-1], gap), course.depth[-1])
+    tangent, _ = course.at(depth)
+    inclination = np.degrees(np.arccos(np.clip(tangent[:, 2], -1.0, 1.0)))
+    azimuth = np.degrees(np.arctan2(tangent[:, 1], tangent[:, 0]))
+    inclination += wobble * off.normal(size=depth.size) * (inclination > 3.0)
+    azimuth += wobble * off.normal(size=depth.size)
+    return list(zip(depth.tolist(), inclination.tolist(), azimuth.tolist(), strict=True))
+
+
+def loads(rig: Rig, elements: int) -> np.ndarray:
+    """Torque of a turning string, hook loads of one that is lowered on bottom and of one that is raised."""
+    return np.array([
+        static_loads(rig, rotation_speed=1.0, elements=elements).surface_torque,
+        static_loads(rig, axial_speed=1.0, elements=elements, weight_on_bit=5e4).hook_load,
+        static_loads(rig, axial_speed=-1.0, elements=elements).hook_load,
+    ])  # fmt: skip
+
+
+@pytest.mark.parametrize("survey", [TURN, stationed(TURN, 30.0, 0.5), stationed(RIG.well.survey, 30.0, 0.5)],
+                         ids=["turn and drop", "with stations", "horizontal with stations"])  # fmt: skip
+def test_few_elements_press_as_many_do(survey):
+    rig = with_survey(survey)
+    fine = loads(rig, 2000)
+    torque, lowered, raised = loads(rig, 32) / fine - 1.0
+    assert abs(torque) < 1e-3
+    assert abs(lowered) < 1e-2
+    assert abs(raised) < 1e-3
+
+
+def test_a_string_that_turns_in_a_crooked_hole_needs_no_fine_mesh():
+    rig = with_survey(TURN)
+    time = np.arange(0.0, 40.0, 0.1)
+    commands = Commands(time, 5.0 * time, 0.0 * time + 5.0, 0.0 * time, 0.0 * time, 0.0 * time)
+    coarse, fine = (simulate_batch([rig], commands, count)[0].surface_torque[-100:].mean() for count in (32, 200))
+    assert coarse == pytest.approx(fine, rel=2e-3)
+
+
+def test_where_nothing_changes_an_element_lies_as_its_middle_does():
+    course = Course.from_survey(((0.0, 20.0, 30.0), (1000.0, 50.0, 60.0)))
+    edges = np.linspace(0.0, 1000.0, 41)
+    middle = Lying.between(course, edges)
+    whole = lying_of_elements(course, edges, np.ones(40), np.diff(course.at(edges)[1][:, 2]))
+    np.testing.assert_allclose(whole.sine, middle.sine, rtol=1e-4)
+    np.testing.assert_allclose(whole.vertical, middle.vertical, rtol=2e-3)
+    np.testing.assert_allclose(np.abs(whole.lateral), np.abs(middle.lateral), rtol=2e-3)
+
+
+def test_pipe_on_the_low_side_before_a_station_and_on_the_high_side_behind_it_presses_on_both():
+    # 100 m at 60 degrees, then a build that lifts the pipe that hangs on 2000 m more to the high side.
+    course = Course.from_survey(((0.0, 60.0, 0.0), (50.0, 60.0, 0.0), (100.0, 64.0, 0.0), (4100.0, 64.0, 0.0)))
+    edges = np.array([0.0, 100.0, 4100.0])
+    falls = np.diff(course.at(edges)[1][:, 2])
+    whole = lying_of_elements(course, edges, np.ones(2), falls)
+    tension = falls[1] + 0.5 * falls[0]
+    curvature = np.radians(4.0) / 50.0
+    straight, bent = np.sin(np.radians(60.0)), tension * curvature - np.sin(np.radians(62.0))
+    assert bent > 0.0
+    assert whole.pressing(np.array([tension, 0.0]))[0] == pytest.approx(0.5 * (straight + bent), rel=0.1)
+    mean = abs(np.mean([np.sin(np.radians(60.0)), np.sin(np.radians(62.0))]) - 0.5 * tension * curvature)
+    assert mean < 0.5 * whole.pressing(np.array([tension, 0.0]))[0], "its mean curvature would press on neither"
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(
+        st.tuples(st.floats(1.0, 600.0), st.floats(0.0, 120.0), st.floats(-360.0, 360.0)), min_size=1, max_size=12
+    ),
+    st.integers(2, 60),
+)
+def test_every_hole_presses_with_a_number(legs, elements):
+    depth = np.concatenate([[0.0], np.cumsum([leg[0] for leg in legs])])
+    rows = [(0.0, 0.0, 0.0), *((float(d), i, a) for d, (_, i, a) in zip(depth[1:], legs, strict=True))]
+    rig = with_survey([*rows, (float(depth[-1]) + 6000.0, legs[-1][1], legs[-1][2])])
+    mesh = build_mesh(rig, elements)
+    for column in (mesh.sine, mesh.vertical_curvature, mesh.lateral_curvature):
+        assert np.isfinite(column).all()
+    assert (mesh.sine >= 0.0).all()
+    assert (mesh.sine <= 1.0 + 1e-12).all()
+
+
+def test_the_mesh_of_a_well_and_string_is_made_once_and_nobody_may_change_it():
+    again = replace(RIG, mud=replace(RIG.mud, density=RIG.mud.density * 1.1))
+    assert build_mesh(RIG, 40) is build_mesh(again, 40)
+    with pytest.raises(ValueError, match="read-only"):
+        build_mesh(RIG, 40).sine[0] = 0.0
