@@ -80,6 +80,12 @@ def test_a_shape_of_one_number_is_a_sentence_and_no_empty_picture(y, says):
     assert shown == f"What the unknown looks like: {told}."
 
 
+def test_a_drift_known_by_its_ends_is_told_by_its_rate():
+    words = "pressure off by an amount that drifts with time"
+    told = shape_in_words(words, np.array([0.0, 120.0]), "s", np.array([1e4, -3.9e5]), "Pa")
+    assert told == f"{words}: falls by 2.0 bar a minute"
+
+
 def test_the_picture_of_a_shape_has_the_units_of_its_words():
     time, lost = np.array([0.0, 60.0, 120.0]), np.array([0.0, 2e5, 4e5])
     told = shape_in_words("pressure off by an amount that follows time", time, "s", lost, "Pa")

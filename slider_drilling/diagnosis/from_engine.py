@@ -213,7 +213,7 @@ def _drawn(of: ShapeOf, found: Rival) -> Shape:
 
 def _axes(words: str) -> tuple[str, str]:
     """What a disturbance is over, and what is off, from its words."""
-    for between in (" over ", " by an amount that follows "):
+    for between in (" over ", " by an amount that follows ", " by an amount that drifts with "):
         y, found, x = words.partition(between)
         if found:
             return x, y

@@ -15,7 +15,7 @@ _LIKE = 0.85
 def shape_in_words(words: str, x: Array, x_unit: str, y: Array, y_unit: str) -> str:
     """`words` with what the curve y (m,) over x (m,) does: rises or falls steadily, steps once, or has its extreme."""
     spread = float(np.ptp(y))
-    if x.size < 3 or spread == 0.0:
+    if x.size < 2 or spread == 0.0:
         mean = float(np.mean(y))
         if y_unit == "-" and mean > 1.0:
             return f"{words}, by a factor of {number(1.0 + mean, 2)}"

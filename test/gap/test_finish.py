@@ -69,3 +69,13 @@ def test_a_fit_that_cannot_come_up_with_a_leader_ends_early():
     before = problem.spent.simulations
     finished(*corrected(problem, coarse), leader=-1e6)
     assert problem.spent.simulations - before < alone
+
+
+def test_what_a_parameter_adds_to_every_simulation_is_added_once_in_each():
+    problem, coarse = begun()
+    ramp = np.linspace(0.0, 1.0, problem.size)
+    bent = problem.adding({"drift": ramp})
+    values = {**coarse.values, "drift": 3.0}
+    for one in (bent, bent.at(values, 1), bent.run_as(How(1))):
+        np.testing.assert_allclose(one.simulate([values])[0] - one.simulate([coarse.values])[0], 3.0 * ramp, atol=1e-9)
+    np.testing.assert_allclose(bent.at(values, 1).simulate([values])[0], bent.run_as(How(1)).simulate([values])[0])

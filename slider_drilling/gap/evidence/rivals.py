@@ -7,7 +7,7 @@ what is said is the disturbance's own shape.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,11 +18,13 @@ from slider_drilling.gap.evidence.score import FOLDS, Folds, Score, held_out, sc
 from slider_drilling.gap.model import Array, Disturbance, Disturbed, Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Piece, Problem
 from slider_drilling.gap.search.finish import corrected, finished
-from slider_drilling.gap.search.least_squares import bounded_step, fit, pace, prior_weights, room
+from slider_drilling.gap.search.least_squares import Fit, bounded_step, fit, pace, prior_weights, room
 
 _KNOTS = 8
 # Weights on the bends of a curve that are tried, of a typical coefficient's own in the log: from free to straight.
 _WEIGHTS = 10.0 ** np.arange(-4.0, 5.0)
+# What a reading is off by at the beginning and at the end of a run, in noise units; where no bound is met.
+_DRIFTED, _NOWHERE = ("drift.begin", "drift.end"), 1e6
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,22 @@ class Rival:
 
 
 @dataclass(frozen=True)
+class _Drift:
+    """A reading that is off by an amount which grows evenly: what it is at the ends of its run is fitted."""
+
+    site: str
+    words: str
+    piece: Piece
+
+    @property
+    def shares(self) -> Array:
+        """(2, n) of what it is off by at the beginning and at the end."""
+        time = self.piece.channel.time
+        passed = (time - time[0]) / max(float(time[-1] - time[0]), 1e-9)
+        return np.stack([1.0 - passed, passed])
+
+
+@dataclass(frozen=True)
 class _Columns:
     site: str
     words: str
@@ -64,7 +82,8 @@ def rivals(explained: Explained, folds: Folds, worth: float = 0.0) -> list[Rival
 
     worth: gain of ``-2 log p`` from which one that is fitted is also finished.
     """
-    return _all_solved(explained, [*_readings(explained), *_inside(explained)], folds, worth)
+    asked: list[_Columns | _Drift | Disturbance] = [*_readings(explained), *_drifts(explained), *_inside(explained)]
+    return _all_solved(explained, asked, folds, worth)
 
 
 def other_forms(explained: Explained, folds: Folds) -> list[Rival]:
@@ -79,10 +98,12 @@ def _inside(explained: Explained) -> Sequence[Disturbance]:
 
 
 def _all_solved(
-    explained: Explained, asked: Sequence[_Columns | Disturbance], folds: Folds, worth: float
+    explained: Explained, asked: Sequence[_Columns | _Drift | Disturbance], folds: Folds, worth: float
 ) -> list[Rival]:
 
-    def solved(one: _Columns | Disturbance) -> Rival:
+    def solved(one: _Columns | _Drift | Disturbance) -> Rival:
+        if isinstance(one, _Drift):
+            return _drifting(explained, one, folds, worth)
         if isinstance(one, Disturbance):
             if one.parameters:
                 return _fitted(explained, one, folds, worth)
@@ -97,16 +118,13 @@ def _all_solved(
 def _readings(explained: Explained) -> list[_Columns]:
     """A reading that is off by a smooth function of time, of its own level, of the excitation, or of its rate."""
     problem, made = explained.problem, []
-    model = problem.model
-    for piece in problem.pieces:
-        if piece.channel.time.size < 4 * _KNOTS:
-            continue
-        run = model.runs[piece.run]
+    for piece in _read_often(problem):
+        run = problem.model.runs[piece.run]
         command = np.interp(piece.channel.time, run.time, run.excitation)
         rate = np.interp(piece.channel.time, run.time, np.gradient(run.excitation, run.time))
         per_second = "1/s" if run.command_unit == "-" else f"{run.command_unit}/s"
         level = explained.fit.simulated[piece.rows] * piece.noise
-        site = model.site_of(piece.name) if isinstance(model, Disturbed) else "sensor"
+        site = _site_of(problem, piece)
         for over, values, unit in (
             ("time", piece.channel.time, "s"), ("its own level", level, piece.channel.unit),
             (run.command, command, run.command_unit), (f"the rate of {run.command}", rate, per_second),
@@ -115,13 +133,35 @@ def _readings(explained: Explained) -> list[_Columns]:
     return made
 
 
-def _reading(problem: Problem, piece: Piece, site: str, over: str, values: Array, unit: str) -> _Columns:
+def _drifts(explained: Explained) -> list[_Drift]:
+    """A drift pulls at what is tuned, and bends it: it is fitted beside that, not solved for around where that went."""
+    problem = explained.problem
+    return [
+        _Drift(_site_of(problem, piece), f"{_named(problem, piece)} off by an amount that drifts with time", piece)
+        for piece in _read_often(problem)
+    ]
+
+
+def _read_often(problem: Problem) -> list[Piece]:
+    return [piece for piece in problem.pieces if piece.channel.time.size >= 4 * _KNOTS]
+
+
+def _site_of(problem: Problem, piece: Piece) -> str:
+    model = problem.model
+    return model.site_of(piece.name) if isinstance(model, Disturbed) else "sensor"
+
+
+def _named(problem: Problem, piece: Piece) -> str:
     of_run = f" in run {piece.run + 1}" if len(problem.model.runs) > 1 else ""
+    return f"{piece.name.replace('_', ' ')}{of_run}"
+
+
+def _reading(problem: Problem, piece: Piece, site: str, over: str, values: Array, unit: str) -> _Columns:
     knots = np.linspace(float(values.min()), max(float(values.max()), float(values.min()) + 1e-9), _KNOTS)
     rows = np.zeros((_KNOTS, problem.size))
     for index in range(_KNOTS):
         rows[index, piece.rows] = np.interp(values, knots, np.eye(_KNOTS)[index])
-    words = f"{piece.name.replace('_', ' ')}{of_run} off by an amount that follows {over}"
+    words = f"{_named(problem, piece)} off by an amount that follows {over}"
     return _Columns(site, words, None, knots, unit, piece.channel.unit, rows, piece.name)
 
 
@@ -133,13 +173,7 @@ def _columns(explained: Explained, one: Disturbance) -> _Columns:
 
 def _fitted(explained: Explained, one: Disturbance, folds: Folds, worth: float) -> Rival:
     """A disturbance whose coefficients are fitted with the nuisance, and finished as a law is where it is worth it."""
-    problem, known = explained.problem, explained.fit
-    freed = [*known.parameters, *problem.free(one.parameters)]
-    found = fit(
-        problem, freed, known.values, tolerance=pace(worth), simulated=known.simulated, known=known.rows
-    )  # fmt: skip
-    if known.cost - found.cost > worth:
-        problem, found = finished(*corrected(problem, found))
+    problem, found = _beside(explained, explained.problem, one.parameters, explained.fit.rows, worth)
     shape = np.array([found.values[parameter.name] - parameter.nominal for parameter in one.parameters])
     x = np.array(one.x)
     if one.period is not None:
@@ -147,6 +181,33 @@ def _fitted(explained: Explained, one: Disturbance, folds: Folds, worth: float) 
         x, shape = np.append(x, x[0] + one.period), np.append(shape, shape[0]) - float(np.mean(shape))
     score = held_out(problem, found, folds)
     return Rival(one.site, one.words, one.like, x, one.x_unit, shape, "-", score)
+
+
+def _drifting(explained: Explained, one: _Drift, folds: Folds, worth: float) -> Rival:
+    rows = np.zeros((2, explained.problem.size))
+    rows[:, one.piece.rows] = one.shares
+    added = dict(zip(_DRIFTED, rows, strict=True))
+    free = tuple(Parameter(name, 0.0, -_NOWHERE, _NOWHERE, 1.0) for name in _DRIFTED)
+    problem, found = _beside(explained, explained.problem.adding(added), free, explained.fit.rows | added, worth)
+    shape = one.piece.noise * np.array([found.values[name] for name in _DRIFTED])
+    x = one.piece.channel.time[[0, -1]]
+    score = held_out(problem, found, folds)
+    unit = one.piece.channel.unit
+    return Rival(one.site, one.words, None, x, "s", shape, unit, score, one.piece.name)
+
+
+def _beside(
+    explained: Explained, problem: Problem, parameters: Sequence[Parameter], rows: Mapping[str, Array], worth: float
+) -> tuple[Problem, Fit]:
+    """Fitted beside the nuisance, and finished where it gains more than it is worth finishing for; rows: (N,) of the
+    first Jacobian that are known.
+    """
+    known = explained.fit
+    freed = [*known.parameters, *problem.free(parameters)]
+    found = fit(problem, freed, known.values, tolerance=pace(worth), simulated=known.simulated, known=rows)
+    if known.cost - found.cost > worth:
+        return finished(*corrected(problem, found))
+    return problem, found
 
 
 def _solved(explained: Explained, columns: _Columns, folds: Folds) -> Rival:

@@ -61,7 +61,8 @@ class Problem:
     """A model against its logs. Everything stacked has length N: runs, then channels, then samples.
 
     correction: (N,) noise units, what finer simulations add to cheap ones at the values that `at` was given; it is
-    part of every simulation. Nothing here ever changes but what was spent: `at` and `run_as` give new problems.
+    part of every simulation. added: (N,) noise units by name, what a parameter adds to every simulation that the model
+    knows nothing of. Nothing here ever changes but what was spent: `at`, `run_as` and `adding` give new problems.
     """
 
     model: Model
@@ -69,6 +70,7 @@ class Problem:
     how: How
     correction: Array = field(repr=False)
     spent: Spent = field(repr=False, compare=False)
+    added: Mapping[str, Array] = field(default_factory=dict, repr=False)
 
     @property
     def size(self) -> int:
@@ -82,7 +84,7 @@ class Problem:
     def set_of(self, values: Values, run: int) -> dict[str, float]:
         """The parameter set of one run: per-run parameters are named ``name@run`` outside the model."""
         suffix = f"@{run}"
-        chosen = {name: value for name, value in values.items() if "@" not in name}
+        chosen = {name: value for name, value in values.items() if "@" not in name and name not in self.added}
         return chosen | {name[: -len(suffix)]: value for name, value in values.items() if name.endswith(suffix)}
 
     def simulate(self, sets: Sequence[Values], how: How | None = None) -> Array:
@@ -94,6 +96,8 @@ class Problem:
             for piece in self.pieces:
                 if piece.run == run:
                     stacked[:, piece.rows] = found[piece.name] / piece.noise
+        for name, row in self.added.items():
+            stacked += np.multiply.outer([values.get(name, 0.0) for values in sets], row)
         return stacked if how else stacked + self.correction
 
     def against_log(self, simulated: Array) -> Array:
@@ -128,6 +132,10 @@ class Problem:
     def run_as(self, how: How) -> Problem:
         """The same problem simulated in another way, without correction."""
         return replace(self, how=how, correction=np.zeros(self.size))
+
+    def adding(self, rows: Mapping[str, Array]) -> Problem:
+        """The same problem to every simulation of which parameters of these names add such rows (N,), noise units."""
+        return replace(self, added={**self.added, **rows})
 
     def of_runs(self, runs: Collection[int]) -> Problem:
         """The same stack of which only these runs are simulated and count; what belongs to others is 0."""
