@@ -56,10 +56,12 @@ def markdown(tree: dict[str, Any]) -> str:
     """The tables of the small copy."""
     cases = cases_of(tree)
     found, options = tally(cases), tree["options"]
-    repeats = f" --repeats {options['repeats']}" if "repeats" in options else ""
+    asked = f" --repeats {options['repeats']}" if "repeats" in options else ""
+    if not options.get("oracle", True):
+        asked = " --no-oracle"
     made = (
         f"`slider-drilling blind-check --cases {options['cases']} --seed {options['seed']} --sizes {options['sizes']} "
-        f"--duration {options['duration']:g}{repeats}`, {tree['date']}, code {tree['code']}; each case is a line of "
+        f"--duration {options['duration']:g}{asked}`, {tree['date']}, code {tree['code']}; each case is a line of "
         "[cases.json](cases.json)."
     )
     return "\n\n".join((made, _totals(found), _effects(found), _outcomes(found, cases))) + "\n\n"

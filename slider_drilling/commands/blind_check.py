@@ -111,7 +111,7 @@ def command(
         sealed, stems = output, [case.file() for case in drawn]
         options = {"cases": cases, "seed": seed, "effects": effects, "sizes": sizes, "wells": ",".join(chosen),
                    "manoeuvres": manoeuvres, "lacking": lacking, "duration": duration, "rig": str(rig_path or ""),
-                   "repeats": repeats, "only": only}  # fmt: skip
+                   "repeats": repeats, "oracle": oracle, "only": only}  # fmt: skip
     if answers is not None:
         _report(check.score_answers(sealed / check.LABELS, answers), {}, options, output, as_json, units)
         return 0
