@@ -10,6 +10,7 @@ from slider_drilling.gap import Channel, Effect, How, Parameter, Run
 from slider_drilling.gap.choice.state import Explained
 from slider_drilling.gap.evidence.rivals import rivals
 from slider_drilling.gap.evidence.score import held_out, make_folds
+from slider_drilling.gap.model import Disturbance
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import parameters_of
@@ -107,3 +108,37 @@ def test_a_drift_is_fitted_beside_what_it_has_bent():
     assert drift.y[1] - drift.y[0] < -10.0
     np.testing.assert_allclose(drift.x, TIME[[0, -1]])
     assert drift.reading == "force"
+
+
+@dataclass(frozen=True)
+class Far(Toy):
+    """A toy that may be disturbed by what does next to nothing until it is far from nominal."""
+
+    effects: tuple[Effect, ...] = ()
+
+    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+        made = [force(one) + reached(one.get("give", 0.0)) for one in sets]
+        return {"force": np.stack(made)}
+
+    def disturbances(self, values: Mapping[str, float]) -> Sequence[Disturbance]:
+        give = Parameter("give", 0.0, -0.8, 20.0, 0.2)
+        return [Disturbance("contact", "give", (), (0.0,), "-", ({**values, "give": 0.1},), (0.1,), (give,))]
+
+    def site_of(self, channel: str) -> str:
+        return "sensor"
+
+
+def reached(give: float) -> np.ndarray:
+    return 6.0 * np.exp(-((give - 12.0) ** 2) / 4.0) * np.sin(2.0 * np.pi * TIME / 7.0)
+
+
+def test_a_disturbance_is_looked_for_all_over_its_range():
+    (run,) = toy({"level": 2.0}, 4, extra=reached(12.0)).runs
+    problem = build_problem(Far((run,)), [{"force": 1.0}])
+    found, folds = fit(problem, parameters_of(problem, ()), {}), make_folds(problem)
+    known = Explained((), problem, found, held_out(problem, found, folds))
+    assert known.score.gap > 3.0
+    best = rivals(known, folds)[0]
+    assert best.words == "give"
+    assert best.score.gap < 1.15
+    np.testing.assert_allclose(best.y, [12.0], atol=0.2)

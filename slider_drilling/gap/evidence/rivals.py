@@ -23,6 +23,8 @@ from slider_drilling.gap.search.least_squares import Fit, bounded_step, fit, pac
 _KNOTS = 8
 # Weights on the bends of a curve that are tried, of a typical coefficient's own in the log: from free to straight.
 _WEIGHTS = 10.0 ** np.arange(-4.0, 5.0)
+# Shares of the way to a bound at which a disturbance that may go far is looked for.
+_PLACES = np.array([1.0 / 32.0, 0.125, 0.25, 0.5, 0.75])
 # What a reading is off by at the beginning and at the end of a run, in noise units; where no bound is met.
 _DRIFTED, _NOWHERE = ("drift.begin", "drift.end"), 1e6
 
@@ -173,7 +175,8 @@ def _columns(explained: Explained, one: Disturbance) -> _Columns:
 
 def _fitted(explained: Explained, one: Disturbance, folds: Folds, worth: float) -> Rival:
     """A disturbance whose coefficients are fitted with the nuisance, and finished as a law is where it is worth it."""
-    problem, found = _beside(explained, explained.problem, one.parameters, explained.fit.rows, worth)
+    start = _likeliest_start(explained, one.parameters[0]) if len(one.parameters) == 1 else None
+    problem, found = _beside(explained, explained.problem, one.parameters, explained.fit.rows, worth, start)
     shape = np.array([found.values[parameter.name] - parameter.nominal for parameter in one.parameters])
     x = np.array(one.x)
     if one.period is not None:
@@ -181,6 +184,21 @@ def _fitted(explained: Explained, one: Disturbance, folds: Folds, worth: float) 
         x, shape = np.append(x, x[0] + one.period), np.append(shape, shape[0]) - float(np.mean(shape))
     score = held_out(problem, found, folds)
     return Rival(one.site, one.words, one.like, x, one.x_unit, shape, "-", score)
+
+
+def _likeliest_start(explained: Explained, far: Parameter) -> dict[str, float] | None:
+    """Where the log is likeliest of places all over one parameter's range, beside what is tuned and beside what is
+    nominal, None where it stands at its own nominal value: who begins there, beside a nuisance that others have bent,
+    may never see the place.
+    """
+    problem, tuned = explained.problem, explained.fit.values
+    own = {parameter.name for parameter in explained.fit.parameters if not parameter.per_run}
+    given = {name: value for name, value in tuned.items() if name not in own}
+    shares = np.concatenate([_PLACES * (bound - far.nominal) for bound in (far.lower, far.upper)])
+    places = [{**base, far.name: float(far.nominal + share)} for base in (tuned, given) for share in shares]
+    costs = [problem.cost(residual)[0] for residual in problem.residuals(places)]
+    best = int(np.argmin(costs))
+    return places[best] if costs[best] < problem.cost(explained.fit.residual)[0] else None
 
 
 def _drifting(explained: Explained, one: _Drift, folds: Folds, worth: float) -> Rival:
@@ -197,14 +215,18 @@ def _drifting(explained: Explained, one: _Drift, folds: Folds, worth: float) -> 
 
 
 def _beside(
-    explained: Explained, problem: Problem, parameters: Sequence[Parameter], rows: Mapping[str, Array], worth: float
-) -> tuple[Problem, Fit]:
+    explained: Explained, problem: Problem, parameters: Sequence[Parameter], rows: Mapping[str, Array], worth: float,
+    start: Values | None = None,
+) -> tuple[Problem, Fit]:  # fmt: skip
     """Fitted beside the nuisance, and finished where it gains more than it is worth finishing for; rows: (N,) of the
-    first Jacobian that are known.
+    first Jacobian that are known; start: where else than at the explanation's fit.
     """
     known = explained.fit
-    freed = [*known.parameters, *problem.free(parameters)]
-    found = fit(problem, freed, known.values, tolerance=pace(worth), simulated=known.simulated, known=rows)
+    freed, least = [*known.parameters, *problem.free(parameters)], pace(worth)
+    if start is not None:
+        found = fit(problem, freed, start, tolerance=least)
+    else:
+        found = fit(problem, freed, known.values, tolerance=least, simulated=known.simulated, known=rows)
     if known.cost - found.cost > worth:
         return finished(*corrected(problem, found))
     return problem, found
