@@ -110,6 +110,14 @@ def test_every_hole_presses_with_a_number(legs, elements):
     assert (mesh.sine <= 1.0 + 1e-12).all()
 
 
+def test_a_rig_put_together_from_lists_has_the_same_mesh():
+    rows = [list(row) for row in RIG.well.survey]
+    rig = replace(
+        RIG, well=replace(RIG.well, survey=rows), string=replace(RIG.string, sections=list(RIG.string.sections))
+    )
+    assert build_mesh(rig, 40) is build_mesh(RIG, 40)
+
+
 def test_the_mesh_of_a_well_and_string_is_made_once_and_nobody_may_change_it():
     again = replace(RIG, mud=replace(RIG.mud, density=RIG.mud.density * 1.1))
     assert build_mesh(RIG, 40) is build_mesh(again, 40)

@@ -52,7 +52,9 @@ class Mesh:
 
 def build_mesh(rig: Rig, elements: int) -> Mesh:
     """About ``elements`` elements of near-equal length, none of which straddles two sections."""
-    return _mesh(rig.well.survey, rig.string.sections, rig.well.hole_diameter, elements)
+    # Rows of a rig that was put together in Python may be lists, which no cache takes for a key.
+    survey = tuple((depth, inclination, azimuth) for depth, inclination, azimuth in rig.well.survey)
+    return _mesh(survey, tuple(rig.string.sections), rig.well.hole_diameter, elements)
 
 
 @lru_cache(maxsize=16)
