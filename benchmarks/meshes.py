@@ -16,6 +16,10 @@ from slider_drilling.wellbore.static_loads import static_loads
 
 Survey = tuple[tuple[float, float, float], ...]
 
+# Build, turn and drop between few stations.
+TURN = ((0.0, 0.0, 10.0), (600.0, 0.0, 10.0), (1400.0, 60.0, 10.0), (2200.0, 60.0, 95.0), (2900.0, 22.0, 95.0),
+        (4000.0, 20.0, 95.0))  # fmt: skip
+
 DURATION = 300.0
 REFERENCE = 800
 MESHES = (25, 40, 50, 100, 200, 400)
@@ -75,28 +79,26 @@ def crooked(counts: tuple[int, ...] = (32, 100), fine: int = 2000) -> str:
     """A table of static loads on few elements in holes that turn, against many: shares by which they are off."""
     lines = ["| hole | elements | torque, turning | hook load, lowered | hook load, raised |", "|---|---|---|---|---|"]
     for words, rig in _holes().items():
-        best = _loads(rig, fine)
+        best = static_loads_of(rig, fine)
         for count in counts:
-            off = 100.0 * (_loads(rig, count) / best - 1.0)
+            off = 100.0 * (static_loads_of(rig, count) / best - 1.0)
             lines.append(f"| {words} | {count} | " + " | ".join(f"{share:+.2f} %" for share in off) + " |")
     return "\n".join(lines)
 
 
 def _holes() -> dict[str, Rig]:
     rig = example_rig()
-    end = rig.well.survey[-1][0]
-    turn = ((0.0, 0.0, 10.0), (600.0, 0.0, 10.0), (1400.0, 60.0, 10.0), (2200.0, 60.0, 95.0), (2900.0, 22.0, 95.0),
-            (end, 20.0, 95.0))  # fmt: skip
     surveys = {
         "the example's": rig.well.survey,
-        "the example's, a station every 30 m, off by half a degree": _stationed(rig.well.survey),
-        "build, turn and drop": turn,
-        "build, turn and drop, a station every 30 m, off by half a degree": _stationed(turn),
+        "the example's, a station every 30 m, off by half a degree": stationed(rig.well.survey),
+        "build, turn and drop": TURN,
+        "build, turn and drop, a station every 30 m, off by half a degree": stationed(TURN),
     }
     return {words: replace(rig, well=replace(rig.well, survey=survey)) for words, survey in surveys.items()}
 
 
-def _stationed(survey: Survey) -> Survey:
+def stationed(survey: Survey) -> Survey:
+    """The same course with a station every 30 m, each off by half a degree."""
     course, off = Course.from_survey(survey), np.random.default_rng(0)
     depth = np.append(np.arange(0.0, course.depth[-1], 30.0), course.depth[-1])
     north, east, down = course.at(depth)[0].T
@@ -106,7 +108,8 @@ def _stationed(survey: Survey) -> Survey:
     return tuple(zip(depth.tolist(), inclination.tolist(), azimuth.tolist(), strict=True))
 
 
-def _loads(rig: Rig, elements: int) -> np.ndarray:
+def static_loads_of(rig: Rig, elements: int) -> np.ndarray:
+    """(3,) torque N m of a turning string, hook loads N of one that is lowered on bottom and of one that is raised."""
     turning = static_loads(rig, rotation_speed=1.0, elements=elements)
     lowered = static_loads(rig, axial_speed=1.0, weight_on_bit=5e4, elements=elements)
     raised = static_loads(rig, axial_speed=-1.0, elements=elements)

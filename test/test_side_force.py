@@ -10,50 +10,26 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.meshes import TURN, static_loads_of, stationed
 from slider_drilling.drillstring import Commands, simulate_batch
 from slider_drilling.rig import Rig, load_rig
 from slider_drilling.wellbore.course import Course
 from slider_drilling.wellbore.mesh import build_mesh
 from slider_drilling.wellbore.side_force import Lying, lying_of_elements
-from slider_drilling.wellbore.static_loads import static_loads
 
 RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
-# Build, turn and drop between few stations.
-TURN = ((0.0, 0.0, 10.0), (600.0, 0.0, 10.0), (1400.0, 60.0, 10.0), (2200.0, 60.0, 95.0), (2900.0, 22.0, 95.0),
-        (3600.0, 20.0, 95.0))  # fmt: skip
 
 
 def with_survey(survey) -> Rig:
     return replace(RIG, well=replace(RIG.well, survey=tuple(survey)))
 
 
-def stationed(survey, gap: float, wobble: float) -> list[tuple[float, float, float]]:
-    """The same course with a station every gap m, each off by some tenths of a degree."""
-    course, off = Course.from_survey(tuple(survey)), np.random.default_rng(1)
-    depth = np.append(np.arange(0.0, course.depth[-1], gap), course.depth[-1])
-    tangent, _ = course.at(depth)
-    inclination = np.degrees(np.arccos(np.clip(tangent[:, 2], -1.0, 1.0)))
-    azimuth = np.degrees(np.arctan2(tangent[:, 1], tangent[:, 0]))
-    inclination += wobble * off.normal(size=depth.size) * (inclination > 3.0)
-    azimuth += wobble * off.normal(size=depth.size)
-    return list(zip(depth.tolist(), inclination.tolist(), azimuth.tolist(), strict=True))
-
-
-def loads(rig: Rig, elements: int) -> np.ndarray:
-    """Torque of a turning string, hook loads of one that is lowered on bottom and of one that is raised."""
-    return np.array([
-        static_loads(rig, rotation_speed=1.0, elements=elements).surface_torque,
-        static_loads(rig, axial_speed=1.0, elements=elements, weight_on_bit=5e4).hook_load,
-        static_loads(rig, axial_speed=-1.0, elements=elements).hook_load,
-    ])  # fmt: skip
-
-
-@pytest.mark.parametrize("survey", [TURN, stationed(TURN, 30.0, 0.5), stationed(RIG.well.survey, 30.0, 0.5)],
+@pytest.mark.parametrize("survey", [TURN, stationed(TURN), stationed(RIG.well.survey)],
                          ids=["turn and drop", "with stations", "horizontal with stations"])  # fmt: skip
 def test_few_elements_press_as_many_do(survey):
     rig = with_survey(survey)
-    fine = loads(rig, 2000)
-    torque, lowered, raised = loads(rig, 32) / fine - 1.0
+    fine = static_loads_of(rig, 2000)
+    torque, lowered, raised = static_loads_of(rig, 32) / fine - 1.0
     assert abs(torque) < 1e-3
     assert abs(lowered) < 1e-2
     assert abs(raised) < 1e-3

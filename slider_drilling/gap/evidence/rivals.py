@@ -18,7 +18,7 @@ from slider_drilling.gap.evidence.score import FOLDS, Folds, Score, held_out, sc
 from slider_drilling.gap.model import Array, Disturbance, Disturbed, Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Piece, Problem
 from slider_drilling.gap.search.finish import corrected, finished
-from slider_drilling.gap.search.least_squares import Fit, bounded_step, fit, pace, prior_weights, room
+from slider_drilling.gap.search.least_squares import Fit, bounded_step, cost_of, fit, pace, prior_weights, room
 
 _KNOTS = 8
 # Weights on the bends of a curve that are tried, of a typical coefficient's own in the log: from free to straight.
@@ -186,19 +186,20 @@ def _fitted(explained: Explained, one: Disturbance, folds: Folds, worth: float) 
     return Rival(one.site, one.words, one.like, x, one.x_unit, shape, "-", score)
 
 
-def _likeliest_start(explained: Explained, far: Parameter) -> dict[str, float] | None:
+def _likeliest_start(explained: Explained, far: Parameter) -> tuple[dict[str, float], Array] | None:
     """Where the log is likeliest of places all over one parameter's range, beside what is tuned and beside what is
-    nominal, None where it stands at its own nominal value: who begins there, beside a nuisance that others have bent,
-    may never see the place.
+    nominal, and its simulation (N,), None where it is so at the parameter's own nominal value: who begins there, beside
+    a nuisance that others have bent, may never see the place.
     """
-    problem, tuned = explained.problem, explained.fit.values
-    own = {parameter.name for parameter in explained.fit.parameters if not parameter.per_run}
+    known, tuned = explained.fit, explained.fit.values
+    own = {parameter.name for parameter in known.parameters if not parameter.per_run}
     given = {name: value for name, value in tuned.items() if name not in own}
     shares = np.concatenate([_PLACES * (bound - far.nominal) for bound in (far.lower, far.upper)])
     places = [{**base, far.name: float(far.nominal + share)} for base in (tuned, given) for share in shares]
-    costs = [problem.cost(residual)[0] for residual in problem.residuals(places)]
-    best = int(np.argmin(costs))
-    return places[best] if costs[best] < problem.cost(explained.fit.residual)[0] else None
+    begun = zip(places, explained.problem.simulate(places), strict=True)
+    costs = [(cost_of(explained.problem, known.parameters, *one), one) for one in begun]
+    least, best = min(costs, key=lambda entry: entry[0])
+    return best if least < known.cost else None
 
 
 def _drifting(explained: Explained, one: _Drift, folds: Folds, worth: float) -> Rival:
@@ -216,17 +217,15 @@ def _drifting(explained: Explained, one: _Drift, folds: Folds, worth: float) -> 
 
 def _beside(
     explained: Explained, problem: Problem, parameters: Sequence[Parameter], rows: Mapping[str, Array], worth: float,
-    start: Values | None = None,
+    start: tuple[Values, Array] | None = None,
 ) -> tuple[Problem, Fit]:  # fmt: skip
     """Fitted beside the nuisance, and finished where it gains more than it is worth finishing for; rows: (N,) of the
-    first Jacobian that are known; start: where else than at the explanation's fit.
+    first Jacobian that are known; start: values and simulation (N,) where else than at the explanation's fit.
     """
     known = explained.fit
     freed, least = [*known.parameters, *problem.free(parameters)], pace(worth)
-    if start is not None:
-        found = fit(problem, freed, start, tolerance=least)
-    else:
-        found = fit(problem, freed, known.values, tolerance=least, simulated=known.simulated, known=rows)
+    values, simulated = start or (known.values, known.simulated)
+    found = fit(problem, freed, values, tolerance=least, simulated=simulated, known={} if start else rows)
     if known.cost - found.cost > worth:
         return finished(*corrected(problem, found))
     return problem, found
