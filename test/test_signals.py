@@ -152,6 +152,8 @@ def test_a_signal_waits_for_a_picture_that_is_being_drawn(
 def own_handlers() -> Iterator[None]:
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
     hook = sys.unraisablehook
+    for number in before:
+        signal.signal(number, signal.SIG_DFL)  # under nohup one of them is ignored
     yield
     interrupts.raise_on_signals()  # forgets those that came
     sys.unraisablehook = hook
