@@ -319,6 +319,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     answer = explain(Servo(tuple(logs)), seed=given.seed)
     print(answer.sentence)
+    print(f"  {answer.simulations} simulations, {answer.runtime:.1f} s")
     tuned = answer.state.tuned.fit.values
     for entry in answer.judged:
         found = entry.explained.fit.values

@@ -40,7 +40,6 @@ _WIDEST = 2.0
 def outcome_of(answer: Answer, model: Model, beyond: Beyond, effects: Sequence[Effect]) -> Outcome:
     """The engine's answer about a model's runs; effects: every candidate, for those that were not followed."""
     manoeuvre, where, state = answer.manoeuvre, answer.where, answer.state
-    spent = state.current.problem.spent.simulations
     return Outcome(
         verdict=answer.verdict,
         site=answer.site,
@@ -59,7 +58,7 @@ def outcome_of(answer: Answer, model: Model, beyond: Beyond, effects: Sequence[E
         ),
         tuned_parameters=_fitted(state.current),
         horizon=beyond.horizon,
-        counts={"simulations": spent, "not_refitted": state.current.score.not_refitted},
+        counts={"simulations": answer.simulations, "not_refitted": state.current.score.not_refitted},
         remarks=answer.remarks,
         simulated=beyond.figures(),
         traces=_traces(beyond),

@@ -63,6 +63,11 @@ class Answer:
         return self.state.enough.threshold
 
     @property
+    def simulations(self) -> int:
+        """How many simulations it took."""
+        return self.state.current.problem.spent.simulations
+
+    @property
     def parameters(self) -> dict[str, float]:
         """Everything that was fitted in the final model, by name."""
         return dict(self.state.current.fit.values)
