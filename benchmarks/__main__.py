@@ -30,6 +30,7 @@ def main() -> None:
         "by_runs": lambda: scaling.table("runs", "ns per element-step", scaling.by_runs(), ".2f"),
         "by_threads": lambda: scaling.table("threads", "s", scaling.by_threads(), ".2f"),
         "meshes": lambda: meshes.markdown(meshes.compare()),
+        "single_precision": meshes.single_precision,
         "crooked": meshes.crooked,
     }
     filled = {}

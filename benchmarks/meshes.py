@@ -9,7 +9,7 @@ import numpy as np
 
 from slider_drilling.bench.clock import processor_seconds
 from slider_drilling.bench.work import example_rig, rocking
-from slider_drilling.drillstring import Plant, Response, simulate
+from slider_drilling.drillstring import Plant, Response, simulate, simulate_batch
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.course import Course
 from slider_drilling.wellbore.static_loads import static_loads
@@ -72,6 +72,24 @@ def markdown(rows: list[Choice]) -> str:
         f"| {100.0 * row.torque_share:.2f} % | {row.hook_load:.2f} kN | {row.tool_face:.2f} deg |"
         for row in rows
     ]
+    return "\n".join(lines)
+
+
+def single_precision(counts: tuple[int, ...] = (32, 100, 200)) -> str:
+    """RMS differences of single from double precision, 300 s of the example rig, rocked, on the same mesh."""
+    rig = example_rig()
+    commands = rocking(rig, DURATION)
+    lines = ["| elements | surface torque | hook load | standpipe pressure | tool-face |", "|---|---|---|---|---|"]
+    for elements in counts:
+        (double,), (single,) = (simulate_batch([rig], commands, elements, single=which) for which in (False, True))
+        off = {
+            name: _rms(getattr(single, name) - getattr(double, name))
+            for name in ("surface_torque", "hook_load", "standpipe_pressure", "tool_face")
+        }
+        lines.append(
+            f"| {elements} | {off['surface_torque']:.2g} N m | {off['hook_load']:.2g} N "
+            f"| {off['standpipe_pressure']:.2g} Pa | {math.degrees(off['tool_face']):.1g} deg |"
+        )
     return "\n".join(lines)
 
 

@@ -30,8 +30,9 @@ from slider_drilling.log import read_log
 from slider_drilling.wellbore.mesh import build_mesh
 from slider_drilling.wellbore.static_loads import static_loads
 
-ASKED = ("single_ns_per_element_step", "batch_ns_per_element_step", "real_time_factor", "closed_loop_real_time_factor",
-         "recorder_messages_per_s", "diagnose_s", "help_s")  # fmt: skip
+ASKED = ("single_ns_per_element_step", "batch_ns_per_element_step", "single_precision_ns_per_element_step",
+         "real_time_factor", "closed_loop_real_time_factor", "recorder_messages_per_s", "diagnose_s",
+         "help_s")  # fmt: skip
 
 
 def test_json_has_every_figure_with_its_reference_and_ratio(monkeypatch):
@@ -52,9 +53,9 @@ def test_stages_give_the_figures_asked_for(monkeypatch):
     monkeypatch.setattr(sessions, "ros_is_there", lambda: False)
     monkeypatch.setattr(string_rates, "BATCH", 2)
     rows = [*string_rates.string_rates(), *sessions.session_rates(), sessions.node_start()]
-    assert {*ASKED[:5], "node_start_s"} <= {row.name for row in rows}
+    assert {*ASKED[:6], "node_start_s"} <= {row.name for row in rows}
     for row in rows:
-        if row.name in ASKED[:3]:
+        if row.name in ASKED[:4]:
             assert row.value > 0.0 and row.ratio > 0.0
         else:
             assert row.value is None and row.ratio is None and row.note.startswith("not available: ROS 2")
@@ -98,7 +99,8 @@ def test_timed_plant_goes_on_like_one_run():
     plant = Rocked(rig, elements=20)
     plant.go_on(1.0)
     whole = simulate(rig, rocking(rig, 1.9), elements=20)
-    assert plant.last.surface_torque[-1] == whole.surface_torque[-1]
+    # Times of a part are those of the whole but for a last bit.
+    np.testing.assert_allclose(plant.last.surface_torque, whole.surface_torque[-10:], rtol=1e-11)
     assert plant.last.time[-1] == pytest.approx(1.9)
     assert plant.element_steps(2.0) == pytest.approx(20 * 2.0 / plant.step)
 
@@ -110,7 +112,7 @@ def test_variants_differ():
 
 def test_reference_arithmetic_stays_ordinary():
     """Numbers that overflow or fade to nothing would take another time than those of a step."""
-    moving = np.full((6, 96), 0.1)
+    moving = np.full((8, 96), 0.1)
     string_rates.repeat_arithmetic(5000, 96, np.full((16, 96), 0.1), moving, np.linspace(4.0, 0.1, 8))
     assert np.all(np.isfinite(moving))
     assert np.all(np.abs(moving) > 1e-6)

@@ -14,7 +14,7 @@ from numba import njit
 from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.drillstring import Commands, Modifiers, Start, assemble, kernel, simulate, simulate_batch
 from slider_drilling.drillstring.start import initial_state
-from slider_drilling.effects import Effects, StaticAging, Stribeck
+from slider_drilling.effects import Effects, FrictionDrift, StaticAging, Stribeck
 from slider_drilling.rig import load_rig
 from slider_drilling.wellbore.mesh import GRAVITY, build_mesh
 
@@ -86,14 +86,23 @@ def test_step_is_the_model_in_plain_double_precision():
     assert np.max(np.abs(compiled - plain)) < 1e-6 * np.ptp(plain)
 
 
-@pytest.mark.parametrize(("function", "exact", "bound"), [
-    ("root", np.sqrt, 1.2e-7),
-    ("per_root", lambda x: 1.0 / np.sqrt(x), 1.8e-7),
-    ("reciprocal", lambda x: 1.0 / x, 2e-14),
-])  # fmt: skip
-def test_quick_arithmetic_errs_by_what_it_says(function, exact, bound):
-    call = getattr(kernel, function)
+@njit
+def reciprocal(x):
+    return kernel.reciprocal(x, np.float64)
 
+
+@njit
+def reciprocal_single(x):
+    return kernel.reciprocal(np.float32(x), np.float32)
+
+
+@pytest.mark.parametrize(("call", "exact", "bound"), [
+    (kernel.root, np.sqrt, 1.2e-7),
+    (kernel.per_root, lambda x: 1.0 / np.sqrt(x), 1.8e-7),
+    (reciprocal, lambda x: 1.0 / x, 2e-14),
+    (reciprocal_single, lambda x: 1.0 / x, 1.8e-7),
+])  # fmt: skip
+def test_quick_arithmetic_errs_by_what_it_says(call, exact, bound):
     @njit(error_model="numpy")
     def all_of(values):
         out = np.empty_like(values)
@@ -105,16 +114,17 @@ def test_quick_arithmetic_errs_by_what_it_says(function, exact, bound):
     assert np.max(np.abs(all_of(x) / exact(x) - 1.0)) < bound
 
 
+@pytest.mark.parametrize("single", [False, True])
 @pytest.mark.parametrize("lanes", [2, 3, 8, 17, 33])
 @pytest.mark.parametrize("effects", [Effects(), Effects(stribeck=Stribeck(0.4), static_aging=StaticAging(0.3))])
-def test_every_lane_of_any_batch_is_its_single_run(lanes, effects):
+def test_every_lane_of_any_batch_is_its_single_run(lanes, effects, single):
     """Bit for bit, whatever part of a vector the lane falls in."""
     shares = np.linspace(0.4, 0.6, lanes)
     bits = [dataclasses.replace(RIG.bit, aggressiveness=share) for share in shares]
     rigs = [dataclasses.replace(RIG, effects=effects, bit=bit) for bit in bits]
-    batch = simulate_batch(rigs, turning(3.0), elements=13)
+    batch = simulate_batch(rigs, turning(3.0), elements=13, single=single)
     for k in (0, lanes // 2, lanes - 1):
-        alone = simulate(rigs[k], turning(3.0), elements=13)
+        (alone,) = simulate_batch([rigs[k]], turning(3.0), elements=13, single=single)
         assert np.array_equal(alone.surface_torque, batch[k].surface_torque)
         assert np.array_equal(alone.tool_face, batch[k].tool_face)
 
@@ -128,8 +138,28 @@ def test_a_lane_that_needs_an_effect_leaves_the_others_as_they_are():
     assert np.max(np.abs(both[1].surface_torque - alone.surface_torque)) > 1.0
 
 
-def test_frictionless_contact_stays_finite_at_any_speed():
+LIMITS = {"surface_torque": 0.5, "hook_load": 50.0, "standpipe_pressure": 1e3, "tool_face": 1e-2}
+
+
+@pytest.mark.parametrize("effects", [
+    Effects(), Effects(static_aging=StaticAging(0.3), friction_drift=FrictionDrift(1e-3)),
+])  # fmt: skip
+@pytest.mark.parametrize("elements", [32, 100])
+def test_single_precision_is_far_below_any_sensors_noise(effects, elements):
+    """Of 60 s of turning and letting down, with positions of tens of metres and weights of a meganewton."""
+    rig = dataclasses.replace(RIG, effects=effects)
+    commands = turning(60.0)
+    (double,), (single,) = (simulate_batch([rig], commands, elements, single=which) for which in (False, True))
+    for channel, limit in LIMITS.items():
+        there, here = getattr(double, channel), getattr(single, channel)
+        assert 0.0 < np.sqrt(np.mean((there - here) ** 2)) < limit, channel
+
+
+@pytest.mark.parametrize("single", [False, True])
+def test_frictionless_contact_stays_finite_at_any_speed(single):
     free = dataclasses.replace(RIG, well=dataclasses.replace(RIG.well, friction_intervals=()))
-    response = simulate_batch([free], turning(5.0), elements=20, modifiers=[Modifiers(friction_factor=0.0)])[0]
+    (response,) = simulate_batch(
+        [free], turning(5.0), elements=20, modifiers=[Modifiers(friction_factor=0.0)], single=single
+    )
     assert np.all(np.isfinite(response.surface_torque))
     assert math.isfinite(response.tool_face[-1])

@@ -14,8 +14,8 @@ from slider_drilling.compiler import COMPILE, njit
 from slider_drilling.drillstring import kernel, simulate_batch
 
 BATCH = 64
-_CACHED = 96  # elements whose arrays, 17 kB, stay in any processor's first-level cache
-_ARITHMETIC = "the step's two loops on 96 elements, which stay in the first-level cache"
+_CACHED = 96  # elements whose arrays, 18 kB, stay in any processor's first-level cache
+_ARITHMETIC = "the step's loops on 96 elements, which stay in the first-level cache"
 
 
 def string_rates() -> list[Result]:
@@ -29,11 +29,15 @@ def string_rates() -> list[Result]:
     simulate_batch(rigs[:1], rocking(rig, 0.1))
     taken = processor_seconds(lambda: simulate_batch(rigs, commands), repeats=3)
     batch = taken / (BATCH * plant.element_steps(20.0))
+    simulate_batch(rigs[:1], rocking(rig, 0.1), single=True)
+    narrow = processor_seconds(lambda: simulate_batch(rigs, commands, single=True), repeats=3)
     steps_a_second = plant.element_steps(1.0)
     return [
         Result("single_ns_per_element_step", 1e9 * single, "ns", bare, _ARITHMETIC, f"{ELEMENTS} elements"),
         Result("batch_ns_per_element_step", 1e9 * batch, "ns", bare, _ARITHMETIC,
                f"{BATCH} runs of {ELEMENTS} elements on one core, assembly included"),
+        Result("single_precision_ns_per_element_step", 1e9 * narrow / (BATCH * plant.element_steps(20.0)), "ns",
+               1e9 * batch, "the same batch in double precision", "as a diagnosis simulates"),
         Result("real_time_factor", duration / wall, "-", 1e9 / (steps_a_second * bare),
                "the factor at the bare arithmetic's cost", f"{ELEMENTS} elements, all channels, one core"),
     ]  # fmt: skip
@@ -55,7 +59,7 @@ def arithmetic_ns() -> float:
     """ns an element for the arithmetic of a step without memory traffic: the kernel's own loops on few elements."""
     rounds = 2000
     constants = np.full((16, _CACHED), 0.1)
-    moving = np.full((6, _CACHED), 0.1)
+    moving = np.full((8, _CACHED), 0.1)
     polynomial = np.linspace(4.0, 0.1, 8)
     repeat_arithmetic(1, _CACHED, constants, moving, polynomial)
     return _ns_each(lambda: repeat_arithmetic(rounds, _CACHED, constants, moving, polynomial), rounds * _CACHED)
@@ -70,19 +74,20 @@ def repeat_arithmetic(rounds, count, constants, moving, polynomial):
     """Sliding at a constant speed: no push, no decay, so that the numbers stay as ordinary as they begin."""
     zero, one, some = constants[0], constants[1], constants[2]
     zero[:], one[:] = 0.0, 1.0
-    place, angle, along, across, speed, rotation_speed = (
-        moving[0], moving[1], moving[2], moving[3], moving[4], moving[5]
+    place, angle, along, across, speed, rotation_speed, stretch, twist = (
+        moving[0], moving[1], moving[2], moving[3], moving[4], moving[5], moving[6], moving[7]
     )  # fmt: skip
     force, weight, bend, turn, rough, soft, radius, yielding, still, fixed = (
         constants[3], constants[4], constants[5], constants[6], constants[7], constants[8], constants[9],
         constants[10], constants[11], constants[12],
     )  # fmt: skip
     for _ in range(rounds):
+        kernel.stretch_out(count, place, still, angle, fixed, stretch, twist)
         kernel.push(
             count, some, some, some, some, zero, zero, one, one, force, weight, bend, turn, rough, soft, radius,
-            still, still, still, fixed, fixed, fixed, along, across, speed, rotation_speed,
+            stretch, still, twist, fixed, along, across, speed, rotation_speed,
         )  # fmt: skip
         kernel.slide(
-            count, 1e-3, polynomial, 1.0, 1.0, 0.0, radius, yielding, speed, rotation_speed, place, angle, along,
-            across,
+            count, 1e-3, polynomial, 1.0, 1.0, 0.0, radius, yielding, speed, rotation_speed, along, across,
         )  # fmt: skip
+        kernel.move(count, 1e-3, speed, rotation_speed, place, angle)

@@ -167,7 +167,7 @@ class DrillString:
                 workers=None, observer=observer, friction=friction_factor(commands, first),
                 acceleration=self.driven[run].acceleration,
                 bite=bite_factor(commands, first),
-                lowered=self._lowered(run, [sets[index] for index in own]),
+                lowered=self._lowered(run, [sets[index] for index in own]), single=True,
             )  # fmt: skip
             found.update(zip(own, batch, strict=True))
         return [found[index] for index in range(len(sets))]
@@ -181,7 +181,7 @@ class DrillString:
         return simulate_batch(
             [rig], commands, elements, [start_with(values, self.driven[run].start)], [extra], observer=observer,
             friction=friction_factor(commands, values), acceleration=self.driven[run].acceleration,
-            bite=bite_factor(commands, values), lowered=self._lowered(run, [values]),
+            bite=bite_factor(commands, values), lowered=self._lowered(run, [values]), single=True,
         )[0]  # fmt: skip
 
 

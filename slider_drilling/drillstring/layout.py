@@ -14,9 +14,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from slider_drilling.compiler import vector_bits
+
 Array = NDArray[np.float64]
-_VECTOR = 32  # values that the widest packed loop takes at a time (4 vectors of 8)
-_LINE = 8  # values in a line of the processor's cache
+_VECTOR = 4 * vector_bits() // 64  # values that the widest packed loop takes at a time: four vectors of them
+_LINE = 64  # bytes in a line of the processor's cache
 
 
 def padded(rows: Array, elements: int, above: int = 0) -> Array:
@@ -32,11 +34,26 @@ def aligned(values: Array, first: int = 0) -> Array:
     """A copy whose value at `first` begins a line of the cache: a vector across two lines takes twice as long to load,
     a tenth of a step in all.
     """
-    room = np.empty(values.size + _LINE)
-    skipped = -(room.ctypes.data // room.itemsize + first) % _LINE
+    line = _LINE // values.itemsize
+    room = np.empty(values.size + line, values.dtype)
+    skipped = -(room.ctypes.data // room.itemsize + first) % line
     copy = room[skipped : skipped + values.size]
     copy[:] = values
     return copy
+
+
+def in_single(elements: Elements, state: State, lanes: int) -> tuple[Elements, State]:
+    """The same in single precision but for positions and rotations, whose differences would be lost in it, and what is
+    a run's; more filling, for vectors hold twice as many such values.
+    """
+    filling = np.zeros(-elements.radius.size % (2 * _VECTOR))
+
+    def single(values: Array) -> Array:
+        return aligned(np.concatenate([values, filling]).astype(np.float32))
+
+    moved = {name: aligned(np.concatenate([getattr(state, name), filling]), lanes) for name in ("position", "rotation")}
+    narrow = {name: single(getattr(state, name)) for name in _NARROW}
+    return Elements(*map(single, elements)), state._replace(**moved, **narrow)
 
 
 class Elements(NamedTuple):
@@ -111,8 +128,10 @@ class State(NamedTuple):
     """All that changes: per element (n * lanes + filling,), positions two rows longer, per run (lanes,)."""
 
     position: Array  # m, along the hole, from the unstretched string
+    stretch: Array  # m, from the element above in this step, a row longer
     speed: Array  # m/s
     rotation: Array  # rad
+    twist: Array  # rad, likewise
     rotation_speed: Array  # rad/s
     strain_axial: Array  # m, deformation of the contact's asperity
     strain_tangential: Array  # m
@@ -133,6 +152,8 @@ class State(NamedTuple):
     clock: Array  # (2,): time s, steps taken
 
 
+# Of the state, what the passes over elements work on besides positions and rotations.
+_NARROW = ("stretch", "twist", "speed", "rotation_speed", "strain_axial", "strain_tangential", "yielding", "rest")
 CHANNELS = (
     "surface_torque",
     "hook_load",

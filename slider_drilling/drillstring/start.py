@@ -95,7 +95,8 @@ def initial_state(
     delay = round(rigs[0].string.length / rigs[0].mud.sound_speed / dt)
     zero, lane = (lambda: aligned(np.zeros_like(e.radius))), (lambda: np.zeros(width))
     return State(
-        position=padded(position, count, 1), speed=zero(), rotation=padded(rotation, count, 1), rotation_speed=turning,
+        position=padded(position, count, 1), stretch=aligned(np.zeros_like(e.axial_spring)), speed=zero(),
+        rotation=padded(rotation, count, 1), twist=aligned(np.zeros_like(e.axial_spring)), rotation_speed=turning,
         strain_axial=strain_axial, strain_tangential=strain_tangential, yielding=aligned(e.yielding), rest=zero(),
         bottom=position[-2].copy(), depth_offset=rigs[0].string.length - position[-2],
         tool_face_offset=np.array([s.offset for s in starts], dtype=float), weight_on_bit=on_bit,
