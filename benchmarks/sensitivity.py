@@ -115,7 +115,7 @@ def slides() -> Callable[[], Tally]:
         answers = [(name, slider_drilling.gap.explain(motor_slide.MotorSlide((log,)))) for name, log in cases]
         named = [name and any(name == e or name in one.groups[e] for e in one.effects) for name, one in answers]
         said = [any(name != e and name not in one.groups[e] for e in one.effects) for name, one in answers]
-        spent = sum(one.state.current.problem.spent.simulations for _, one in answers)
+        spent = sum(one.simulations for _, one in answers)
         return Tally(len(cases), sum(map(bool, named)), sum(said), spent)
 
     return run

@@ -144,10 +144,11 @@ LIMITS = {"surface_torque": 0.5, "hook_load": 50.0, "standpipe_pressure": 1e3, "
 @pytest.mark.parametrize("effects", [
     Effects(), Effects(static_aging=StaticAging(0.3), friction_drift=FrictionDrift(1e-3)),
 ])  # fmt: skip
-@pytest.mark.parametrize("elements", [32, 100])
-def test_single_precision_is_far_below_any_sensors_noise(effects, elements):
+@pytest.mark.parametrize(("elements", "exponent"), [(32, 1.0), (100, 1.0), (32, 1.5)])
+def test_single_precision_is_far_below_any_sensors_noise(effects, elements, exponent):
     """Of 60 s of turning and letting down, with positions of tens of metres and weights of a meganewton."""
-    rig = dataclasses.replace(RIG, effects=effects)
+    contact = dataclasses.replace(RIG.contact, dahl_exponent=exponent)
+    rig = dataclasses.replace(RIG, effects=effects, contact=contact)
     commands = turning(60.0)
     (double,), (single,) = (simulate_batch([rig], commands, elements, single=which) for which in (False, True))
     for channel, limit in LIMITS.items():
