@@ -8,8 +8,8 @@ from toy import TIME, Toy, force, toy
 
 from slider_drilling.gap import Channel, Effect, How, Parameter, Run
 from slider_drilling.gap.choice.state import Explained
-from slider_drilling.gap.evidence.rivals import rivals
-from slider_drilling.gap.evidence.score import held_out, make_folds
+from slider_drilling.gap.evidence.rivals import Rival, rivals
+from slider_drilling.gap.evidence.score import FOLDS, held_out, make_folds
 from slider_drilling.gap.model import Disturbance
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.least_squares import fit
@@ -81,6 +81,25 @@ def test_a_drift_is_foretold_beyond_the_stretches_that_were_seen():
     assert float(np.mean(best.score.squares[last])) < 1.5
     slope = np.polyfit(best.x, best.y, 1)[0]
     np.testing.assert_allclose(slope, 8.0 / TIME[-1], rtol=0.15)
+
+
+def test_what_is_not_worth_finishing_is_foretold_as_refits_foretell_it():
+    """Where everything is linear, to solve without a stretch is to refit without it, and no simulation is spent."""
+    (run,) = toy({"level": 0.4}, 4, extra=4.0 * TIME / TIME[-1]).runs
+    drift = "force off by an amount that drifts with time"
+
+    def drifting(worth: float) -> tuple[Rival, int]:
+        problem = build_problem(Beside((run,)), [{"force": 1.0}])
+        found, folds = fit(problem, parameters_of(problem, ()), {}), make_folds(problem)
+        known = Explained((), problem, found, held_out(problem, found, folds))
+        before = problem.spent.simulations
+        (told,) = (rival for rival in rivals(known, folds, worth) if rival.words == drift)
+        return told, problem.spent.simulations - before
+
+    (refitted, many), (solved, few) = drifting(0.0), drifting(1e6)
+    assert refitted.score.gap < 1.1
+    np.testing.assert_allclose(solved.score.residual, refitted.score.residual, atol=0.02)
+    assert few < many - FOLDS
 
 
 @dataclass(frozen=True)

@@ -176,13 +176,12 @@ def _columns(explained: Explained, one: Disturbance) -> _Columns:
 def _fitted(explained: Explained, one: Disturbance, folds: Folds, worth: float) -> Rival:
     """A disturbance whose coefficients are fitted with the nuisance, and finished as a law is where it is worth it."""
     start = _likeliest_start(explained, one.parameters[0]) if len(one.parameters) == 1 else None
-    problem, found = _beside(explained, explained.problem, one.parameters, explained.fit.rows, worth, start)
+    found, score = _beside(explained, explained.problem, one.parameters, explained.fit.rows, folds, worth, start)
     shape = np.array([found.values[parameter.name] - parameter.nominal for parameter in one.parameters])
     x = np.array(one.x)
     if one.period is not None:
         # What is the same all around is no matter of where: the nuisance has it.
         x, shape = np.append(x, x[0] + one.period), np.append(shape, shape[0]) - float(np.mean(shape))
-    score = held_out(problem, found, folds)
     return Rival(one.site, one.words, one.like, x, one.x_unit, shape, "-", score)
 
 
@@ -207,28 +206,35 @@ def _drifting(explained: Explained, one: _Drift, folds: Folds, worth: float) -> 
     rows[:, one.piece.rows] = one.shares
     added = dict(zip(_DRIFTED, rows, strict=True))
     free = tuple(Parameter(name, 0.0, -_NOWHERE, _NOWHERE, 1.0) for name in _DRIFTED)
-    problem, found = _beside(explained, explained.problem.adding(added), free, explained.fit.rows | added, worth)
+    found, score = _beside(explained, explained.problem.adding(added), free, explained.fit.rows | added, folds, worth)
     shape = one.piece.noise * np.array([found.values[name] for name in _DRIFTED])
     x = one.piece.channel.time[[0, -1]]
-    score = held_out(problem, found, folds)
     unit = one.piece.channel.unit
     return Rival(one.site, one.words, None, x, "s", shape, unit, score, one.piece.name)
 
 
 def _beside(
-    explained: Explained, problem: Problem, parameters: Sequence[Parameter], rows: Mapping[str, Array], worth: float,
-    start: tuple[Values, Array] | None = None,
-) -> tuple[Problem, Fit]:  # fmt: skip
-    """Fitted beside the nuisance, and finished where it gains more than it is worth finishing for; rows: (N,) of the
-    first Jacobian that are known; start: values and simulation (N,) where else than at the explanation's fit.
+    explained: Explained, problem: Problem, parameters: Sequence[Parameter], first: Mapping[str, Array],
+    folds: Folds, worth: float, start: tuple[Values, Array] | None = None,
+) -> tuple[Fit, Score]:  # fmt: skip
+    """Fitted beside the nuisance, and held out: finished and refitted without each stretch where it gains more than it
+    is worth finishing for, else solved for without it. first: (N,) rows of the first Jacobian; start: values and
+    simulation (N,) where else than at the explanation's fit.
     """
     known = explained.fit
     freed, least = [*known.parameters, *problem.free(parameters)], pace(worth)
     values, simulated = start or (known.values, known.simulated)
-    found = fit(problem, freed, values, tolerance=least, simulated=simulated, known={} if start else rows)
+    found = fit(problem, freed, values, tolerance=least, simulated=simulated, known={} if start else first)
     if known.cost - found.cost > worth:
-        return finished(*corrected(problem, found))
-    return problem, found
+        exact, ended = finished(*corrected(problem, found))
+        return ended, held_out(exact, ended, folds)
+    own = [index for index, parameter in enumerate(found.parameters) if not parameter.per_run]
+    rows, of_rig = found.jacobian[own], [found.parameters[index] for index in own]
+    white, through = problem.whitened(found.residual, rows, found.discrepancy)
+    # What a step of the whole log would still promise has not been simulated, and is not counted.
+    there = found.residual + _bent_least(through, white, of_rig, found.values) @ rows
+    residual = _left_out(there, rows, white, through, of_rig, found.values, folds)
+    return found, score_of(problem, residual, found)
 
 
 def _solved(explained: Explained, columns: _Columns, folds: Folds) -> Rival:
@@ -242,11 +248,7 @@ def _solved(explained: Explained, columns: _Columns, folds: Folds) -> Rival:
     # As a fit does: what the disturbance explains is no discrepancy any more, and counts for more then.
     left = fit.residual - _bent_least(through, white, nuisance, fit.values) @ rows
     white, through = problem.whitened(fit.residual, rows, problem.cost(left)[1])
-    residual = np.empty(problem.size)
-    for fold in range(FOLDS):
-        kept = folds.of != fold
-        step = _bent_least(through[:, kept], white[kept], nuisance, fit.values)
-        residual[~kept] = (fit.residual - step @ rows)[~kept]
+    residual = _left_out(fit.residual, rows, white, through, nuisance, fit.values, folds)
     shape = np.zeros(used.size)
     shape[used] = _bent_least(through, white, nuisance, fit.values)[len(own) :]
     _, found = problem.cost(residual)
@@ -256,6 +258,20 @@ def _solved(explained: Explained, columns: _Columns, folds: Folds) -> Rival:
         columns.site, columns.words, columns.like, columns.x, columns.x_unit, scale * shape, columns.y_unit, score,
         columns.reading,
     )  # fmt: skip
+
+
+def _left_out(
+    left: Array, rows: Array, white: Array, through: Array, nuisance: Sequence[Parameter], values: Values, folds: Folds
+) -> Array:
+    """(N,) what is left of each stretch by a step that was solved for without it; left (N,), rows (p, N): residual and
+    changes; white, through: the same, whitened.
+    """
+    residual = np.empty(left.size)
+    for fold in range(FOLDS):
+        kept = folds.of != fold
+        step = _bent_least(through[:, kept], white[kept], nuisance, values)
+        residual[~kept] = (left - step @ rows)[~kept]
+    return residual
 
 
 def _bent_least(rows: Array, target: Array, nuisance: Sequence[Parameter], values: Values) -> Array:
@@ -269,7 +285,9 @@ def _bent_least(rows: Array, target: Array, nuisance: Sequence[Parameter], value
     own, knots = len(nuisance), len(rows) - len(nuisance)
     power = np.sum(rows**2, axis=1)
     normal, gradient = rows @ rows.T, rows @ target
-    normal[np.diag_indices(own)] += prior_weights(nuisance) ** 2
+    prior = prior_weights(nuisance) ** 2
+    normal[np.diag_indices(own)] += prior
+    gradient[:own] -= prior * [(values.get(p.name, p.nominal) - p.nominal) / p.scale for p in nuisance]
     normal[np.diag_indices(len(rows))] += 1e-9 * max(float(power.max(initial=0.0)), 1e-12)
     if knots > 2:
         bends = np.zeros_like(normal)
