@@ -166,11 +166,11 @@ def simulate_batch(
         block = slice(first, first + width)
         bundle = _Bundle(rigs[block], mesh, interval, starts[block], modifiers[block], substeps, observer, single)
         below = None if lower is None else lower[:, block]
-        channels = bundle.advance(sampled, measured, friction, acceleration, bite, below)
+        channels = _joined(commands.time, grid, bundle.advance(sampled, measured, friction, acceleration, bite, below))
         return [channels[:, :, lane] for lane in range(channels.shape[2])]
 
     blocks = at_once(run, range(0, len(rigs), width), workers)
-    return [_response(commands.time, grid, lane) for block in blocks for lane in block]
+    return [Response(commands.time, *lane.T) for block in blocks for lane in block]
 
 
 class _Bundle:
@@ -291,7 +291,11 @@ def _even_grid(time: Array) -> Array:
     return time[0] + gap * np.arange(math.ceil((time[-1] - time[0]) / gap - 1e-9) + 1)
 
 
-def _response(time: Array, grid: Array, channels: Array) -> Response:
+def _joined(time: Array, grid: Array, channels: Array) -> Array:
+    """(n, channels, lanes) at the times, joined linearly; channels: (m, channels, lanes) on the grid."""
     if grid is time:
-        return Response(time, *channels.T)
-    return Response(time, *(np.interp(time, grid, channel) for channel in channels.T))
+        return channels
+    after = np.clip(np.searchsorted(grid, time), 1, len(grid) - 1)
+    share = ((time - grid[after - 1]) / (grid[after] - grid[after - 1]))[:, None, None]
+    before = channels[after - 1]
+    return np.asarray(before + np.clip(share, 0.0, 1.0) * (channels[after] - before))

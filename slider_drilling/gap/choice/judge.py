@@ -72,7 +72,7 @@ def judge(
     if state.tuned is not before.tuned and state.tuned_enough is before.tuned_enough:
         state = replace(state, tuned_enough=tested(state.tuned, seed))
     found = at_once(lambda one: no_less_likely(state, one), found)
-    judged = [_verdict(state, one, len(left), seed) for one in found]
+    judged = [_verdict(state, one, left, seed) for one in found]
     judged.sort(key=lambda one: one.explained.score.surprise)
     told = told_in_other_runs_first(beside_other_forms(state, judged))
     return state, told, _rules_out(state.current, known)
@@ -107,7 +107,7 @@ def with_new_floors(state: State, accepted: Judged, left: Sequence[Effect], seed
     problem = free.run_as(replace(found.problem.how, fidelity=free.how.fidelity))
     state, (again,) = scored_in(problem, state, [found])
     state = replace(state, floors=floors, ways=ways)
-    return state, _verdict(state, again, len(left), seed)
+    return state, _verdict(state, again, left, seed)
 
 
 def elsewhere(state: State, accepted: Judged, left: Sequence[Effect], seed: int) -> Judged | None:
@@ -115,7 +115,7 @@ def elsewhere(state: State, accepted: Judged, left: Sequence[Effect], seed: int)
     again = from_other_starts(state.way, accepted.explained, state.blocks.folds)
     if again is None:
         return None
-    judged = _verdict(state, again, len(left), seed)
+    judged = _verdict(state, again, left, seed)
     return judged if judged.passed else None
 
 
@@ -129,13 +129,13 @@ def _rules_out(now: Explained, before: Explained) -> bool:
     return there.cost - now.fit.cost > by_chance(len(now.fit.parameters))
 
 
-def _verdict(state: State, explained: Explained, candidates: int, seed: int) -> Judged:
+def _verdict(state: State, explained: Explained, left: Sequence[Effect], seed: int) -> Judged:
     """The tests of what is new in an explanation: it foretells more than what is known, it pays for its parameters, the
-    gap shrinks by enough, in other runs too, its sign is its own. candidates: of which the new effects were chosen.
+    gap shrinks by enough, in other runs too, its sign is its own. left: of which the new effects were chosen.
     """
     known, blocks = state.current, state.blocks
     new = [effect for effect in explained.effects if effect.name not in known.names]
-    rivals = max(candidates, comb(candidates, len(new)))
+    rivals = max(len(left), comb(len(left), len(new)))
     closed, interval = closed_between(blocks, known.score, explained.score)
     why = []
     # Unseen stretches alone can favour an effect by what the refits without it happened to do there.
@@ -143,9 +143,6 @@ def _verdict(state: State, explained: Explained, candidates: int, seed: int) -> 
         why.append("the whole log is no likelier with it than free parameters make it by chance")
     if not shrinks(closed, interval):
         why.append("the gap does not shrink for certain")
-    gained = known.score.gap**2 - explained.score.gap**2
-    if state.enough.adequate and not gained >= LEAST_SHARE * (state.tuned.score.gap**2 - 1.0):
-        why.append("nothing needs it: what it closes is next to nothing of what re-tuning left")
     for effect in new:
         if not effect.means_its_name(explained.fit.values):
             why.append(f"not what its name says: it would be {effect.nonphysical}")
@@ -153,7 +150,17 @@ def _verdict(state: State, explained: Explained, candidates: int, seed: int) -> 
     # Replicates are dear: they are made only where nothing else speaks against the effect.
     if not certain and (why or not _suffices(state, explained, rivals, seed)):
         why.insert(0, "foretells no more of unseen data than without it, at the level shared among all candidates")
+    if _small(state, explained) and (why or not tested(explained, seed, left).done):
+        why.append("nothing needs it: what it closes is next to nothing of what re-tuning left")
     return held_to_other_runs(state, Judged(explained.effects[-1], explained, closed, interval, tuple(why)))
+
+
+def _small(state: State, explained: Explained) -> bool:
+    """Whether what is closed beyond what was enough already is next to nothing of what re-tuning left. That is worth a
+    name only if something stood out in what was left, and nothing does any more.
+    """
+    gained = state.current.score.gap**2 - explained.score.gap**2
+    return state.enough.adequate and not gained >= LEAST_SHARE * (state.tuned.score.gap**2 - 1.0)
 
 
 def likelier(state: State, judged: Sequence[Judged], rivals: int) -> tuple[str, ...]:
@@ -174,7 +181,7 @@ def judged_near(
     the one kept near is enough.
     """
     near = kept_near(state, left, seed)
-    again = tuple(_kept_to(one, _verdict(near, one.explained, len(left), seed)) for one in judged)
+    again = tuple(_kept_to(one, _verdict(near, one.explained, left, seed)) for one in judged)
     passed = [one for one in again if one.passed and told_by_the_log(state.current, one, len(left))]
     return near, again, None if near.enough.done or not passed else min(passed, key=lambda one: one.explained.fit.cost)
 

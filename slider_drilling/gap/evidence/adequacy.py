@@ -33,8 +33,8 @@ class Adequacy:
     """threshold: E that the model would leave of its own replicates at the stated level, or that is negligible;
     by_channel: likewise; beyond: channels that are above theirs; structured: those that are not negligible and hold
     more structure (a discrepancy that pays) than replicates do; within: whether neither the whole nor a channel is
-    above its threshold; hidden: where it is adequate, whether an effect that was looked for stands out in what is left
-    as in no replicate, however small the gap.
+    above its threshold; small: whether the whole is negligible; hidden: where it is adequate, whether an effect that
+    was looked for stands out in what is left as in no replicate, however small the gap.
     """
 
     threshold: float
@@ -42,6 +42,7 @@ class Adequacy:
     beyond: tuple[str, ...]
     structured: tuple[str, ...]
     within: bool
+    small: bool
     hidden: bool
 
     @property
@@ -51,8 +52,10 @@ class Adequacy:
 
     @property
     def done(self) -> bool:
-        """Whether there is nothing to look for."""
-        return self.adequate and not self.hidden
+        """Whether there is nothing to look for. Replicates that go ways of their own, as where little decides between
+        sticking and not, excuse a gap but do not say that it has no cause.
+        """
+        return self.adequate and self.small and not self.hidden
 
 
 def adequacy(
@@ -79,10 +82,11 @@ def adequacy(
     }  # fmt: skip
     beyond = tuple(name for name, value in score.by_channel.items() if value > channels[name])
     threshold = max(_upper(whole, LEVEL), least)
-    within = score.gap <= threshold and not beyond
+    within, small = score.gap <= threshold and not beyond, score.gap <= least
     # Scanned for only where nothing else says that there is something.
-    hidden = bool(within and not structured and effects) and _stands_out(problem, found, residuals, effects, known)
-    return Adequacy(threshold, channels, beyond, tuple(sorted(structured)), within, hidden)
+    looked = bool(effects) and within and small and not structured
+    hidden = looked and _stands_out(problem, found, residuals, effects, known)
+    return Adequacy(threshold, channels, beyond, tuple(sorted(structured)), within, small, hidden)
 
 
 def _stands_out(

@@ -23,6 +23,7 @@ _SIZES = np.concatenate([[0.0], np.geomspace(0.1, 400.0, 22)])
 _MEMORIES = 7
 _SIDE_BY_SIDE = 4  # sizes looked at in one pass, for every memory
 _EVEN = 1e-3  # intervals that differ by less are one
+_MULTIPLIED = 16  # weights, between 1e-6 and 1, that are multiplied before their logarithm is taken
 
 _compiled = njit(cache=True, error_model="numpy", nogil=True)
 
@@ -66,33 +67,72 @@ def filtered(rows: Array, interval: Array, size: float, memory: float, white: Ar
 def minus_twice_log(residual: Array, interval: Array, sizes: Array, memories: Array) -> Array:
     """(C,) ``-2 log p`` of a residual (n,) under C discrepancies side by side.
 
-    Without the constant of white noise alone, ``n log 2 pi``.
+    Without the constant of white noise alone, ``n log 2 pi``. Evenly sampled, the filters soon repeat themselves: from
+    then on nothing changes but the surprises. Loops of few arrays, over all discrepancies, are what a compiler makes
+    vector instructions of.
     """
     count = sizes.size
-    mean, total, gain = np.zeros(count), np.zeros(count), np.zeros(count)
-    power, kept, weight, price = sizes * sizes, np.ones(count), np.ones(count), np.zeros(count)
-    settled = False
+    squares, logs, product = np.zeros(count), np.zeros(count), np.ones(count)
+    kept, fresh, surprise, fade = np.zeros(count), sizes * sizes, np.zeros(count), np.zeros(count)
+    power, weight, repeated = np.zeros(count), np.ones(count), np.zeros(count)
+    before, steps, repeats, settled = 0.0, 0, 0, False
     for k in range(residual.size):
         if k == 1 or (k > 1 and abs(interval[k] - interval[k - 1]) > _EVEN * interval[k]):
             kept[:] = np.exp(-interval[k] / memories)
+            fresh[:] = (1.0 - kept * kept) * sizes * sizes
             settled = False
-        if not settled:
-            # Evenly sampled, the filters soon repeat themselves: nothing but the means changes any more.
-            settled = k > 1
-            for m in range(count):
-                before = power[m]
-                if k > 0:
-                    before = kept[m] * kept[m] * before + (1.0 - kept[m] * kept[m]) * sizes[m] * sizes[m]
-                weight[m], price[m] = 1.0 / (before + 1.0), np.log(before + 1.0)
-                now = before * weight[m]
-                settled &= abs(now - gain[m]) < 1e-9
-                gain[m], power[m] = now, before * (1.0 - now)
         here = residual[k]
-        for m in range(count):
-            surprise = here - kept[m] * mean[m]
-            total[m] += surprise * surprise * weight[m] + price[m]
-            mean[m] = here - (1.0 - gain[m]) * surprise
-    return total
+        if settled:
+            repeats += 1
+            for m in range(count):
+                surprise[m] = (here - kept[m] * before) + fade[m] * surprise[m]
+                repeated[m] += surprise[m] * surprise[m]
+        else:
+            if repeats:
+                _add_repeated(squares, logs, weight, repeated, repeats)
+                repeats = 0
+            for m in range(count):
+                fade[m] = kept[m] * weight[m]
+            moved = _renewed(power, weight, kept, fresh)
+            for m in range(count):
+                surprise[m] = (here - kept[m] * before) + fade[m] * surprise[m]
+            for m in range(count):
+                squares[m] += weight[m] * surprise[m] * surprise[m]
+                product[m] *= weight[m]
+            settled, steps = k > 1 and not moved, steps + 1
+            if settled or steps == _MULTIPLIED:
+                logs -= np.log(product)
+                product[:], steps = 1.0, 0
+            if settled:
+                for m in range(count):
+                    fade[m] = kept[m] * weight[m]
+        before = here
+    _add_repeated(squares, logs, weight, repeated, repeats)
+    return squares + logs - np.log(product)
+
+
+@_compiled
+def _renewed(power: Array, weight: Array, kept: Array, fresh: Array) -> bool:
+    """One step of the filters' variances (C,): of what is known of the discrepancy, and one over that of a sample.
+    fresh: (C,) what an interval adds. Whether any of them is still on the move.
+    """
+    moved = 0
+    for m in range(power.size):
+        weight[m] = 1.0 / (kept[m] * kept[m] * power[m] + fresh[m] + 1.0)
+    for m in range(power.size):
+        now = 1.0 - weight[m]
+        moved += abs(now - power[m]) > 1e-9
+        power[m] = now
+    return moved > 0
+
+
+@_compiled
+def _add_repeated(squares: Array, logs: Array, weight: Array, repeated: Array, repeats: int) -> None:
+    """What so many samples of the same weight add to squares and logs (C,); repeated: (C,) their squares, emptied."""
+    for m in range(weight.size):
+        squares[m] += weight[m] * repeated[m]
+        logs[m] -= repeats * np.log(weight[m])
+        repeated[m] = 0.0
 
 
 @_compiled
