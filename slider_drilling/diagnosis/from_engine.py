@@ -26,7 +26,7 @@ from slider_drilling.diagnosis.shapes import shape_in_words
 from slider_drilling.gap.answer.beyond import Beyond
 from slider_drilling.gap.answer.intervals import intervals, known, spoken
 from slider_drilling.gap.choice.state import Explained, Judged
-from slider_drilling.gap.evidence.compare import closed_between, shrinks
+from slider_drilling.gap.evidence.compare import shrinks
 from slider_drilling.gap.evidence.rivals import Rival
 from slider_drilling.gap.explain import Answer
 from slider_drilling.gap.model import Effect, Model
@@ -165,7 +165,7 @@ def _outdone(one: Judged, answer: Answer) -> str:
     if accepted is not None and accepted is not one:
         return f"{accepted.effect.name} explains more, and is no cause for certain either"
     tuned = answer.state.tuned.score
-    if not shrinks(*closed_between(answer.state.blocks, tuned, one.explained.score)):
+    if not shrinks(answer.state.blocks, tuned, one.explained.score):
         return "of what re-tuning leaves the gap does not shrink for certain"
     return "something that no law describes foretells more"
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from slider_drilling.gap.choice.state import Explained, State
-from slider_drilling.gap.evidence.compare import LEVEL, beats, by_chance, closed_between, foretells_more, gaps, shrinks
+from slider_drilling.gap.evidence.compare import LEVEL, beats, by_chance, foretells_more, gaps, shrinks
 from slider_drilling.gap.evidence.rivals import Rival, rivals
 from slider_drilling.gap.evidence.score import Score
 from slider_drilling.gap.model import Disturbed
@@ -32,7 +32,7 @@ class Decision:
 
 def decide(state: State) -> Decision:
     """The verdict that a state supports, held against every disturbance that no law describes."""
-    if state.current.effects and not shrinks(*closed_between(state.blocks, state.tuned.score, state.current.score)):
+    if state.current.effects and not shrinks(state.blocks, state.tuned.score, state.current.score):
         state = _withdrawn(state)
     adequate, effects = state.enough.adequate, state.current.effects
     idle = state.partial or (adequate and not effects)
@@ -140,7 +140,7 @@ def _unknown(state: State, found: Sequence[Rival]) -> Decision:
 def _explains(state: State, score: Score, tried: int) -> bool:
     """Whether one of so many that were tried foretells more than re-tuning for certain, and the gap shrinks with it."""
     tuned = state.tuned.score
-    shorter = shrinks(*closed_between(state.blocks, tuned, score))
+    shorter = shrinks(state.blocks, tuned, score)
     return shorter and foretells_more(state.blocks, score, tuned, tried)
 
 
@@ -186,7 +186,7 @@ def _likely(state: State, tried: Sequence[_Tried]) -> list[_Tried]:
     tuned = state.tuned.score
     return certain or [
         one for one in tried
-        if not beats(state.blocks, tuned, one.score) and shrinks(*closed_between(state.blocks, tuned, one.score))
+        if not beats(state.blocks, tuned, one.score) and shrinks(state.blocks, tuned, one.score)
     ]  # fmt: skip
 
 

@@ -24,7 +24,7 @@ from slider_drilling.gap.choice.stand_in import far_off
 from slider_drilling.gap.choice.state import State, Step
 from slider_drilling.gap.choice.tuning import floors_lowered, floors_raised, scattered, tuned_from
 from slider_drilling.gap.evidence.blocks import make_blocks
-from slider_drilling.gap.evidence.compare import beats, closed_between, pays, shrinks
+from slider_drilling.gap.evidence.compare import beats, pays, shrinks
 from slider_drilling.gap.evidence.score import make_folds
 from slider_drilling.gap.model import Effect, How, Model, Pulled, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, sigmas
@@ -210,7 +210,7 @@ def _without_needless(state: State, before: Sequence[Effect], left: Sequence[Eff
         begin = {name: value for name, value in state.current.fit.values.items() if name not in own}
         found = fit(problem, parameters_of(problem, rest), begin)
         reduced = scored(problem, rest, found, state.blocks.folds)
-        needed = shrinks(*closed_between(state.blocks, reduced.score, state.current.score))
+        needed = shrinks(state.blocks, reduced.score, state.current.score)
         better = needed or beats(state.blocks, state.current.score, reduced.score)
         if not (better and pays(reduced.fit, state.current.fit)):
             enough = tested(reduced, seed, left)

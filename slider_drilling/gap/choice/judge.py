@@ -141,7 +141,7 @@ def _verdict(state: State, explained: Explained, left: Sequence[Effect], seed: i
     # Unseen stretches alone can favour an effect by what the refits without it happened to do there.
     if not pays(known.fit, explained.fit, rivals):
         why.append("the whole log is no likelier with it than free parameters make it by chance")
-    if not shrinks(closed, interval):
+    if not shrinks(blocks, known.score, explained.score):
         why.append("the gap does not shrink for certain")
     for effect in new:
         if not effect.means_its_name(explained.fit.values):

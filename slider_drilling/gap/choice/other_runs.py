@@ -15,9 +15,9 @@ def held_to_other_runs(state: State, one: Judged) -> Judged:
     """
     if not one.passed or len(state.current.problem.model.runs) < 2:
         return one
-    there = closed_between(state.blocks, state.current.across_runs, one.explained.across_runs)
+    there = state.blocks, state.current.across_runs, one.explained.across_runs
     why = () if shrinks(*there) else ("in runs that its fit has not seen the gap does not shrink for certain",)
-    return replace(one, in_other_runs=there, why_not=why)
+    return replace(one, in_other_runs=closed_between(*there), why_not=why)
 
 
 def told_in_other_runs_first(judged: Sequence[Judged]) -> tuple[Judged, ...]:

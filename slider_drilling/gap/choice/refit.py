@@ -14,7 +14,7 @@ from slider_drilling.gap.evidence.score import Folds, Score, held_out, score_of
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.finish import corrected, fine, finished
-from slider_drilling.gap.search.least_squares import TOLERANCE, Fit, fit
+from slider_drilling.gap.search.least_squares import TOLERANCE, Fit, fit, pace
 from slider_drilling.gap.search.race import Arm
 
 
@@ -57,11 +57,16 @@ def scored_in(problem: Problem, state: State, others: Sequence[Explained] = ()) 
 def at_its_best(state: State, leader: Explained, left: Sequence[Effect], seed: int) -> State:
     """The state with what is known fitted again from where the likeliest finalist got to, if that is likelier.
 
-    A finalist began elsewhere too, and what it gains may be the other place's: what is known is held against it there.
+    A finalist began elsewhere too, and what it gains may be the other place's: what is known is held against it there,
+    as far as it comes up with where it is.
     """
     known, freed = state.current, {parameter.name for parameter in state.current.fit.parameters}
     begin = {name: value for name, value in leader.fit.values.items() if name in freed}
-    again = fit(known.problem, known.fit.parameters, begin)
+    begun = fit(known.problem, known.fit.parameters, begin, iterations=0)
+    again = fit(
+        known.problem, begun.parameters, begin, tolerance=pace(begun.cost - known.fit.cost), simulated=begun.simulated,
+        known=begun.rows, trusted=True,
+    )  # fmt: skip
     if again.cost >= known.fit.cost - TOLERANCE:
         return state
     better = scored(state.way.showing(known.effects), known.effects, again, state.blocks.folds)

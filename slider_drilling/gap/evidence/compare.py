@@ -63,23 +63,39 @@ def gaps(blocks: Blocks, score: Score) -> Array:
 
 def closed_between(blocks: Blocks, before: Score, after: Score) -> tuple[float, tuple[float, float]]:
     """Share of the gap before that is closed after, and its 95 % interval; NaN where there was nothing to close. Where
-    weights leave no gap nothing is closed.
+    weights leave no gap they say nothing of what is closed of it.
+    """
+    shares = share_closed(*_weighted_gaps(blocks, before, after))
+    known = shares[np.isfinite(shares)]
+    within = _interval(known, blocks.number) if known.size else (float("nan"), float("nan"))
+    return float(share_closed(before.gap**2, after.gap**2)), within
+
+
+def shrinks(blocks: Blocks, before: Score, after: Score) -> bool:
+    """Whether the gap shrinks for certain, and by enough for a name: what is gained of E^2 has a lower bound above
+    zero, and so has the share that is closed where there is a gap to be a share of.
+    """
+    closed, within = closed_between(blocks, before, after)
+    was, left = _weighted_gaps(blocks, before, after)
+    gained, _ = _interval(was - left, blocks.number)
+    return gained > 0.0 and not (closed < LEAST_SHARE or within[0] <= 0.0)
+
+
+def _weighted_gaps(blocks: Blocks, *scores: Score) -> list[Array]:
+    """(RESAMPLES,) E^2 by weight, of each."""
+    size = blocks.weighted(np.ones_like(scores[0].squares))
+    return [blocks.weighted(score.squares) / size for score in scores]
+
+
+def _interval(drawn: Array, number: int) -> tuple[float, float]:
+    """95 % interval of what was drawn by the weights of so many blocks.
 
     Weights of a few blocks scatter less than as many new logs would: the interval is expanded as a mean's is from the
     normal distribution to Student's (Hesterberg, The American Statistician 69, 2015).
     """
-    size = blocks.weighted(np.ones_like(before.squares))
-    shares = share_closed(*(blocks.weighted(score.squares) / size for score in (before, after)))
-    known = np.where(np.isfinite(shares), shares, 0.0)
-    number = max(blocks.number, 2)
+    number = max(number, 2)
     wider = np.sqrt((number + 1.0) / (number - 1.0)) * student.ppf(1.0 - 0.5 * LEVEL, number - 1)
-    low, high = (float(np.quantile(known, q)) for q in (norm.cdf(-wider), norm.cdf(wider)))
-    return float(share_closed(before.gap**2, after.gap**2)), (low, high)
-
-
-def shrinks(closed: float, interval: tuple[float, float]) -> bool:
-    """Whether a gap of which this share is closed, 95 % interval, shrinks for certain and by enough for a name."""
-    return closed >= LEAST_SHARE and interval[0] > 0.0
+    return float(np.quantile(drawn, norm.cdf(-wider))), float(np.quantile(drawn, norm.cdf(wider)))
 
 
 def share_closed(before: Array | float, after: Array | float) -> Array:

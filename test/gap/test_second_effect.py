@@ -1,0 +1,53 @@
+"""A second effect beside one that closes nearly all: looked for while something is left, named where that ends it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from toy import SHAPES, TIME, Toy, force, toy
+
+from slider_drilling.gap import How, explain
+from slider_drilling.gap.evidence.adequacy import adequacy
+from slider_drilling.gap.evidence.score import held_out, make_folds
+from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.gap.search.least_squares import fit
+from slider_drilling.gap.search.race import parameters_of
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("large", "small"), [({"sine": 12.0}, {"bend": 1.2}), ({"sine": 20.0}, {"saw": 1.5})])
+def test_what_stands_out_is_named_however_much_another_effect_closes(seed, large, small):
+    """It closes a thousandth of what the other one does, leaves nothing, and without it E is as good as one."""
+    answer = explain(toy(large | small, seed))
+    assert set(answer.effects) == {*large, *small}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_leaves_something_standing_out_is_not_named_for_next_to_nothing(seed):
+    """A hump that no law makes: some law closes some of it, none of them ends it."""
+    hump = 3.0 * np.exp(-(((TIME - 30.0) / 6.0) ** 2))
+    answer = explain(toy({"sine": 12.0}, seed, extra=hump))
+    assert answer.effects == ("sine",)
+
+
+@dataclass(frozen=True)
+class Wild(Toy):
+    """A toy that goes a way of its own at every level."""
+
+    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+        ways = [20.0 * np.sin(1e4 * (values.get("level", 0.0) - 1.0)) * SHAPES["sine"] for values in sets]
+        return {"force": np.stack([force(values) + way for values, way in zip(sets, ways, strict=True)])}
+
+
+def test_replicates_that_go_their_own_ways_excuse_a_gap_and_do_not_end_the_search():
+    def enough(sine: float):
+        model = Wild(toy({"level": 1.0, "sine": sine}, 5).runs)
+        problem = build_problem(model, [{"force": 1.0}])
+        found = fit(problem, parameters_of(problem, ()), {"level": 1.0}, iterations=0)
+        return adequacy(problem, found, held_out(problem, found, make_folds(problem)), seed=0)
+
+    assert enough(0.0).done
+    excused = enough(1.3)
+    assert excused.threshold > 1.5 and excused.adequate
+    assert not excused.small and not excused.done
