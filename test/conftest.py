@@ -1,6 +1,7 @@
 """What every test may ask for: the checkout, the shared recordings, one hypothesis profile."""
 
 import os
+import signal
 from pathlib import Path
 
 import hypothesis
@@ -9,6 +10,10 @@ import pytest
 if "PYTEST_XDIST_WORKER" in os.environ:
     # Several workers share the cores already: threads in each would only wait for one another.
     os.environ.setdefault("NUMBA_NUM_THREADS", "1")
+
+# In a shell's background interrupts are ignored, also by whatever is started from there: tests interrupt programs.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None, print_blob=True)
 hypothesis.settings.load_profile("repeatable")
