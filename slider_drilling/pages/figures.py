@@ -136,8 +136,10 @@ def thin(x: Array, y: Array, points: int = 2000) -> tuple[Array, Array]:
         for values in (y, x) if loops else (y,):
             stretch = values[first:last]
             gap = np.isnan(stretch)
-            if gap.any():
-                kept.add(first + int(gap.argmax()))
+            if not gap.any():  # as nearly all are: the functions that pass over NaN take ten times as long
+                kept.update((first + int(stretch.argmin()), first + int(stretch.argmax())))
+                continue
+            kept.add(first + int(gap.argmax()))
             if not gap.all():
                 kept.update((first + int(np.nanargmin(stretch)), first + int(np.nanargmax(stretch))))
     index = np.array(sorted(kept))
