@@ -2,10 +2,11 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from slider_drilling.gap.evidence.compare import LEVEL, pays
+from slider_drilling.gap.evidence.compare import LEVEL, likelier_beyond_doubt, pays
 
 CANDIDATES = 12
 
@@ -26,3 +27,12 @@ def test_more_parameters_have_to_gain_more():
     known = fitted(1000.0, 5)
     assert pays(known, fitted(990.0, 6), CANDIDATES)
     assert not pays(known, fitted(990.0, 8), CANDIDATES)
+
+
+@pytest.mark.parametrize("added", [1, 3])
+def test_beyond_doubt_is_what_a_ratio_would_be_foretold_to_be(added):
+    """Twice the logarithm of candidates over level, and two of `-2 log p` for each parameter that was fitted to it."""
+    least = 2.0 * np.log(CANDIDATES / LEVEL) + 2.0 * added
+    known = fitted(1000.0, 5)
+    assert not likelier_beyond_doubt(fitted(1000.01 - least, 5 + added), known, CANDIDATES)
+    assert likelier_beyond_doubt(fitted(999.99 - least, 5 + added), known, CANDIDATES)

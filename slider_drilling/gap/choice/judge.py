@@ -32,6 +32,7 @@ from slider_drilling.gap.evidence.compare import (
     closed_between,
     foretells_more,
     gaps,
+    likelier_beyond_doubt,
     pays,
     shrinks,
 )
@@ -138,6 +139,11 @@ def _verdict(state: State, explained: Explained, left: Sequence[Effect], seed: i
     rivals = max(len(left), comb(len(left), len(new)))
     closed, interval = closed_between(blocks, known.score, explained.score)
     why = []
+    doubt = not beyond_doubt(explained.score, known.score, rivals) or not likelier_beyond_doubt(
+        explained.fit, known.fit, rivals
+    )
+    if state.enough.adequate and doubt:
+        why.append("without it no more than noise is left, and the log does not show it beyond doubt")
     # Unseen stretches alone can favour an effect by what the refits without it happened to do there.
     if not pays(known.fit, explained.fit, rivals):
         why.append("the whole log is no likelier with it than free parameters make it by chance")

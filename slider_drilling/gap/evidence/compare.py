@@ -35,6 +35,14 @@ def beyond_doubt(better: Score, worse: Score, rivals: int) -> bool:
     return gained > 2.0 * float(np.log(rivals / LEVEL))
 
 
+def likelier_beyond_doubt(found: Fit, known: Fit, rivals: int) -> bool:
+    """Whether so is the likelihood ratio of the whole log, less what the added parameters gain there and would not
+    foretell (Akaike, IEEE Transactions on Automatic Control 19, 1974).
+    """
+    added = len(found.parameters) - len(known.parameters)
+    return known.cost - found.cost - 2.0 * added > 2.0 * float(np.log(rivals / LEVEL))
+
+
 def foretells_more(blocks: Blocks, better: Score, worse: Score, rivals: int) -> bool:
     """Whether one of so many rivals foretells more for certain.
 
