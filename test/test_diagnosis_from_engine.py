@@ -68,16 +68,16 @@ def test_what_is_not_told_apart_is_not_said_to_be_worse():
 
 
 @pytest.mark.parametrize(
-    ("verdict", "share", "says"),
+    ("verdict", "shorter", "says"),
     [
-        ("parameters", 0.9, "what remains is no more than noise"),
-        ("unknown", -0.1, "the gap does not shrink for certain"),
-        ("unknown", 0.9, "no law describes foretells more"),
+        ("parameters", True, "what remains is no more than noise"),
+        ("unknown", False, "the gap does not shrink for certain"),
+        ("unknown", True, "no law describes foretells more"),
     ],
 )
-def test_why_what_passed_is_not_in_an_answer_without_names(monkeypatch, verdict, share, says):
+def test_why_what_passed_is_not_in_an_answer_without_names(monkeypatch, verdict, shorter, says):
     """Only where nothing is left is noise the reason."""
-    monkeypatch.setattr(from_engine, "closed_between", lambda *scores: (share, (share - 0.05, share + 0.05)))
+    monkeypatch.setattr(from_engine, "shrinks", lambda *scores: shorter)
     one = SimpleNamespace(effect=SimpleNamespace(name="stribeck"), explained=SimpleNamespace(score=None))
     two = SimpleNamespace(effect=SimpleNamespace(name="static_aging"), explained=SimpleNamespace(score=None))
     state = SimpleNamespace(
