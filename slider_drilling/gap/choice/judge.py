@@ -139,10 +139,9 @@ def _verdict(state: State, explained: Explained, left: Sequence[Effect], seed: i
     rivals = max(len(left), comb(len(left), len(new)))
     closed, interval = closed_between(blocks, known.score, explained.score)
     why = []
-    doubt = not beyond_doubt(explained.score, known.score, rivals) or not likelier_beyond_doubt(
-        explained.fit, known.fit, rivals
-    )
-    if state.enough.adequate and doubt:
+    if state.enough.adequate and not (
+        beyond_doubt(explained.score, known.score, rivals) and likelier_beyond_doubt(explained.fit, known.fit, rivals)
+    ):
         why.append("without it no more than noise is left, and the log does not show it beyond doubt")
     # Unseen stretches alone can favour an effect by what the refits without it happened to do there.
     if not pays(known.fit, explained.fit, rivals):

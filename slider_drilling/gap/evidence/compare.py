@@ -31,8 +31,7 @@ def beyond_doubt(better: Score, worse: Score, rivals: int) -> bool:
     """Whether the likelihood ratio of what was held out is above one over the level shared among so many rivals
     (Wasserman, Ramdas and Balakrishnan, PNAS 117, 2020).
     """
-    gained = worse.surprise - better.surprise
-    return gained > 2.0 * float(np.log(rivals / LEVEL))
+    return worse.surprise - better.surprise > _beyond_doubt(rivals)
 
 
 def likelier_beyond_doubt(found: Fit, known: Fit, rivals: int) -> bool:
@@ -40,7 +39,12 @@ def likelier_beyond_doubt(found: Fit, known: Fit, rivals: int) -> bool:
     foretell (Akaike, IEEE Transactions on Automatic Control 19, 1974).
     """
     added = len(found.parameters) - len(known.parameters)
-    return known.cost - found.cost - 2.0 * added > 2.0 * float(np.log(rivals / LEVEL))
+    return known.cost - found.cost - 2.0 * added > _beyond_doubt(rivals)
+
+
+def _beyond_doubt(rivals: int) -> float:
+    """``-2 log`` of the level shared among so many rivals."""
+    return 2.0 * float(np.log(rivals / LEVEL))
 
 
 def foretells_more(blocks: Blocks, better: Score, worse: Score, rivals: int) -> bool:
@@ -73,9 +77,7 @@ def closed_between(blocks: Blocks, before: Score, after: Score) -> tuple[float, 
     """Share of the gap before that is closed after, and its 95 % interval; NaN where there was nothing to close. Where
     weights leave no gap they say nothing of what is closed of it.
     """
-    shares = share_closed(*_weighted_gaps(blocks, before, after))
-    known = shares[np.isfinite(shares)]
-    within = _interval(known, blocks.number) if known.size else (float("nan"), float("nan"))
+    within = _interval(share_closed(*_weighted_gaps(blocks, before, after)), blocks.number)
     return float(share_closed(before.gap**2, after.gap**2)), within
 
 
@@ -83,10 +85,9 @@ def shrinks(blocks: Blocks, before: Score, after: Score) -> bool:
     """Whether the gap shrinks for certain, and by enough for a name: what is gained of E^2 has a lower bound above
     zero, and so has the share that is closed where there is a gap to be a share of.
     """
-    closed, within = closed_between(blocks, before, after)
     was, left = _weighted_gaps(blocks, before, after)
-    gained, _ = _interval(was - left, blocks.number)
-    return gained > 0.0 and not (closed < LEAST_SHARE or within[0] <= 0.0)
+    gained, closed = (_interval(drawn, blocks.number)[0] for drawn in (was - left, share_closed(was, left)))
+    return gained > 0.0 and not (share_closed(before.gap**2, after.gap**2) < LEAST_SHARE or closed <= 0.0)
 
 
 def _weighted_gaps(blocks: Blocks, *scores: Score) -> list[Array]:
@@ -96,12 +97,14 @@ def _weighted_gaps(blocks: Blocks, *scores: Score) -> list[Array]:
 
 
 def _interval(drawn: Array, number: int) -> tuple[float, float]:
-    """95 % interval of what was drawn by the weights of so many blocks.
+    """95 % interval of what was drawn by the weights of so many blocks, where that is a number; NaN where none is.
 
     Weights of a few blocks scatter less than as many new logs would: the interval is expanded as a mean's is from the
     normal distribution to Student's (Hesterberg, The American Statistician 69, 2015).
     """
-    number = max(number, 2)
+    drawn, number = drawn[np.isfinite(drawn)], max(number, 2)
+    if not drawn.size:
+        return float("nan"), float("nan")
     wider = np.sqrt((number + 1.0) / (number - 1.0)) * student.ppf(1.0 - 0.5 * LEVEL, number - 1)
     return float(np.quantile(drawn, norm.cdf(-wider))), float(np.quantile(drawn, norm.cdf(wider)))
 
