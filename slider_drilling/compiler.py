@@ -15,6 +15,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from threading import get_ident
 from typing import Any
 
 from slider_drilling.errors import InputError
@@ -77,20 +78,23 @@ def announced(function: Any, what: str) -> Iterator[None]:
 
 
 class _Announcement(Listener):
-    """Hears of compilations that the cache could not spare."""
+    """Hears of compilations that the cache could not spare: of its own thread, for every listener hears of all."""
 
     def __init__(self, function: Any, what: str) -> None:
         self._function, self._what = function, what
-        self._begun = 0.0
+        self._thread, self._begun = get_ident(), 0.0
 
     def on_start(self, event: Event) -> None:
-        if event.data["dispatcher"] is self._function:
+        if self._is_own(event):
             self._begun = time.monotonic()
             self._say(f"compiling {self._what} for this processor; this happens once and takes about ten seconds")
 
     def on_end(self, event: Event) -> None:
-        if event.data["dispatcher"] is self._function:
+        if self._is_own(event):
             self._say(f"compiled in {time.monotonic() - self._begun:.0f} s")
+
+    def _is_own(self, event: Event) -> bool:
+        return event.data["dispatcher"] is self._function and get_ident() == self._thread
 
     @staticmethod
     def _say(sentence: str) -> None:

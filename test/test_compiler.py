@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from threading import Thread
 
 import pytest
 
@@ -66,3 +67,26 @@ def test_says_when_it_compiles_and_not_when_it_does_not(capsys, monkeypatch):
     assert "compiling a doubling for this processor" in first.err
     assert re.search(r"compiled in \d+ s", first.err)
     assert (first.out, second.out, second.err) == ("", "", "")
+
+
+def test_of_what_another_thread_compiles_only_that_thread_speaks(capsys):
+    """Whoever waits for the other's compilation may have begun to listen in the midst of it."""
+    from slider_drilling import console
+
+    console.stderr.cache_clear()
+
+    @njit
+    def thrice(x):
+        return 3 * x
+
+    def compile_it():
+        with announced(thrice, "a tripling"):
+            thrice(2)
+
+    with announced(thrice, "a tripling"):
+        other = Thread(target=compile_it)
+        other.start()
+        other.join()
+    told = capsys.readouterr().err
+    console.stderr.cache_clear()
+    assert told.count("compiling a tripling") == told.count("compiled in") == 1
