@@ -18,7 +18,16 @@ from slider_drilling.gap.evidence.score import FOLDS, Folds, Score, held_out, sc
 from slider_drilling.gap.model import Array, Disturbance, Disturbed, Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Piece, Problem
 from slider_drilling.gap.search.finish import corrected, finished
-from slider_drilling.gap.search.least_squares import Fit, bounded_step, cost_of, fit, pace, prior_weights, room
+from slider_drilling.gap.search.least_squares import (
+    Fit,
+    bounded_step,
+    cost_of,
+    fit,
+    off_nominal,
+    pace,
+    prior_weights,
+    room,
+)
 
 _KNOTS = 8
 # Weights on the bends of a curve that are tried, of a typical coefficient's own in the log: from free to straight.
@@ -287,7 +296,7 @@ def _bent_least(rows: Array, target: Array, nuisance: Sequence[Parameter], value
     normal, gradient = rows @ rows.T, rows @ target
     prior = prior_weights(nuisance) ** 2
     normal[np.diag_indices(own)] += prior
-    gradient[:own] -= prior * [(values.get(p.name, p.nominal) - p.nominal) / p.scale for p in nuisance]
+    gradient[:own] -= prior * off_nominal(nuisance, values)
     normal[np.diag_indices(len(rows))] += 1e-9 * max(float(power.max(initial=0.0)), 1e-12)
     if knots > 2:
         bends = np.zeros_like(normal)

@@ -146,8 +146,7 @@ class _Space:
         self.prior = prior_weights(self.parameters)
 
     def begin(self, start: Values) -> Array:
-        begin = np.array([(start.get(p.name, p.nominal) - p.nominal) / p.scale for p in self.parameters])
-        return np.clip(begin, self.lower, self.upper)
+        return np.clip(off_nominal(self.parameters, start), self.lower, self.upper)
 
     def values(self, point: Array) -> dict[str, float]:
         chosen = self.nominal + self.scale * point
@@ -215,6 +214,11 @@ def bounded_step(normal: Array, gradient: Array, damping: float, low: Array, hig
     right = np.linalg.solve(factor, gradient)
     margin = 1e-9
     return np.asarray(lsq_linear(factor.T, right, (low - margin, high + margin), method="bvls").x)
+
+
+def off_nominal(parameters: Sequence[Parameter], values: Values) -> Array:
+    """(p,) how far each parameter is from nominal, in scales."""
+    return np.array([(values.get(p.name, p.nominal) - p.nominal) / p.scale for p in parameters])
 
 
 def room(parameters: Sequence[Parameter], values: Values) -> tuple[Array, Array]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from slider_drilling.gap.model import Array, Effect, Values
 from slider_drilling.gap.problem.problem import Problem
-from slider_drilling.gap.search.least_squares import SHORT, Fit, bounded_step, cost_of, prior_weights, room
+from slider_drilling.gap.search.least_squares import SHORT, Fit, bounded_step, cost_of, off_nominal, prior_weights, room
 
 _MARGIN = 0.02
 # A derivative is trusted for so many of a nuisance's scales, a secant for so many times the scan's amplitude.
@@ -195,14 +195,11 @@ def changes_of(
 
 def _step(base: Fit, chosen: Sequence[tuple[Effect, tuple[float, ...]]], rows: Array, white: Array) -> Array:
     """(p + e,) nuisance step in scales and multiples of the scan points' changes that together leave least, bounded."""
-    here = np.array([base.values.get(p.name, p.nominal) for p in base.parameters])
-    scale = np.array([p.scale for p in base.parameters])
     low, high = room(base.parameters, base.values)
     none = np.zeros(len(chosen))
     prior = np.append(prior_weights(base.parameters), none) ** 2
-    nominal = np.array([p.nominal for p in base.parameters])
     normal = rows @ rows.T + np.diag(prior)
-    gradient = rows @ white - prior * np.append((here - nominal) / scale, none)
+    gradient = rows @ white - prior * np.append(off_nominal(base.parameters, base.values), none)
     spans = [_span(effect, point) for effect, point in chosen]
     lowest = np.append(np.maximum(low, -_FAR), [span[0] for span in spans])
     highest = np.append(np.minimum(high, _FAR), [span[1] for span in spans])
