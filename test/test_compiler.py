@@ -48,32 +48,34 @@ def test_a_variable_that_numba_cannot_start_with_is_named(variable, said):
     assert re.fullmatch(said + "\n", answer.stdout) and answer.stderr == ""
 
 
-def test_says_when_it_compiles_and_not_when_it_does_not(capsys, monkeypatch):
+@pytest.fixture
+def own_stderr(capsys):
+    """What is said on the stderr that this test captures: the console is made once a process."""
     from slider_drilling import console
 
     console.stderr.cache_clear()
+    yield capsys
+    console.stderr.cache_clear()
 
+
+def test_says_when_it_compiles_and_not_when_it_does_not(own_stderr):
     @njit
     def twice(x):
         return 2 * x
 
     with announced(twice, "a doubling"):
         assert twice(2) == 4
-    first = capsys.readouterr()
+    first = own_stderr.readouterr()
     with announced(twice, "a doubling"):
         assert twice(3) == 6
-    second = capsys.readouterr()
-    console.stderr.cache_clear()
+    second = own_stderr.readouterr()
     assert "compiling a doubling for this processor" in first.err
     assert re.search(r"compiled in \d+ s", first.err)
     assert (first.out, second.out, second.err) == ("", "", "")
 
 
-def test_of_what_another_thread_compiles_only_that_thread_speaks(capsys):
+def test_of_what_another_thread_compiles_only_that_thread_speaks(own_stderr):
     """Whoever waits for the other's compilation may have begun to listen in the midst of it."""
-    from slider_drilling import console
-
-    console.stderr.cache_clear()
 
     @njit
     def thrice(x):
@@ -87,6 +89,5 @@ def test_of_what_another_thread_compiles_only_that_thread_speaks(capsys):
         other = Thread(target=compile_it)
         other.start()
         other.join()
-    told = capsys.readouterr().err
-    console.stderr.cache_clear()
+    told = own_stderr.readouterr().err
     assert told.count("compiling a tripling") == told.count("compiled in") == 1
