@@ -15,10 +15,12 @@ def test_what_is_told_of_an_effect_in_the_answer_is_the_final_models(monkeypatch
     monkeypatch.setattr(from_engine, "_fitted", lambda explained, prefix: {"of": explained, "named": prefix})
     both = SimpleNamespace(names=("static_aging", "torque_at_motor"))
     beside = SimpleNamespace(
-        closed=0.52, interval=(0.43, 0.61), why_not=(), passed=True, explained=both, in_other_runs=(0.4, (0.1, 0.5))
+        closed=0.52, interval=(0.43, 0.61), why_not=(), passed=True, explained=both, in_other_runs=(0.4, (0.1, 0.5)),
+        beside=("static_aging",),
     )
     alone = SimpleNamespace(
-        closed=0.03, interval=(-0.06, 0.13), why_not=("no",), passed=False, explained="alone", in_other_runs=None
+        closed=0.03, interval=(-0.06, 0.13), why_not=("no",), passed=False, explained="alone", in_other_runs=None,
+        beside=(),
     )
     answer = SimpleNamespace(
         effects=("static_aging", "torque_at_motor"), tuned=28.0, threshold=3.8, rival=None,
@@ -32,6 +34,7 @@ def test_what_is_told_of_an_effect_in_the_answer_is_the_final_models(monkeypatch
     assert [row.closed for row in rows] == [0.52, None, 0.03]
     assert [row.in_answer for row in rows] == [True, True, False]
     assert all(row.together == () for row in rows)
+    assert [row.beside for row in rows] == [("static_aging",), (), ()]
 
 
 def test_what_stayed_of_effects_that_were_found_together_is_told_with_its_parameters(monkeypatch):
@@ -40,7 +43,7 @@ def test_what_stayed_of_effects_that_were_found_together_is_told_with_its_parame
     effects = [SimpleNamespace(name=name, site="contact") for name in ("stribeck", "static_aging", "torque_at_motor")]
     three = SimpleNamespace(
         effect=effects[2], closed=0.80, interval=(0.70, 0.85), why_not=(), passed=True, in_other_runs=(0.7, (0.5, 0.8)),
-        explained=SimpleNamespace(effects=effects, names=tuple(effect.name for effect in effects)),
+        beside=("heave",), explained=SimpleNamespace(effects=effects, names=tuple(effect.name for effect in effects)),
     )  # fmt: skip
     answer = SimpleNamespace(
         effects=("static_aging", "torque_at_motor"), closed=0.76, interval=(0.69, 0.81), tuned=28.0, threshold=3.8,
@@ -51,6 +54,7 @@ def test_what_stayed_of_effects_that_were_found_together_is_told_with_its_parame
     for name in answer.effects:
         assert rows[name].in_answer
         assert rows[name].closed == 0.76
+        assert rows[name].beside == ()
         assert rows[name].parameters == {f"{name}.size": 1.0}
     assert rows["static_aging"].together == ("torque_at_motor",)
     assert rows["torque_at_motor"].together == ("static_aging",)

@@ -101,6 +101,20 @@ def test_what_an_effect_closes_of_runs_that_its_fit_has_not_seen_has_a_column_wh
     assert words.closes_heads(outcome.ranking) == heads[:1]
 
 
+def test_what_was_found_beside_another_says_of_which_gap_it_closes_a_share():
+    outcome = worn_motor()
+    second = replace(outcome.ranking[1], beside=("motor_wear",))
+    heads = words.closes_heads((outcome.ranking[0], second))
+    assert heads == ("closes [95 %]", "of what is left by")
+    assert words.closes_cells(outcome.ranking[0], heads)[1] == "re-tuning"
+    assert words.closes_cells(second, heads)[1] == "motor wear"
+    chart = intervals((outcome.ranking[0], second))
+    assert chart is not None
+    assert chart.panels[0].marks[0].x == ("motor wear", f"{second.effect.replace('_', ' ')} beside motor wear")
+    assert "of the gap that these leave" in chart.caption
+    assert "that these leave" not in intervals(outcome.ranking).caption
+
+
 def test_what_closes_more_than_all_closes_the_whole_gap():
     assert words.share_in_words(1.02, (1.01, 1.03)) == "the whole gap is closed"
     assert words.share_in_words(0.97, (0.9, 1.01)) == "97 % [90, 101] of the gap is closed"
@@ -266,6 +280,20 @@ def test_an_error_that_falls_by_less_than_two_digits_show_is_not_told():
     told = words.driller(replace(outcome, gap=replace(outcome.gap, rms=rms)))
     assert "falls from" in words.driller(outcome) and "falls from" not in told
     assert "; with that in, 92 %" in told
+
+
+def test_an_e_that_noise_could_leave_does_not_say_that_noise_left_it():
+    outcome = worn_motor()
+    assert outcome.gap is not None
+    gap = replace(outcome.gap, tuned=1.1, with_effect=None, closed=None, closed_interval=None, threshold=1.2,
+                  stand_out=("standpipe_pressure",))  # fmt: skip
+    unknown = replace(outcome, verdict="unknown", effects=(), gap=gap)
+    said = "noise alone stays below 1.20, but what is left of standpipe pressure is not noise)."
+    assert words.sentence(unknown).endswith(said)
+    assert "not noise" not in words.sentence(replace(unknown, gap=replace(gap, tuned=1.3)))
+    assert "not noise" not in words.sentence(replace(unknown, verdict="parameters"))
+    assert "not noise" not in words.sentence(replace(unknown, gap=replace(gap, stand_out=())))
+    assert as_json(diagnosis_of(unknown))["gap"]["stand_out"] == ["standpipe_pressure"]
 
 
 def test_a_re_tuning_that_went_far_says_what_it_may_stand_for():

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -233,6 +234,36 @@ def test_logs_are_read_whatever_the_order_of_their_columns(tmp_path):
     with pytest.raises(InputError, match="--gain"):
         servo.read_servo_log(other)
     assert servo.main([str(tmp_path / "none.csv")]) == 2
+
+
+def test_of_logs_that_no_fit_has_seen_a_finalist_closes_what_those_before_it_leave():
+    """What was found before is no merit of whoever is tried beside it."""
+    made = log(2.0, goal=0.8, enabled=1.0, gain=200.0)
+    unseen = replace(made, position=swing(made, load_friction_external__share=0.3, delay__time=0.01))
+
+    def entry(name, beside, **values):
+        found = {key.replace("__", "."): value for key, value in values.items()}
+        names = (*beside, name)
+        explained = SimpleNamespace(fit=SimpleNamespace(values=found), names=names)
+        effect = next(one for one in servo.EFFECTS if one.name == name)
+        return SimpleNamespace(effect=effect, explained=explained, closed=0.5, interval=(0.4, 0.6), beside=beside,
+                               in_other_runs=None, why_not=())  # fmt: skip
+
+    first = entry("load_friction_external", (), load_friction_external__share=0.3)
+    rival = entry("quadratic_load", (), quadratic_load__factor=0.1)
+    idle = entry("backlash", ("load_friction_external",), load_friction_external__share=0.3, backlash__angle=0.0)
+    state = SimpleNamespace(
+        tuned=SimpleNamespace(fit=SimpleNamespace(values={}), names=()), steps=(SimpleNamespace(accepted=first),)
+    )
+    groups = {"load_friction_external": ("quadratic_load",)}
+    lines = servo.judged_lines(SimpleNamespace(state=state, judged=(first, rival, idle), groups=groups), [unseen])
+    assert "load_friction_external closes 0.50 [0.40, 0.60], of logs that no fit has seen 0.9" in lines[0]
+    assert "backlash closes 0.50 [0.40, 0.60] of what load_friction_external leaves" in lines[2]
+    assert "of logs that no fit has seen 0.00" in lines[2]
+    assert lines[3].startswith("Of load_friction_external and quadratic_load, not told apart, load_friction_external")
+    assert servo.judged_lines(SimpleNamespace(state=state, judged=(first,), groups={}), []) == [
+        "  load_friction_external closes 0.50 [0.40, 0.60]; load_friction_external.share 0.3: passed"
+    ]
 
 
 def test_the_real_logs_follow_the_firmwares_law_and_friction_grows_with_load(shared_data):

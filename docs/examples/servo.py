@@ -25,7 +25,7 @@ import numpy as np
 
 from slider_drilling.compiler import COMPILE, INNER, njit
 from slider_drilling.errors import InputError
-from slider_drilling.gap import Channel, Effect, How, Parameter, Run
+from slider_drilling.gap import Answer, Channel, Effect, How, Parameter, Run
 from slider_drilling.gap.model import Array, Values
 
 GRAVITY = 9.81
@@ -302,6 +302,35 @@ def closed(logs: Sequence[Log], before: Values, after: Values) -> float:
     return 1.0 - left / was
 
 
+def judged_lines(answer: Answer, unseen: Sequence[Log]) -> list[str]:
+    """What each finalist closes: of the logs that were fitted, and of the gap in those that no fit has seen; who closes
+    most of these among those that the fitted ones do not tell apart.
+    """
+    steps = [taken for taken in answer.state.steps if taken.accepted is not None]
+    known = {(): answer.state.tuned} | {taken.accepted.explained.names: taken.accepted.explained for taken in steps}
+    lines, elsewhere = [], {}
+    for entry in answer.judged:
+        found, before = entry.explained.fit.values, known.get(entry.beside)
+        values = ", ".join(f"{p.name} {found[p.name]:.4g}" for p in entry.effect.parameters)
+        low, high = entry.interval
+        said = f"  {entry.effect.name} closes {entry.closed:.2f} [{low:.2f}, {high:.2f}]"
+        if entry.beside:
+            said += f" of what {' and '.join(entry.beside)} {'leaves' if len(entry.beside) == 1 else 'leave'}"
+        if entry.in_other_runs is not None:
+            said += f", of each fitted log by the rest {entry.in_other_runs[0]:.2f}"
+        if unseen and before is not None:
+            elsewhere[entry.effect.name] = closed(unseen, before.fit.values, found)
+            said += f", of logs that no fit has seen {elsewhere[entry.effect.name]:.2f}"
+        lines.append(f"{said}; {values}: {'; '.join(entry.why_not) or 'passed'}")
+    for name, others in answer.groups.items():
+        alike = [one for one in (name, *others) if one in elsewhere]
+        if len(alike) > 1:
+            best = max(alike, key=lambda one: elsewhere[one])
+            told = " and ".join(alike)
+            lines.append(f"Of {told}, not told apart, {best} closes most of the gap in the logs that no fit has seen.")
+    return lines
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Diagnose the logs and print what was found, and what it does to logs that no fit has seen."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -320,22 +349,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     answer = explain(Servo(tuple(logs)), seed=given.seed)
     print(answer.sentence)
     print(f"  {answer.simulations} simulations, {answer.runtime:.1f} s")
-    tuned = answer.state.tuned.fit.values
-    for entry in answer.judged:
-        found = entry.explained.fit.values
-        values = ", ".join(f"{p.name} {found[p.name]:.4g}" for p in entry.effect.parameters)
-        low, high = entry.interval
-        elsewhere = f", of the others' {closed(unseen, tuned, found):.2f}" if unseen else ""
-        why = "; ".join(entry.why_not) or "passed"
-        there = "" if entry.in_other_runs is None else f", of each fitted log by the rest {entry.in_other_runs[0]:.2f}"
-        print(
-            f"  {entry.effect.name:24s} closes {entry.closed:.2f} [{low:.2f}, {high:.2f}]{there}{elsewhere}"
-            f"  {values}: {why}"
-        )
-    if unseen:
-        best = max(answer.judged, key=lambda entry: closed(unseen, tuned, entry.explained.fit.values), default=None)
-        if best is not None:
-            print(f"Of the logs that no fit has seen {best.effect.name} closes most: what they tell apart, trust.")
+    for line in judged_lines(answer, unseen):
+        print(line)
     for title, some in (("fitted", logs), ("not fitted", unseen)):
         for log, before, after in zip(some, errors(some, {}), errors(some, answer.parameters), strict=True):
             print(f"  {title:10s} {log.name:36s} RMS {1e3 * before:6.1f} -> {1e3 * after:6.1f} mrad")

@@ -90,14 +90,22 @@ def intervals(ranking: Sequence[Candidate]) -> Chart | None:
         out = "← " if one.interval[0] < low else ""
         text.append(f"{out}{words.share(one)}{' →' if one.interval[1] > high else ''}")
     colours = tuple(GREEN if one.in_answer else GREY for one in known)
-    bars = Bars("", tuple(one.effect.replace("_", " ") for one in known), np.array(length), colours, tuple(text),
+    bars = Bars("", tuple(_beside(one) for one in known), np.array(length), colours, tuple(text),
                 base=np.array(base), flat=True)  # fmt: skip
     caption = (
         "95 % intervals on stretches that no fit has seen; green is in the answer, an arrow goes on beyond the axis."
     )
+    if any(one.beside for one in known):
+        caption += " Beside others: of the gap that these leave."
     panel = Panel("", (bars,), height=max(0.3 * len(known), 1.0))
-    return Chart("Share of the gap that each effect closes alone", "share", (panel,), caption, ((0.0, ""), (1.0, "")),
+    return Chart("Share of the gap that each effect closes", "share", (panel,), caption, ((0.0, ""), (1.0, "")),
                  (low - 0.02 * (high - low), high + 0.25 * (high - low)), wide=True)  # fmt: skip
+
+
+def _beside(candidate: Candidate) -> str:
+    """An effect, and what it was found beside."""
+    others = ", ".join(candidate.beside)
+    return f"{candidate.effect}{f' beside {others}' if others else ''}".replace("_", " ")
 
 
 _SHAPES: dict[ShapeOf, str] = {

@@ -75,6 +75,7 @@ def _gap(answer: Answer, model: Model) -> Gap:
     return Gap(
         nominal=answer.nominal, tuned=answer.tuned, with_effect=answer.with_effect if answer.effects else None,
         closed=closed, closed_interval=interval, threshold=answer.threshold,
+        stand_out=answer.stand_out,
         noise_floor={
             name: Floor(
                 floor.sigma, floor.declared, channels[name].unit, floor.method, _white(answer, name), floor.excess
@@ -140,7 +141,7 @@ def _candidate(
     """
     name = effect.name
     in_answer = name in answer.effects
-    closed, interval = _closes(one, answer) if in_answer else _share(one.closed, one.interval, answer)
+    closed, interval, beside = _closes(one, answer) if in_answer else _closed_beside(one, answer)
     why_not = one.why_not
     if not in_answer and not why_not:
         why_not = (_outdone(one, answer),)
@@ -148,6 +149,7 @@ def _candidate(
         name, effect.site, one.passed, in_answer, () if in_answer else why_not, closed, interval,
         _fitted(answer.state.current if in_answer else one.explained, f"{name}."), groups.get(name, ()),
         _in_other_runs(one, answer), tuple(other for other in stayed if in_answer and other != name),
+        beside,
     )  # fmt: skip
 
 
@@ -177,14 +179,24 @@ def _in_other_runs(one: Judged, answer: Answer) -> Share | None:
     return None if closed is None else Share(closed, interval)
 
 
-def _closes(one: Judged, answer: Answer) -> tuple[float | None, Interval | None]:
-    """The share that an accepted finalist closed; that of the whole answer where what it began with was left out."""
+# The share of a gap that is closed, its interval, and the effects that left this gap.
+_Closed = tuple[float | None, Interval | None, tuple[str, ...]]
+
+
+def _closes(one: Judged, answer: Answer) -> _Closed:
+    """What an accepted finalist closed; what the whole answer does where what it began with was left out."""
     if not _accepted(one, answer):
-        return None, None
+        return None, None, ()
     names = one.explained.names
     if names == answer.effects[: len(names)]:
-        return _share(one.closed, one.interval, answer)
-    return _share(answer.closed, answer.interval, answer) if set(answer.effects) <= set(names) else (None, None)
+        return _closed_beside(one, answer)
+    whole = set(answer.effects) <= set(names)
+    return (*_share(answer.closed, answer.interval, answer), ()) if whole else (None, None, ())
+
+
+def _closed_beside(one: Judged, answer: Answer) -> _Closed:
+    """What a finalist closed beside what was known before it."""
+    return (*_share(one.closed, one.interval, answer), one.beside)
 
 
 def _fitted(explained: Explained, prefix: str = "") -> dict[str, Fitted]:

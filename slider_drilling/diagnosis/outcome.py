@@ -54,7 +54,8 @@ class Gap:
     """E as given, re-tuned and with what was found, and the share of the re-tuned gap that this closes.
 
     closed is None wherever a share says nothing: where nothing was found, where the gap does not shrink, and where
-    re-tuning leaves hardly more than noise would. threshold: what noise alone stays below, 99 times of a hundred.
+    re-tuning leaves hardly more than noise would. threshold: what noise alone stays below, 99 times of a hundred;
+    stand_out: channels of which the final model leaves more than noise does, or structure that noise has not.
     """
 
     nominal: float | None = None
@@ -65,6 +66,7 @@ class Gap:
     threshold: float | None = None
     noise_floor: Mapping[str, Floor] = field(default_factory=dict)
     rms: Mapping[str, Errors] = field(default_factory=dict)
+    stand_out: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,8 @@ class Candidate:
     passed: it passed the tests of a single effect; in_answer: the verdict rests on it; why_not: why it does not.
     closed: the share of the gap that it closes, None where that says nothing; group: effects that this log cannot
     tell from it; other_runs: what it closes of the gap of each run by a fit to the others, None where that was not
-    asked, or nothing of it; together: effects in the answer that were found at once with it, all of which close that.
+    asked, or nothing of it; together: effects in the answer that were found at once with it, all of which close that;
+    beside: effects that were known before it, the gap that these leave being the one of which it closes that.
     """
 
     effect: str
@@ -96,6 +99,7 @@ class Candidate:
     group: tuple[str, ...]
     other_runs: Share | None = None
     together: tuple[str, ...] = ()
+    beside: tuple[str, ...] = ()
 
 
 ShapeOf = Literal["unknown", "alternative", "rest"]

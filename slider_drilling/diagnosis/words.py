@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from slider_drilling.diagnosis.outcome import Candidate, Errors, Fitted, Gap, Interval, Outcome, Shape, Share
 from slider_drilling.diagnosis.phrases import SITES, as_read, phrase, shown
+from slider_drilling.gap.answer.sentence import but_not_noise
 from slider_drilling.units import number
 
 _WHOLE = 0.995  # of the gap; a model in which luck leaves less than noise does closes more than all of it
@@ -118,14 +119,29 @@ def share(found: Candidate | Share | None) -> str:
 
 
 def closes_heads(ranking: Sequence[Candidate]) -> tuple[str, ...]:
-    """Heads of the shares of a ranking; the second where effects were asked what a fit to other runs closes."""
-    asked = any(one.other_runs is not None for one in ranking)
-    return ("closes [95 %]", "of unseen runs") if asked else ("closes [95 %]",)
+    """Heads of the shares of a ranking: also of what a fit to other runs closes where that was asked, and of what gap
+    these are shares where one was found before another.
+    """
+    heads = ["closes [95 %]"]
+    if any(one.other_runs is not None for one in ranking):
+        heads.append("of unseen runs")
+    if any(one.beside for one in ranking):
+        heads.append("of what is left by")
+    return tuple(heads)
 
 
 def closes_cells(candidate: Candidate, heads: Sequence[str]) -> tuple[str, ...]:
     """The shares below those heads."""
-    return (share(candidate), share(candidate.other_runs))[: len(heads)]
+    cells = {
+        "closes [95 %]": share(candidate), "of unseen runs": share(candidate.other_runs),
+        "of what is left by": left_by(candidate),
+    }  # fmt: skip
+    return tuple(cells[head] for head in heads)
+
+
+def left_by(candidate: Candidate) -> str:
+    """What left the gap of which a candidate closes a share: re-tuning, or what had been found before it."""
+    return ", ".join(plain(name) for name in candidate.beside) or "re-tuning"
 
 
 def limits(outcome: Outcome) -> list[str]:
@@ -257,6 +273,9 @@ def sentence(outcome: Outcome) -> str:
     figures = "E = " + ", ".join(f"{value:.2f} {name}" for value, name in stages if value is not None)
     if gap.threshold is not None:
         figures += f"; noise alone stays below {gap.threshold:.2f}"
+        left = gap.tuned if gap.with_effect is None else gap.with_effect
+        if outcome.verdict in ("unknown", "effect_and_unknown") and left is not None and left <= gap.threshold:
+            figures += but_not_noise(tuple(plain(name) for name in gap.stand_out))
     if outcome.verdict == "none":
         return f"none: the rig file as given leaves what noise would ({figures})."
     if outcome.verdict == "parameters":

@@ -81,7 +81,14 @@ class Answer:
             for name in self.effects
         )
         alike, rest = ("" if one is None else one.words for one in (self.rival, self.rest))
-        return sentence(self.verdict, told, self.site, gaps, self.closed, self.interval, alike, rest, self.instead)
+        return sentence(
+            self.verdict, told, self.site, gaps, self.closed, self.interval, alike, rest, self.instead, self.stand_out
+        )
+
+    @property
+    def stand_out(self) -> tuple[str, ...]:
+        """Channels of which the final model leaves more than noise does, or structure that noise has not."""
+        return tuple(dict.fromkeys((*self.state.enough.beyond, *self.state.enough.structured)))
 
     @property
     def instead(self) -> tuple[str, ...]:

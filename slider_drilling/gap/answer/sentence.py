@@ -8,15 +8,19 @@ import math
 def sentence(
     verdict: str, effects: tuple[str, ...], site: str | None, gaps: tuple[float, float, float, float],
     closed: float, interval: tuple[float, float], alike: str = "", rest: str = "", instead: tuple[str, ...] = (),
+    stand_out: tuple[str, ...] = (),
 ) -> str:  # fmt: skip
     """gaps: E as given, re-tuned, with the effects (NaN without), and what noise alone stays below; alike: what else
     foretells as much as the effects, at another site; rest: what foretells most of what they leave; instead: laws that
-    re-tuning may stand for.
+    re-tuning may stand for; stand_out: channels of which what is left is not noise.
     """
     nominal, tuned, explained, threshold = gaps
     figures = f"E {nominal:.2f} as given, {tuned:.2f} re-tuned"
     figures += "" if math.isnan(explained) else f", {explained:.2f} with it"
     figures += f"; noise alone stays below {threshold:.2f}"
+    left = tuned if math.isnan(explained) else explained
+    if verdict in ("unknown", "effect_and_unknown") and left <= threshold:
+        figures += but_not_noise(stand_out)
     if verdict == "none":
         return f"The model as given leaves what noise would ({figures})."
     if verdict == "parameters":
@@ -32,3 +36,8 @@ def sentence(
     beside = f"; {alike} would explain it as well" if alike else f"; {remains}"
     end = beside if verdict == "effect_and_unknown" else ""
     return f"{like}{' and '.join(effects)}: it explains the log best{share} ({figures}){end}."
+
+
+def but_not_noise(channels: tuple[str, ...]) -> str:
+    """What is to be said beside an E that noise alone could leave, where it is not noise that is left of channels."""
+    return f", but what is left of {' and '.join(channels)} is not noise" if channels else ""

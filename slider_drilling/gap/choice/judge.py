@@ -157,7 +157,8 @@ def _verdict(state: State, explained: Explained, left: Sequence[Effect], seed: i
         why.insert(0, "foretells no more of unseen data than without it, at the level shared among all candidates")
     if _small(state, explained) and (why or not tested(explained, seed, left).done):
         why.append("nothing needs it: what it closes is next to nothing of what re-tuning left")
-    return held_to_other_runs(state, Judged(explained.effects[-1], explained, closed, interval, tuple(why)))
+    judged = Judged(explained.effects[-1], explained, closed, interval, tuple(why), known.names)
+    return held_to_other_runs(state, judged)
 
 
 def _small(state: State, explained: Explained) -> bool:

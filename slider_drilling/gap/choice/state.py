@@ -38,7 +38,8 @@ class Judged:
     """A finalist of one step: what the newest effect closes of the gap before it, and which tests it did not pass.
 
     closed, interval: share of E^2 - 1, held out, NaN where there was nothing to close; why_not: empty if it passed;
-    in_other_runs: likewise, of each run by a fit to the others, None of a single run, and of who failed before.
+    beside: names of the effects that left that gap; in_other_runs: likewise, of each run by a fit to the others, None
+    of a single run, and of who failed before.
     """
 
     effect: Effect
@@ -46,6 +47,7 @@ class Judged:
     closed: float
     interval: tuple[float, float]
     why_not: tuple[str, ...]
+    beside: tuple[str, ...] = ()
     in_other_runs: tuple[float, tuple[float, float]] | None = None
 
     @property
