@@ -228,6 +228,26 @@ def test_flexible_rivals_are_neutral_at_zero_and_change_something(tmp_path, word
     assert np.isfinite(changed).all()
 
 
+def test_a_rival_s_curve_is_its_law_s_and_in_its_unit(tmp_path):
+    """Of one coefficient each: friction that falls with speed, that grows with rest, rock that changes at a time."""
+    log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))
+    found = {one.words: one for one in prepare([log], short_rig()).model.disturbances({})}
+    x = {words: np.array(one.x)[:, None] for words, one in found.items()}
+    curves = {words: np.array(one.curve) for words, one in found.items() if one.curve}
+    laws = {
+        "friction over slip speed": np.exp(-x["friction over slip speed"] / x["friction over slip speed"].T),
+        "friction over rest": 1.0 - np.exp(-x["friction over rest"] / x["friction over rest"].T),
+        "rock over time": 1.0 * (x["rock over time"] >= x["rock over time"].T),
+    }
+    assert set(curves) == set(laws)
+    for words, law in laws.items():
+        np.testing.assert_allclose(curves[words], law)
+        assert np.linalg.cond(law) < 100.0
+    assert (found["block off over time"].y_unit, found["drive angle off over time"].y_unit) == ("m", "rad")
+    for words, one in found.items():
+        assert (one.least == -1.0) == (one.y_unit == "-" and not one.parameters), words
+
+
 @pytest.mark.parametrize("orientation", [0.0, 0.6, 1.5, 2.0, -0.3])
 def test_the_contact_of_a_rival_is_the_file_s_at_zero_and_stays_one(orientation):
     """Asperities turn by what the rival asks for, never beyond lying along or across; give is a share of the file's."""

@@ -5,7 +5,8 @@ Of most only the linear part is used (`slider_drilling.gap.evidence.rivals`): ea
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -36,7 +37,8 @@ def disturbances(
     if "formation_change.factor" not in values:
         steps = tuple(float(t) for t in np.linspace(0.1, 0.9, 6) * duration)
         sets = [{"formation_change.factor": 1.05, "formation_change.time": at} for at in steps]
-        found.append(_moved("bit", "rock over time", ("formation_change",), steps, "s", values, sets, 0.05))
+        rock = _moved("bit", "rock over time", ("formation_change",), steps, "s", values, sets, 0.05)
+        found.append(replace(rock, curve=_curve(lambda at, begun: float(at >= begun), steps), least=-1.0))
     return found
 
 
@@ -47,7 +49,8 @@ def _friction(
     depths = [0.5 * (low + high) for _, low, high in probes]
     by_depth = ("cuttings_bed", "tortuosity", "buckling_contact")
     sets = [{p.name: p.nominal + 0.1} for p, _, _ in probes]
-    found = [_moved("contact", "friction over depth", by_depth, depths, "m", values, sets, 0.1)]
+    by_depth_alone = _moved("contact", "friction over depth", by_depth, depths, "m", values, sets, 0.1)
+    found = [replace(by_depth_alone, least=-1.0)]
     times, quarters = np.linspace(0.0, duration, _KNOTS), 2.0 * np.pi * np.arange(_QUARTERS) / _QUARTERS
     free: list[tuple[str, tuple[str, ...], Array, str, str, float | None]] = [
         ("friction over time", ("friction_drift",), times, "s", _FRICTION, None),
@@ -61,10 +64,14 @@ def _friction(
     if "stribeck.drop" not in values:
         sets = [{"stribeck.drop": 0.03, "stribeck.speed": speed} for speed in _SPEEDS]
         of_speed = ("stribeck", "viscous_drag")
-        found.append(_moved("contact", "friction over slip speed", of_speed, _SPEEDS, "m/s", values, sets, 0.03))
+        falls = _curve(lambda speed, own: math.exp(-speed / own), _SPEEDS)
+        over = _moved("contact", "friction over slip speed", of_speed, _SPEEDS, "m/s", values, sets, 0.03)
+        found.append(replace(over, curve=falls, least=-1.0))
     if "static_aging.growth" not in values:
         sets = [{"static_aging.growth": 0.03, "static_aging.time": rest} for rest in _RESTS]
-        found.append(_moved("contact", "friction over rest", ("static_aging",), _RESTS, "s", values, sets, 0.03))
+        grows = _curve(lambda rest, own: 1.0 - math.exp(-rest / own), _RESTS)
+        over = _moved("contact", "friction over rest", ("static_aging",), _RESTS, "s", values, sets, 0.03)
+        found.append(replace(over, curve=grows, least=-1.0))
     return found
 
 
@@ -108,15 +115,22 @@ def _motion(values: Values, duration: float) -> list[Disturbance]:
     times = [float(t) for t in np.linspace(0.0, duration, _KNOTS)]
     found = []
     # None is a law's free form: so few knots hold no wave of the sea, and no dead zone.
-    for site, words, prefix, step in (
-        ("top_drive", "drive angle off over time", _ANGLE, 0.05), ("draw_works", "block off over time", _BLOCK, 0.005),
-        ("hydraulics", "flow off over time", _PUMP, 0.002), ("bit", "bit torque per weight over time", _BITE, 0.02),
+    for site, words, prefix, step, unit, least in (
+        ("top_drive", "drive angle off over time", _ANGLE, 0.05, "rad", -math.inf),
+        ("draw_works", "block off over time", _BLOCK, 0.005, "m", -math.inf),
+        ("hydraulics", "flow off over time", _PUMP, 0.002, "-", -1.0),
+        ("bit", "bit torque per weight over time", _BITE, 0.02, "-", -1.0),
     ):  # fmt: skip
         sets = [{f"{prefix}{k}": step} for k in range(_KNOTS)]
-        found.append(_moved(site, words, (), times, "s", values, sets, step))
+        found.append(replace(_moved(site, words, (), times, "s", values, sets, step), y_unit=unit, least=least))
     share = (Parameter(_SHARE, 0.0, -0.7, 0.5, 0.01),)
     words = "drive turns another share of its angle"
     return [*found, _moved("top_drive", words, (), [0.0], "-", values, [{_SHARE: 0.005}], 0.005, share)]
+
+
+def _curve(off: Callable[[float, float], float], x: Sequence[float]) -> tuple[tuple[float, ...], ...]:
+    """(m, m) what is off at each x by a law with one of each coefficient: off(x, the coefficient's own x)."""
+    return tuple(tuple(off(at, own) for own in x) for at in x)
 
 
 def _moved(

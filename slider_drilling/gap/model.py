@@ -6,6 +6,7 @@ motor-driven slide of ``docs/examples/motor_slide.py`` another.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol, runtime_checkable
@@ -248,7 +249,9 @@ class Disturbance:
     words: what it would be ("friction over depth"); like: names of the effects whose free form it is; x: (m,) where
     each coefficient stands, in x_unit; sets: m parameter sets, each a small step of one coefficient from the values it
     was asked for; steps: (m,) those steps; parameters: (m,) the coefficients themselves where they may go far: then
-    they are fitted, not solved for once; period: of x, where the curve closes on itself.
+    they are fitted, not solved for once; period: of x, where the curve closes on itself. y_unit: of what is off;
+    curve: (m, m) what is off at each x by one of each coefficient, empty where that is the coefficient itself; least:
+    below which what is off cannot be (a friction that pushes).
     """
 
     site: str
@@ -260,6 +263,9 @@ class Disturbance:
     steps: tuple[float, ...]
     parameters: tuple[Parameter, ...] = ()
     period: float | None = None
+    y_unit: str = "-"
+    curve: tuple[tuple[float, ...], ...] = ()
+    least: float = -math.inf
 
 
 @runtime_checkable

@@ -161,3 +161,52 @@ def test_a_disturbance_is_looked_for_all_over_its_range():
     assert best.words == "give"
     assert best.score.gap < 1.15
     np.testing.assert_allclose(best.y, [12.0], atol=0.2)
+
+
+BEGINS = (20.0, 60.0, 100.0)
+
+
+@dataclass(frozen=True)
+class Stepped(Toy):
+    """A toy whose disturbance is a force that steps: each coefficient is of all that comes after its time."""
+
+    effects: tuple[Effect, ...] = ()
+    least: float = -np.inf
+
+    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+        made = [force(one) + sum(one.get(f"step_{at}", 0.0) * (at <= TIME) for at in BEGINS) for one in sets]
+        return {"force": np.stack(made)}
+
+    def disturbances(self, values: Mapping[str, float]) -> Sequence[Disturbance]:
+        sets = tuple({**values, f"step_{at}": 0.1} for at in BEGINS)
+        after = tuple(tuple(float(at >= begun) for begun in BEGINS) for at in BEGINS)
+        return [Disturbance("contact", "force over time", (), BEGINS, "s", sets, (0.1,) * len(BEGINS), y_unit="N",
+                            curve=after, least=self.least)]  # fmt: skip
+
+    def site_of(self, channel: str) -> str:
+        return "sensor"
+
+
+def stepped(size: float, least: float = -np.inf) -> Rival:
+    (run,) = toy({}, 4, extra=size * ((TIME >= 60.0) & (TIME < 100.0))).runs
+    problem = build_problem(Stepped((run,), least=least), [{"force": 1.0}])
+    found, folds = fit(problem, (), {}), make_folds(problem)
+    (told,) = (
+        rival for rival in rivals(Explained((), problem, found, held_out(problem, found, folds)), folds)
+        if rival.words == "force over time"
+    )  # fmt: skip
+    return told
+
+
+def test_a_rival_s_curve_is_what_is_off_at_each_place_and_not_its_coefficients():
+    """A force that is there for a while only: its coefficients are one up and one down."""
+    told = stepped(5.0)
+    np.testing.assert_allclose(told.y, [0.0, 5.0, 0.0], atol=0.7)
+    assert told.y_unit == "N"
+
+
+def test_no_rival_is_less_than_it_can_be():
+    """Friction that is less than none would push."""
+    np.testing.assert_allclose(stepped(-5.0).y[1], -5.0, atol=0.7)
+    bounded = stepped(-5.0, least=-1.0)
+    assert bounded.y.min() >= -1.0 - 1e-6

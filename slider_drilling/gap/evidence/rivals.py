@@ -86,6 +86,7 @@ class _Columns:
     y_unit: str
     rows: Array  # (m, N) change of the simulation per coefficient, noise units
     reading: str | None = None
+    least: float = -np.inf
 
 
 def rivals(explained: Explained, folds: Folds, worth: float = 0.0) -> list[Rival]:
@@ -177,9 +178,13 @@ def _reading(problem: Problem, piece: Piece, site: str, over: str, values: Array
 
 
 def _columns(explained: Explained, one: Disturbance) -> _Columns:
-    """What the model itself offers, each coefficient moved a little."""
+    """What the model itself offers, each coefficient moved a little; where these are not what is off at each x, by what
+    is off there.
+    """
     rows = (explained.problem.simulate(one.sets) - explained.fit.simulated) / np.array(one.steps)[:, None]
-    return _Columns(one.site, one.words, one.like, np.array(one.x), one.x_unit, "-", rows)
+    if one.curve:
+        rows = np.linalg.solve(np.array(one.curve).T, rows)
+    return _Columns(one.site, one.words, one.like, np.array(one.x), one.x_unit, one.y_unit, rows, least=one.least)
 
 
 def _fitted(explained: Explained, one: Disturbance, folds: Folds, worth: float) -> Rival:
@@ -191,7 +196,7 @@ def _fitted(explained: Explained, one: Disturbance, folds: Folds, worth: float) 
     if one.period is not None:
         # What is the same all around is no matter of where: the nuisance has it.
         x, shape = np.append(x, x[0] + one.period), np.append(shape, shape[0]) - float(np.mean(shape))
-    return Rival(one.site, one.words, one.like, x, one.x_unit, shape, "-", score)
+    return Rival(one.site, one.words, one.like, x, one.x_unit, shape, one.y_unit, score)
 
 
 def _likeliest_start(explained: Explained, far: Parameter) -> tuple[dict[str, float], Array] | None:
@@ -255,11 +260,11 @@ def _solved(explained: Explained, columns: _Columns, folds: Folds) -> Rival:
     nuisance = [fit.parameters[index] for index in own]
     white, through = problem.whitened(fit.residual, rows, fit.discrepancy)
     # As a fit does: what the disturbance explains is no discrepancy any more, and counts for more then.
-    left = fit.residual - _bent_least(through, white, nuisance, fit.values) @ rows
+    left = fit.residual - _bent_least(through, white, nuisance, fit.values, columns.least) @ rows
     white, through = problem.whitened(fit.residual, rows, problem.cost(left)[1])
-    residual = _left_out(fit.residual, rows, white, through, nuisance, fit.values, folds)
+    residual = _left_out(fit.residual, rows, white, through, nuisance, fit.values, folds, columns.least)
     shape = np.zeros(used.size)
-    shape[used] = _bent_least(through, white, nuisance, fit.values)[len(own) :]
+    shape[used] = _bent_least(through, white, nuisance, fit.values, columns.least)[len(own) :]
     _, found = problem.cost(residual)
     scale = _noise_of(problem, columns)
     score = score_of(problem, residual, replace(fit, discrepancy=found))
@@ -270,22 +275,26 @@ def _solved(explained: Explained, columns: _Columns, folds: Folds) -> Rival:
 
 
 def _left_out(
-    left: Array, rows: Array, white: Array, through: Array, nuisance: Sequence[Parameter], values: Values, folds: Folds
-) -> Array:
+    left: Array, rows: Array, white: Array, through: Array, nuisance: Sequence[Parameter], values: Values, folds: Folds,
+    least: float = -np.inf,
+) -> Array:  # fmt: skip
     """(N,) what is left of each stretch by a step that was solved for without it; left (N,), rows (p, N): residual and
-    changes; white, through: the same, whitened.
+    changes; white, through: the same, whitened; least: of the disturbance's coefficients.
     """
     residual = np.empty(left.size)
     for fold in range(FOLDS):
         kept = folds.of != fold
-        step = _bent_least(through[:, kept], white[kept], nuisance, values)
+        step = _bent_least(through[:, kept], white[kept], nuisance, values, least)
         residual[~kept] = (left - step @ rows)[~kept]
     return residual
 
 
-def _bent_least(rows: Array, target: Array, nuisance: Sequence[Parameter], values: Values) -> Array:
-    """(p + knots,) step of the nuisance in scales, within its bounds, and the coefficients of the disturbance: a line
-    as straight as the data say, so that a stretch left out at an end is foretold.
+def _bent_least(
+    rows: Array, target: Array, nuisance: Sequence[Parameter], values: Values, least: float = -np.inf
+) -> Array:
+    """(p + knots,) step of the nuisance in scales, within its bounds, and the coefficients of the disturbance, none
+    below the least that it can be: a line as straight as the data say, so that a stretch left out at an end is
+    foretold.
 
     How straight is the weight on its bends under which the data are likeliest (empirical Bayes; MacKay, Neural
     Computation 4, 1992). A nuisance that were free to pass its bounds would explain by itself what an effect has to,
@@ -309,9 +318,8 @@ def _bent_least(rows: Array, target: Array, nuisance: Sequence[Parameter], value
             return float(size - (knots - 2) * np.log(weight) - gradient @ np.linalg.solve(bent, gradient))
 
         normal = normal + min(_WEIGHTS, key=unlikely) * bends
-    free = np.full(knots, np.inf)
     low, high = room(nuisance, values)
-    low, high = np.append(low, -free), np.append(high, free)
+    low, high = np.append(low, np.full(knots, least)), np.append(high, np.full(knots, np.inf))
     step = np.linalg.solve(normal, gradient)
     if np.any(step < low) or np.any(step > high):
         step = bounded_step(normal, gradient, 0.0, low, high)
@@ -320,7 +328,7 @@ def _bent_least(rows: Array, target: Array, nuisance: Sequence[Parameter], value
 
 def _noise_of(problem: Problem, columns: _Columns) -> float:
     """A reading's coefficients are in noise units; the model's own are in theirs."""
-    if columns.y_unit == "-":
+    if columns.reading is None:
         return 1.0
     touched = [piece for piece in problem.pieces if np.any(columns.rows[:, piece.rows])]
     return touched[0].noise if touched else 1.0
