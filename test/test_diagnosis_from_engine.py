@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from slider_drilling.diagnosis import from_engine
 from slider_drilling.diagnosis.words import standing
+from slider_drilling.gap.evidence.rivals import Rival
 
 
 def test_what_is_told_of_an_effect_in_the_answer_is_the_final_models(monkeypatch):
@@ -91,3 +93,20 @@ def test_why_what_passed_is_not_in_an_answer_without_names(monkeypatch, verdict,
     assert says in from_engine._outdone(one, answer)
     if verdict == "unknown":
         assert from_engine._outdone(two, answer) == "stribeck explains more, and is no cause for certain either"
+
+
+@pytest.mark.parametrize(
+    ("words", "unit", "label"),
+    [
+        ("friction over depth", "-", "change of friction, share"), ("flow off over time", "-", "flow off, share"),
+        ("block off over time", "m", "block off, m"),
+        ("standpipe pressure off by an amount that drifts with time", "Pa", "standpipe pressure off, Pa"),
+    ],
+)  # fmt: skip
+def test_a_curve_is_drawn_in_its_unit_and_a_share_is_called_one(words, unit, label):
+    y = np.array([0.0, 0.026])
+    rival = Rival("somewhere", words, (), np.array([0.0, 60.0]), "s", y, unit, SimpleNamespace())
+    drawn = from_engine._drawn("rest", rival)
+    assert drawn.y_label == label
+    said = {"m": "rises by 0.026 m a minute", "-": "rises by 2.6 % a minute"}
+    assert said.get(unit, "") in drawn.words

@@ -219,7 +219,9 @@ def _shape(answer: Answer) -> Shape | None:
 def _drawn(of: ShapeOf, found: Rival) -> Shape:
     told = shape_in_words(found.words, found.x, found.x_unit, found.y, found.y_unit)
     x, y = _axes(found.words)
-    return Shape(of, told, f"{x}, {found.x_unit}", f"{y}, {found.y_unit}", found.x, found.y)
+    # A share is of what the model has there, whose name the curve has.
+    off = f"{y}, {found.y_unit}" if found.y_unit != "-" else f"{y if y.endswith(' off') else f'change of {y}'}, share"
+    return Shape(of, told, f"{x}, {found.x_unit}", off, found.x, found.y)
 
 
 def _axes(words: str) -> tuple[str, str]:
