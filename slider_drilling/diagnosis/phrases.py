@@ -65,7 +65,9 @@ def _static_aging(v: Mapping[str, float]) -> str:
 
 
 def _cuttings_bed(v: Mapping[str, float]) -> str:
-    return f"Friction is {number(v['factor'])} times the file's between {v['top']:.0f} and {v['bottom']:.0f} m"
+    # Of what is tuned there, which need not be the file's.
+    where = f"between {v['top']:.0f} and {v['bottom']:.0f} m"
+    return f"Something makes friction {number(v['factor'])} times as high {where}"
 
 
 def _tortuosity(v: Mapping[str, float]) -> str:
