@@ -58,6 +58,7 @@ def outcome_of(answer: Answer, model: Model, beyond: Beyond, effects: Sequence[E
         ),
         tuned_parameters=_fitted(state.current),
         horizon=beyond.horizon,
+        foretold=beyond.foretold,
         counts={"simulations": answer.simulations, "not_refitted": state.current.score.not_refitted},
         remarks=answer.remarks,
         simulated=beyond.figures(),

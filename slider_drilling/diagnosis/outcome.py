@@ -162,7 +162,8 @@ class Trace:
 class Outcome:
     """Everything that was found; see `slider_drilling.diagnosis.words` for it in sentences.
 
-    instead: effects, likeliest first, that a re-tuning which was enough, but went far from the file, may stand for.
+    instead: effects, likeliest first, that a re-tuning which was enough, but went far from the file, may stand for;
+    horizon: s by channel, how far ahead the model foretells it; foretold: channels that it foretells to the end.
     """
 
     verdict: str
@@ -177,6 +178,7 @@ class Outcome:
     next_manoeuvre: NextManoeuvre | None = None
     tuned_parameters: Mapping[str, Fitted] = field(default_factory=dict)
     horizon: Mapping[str, float] | None = None
+    foretold: tuple[str, ...] = ()
     counts: Mapping[str, int] | None = None
     remarks: tuple[str, ...] = ()
     simulated: Mapping[str, Any] | None = None

@@ -39,6 +39,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "next_manoeuvre": outcome.next_manoeuvre,
         "tuned_parameters": outcome.tuned_parameters,
         "horizon": outcome.horizon,
+        "foretold": outcome.foretold,
         "counts": outcome.counts,
         "remarks": diagnosis.remarks,
         "would_help": diagnosis.would_help,

@@ -148,10 +148,17 @@ def limits(outcome: Outcome) -> list[str]:
     """What the answer does not reach: how far ahead the model foretells, and what is not held out."""
     found = []
     if outcome.horizon:
-        ahead = ", ".join(f"{plain(name)} {seconds:.0f} s" for name, seconds in outcome.horizon.items())
-        found.append(
-            f"The model foretells so far ahead before its error is as large as the channel's own spread: {ahead}."
-        )
+        ahead = ", ".join(
+            f"{plain(name)} {seconds:.0f} s" for name, seconds in outcome.horizon.items()
+            if name not in outcome.foretold
+        )  # fmt: skip
+        if ahead:
+            found.append(
+                f"The model foretells so far ahead before its error is as large as the channel's own spread: {ahead}."
+            )
+        if outcome.foretold:
+            channels = ", ".join(plain(name) for name in outcome.foretold)
+            found.append(f"To the end of the log the model's error stays below the channel's own spread: {channels}.")
     missed = (outcome.counts or {}).get("not_refitted", 0)
     if missed:
         those = "stretch" if missed == 1 else "stretches"

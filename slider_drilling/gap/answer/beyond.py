@@ -24,7 +24,8 @@ class Beyond:
     One free simulation of every run with one set of parameters, unlike the held-out gap, whose parameters differ from
     stretch to stretch. share: first part of every run that was fitted; fitted, rest: over that part and over what
     follows (empty when all was fitted); whole: over both; freed: how many parameters each stage fitted; horizon: s by
-    channel, see `_horizon`; left: (N,) residuals in the channels' units, by stage.
+    channel, see `_horizon`; foretold: channels whose horizon is where the runs end; left: (N,) residuals in the
+    channels' units, by stage.
     """
 
     share: float
@@ -33,6 +34,7 @@ class Beyond:
     whole: Rms
     freed: dict[str, int]
     horizon: dict[str, float]
+    foretold: tuple[str, ...]
     problem: Problem = field(repr=False)
     left: dict[str, Array] = field(repr=False)
 
@@ -70,16 +72,19 @@ def look_beyond(model: Model, state: State, share: float) -> Beyond:
     if state.current.effects:
         freed["with_effect"] = len(state.current.fit.parameters)
     last = list(stages)[-1]
+    horizon, foretold = _horizon(problem, left[last])
     return Beyond(
-        share, parts["fitted"], parts["rest"], parts["whole"], freed, _horizon(problem, left[last]), problem, left
+        share, parts["fitted"], parts["rest"], parts["whole"], freed, horizon, foretold, problem, left
     )
 
 
-def _horizon(problem: Problem, left: Array) -> dict[str, float]:
+def _horizon(problem: Problem, left: Array) -> tuple[dict[str, float], tuple[str, ...]]:
     """How far from its start a free run foretells each channel, s: until its error over one block is as large as the
-    channel's own spread; the run's length where it never is. The shortest of the runs.
+    channel's own spread; the run's length where it never is. The shortest of the runs. Besides, the channels of which
+    it never is in any run.
     """
     found: dict[str, float] = {}
+    lost_in: set[str] = set()
     for piece in problem.pieces:
         run, time = problem.model.runs[piece.run], piece.channel.time
         if time.size < 8:
@@ -92,4 +97,5 @@ def _horizon(problem: Problem, left: Array) -> dict[str, float]:
         lost = np.flatnonzero(error > np.var(measured))
         until = float(time[lost[0]] - run.time[0]) if lost.size else run.duration
         found[piece.name] = min(found.get(piece.name, until), until)
-    return found
+        lost_in |= {piece.name} if lost.size else set()
+    return found, tuple(name for name in found if name not in lost_in)
