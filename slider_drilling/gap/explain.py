@@ -196,7 +196,7 @@ def _remarks(state: State) -> tuple[str, ...]:
     if state.current.problem.how.pull > 0.0 and isinstance(model, Pulled):
         fed = model.pulled.replace("_", " ")
         said.append(
-            f"judged with the measured {fed} fed back weakly, a free run loses its phase: E, and errors told with it, "
+            f"judged with the measured {fed} fed back weakly, which foretells more: E, and errors told with it, "
             f"are those of predictions from the {fed} measured so far"
         )
     if state.partial:
