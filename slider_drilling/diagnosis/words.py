@@ -145,27 +145,18 @@ def left_by(candidate: Candidate) -> str:
 
 
 def limits(outcome: Outcome) -> list[str]:
-    """What the answer does not reach: how far ahead the model foretells, and what is not held out."""
+    """What the answer does not reach: how far ahead the model foretells."""
+    lost = [name for name in outcome.horizon or {} if name not in outcome.foretold]
     found = []
-    if outcome.horizon:
-        ahead = ", ".join(
-            f"{plain(name)} {seconds:.0f} s" for name, seconds in outcome.horizon.items()
-            if name not in outcome.foretold
-        )  # fmt: skip
-        if ahead:
-            found.append(
-                f"The model foretells so far ahead before its error is as large as the channel's own spread: {ahead}."
-            )
-        if outcome.foretold:
-            channels = ", ".join(plain(name) for name in outcome.foretold)
-            found.append(f"To the end of the log the model's error stays below the channel's own spread: {channels}.")
-    missed = (outcome.counts or {}).get("not_refitted", 0)
-    if missed:
-        those = "stretch" if missed == 1 else "stretches"
-        scored = "is scored by parameters that have seen it" if missed == 1 else (
-            "are scored by parameters that have seen them"
+    if lost:
+        assert outcome.horizon is not None
+        ahead = ", ".join(f"{plain(name)} {outcome.horizon[name]:.0f} s" for name in lost)
+        found.append(
+            f"The model foretells so far ahead before its error is as large as the channel's own spread: {ahead}."
         )
-        found.append(f"{missed} {those} could not be refitted, and {scored}.")
+    if outcome.foretold:
+        channels = ", ".join(plain(name) for name in outcome.foretold)
+        found.append(f"To the end of the log the model's error stays below the channel's own spread: {channels}.")
     return found
 
 

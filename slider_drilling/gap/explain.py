@@ -180,7 +180,7 @@ def _remarks(state: State) -> tuple[str, ...]:
                 )
     missing = state.current.score.not_refitted
     if missing:
-        said.append(f"{missing} of the held-out stretches could not be refitted: there the score is in-sample")
+        said.append(f"{missing} of the held-out stretches could not be refitted: their score is of what was seen")
     for parameter, value, spreads in far_off(state.far.current) if state.far is not None else ():
         said.append(
             f"{parameter.name} at {value:.3g} where the model has {parameter.nominal:.3g}, {spreads:.1f} times as far "
