@@ -30,7 +30,9 @@ class NextManoeuvre:
 
 
 def next_manoeuvre(state: State) -> NextManoeuvre | None:
-    """Compare the two leading explanations under each manoeuvre that the model offers; None without rivals."""
+    """Compare the two leading explanations under each manoeuvre that the model offers; None without rivals, and where
+    under none of them these differ more than in the log at hand.
+    """
     model = state.current.problem.model
     pair = _rivals(state)
     if pair is None or not isinstance(model, Manoeuvring):
@@ -42,6 +44,8 @@ def next_manoeuvre(state: State) -> NextManoeuvre | None:
         for description, manoeuvre in offered.items()
     }
     best = max(distances, key=lambda description: distances[description])
+    if distances[best] <= _now(first, second):
+        return None
     return NextManoeuvre(
         best, dict(offered[best].settings), (first.effect.name, second.effect.name), distances[best],
         _now(first, second), distances,
@@ -49,10 +53,14 @@ def next_manoeuvre(state: State) -> NextManoeuvre | None:
 
 
 def _rivals(state: State) -> tuple[Judged, Judged] | None:
-    """The accepted effect and what it cannot be told from; the two leading candidates where none was accepted."""
+    """The accepted effect and what it cannot be told from; the two leading candidates where none was accepted and
+    something is left to explain.
+    """
     if not state.steps:
         return None
     first = state.steps[0]
+    if first.accepted is None and state.enough.adequate:
+        return None
     if first.accepted is None:
         return (first.judged[0], first.judged[1]) if len(first.judged) > 1 else None
     group = state.groups[first.accepted.effect.name]
