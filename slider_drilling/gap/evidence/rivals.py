@@ -322,7 +322,7 @@ def _bent_least(
     low, high = np.append(low, np.full(knots, least)), np.append(high, np.full(knots, np.inf))
     step = np.linalg.solve(normal, gradient)
     if np.any(step < low) or np.any(step > high):
-        step = bounded_step(normal, gradient, 0.0, low, high)
+        step = np.clip(bounded_step(normal, gradient, 0.0, low, high), low, high)
     return np.asarray(step, dtype=np.float64)
 
 
