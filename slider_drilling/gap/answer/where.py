@@ -9,7 +9,7 @@ import numpy as np
 from slider_drilling.gap.choice.state import Explained
 from slider_drilling.gap.model import Array, Probed, Run
 from slider_drilling.gap.problem.cycles import cycle_period
-from slider_drilling.gap.search.least_squares import prior_weights
+from slider_drilling.gap.search.least_squares import bounded_step, prior_weights
 
 PHASES = ("rotating clockwise", "rotating counter-clockwise", "reversal", "still")
 TIME_WINDOWS = 20
@@ -119,7 +119,8 @@ def band_edges(run: Run) -> list[tuple[str, float, float]]:
 
 
 def locate_along(explained: Explained) -> list[dict[str, float]]:
-    """Which stretch must carry more or less to explain the residual: a ridge solution over the model's probes.
+    """Which stretch must carry more or less to explain the residual: a ridge solution over the model's probes, each
+    within its bounds.
 
     share: of what all probes explain together, by each one's part; change: the multiplier's departure from 1. Empty
     when the model has no probes.
@@ -134,7 +135,10 @@ def locate_along(explained: Explained) -> list[dict[str, float]]:
     white, through = problem.whitened(fit.residual, rows, fit.discrepancy)
     own = len(fit.parameters)
     prior = np.concatenate([prior_weights(fit.parameters) ** 2 + 1e-9, np.full(len(probes), _PROBE_SPREAD**-2)])
-    change = np.linalg.solve(through @ through.T + np.diag(prior), through @ white)[own:]
+    free = np.full(own, np.inf)
+    low = np.append(-free, [p.lower - p.nominal for p, _, _ in probes])
+    high = np.append(free, [p.upper - p.nominal for p, _, _ in probes])
+    change = bounded_step(through @ through.T + np.diag(prior), through @ white, 0.0, low, high)[own:]
     basis, _ = np.linalg.qr(through[:own].T)
     beyond = through[own:] - (through[own:] @ basis) @ basis.T
     part = np.abs(change) * np.linalg.norm(beyond, axis=1)

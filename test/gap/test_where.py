@@ -1,0 +1,50 @@
+"""Where along a model something is missing: by its probes, within what these may be."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from toy import TIME, Toy, toy
+
+from slider_drilling.gap import How, Parameter
+from slider_drilling.gap.answer.where import locate_along
+from slider_drilling.gap.choice.state import Explained
+from slider_drilling.gap.evidence.score import held_out, make_folds
+from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.gap.search.least_squares import fit
+
+SIZE = 10.0
+PARTS = tuple(np.sin(2.0 * np.pi * TIME / 7.0) * (k == TIME // 40.0) for k in range(3))
+
+
+@dataclass(frozen=True)
+class Along(Toy):
+    """A toy of three stretches, each as strong as its probe says."""
+
+    @property
+    def probes(self) -> tuple[tuple[Parameter, float, float], ...]:
+        return tuple((Parameter(f"part_{k}", 1.0, 0.1, 5.0, 0.2), 100.0 * k, 100.0 * (k + 1)) for k in range(3))
+
+    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+        made = [sum(SIZE * one.get(f"part_{k}", 1.0) * part for k, part in enumerate(PARTS)) for one in sets]
+        return {"force": np.stack(made)}
+
+
+def located(second: float) -> list[dict[str, float]]:
+    (run,) = toy({}, 4, extra=SIZE * (PARTS[0] + second * PARTS[1] + PARTS[2])).runs
+    problem = build_problem(Along((run,), nuisance=()), [{"force": 1.0}])
+    found = fit(problem, (), {})
+    return locate_along(Explained((), problem, found, held_out(problem, found, make_folds(problem))))
+
+
+def test_a_stretch_that_carries_more_is_found_with_how_much():
+    rows = located(1.4)
+    assert [(row["from"], row["to"]) for row in rows] == [(0.0, 100.0), (100.0, 200.0), (200.0, 300.0)]
+    assert rows[1]["change"] == pytest.approx(0.4, abs=0.1)
+    assert rows[1]["share"] > 0.7
+    assert sum(row["share"] for row in rows) == pytest.approx(1.0)
+
+
+def test_no_stretch_carries_less_than_its_probe_may():
+    assert located(-3.0)[1]["change"] == pytest.approx(-0.9, abs=1e-6)
