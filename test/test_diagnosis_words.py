@@ -155,6 +155,15 @@ def test_re_tuning_is_said_to_reach_the_noise_only_where_it_does(tuned, says):
     assert "reaches" not in words.sentence(replace(outcome, verdict="parameters", effects=(), gap=gap))
 
 
+@pytest.mark.parametrize(("interval", "told"), [((0.9, 1.4), False), ((1.05, 1.2), True), (None, True)])
+def test_a_re_tuned_value_that_may_as_well_be_the_file_s_is_not_told(interval, told):
+    outcome = worn_motor()
+    tuned = {"friction_1": Fitted(1.12, "-", 1.0, interval), "axial_damping": Fitted(1.4, "-", 1.0, (1.2, 1.6))}
+    text = words.driller(replace(outcome, verdict="parameters", effects=(), tuned_parameters=tuned))
+    assert ("friction 1 is 1.12 times the file's" in text) == told
+    assert "axial damping is 1.40 times the file's" in text
+
+
 def test_two_effects_are_one_sentence():
     outcome = worn_motor()
     both = replace(outcome, effects=("motor_wear", "formation_change"))

@@ -206,10 +206,11 @@ def _unknown(outcome: Outcome, gap: Gap) -> str:
 
 
 def _tuned(outcome: Outcome) -> str:
-    """The multiples of the rig file's values that moved most, in words."""
+    """The multiples of the rig file's values that moved most, in words; what may as well be the file's has none."""
     moved = {
         name: fitted.value for name, fitted in outcome.tuned_parameters.items()
         if fitted.nominal == 1.0 and fitted.unit == "-" and "." not in name and abs(fitted.value - 1.0) > _TUNED_BY
+        and not (fitted.interval is not None and fitted.interval[0] <= 1.0 <= fitted.interval[1])
     }  # fmt: skip
     most = sorted(moved, key=lambda name: -abs(moved[name] - 1.0))[:_MOST_TUNED]
     if not most:
