@@ -60,6 +60,9 @@ def test_two_effects_at_once_are_both_named():
     answer = explain(toy(TUNED | {"bend": 4.0, "saw": 5.0}, 5))
     assert set(answer.effects) == {"bend", "saw"}
     assert answer.verdict == "effect"
+    assert answer.stand_out == ()
+    first, second = answer.judged[:2]
+    assert (first.beside, second.beside) == ((), (first.effect.name,))
 
 
 def test_an_effect_that_is_small_beside_another_is_named_where_something_remains_without_it():
