@@ -24,6 +24,7 @@ _PUMP, _BITE = f"{_MOVED}pump_", f"{_MOVED}bite_"
 _ACROSS, _GIVE = f"{_MOVED}across", f"{_MOVED}give"
 _SPEEDS = (0.01, 0.03, 0.1, 0.3)  # m/s
 _RESTS = (1.0, 5.0, 20.0, 60.0)  # s
+_NOTHING = -1.0  # of a share that is off: nothing is left of it
 
 
 def disturbances(
@@ -38,7 +39,7 @@ def disturbances(
         steps = tuple(float(t) for t in np.linspace(0.1, 0.9, 6) * duration)
         sets = [{"formation_change.factor": 1.05, "formation_change.time": at} for at in steps]
         rock = _moved("bit", "rock over time", ("formation_change",), steps, "s", values, sets, 0.05)
-        found.append(replace(rock, curve=_curve(lambda at, begun: float(at >= begun), steps), least=-1.0))
+        found.append(_spanned(rock, lambda at, begun: float(at >= begun)))
     return found
 
 
@@ -49,8 +50,8 @@ def _friction(
     depths = [0.5 * (low + high) for _, low, high in probes]
     by_depth = ("cuttings_bed", "tortuosity", "buckling_contact")
     sets = [{p.name: p.nominal + 0.1} for p, _, _ in probes]
-    by_depth_alone = _moved("contact", "friction over depth", by_depth, depths, "m", values, sets, 0.1)
-    found = [replace(by_depth_alone, least=-1.0)]
+    over = _moved("contact", "friction over depth", by_depth, depths, "m", values, sets, 0.1)
+    found = [replace(over, least=_NOTHING)]
     times, quarters = np.linspace(0.0, duration, _KNOTS), 2.0 * np.pi * np.arange(_QUARTERS) / _QUARTERS
     free: list[tuple[str, tuple[str, ...], Array, str, str, float | None]] = [
         ("friction over time", ("friction_drift",), times, "s", _FRICTION, None),
@@ -64,14 +65,12 @@ def _friction(
     if "stribeck.drop" not in values:
         sets = [{"stribeck.drop": 0.03, "stribeck.speed": speed} for speed in _SPEEDS]
         of_speed = ("stribeck", "viscous_drag")
-        falls = _curve(lambda speed, own: math.exp(-speed / own), _SPEEDS)
         over = _moved("contact", "friction over slip speed", of_speed, _SPEEDS, "m/s", values, sets, 0.03)
-        found.append(replace(over, curve=falls, least=-1.0))
+        found.append(_spanned(over, lambda speed, own: math.exp(-speed / own)))
     if "static_aging.growth" not in values:
         sets = [{"static_aging.growth": 0.03, "static_aging.time": rest} for rest in _RESTS]
-        grows = _curve(lambda rest, own: 1.0 - math.exp(-rest / own), _RESTS)
         over = _moved("contact", "friction over rest", ("static_aging",), _RESTS, "s", values, sets, 0.03)
-        found.append(replace(over, curve=grows, least=-1.0))
+        found.append(_spanned(over, lambda rest, own: 1.0 - math.exp(-rest / own)))
     return found
 
 
@@ -118,8 +117,8 @@ def _motion(values: Values, duration: float) -> list[Disturbance]:
     for site, words, prefix, step, unit, least in (
         ("top_drive", "drive angle off over time", _ANGLE, 0.05, "rad", -math.inf),
         ("draw_works", "block off over time", _BLOCK, 0.005, "m", -math.inf),
-        ("hydraulics", "flow off over time", _PUMP, 0.002, "-", -1.0),
-        ("bit", "bit torque per weight over time", _BITE, 0.02, "-", -1.0),
+        ("hydraulics", "flow off over time", _PUMP, 0.002, "-", _NOTHING),
+        ("bit", "bit torque per weight over time", _BITE, 0.02, "-", _NOTHING),
     ):  # fmt: skip
         sets = [{f"{prefix}{k}": step} for k in range(_KNOTS)]
         found.append(replace(_moved(site, words, (), times, "s", values, sets, step), y_unit=unit, least=least))
@@ -128,9 +127,10 @@ def _motion(values: Values, duration: float) -> list[Disturbance]:
     return [*found, _moved("top_drive", words, (), [0.0], "-", values, [{_SHARE: 0.005}], 0.005, share)]
 
 
-def _curve(off: Callable[[float, float], float], x: Sequence[float]) -> tuple[tuple[float, ...], ...]:
-    """(m, m) what is off at each x by a law with one of each coefficient: off(x, the coefficient's own x)."""
-    return tuple(tuple(off(at, own) for own in x) for at in x)
+def _spanned(moved: Disturbance, off: Callable[[float, float], float]) -> Disturbance:
+    """A share whose coefficients are a law's, one at each x: what is off is off(x, the coefficient's own x) of each."""
+    curve = tuple(tuple(off(at, own) for own in moved.x) for at in moved.x)
+    return replace(moved, curve=curve, least=_NOTHING)
 
 
 def _moved(

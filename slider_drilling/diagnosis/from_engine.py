@@ -220,9 +220,14 @@ def _shape(answer: Answer) -> Shape | None:
 def _drawn(of: ShapeOf, found: Rival) -> Shape:
     told = shape_in_words(found.words, found.x, found.x_unit, found.y, found.y_unit)
     x, y = _axes(found.words)
-    # A share is of what the model has there, whose name the curve has.
-    off = f"{y}, {found.y_unit}" if found.y_unit != "-" else f"{y if y.endswith(' off') else f'change of {y}'}, share"
-    return Shape(of, told, f"{x}, {found.x_unit}", off, found.x, found.y)
+    return Shape(of, told, f"{x}, {found.x_unit}", _y_label(y, found.y_unit), found.x, found.y)
+
+
+def _y_label(off: str, unit: str) -> str:
+    """What is off with its unit; a share is of what the model has there, whose name it has."""
+    if unit != "-":
+        return f"{off}, {unit}"
+    return f"{off}, share" if off.endswith(" off") else f"change of {off}, share"
 
 
 def _axes(words: str) -> tuple[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from slider_drilling.diagnosis.outcome import Candidate, Errors, Fitted, Gap, Interval, Outcome, Shape, Share
@@ -9,6 +10,7 @@ from slider_drilling.diagnosis.phrases import SITES, as_read, phrase, shown
 from slider_drilling.gap.answer.sentence import but_not_noise
 from slider_drilling.units import number
 
+_CLOSES, _UNSEEN, _LEFT_BY = "closes [95 %]", "of unseen runs", "of what is left by"  # heads of a ranking's shares
 _WHOLE = 0.995  # of the gap; a model in which luck leaves less than noise does closes more than all of it
 _MOST_TUNED = 3  # parameters named in a sentence
 _TUNED_BY = 0.05  # of a multiple of the rig file's value: less is not worth a word
@@ -122,24 +124,21 @@ def closes_heads(ranking: Sequence[Candidate]) -> tuple[str, ...]:
     """Heads of the shares of a ranking: also of what a fit to other runs closes where that was asked, and of what gap
     these are shares where one was found before another.
     """
-    heads = ["closes [95 %]"]
+    heads = [_CLOSES]
     if any(one.other_runs is not None for one in ranking):
-        heads.append("of unseen runs")
+        heads.append(_UNSEEN)
     if any(one.beside for one in ranking):
-        heads.append("of what is left by")
+        heads.append(_LEFT_BY)
     return tuple(heads)
 
 
 def closes_cells(candidate: Candidate, heads: Sequence[str]) -> tuple[str, ...]:
     """The shares below those heads."""
-    cells = {
-        "closes [95 %]": share(candidate), "of unseen runs": share(candidate.other_runs),
-        "of what is left by": left_by(candidate),
-    }  # fmt: skip
+    cells = {_CLOSES: share(candidate), _UNSEEN: share(candidate.other_runs), _LEFT_BY: _left_by(candidate)}
     return tuple(cells[head] for head in heads)
 
 
-def left_by(candidate: Candidate) -> str:
+def _left_by(candidate: Candidate) -> str:
     """What left the gap of which a candidate closes a share: re-tuning, or what had been found before it."""
     return ", ".join(plain(name) for name in candidate.beside) or "re-tuning"
 
@@ -272,9 +271,8 @@ def sentence(outcome: Outcome) -> str:
     figures = "E = " + ", ".join(f"{value:.2f} {name}" for value, name in stages if value is not None)
     if gap.threshold is not None:
         figures += f"; noise alone stays below {gap.threshold:.2f}"
-        left = gap.tuned if gap.with_effect is None else gap.with_effect
-        if outcome.verdict in ("unknown", "effect_and_unknown") and left is not None and left <= gap.threshold:
-            figures += but_not_noise(tuple(plain(name) for name in gap.stand_out))
+        left = next((value for value in (gap.with_effect, gap.tuned) if value is not None), math.inf)
+        figures += but_not_noise(outcome.verdict, left, gap.threshold, [plain(name) for name in gap.stand_out])
     if outcome.verdict == "none":
         return f"none: the rig file as given leaves what noise would ({figures})."
     if outcome.verdict == "parameters":

@@ -9,9 +9,9 @@ from toy import TIME, Toy, force, toy
 from slider_drilling.gap import Channel, Effect, How, Parameter, Run
 from slider_drilling.gap.choice.state import Explained
 from slider_drilling.gap.evidence.rivals import Rival, rivals
-from slider_drilling.gap.evidence.score import FOLDS, held_out, make_folds
+from slider_drilling.gap.evidence.score import FOLDS, Folds, held_out, make_folds
 from slider_drilling.gap.model import Disturbance
-from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import parameters_of
 
@@ -34,11 +34,14 @@ def beside(level: float) -> Beside:
     return Beside((Run(run.name, run.time, run.excitation, (*run.channels, still)),))
 
 
+def tuned(problem: Problem, iterations: int | None = None) -> tuple[Explained, Folds]:
+    """What re-tuning alone explains, held out."""
+    found, folds = fit(problem, parameters_of(problem, ()), {}, iterations=iterations), make_folds(problem)
+    return Explained((), problem, found, held_out(problem, found, folds)), folds
+
+
 def found_at(level: float):
-    problem = build_problem(beside(level), [{"force": 1.0, "still": 1.0}])
-    found = fit(problem, parameters_of(problem, ()), {})
-    folds = make_folds(problem)
-    known = Explained((), problem, found, held_out(problem, found, folds))
+    known, folds = tuned(build_problem(beside(level), [{"force": 1.0, "still": 1.0}]))
     return known, rivals(known, folds)
 
 
@@ -73,9 +76,8 @@ def shift(known: Explained) -> np.ndarray:
 def test_a_drift_is_foretold_beyond_the_stretches_that_were_seen():
     """Without its last stretch a curve goes straight on: what drifts is not taken for whatever else ends at nothing."""
     (run,) = toy({}, 4, extra=8.0 * TIME / TIME[-1]).runs
-    problem = build_problem(Beside((run,)), [{"force": 1.0}])
-    found, folds = fit(problem, parameters_of(problem, ()), {}), make_folds(problem)
-    best = rivals(Explained((), problem, found, held_out(problem, found, folds)), folds)[0]
+    known, folds = tuned(build_problem(Beside((run,)), [{"force": 1.0}]))
+    best = rivals(known, folds)[0]
     assert best.words == "force off by an amount that follows time"
     last = folds.of == folds.of.max()
     assert float(np.mean(best.score.squares[last])) < 1.5
@@ -90,8 +92,7 @@ def test_what_is_not_worth_finishing_is_foretold_as_refits_foretell_it():
 
     def drifting(worth: float) -> tuple[Rival, int]:
         problem = build_problem(Beside((run,)), [{"force": 1.0}])
-        found, folds = fit(problem, parameters_of(problem, ()), {}), make_folds(problem)
-        known = Explained((), problem, found, held_out(problem, found, folds))
+        known, folds = tuned(problem)
         before = problem.spent.simulations
         (told,) = (rival for rival in rivals(known, folds, worth) if rival.words == drift)
         return told, problem.spent.simulations - before
@@ -116,10 +117,8 @@ class Growing(Toy):
 def test_a_drift_is_fitted_beside_what_it_has_bent():
     """Solved for once, around the bent level, no drift ends the gap."""
     (run,) = toy({}, 4, extra=20.0 * np.exp(0.5 * TIME / TIME[-1]) - 40.0 * TIME / TIME[-1]).runs
-    problem = build_problem(Growing((run,)), [{"force": 1.0}])
-    found, folds = fit(problem, parameters_of(problem, ()), {}, iterations=30), make_folds(problem)
-    assert found.values["level"] < -2.0, "it belongs at 0.5"
-    known = Explained((), problem, found, held_out(problem, found, folds))
+    known, folds = tuned(build_problem(Growing((run,)), [{"force": 1.0}]), iterations=30)
+    assert known.fit.values["level"] < -2.0, "it belongs at 0.5"
     told = {rival.words: rival for rival in rivals(known, folds)}
     drift = told["force off by an amount that drifts with time"]
     assert drift.score.gap < 1.05
@@ -153,9 +152,7 @@ def reached(give: float) -> np.ndarray:
 
 def test_a_disturbance_is_looked_for_all_over_its_range():
     (run,) = toy({"level": 2.0}, 4, extra=reached(12.0)).runs
-    problem = build_problem(Far((run,)), [{"force": 1.0}])
-    found, folds = fit(problem, parameters_of(problem, ()), {}), make_folds(problem)
-    known = Explained((), problem, found, held_out(problem, found, folds))
+    known, folds = tuned(build_problem(Far((run,)), [{"force": 1.0}]))
     assert known.score.gap > 3.0
     best = rivals(known, folds)[0]
     assert best.words == "give"
@@ -189,12 +186,8 @@ class Stepped(Toy):
 
 def stepped(size: float, least: float = -np.inf) -> Rival:
     (run,) = toy({}, 4, extra=size * ((TIME >= 60.0) & (TIME < 100.0))).runs
-    problem = build_problem(Stepped((run,), least=least), [{"force": 1.0}])
-    found, folds = fit(problem, (), {}), make_folds(problem)
-    (told,) = (
-        rival for rival in rivals(Explained((), problem, found, held_out(problem, found, folds)), folds)
-        if rival.words == "force over time"
-    )  # fmt: skip
+    known, folds = tuned(build_problem(Stepped((run,), nuisance=(), least=least), [{"force": 1.0}]))
+    (told,) = (rival for rival in rivals(known, folds) if rival.words == "force over time")
     return told
 
 

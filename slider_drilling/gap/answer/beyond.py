@@ -97,5 +97,6 @@ def _horizon(problem: Problem, left: Array) -> tuple[dict[str, float], tuple[str
         lost = np.flatnonzero(error > np.var(measured))
         until = float(time[lost[0]] - run.time[0]) if lost.size else run.duration
         found[piece.name] = min(found.get(piece.name, until), until)
-        lost_in |= {piece.name} if lost.size else set()
+        if lost.size:
+            lost_in.add(piece.name)
     return found, tuple(name for name in found if name not in lost_in)

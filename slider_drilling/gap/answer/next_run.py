@@ -44,11 +44,12 @@ def next_manoeuvre(state: State) -> NextManoeuvre | None:
         for description, manoeuvre in offered.items()
     }
     best = max(distances, key=lambda description: distances[description])
-    if distances[best] <= _now(first, second):
+    now = _now(first, second)
+    if distances[best] <= now:
         return None
     return NextManoeuvre(
         best, dict(offered[best].settings), (first.effect.name, second.effect.name), distances[best],
-        _now(first, second), distances,
+        now, distances,
     )  # fmt: skip
 
 
@@ -59,10 +60,9 @@ def _rivals(state: State) -> tuple[Judged, Judged] | None:
     if not state.steps:
         return None
     first = state.steps[0]
-    if first.accepted is None and state.enough.adequate:
-        return None
     if first.accepted is None:
-        return (first.judged[0], first.judged[1]) if len(first.judged) > 1 else None
+        idle = state.enough.adequate or len(first.judged) < 2
+        return None if idle else (first.judged[0], first.judged[1])
     group = state.groups[first.accepted.effect.name]
     rival = next((one for one in first.judged if one.effect.name in group), None)
     return None if rival is None else (first.accepted, rival)

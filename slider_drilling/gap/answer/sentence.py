@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 
 def sentence(
@@ -18,9 +19,7 @@ def sentence(
     figures = f"E {nominal:.2f} as given, {tuned:.2f} re-tuned"
     figures += "" if math.isnan(explained) else f", {explained:.2f} with it"
     figures += f"; noise alone stays below {threshold:.2f}"
-    left = tuned if math.isnan(explained) else explained
-    if verdict in ("unknown", "effect_and_unknown") and left <= threshold:
-        figures += but_not_noise(stand_out)
+    figures += but_not_noise(verdict, tuned if math.isnan(explained) else explained, threshold, stand_out)
     if verdict == "none":
         return f"The model as given leaves what noise would ({figures})."
     if verdict == "parameters":
@@ -38,6 +37,10 @@ def sentence(
     return f"{like}{' and '.join(effects)}: it explains the log best{share} ({figures}){end}."
 
 
-def but_not_noise(channels: tuple[str, ...]) -> str:
-    """What is to be said beside an E that noise alone could leave, where it is not noise that is left of channels."""
-    return f", but what is left of {' and '.join(channels)} is not noise" if channels else ""
+def but_not_noise(verdict: str, left: float, threshold: float, channels: Sequence[str]) -> str:
+    """What is to be said beside an E (left) that noise alone could leave, where it is not noise that is left of
+    channels and the verdict says that something is.
+    """
+    if verdict not in ("unknown", "effect_and_unknown") or left > threshold or not channels:
+        return ""
+    return f", but what is left of {' and '.join(channels)} is not noise"
