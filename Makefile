@@ -83,7 +83,7 @@ docs: $(STAMP)
 
 bench: $(STAMP)
 	$(RUN)python -m pip install --disable-pip-version-check --quiet --editable '.[bench]'
-	$(RUN)python -W ignore -m benchmarks
+	$(RUN)python -W ignore -m slider_drilling.benchmarks
 
 clean:
 	rm -rf $(VENV) out build dist *.egg-info

@@ -9,8 +9,8 @@ from slider_drilling.diagnosis.replay_page import replay_page
 from slider_drilling.log.run_page import chart
 from slider_drilling.pages import Chart, Page
 from slider_drilling.pages.picture import picture
-from slider_drilling.tools.catalogue import run_study
-from slider_drilling.tools.page import drawn
+from slider_drilling.paper_studies.catalogue import run_study
+from slider_drilling.paper_studies.page import drawn
 from slider_drilling.units import FIELD, SI
 from slider_drilling.wellbore.broomstick import broomstick
 

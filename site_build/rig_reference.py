@@ -6,9 +6,9 @@ import dataclasses
 import inspect
 
 from slider_drilling.effects import Effects
+from slider_drilling.files.installed_files import share_file
 from slider_drilling.rig import Rig
 from slider_drilling.rig.table import HEAD, ranges_table
-from slider_drilling.share import share_file
 
 INTRODUCTION = """\
 # Rig file

@@ -11,13 +11,13 @@ from slider_drilling.api.runs import Run as Run
 from slider_drilling.api.runs import simulate as simulate
 from slider_drilling.api.studies import Studied as Studied
 from slider_drilling.api.studies import study as study
+from slider_drilling.control.interface import Measurements as Measurements
+from slider_drilling.control.interface import RigCommand as RigCommand
 from slider_drilling.drillstring import Commands as Commands
 from slider_drilling.drillstring import Start as Start
 from slider_drilling.errors import InputError as InputError
 from slider_drilling.log import RigLog as RigLog
 from slider_drilling.log import read_log as read_log
 from slider_drilling.rig import Rig as Rig
-from slider_drilling.signals import Measurements as Measurements
-from slider_drilling.signals import RigCommand as RigCommand
 
 __version__: str

@@ -14,10 +14,10 @@ from typing import NoReturn
 import click
 
 from slider_drilling import __version__
+from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
-from slider_drilling.interrupts import came_of_a_signal, end_at_once, exit_code, raise_on_signals
-from slider_drilling.printable import printable
-from slider_drilling.variables import check_variables
+from slider_drilling.process.environment_variables import check_variables
+from slider_drilling.process.shutdown import came_of_a_signal, end_at_once, exit_code, raise_on_signals
 
 EXAMPLES = """\
 Examples:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slider_drilling.errors import InputError
-from slider_drilling.files import write_whole
+from slider_drilling.files.output_files import write_whole
 
 if TYPE_CHECKING:
     import pandas

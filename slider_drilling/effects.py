@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from slider_drilling.schema import quantity
+from slider_drilling.schema.fields import quantity
 
 
 @dataclass(frozen=True)

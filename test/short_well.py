@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
+from slider_drilling.files.installed_files import share_file
 from slider_drilling.rig import FrictionInterval, Rig, Section, load_rig
-from slider_drilling.share import share_file
 
 
 def short_rig() -> Rig:

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from slider_drilling.drillstring.agreed_motion import _smoothed, agreed_motion
-from slider_drilling.drillstring.from_log import commands_from_log
+from slider_drilling.files.installed_files import share_file
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import JointSeries
+from slider_drilling.log_inputs.drives_from_log import commands_from_log
+from slider_drilling.log_inputs.fuse_position_and_speed import _smoothed, agreed_motion
 from slider_drilling.rig import load_rig
-from slider_drilling.share import share_file
 
 TIME = 0.1 * np.arange(1200)
 

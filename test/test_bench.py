@@ -17,12 +17,11 @@ import pytest
 from click.testing import CliRunner
 from process_groups import ends
 
-from benchmarks import peers, published
-from slider_drilling.bench import everything, sessions, string_rates
-from slider_drilling.bench.clock import wall_seconds
-from slider_drilling.bench.diagnosis import write_log
-from slider_drilling.bench.result import Result
-from slider_drilling.bench.work import Rocked, example_rig, rocking, variants
+from slider_drilling.benchmarks import everything, peers, published, sessions, string_rates
+from slider_drilling.benchmarks.clock import wall_seconds
+from slider_drilling.benchmarks.diagnosis import write_log
+from slider_drilling.benchmarks.result import Result
+from slider_drilling.benchmarks.work import Rocked, example_rig, rocking, variants
 from slider_drilling.commands.bench import command
 from slider_drilling.control import FixedRocking
 from slider_drilling.drillstring import Commands, Plant, VirtualRig, simulate
@@ -61,7 +60,10 @@ def test_stages_give_the_figures_asked_for(monkeypatch):
             assert row.value is None and row.ratio is None and row.note.startswith("not available: ROS 2")
 
 
-STAYS = "from slider_drilling.parent import end_with_parent as e; e(); open('there', 'w'); import time; time.sleep(600)"
+STAYS = (
+    "from slider_drilling.process.parent_death import end_with_parent as e; e(); "
+    "open('there', 'w'); import time; time.sleep(600)"
+)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the kernel of Linux tells a process that its parent is gone")
@@ -69,7 +71,7 @@ def test_what_measures_ends_with_a_bench_that_is_killed(tmp_path):
     other = tmp_path / "python"
     other.write_text(f'#!/bin/sh\nexec {sys.executable} -c "{STAYS}"\n')
     other.chmod(0o755)
-    code = f"import sys\nfrom slider_drilling.bench import sessions\nsys.executable = {str(other)!r}\n"
+    code = f"import sys\nfrom slider_drilling.benchmarks import sessions\nsys.executable = {str(other)!r}\n"
     code += "sessions._measured('')"
     with subprocess.Popen([sys.executable, "-c", code], cwd=tmp_path, start_new_session=True) as bench:
         try:

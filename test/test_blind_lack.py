@@ -20,9 +20,9 @@ from slider_drilling.blind.recording import Recorder, write_sealed
 from slider_drilling.blind.score import score
 from slider_drilling.blind.tally import tally
 from slider_drilling.errors import InputError
+from slider_drilling.files.installed_files import share_file
 from slider_drilling.log import read_log
 from slider_drilling.rig import load_rig
-from slider_drilling.share import share_file
 
 
 @pytest.fixture(scope="module")

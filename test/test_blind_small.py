@@ -12,7 +12,7 @@ from slider_drilling.blind import check
 from slider_drilling.blind.plan import Case
 from slider_drilling.blind.tally import tally
 from slider_drilling.campaign.run import Where, run_jobs
-from slider_drilling.share import share_file
+from slider_drilling.files.installed_files import share_file
 
 CANDIDATES = ("torque_sensor_bias", "motor_wear")
 SIZE = 4.0

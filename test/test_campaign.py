@@ -219,7 +219,7 @@ def test_a_result_that_is_none_is_refused_in_one_line(tmp_path):
 SCRIPT = """
 import sys
 from pathlib import Path
-from slider_drilling.interrupts import raise_on_signals
+from slider_drilling.process.shutdown import raise_on_signals
 from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.run import Where, run_jobs
 raise_on_signals()

@@ -15,9 +15,9 @@ from slider_drilling.campaign.logs import Options, cells, find_logs, folder_name
 from slider_drilling.cli import group
 from slider_drilling.drillstring import simulate
 from slider_drilling.errors import InputError
+from slider_drilling.files.installed_files import share_file
 from slider_drilling.pages import page_html
 from slider_drilling.rig import load_rig
-from slider_drilling.share import share_file
 from slider_drilling.units import SI
 
 

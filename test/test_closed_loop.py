@@ -18,12 +18,12 @@ from slider_drilling.closed_loop.report import as_json, costs, stops
 from slider_drilling.closed_loop.run import Outcome
 from slider_drilling.closed_loop.scenarios import unknown
 from slider_drilling.commands.closed_loop import _print, command
+from slider_drilling.control.interface import RigCommand
 from slider_drilling.drillstring import VirtualRig
 from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
 from slider_drilling.pages import page_html
 from slider_drilling.rig import check_rig
-from slider_drilling.signals import RigCommand
 from slider_drilling.units import FIELD, SI
 
 HOLD = next(one for one in SCENARIOS if one.name == "hold, 4.0 km")
@@ -231,7 +231,7 @@ def test_settings_reach_the_controller_under_test_and_a_wrong_one_is_refused(tmp
 
 
 def test_the_table_fits_eighty_columns_with_full_numbers(monkeypatch):
-    monkeypatch.setattr("slider_drilling.console.stdout", lambda: Console(width=80, file=shown))
+    monkeypatch.setattr("slider_drilling.console.streams.stdout", lambda: Console(width=80, file=shown))
     shown = io.StringIO()
     longest = max(every_effect(), key=lambda one: len(one.name))
     row = outcomes_of(dataclasses.replace(longest, targets=((0.0, 170.0),), duration=300.0), 123.45, 101.25, 88.75)

@@ -11,7 +11,7 @@ from threading import Thread
 
 import pytest
 
-from slider_drilling.compiler import announced, njit, vector_bits
+from slider_drilling.process.jit_cache import announced, njit, vector_bits
 
 PACKAGE = Path(__file__).parents[1] / "slider_drilling"
 
@@ -40,7 +40,7 @@ def test_loops_are_compiled_for_the_widest_vectors():
     ],
 )
 def test_a_variable_that_numba_cannot_start_with_is_named(variable, said):
-    asks = "from slider_drilling.errors import InputError\ntry: import slider_drilling.compiler\n"
+    asks = "from slider_drilling.errors import InputError\ntry: import slider_drilling.process.jit_cache\n"
     asks += "except InputError as error: print(error)"
     name, _, value = variable.partition("=")
     answer = subprocess.run([sys.executable, "-c", asks], capture_output=True, text=True, check=True,
@@ -51,7 +51,7 @@ def test_a_variable_that_numba_cannot_start_with_is_named(variable, said):
 @pytest.fixture
 def own_stderr(capsys):
     """What is said on the stderr that this test captures: the console is made once a process."""
-    from slider_drilling import console
+    from slider_drilling.console import streams as console
 
     console.stderr.cache_clear()
     yield capsys

@@ -11,10 +11,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from slider_drilling import progress_lines
-from slider_drilling.console import LiteralConsole, stages, stderr
-from slider_drilling.printable import is_text, printable
-from slider_drilling.progress_lines import FIRST, ProgressLines
+from slider_drilling.console import progress_lines
+from slider_drilling.console.printable import is_text, printable
+from slider_drilling.console.progress_lines import FIRST, ProgressLines
+from slider_drilling.console.streams import LiteralConsole, stages, stderr
 
 
 def shown(thing: object, terminal: bool = False) -> str:

@@ -16,7 +16,7 @@ from slider_drilling.control.rocking import Rocking
 from slider_drilling.control.stroke_means import StrokeMeans
 from slider_drilling.control.stroke_phase import StrokePhase, apart
 from slider_drilling.control.torque_and_drag import TorqueAndDrag
-from slider_drilling.control.torque_turn import TorqueTurn
+from slider_drilling.control.torque_limited_reversal import TorqueTurn
 from slider_drilling.rig import load_rig
 
 CONFIG = Path(__file__).resolve().parents[1] / "config"

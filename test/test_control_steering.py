@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from slider_drilling.control import SlideController, SlideSettings
+from slider_drilling.control.interface import MwdSample
 from slider_drilling.control.steering import Answer, bearable_gain, lead
 from slider_drilling.control.string_filter import StringFilter
 from slider_drilling.control.stroke_means import CycleMean
 from slider_drilling.control.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
 from slider_drilling.control.torque_reading import TorqueReading
 from slider_drilling.rig import load_rig
-from slider_drilling.signals import MwdSample
 
 CONFIG = Path(__file__).resolve().parents[1] / "config"
 LOOSE = Answer(response_time=60.0, cycle=8.0, mwd=18.0, spread=0.0, freeing=24.0)

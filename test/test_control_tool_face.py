@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from slider_drilling.control.circular_belief import CircularBelief
+from slider_drilling.control.interface import MwdSample
 from slider_drilling.control.learnt_rig import corrected, with_worn_motor
 from slider_drilling.control.string_filter import Learnt
 from slider_drilling.control.stroke_means import CycleMean
 from slider_drilling.control.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
 from slider_drilling.control.torque_and_drag import TorqueAndDrag
 from slider_drilling.rig import dump_rig, load_rig, parse_rig
-from slider_drilling.signals import MwdSample
 
 CONFIG = Path(__file__).resolve().parents[1] / "config"
 RIG = load_rig(CONFIG / "rig.example.yaml")

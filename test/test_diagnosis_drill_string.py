@@ -18,7 +18,6 @@ from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.diagnosis.diagnose import as_json, diagnose, tuned_rig
 from slider_drilling.diagnosis.disturbances import contact_with
 from slider_drilling.diagnosis.drill_string import depth_probes, rig_with
-from slider_drilling.diagnosis.first_look.usable import unusable
 from slider_drilling.diagnosis.nuisance import nuisance_parameters
 from slider_drilling.diagnosis.save import write_diagnosis
 from slider_drilling.diagnosis.situation import prepare
@@ -28,6 +27,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Channel, How
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.log import read_log
+from slider_drilling.log_checks.usable import unusable
 from slider_drilling.rig import FrictionInterval, parse_rig
 
 

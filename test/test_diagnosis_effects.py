@@ -11,7 +11,7 @@ from slider_drilling.diagnosis.catalogue import catalogue, spoken
 from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
 from slider_drilling.rig import dump_rig, load_rig, parse_rig
-from slider_drilling.schema import Range
+from slider_drilling.schema.fields import Range
 
 EXAMPLE = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
 

@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 from short_well import short_rig
 
-from slider_drilling.diagnosis.first_look import FirstLook, first_look
-from slider_drilling.diagnosis.first_look.glitches import glitches
 from slider_drilling.diagnosis.replay import measured_channels
 from slider_drilling.drillstring import Commands, simulate
-from slider_drilling.drillstring.from_log import commands_from_log
 from slider_drilling.errors import InputError
+from slider_drilling.files.installed_files import share_file
 from slider_drilling.log import RigLog, read_log
 from slider_drilling.log.series import JointSeries, ScalarSeries
+from slider_drilling.log_checks import FirstLook, first_look
+from slider_drilling.log_checks.glitches import glitches
+from slider_drilling.log_inputs.drives_from_log import commands_from_log
 from slider_drilling.rig import Rig
-from slider_drilling.share import share_file
 from slider_drilling.units import KINDS
 
 

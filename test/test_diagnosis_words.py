@@ -18,10 +18,10 @@ from slider_drilling.diagnosis.outcome import Candidate, Errors, Fitted, Floor, 
 from slider_drilling.diagnosis.page import report_page, simulated_rows
 from slider_drilling.diagnosis.tree import as_json
 from slider_drilling.effects import CuttingsBed, Effects
+from slider_drilling.files.installed_files import share_file
 from slider_drilling.log import RigLog
 from slider_drilling.pages import page_html
 from slider_drilling.rig import dump_rig, load_rig
-from slider_drilling.share import share_file
 from slider_drilling.units import FIELD, SI
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from slider_drilling.cli import COMMANDS
+from slider_drilling.files.installed_files import share_file
 from slider_drilling.log import DIAGNOSTICS, TOPICS
-from slider_drilling.share import share_file
 
 
 def test_code_of_the_log_page_runs(repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -42,9 +42,9 @@ def test_controller_of_the_nodes_page_slides(repository: Path, tmp_path: Path, m
 def test_controller_of_the_control_page_turns_towards_its_target(
     repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    from slider_drilling.control.interface import Measurements, MwdSample
     from slider_drilling.control.load import load_controller, step_checked
     from slider_drilling.rig import load_rig
-    from slider_drilling.signals import Measurements, MwdSample
 
     (code,) = re.findall(r"```python\n(.*?)```", (repository / "docs" / "control.md").read_text(), re.DOTALL)
     (tmp_path / "tenth_of_the_page.py").write_text(code)

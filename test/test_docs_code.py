@@ -13,9 +13,9 @@ from click.testing import CliRunner
 
 import slider_drilling as sd
 from slider_drilling.cli import COMMANDS, group
+from slider_drilling.files.installed_files import share_file
 from slider_drilling.rig import load_rig
-from slider_drilling.schema import build
-from slider_drilling.share import share_file
+from slider_drilling.schema.fields import build
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slider_drilling.drillstring.acceleration import drive_acceleration
+from slider_drilling.log_inputs.drive_acceleration import drive_acceleration
 
 
 def strokes(rate: float, noise: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

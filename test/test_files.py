@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from slider_drilling.errors import InputError
-from slider_drilling.files import check_distinct, read_text, write_whole
+from slider_drilling.files.output_files import check_distinct, read_text, write_whole
 from slider_drilling.log import read_log
 
 

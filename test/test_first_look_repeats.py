@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slider_drilling.diagnosis.first_look.motion import look_at_motion
-from slider_drilling.diagnosis.first_look.repeats import without_repeats
 from slider_drilling.diagnosis.replay import replay
-from slider_drilling.drillstring.from_log import commands_from_log, unfilled
+from slider_drilling.files.installed_files import share_file
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import JointSeries, ScalarSeries
+from slider_drilling.log_checks.motion import look_at_motion
+from slider_drilling.log_checks.repeats import without_repeats
+from slider_drilling.log_inputs.drives_from_log import commands_from_log, unfilled
 from slider_drilling.rig import load_rig
-from slider_drilling.share import share_file
 
 RIG = load_rig(share_file("config/rig.example.yaml"))
 TIME = 0.1 * np.arange(900)

@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import pytest
 
 from slider_drilling.control.fixed_rocking import FixedRocking, FixedRockingSettings, settings_for
+from slider_drilling.control.interface import Measurements, MwdSample
 from slider_drilling.errors import InputError
-from slider_drilling.signals import Measurements, MwdSample
 
 # Only what the controller reads of a rig file.
 RIG = SimpleNamespace(top_drive=SimpleNamespace(max_acceleration=20.0),

@@ -9,13 +9,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from slider_drilling import compiler
 from slider_drilling.cli import group
-from slider_drilling.compiler import _cache_folder
 from slider_drilling.contact.measured import read_measured
 from slider_drilling.errors import InputError
 from slider_drilling.log import LogWriter, read_log, read_table
 from slider_drilling.log.possible import MOST
+from slider_drilling.process import jit_cache as compiler
+from slider_drilling.process.jit_cache import _cache_folder
 
 MAPPING = """\
 schema: slider_drilling/csv/1

@@ -16,8 +16,8 @@ from hypothesis.extra import numpy as hnp
 from slider_drilling.cli import COMMANDS
 from slider_drilling.commands.import_table import command
 from slider_drilling.errors import InputError
+from slider_drilling.files.installed_files import share_file
 from slider_drilling.log import read_log, read_table, save_log
-from slider_drilling.share import share_file
 from slider_drilling.units import KINDS, si_value
 
 BASE: dict[str, Any] = {

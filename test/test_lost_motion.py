@@ -7,13 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.lacking import lacking
-from slider_drilling.diagnosis.first_look.unknown_flow import without_unknown_flow
+from slider_drilling.benchmarks.lacking import lacking
 from slider_drilling.drillstring import Commands
-from slider_drilling.drillstring.from_log import commands_from_log
-from slider_drilling.drillstring.lost_flow import lost_changes, with_lost_flow
-from slider_drilling.drillstring.lost_motion import inside_lost, with_lost_motion
+from slider_drilling.drillstring.sample_gaps import inside_lost
 from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
+from slider_drilling.log_checks.unknown_flow import without_unknown_flow
+from slider_drilling.log_inputs.drives_from_log import commands_from_log
+from slider_drilling.log_inputs.fill_drive_gaps import with_lost_motion
+from slider_drilling.log_inputs.reconstruct_flow import lost_changes, with_lost_flow
 from slider_drilling.rig import load_rig
 
 NAN = np.nan

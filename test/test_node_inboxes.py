@@ -7,11 +7,11 @@ import pytest
 
 from slider_drilling.control.protocol import Level
 from slider_drilling.nodes.command_inbox import BLOCK, PUMP, TOP_DRIVE, CommandInbox
-from slider_drilling.nodes.echoes import Echoes
-from slider_drilling.nodes.newcomers import AGAIN, FIRST, Newcomers
+from slider_drilling.nodes.late_joiners import AGAIN, FIRST, Newcomers
+from slider_drilling.nodes.own_echoes import Echoes
 from slider_drilling.nodes.pace import Pace
 from slider_drilling.nodes.sample_inbox import Joint, SampleInbox
-from slider_drilling.nodes.silence import Silence
+from slider_drilling.nodes.watchdog import Silence
 
 SECOND = 10**9
 

@@ -11,7 +11,7 @@ import pytest
 
 from slider_drilling.cli import group
 from slider_drilling.errors import InputError
-from slider_drilling.files import begin_file, check_distinct, prepare_outputs, write_whole
+from slider_drilling.files.output_files import begin_file, check_distinct, prepare_outputs, write_whole
 
 EXAMPLE = Path(__file__).parents[1] / "config" / "rig.example.yaml"
 

@@ -9,8 +9,8 @@ import pytest
 
 from slider_drilling import __version__
 from slider_drilling.errors import InputError
+from slider_drilling.files.installed_files import share_file
 from slider_drilling.messages.topics import TOPICS
-from slider_drilling.share import share_file
 
 
 def test_package_xml_agrees_with_the_package(repository: Path) -> None:

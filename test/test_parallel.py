@@ -11,13 +11,13 @@ from pathlib import Path
 
 import pytest
 
-from slider_drilling.parallel import in_processes
+from slider_drilling.process.worker_pool import in_processes
 
 PATIENCE = 60.0  # s
 # Each worker says that it is there and, once its parent is not, has more to hand over than a pipe holds.
 PROGRAM = """
 import os, sys, time
-from slider_drilling.parallel import in_processes
+from slider_drilling.process.worker_pool import in_processes
 def large(folder, parent):
     open(f"{folder}/{os.getpid()}", "w").close()
     while os.getppid() == parent: time.sleep(0.01)

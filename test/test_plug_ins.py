@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from slider_drilling.cli import group
+from slider_drilling.control.interface import Measurements
 from slider_drilling.control.load import configure, load_controller, set_target, settings_of, statuses_of, step_checked
 from slider_drilling.diagnosis import user_effects
 from slider_drilling.diagnosis.user_effects import GuardedEffect, installed_effects, load_effect, try_effects
 from slider_drilling.drillstring import Commands
 from slider_drilling.errors import InputError
 from slider_drilling.rig import load_rig
-from slider_drilling.signals import Measurements
 
 RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
 SAMPLE = Measurements(1.5, 0.0, 0.0, 100.0, 0.0, 0.0, 9e5, 1.8e7, 12.3)
@@ -30,7 +30,7 @@ import dataclasses
 import numpy as np
 from slider_drilling.control.protocol import Level, Status
 from slider_drilling.control.settings import setting
-from slider_drilling.signals import RigCommand
+from slider_drilling.control.interface import RigCommand
 
 @dataclasses.dataclass(frozen=True)
 class Settings:

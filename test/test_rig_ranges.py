@@ -21,7 +21,7 @@ from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.diagnosis.drill_string import rig_with
 from slider_drilling.diagnosis.nuisance import nuisance_parameters
 from slider_drilling.drillstring import VirtualRig
-from slider_drilling.drillstring.record import Response, finite
+from slider_drilling.drillstring.recorded_channels import Response, finite
 from slider_drilling.drillstring.sensors import quantise
 from slider_drilling.effects import Effects, FrictionDrift
 from slider_drilling.errors import InputError
@@ -29,7 +29,7 @@ from slider_drilling.log import read_log
 from slider_drilling.rig import check_duration, check_rig, load_rig, parse_rig
 from slider_drilling.rig.parts import Rig
 from slider_drilling.rig.table import ranges_markdown
-from slider_drilling.schema import Row, rows
+from slider_drilling.schema.fields import Row, rows
 
 CONFIG = Path(__file__).parents[1] / "config"
 EXAMPLE = CONFIG / "rig.example.yaml"

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.meshes import TURN, static_loads_of, stationed
+from slider_drilling.benchmarks.meshes import TURN, static_loads_of, stationed
 from slider_drilling.drillstring import Commands, simulate_batch
 from slider_drilling.rig import Rig, load_rig
 from slider_drilling.wellbore.course import Course

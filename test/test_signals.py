@@ -17,9 +17,9 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from process_groups import ends
 
-from slider_drilling import interrupts
 from slider_drilling.pages import Chart, Line, Panel
 from slider_drilling.pages.picture import picture
+from slider_drilling.process import shutdown as interrupts
 from slider_drilling.units import SI
 
 sys.path.insert(0, str(Path(__file__).parent / "fuzz"))
@@ -33,7 +33,7 @@ for number in signal.SIGINT, signal.SIGTERM, signal.SIGHUP:
     signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
 import click
 from slider_drilling import cli
-from slider_drilling.interrupts import raise_on_signals
+from slider_drilling.process.shutdown import raise_on_signals
 
 def act():
     raise_on_signals()

@@ -12,11 +12,11 @@ import pytest
 from slider_drilling.diagnosis.replay import replay
 from slider_drilling.diagnosis.situation import prepare
 from slider_drilling.drillstring import Commands, Start, simulate, simulate_batch
-from slider_drilling.drillstring.begun import forgotten, start_of
-from slider_drilling.drillstring.from_log import commands_from_log
 from slider_drilling.drillstring.to_log import write_simulated
 from slider_drilling.log import read_log
 from slider_drilling.log.stretch import stretch
+from slider_drilling.log_inputs.drives_from_log import commands_from_log
+from slider_drilling.log_inputs.infer_initial_state import forgotten, start_of
 from slider_drilling.rig import load_rig
 from slider_drilling.wellbore.static_loads import static_loads
 

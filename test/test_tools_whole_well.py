@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from slider_drilling.tools import weight_transfer, zones
-from slider_drilling.tools.whole_well import example_rig, longer, slide
+from slider_drilling.paper_studies import weight_transfer, zones
+from slider_drilling.paper_studies.whole_well import example_rig, longer, slide
 
 
 def test_a_longer_well_keeps_its_string_on_bottom():

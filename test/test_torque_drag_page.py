@@ -11,10 +11,10 @@ from click.testing import CliRunner
 from slider_drilling.analysis.torque_drag import hook_load_chart, log_points, torque_drag_page
 from slider_drilling.commands.torque_drag import command
 from slider_drilling.errors import InputError
+from slider_drilling.files.installed_files import share_file
 from slider_drilling.log.series import JointSeries, RigLog
 from slider_drilling.pages import page_html
 from slider_drilling.rig import Rig, load_rig
-from slider_drilling.share import share_file
 from slider_drilling.units import FIELD
 from slider_drilling.wellbore.broomstick import broomstick, shortened
 from slider_drilling.wellbore.static_loads import static_loads

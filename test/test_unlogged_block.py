@@ -12,11 +12,11 @@ import pytest
 from slider_drilling.diagnosis.situation import prepare
 from slider_drilling.diagnosis.unlogged_block import lowered_blocks
 from slider_drilling.drillstring import Commands, simulate, simulate_batch
-from slider_drilling.drillstring.from_log import commands_from_log
-from slider_drilling.drillstring.lost_block import block_by_pressure, stretches
 from slider_drilling.drillstring.to_log import write_simulated
 from slider_drilling.gap.model import How
 from slider_drilling.log import read_log
+from slider_drilling.log_inputs.drives_from_log import commands_from_log
+from slider_drilling.log_inputs.reconstruct_block import block_by_pressure, stretches
 from slider_drilling.rig import load_rig
 
 RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")

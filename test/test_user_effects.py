@@ -8,8 +8,8 @@ import pytest
 
 from slider_drilling.diagnosis.user_effects import combined_modifiers, load_effect
 from slider_drilling.errors import InputError
+from slider_drilling.files.installed_files import share_file
 from slider_drilling.rig import load_rig
-from slider_drilling.share import share_file
 
 PAGE = Path(__file__).parents[1] / "docs" / "user_effects.md"
 

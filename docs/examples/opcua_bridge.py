@@ -97,7 +97,7 @@ class Bridge:
         from rclpy.node import Node as RosNode
 
         from slider_drilling.messages.topics import TOPICS
-        from slider_drilling.nodes import link
+        from slider_drilling.nodes import raw_topics as link
 
         self._mapping = mapping
         self.node = RosNode("opcua_bridge")

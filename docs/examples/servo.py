@@ -23,10 +23,10 @@ from pathlib import Path
 
 import numpy as np
 
-from slider_drilling.compiler import COMPILE, INNER, njit
 from slider_drilling.errors import InputError
 from slider_drilling.gap import Answer, Channel, Effect, How, Parameter, Run
 from slider_drilling.gap.model import Array, Values
+from slider_drilling.process.jit_cache import COMPILE, INNER, njit
 
 GRAVITY = 9.81
 COUNTS = 4096  # of the encoder, a turn

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 
 from slider_drilling.analysis.along_string import StringHistory, follow, without_rocking, zones_over_time
 from slider_drilling.analysis.cycles import Breakover, Cycle, breakover, rocking_cycles
 from slider_drilling.analysis.friction import ELEMENTS, FrictionFit, fit_friction
 from slider_drilling.errors import InputError
 from slider_drilling.gap.progress import Progress
-from slider_drilling.integral import integral
 from slider_drilling.log.series import RigLog
 from slider_drilling.log.stretch import busiest
 from slider_drilling.rig import Rig
@@ -100,7 +100,7 @@ def _surface(log: RigLog) -> tuple[Array, Array, Array, Array]:
     if not np.all(np.isfinite(speed)):
         speed = np.gradient(angle, time)
     if not np.all(np.isfinite(angle)):
-        angle = integral(time, speed)
+        angle = cumulative_trapezoid(speed, time, initial=0.0)
     return time, angle, speed, drive.effort[keep]
 
 

@@ -22,12 +22,12 @@ from scipy import optimize, stats
 from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.diagnosis.replay import measured_channels
 from slider_drilling.drillstring import Response, Start, simulate_batch
-from slider_drilling.drillstring.from_log import LogCommands, commands_from_log
 from slider_drilling.effects import CuttingsBed, TopDriveBacklash, TorsionalCompliance
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Channel
 from slider_drilling.gap.problem.noise import difference_noise
 from slider_drilling.log.series import RigLog
+from slider_drilling.log_inputs.drives_from_log import LogCommands, commands_from_log
 from slider_drilling.rig import FrictionInterval, Rig
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from slider_drilling import __version__
 from slider_drilling.analysis.along_string import StringHistory
 from slider_drilling.analysis.analyse import Analysis
 from slider_drilling.log.run_page import title
-from slider_drilling.tools.study import Chart, Study, Table, line
+from slider_drilling.paper_studies.study import Chart, Study, Table, line
 from slider_drilling.units import SI, Units
 
 SCHEMA = "slider_drilling/analysis/1"

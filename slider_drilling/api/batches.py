@@ -19,7 +19,7 @@ from slider_drilling.api.runs import UNITS, Run, simulate
 from slider_drilling.columns import Columns
 from slider_drilling.control.protocol import Controller
 from slider_drilling.drillstring import ELEMENTS, Commands, Response
-from slider_drilling.drillstring.record import finite
+from slider_drilling.drillstring.recorded_channels import finite
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
 

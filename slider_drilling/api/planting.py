@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import fields
 
-from slider_drilling.changes import number
 from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
+from slider_drilling.schema.changes import number
 
 USUAL: dict[str, Callable[[float], dict[str, float]]] = {
     "stribeck": lambda length: {"drop": 0.3, "speed": 0.05},

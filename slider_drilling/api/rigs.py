@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from slider_drilling import rig as rig_file
+from slider_drilling.files.installed_files import share_file
 from slider_drilling.rig import Rig, parse_rig, rig_of_tree
-from slider_drilling.share import share_file
 
 WELLS = {"example": "config/rig.example.yaml", "short": "config/rig.short.yaml", "long": "config/rig.long.yaml"}
 

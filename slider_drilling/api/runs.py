@@ -14,14 +14,14 @@ from slider_drilling import drillstring
 from slider_drilling.api.checks import check_commands, check_run
 from slider_drilling.api.readings import Readings, log_of, readings_of
 from slider_drilling.columns import Columns, Sampled, joined
+from slider_drilling.control.interface import MwdSample
 from slider_drilling.control.load import load_controller, set_target, step_checked
 from slider_drilling.control.protocol import Controller
 from slider_drilling.drillstring import ELEMENTS, Commands, Response, Start, VirtualRig
-from slider_drilling.drillstring.record import finite
+from slider_drilling.drillstring.recorded_channels import finite
 from slider_drilling.errors import InputError
 from slider_drilling.log import RigLog, save_log
 from slider_drilling.rig import Rig
-from slider_drilling.signals import MwdSample
 
 if TYPE_CHECKING:
     import pandas

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slider_drilling.columns import Columns
-from slider_drilling.tools.catalogue import run_study
-from slider_drilling.tools.study import Chart, Claim, Study
+from slider_drilling.paper_studies.catalogue import run_study
+from slider_drilling.paper_studies.study import Chart, Claim, Study
 
 if TYPE_CHECKING:
     import pandas
@@ -62,14 +62,14 @@ class Studied:
 
         Raises InputError, or OSError where the folder cannot be made.
         """
-        from slider_drilling.tools.render import write_study
+        from slider_drilling.paper_studies.render import write_study
 
         return write_study(self.found, Path(folder))
 
     def plot(self, index: int = 0) -> plotly.graph_objects.Figure:
         """One of the study's figures; index: which, from 0. Raises IndexError where there are fewer."""
         from slider_drilling.pages.notebook import plotly_figure
-        from slider_drilling.tools.page import drawn
+        from slider_drilling.paper_studies.page import drawn
 
         return plotly_figure(drawn(self.found.figures[index]))
 

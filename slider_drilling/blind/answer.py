@@ -11,7 +11,7 @@ from typing import Any
 
 from slider_drilling.campaign.job import Job
 from slider_drilling.errors import InputError
-from slider_drilling.files import read_text
+from slider_drilling.files.output_files import read_text
 
 SCHEMAS = ("slider_drilling/diagnosis/1", "slider_drilling/diagnosis/2")
 _NAMING = ("effect", "effect_and_unknown")

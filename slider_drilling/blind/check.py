@@ -21,7 +21,7 @@ from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.results import Result
 from slider_drilling.campaign.run import Ran
 from slider_drilling.errors import InputError
-from slider_drilling.files import make_folder, write_whole
+from slider_drilling.files.output_files import make_folder, write_whole
 
 SCHEMA = "slider_drilling/blind/1"
 LOGS, LABELS, TWINS, RESULTS, ANSWERS = "logs", "labels", "twins", "results", "answers"

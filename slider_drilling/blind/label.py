@@ -9,7 +9,7 @@ from typing import Any
 
 from slider_drilling.blind.lack import NOTHING
 from slider_drilling.errors import InputError
-from slider_drilling.files import read_text
+from slider_drilling.files.output_files import read_text
 
 SCHEMA = "slider_drilling/blind_label/1"
 

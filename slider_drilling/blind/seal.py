@@ -22,7 +22,7 @@ from slider_drilling.blind.recording import random_recorder, write_sealed
 from slider_drilling.blind.wells import WELLS
 from slider_drilling.campaign.job import Job
 from slider_drilling.drillstring import Commands, Response
-from slider_drilling.files import write_whole
+from slider_drilling.files.output_files import write_whole
 from slider_drilling.rig import Rig, load_rig
 
 _MAKERS: dict[str, Make] = {**CATALOGUE, **OUTSIDE, NONE: no_effect}

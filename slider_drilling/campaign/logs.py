@@ -13,7 +13,7 @@ from typing import Any
 from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.results import Result
 from slider_drilling.errors import InputError
-from slider_drilling.files import make_folder, write_whole
+from slider_drilling.files.output_files import make_folder, write_whole
 from slider_drilling.pages import Link, Page, Section, Table, Tag
 from slider_drilling.pages.page import Tone
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from slider_drilling.campaign.job import Job
 from slider_drilling.errors import InputError
-from slider_drilling.files import read_text, write_whole
+from slider_drilling.files.output_files import read_text, write_whole
 
 SCHEMA = "slider_drilling/result/1"
 

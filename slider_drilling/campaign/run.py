@@ -11,8 +11,8 @@ from slider_drilling.campaign.isolated import Processes
 from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.results import Result, Results, UnkeptError
 from slider_drilling.errors import InputError
-from slider_drilling.files import make_folder
-from slider_drilling.interrupts import exit_code
+from slider_drilling.files.output_files import make_folder
+from slider_drilling.process.shutdown import exit_code
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.run import Ran, Where, run_jobs
-from slider_drilling.console import progress_bar, stderr
+from slider_drilling.console.streams import progress_bar, stderr
 
 
 def run_shown(

@@ -9,11 +9,11 @@ from collections.abc import Mapping
 from slider_drilling.closed_loop.scenario import Scenario
 from slider_drilling.control import FixedRocking, SlideController, SlideSettings
 from slider_drilling.control.fixed_rocking import settings_for
+from slider_drilling.control.interface import Measurements, MwdSample
 from slider_drilling.control.load import DEFAULT, configure, load_controller, settings_of
 from slider_drilling.control.protocol import Controller
 from slider_drilling.drillstring import Truth
 from slider_drilling.rig import Mwd, Rig
-from slider_drilling.signals import Measurements, MwdSample
 
 UNDER_TEST = "controller"
 NO_ROCKING = "no_rocking"

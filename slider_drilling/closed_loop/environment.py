@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from slider_drilling.closed_loop.faulty_rig import FaultyRig
 from slider_drilling.closed_loop.scenario import Scenario
-from slider_drilling.signals import Measurements, RigCommand
+from slider_drilling.control.interface import Measurements, RigCommand
 
 Array = NDArray[np.float32]
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from slider_drilling.closed_loop.scenario import WELLS, Scenario
 from slider_drilling.closed_loop.scenarios import unknown
+from slider_drilling.files.installed_files import share_file
 from slider_drilling.rig import load_rig
-from slider_drilling.share import share_file
 
 DURATION_S = 1200.0
 

@@ -8,8 +8,8 @@ import math
 import numpy as np
 
 from slider_drilling.closed_loop.scenario import Scenario
+from slider_drilling.control.interface import Measurements, MwdSample, RigCommand
 from slider_drilling.drillstring import VirtualRig
-from slider_drilling.signals import Measurements, MwdSample, RigCommand
 
 _SLIP_TIME = 3.0  # s, over which the block drops
 

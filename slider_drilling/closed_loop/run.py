@@ -16,7 +16,7 @@ from slider_drilling.closed_loop.score import Score, score
 from slider_drilling.closed_loop.trace import Trace
 from slider_drilling.control.load import DEFAULT, set_target, statuses_of, step_checked
 from slider_drilling.control.protocol import Controller
-from slider_drilling.parallel import in_processes
+from slider_drilling.process.worker_pool import in_processes
 
 _COLUMNS = ("time", "target", "tool_face", "top_drive_angle", "surface_torque", "weight_on_bit",
             "rate_of_penetration", "bit_depth")

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from slider_drilling.drillstring import Start
 from slider_drilling.effects import Effects
+from slider_drilling.files.installed_files import share_file
 from slider_drilling.rig import Rig, load_rig
-from slider_drilling.share import share_file
 
 WELLS = {"2.6 km": "config/rig.short.yaml", "4.0 km": "config/rig.example.yaml", "5.6 km": "config/rig.long.yaml"}
 

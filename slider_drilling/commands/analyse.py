@@ -11,7 +11,7 @@ import click
 from slider_drilling.commands.options import deliver, json_option, units_option
 
 if TYPE_CHECKING:
-    from slider_drilling.tools.study import Table
+    from slider_drilling.paper_studies.study import Table
     from slider_drilling.units import Units
 
 
@@ -29,10 +29,10 @@ def command(log: Path, output: Path, rig_path: Path | None, elements: int, units
     """Friction per hole interval, breakover, friction work, axial friction, zones and weight transfer in LOG."""
     from slider_drilling.analysis.analyse import analyse
     from slider_drilling.analysis.report import findings, page
-    from slider_drilling.console import stages, stderr
-    from slider_drilling.files import prepare_outputs
+    from slider_drilling.console.streams import stages, stderr
+    from slider_drilling.files.output_files import prepare_outputs
     from slider_drilling.log import read_log
-    from slider_drilling.tools.render import study_files, write_study
+    from slider_drilling.paper_studies.render import study_files, write_study
 
     prepare_outputs(study_files("analysis", output), (log, rig_path))
     record = read_log(log, rig_path)
@@ -48,7 +48,7 @@ def command(log: Path, output: Path, rig_path: Path | None, elements: int, units
 def _print(tables: Sequence[Table]) -> None:
     from rich.table import Table as Lines
 
-    from slider_drilling.console import stdout
+    from slider_drilling.console.streams import stdout
 
     for table in tables:
         lines = Lines(*table.header, title=table.title)

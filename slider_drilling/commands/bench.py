@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from slider_drilling.bench.result import Result
+    from slider_drilling.benchmarks.result import Result
 
 EPILOG = "Examples:\n\n  slider-drilling bench\n\n  slider-drilling bench --json > bench.json"
 
@@ -20,9 +20,9 @@ def command(as_json: bool) -> None:
 
     Each figure stands beside a reference measured in the same run: compare ratios where machines differ or are busy.
     """
-    from slider_drilling.bench.everything import STAGES, measure
-    from slider_drilling.bench.machine import describe
-    from slider_drilling.console import progress_bar
+    from slider_drilling.benchmarks.everything import STAGES, measure
+    from slider_drilling.benchmarks.machine import describe
+    from slider_drilling.console.streams import progress_bar
 
     machine = describe()
     with progress_bar("measuring {task.description}", "{task.completed:.0f} of {task.total:.0f}") as bar:
@@ -37,7 +37,7 @@ def command(as_json: bool) -> None:
 def _print(results: list[Result], machine: dict[str, str]) -> None:
     from rich.table import Table
 
-    from slider_drilling.console import stdout
+    from slider_drilling.console.streams import stdout
 
     table = Table("figure", "value", "reference", "ratio", "what the reference is, and how it was measured")
     for one in results:

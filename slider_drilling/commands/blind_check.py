@@ -78,8 +78,8 @@ def command(
     from slider_drilling.campaign.run import Where
     from slider_drilling.campaign.shown import run_shown
     from slider_drilling.errors import InputError
-    from slider_drilling.files import make_folder, prepare_outputs
-    from slider_drilling.share import share_file
+    from slider_drilling.files.installed_files import share_file
+    from slider_drilling.files.output_files import make_folder, prepare_outputs
 
     if answers is not None and sealed is None:
         raise InputError("--answers: give the folder of the sealed logs with --logs")
@@ -148,8 +148,8 @@ def _report(
 ) -> None:
     from slider_drilling.blind.check import ANSWERS, as_json, write_answers
     from slider_drilling.blind.page import write_blind_page
-    from slider_drilling.console import stdout
-    from slider_drilling.files import write_whole
+    from slider_drilling.console.streams import stdout
+    from slider_drilling.files.output_files import write_whole
 
     if not cases:
         write_answers(output / ANSWERS, answers)
@@ -185,7 +185,7 @@ def _print_totals(cases: Sequence[Scored], units: Units) -> None:
 
     from slider_drilling.blind.page import total_rows
     from slider_drilling.blind.tally import tally
-    from slider_drilling.console import stdout
+    from slider_drilling.console.streams import stdout
 
     table = Table("", "count, share, 95 % interval")
     for name, value in total_rows(tally(cases)):

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slider_drilling.changes import number
 from slider_drilling.errors import InputError
+from slider_drilling.schema.changes import number
 
 if TYPE_CHECKING:
     from slider_drilling.rig import Rig
@@ -103,7 +103,7 @@ def _check_settings(settings: dict[str, float], controller: str | None, rig: Rig
 
 
 def _write(rig: Rig, path: Path) -> str:
-    from slider_drilling.files import write_whole
+    from slider_drilling.files.output_files import write_whole
     from slider_drilling.rig import dump_rig
 
     write_whole(path, dump_rig(rig).encode("utf-8"))

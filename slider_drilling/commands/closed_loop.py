@@ -66,12 +66,12 @@ def command(
     from slider_drilling.closed_loop.page import closed_loop_page
     from slider_drilling.commands.changes import settings_of
     from slider_drilling.commands.closed_loop_campaign import drawn_scenario, run_campaign
-    from slider_drilling.console import stderr
+    from slider_drilling.console.streams import stderr
     from slider_drilling.control.load import DEFAULT
     from slider_drilling.errors import InputError
-    from slider_drilling.files import make_folder, prepare_outputs, write_whole
+    from slider_drilling.files.installed_files import share_file
+    from slider_drilling.files.output_files import make_folder, prepare_outputs, write_whole
     from slider_drilling.pages import write_page
-    from slider_drilling.share import share_file
 
     if not 10 <= elements <= 5000:
         raise InputError(f"--elements = {elements}: must be within 10 to 5000")
@@ -136,7 +136,7 @@ def _run(
     scenarios: list[Scenario], seed: int, elements: int, name: str, jobs: int, settings: dict[str, float]
 ) -> list[Outcome]:
     from slider_drilling.closed_loop import run_all, tasks
-    from slider_drilling.console import progress_bar
+    from slider_drilling.console.streams import progress_bar
 
     outcomes: list[Outcome] = []
     with progress_bar("{task.description}", "{task.completed}/{task.total}") as progress:
@@ -157,7 +157,7 @@ def _print(rows: list[dict[str, Outcome]], units: Units) -> None:
 
     from slider_drilling.closed_loop.contenders import UNDER_TEST
     from slider_drilling.closed_loop.report import brief_cells, brief_heads, costs, stops
-    from slider_drilling.console import stdout
+    from slider_drilling.console.streams import stdout
 
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
     for place, head in enumerate(brief_heads(units)):

@@ -28,7 +28,7 @@ def run_campaign(
     from slider_drilling.campaign.shown import run_shown
     from slider_drilling.closed_loop import campaign_page
     from slider_drilling.closed_loop.campaign import repeat_command, slide_job, slide_of
-    from slider_drilling.files import make_folder, prepare_outputs, write_whole
+    from slider_drilling.files.output_files import make_folder, prepare_outputs, write_whole
     from slider_drilling.pages import write_page
 
     make_folder(output)
@@ -68,7 +68,7 @@ def _print(found: Mapping[str, Sequence[Slide]]) -> None:
 
     from slider_drilling.closed_loop.campaign import spread
     from slider_drilling.closed_loop.campaign_page import BRIEF, brief_cells, pair_sentences
-    from slider_drilling.console import stdout
+    from slider_drilling.console.streams import stdout
 
     table = Table(*BRIEF, title="mean error, deg, that this share of slides stays below; slides held, set, idle")
     for name, slides in found.items():

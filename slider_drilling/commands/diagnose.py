@@ -68,10 +68,10 @@ def command(
     from slider_drilling.campaign.logs import Options, find_logs, source_of
     from slider_drilling.campaign.run import Where
     from slider_drilling.commands.diagnose_logs import diagnose_each
-    from slider_drilling.console import stages, stderr
+    from slider_drilling.console.streams import stages, stderr
     from slider_drilling.diagnosis.save import FILES
     from slider_drilling.diagnosis.user_effects import installed_effects, load_effect
-    from slider_drilling.files import check_distinct, make_folder, prepare_outputs
+    from slider_drilling.files.output_files import check_distinct, make_folder, prepare_outputs
     from slider_drilling.log import read_log
     from slider_drilling.rig import load_rig
 
@@ -99,7 +99,7 @@ def command(
 def _print(diagnosis: Diagnosis, units: Units) -> None:
     from rich.text import Text
 
-    from slider_drilling.console import stderr, stdout
+    from slider_drilling.console.streams import stderr, stdout
     from slider_drilling.diagnosis import words
 
     origin = diagnosis.origin
@@ -118,7 +118,7 @@ def _print_ranking(outcome: Outcome, units: Units) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from slider_drilling.console import stdout
+    from slider_drilling.console.streams import stdout
     from slider_drilling.diagnosis import words
     from slider_drilling.diagnosis.phrases import shown
 
@@ -147,7 +147,7 @@ def _print_ranking(outcome: Outcome, units: Units) -> None:
 def _print_simulated(outcome: Outcome, units: Units) -> None:
     from rich.table import Table
 
-    from slider_drilling.console import stdout
+    from slider_drilling.console.streams import stdout
     from slider_drilling.diagnosis.page import simulated_rows
     from slider_drilling.pages import Amount
 

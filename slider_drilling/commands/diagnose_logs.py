@@ -24,7 +24,7 @@ def diagnose_each(
     from slider_drilling.campaign.code import code_version
     from slider_drilling.campaign.logs import as_json, folder_names, log_job, page_of, row_of, unfold
     from slider_drilling.campaign.shown import run_shown
-    from slider_drilling.files import make_folder, prepare_outputs, write_whole
+    from slider_drilling.files.output_files import make_folder, prepare_outputs, write_whole
     from slider_drilling.pages import write_page
 
     make_folder(output)
@@ -62,7 +62,7 @@ def _print(rows: Sequence[Row]) -> None:
     from rich.table import Table
 
     from slider_drilling.campaign.logs import HEADS, cells
-    from slider_drilling.console import stdout
+    from slider_drilling.console.streams import stdout
 
     table = Table(*HEADS)
     for row in rows:

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from slider_drilling.commands.options import deliver, json_option, seeds, units_option
-from slider_drilling.printable import printable
+from slider_drilling.console.printable import printable
 
 if TYPE_CHECKING:
     from slider_drilling.contact.identify import Data, Identification
+    from slider_drilling.paper_studies.study import Study
     from slider_drilling.rig import Contact
-    from slider_drilling.tools.study import Study
     from slider_drilling.units import Units
 
 EPILOG = """\
@@ -59,14 +59,14 @@ def command(
     """Find kt and the asperity's axes a and b (and, if asked, f and i) from the friction measured in DATA.csv."""
     from rich.progress import Progress, TextColumn
 
-    from slider_drilling.console import progress_bar
+    from slider_drilling.console.streams import progress_bar
     from slider_drilling.contact import PAPER, friction_table
     from slider_drilling.contact.identify import identify
     from slider_drilling.contact.measured import read_measured
-    from slider_drilling.files import prepare_outputs
+    from slider_drilling.files.output_files import prepare_outputs
+    from slider_drilling.paper_studies.render import study_files, write_study
     from slider_drilling.rig import Contact
-    from slider_drilling.schema import build, plain
-    from slider_drilling.tools.render import study_files, write_study
+    from slider_drilling.schema.fields import build, plain
 
     prepare_outputs(study_files("identify", output), (data,))
     held = replace(PAPER.asperity, height=1e-6 * height_um, shape_factor=shape_factor)
@@ -118,7 +118,7 @@ def _page(path: Path, data: Data, found: Identification) -> Study:
     import numpy as np
 
     from slider_drilling.contact.measured import AgainstTime
-    from slider_drilling.tools.study import Chart, Study, Table, line
+    from slider_drilling.paper_studies.study import Chart, Study, Table, line
 
     if isinstance(data, AgainstTime):
         axis, label, against = data.time, "time, s", "samples of friction against time"
@@ -159,7 +159,7 @@ def _rows(found: Identification) -> tuple[tuple[str, ...], ...]:
 
 
 def _print(found: Identification) -> None:
-    from slider_drilling.console import stderr, stdout
+    from slider_drilling.console.streams import stderr, stdout
 
     for row in _rows(found):
         stdout().print(f"{row[0]:18} {row[1]:>12} {row[3]:>6}   {row[2]}")

@@ -53,11 +53,11 @@ def command(
     units: Units,
 ) -> None:
     """Turn the CSV table DATA into an MCAP log, in SI units, and list what it holds."""
-    from slider_drilling.console import progress_bar, stderr, stdout
-    from slider_drilling.files import prepare_outputs
+    from slider_drilling.console.printable import is_text
+    from slider_drilling.console.streams import progress_bar, stderr, stdout
+    from slider_drilling.files.output_files import prepare_outputs
     from slider_drilling.log import read_table, save_log
     from slider_drilling.log.summary import contents, summary_table
-    from slider_drilling.printable import is_text
     from slider_drilling.rig import load_rig
 
     prepare_outputs((output,), (data, mapping, rig))

@@ -53,8 +53,8 @@ def command(log: Path, rig_path: Path | None, namespace: str | None, units: Unit
 def _missing(record: RigLog, use: str) -> list[str]:
     """What keeps the log from this use, a sentence each; empty where nothing does."""
     from slider_drilling.diagnosis.replay import measured_channels
-    from slider_drilling.drillstring.from_log import commands_from_log
     from slider_drilling.errors import InputError
+    from slider_drilling.log_inputs.drives_from_log import commands_from_log
 
     try:
         rig = record.rig()
@@ -78,8 +78,8 @@ def _missing(record: RigLog, use: str) -> list[str]:
 
 def _assumed(record: RigLog) -> list[str]:
     """What a replay takes in place of what the log lacks."""
-    from slider_drilling.drillstring.from_log import commands_from_log
     from slider_drilling.errors import InputError
+    from slider_drilling.log_inputs.drives_from_log import commands_from_log
 
     try:
         return list(commands_from_log(record, record.rig()).assumed)
@@ -112,7 +112,7 @@ def _print(
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
-    from slider_drilling.console import stdout
+    from slider_drilling.console.streams import stdout
 
     total, say = sum(topic.messages for topic in found.topics), stdout().print
     many = f"{len(found.files)} files, " if len(found.files) > 1 else ""

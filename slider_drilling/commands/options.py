@@ -74,7 +74,7 @@ def deliver(tree: Mapping[str, Any] | None, show: Callable[[], None], write: Cal
 
 def tell_written(paths: Iterable[Path]) -> None:
     """The last lines of a command that leaves files: one each."""
-    from slider_drilling.console import stdout
+    from slider_drilling.console.streams import stdout
 
     for path in paths:
         stdout().print(f"wrote {path}")
@@ -93,7 +93,7 @@ def print_listing(entries: Iterable[tuple[str, str]]) -> None:
     """Names and what each is about, for --list."""
     from rich.table import Table
 
-    from slider_drilling.console import stdout
+    from slider_drilling.console.streams import stdout
 
     table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
     for entry in entries:

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 @json_option
 def command(log: Path, output: Path | None, namespace: str | None, units: Units, as_json: bool) -> None:
     """Print what happened in LOG; plot it as an HTML page that stands alone, and as PNG."""
-    from slider_drilling.console import stderr, stdout
-    from slider_drilling.files import make_folder, prepare_outputs
+    from slider_drilling.console.streams import stderr, stdout
+    from slider_drilling.files.output_files import make_folder, prepare_outputs
     from slider_drilling.log import read_log
     from slider_drilling.log.run_page import write_page, write_picture
     from slider_drilling.log.run_summary import summarise, summary_table

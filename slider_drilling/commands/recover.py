@@ -26,8 +26,8 @@ def command(log: Path, output: Path, as_json: bool) -> None:
 
     Says what was lost. Messages are copied as they are, of whatever topic.
     """
-    from slider_drilling.console import stderr, stdout
-    from slider_drilling.files import prepare_outputs
+    from slider_drilling.console.streams import stderr, stdout
+    from slider_drilling.files.output_files import prepare_outputs
     from slider_drilling.log.read import log_files
     from slider_drilling.log.recover import recover
 

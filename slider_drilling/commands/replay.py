@@ -29,10 +29,10 @@ def command(
 ) -> None:
     """Drive the plant with LOG's commands from its first sample; print how far it lands from LOG's channels."""
     from slider_drilling.api.comparisons import replay
-    from slider_drilling.console import stderr
+    from slider_drilling.console.streams import stderr
     from slider_drilling.diagnosis.replay_page import replay_page
     from slider_drilling.errors import InputError
-    from slider_drilling.files import prepare_outputs
+    from slider_drilling.files.output_files import prepare_outputs
     from slider_drilling.log import read_log
     from slider_drilling.pages import write_page
 
@@ -65,7 +65,7 @@ def command(
 def _print(run: Replay, units: Units) -> None:
     from rich.table import Table
 
-    from slider_drilling.console import stdout
+    from slider_drilling.console.streams import stdout
     from slider_drilling.diagnosis.replay_page import HEADER, table_rows
 
     table = Table(*HEADER)

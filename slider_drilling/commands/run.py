@@ -118,7 +118,7 @@ def _run(plan: Plan) -> Outcome:
     """Run with a progress bar in simulated seconds."""
     from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeRemainingColumn
 
-    from slider_drilling.console import progress_bar, stderr
+    from slider_drilling.console.streams import progress_bar, stderr
     from slider_drilling.nodes.session import run
 
     def announce(address: str) -> None:
@@ -136,7 +136,7 @@ def _run(plan: Plan) -> Outcome:
 
 def _tell(outcome: Outcome, keep: bool, as_json: bool, units: Units) -> None:
     """The summary; page and picture beside a log that is kept."""
-    from slider_drilling.console import stderr, stdout
+    from slider_drilling.console.streams import stderr, stdout
     from slider_drilling.log import read_log
     from slider_drilling.log.run_page import write_page, write_picture
     from slider_drilling.log.run_summary import summarise, summary_table

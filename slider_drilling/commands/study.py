@@ -10,7 +10,7 @@ import click
 from slider_drilling.commands.options import deliver, json_option, print_json, print_listing, units_option
 
 if TYPE_CHECKING:
-    from slider_drilling.tools.study import Study
+    from slider_drilling.paper_studies.study import Study
     from slider_drilling.units import Units
 
 EXAMPLES = """\
@@ -24,7 +24,7 @@ Examples:
 
 
 def _names(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
-    from slider_drilling.tools.catalogue import STUDIES
+    from slider_drilling.paper_studies.catalogue import STUDIES
 
     return [name for name in (*STUDIES, "all") if name.startswith(incomplete)]
 
@@ -51,9 +51,9 @@ def command(name: str | None, listing: bool, output: Path, jobs: int, units: Uni
     Ctrl-C (or SIGTERM) keeps the studies that have ended; the exit code is then 130 (143).
     """
     from slider_drilling.errors import InputError
-    from slider_drilling.tools.catalogue import STUDIES
-    from slider_drilling.tools.render import as_json as claims_json
-    from slider_drilling.tools.render import study_files, write_index
+    from slider_drilling.paper_studies.catalogue import STUDIES
+    from slider_drilling.paper_studies.render import as_json as claims_json
+    from slider_drilling.paper_studies.render import study_files, write_index
 
     if listing and as_json:
         print_json({name: entry.about for name, entry in STUDIES.items()})
@@ -87,10 +87,10 @@ def _run(names: list[str], output: Path, jobs: int, units: Units) -> dict[str, t
     """Of each study that ended, what it found and, where its files could not be written, why."""
     from rich.progress import Progress, SpinnerColumn, TimeElapsedColumn
 
-    from slider_drilling.console import progress_bar, stderr
-    from slider_drilling.files import prepare_outputs
-    from slider_drilling.parallel import in_processes
-    from slider_drilling.tools.render import study_files
+    from slider_drilling.console.streams import progress_bar, stderr
+    from slider_drilling.files.output_files import prepare_outputs
+    from slider_drilling.paper_studies.render import study_files
+    from slider_drilling.process.worker_pool import in_processes
 
     prepare_outputs(path for name in names for path in study_files(name, output))
     columns = (SpinnerColumn(), *Progress.get_default_columns(), TimeElapsedColumn())
@@ -112,8 +112,8 @@ def _run(names: list[str], output: Path, jobs: int, units: Units) -> dict[str, t
 def _run_one(name: str, output: Path, units: Units) -> tuple[Study, str]:
     """Its files are written where it ran, at once: what comes after may be interrupted."""
     from slider_drilling.errors import InputError
-    from slider_drilling.tools.catalogue import run_study
-    from slider_drilling.tools.render import write_study
+    from slider_drilling.paper_studies.catalogue import run_study
+    from slider_drilling.paper_studies.render import write_study
 
     study = run_study(name)
     try:
@@ -124,7 +124,7 @@ def _run_one(name: str, output: Path, units: Units) -> tuple[Study, str]:
 
 
 def _print(study: Study) -> None:
-    from slider_drilling.console import stdout
+    from slider_drilling.console.streams import stdout
 
     stdout().print(f"{study.name}: {study.title}")
     for claim in study.claims:

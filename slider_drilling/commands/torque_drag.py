@@ -48,8 +48,8 @@ def command(
 ) -> None:  # fmt: skip
     """Hook load and torque against depth for several friction coefficients, along the string, and the well's path."""
     from slider_drilling.analysis.torque_drag import hook_load_chart, log_points, torque_chart, torque_drag_page
-    from slider_drilling.console import stderr
-    from slider_drilling.files import make_folder, prepare_outputs, write_whole
+    from slider_drilling.console.streams import stderr
+    from slider_drilling.files.output_files import make_folder, prepare_outputs, write_whole
     from slider_drilling.log import read_log
     from slider_drilling.pages import write_page
     from slider_drilling.pages.picture import picture
@@ -113,7 +113,7 @@ def _csv(sticks: Sequence[Broomstick]) -> str:
 def _print(sticks: Sequence[Broomstick], units: Units) -> None:
     from rich.table import Table
 
-    from slider_drilling.console import stdout
+    from slider_drilling.console.streams import stdout
 
     force, torque = units.unit("kN"), units.unit("kN m")
     table = Table("at total depth", f"slack off {force}", f"turning {force}", f"pick up {force}", f"to turn {torque}")

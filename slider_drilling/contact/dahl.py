@@ -37,7 +37,7 @@ import math
 
 from numpy.typing import NDArray
 
-from slider_drilling.compiler import njit
+from slider_drilling.process.jit_cache import njit
 
 compiled = njit(cache=True, error_model="numpy", nogil=True)
 

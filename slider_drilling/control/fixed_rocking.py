@@ -8,11 +8,11 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from slider_drilling.control.interface import Measurements, MwdSample, RigCommand
 from slider_drilling.control.protocol import Level, Status
 from slider_drilling.control.rocking import Rocking
 from slider_drilling.control.settings import check, setting
 from slider_drilling.errors import InputError
-from slider_drilling.signals import Measurements, MwdSample, RigCommand
 
 if TYPE_CHECKING:
     from slider_drilling.rig import Rig

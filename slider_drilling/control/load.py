@@ -10,13 +10,13 @@ import math
 import numbers
 from typing import Any
 
+from slider_drilling.control.interface import Measurements, RigCommand
 from slider_drilling.control.protocol import Controller, Level, Status
 from slider_drilling.control.settings import limits_of
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
-from slider_drilling.signals import Measurements, RigCommand
+from slider_drilling.schema.yaml_tree import shown
 from slider_drilling.user_code import called, load_named
-from slider_drilling.yaml_tree import shown
 
 DEFAULT = "slider_drilling.control:SlideController"
 _COMMANDED = tuple(field.name for field in dataclasses.fields(RigCommand))

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from typing import Any, Protocol, runtime_checkable
 
-from slider_drilling.signals import Level, Measurements, RigCommand, Status
+from slider_drilling.control.interface import Measurements, RigCommand
+from slider_drilling.messages.health import Level, Status
 
 __all__ = ["AdjustableController", "Controller", "Level", "ReportingController", "Status", "TargetedController"]
 

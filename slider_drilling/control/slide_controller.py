@@ -10,6 +10,7 @@ from slider_drilling.control.amplitude import LANDING, AmplitudeFinder
 from slider_drilling.control.differential_pressure import DifferentialPressure
 from slider_drilling.control.drive import Motion, RockingDrive, Wish
 from slider_drilling.control.heave import HeaveCompensator
+from slider_drilling.control.interface import Measurements, RigCommand
 from slider_drilling.control.learnt_rig import corrected, with_worn_motor
 from slider_drilling.control.limits import HOLD_AFTER, Interlocks, Permission, Stall, StallGuard
 from slider_drilling.control.lowering import Lowering
@@ -23,10 +24,9 @@ from slider_drilling.control.stroke_phase import StrokePhase, apart
 from slider_drilling.control.stroke_torque import stroke_of
 from slider_drilling.control.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
 from slider_drilling.control.torque_and_drag import TorqueAndDrag
+from slider_drilling.control.torque_limited_reversal import TorqueTurn
 from slider_drilling.control.torque_reading import TorqueReading
-from slider_drilling.control.torque_turn import TorqueTurn
 from slider_drilling.control.watch import Watch
-from slider_drilling.signals import Measurements, RigCommand
 from slider_drilling.wellbore.zones import Zones
 
 if TYPE_CHECKING:

@@ -19,9 +19,9 @@ from collections import deque
 from dataclasses import dataclass
 
 from slider_drilling.control.circular_belief import CircularBelief
+from slider_drilling.control.interface import MwdSample
 from slider_drilling.control.string_filter import StringFilter
 from slider_drilling.control.stroke_means import CycleMean
-from slider_drilling.signals import MwdSample
 
 _STEP = 0.5                # s between the instants that are kept
 _OUTLIERS = 0.1            # share of MWD samples that may be any angle

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from slider_drilling.signals import Measurements
+from slider_drilling.control.interface import Measurements
 
 CHANNELS = ("top_drive_angle", "surface_torque", "block_position", "hook_load", "standpipe_pressure", "pump_speed")
 _LONGEST_STEP = 2.5    # sample periods; a gap in the stream must not become a leap of the reference

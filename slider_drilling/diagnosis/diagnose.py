@@ -9,7 +9,6 @@ import numpy as np
 
 from slider_drilling.diagnosis import words
 from slider_drilling.diagnosis.drill_string import DrillString, rig_with
-from slider_drilling.diagnosis.first_look import FirstLook, first_look
 from slider_drilling.diagnosis.from_engine import outcome_of
 from slider_drilling.diagnosis.origin import RigOrigin, origin_of, remarks_on
 from slider_drilling.diagnosis.outcome import Outcome
@@ -22,6 +21,7 @@ from slider_drilling.gap.explain import Answer, explain
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.progress import Progress
 from slider_drilling.log import RigLog
+from slider_drilling.log_checks import FirstLook, first_look
 from slider_drilling.rig import Rig
 
 __all__ = ["Diagnosis", "as_json", "diagnose", "tuned_rig"]

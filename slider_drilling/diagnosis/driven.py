@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from slider_drilling.drillstring import Commands, Start
-from slider_drilling.drillstring.begun import forgotten, start_of
-from slider_drilling.drillstring.from_log import commands_from_log
 from slider_drilling.gap.model import Array
 from slider_drilling.log import RigLog
+from slider_drilling.log_inputs.drives_from_log import commands_from_log
+from slider_drilling.log_inputs.infer_initial_state import forgotten, start_of
 from slider_drilling.rig import Rig
 
 

@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slider_drilling.diagnosis.first_look.repeats import without_repeats
 from slider_drilling.drillstring import ELEMENTS, Commands, Modifiers, Response, Start, simulate_batch
-from slider_drilling.drillstring.begun import AT_WORK, start_of
-from slider_drilling.drillstring.from_log import commands_from_log
-from slider_drilling.drillstring.record import finite
+from slider_drilling.drillstring.recorded_channels import finite
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Array, Channel
 from slider_drilling.log.series import RigLog
+from slider_drilling.log_checks.repeats import without_repeats
+from slider_drilling.log_inputs.drives_from_log import commands_from_log
+from slider_drilling.log_inputs.infer_initial_state import AT_WORK, start_of
 from slider_drilling.rig import Mwd, Rig, Sensor
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from slider_drilling.diagnosis.diagnose import Diagnosis, tuned_rig
 from slider_drilling.diagnosis.page import report_page
 from slider_drilling.diagnosis.tree import as_json
-from slider_drilling.files import make_folder, write_whole
+from slider_drilling.files.output_files import make_folder, write_whole
 from slider_drilling.pages import page_html
 from slider_drilling.rig import dump_rig
 from slider_drilling.units import SI, Units

@@ -10,16 +10,16 @@ import numpy as np
 from slider_drilling.diagnosis.catalogue import ANY_WAVE_S, aging_with_memory, catalogue
 from slider_drilling.diagnosis.drill_string import MESHES, DrillString, depth_probes
 from slider_drilling.diagnosis.driven import Driven, driven_by
-from slider_drilling.diagnosis.first_look.expected import NO_ROCK
-from slider_drilling.diagnosis.first_look.usable import unusable
 from slider_drilling.diagnosis.nuisance import nuisance_parameters, run_parameters
 from slider_drilling.diagnosis.replay import measured_channels
 from slider_drilling.diagnosis.user_effects import UserEffect, guarded, try_effects
-from slider_drilling.drillstring.lost_pump import slower
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Array, Run
 from slider_drilling.gap.problem.lines import BY_CHANCE, evenly, stands_out
 from slider_drilling.log import RigLog
+from slider_drilling.log_checks.expected import NO_ROCK
+from slider_drilling.log_checks.usable import unusable
+from slider_drilling.log_inputs.reconstruct_pump import slower
 from slider_drilling.rig import Rig
 
 # Hz, above which neither rocking nor the sea moves a hook load; where tools vibrate.

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from slider_drilling.drillstring import Commands
-from slider_drilling.drillstring.lost_block import stretches
 from slider_drilling.gap.model import Array, Parameter, Values
+from slider_drilling.log_inputs.reconstruct_block import stretches
 
 _RATE = "block_rate_"
 # m/s: what pressure tells of a rate is off by about as much, most of it while friction begins to hold the string back;

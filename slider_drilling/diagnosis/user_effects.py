@@ -17,9 +17,9 @@ from slider_drilling.drillstring import Commands, Modifiers
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Array, Effect, Values
 from slider_drilling.rig import Rig
+from slider_drilling.schema.yaml_tree import shown
 from slider_drilling.user_code import called, load_named
 from slider_drilling.wellbore.mesh import build_mesh
-from slider_drilling.yaml_tree import shown
 
 GROUP = "slider_drilling.effects"
 

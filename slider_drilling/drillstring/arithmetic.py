@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from slider_drilling.compiler import COMPILE, INNER, njit
+from slider_drilling.process.jit_cache import COMPILE, INNER, njit
 
 # No "arcp" here: with it the compiler takes a coarser estimate in packed code than in scalar code.
 _ROOTS: dict[str, Any] = {**INNER, "fastmath": {"contract", "nsz"}}

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from slider_drilling.control.interface import RigCommand
 from slider_drilling.rig import TopDrive
-from slider_drilling.signals import RigCommand
 
 _SETTLING = 0.3  # s, over which the top drive closes what it lags behind its trajectory
 

@@ -12,10 +12,19 @@ import math
 
 import numpy as np
 
-from slider_drilling.compiler import COMPILE, INNER, njit
 from slider_drilling.drillstring.arithmetic import exponential, per_root, reciprocal, root
-from slider_drilling.drillstring.ends import circulate, cut, drive_top, pull, pump_mud, sense, sense_torque, shake
+from slider_drilling.drillstring.boundary_conditions import (
+    circulate,
+    cut,
+    drive_top,
+    pull,
+    pump_mud,
+    sense,
+    sense_torque,
+    shake,
+)
 from slider_drilling.drillstring.layout import Array, Curve, Elements, Lanes, State
+from slider_drilling.process.jit_cache import COMPILE, INNER, njit
 
 _TINY = 1e-30  # m2 or N2; a strain this small has no direction
 _GONE = 1e6  # slip over the length of decay of a strain, after which nothing is left of it; its powers stay finite

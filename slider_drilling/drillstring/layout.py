@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slider_drilling.compiler import vector_bits
+from slider_drilling.process.jit_cache import vector_bits
 
 Array = NDArray[np.float64]
 _VECTOR = 4 * vector_bits() // 64  # values that the widest packed loop takes at a time: four vectors of them

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slider_drilling.drillstring.layout import Array
-from slider_drilling.drillstring.lost_motion import is_lost
+from slider_drilling.drillstring.sample_gaps import is_lost
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from slider_drilling.control.interface import MwdSample
 from slider_drilling.rig import Mwd, Sensor
-from slider_drilling.signals import MwdSample
 
 _RESOLVED = 2.0**52
 

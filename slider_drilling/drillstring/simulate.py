@@ -8,15 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.at_once import at_once, idle_threads
-from slider_drilling.compiler import announced
 from slider_drilling.drillstring import assemble, kernel
 from slider_drilling.drillstring.assemble import Modifiers
+from slider_drilling.drillstring.depth_profile import Profile, profile_of
 from slider_drilling.drillstring.layout import CHANNELS, Array, State, in_single
 from slider_drilling.drillstring.observer import Observer
-from slider_drilling.drillstring.profile import Profile, profile_of
-from slider_drilling.drillstring.record import Commands, Response
+from slider_drilling.drillstring.recorded_channels import Commands, Response
 from slider_drilling.drillstring.start import Start, initial_state
+from slider_drilling.process.jit_cache import announced
+from slider_drilling.process.parallel_map import at_once, idle_threads
 from slider_drilling.rig import Rig
 
 ELEMENTS = 200

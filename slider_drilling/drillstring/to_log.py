@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from slider_drilling.drillstring.record import Commands, Response
+from slider_drilling.drillstring.recorded_channels import Commands, Response
 from slider_drilling.drillstring.sensors import wrap
 from slider_drilling.log.write import LogWriter
 from slider_drilling.messages.topics import TOPICS

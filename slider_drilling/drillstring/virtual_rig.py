@@ -10,16 +10,16 @@ from typing import Any
 
 import numpy as np
 
+from slider_drilling.control.interface import Measurements, MwdSample, RigCommand
 from slider_drilling.drillstring.assemble import Modifiers
+from slider_drilling.drillstring.depth_profile import Profile
 from slider_drilling.drillstring.drives import DriveState, follow
 from slider_drilling.drillstring.layout import Array
-from slider_drilling.drillstring.profile import Profile
-from slider_drilling.drillstring.record import Commands, Response, finite
+from slider_drilling.drillstring.recorded_channels import Commands, Response, finite
 from slider_drilling.drillstring.sensors import MwdSensor, SurfaceSensor
 from slider_drilling.drillstring.simulate import ELEMENTS, Plant, PlantState
 from slider_drilling.drillstring.start import Start
 from slider_drilling.rig import Rig
-from slider_drilling.signals import Measurements, MwdSample, RigCommand
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from slider_drilling.live.desk import Desk, Record, Rock, SetParameter, SetTarge
 from slider_drilling.live.frame import Along, dial_json, rocking_json, rows_json
 from slider_drilling.live.instruments import Instruments
 from slider_drilling.live.state import LiveState, Setting
-from slider_drilling.signals import Level, Status
+from slider_drilling.messages.health import Level, Status
 
 TITLE = "Slide drilling"
 FRAME = 0.1       # s between frames

@@ -12,8 +12,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from slider_drilling.control.differential_pressure import DifferentialPressure
+from slider_drilling.messages.health import Level, Status
 from slider_drilling.rig import Rig
-from slider_drilling.signals import Level, Status
 
 WINDOW = 300.0       # s that the strips show
 MOST_ROWS = 6000     # of the strips, whatever the rate

@@ -13,7 +13,7 @@ from typing import Any
 import yaml
 
 from slider_drilling.errors import InputError
-from slider_drilling.files import write_whole
+from slider_drilling.files.output_files import write_whole
 from slider_drilling.log.write import LogWriter, Written
 
 METADATA = "metadata.yaml"

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 from mcap.records import Channel
 
+from slider_drilling.console.printable import printable
 from slider_drilling.log.container import Container
 from slider_drilling.log.decode import Array, Decoder, Integers
 from slider_drilling.log.read import log_files, match
 from slider_drilling.log.tracks import SECOND, STEP_BACK
 from slider_drilling.messages.topics import TOPICS, canonical_type
-from slider_drilling.printable import printable
 
 NAN = float("nan")
 # Longer than so many usual steps, and than this, is a gap.

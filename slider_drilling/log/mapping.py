@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from slider_drilling.errors import InputError
-from slider_drilling.files import read_text
-from slider_drilling.schema import build, quantity
+from slider_drilling.files.output_files import read_text
+from slider_drilling.schema.fields import build, quantity
+from slider_drilling.schema.yaml_tree import parse_yaml
 from slider_drilling.units import si_value
-from slider_drilling.yaml_tree import parse_yaml
 
 SCHEMA = "slider_drilling/csv/1"
 ISO_TIME = "iso8601"

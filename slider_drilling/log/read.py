@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
-from slider_drilling.files import read_text
+from slider_drilling.files.output_files import read_text
 from slider_drilling.log.chunk import Block
 from slider_drilling.log.container import Container
 from slider_drilling.log.decode import Array, Decoder, Integers
@@ -19,7 +20,6 @@ from slider_drilling.log.possible import possible
 from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
 from slider_drilling.log.tracks import OTHER_CLOCK, SECOND, Track, ordered, within
 from slider_drilling.messages.topics import CLOCKS, JOINT_STATE, SURFACE, TOPICS, canonical_type, namespace_of
-from slider_drilling.printable import printable
 
 # Samples of a rig's channels that are read, about: at 10 Hz a week, in a bit more than 1 GB.
 MOST_SAMPLES = 25_000_000

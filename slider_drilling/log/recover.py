@@ -12,15 +12,15 @@ from mcap.records import Channel, Message
 from numpy.typing import NDArray
 
 from slider_drilling import __version__
+from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
-from slider_drilling.files import begin_file, end_file
+from slider_drilling.files.output_files import begin_file, end_file
 from slider_drilling.log.container import Container
 from slider_drilling.log.decode import Decoder
 from slider_drilling.log.mcap_file import McapFile
 from slider_drilling.log.read import log_files, match
 from slider_drilling.log.tracks import LEAP, SECOND, STEP_BACK, outliers
 from slider_drilling.messages.topics import CLOCKS, TOPICS
-from slider_drilling.printable import printable
 
 RECOVERED = "slider_drilling_recovered"
 # Messages whose order of time has to be restored are held in memory: bytes of them, at most.

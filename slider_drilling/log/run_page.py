@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from slider_drilling.errors import InputError
-from slider_drilling.files import write_whole
+from slider_drilling.files.output_files import write_whole
 from slider_drilling.log.by_depth import depth_charts
 from slider_drilling.log.run_summary import NOT_SET, RunSummary, held_words, rows, target_at
 from slider_drilling.log.series import Array, RigLog

@@ -14,16 +14,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
-from slider_drilling.files import read_text, text_lines
-from slider_drilling.integral import integral
+from slider_drilling.files.output_files import read_text, text_lines
 from slider_drilling.log.mapping import CHANNELS, ISO_TIME, Layout, Mapping, load_mapping
 from slider_drilling.log.possible import possible
 from slider_drilling.log.series import Array, JointSeries, RigLog, ScalarSeries
 from slider_drilling.messages.topics import CLOCKS, JOINT_STATE, TOPICS
-from slider_drilling.printable import printable
 from slider_drilling.rig import parse_rig
-from slider_drilling.yaml_tree import shown
+from slider_drilling.schema.yaml_tree import shown
 
 LAST = 2.0**31  # s since the epoch that a message's stamp can hold: January 2038
 _MOST_CELLS = 10_000_000  # of the columns that are kept: a gigabyte, as text and as numbers
@@ -217,9 +216,11 @@ def _channel(table: Table, mapping: Mapping, name: str, seconds: Array) -> Array
 
 def _integral(rate: Array, seconds: Array) -> Array:
     """Trapezoids from zero over the rows that have both; NaN where a row has not."""
+    from scipy.integrate import cumulative_trapezoid  # not at the top: the recorder starts without scipy
+
     there = ~np.isnan(rate) & ~np.isnan(seconds)
     total = np.full(rate.shape, math.nan)
-    total[there] = integral(seconds[there], rate[there])
+    total[there] = cumulative_trapezoid(rate[there], seconds[there], initial=0.0)
     return total
 
 

@@ -13,13 +13,13 @@ from pathlib import Path
 from types import TracebackType
 
 from slider_drilling import __version__
+from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
-from slider_drilling.files import begin_file, end_file
+from slider_drilling.files.output_files import begin_file, end_file
 from slider_drilling.log.mcap_file import CHUNK_BYTES, McapFile
 from slider_drilling.messages import cdr
 from slider_drilling.messages.schemas import SCHEMAS
 from slider_drilling.messages.topics import DIAGNOSTIC_ARRAY, FLUID_PRESSURE, JOINT_STATE, WRENCH_STAMPED
-from slider_drilling.printable import printable
 
 # What a killed recording may lose, s of wall time: messages are written out at least this often.
 FLUSH_PERIOD = 0.5

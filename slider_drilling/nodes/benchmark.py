@@ -13,9 +13,9 @@ import time
 from pathlib import Path
 from typing import Any
 
-from slider_drilling.bench.machine import peak_megabytes
+from slider_drilling.benchmarks.machine import peak_megabytes
 from slider_drilling.nodes import environment
-from slider_drilling.parent import end_with_parent
+from slider_drilling.process.parent_death import end_with_parent
 
 DURATION = 120.0  # simulated s of the closed loop
 MESSAGES, BURST = 20_000, 50
@@ -39,9 +39,9 @@ def recorder() -> dict[str, float]:
 
     from slider_drilling.messages import cdr
     from slider_drilling.messages.topics import TOPICS
-    from slider_drilling.nodes import link
-    from slider_drilling.nodes.halt import Halt
+    from slider_drilling.nodes import raw_topics as link
     from slider_drilling.nodes.recorder import Recorder
+    from slider_drilling.nodes.shutdown import Halt
     from slider_drilling.nodes.spin import make_executor
 
     with tempfile.TemporaryDirectory() as folder:
@@ -68,8 +68,8 @@ def recorder() -> dict[str, float]:
 def start() -> dict[str, float | None]:
     """A friction simulator that stands ready; the caller times the process."""
     from slider_drilling.nodes.friction_simulator import FrictionSimulator
-    from slider_drilling.nodes.halt import Halt
     from slider_drilling.nodes.run_node import init
+    from slider_drilling.nodes.shutdown import Halt
 
     init(["slider-drilling"])
     FrictionSimulator(Halt())

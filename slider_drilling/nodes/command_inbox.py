@@ -7,8 +7,9 @@ from collections import Counter, deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from slider_drilling.nodes.other_clock import name_clock
-from slider_drilling.signals import Level, RigCommand
+from slider_drilling.control.interface import RigCommand
+from slider_drilling.messages.health import Level
+from slider_drilling.nodes.clock_check import name_clock
 
 TOP_DRIVE, BLOCK, PUMP = "top_drive/command", "draw_works/command", "mud_pump/command"
 AHEAD = 0.5   # s by which a command may be ahead of the rig's clock in real time: stamped between two samples

@@ -8,10 +8,10 @@ from rclpy.node import Node
 
 from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
+from slider_drilling.messages.health import Level, Status
 from slider_drilling.messages.topics import TOPICS
-from slider_drilling.nodes import link
+from slider_drilling.nodes import raw_topics as link
 from slider_drilling.nodes.command_inbox import BLOCK, PUMP, TOP_DRIVE, CommandInbox
-from slider_drilling.signals import Level, Status
 
 COMMANDS = (TOP_DRIVE, BLOCK, PUMP)
 RIVALRY = 2.0  # s of the rig's clock for which a second controller is remembered

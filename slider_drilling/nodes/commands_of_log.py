@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS
-from slider_drilling.nodes import link
+from slider_drilling.nodes import raw_topics as link
 from slider_drilling.nodes.played_log import PlayedLog
 
 COMMANDS = (link.PUMP_COMMAND, TOPICS["draw_works_command"], TOPICS["top_drive_command"])

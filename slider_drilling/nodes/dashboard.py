@@ -24,10 +24,10 @@ from slider_drilling.live.serve import LOCAL, PORT, Address, Server
 from slider_drilling.live.state import LiveState, Setting
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS
-from slider_drilling.nodes import link
-from slider_drilling.nodes.halt import Halt
+from slider_drilling.nodes import raw_topics as link
 from slider_drilling.nodes.health import Level, Status
 from slider_drilling.nodes.parameters import Declared, declare
+from slider_drilling.nodes.shutdown import Halt
 from slider_drilling.rig import parse_rig
 
 PARAMETERS = (

@@ -9,7 +9,7 @@ from rclpy.duration import Duration
 from rclpy.qos import QoSProfile
 
 from slider_drilling.messages.schemas import SCHEMAS, joined
-from slider_drilling.nodes.link import message_class
+from slider_drilling.nodes.raw_topics import message_class
 
 # IDL names of basic types that a .msg file calls otherwise.
 _NAMES = {"boolean": "bool", "octet": "byte", "float": "float32", "double": "float64"}

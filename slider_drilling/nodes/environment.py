@@ -11,7 +11,7 @@ from collections.abc import Mapping, MutableMapping
 from pathlib import Path
 
 from slider_drilling.errors import InputError
-from slider_drilling.share import share_file
+from slider_drilling.files.installed_files import share_file
 
 LOOPBACK = "config/loopback.xml"  # a profile of Fast DDS
 LAST_DOMAIN = 231  # of 232 the ports of 64 programs, which config/loopback.xml has DDS knock at, do not exist

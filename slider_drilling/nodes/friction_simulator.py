@@ -14,19 +14,19 @@ from std_msgs.msg import String
 
 from slider_drilling.drillstring import VirtualRig
 from slider_drilling.errors import InputError
-from slider_drilling.nodes import link
+from slider_drilling.nodes import raw_topics as link
 from slider_drilling.nodes.command_inbox import TOP_DRIVE, CommandInbox
 from slider_drilling.nodes.command_port import COMMANDS, CommandPort
-from slider_drilling.nodes.halt import Halt
 from slider_drilling.nodes.health import Health, Level, Status
+from slider_drilling.nodes.late_joiners import Newcomers
 from slider_drilling.nodes.managed import AUTOSTART, Transitions
-from slider_drilling.nodes.newcomers import Newcomers
 from slider_drilling.nodes.pace import Pace
 from slider_drilling.nodes.parameters import Declared, declare, on_change
-from slider_drilling.nodes.place import Place
 from slider_drilling.nodes.rig_parameter import RIG, name_of, rig_of
 from slider_drilling.nodes.rig_topics import RigTopics
 from slider_drilling.nodes.services import reset_service, stepping_services
+from slider_drilling.nodes.shutdown import Halt
+from slider_drilling.nodes.simulator_lock import Place
 
 PARAMETERS = (
     RIG,

@@ -7,9 +7,9 @@ from collections.abc import Iterable
 from rclpy.node import Node
 
 from slider_drilling.messages import cdr
+from slider_drilling.messages.health import Level, Status
 from slider_drilling.messages.topics import DIAGNOSTICS, Topic
-from slider_drilling.nodes import link
-from slider_drilling.signals import Level, Status
+from slider_drilling.nodes import raw_topics as link
 
 PERIOD_NS = 1_000_000_000
 AGGREGATED = Topic("/diagnostics", DIAGNOSTICS.type)  # where diagnostic_aggregator and rqt look

@@ -17,7 +17,7 @@ from launch.event_handlers import OnProcessExit
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from slider_drilling.parent import END_WITH_PARENT
+from slider_drilling.process.parent_death import END_WITH_PARENT
 
 PACKAGE = "slider_drilling"
 MISTAKE = 2          # the exit code of what a user can mend: starting it again would not

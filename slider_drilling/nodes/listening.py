@@ -16,7 +16,7 @@ from rclpy.subscription import Subscription
 from slider_drilling.errors import InputError
 from slider_drilling.log.bag import Recorded
 from slider_drilling.messages.topics import Topic
-from slider_drilling.nodes import link
+from slider_drilling.nodes import raw_topics as link
 from slider_drilling.nodes.definitions import definition, offered
 from slider_drilling.nodes.sequence import SequenceWatch
 

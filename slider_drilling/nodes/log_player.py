@@ -16,17 +16,17 @@ from std_msgs.msg import String
 
 from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
+from slider_drilling.messages.health import Level, Status
 from slider_drilling.messages.topics import TOPICS, Topic
-from slider_drilling.nodes import link
+from slider_drilling.nodes import raw_topics as link
 from slider_drilling.nodes.commands_of_log import COMMANDS, CommandsOfLog
-from slider_drilling.nodes.halt import Halt
 from slider_drilling.nodes.health import Health
 from slider_drilling.nodes.managed import AUTOSTART, Transitions
 from slider_drilling.nodes.pace import Pace
 from slider_drilling.nodes.parameters import Declared, declare, on_change, warn_of_unknown
 from slider_drilling.nodes.played_log import Message, load
 from slider_drilling.nodes.services import stepping_services
-from slider_drilling.signals import Level, Status
+from slider_drilling.nodes.shutdown import Halt
 
 PARAMETERS = (
     Declared("log", "", "path of the MCAP log to play, or of a bag's folder"),

@@ -10,7 +10,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.log.container import Container
 from slider_drilling.log.read import log_files
 from slider_drilling.messages.topics import TOPICS, canonical_type, namespace_of
-from slider_drilling.nodes import link
+from slider_drilling.nodes import raw_topics as link
 
 MADE_ANEW = ("clock", link.RIG_DESCRIPTION.name)  # the clock from the log times, the rig from the log's attachment
 

@@ -46,8 +46,8 @@ def _main(name: str) -> None:
 
     from slider_drilling.errors import InputError
     from slider_drilling.nodes import environment
-    from slider_drilling.parent import end_with_parent
-    from slider_drilling.variables import check_variables
+    from slider_drilling.process.environment_variables import check_variables
+    from slider_drilling.process.parent_death import end_with_parent
 
     code = 0
     try:

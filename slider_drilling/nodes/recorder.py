@@ -16,13 +16,13 @@ from slider_drilling.log.bag import Bag, Settings
 from slider_drilling.log.write import FLUSH_PERIOD
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS
-from slider_drilling.nodes import link
-from slider_drilling.nodes.halt import Halt
+from slider_drilling.nodes import raw_topics as link
 from slider_drilling.nodes.health import Health, Level, Status
 from slider_drilling.nodes.listening import Heard, Listening, Wanted
 from slider_drilling.nodes.managed import AUTOSTART, Transitions
 from slider_drilling.nodes.parameters import Declared, declare, warn_of_unknown
 from slider_drilling.nodes.rig_parameter import rig_of
+from slider_drilling.nodes.shutdown import Halt
 
 PARAMETERS = (
     Declared("directory", ".", "folder of the bag, made where it is missing; within it, where it is a bag already"),

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from slider_drilling.files import read_text
+from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.output_files import read_text
 from slider_drilling.log import read_log
 from slider_drilling.nodes.parameters import Declared
 from slider_drilling.rig import Rig, parse_rig
-from slider_drilling.share import share_file
 
 EXAMPLE = "config/rig.example.yaml"
 RIG = Declared("rig", "", "path of the rig file, or of a log that has one; empty: the 4 km example well")

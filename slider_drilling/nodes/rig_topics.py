@@ -7,11 +7,11 @@ from collections.abc import Callable
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 
+from slider_drilling.control.interface import Measurements
 from slider_drilling.drillstring.virtual_rig import Truth
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS
-from slider_drilling.nodes import link
-from slider_drilling.signals import Measurements
+from slider_drilling.nodes import raw_topics as link
 
 NAMES = ("mwd_tool_face", "truth_bit", "truth_weight_on_bit", "truth_depth", "standpipe_pressure", "mud_pump",
          "draw_works", "top_drive")

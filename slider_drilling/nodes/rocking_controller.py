@@ -13,6 +13,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 
+from slider_drilling.control.interface import Measurements, RigCommand
 from slider_drilling.control.load import (
     DEFAULT,
     configure,
@@ -25,18 +26,17 @@ from slider_drilling.control.load import (
 from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS
-from slider_drilling.nodes import link
+from slider_drilling.nodes import raw_topics as link
 from slider_drilling.nodes.controller_settings import of_settings
-from slider_drilling.nodes.echoes import Echoes
-from slider_drilling.nodes.halt import Halt
 from slider_drilling.nodes.health import Health, Level, Status
 from slider_drilling.nodes.managed import AUTOSTART, Transitions
+from slider_drilling.nodes.own_echoes import Echoes
 from slider_drilling.nodes.parameters import Declared, declare, on_change
 from slider_drilling.nodes.rig_parameter import RIG, name_of, rig_of
 from slider_drilling.nodes.sample_inbox import Joint, SampleInbox
 from slider_drilling.nodes.services import reset_service, trigger_service
-from slider_drilling.nodes.silence import Silence
-from slider_drilling.signals import Measurements, RigCommand
+from slider_drilling.nodes.shutdown import Halt
+from slider_drilling.nodes.watchdog import Silence
 
 PARAMETERS = (
     RIG,

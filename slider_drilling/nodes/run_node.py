@@ -15,8 +15,8 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from slider_drilling.errors import InputError
-from slider_drilling.nodes.halt import Halt, Interrupted
-from slider_drilling.nodes.link import flush
+from slider_drilling.nodes.raw_topics import flush
+from slider_drilling.nodes.shutdown import Halt, Interrupted
 from slider_drilling.nodes.spin import drain, spin
 
 NODES = {

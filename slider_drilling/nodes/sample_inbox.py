@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from slider_drilling.signals import Measurements, MwdSample
+from slider_drilling.control.interface import Measurements, MwdSample
 
 NAN = float("nan")
 

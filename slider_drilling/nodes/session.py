@@ -13,16 +13,16 @@ from typing import Any
 import rclpy
 from rclpy.parameter import Parameter
 
-from slider_drilling.interrupts import Ended
+from slider_drilling.files.installed_files import share_file
 from slider_drilling.live.serve import Address
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
-from slider_drilling.nodes.halt import Halt
 from slider_drilling.nodes.recorder import Recorder
 from slider_drilling.nodes.rig_parameter import EXAMPLE
 from slider_drilling.nodes.rocking_controller import RockingController
 from slider_drilling.nodes.run_node import init
+from slider_drilling.nodes.shutdown import Halt
 from slider_drilling.nodes.spin import drain, spin
-from slider_drilling.share import share_file
+from slider_drilling.process.shutdown import Ended
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
 
-from slider_drilling.nodes.halt import Halt
+from slider_drilling.nodes.shutdown import Halt
 
 IDLE = 0.1  # s after which a loop without messages looks at the signals
 DRAIN = 2.0  # s at most for what is still on its way when a program ends

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from slider_drilling import __version__
-from slider_drilling.files import write_whole
+from slider_drilling.files.output_files import write_whole
 from slider_drilling.pages.colours import DARK, LIGHT
 from slider_drilling.pages.figures import Chart, Map
 from slider_drilling.pages.plotly_js import drawing

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slider_drilling.interrupts import put_off
 from slider_drilling.pages.colours import LIGHT, ORDER
 from slider_drilling.pages.figures import Bars, Chart, Figure, Line, Map, Panel, thin
 from slider_drilling.pages.plotly_js import KINDS
+from slider_drilling.process.shutdown import put_off
 from slider_drilling.units import Units, unit_of
 
 if TYPE_CHECKING:

@@ -8,11 +8,11 @@ from typing import Any
 import yaml
 
 from slider_drilling.effects import Effects
-from slider_drilling.files import read_text
+from slider_drilling.files.output_files import read_text
 from slider_drilling.rig.parts import Rig
 from slider_drilling.rig.relations import check_relations
-from slider_drilling.schema import build, plain
-from slider_drilling.yaml_tree import parse_yaml
+from slider_drilling.schema.fields import build, plain
+from slider_drilling.schema.yaml_tree import parse_yaml
 
 LONGEST = 1_000_000
 """Bytes of a rig file: one with ten thousand stations has half of it."""

@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
-from slider_drilling.changes import changed
 from slider_drilling.effects import Effects
-from slider_drilling.schema import Range, block, plain, quantity, rows_of
+from slider_drilling.schema.changes import changed
+from slider_drilling.schema.fields import Range, block, plain, quantity, rows_of
 
 SCHEMA = "slider_drilling/rig/1"
 DEEPEST = 20_000.0

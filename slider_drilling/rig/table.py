@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from slider_drilling.rig.parts import Rig
-from slider_drilling.schema import rows
+from slider_drilling.schema.fields import rows
 
 HEAD = ("key", "unit", "range", "default", "what the range is of")
 

@@ -20,9 +20,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.compiler import COMPILE, njit
 from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.errors import InputError
+from slider_drilling.process.jit_cache import COMPILE, njit
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.course import Array
 from slider_drilling.wellbore.mesh import GRAVITY, Mesh, build_mesh, friction_factors, open_hole_share

@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 
 from slider_drilling.errors import InputError
-from slider_drilling.files import read_text
+from slider_drilling.files.output_files import read_text
 from slider_drilling.units import si_value
 
 # What a head is for, by how its words begin; the unit stands behind in brackets, or after the last underscore.

@@ -58,7 +58,7 @@ import dataclasses
 import numpy as np
 from slider_drilling.control.protocol import Level, Status
 from slider_drilling.control.settings import setting
-from slider_drilling.signals import RigCommand
+from slider_drilling.control.interface import RigCommand
 {top}
 @dataclasses.dataclass(frozen=True)
 class Settings:

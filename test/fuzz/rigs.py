@@ -15,7 +15,7 @@ from slider_drilling.control import SlideController
 from slider_drilling.drillstring import VirtualRig
 from slider_drilling.rig import Rig, dump_rig, parse_rig, rig_of_tree
 from slider_drilling.rig.parts import Rig as Parts
-from slider_drilling.schema import rows
+from slider_drilling.schema.fields import rows
 
 EXAMPLE = (Path(__file__).parents[2] / "config" / "rig.example.yaml").read_text()
 TREE = yaml.safe_load(EXAMPLE)

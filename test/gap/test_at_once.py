@@ -5,9 +5,9 @@ import threading
 import pytest
 from toy import toy
 
-from slider_drilling import at_once as module
-from slider_drilling.at_once import at_once, idle_threads
 from slider_drilling.gap import explain
+from slider_drilling.process import parallel_map as module
+from slider_drilling.process.parallel_map import at_once, idle_threads
 
 
 @pytest.mark.parametrize("threads", [1, 2])

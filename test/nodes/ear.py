@@ -13,7 +13,7 @@ from rclpy.node import Node
 
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS, Topic
-from slider_drilling.nodes import link
+from slider_drilling.nodes import raw_topics as link
 
 DEADLINE = 120.0  # s, for anything that has to happen
 STATUSES = 100_000  # that wait where this process gets no turn: in lockstep a rig sends hundreds a second

@@ -10,7 +10,7 @@ from std_srvs.srv import Trigger
 
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS
-from slider_drilling.nodes import link
+from slider_drilling.nodes import raw_topics as link
 
 OK, ERROR = 0, 2
 

@@ -30,9 +30,9 @@ from slider_drilling.live.state import LiveState
 from slider_drilling.log import read_log
 from slider_drilling.nodes import dashboard
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
-from slider_drilling.nodes.halt import Halt
 from slider_drilling.nodes.recorder import Recorder
 from slider_drilling.nodes.rocking_controller import RockingController
+from slider_drilling.nodes.shutdown import Halt
 from slider_drilling.nodes.spin import make_executor
 
 

@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 from mcap.reader import make_reader
 
+from slider_drilling.files.installed_files import share_file
 from slider_drilling.nodes.session import Plan, run
-from slider_drilling.share import share_file
 
 DecoderFactory = pytest.importorskip("mcap_ros2.decoder").DecoderFactory
 

@@ -15,11 +15,11 @@ from slider_drilling.errors import InputError
 from slider_drilling.log import LogWriter, read_log
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS, Topic
-from slider_drilling.nodes import link
+from slider_drilling.nodes import raw_topics as link
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
-from slider_drilling.nodes.halt import Halt
 from slider_drilling.nodes.log_player import LogPlayer
 from slider_drilling.nodes.session import Plan, run
+from slider_drilling.nodes.shutdown import Halt
 from slider_drilling.nodes.spin import make_executor
 
 FIXED = "slider_drilling.control:FixedRocking"

@@ -13,8 +13,8 @@ from rclpy.signals import SignalHandlerOptions
 from slider_drilling.log import LogWriter
 from slider_drilling.nodes import friction_simulator, log_player, recorder, rocking_controller
 from slider_drilling.nodes.controller_settings import of_settings
-from slider_drilling.nodes.halt import Halt
 from slider_drilling.nodes.parameters import Declared
+from slider_drilling.nodes.shutdown import Halt
 
 MODULES = {
     "friction_simulator": (friction_simulator, friction_simulator.FrictionSimulator),

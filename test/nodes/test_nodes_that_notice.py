@@ -127,7 +127,7 @@ def test_two_rigs_in_one_graph_keep_their_own_time(start, tmp_path):
 
 
 STUCK = """
-from slider_drilling.signals import RigCommand
+from slider_drilling.control.interface import RigCommand
 class Mine:
     def __init__(self, rig): pass
     def step(self, measurements):

@@ -13,7 +13,7 @@ import yaml
 
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS
-from slider_drilling.nodes import link
+from slider_drilling.nodes import raw_topics as link
 
 asyncua = pytest.importorskip("asyncua")
 ua = asyncua.ua

@@ -15,10 +15,10 @@ from slider_drilling.control.settings import limits_of
 from slider_drilling.errors import InputError
 from slider_drilling.log import LogWriter
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
-from slider_drilling.nodes.halt import Halt
 from slider_drilling.nodes.log_player import LogPlayer
 from slider_drilling.nodes.recorder import Recorder
 from slider_drilling.nodes.rocking_controller import RockingController
+from slider_drilling.nodes.shutdown import Halt
 from slider_drilling.nodes.spin import make_executor
 
 FIXED = "slider_drilling.control:FixedRocking"
@@ -166,7 +166,7 @@ def test_a_player_in_a_loop_begins_again(make, log):
 def test_a_target_on_its_topic_becomes_the_controllers(make):
     from slider_drilling.messages import cdr
     from slider_drilling.messages.topics import TOPICS
-    from slider_drilling.nodes import link
+    from slider_drilling.nodes import raw_topics as link
 
     controller = make(RockingController)
     sender = link.publisher(controller, TOPICS["tool_face_target"])
@@ -179,7 +179,7 @@ def test_a_rig_that_goes_silent_stops_the_block(make):
     """The controller is stepped on, without measurements, as soon as they are stale; its commands then say stop."""
     from slider_drilling.messages import cdr
     from slider_drilling.messages.topics import TOPICS
-    from slider_drilling.nodes import link
+    from slider_drilling.nodes import raw_topics as link
 
     controller = make(RockingController, stale_after=0.2, controller=FIXED)
     rig = {name: link.publisher(controller, TOPICS[name])

@@ -30,10 +30,10 @@ from slider_drilling.log import read_log
 from slider_drilling.log.info import log_info
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS
-from slider_drilling.nodes import link
-from slider_drilling.nodes.halt import Halt
+from slider_drilling.nodes import raw_topics as link
 from slider_drilling.nodes.recorder import PAUSES, Recorder
 from slider_drilling.nodes.sequence import SequenceWatch
+from slider_drilling.nodes.shutdown import Halt
 from slider_drilling.nodes.spin import drain, make_executor
 
 DRIVE = TOPICS["top_drive"]

@@ -139,7 +139,7 @@ import click
 from slider_drilling.nodes import environment
 environment.prepare()
 from slider_drilling import cli
-from slider_drilling.interrupts import raise_on_signals
+from slider_drilling.process.shutdown import raise_on_signals
 from slider_drilling.nodes import session
 
 KILL = "import os, signal\\nos.kill(os.getpid(), signal.{number})\\nfor _ in range(1000): pass"

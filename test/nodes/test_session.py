@@ -104,7 +104,8 @@ def test_a_controller_that_fails_is_named_and_the_log_kept(how, alone, tmp_path,
     body, expected = BROKEN[how]
     module = f"broken_{how}"
     (tmp_path / f"{module}.py").write_text(
-        "import math\nfrom slider_drilling.signals import RigCommand\nclass Mine:\n    def __init__(self, rig): pass\n"
+        "import math\nfrom slider_drilling.control.interface import RigCommand\n"
+        "class Mine:\n    def __init__(self, rig): pass\n"
         f"    def step(self, measurements):\n        if measurements.time > 0.95:\n            {body}\n"
         "        return RigCommand(0.0, 0.0, 0.0, 12.0)\n")
     monkeypatch.chdir(tmp_path)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from slider_drilling.at_once import at_once
 from slider_drilling.gap.choice.state import State
 from slider_drilling.gap.choice.tuning import plausible
 from slider_drilling.gap.model import Effect
@@ -14,6 +13,7 @@ from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import FINALISTS, Arm
 from slider_drilling.gap.search.screen import STARTS, Candidate, Scan, cheapest_first, scanned, screen, screen_pairs
 from slider_drilling.gap.search.wide import wide
+from slider_drilling.process.parallel_map import at_once
 
 
 @dataclass(frozen=True)

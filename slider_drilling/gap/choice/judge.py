@@ -8,7 +8,6 @@ from math import comb
 
 import numpy as np
 
-from slider_drilling.at_once import at_once
 from slider_drilling.gap.choice.other_runs import held_to_other_runs, told_in_other_runs_first
 from slider_drilling.gap.choice.refit import (
     at_its_best,
@@ -43,6 +42,7 @@ from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.finish import corrected, finished
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import Arm, finalists
+from slider_drilling.process.parallel_map import at_once
 
 
 def judge(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from slider_drilling.at_once import at_once
 from slider_drilling.gap.choice.state import Explained, State
 from slider_drilling.gap.choice.tuning import scattered, tuned_from
 from slider_drilling.gap.evidence.adequacy import Adequacy, adequacy
@@ -16,6 +15,7 @@ from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.finish import corrected, fine, finished
 from slider_drilling.gap.search.least_squares import TOLERANCE, Fit, fit, pace
 from slider_drilling.gap.search.race import Arm
+from slider_drilling.process.parallel_map import at_once
 
 
 def scored(problem: Problem, effects: Sequence[Effect], found: Fit, folds: Folds) -> Explained:

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.stats import qmc
 
-from slider_drilling.at_once import at_once
 from slider_drilling.gap.evidence.replicates import unforeseen
 from slider_drilling.gap.model import Parameter, Values
 from slider_drilling.gap.problem.noise import NoiseFloor, lowered, raised
@@ -15,6 +14,7 @@ from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import parameters_of
 from slider_drilling.gap.search.screen import STARTS
+from slider_drilling.process.parallel_map import at_once
 
 _SCATTERED = 32  # points
 # Standard deviations of what rigs are off by: none is looked for farther out, and a re-tuned parameter that goes there

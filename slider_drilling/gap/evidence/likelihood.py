@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.compiler import njit
 from slider_drilling.gap.model import Array
+from slider_drilling.process.jit_cache import njit
 
 # The grid on which the discrepancy is looked for: its standard deviation in noise units, and its memory as shares of
 # the longest allowed one, down to the sampling interval.

@@ -12,7 +12,6 @@ from typing import cast
 import numpy as np
 from scipy.optimize import brentq
 
-from slider_drilling.at_once import at_once
 from slider_drilling.gap.evidence.compare import by_chance
 from slider_drilling.gap.evidence.score import squares_of
 from slider_drilling.gap.model import Array, Graded, How, Model, Pulled
@@ -20,6 +19,7 @@ from slider_drilling.gap.problem.missed_steps import missed_steps
 from slider_drilling.gap.problem.noise import DIFFERENCE_SPREAD
 from slider_drilling.gap.problem.problem import STEP_SIZE, Problem
 from slider_drilling.gap.search.least_squares import Fit
+from slider_drilling.process.parallel_map import at_once
 
 _NUMBER = 8
 _WIDEST = 1e3

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from slider_drilling.at_once import at_once
 from slider_drilling.gap.choice.state import Explained
 from slider_drilling.gap.evidence.score import FOLDS, Folds, Score, held_out, score_of
 from slider_drilling.gap.model import Array, Disturbance, Disturbed, Effect, Parameter, Values
@@ -28,6 +27,7 @@ from slider_drilling.gap.search.least_squares import (
     prior_weights,
     room,
 )
+from slider_drilling.process.parallel_map import at_once
 
 _KNOTS = 8
 # Weights on the bends of a curve that are tried, of a typical coefficient's own in the log: from free to straight.

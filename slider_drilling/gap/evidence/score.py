@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from slider_drilling.at_once import at_once
 from slider_drilling.gap.model import Array, Parameter
 from slider_drilling.gap.problem.cycles import block_length
 from slider_drilling.gap.problem.missed_steps import missed_steps
 from slider_drilling.gap.problem.problem import STEP_SIZE, Problem
 from slider_drilling.gap.search.least_squares import Fit, fit
+from slider_drilling.process.parallel_map import at_once
 
 FOLDS = 6
 

@@ -15,8 +15,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from slider_drilling.compiler import njit
 from slider_drilling.gap.model import Array
+from slider_drilling.process.jit_cache import njit
 
 _TURNS = 50     # of the active set; it settles in a handful
 _REPRICED = 4   # times that the slopes follow the steps found

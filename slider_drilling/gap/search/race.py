@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from slider_drilling.at_once import at_once
 from slider_drilling.gap.model import Array, Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import ITERATIONS, TOLERANCE, Fit, fit, pace
 from slider_drilling.gap.search.screen import STARTS, cheapest_first, scanned, screen
+from slider_drilling.process.parallel_map import at_once
 
 # Explanations that are judged.
 FINALISTS = 3

@@ -1,0 +1,66 @@
+"""Run everything and write docs/benchmarks.md."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from string import Template
+
+from slider_drilling.benchmarks import meshes, peers, published, scaling
+from slider_drilling.benchmarks.everything import measure
+from slider_drilling.benchmarks.machine import describe
+from slider_drilling.benchmarks.result import Result
+
+HERE = Path(__file__).parent
+BUSY = """\
+**Others were using this machine while the figures were taken**: times on the wall are too long and
+factors of real time too low; ns per element-step are processor time and suffer less."""
+PAGE = HERE.parents[1] / "docs" / "benchmarks.md"
+
+
+def main() -> None:
+    """Measure, with a word on stderr about what is next."""
+    sections = {
+        "machine": machine,
+        "figures": lambda: figures(measure(lambda stage: print(f"measuring {stage}", file=sys.stderr))),
+        "peers": lambda: peers.markdown(peers.compare()),
+        "published": lambda: published.markdown(published.compare()),
+        "by_elements": lambda: scaling.table("elements", "ns per element-step", scaling.by_elements(), ".2f"),
+        "by_runs": lambda: scaling.table("runs", "ns per element-step", scaling.by_runs(), ".2f"),
+        "by_threads": lambda: scaling.table("threads", "s", scaling.by_threads(), ".2f"),
+        "meshes": lambda: meshes.markdown(meshes.compare()),
+        "single_precision": meshes.single_precision,
+        "crooked": meshes.crooked,
+    }
+    filled = {}
+    for name, section in sections.items():
+        print(f"measuring {name}", file=sys.stderr)
+        filled[name] = section()
+    text = Template((HERE / "page.md.in").read_text(encoding="utf-8")).substitute(filled)
+    PAGE.write_text(text, encoding="utf-8")
+    print(f"wrote {PAGE}", file=sys.stderr)
+
+
+def machine() -> str:
+    """The machine as a list, and whether others were using it."""
+    lines = [f"* {name}: {value}" for name, value in describe().items()]
+    if os.getloadavg()[0] > 0.5 * (os.cpu_count() or 1):
+        lines += ["", BUSY]
+    return "\n".join(lines)
+
+
+def figures(results: list[Result]) -> str:
+    """The results as a table."""
+    lines = ["| figure | value | reference | ratio | the reference; how it was measured |", "|---|---|---|---|---|"]
+    for one in results:
+        value = "-" if one.value is None else f"{one.value:.4g} {one.unit.strip('-')}"
+        reference = "" if one.reference is None else f"{one.reference:.4g}"
+        ratio = "" if one.ratio is None else f"{one.ratio:.3g}"
+        how = "; ".join(filter(None, (one.reference_is, one.note)))
+        lines.append(f"| `{one.name}` | {value} | {reference} | {ratio} | {how} |")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,28 @@
+"""All that `slider-drilling bench` measures, in order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from slider_drilling.benchmarks.diagnosis import diagnose_time
+from slider_drilling.benchmarks.result import Result
+from slider_drilling.benchmarks.sessions import node_start, session_rates
+from slider_drilling.benchmarks.start_up import start_up
+from slider_drilling.benchmarks.string_rates import machine_rates, string_rates
+
+STAGES: tuple[tuple[str, Callable[[], list[Result]]], ...] = (
+    ("the step of the string", string_rates),
+    ("roots and exponentials", machine_rates),
+    ("closed loop and recorder", session_rates),
+    ("diagnosis", lambda: [diagnose_time()]),
+    ("start-up", lambda: [*start_up(), node_start()]),
+)
+
+
+def measure(progress: Callable[[str], None] = lambda stage: None) -> list[Result]:
+    """Measure everything; `progress` is told what is next. Takes minutes."""
+    results = []
+    for name, stage in STAGES:
+        progress(name)
+        results.extend(stage())
+    return results

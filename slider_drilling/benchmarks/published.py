@@ -1,0 +1,67 @@
+"""Runs of the size that others publish, with all of our physics: friction, both motions, bit, motor and mud.
+
+Times of the others are from their papers' own machines and are not measured here.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+from slider_drilling.benchmarks.clock import wall_seconds
+from slider_drilling.benchmarks.work import example_rig, rocking
+from slider_drilling.drillstring import simulate
+from slider_drilling.rig import Rig
+
+
+@dataclass(frozen=True)
+class Published:
+    """A published run: elements, string length m, simulated s, and the seconds that it is said to take."""
+
+    name: str
+    elements: int
+    length: float
+    duration: float
+    seconds: float
+
+
+RUNS = (
+    Published("torsional waves of Aarsnes and Shor, Octave", 1000, 2500.0, 60.0, 13.0),
+    Published("Dixit's model of ExxonMobil, Python", 45, 4000.0, 60.0, 27.0),
+)
+
+
+def compare() -> list[tuple[Published, float]]:
+    """Each published run and what ours of the same size takes, s."""
+    rows = []
+    for one in RUNS:
+        rig = shortened(example_rig(), one.length)
+        commands = rocking(rig, one.duration)
+        simulate(rig, rocking(rig, 0.2), one.elements)
+        rows.append((one, wall_seconds(lambda r=rig, c=commands, n=one.elements: simulate(r, c, n), 5)))
+    return rows
+
+
+def shortened(rig: Rig, length: float) -> Rig:
+    """The rig with its topmost pipe cut so that the string has this length."""
+    first, *rest = rig.string.sections
+    first = dataclasses.replace(first, length=first.length + length - rig.string.length)
+    intervals = tuple(dataclasses.replace(one, to=min(one.to, length)) for one in rig.well.friction_intervals)
+    return dataclasses.replace(
+        rig,
+        string=dataclasses.replace(rig.string, sections=(first, *rest)),
+        well=dataclasses.replace(rig.well, friction_intervals=intervals),
+    )
+
+
+def markdown(rows: list[tuple[Published, float]]) -> str:
+    """A table."""
+    lines = ["| run | published | ours | times faster |", "|---|---|---|---|"]
+    for one, seconds in rows:
+        size = f"{one.elements} elements, {one.length / 1000.0:g} km, {one.duration:g} s"
+        lines.append(f"| {one.name}: {size} | {one.seconds:g} s | {seconds:.3f} s | {one.seconds / seconds:.0f} |")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    print(markdown(compare()))

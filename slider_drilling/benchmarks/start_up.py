@@ -1,0 +1,39 @@
+"""How long a user waits before anything happens, and how much memory it takes."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+from slider_drilling.benchmarks.clock import wall_seconds
+from slider_drilling.benchmarks.result import Result
+
+_PEAK = "from slider_drilling.benchmarks.machine import peak_megabytes; print(peak_megabytes())"
+_SIMULATED = (
+    "from slider_drilling.benchmarks.work import example_rig, rocking\n"
+    "from slider_drilling.drillstring import simulate\n"
+    "rig = example_rig(); simulate(rig, rocking(rig, 300.0))\n"
+)
+
+
+def start_up() -> list[Result]:
+    """Help, import of the plant, and the peak memory of a 300 s simulation, each in processes of their own."""
+    click = wall_seconds(lambda: _python("-c", "import click"))
+    numba = wall_seconds(lambda: _python("-c", "import numba, numpy"))
+    return [
+        Result("help_s", wall_seconds(lambda: _python("-m", "slider_drilling", "--help")), "s", click,
+               "python that imports click"),
+        Result("import_s", wall_seconds(lambda: _python("-c", "import slider_drilling.drillstring")), "s", numba,
+               "python that imports numba and numpy", "the plant, code compiled before"),
+        Result("peak_memory", _peak(_SIMULATED), "MB", _peak("import numba, numpy\n"),
+               "python that imports numba and numpy", "300 s of the example rig"),
+    ]  # fmt: skip
+
+
+def _peak(program: str) -> float | None:
+    answer = _python("-c", program + _PEAK).strip()
+    return None if answer == "None" else float(answer)
+
+
+def _python(*arguments: str) -> str:
+    return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, check=True).stdout

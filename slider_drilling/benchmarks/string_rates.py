@@ -1,0 +1,95 @@
+"""The step of the string: alone, in a batch, and without the traffic between processor and memory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from slider_drilling.benchmarks.clock import processor_seconds, wall_seconds
+from slider_drilling.benchmarks.result import Result
+from slider_drilling.benchmarks.work import ELEMENTS, Rocked, example_rig, rocking, variants
+from slider_drilling.drillstring import kernel, simulate_batch
+from slider_drilling.process.jit_cache import COMPILE, njit
+
+BATCH = 64
+_CACHED = 96  # elements whose arrays, 18 kB, stay in any processor's first-level cache
+_ARITHMETIC = "the step's loops on 96 elements, which stay in the first-level cache"
+
+
+def string_rates() -> list[Result]:
+    """Cost of an element's step, single and batched, and real-time factor, beside the bare arithmetic."""
+    rig = example_rig()
+    bare = arithmetic_ns()
+    plant, duration = Rocked(rig), 30.0
+    single = processor_seconds(lambda: plant.go_on(duration)) / plant.element_steps(duration)
+    wall = wall_seconds(lambda: plant.go_on(duration))
+    rigs, commands = variants(rig, BATCH), rocking(rig, 20.0)
+
+    def batch(narrow: bool) -> float:
+        simulate_batch(rigs[:1], rocking(rig, 0.1), single=narrow)
+        taken = processor_seconds(lambda: simulate_batch(rigs, commands, single=narrow), repeats=3)
+        return taken / (BATCH * plant.element_steps(20.0))
+
+    double, narrow = batch(False), batch(True)
+    steps_a_second = plant.element_steps(1.0)
+    return [
+        Result("single_ns_per_element_step", 1e9 * single, "ns", bare, _ARITHMETIC, f"{ELEMENTS} elements"),
+        Result("batch_ns_per_element_step", 1e9 * double, "ns", bare, _ARITHMETIC,
+               f"{BATCH} runs of {ELEMENTS} elements on one core, assembly included"),
+        Result("single_precision_ns_per_element_step", 1e9 * narrow, "ns", 1e9 * double,
+               "the same batch in double precision", "as a diagnosis simulates"),
+        Result("real_time_factor", duration / wall, "-", 1e9 / (steps_a_second * bare),
+               "the factor at the bare arithmetic's cost", f"{ELEMENTS} elements, all channels, one core"),
+    ]  # fmt: skip
+
+
+def machine_rates() -> list[Result]:
+    """What the processor takes for the roots and exponentials that the step does without."""
+    values = np.linspace(0.1, 2.0, 4096)
+    out = np.empty_like(values)
+    root, exponential = (_ns_each(partial(function, values, out=out), len(values)) for function in (np.sqrt, np.exp))
+    how = "vectorised, within the first-level cache, a value"
+    return [
+        Result("numpy_sqrt_ns", root, "ns", note=how),
+        Result("numpy_exp_ns", exponential, "ns", note=how),
+    ]
+
+
+def arithmetic_ns() -> float:
+    """ns an element for the arithmetic of a step without memory traffic: the kernel's own loops on few elements."""
+    rounds = 2000
+    constants = np.full((16, _CACHED), 0.1)
+    moving = np.full((8, _CACHED), 0.1)
+    polynomial = np.linspace(4.0, 0.1, 8)
+    repeat_arithmetic(1, _CACHED, constants, moving, polynomial)
+    return _ns_each(lambda: repeat_arithmetic(rounds, _CACHED, constants, moving, polynomial), rounds * _CACHED)
+
+
+def _ns_each(work: Callable[[], object], count: int) -> float:
+    return 1e9 * processor_seconds(work, repeats=15) / count
+
+
+@njit(**COMPILE)
+def repeat_arithmetic(rounds, count, constants, moving, polynomial):
+    """Sliding at a constant speed: no push, no decay, so that the numbers stay as ordinary as they begin."""
+    zero, one, some = constants[0], constants[1], constants[2]
+    zero[:], one[:] = 0.0, 1.0
+    place, angle, along, across, speed, rotation_speed, stretch, twist = (
+        moving[0], moving[1], moving[2], moving[3], moving[4], moving[5], moving[6], moving[7]
+    )  # fmt: skip
+    force, weight, bend, turn, rough, soft, radius, yielding, still, fixed = (
+        constants[3], constants[4], constants[5], constants[6], constants[7], constants[8], constants[9],
+        constants[10], constants[11], constants[12],
+    )  # fmt: skip
+    for _ in range(rounds):
+        kernel.stretch_out(count, place, still, angle, fixed, stretch, twist)
+        kernel.push(
+            count, some, some, some, some, zero, zero, one, one, force, weight, bend, turn, rough, soft, radius,
+            stretch, still, twist, fixed, along, across, speed, rotation_speed,
+        )  # fmt: skip
+        kernel.slide(
+            count, 1e-3, polynomial, 1.0, 1.0, 0.0, radius, yielding, speed, rotation_speed, along, across,
+        )  # fmt: skip
+        kernel.move(count, 1e-3, speed, rotation_speed, place, angle)

@@ -1,0 +1,57 @@
+"""The work that is timed: the 4 km example well, rocked."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+
+from slider_drilling.drillstring import Commands, Plant
+from slider_drilling.drillstring.layout import Array
+from slider_drilling.files.installed_files import share_file
+from slider_drilling.rig import Rig, load_rig
+
+ELEMENTS = 200
+
+
+def example_rig() -> Rig:
+    """The 4 km horizontal well that comes with the package."""
+    return load_rig(share_file("config/rig.example.yaml"))
+
+
+def rocking(rig: Rig, duration: float, start: float = 0.0) -> Commands:
+    """Top drive rocking by 20 rad in 24 s, 9 m/h of block, from ``start`` on, sampled as the rig's sensors are."""
+    interval = 1.0 / rig.sensors.rate
+    time: Array = np.asarray(start + interval * np.arange(round(duration / interval) + 1), dtype=float)
+    rate = 2.0 * math.pi / 24.0
+    pump = rig.hydraulics.reference_flow / rig.mud_pump.displacement
+    return Commands(time, 20.0 * (1.0 - np.cos(rate * time)), 20.0 * rate * np.sin(rate * time), 0.0025 * time,
+                    np.full_like(time, 0.0025), np.full_like(time, pump))  # fmt: skip
+
+
+def variants(rig: Rig, count: int) -> list[Rig]:
+    """The rig with ``count`` bits, as a least-squares Jacobian or a screening has it."""
+    shares = np.linspace(0.9, 1.1, count)
+    return [
+        dataclasses.replace(rig, bit=dataclasses.replace(rig.bit, aggressiveness=share * rig.bit.aggressiveness))
+        for share in shares
+    ]
+
+
+class Rocked:
+    """A plant that goes on rocking."""
+
+    def __init__(self, rig: Rig, elements: int = ELEMENTS) -> None:
+        self._rig, self._plant = rig, Plant(rig, elements)
+        self._elements, self.step = elements, self._plant.step
+        self.last = self._plant.advance(rocking(rig, 1.0 - self._plant.interval))
+
+    def go_on(self, duration: float) -> None:
+        """Simulate this many seconds more; `last` is what came of it."""
+        interval = self._plant.interval
+        self.last = self._plant.advance(rocking(self._rig, duration - interval, self._plant.time + interval))
+
+    def element_steps(self, duration: float) -> float:
+        """How many elements are stepped how often in this many seconds."""
+        return self._elements * duration / self.step

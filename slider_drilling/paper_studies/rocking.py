@@ -1,0 +1,176 @@
+"""Study: slider drilling, the pipe rocked from the surface (paper section 5.3, Fig. 22-25)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from slider_drilling.contact import PAPER
+from slider_drilling.control.rocking import Rocking
+from slider_drilling.paper_studies.motions import Motion, rocking
+from slider_drilling.paper_studies.pipe import Pipe
+from slider_drilling.paper_studies.steady import Steady, start, steady
+from slider_drilling.paper_studies.study import Chart, Claim, Study, falling, line, rounded
+
+HOUR = 3600.0
+RATES = (1, 3, 5, 7)
+PERIOD = 10.0
+ROUNDING = 0.2
+AMPLITUDE = 10.0
+AMPLITUDES = np.array([0.25, 0.5, 1.0, 2.0, 3.0, 5.0, 7.5, 10.0, 15.0, 20.0, 30.0])
+PIPE = Pipe()
+
+
+def study() -> Study:
+    """D_y = 10 rad, T = 10 s, delta = 0.2 s at 1-7 m/h; amplitude 0.25-30 rad."""
+    settled = {rate: steady(_motion(rate, AMPLITUDE), PIPE, PAPER) for rate in RATES}
+    sweep = {rate: [steady(_motion(rate, float(d)), PIPE, PAPER).ratio for d in AMPLITUDES] for rate in RATES}
+    onsets = {rate: start(_motion(rate, AMPLITUDE), 30.0, PIPE, PAPER) for rate in RATES}
+    wave = _motion(5, AMPLITUDE)
+    return Study(
+        name="rocking",
+        title="Rocking from the surface: slider drilling",
+        settings={
+            "pipe": "Table 1, 10 m",
+            "amplitude_rad": f"{AMPLITUDE:g}; 0.25 to 30",
+            "period_s": PERIOD,
+            "rounding_s": ROUNDING,
+            "rate_of_penetration_m_per_h": "1, 3, 5, 7",
+        },
+        figures=(
+            Chart(
+                "Trajectory (Fig. 22)",
+                "time, s",
+                "angle, rad",
+                (line("angle", wave.time, wave.tangential / PIPE.radius),),
+            ),
+            Chart(
+                "From rest (Fig. 23)",
+                "time, s",
+                "axial friction, N",
+                tuple(line(f"{rate} m/h", h.time, -h.axial_force) for rate, h in onsets.items()),
+            ),
+            Chart(
+                "One settled cycle (Fig. 23)",
+                "time, s",
+                "axial friction / Coulomb",
+                tuple(
+                    line(f"{rate} m/h", s.history.time, -s.history.axial_force / s.coulomb_force)
+                    for rate, s in settled.items()
+                ),
+                log_y=True,
+            ),
+            Chart(
+                "Friction coefficient (Fig. 24, left)",
+                "time, s",
+                "friction coefficient",
+                tuple(
+                    line(f"{rate} m/h", s.history.time, s.history.friction_coefficient) for rate, s in settled.items()
+                ),
+            ),
+            Chart(
+                "Angle between slip and asperity axis (Fig. 24, right)",
+                "time, s",
+                "angle of slip, deg",
+                tuple(line(f"{rate} m/h", s.history.time, np.degrees(s.history.beta_v)) for rate, s in settled.items()),
+            ),
+            Chart(
+                "Amplitude (Fig. 25) and the rigid limit (dashed)",
+                "amplitude, rad",
+                "axial friction / Coulomb",
+                (
+                    *(line(f"{rate} m/h", AMPLITUDES, row, colour=k) for k, (rate, row) in enumerate(sweep.items())),
+                    *(
+                        line(
+                            f"{rate} m/h, rigid", AMPLITUDES, [rigid_ratio(rate, float(d)) for d in AMPLITUDES], True, k
+                        )
+                        for k, rate in enumerate(RATES)
+                    ),
+                ),
+                log_x=True,
+                log_y=True,
+            ),
+        ),
+        claims=(_low_then_peaks(settled), _lower_at_lower_rate(settled), _falls(sweep), _steady_angle(settled)),
+    )
+
+
+def rigid_ratio(rate_m_per_h: float, amplitude: float, period: float = PERIOD, rounding: float = ROUNDING) -> float:
+    """Axial over Coulomb friction of a rigid isotropic contact that is rocked.
+
+    The mean of v / sqrt(v^2 + vt^2): vt is constant but for 4 delta of every period, where it changes linearly
+    between its two values, which integrates to asinh.
+    """
+    v = rate_m_per_h / HOUR
+    top = 4.0 * amplitude / period * PIPE.radius
+    rounded_share = 4.0 * rounding / period
+    return (1.0 - rounded_share) * v / math.hypot(v, top) + rounded_share * v / top * math.asinh(top / v)
+
+
+def _motion(rate: float, amplitude: float) -> Motion:
+    return rocking(rate / HOUR, Rocking(amplitude, PERIOD, ROUNDING), PIPE.radius)
+
+
+def _phases(settled: Steady) -> tuple[float, float]:
+    """Axial over Coulomb friction: mean over the second half of the straight lines, peak near a reversal."""
+    time, force = settled.history.time, -settled.history.axial_force / settled.coulomb_force
+    straight = np.abs((time + 0.5 * PERIOD) % (0.5 * PERIOD) - 0.25 * PERIOD)
+    since_reversal = (time - 0.25 * PERIOD) % (0.5 * PERIOD)
+    plateau = force[(since_reversal > 0.25 * PERIOD) & (since_reversal < 0.5 * PERIOD - ROUNDING)]
+    return float(np.mean(plateau)), float(force[straight < 2.0 * ROUNDING].max())
+
+
+def _low_then_peaks(settled: dict[int, Steady]) -> Claim:
+    low, peak = zip(*(_phases(s) for s in settled.values()), strict=True)
+    return Claim(
+        "Axial friction is low and steady while the rotation speed is constant, and peaks where it reverses.",
+        "section 5.3, Fig. 23",
+        {"rate_m_per_h": list(RATES), "plateau_over_coulomb": rounded(low, 5), "peak_over_coulomb": rounded(peak, 5)},
+        max(low) < 0.02 and all(p > 2.0 * q for p, q in zip(peak, low, strict=True)),
+    )
+
+
+def _lower_at_lower_rate(settled: dict[int, Steady]) -> Claim:
+    low, peak = zip(*(_phases(s) for s in settled.values()), strict=True)
+    means = [s.ratio for s in settled.values()]
+    return Claim(
+        "A lower rate of penetration gives a smaller axial friction, in the stable and in the changed region.",
+        "section 5.3, Fig. 23",
+        {
+            "rate_m_per_h": list(RATES),
+            "mean_over_coulomb": rounded(means, 5),
+            "plateau_over_coulomb": rounded(low, 5),
+            "peak_over_coulomb": rounded(peak, 5),
+            "rigid_limit": rounded((rigid_ratio(r, AMPLITUDE) for r in RATES), 5),
+        },
+        all(falling(reversed(row)) for row in (means, low, peak)),
+    )
+
+
+def _falls(sweep: dict[int, list[float]]) -> Claim:
+    rates = np.array([sweep[rate] for rate in RATES])
+    return Claim(
+        "Axial friction over Coulomb friction falls as the amplitude grows, and is greater at a greater rate.",
+        "section 5.3, Fig. 25",
+        {"amplitude_rad": AMPLITUDES.tolist(), **{f"{rate} m/h": rounded(row, 5) for rate, row in sweep.items()}},
+        all(falling(row) for row in sweep.values()) and bool(np.all(np.diff(rates, axis=0) > 0.0)),
+    )
+
+
+def _steady_angle(settled: dict[int, Steady]) -> Claim:
+    swings, means = {}, []
+    for rate, s in settled.items():
+        since_reversal = (s.history.time - 0.25 * PERIOD) % (0.5 * PERIOD)
+        angle = np.degrees(s.history.beta_v)[
+            (since_reversal > 0.25 * PERIOD) & (since_reversal < 0.5 * PERIOD - ROUNDING)
+        ]
+        swings[f"{rate} m/h"] = round(float(np.ptp(angle)), 4)
+        means.append(float(np.mean(angle)))
+    return Claim(
+        "The direction of the deformation is stable while the tangential speed is constant, and hardly differs "
+        "between rates of penetration.",
+        "section 5.3, Fig. 24",
+        {"change_of_beta_v_deg": swings, "mean_beta_v_deg": rounded(means, 3)},
+        max(swings.values()) < 0.1 and max(means) - min(means) < 1.0,
+    )

@@ -1,0 +1,88 @@
+"""The friction that a repeated motion settles to, and how it starts."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from slider_drilling.contact import FrictionHistory, Means, friction_coefficient_of_direction, friction_history
+from slider_drilling.errors import InputError
+from slider_drilling.paper_studies.motions import Motion
+from slider_drilling.paper_studies.pipe import Pipe
+from slider_drilling.rig import Contact
+
+SETTLED = 1e-7
+"""Of z_ss: how much the deformation may still change from one cycle to the next."""
+MOST_SAMPLES = 20_000_000
+BLOCK_SAMPLES = 20_000
+
+
+@dataclass(frozen=True)
+class Steady:
+    """The last cycle of a motion that has settled.
+
+    history: that cycle, time from 0; means: over it; coulomb_force: N, what plain sliding at the same mean load
+    takes. ratio and signed_ratio are the mean magnitude of the axial force, and its mean, over coulomb_force,
+    positive where friction opposes the feed.
+    """
+
+    history: FrictionHistory
+    means: Means
+    coulomb_force: float
+
+    @property
+    def ratio(self) -> float:
+        return self.means.absolute_axial_force / self.coulomb_force
+
+    @property
+    def signed_ratio(self) -> float:
+        return -self.means.axial_force / self.coulomb_force
+
+
+def coulomb_force(pipe: Pipe, contact: Contact) -> float:
+    """Friction (N) of the pipe when it slides straight down the hole and does nothing else."""
+    return float(friction_coefficient_of_direction(contact, contact.asperity.orientation)) * pipe.normal_force
+
+
+def start(motion: Motion, duration: float, pipe: Pipe, contact: Contact) -> FrictionHistory:
+    """The motion from rest, nothing deformed, for at least `duration` s in whole periods."""
+    return _cycles(motion, math.ceil(duration / motion.period - 1e-9), pipe, contact, (0.0, 0.0))
+
+
+def steady(motion: Motion, pipe: Pipe, contact: Contact) -> Steady:
+    """The cycle that the motion settles to.
+
+    Raises InputError where it does not settle within 2e7 samples (a motion that hardly slips takes for ever).
+    """
+    scale = coulomb_force(pipe, contact) / contact.stiffness
+    per_block = max(1, BLOCK_SAMPLES // motion.time.size)
+    deformation, spent = (0.0, 0.0), 0
+    while spent < MOST_SAMPLES:
+        history = _cycles(motion, per_block, pipe, contact, deformation)
+        spent += history.time.size
+        m_x, m_y = history.deformation_axial, history.deformation_tangential
+        before = -motion.time.size
+        change = math.hypot(m_x[-1] - m_x[before], m_y[-1] - m_y[before])
+        deformation = float(m_x[-1]), float(m_y[-1])
+        if change <= SETTLED * scale:
+            last = _cycles(motion, 1, pipe, contact, deformation)
+            return Steady(last, last.means(), coulomb_force(pipe, contact))
+    raise InputError(f"motion with a period of {motion.period:g} s: has not settled after {spent} samples")
+
+
+def _cycles(
+    motion: Motion, cycles: int, pipe: Pipe, contact: Contact, deformation: tuple[float, float]
+) -> FrictionHistory:
+    time, axial, tangential, load = motion.repeated(cycles)
+    return friction_history(
+        time, axial, tangential, load * pipe.normal_force, contact, pipe.radius, deformation=deformation
+    )
+
+
+def harmonic_share(signal: np.ndarray) -> float:
+    """How much of the variance of one cycle (n + 1 samples, ends joined) is its first harmonic, 0 to 1."""
+    spectrum = np.abs(np.fft.rfft(signal[:-1])) ** 2
+    total = spectrum[1:].sum()
+    return float(spectrum[1] / total) if total > 0.0 else 0.0

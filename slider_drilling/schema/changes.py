@@ -1,0 +1,85 @@
+"""Nested changes to a tree of keys and values, as YAML gives it and `schema.build` takes it."""
+
+from __future__ import annotations
+
+import copy
+import difflib
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from slider_drilling.errors import InputError
+from slider_drilling.schema.fields import plain
+
+_STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
+_PATH = re.compile(r"[^.\[\]]+(?:\[\d+\])*(?:\.[^.\[\]]+(?:\[\d+\])*)*")
+
+
+def changed(tree: Mapping[str, Any], changes: Mapping[str, Any], source: str) -> dict[str, Any]:
+    """A copy of ``tree`` with ``changes`` made; neither is touched.
+
+    A key of ``changes`` is a key or a path (``mud.density``, ``string.sections[0].length``). A mapping changes keys
+    below it, anything else (lists too) takes the place of what was there. What the values may be is for
+    `schema.build` to say. Raises InputError for a path that leads nowhere.
+    """
+    result: dict[str, Any] = copy.deepcopy(dict(tree))
+    for path, value in _leaves(changes, ""):
+        *way, last = _steps(path, source)
+        here: Any = result
+        for step in way:
+            here = _below(here, step, path, source)
+        if isinstance(last, int) or not isinstance(here, dict):
+            _below(here, last, path, source)
+        here[last] = value
+    return result
+
+
+def _leaves(changes: Mapping[str, Any], above: str) -> Iterator[tuple[str, Any]]:
+    """(path, value) of each value that is no mapping."""
+    for key, value in changes.items():
+        path = f"{above}{key}"
+        if isinstance(value, Mapping):
+            yield from _leaves(value, f"{path}.")
+        else:
+            yield path, _as_yaml(value)
+
+
+def _as_yaml(value: Any) -> Any:
+    """Dataclasses, tuples, arrays and their numbers as what YAML knows."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return {str(key): _as_yaml(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_as_yaml(item) for item in value]
+    return plain(value)
+
+
+def _steps(path: str, source: str) -> list[str | int]:
+    if not _PATH.fullmatch(path):
+        raise InputError(f"{source}: {path!r}: not a key; write keys as mud.density or string.sections[0].length")
+    return [name or int(index) for name, index in _STEP.findall(path)]
+
+
+def _below(here: Any, step: str | int, path: str, source: str) -> Any:
+    if isinstance(step, int):
+        if not isinstance(here, list):
+            raise InputError(f"{source}: {path}: [{step}] is asked of what is no list")
+        if step >= len(here):
+            raise InputError(f"{source}: {path}: there are only {len(here)}, the first of which is [0]")
+        return here[step]
+    if not isinstance(here, dict):
+        raise InputError(f"{source}: {path}: {step!r} is asked of what has no keys")
+    if step not in here:
+        near = difflib.get_close_matches(step, [str(key) for key in here], n=1)
+        hint = f"did you mean {near[0]}?" if near else f"known keys: {', '.join(map(str, here))}"
+        raise InputError(f"{source}: {path}: unknown key {step}; {hint}")
+    return here[step]
+
+
+def number(text: str, what: str) -> float:
+    """A number as typed on a command line; ``what`` names it in errors. Raises InputError."""
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"{what} = {text!r}: expected a number") from None

@@ -1,0 +1,202 @@
+"""Frozen dataclasses from YAML mappings, each value checked against the unit and range it declares."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+import typing
+from collections.abc import Iterator, Mapping
+from typing import Any, TypeVar
+
+from slider_drilling.errors import InputError
+from slider_drilling.schema.yaml_tree import shown
+
+T = TypeVar("T")
+
+
+@dataclasses.dataclass(frozen=True)
+class Range:
+    """Unit and limits of one number: at_least and at_most are allowed themselves, above and below are not.
+
+    why: what the limits come from, for whoever is refused.
+    """
+
+    unit: str = "-"
+    at_least: float = -math.inf
+    above: float = -math.inf
+    at_most: float = math.inf
+    below: float = math.inf
+    why: str = ""
+
+    def complaint(self, value: float) -> str | None:
+        """Why ``value`` is out of range, or None."""
+        if not math.isfinite(value):
+            return "not a finite number"
+        unit = "" if self.unit == "-" else f" {self.unit}"
+        why = f" ({self.why})" if self.why else ""
+        if value < self.at_least:
+            return f"must be at least {self.at_least:g}{unit}{why}"
+        if value <= self.above:
+            return f"must be above {self.above:g}{unit}{why}"
+        if value > self.at_most:
+            return f"must be at most {self.at_most:g}{unit}{why}"
+        if value >= self.below:
+            return f"must be below {self.below:g}{unit}{why}"
+        return None
+
+    def __str__(self) -> str:
+        """The limits in words, such as ``above 0, at most 1``."""
+        bounds = (("at least", self.at_least), ("above", self.above), ("at most", self.at_most), ("below", self.below))
+        return ", ".join(f"{word} {bound:g}" for word, bound in bounds if math.isfinite(bound)) or "any"
+
+
+def quantity(unit: str = "-", default: Any = dataclasses.MISSING, why: str = "", **limits: float) -> Any:
+    """A dataclass field that holds a number of this unit within these limits (see `Range`)."""
+    return dataclasses.field(default=default, metadata={"range": Range(unit, why=why, **limits)})
+
+
+def rows_of(**columns: Range) -> Any:
+    """A dataclass field that holds rows of numbers, each column with its range."""
+    return dataclasses.field(metadata={"columns": columns})
+
+
+def block(**ranges: Range) -> Any:
+    """A dataclass field that holds a dataclass some of whose numbers have these ranges here, by name."""
+    return dataclasses.field(metadata={"ranges": ranges})
+
+
+@dataclasses.dataclass(frozen=True)
+class Row:
+    """One number of a schema: its key from the top, its range, its default or None where it must be given."""
+
+    key: str
+    range: Range
+    default: float | None
+
+
+def rows(cls: type, path: str = "", ranges: Mapping[str, Range] | None = None) -> Iterator[Row]:
+    """Every number that a dataclass and those within it declare, in order; ``[]`` marks items of a list."""
+    hints = typing.get_type_hints(cls)
+    for field in dataclasses.fields(cls):
+        where, hint = _join(path, field.name), hints[field.name]
+        if typing.get_origin(hint) is tuple and dataclasses.is_dataclass(typing.get_args(hint)[0]):
+            where, hint = f"{where}[]", typing.get_args(hint)[0]
+        if dataclasses.is_dataclass(hint):
+            yield from rows(typing.cast(type, hint), where, field.metadata.get("ranges"))
+        for name, limits in field.metadata.get("columns", {}).items():
+            yield Row(f"{where}[] {name}", limits, None)
+        if hint in (float, int):
+            limits = (ranges or {}).get(field.name) or field.metadata.get("range") or Range()
+            yield Row(where, limits, None if field.default is dataclasses.MISSING else field.default)
+
+
+def build(cls: type[T], raw: Any, source: str, path: str = "", ranges: Mapping[str, Range] | None = None) -> T:
+    """Make the dataclass ``cls`` from a mapping as YAML gives it; ``ranges`` replace those of its fields, by name.
+
+    Raises InputError, naming source, key and value, for a key that is unknown or missing, a value of the wrong
+    type, or a number outside its declared range.
+    """
+    if not isinstance(raw, dict):
+        raise InputError(f"{source}: {path or 'top level'} = {shown(raw)}: expected keys and values, found none")
+    fields = {f.name: f for f in dataclasses.fields(cls) if f.init}  # type: ignore[arg-type]
+    for key in raw:
+        if key not in fields:
+            near = difflib.get_close_matches(str(key)[:100], fields, n=1)
+            hint = f"did you mean {near[0]}?" if near else f"known keys: {', '.join(fields)}"
+            raise InputError(f"{source}: {_join(path, str(key)[:100])}: unknown key; {hint}")
+    hints = typing.get_type_hints(cls)
+    values = {}
+    for name, field in fields.items():
+        where = _join(path, name)
+        if name in raw:
+            limits = (ranges or {}).get(name) or field.metadata.get("range")
+            values[name] = _convert(raw[name], hints[name], limits, field.metadata, source, where)
+        elif field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING:
+            raise InputError(f"{source}: {where}: missing; add it")
+    return cls(**values)
+
+
+def plain(value: Any) -> Any:
+    """Dataclasses and tuples as the dicts and lists that YAML writes; the inverse of `build`."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value) if f.init}
+    if isinstance(value, tuple):
+        return [plain(item) for item in value]
+    return value
+
+
+def _join(path: str, key: str) -> str:
+    return f"{path}.{key}" if path else key
+
+
+def _convert(raw: Any, hint: Any, limits: Range | None, metadata: Mapping[str, Any], source: str, where: str) -> Any:
+    if dataclasses.is_dataclass(hint):
+        return build(typing.cast(type, hint), raw, source, where, metadata.get("ranges"))
+    if typing.get_origin(hint) is tuple:
+        return _convert_list(raw, hint, limits, metadata, source, where)
+    if hint is float:
+        return _convert_number(raw, limits or Range(), source, where)
+    if hint is bool and isinstance(raw, bool):
+        return raw
+    if hint is int and isinstance(raw, int) and not isinstance(raw, bool):
+        _convert_number(raw, limits or Range(), source, where)
+        return raw
+    if hint is str and isinstance(raw, str):
+        return raw
+    raise InputError(f"{source}: {where} = {shown(raw)}: expected {_KINDS.get(hint, hint)}")
+
+
+_KINDS = {bool: "true or false", int: "a whole number", str: "text (put it in quotes)"}
+
+
+def _convert_list(
+    raw: Any, hint: Any, limits: Range | None, metadata: Mapping[str, Any], source: str, where: str
+) -> tuple[Any, ...]:
+    kinds = typing.get_args(hint)
+    if not isinstance(raw, list):
+        raise InputError(f"{source}: {where} = {shown(raw)}: expected a list")
+    if len(raw) > _LONGEST:
+        raise InputError(f"{source}: {where}: {len(raw)} entries; at most {_LONGEST} are read")
+    columns = metadata.get("columns")
+    if columns is not None and kinds[-1] is Ellipsis:
+        names = [f"{where}[{index}]" for index in range(len(raw))]
+        return tuple(_convert_columns(item, columns, source, name) for item, name in zip(raw, names, strict=True))
+    if kinds[-1] is Ellipsis:
+        kinds = (kinds[0],) * len(raw)
+    if len(kinds) != len(raw):
+        raise InputError(f"{source}: {where} = {shown(raw)}: expected {len(kinds)} numbers, found {len(raw)}")
+    pairs = enumerate(zip(raw, kinds, strict=True))
+    return tuple(_convert(item, kind, limits, metadata, source, f"{where}[{index}]") for index, (item, kind) in pairs)
+
+
+_LONGEST = 10_000  # entries of a list: surveys have a thousand stations at most
+
+
+def _convert_columns(raw: Any, columns: Mapping[str, Range], source: str, where: str) -> tuple[float, ...]:
+    if not isinstance(raw, list) or len(raw) != len(columns):
+        raise InputError(f"{source}: {where} = {shown(raw)}: expected {len(columns)} numbers: {', '.join(columns)}")
+    pairs = zip(raw, columns.items(), strict=True)
+    return tuple(_convert_number(item, limits, source, f"{where} {name}") for item, (name, limits) in pairs)
+
+
+def _convert_number(raw: Any, limits: Range, source: str, where: str) -> float:
+    if isinstance(raw, str):
+        try:
+            float(raw)
+        except ValueError:
+            raise InputError(f"{source}: {where} = {shown(raw)}: expected a number in {limits.unit}") from None
+        raise InputError(
+            f"{source}: {where} = {shown(raw)}: YAML reads this as text; write it unquoted, without leading zeros "
+            "or underscores, an exponent as 1.0e+5"
+        )
+    if isinstance(raw, bool) or not isinstance(raw, (int, float)):
+        raise InputError(f"{source}: {where} = {shown(raw)}: expected a number in {limits.unit}")
+    try:
+        number = float(raw)
+    except OverflowError:
+        number = math.inf
+    complaint = limits.complaint(number)
+    if complaint:
+        raise InputError(f"{source}: {where} = {shown(raw)}: {complaint}")
+    return number
