@@ -36,6 +36,6 @@ def pictures() -> dict[str, bytes]:
 
 
 def _overlay(page: Page, title: str) -> bytes:
-    """Pressure and tool-face of a replay: measured, simulated and what is between them."""
+    """Pressure and toolface of a replay: measured, simulated and what is between them."""
     (figure,) = (item for section in page.sections for item in section.items if isinstance(item, Chart))
     return picture((Chart(figure.title, figure.x, (*figure.panels[2:4], *figure.panels[-2:])),), SI, title)

@@ -1,7 +1,7 @@
 """Slide drilling: a plant, ROS 2 nodes, and the diagnosis of where the two part.
 
-Everything inside is SI and radians; positive axial is down-hole, positive rotation is clockwise
-looking down-hole.
+Everything inside is SI and radians; positive axial is downhole, positive rotation is clockwise
+looking downhole.
 
 `import slider_drilling as sd` offers what `__all__` names, each imported when it is first used:
 

@@ -98,7 +98,7 @@ def test_kinds_take_what_is_lacking_in_turn():
         count = Counter(case.lacking for case in cases if case.kind == kind)
         assert set(count) == set(lacking) and max(count.values()) - min(count.values()) <= 1
     assert {case.lacking for case in draw_cases(Plan(), 10)} == {NOTHING}
-    with pytest.raises(InputError, match="--lacking hook: not one of nothing, beginning, draw-works"):
+    with pytest.raises(InputError, match="--lacking hook: not one of nothing, beginning, drawworks"):
         Plan(lacking=("hook",))
 
 

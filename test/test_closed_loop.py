@@ -146,7 +146,7 @@ def test_command_prints_the_schema_and_writes_both_files(tmp_path, monkeypatch):
 
 
 def test_a_controller_that_does_nothing_is_not_praised():
-    """Off bottom the tool-face stays where it is: 0 deg of error, all of the time, and nothing drilled."""
+    """Off bottom the toolface stays where it is: 0 deg of error, all of the time, and nothing drilled."""
     scenario = SCENARIOS[0]
     time = np.arange(0.0, scenario.duration, 1.0)
     still = np.zeros_like(time)
@@ -199,7 +199,7 @@ def test_what_mwd_and_not_knowing_the_rig_cost_is_said():
     brief = dataclasses.replace(HOLD, targets=((0.0, 170.0),), duration=300.0)
     rows = [outcomes_of(brief, 3.0, 2.0, 0.5), outcomes_of(brief, 4.0, 2.5, 1.5), outcomes_of(brief, 9.0, 6.0, 5.5)]
     said = costs(rows)
-    assert "below 4.00 deg, 2.50 with the true rig file, 1.50 with the true tool-face" in said
+    assert "below 4.00 deg, 2.50 with the true rig file, 1.50 with the true toolface" in said
     assert "costs +1.50 deg" in said and "alone +1.00 deg" in said
     assert costs([{UNDER_TEST: rows[0][UNDER_TEST]}]) == "" == costs(rows[:1])
 

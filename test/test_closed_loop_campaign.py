@@ -41,7 +41,7 @@ RIG = share_file("config/rig.example.yaml")
 
 @pytest.fixture
 def brief(monkeypatch):
-    """Slides of a command that end once the tool-face is set and some metres are drilled: a third of their time."""
+    """Slides of a command that end once the toolface is set and some metres are drilled: a third of their time."""
     made = partial(Setting, duration=300.0)
     monkeypatch.setattr("slider_drilling.closed_loop.campaign.Setting", made)
     return made

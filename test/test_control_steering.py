@@ -20,7 +20,7 @@ LOOSE = Answer(response_time=60.0, cycle=8.0, mwd=18.0, spread=0.0, freeing=24.0
 
 
 def turns_too_far(gain, answer):
-    """Whether the tool-face, following what pulls late by a cycle and a half, passes its target by more than half."""
+    """Whether the toolface, following what pulls late by a cycle and a half, passes its target by more than half."""
     step, late = 0.1, round(1.5 * answer.cycle / 0.1)
     off = [1.0] * (late + 1)
     for _ in range(6000):
@@ -108,7 +108,7 @@ def test_a_torque_that_is_missing_stays_so_and_teaches_nothing():
 
 
 def test_response_time_stays_within_what_strings_do():
-    """A tool-face that leaps about must not teach that the string answers at once."""
+    """A toolface that leaps about must not teach that the string answers at once."""
     string = StringFilter(0.0042, 60.0)
     string.place(0.0, 0.0, 0.01)
     random = np.random.default_rng(2)
@@ -119,7 +119,7 @@ def test_response_time_stays_within_what_strings_do():
 
 
 def followed(every, seconds=120.0):
-    """Degrees that the estimate of a tool-face at rest swings by, where the bit swings by ten: read every so many s."""
+    """Degrees that the estimate of a toolface at rest swings by, where the bit swings by ten: read every so many s."""
     noise = EstimatorNoise(math.radians(3.0), 150.0, 0.1, 0.1, 0.3, math.radians(0.6), math.radians(0.15))
     estimator, samples, held = ToolFaceEstimator(0.0042, 60.0, noise), round(every / 0.1), []
     for k in range(1, round(seconds * 10)):
@@ -149,7 +149,7 @@ def test_swing_is_found_in_samples_at_ten_hertz():
 
 
 def doubt(noise, until, every, reading):
-    """One standard deviation of the tool-face, deg, after `until` steps of 0.5 s with a stroke every 8 s and every
+    """One standard deviation of the toolface, deg, after `until` steps of 0.5 s with a stroke every 8 s and every
     `every` steps a sample of `noise` (deg), which is `reading` of the step (deg), or lost where that is None."""
     noises = EstimatorNoise(math.radians(noise), 150.0, 0.1, 0.1, 0.3, math.radians(0.6), math.radians(0.15))
     estimator = ToolFaceEstimator(0.0042, 60.0, noises)
@@ -184,7 +184,7 @@ def test_a_wrong_sample_does_not_open_the_door_to_the_next_one():
 
 
 def thrown_by(second, first):
-    """Degrees by which a sample that is `second` (deg) off moves a tool-face at rest that was lost for two minutes, one
+    """Degrees by which a sample that is `second` (deg) off moves a toolface at rest that was lost for two minutes, one
     MWD period after a sample that is `first` (deg) off, or lost where that is None."""
     estimator = ToolFaceEstimator(0.0042, 60.0, EstimatorNoise(
         math.radians(2.0), 150.0, 0.1, 0.1, 0.3, math.radians(6.0), math.radians(0.15)))

@@ -1,4 +1,4 @@
-"""What the controller believes of the tool-face and of the string, against what it must be in closed form."""
+"""What the controller believes of the toolface and of the string, against what it must be in closed form."""
 
 import math
 from pathlib import Path
@@ -81,7 +81,7 @@ def test_one_wrong_sample_hardly_counts_and_what_repeats_is_believed():
 def slide(softer=0.0, motor=0.0, bias=0.0, following=1.0, last_sample=math.inf, duration=600.0, seed=0):
     """A rocked string without static zone, in closed form: off bottom, a ramp of pressure, then drilling; the centre
     follows a share of the twist that the rig file would need, and a step. Returns the estimator and the true
-    tool-face."""
+    toolface."""
     random = np.random.default_rng(seed)
     estimator = ToolFaceEstimator(S, 60.0, NOISE)
     compliance, x, samples = S * (1.0 + softer), 0.4, []
@@ -105,14 +105,14 @@ def slide(softer=0.0, motor=0.0, bias=0.0, following=1.0, last_sample=math.inf, 
 @pytest.mark.parametrize(("softer", "motor", "bias"), [
     (0.13, 0.0, 0.0), (0.0, -0.25, 0.0), (0.0, 0.0, -500.0), (0.08, -0.12, 300.0), (0.0, 0.0, 0.0)])  # fmt: skip
 def test_string_is_learnt_while_sliding(softer, motor, bias):
-    """Compliance, motor and sensor at once, within what their stated one-sigma allows; the tool-face is right."""
+    """Compliance, motor and sensor at once, within what their stated one-sigma allows; the toolface is right."""
     estimator, x = slide(softer, motor, bias)
     learnt = estimator.filter.learnt
     assert estimator.tool_face == pytest.approx(x, abs=math.radians(3.0))
     assert learnt.compliance == pytest.approx(softer, abs=3.0 * learnt.compliance_sigma)
     assert learnt.motor == pytest.approx(motor, abs=3.0 * learnt.motor_sigma)
     assert learnt.bias == pytest.approx(bias, abs=3.0 * learnt.bias_sigma)
-    # together they foretell the torque at which the tool-face rests better than the rig file does
+    # together they foretell the torque at which the toolface rests better than the rig file does
     resting = (1.0 + learnt.motor) * 2900.0 + learnt.bias
     assert resting == pytest.approx((1.0 + motor) * 2900.0 + bias, abs=60.0)
 
@@ -169,7 +169,7 @@ def test_few_samples_make_no_string_quicker_than_torsion_spreads(seed):
 
 
 def test_a_swing_that_samples_meet_at_one_phase_stays_in_doubt():
-    """It cannot be told from the tool-face, and both say so."""
+    """It cannot be told from the toolface, and both say so."""
     same, unlike = swung(0.1, 12.0), swung(0.1, 8.3)
     assert same.filter.swing_spread > 1.3 * unlike.filter.swing_spread
     assert same.spread > 1.2 * unlike.spread

@@ -65,7 +65,7 @@ def diagnosis_of(outcome: Outcome) -> Diagnosis:
 
 def test_the_driller_reads_cause_error_and_share_first():
     assert words.driller(worn_motor()) == (
-        "The motor gives 24 % less torque per pressure than the file says; with that in, tool-face error falls from "
+        "The motor gives 24 % less torque per pressure than the file says; with that in, toolface error falls from "
         "118 to 3.0 deg and 92 % [64, 97] of the gap is closed."
     )
     assert words.sentence(worn_motor()) == (
@@ -123,16 +123,16 @@ def test_what_closes_more_than_all_closes_the_whole_gap():
 def test_what_an_unknown_leaves_is_told_with_its_channel_site_and_shape():
     outcome = replace(worn_motor(), verdict="unknown", site="hydraulics", effects=(), ranking=())
     text = words.driller(outcome)
-    assert "118 deg of tool-face" in text
+    assert "118 deg of toolface" in text
     assert "the hydraulics" in text
     drawn = ("pressure lost at 2 bar/min", "time, s", "pressure, bar", np.arange(3.0), np.arange(3.0))
     shape = Shape("unknown", *drawn)
     assert "pressure lost at 2 bar/min" in words.driller(replace(outcome, shape=shape))
     remains = replace(worn_motor(), verdict="effect_and_unknown")
     assert words.driller(remains).startswith("It acts as if the motor gives 24 % less")
-    assert words.driller(remains).endswith("remains, most of it in tool-face.")
+    assert words.driller(remains).endswith("remains, most of it in toolface.")
     rest = replace(remains, shape=Shape("rest", *drawn))
-    assert words.driller(rest).endswith("most of it in tool-face; it looks like this: pressure lost at 2 bar/min.")
+    assert words.driller(rest).endswith("most of it in toolface; it looks like this: pressure lost at 2 bar/min.")
     assert words.sentence(rest).endswith("something structured remains: pressure lost at 2 bar/min.")
     assert "explain as much" not in words.driller(rest) + words.sentence(rest)
     alike = replace(remains, shape=Shape("alternative", *drawn))
@@ -173,8 +173,8 @@ def test_two_effects_are_one_sentence():
 def test_how_far_the_model_foretells_is_said():
     outcome = replace(worn_motor(), horizon={"tool_face": 35.2})
     (ahead,) = words.limits(outcome)
-    assert "tool-face 35 s" in ahead
-    assert "own spread: tool-face 35 s." in page_html(report_page(diagnosis_of(outcome)), SI)
+    assert "toolface 35 s" in ahead
+    assert "own spread: toolface 35 s." in page_html(report_page(diagnosis_of(outcome)), SI)
     assert words.limits(worn_motor()) == []
     several = replace(outcome, horizon={"tool_face": 35.2, "hook_load": 40.0}, foretold=("hook_load",))
     ahead, all_of_it = words.limits(several)

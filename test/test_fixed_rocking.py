@@ -26,7 +26,7 @@ def measurements(time, angle=0.0, torque=0.0, mwd=()):
 
 
 def run(controller, duration, mwd_at=None, torque=lambda angle: 0.0, period=0.1):
-    """Step a controller whose rig follows at once; mwd_at: time -> tool-face or None."""
+    """Step a controller whose rig follows at once; mwd_at: time -> toolface or None."""
     commands, angle = [], 0.0
     for k in range(round(duration / period)):
         time = k * period
@@ -49,7 +49,7 @@ def test_settings_follow_the_rig():
 
 @pytest.mark.parametrize(("tool_face_deg", "side"), [(-20.0, 1.0), (20.0, -1.0)])
 def test_centre_moves_against_the_error(tool_face_deg, side):
-    """A tool-face left of its target needs the centre further right, by the gain times the error."""
+    """A toolface left of its target needs the centre further right, by the gain times the error."""
     controller = FixedRocking(RIG)
     plain = run(FixedRocking(RIG), 48.0)
     shifted = run(controller, 48.0, lambda k: math.radians(tool_face_deg) if k == 10 else None)

@@ -21,7 +21,7 @@ from whole import contents
 
 CAMPAIGN = "closed-loop --campaign"
 QUICK = ("plot", "replay", "torque-drag", "identify", "import", "recover", "analyse", "study")
-ANSWERS = {"plot": "tool-face error", "replay": "surface torque", "torque-drag": "slack off", "identify": "stiffness",
+ANSWERS = {"plot": "toolface error", "replay": "surface torque", "torque-drag": "slack off", "identify": "stiffness",
            "analyse": "friction", "study": "holds", CAMPAIGN: "mean error"}  # fmt: skip
 
 

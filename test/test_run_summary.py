@@ -40,9 +40,9 @@ def test_passing_by_is_not_being_set():
     tool_face = np.radians(60.0) * np.sin(2 * np.pi * TIME / 30.0)
     hold = summarise(log(truth_bit=joint(tool_face))).tool_face
     assert hold.targets[0].set_after is None and hold.targets[0].error_once_set is None
-    assert ("tool-face set", "never: not within 15 deg for 60 s") in rows(summarise(log(truth_bit=joint(tool_face))))
+    assert ("toolface set", "never: not within 15 deg for 60 s") in rows(summarise(log(truth_bit=joint(tool_face))))
     lead = page(log(truth_bit=joint(tool_face)), summarise(log(truth_bit=joint(tool_face)))).lead
-    assert lead.text == "Tool-face never set: not within 15 deg for 60 s (truth)."
+    assert lead.text == "Toolface never set: not within 15 deg for 60 s (truth)."
 
 
 def test_mwd_stands_in_for_truth():
@@ -63,7 +63,7 @@ def test_figures_of_the_surface():
     said = dict(rows(summary))
     assert said["block lowered"] == "0.750 m" and "drilled" not in said
     assert said["standpipe pressure"] == "190.0 bar mean, 190.0 to 190.0 bar"
-    assert "tool-face error, mean (truth)" not in said
+    assert "toolface error, mean (truth)" not in said
 
 
 def test_target_before_its_first_message_and_after_a_change():
@@ -126,12 +126,12 @@ def test_a_rounded_bit_depth_of_a_recorder_gives_the_rate():
 
 
 def test_a_bit_that_never_drilled_is_not_judged():
-    """A controller that does nothing holds tool-face 0 to perfection."""
+    """A controller that does nothing holds toolface 0 to perfection."""
     summary = summarise(log(truth_bit=joint(0 * TIME), draw_works=joint(0 * TIME), **depth(np.full_like(TIME, 4000.0))))
     assert summary.idle
     said = dict(rows(summary))
     assert said["drilled"] == "nothing: the bit made no new hole"
-    assert said["tool-face"].startswith("not judged") and not any("within" in name for name in said)
+    assert said["toolface"].startswith("not judged") and not any("within" in name for name in said)
     shown = page(log(truth_bit=joint(0 * TIME), **depth(np.full_like(TIME, 4000.0))), summary)
     assert shown.lead.tone == "bad" and "Nothing was drilled" in shown.lead.text
 
@@ -143,7 +143,7 @@ def test_a_target_set_and_lost_again_says_when():
     assert (one.set_after, one.lost_after) == (pytest.approx(12.0), pytest.approx(112.0))
     assert np.degrees(one.error_once_set) == pytest.approx(4.0)
     said = dict(rows(summarise(log(truth_bit=joint(np.radians(off))))))
-    assert said["tool-face set"] == "after 12 s, 4.0 deg mean error until lost after 112 s"
+    assert said["toolface set"] == "after 12 s, 4.0 deg mean error until lost after 112 s"
 
 
 def test_each_target_has_its_own_row():
@@ -151,7 +151,7 @@ def test_each_target_has_its_own_row():
     tool_face = np.where(TIME < 170.0, 0.0, 1.0)
     hold = summarise(log(truth_bit=joint(tool_face), tool_face_target=target)).tool_face
     assert [one.set_after for one in hold.targets] == [pytest.approx(0.0), pytest.approx(20.0)]
-    assert {"tool-face set at 0 deg", "tool-face set at 57 deg"} <= set(dict(rows(summarise(
+    assert {"toolface set at 0 deg", "toolface set at 57 deg"} <= set(dict(rows(summarise(
         log(truth_bit=joint(tool_face), tool_face_target=target)))))
 
 

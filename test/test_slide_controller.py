@@ -1,4 +1,4 @@
-"""The tool-face controller against any stream of measurements, and each of its interlocks."""
+"""The toolface controller against any stream of measurements, and each of its interlocks."""
 
 import dataclasses
 import math
@@ -206,7 +206,7 @@ def test_after_a_stall_the_block_goes_back_fast_and_touches_slowly():
 
 @pytest.mark.parametrize(("tool_face_deg", "side"), [(-40.0, 1.0), (40.0, -1.0)])
 def test_centre_moves_against_the_error(tool_face_deg, side):
-    """A tool-face that stays left of its target calls for a centre further right than one that is on it, whatever
+    """A toolface that stays left of its target calls for a centre further right than one that is on it, whatever
     the load meanwhile."""
     wished = []
     for tool_face in (0.0, math.radians(tool_face_deg)):

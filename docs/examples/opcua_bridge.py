@@ -156,7 +156,7 @@ class Bridge:
                 publisher.publish(cdr.joint_state(stamp_ns, self._topics[key].joint, *values[key]))
 
     def _publish_mwd(self, one: ua.DataValue, tool_face: float) -> None:
-        """A tool-face once, stamped with when it was measured as the server has it."""
+        """A toolface once, stamped with when it was measured as the server has it."""
         from slider_drilling.messages import cdr
 
         if one.SourceTimestamp is None or one.SourceTimestamp == self._mwd_stamp:

@@ -1,4 +1,4 @@
-"""What the fitted plant does down-hole while it follows a log: friction, zones and weight transfer along the string."""
+"""What the fitted plant does downhole while it follows a log: friction, zones and weight transfer along the string."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ def analyse(log: RigLog, rig: Rig | None, elements: int = ELEMENTS, progress: Pr
         for row in fit.intervals if not row.determined
     ]  # fmt: skip
     commands = fit.driven.commands
-    rocked = follow(fit.rig, fit.start, commands, elements, _named(progress, "down-hole"))
+    rocked = follow(fit.rig, fit.start, commands, elements, _named(progress, "downhole"))
     axial = "hook_load" in fit.channels and np.ptp(commands.block_position) > 0.0
     still = None
     if axial:

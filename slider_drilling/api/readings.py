@@ -20,7 +20,7 @@ SURFACE = ("surface_torque", "hook_load", "standpipe_pressure")
 
 @dataclass(frozen=True)
 class Readings:
-    """surface: N m, N or Pa, each (n,); mwd: the tool-faces that came up."""
+    """surface: N m, N or Pa, each (n,); mwd: the toolfaces that came up."""
 
     surface: dict[str, Array]
     mwd: tuple[MwdSample, ...]
@@ -46,7 +46,7 @@ def log_of(
     rig: Rig, commands: Commands, response: Response, readings: Readings, targets: Sequence[tuple[float, float]],
     source: str,
 ) -> RigLog:
-    """The run as a log in memory; targets: (s, rad), the tool-faces asked for. ``rig`` is the file that it carries."""
+    """The run as a log in memory; targets: (s, rad), the toolfaces asked for. ``rig`` is the file that it carries."""
     time, none = response.time - response.time[0], np.full(len(response.time), np.nan)
     measured = np.array([[one.measured_at, one.arrived_at, one.tool_face] for one in readings.mwd]).reshape(-1, 3).T
     asked = np.array(targets, dtype=float).reshape(-1, 2).T

@@ -68,7 +68,7 @@ class Run:
         return summarise(self.log)
 
     def columns(self) -> Columns:
-        """Commands and response, the sensors' readings as ``measured_...``, tool-faces when they were measured."""
+        """Commands and response, the sensors' readings as ``measured_...``, toolfaces when they were measured."""
         time = self.response.time - self.response.time[0]
         parts = [(self.commands, one.name) for one in fields(Commands)[1:]]
         parts += [(self.response, one.name) for one in fields(Response)[1:]]  # type: ignore[misc]
@@ -121,7 +121,7 @@ def simulate(
 
     drive: `Commands`, whose own duration counts; or a controller (an object with ``step``, its class, or
     ``"module:Class"``), stepped for ``duration`` s with the drives' limits and the sensors' errors. target: rad, the
-    tool-face that a controller is to hold; seed: of the sensors' noise; elements: of the string; believed: the rig
+    toolface that a controller is to hold; seed: of the sensors' noise; elements: of the string; believed: the rig
     file that a controller and the log get, where it is not the one simulated. Raises InputError.
     """
     told = rig if believed is None else believed

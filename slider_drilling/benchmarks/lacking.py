@@ -1,8 +1,8 @@
 """What the diagnosis makes of logs that lack something: ``python -m slider_drilling.benchmarks.lacking WHAT LOG...``.
 
-WHAT: ``samples=N``: one of N samples of every series is kept, but of the rare MWD tool-face; ``renewals=N``: the same
+WHAT: ``samples=N``: one of N samples of every series is kept, but of the rare MWD toolface; ``renewals=N``: the same
 values, each logged N times; ``start=SHARE``: the first part is not there, the string is at work when the log begins;
-``draw-works``, ``pump``, ``tool-face``, ``pressure``: the series is not there; ``speed``: the drive's is zero
+``drawworks``, ``pump``, ``toolface``, ``pressure``: the series is not there; ``speed``: the drive's is zero
 throughout; ``nothing``: the log as it is. One row of markdown a log.
 """
 
@@ -23,7 +23,7 @@ from slider_drilling.log.stretch import stretch
 
 _SERIES = ("top_drive", "draw_works", "mud_pump", "standpipe_pressure")
 _MISSING = {
-    "draw-works": "draw_works", "pump": "mud_pump", "tool-face": "mwd_tool_face", "pressure": "standpipe_pressure",
+    "drawworks": "draw_works", "pump": "mud_pump", "toolface": "mwd_tool_face", "pressure": "standpipe_pressure",
 }  # fmt: skip
 
 

@@ -66,7 +66,7 @@ def markdown(rows: list[Choice]) -> str:
     """A table with the gain over the 200 elements that are the default."""
     default = next(row.seconds for row in rows if row.elements == 200)
     lines = ["| elements | step | times faster than 200 | surface torque | of its standard deviation | hook load "
-             "| tool-face |", "|---|---|---|---|---|---|---|"]  # fmt: skip
+             "| toolface |", "|---|---|---|---|---|---|---|"]  # fmt: skip
     lines += [
         f"| {row.elements} | {1e3 * row.step:.2f} ms | {default / row.seconds:.2f} | {row.torque:.1f} N m "
         f"| {100.0 * row.torque_share:.2f} % | {row.hook_load:.2f} kN | {row.tool_face:.2f} deg |"
@@ -79,7 +79,7 @@ def single_precision(counts: tuple[int, ...] = (32, 100, 200)) -> str:
     """RMS differences of single from double precision, 300 s of the example rig, rocked, on the same mesh."""
     rig = example_rig()
     commands = rocking(rig, DURATION)
-    lines = ["| elements | surface torque | hook load | standpipe pressure | tool-face |", "|---|---|---|---|---|"]
+    lines = ["| elements | surface torque | hook load | standpipe pressure | toolface |", "|---|---|---|---|---|"]
     for elements in counts:
         (double,), (single,) = (simulate_batch([rig], commands, elements, single=which) for which in (False, True))
         off = {

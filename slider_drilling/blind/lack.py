@@ -39,7 +39,7 @@ Draw = Callable[[np.random.Generator], Lack]
 LACKS: dict[str, Draw] = {
     NOTHING: lambda generator: Lack(),
     "beginning": lambda generator: Lack(begun=float(generator.uniform(0.1, 0.5))),
-    "draw-works": lambda generator: Lack(without=("draw_works",)),
+    "drawworks": lambda generator: Lack(without=("draw_works",)),
     "pump": lambda generator: Lack(without=("mud_pump",)),
     "samples": lambda generator: Lack(every=int(generator.choice([2, 5, 10]))),
     "renewals": lambda generator: Lack(renewed=int(generator.choice([2, 5, 10]))),

@@ -21,7 +21,7 @@ class Hidden:
     """What differs from the rig file besides the law.
 
     elements: of the mesh; finer_step: how many times as many steps as the plant would take; nuisance: multiples of
-    the rig file's values; start: wind-up and tool-face zero, rad.
+    the rig file's values; start: wind-up and toolface zero, rad.
     """
 
     elements: int = 260

@@ -53,7 +53,7 @@ class Slide:
 
     @property
     def set_in_time(self) -> bool:
-        """Whether the tool-face was set within the time that is allowed for it."""
+        """Whether the toolface was set within the time that is allowed for it."""
         after = self.score.time_to_set_s
         return not self.score.nothing_drilled and after is not None and after <= ALLOWED
 

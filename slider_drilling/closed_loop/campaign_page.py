@@ -90,7 +90,7 @@ def campaign_page(
     """The page. slides, repeat: by controller, the one under test first."""
     name, own = next(iter(slides.items()))
     found = spread(own)
-    lead = (f"Half of {found.slides} random rigs: mean tool-face error below {_number(found.error[0], 1)} deg, 95 % "
+    lead = (f"Half of {found.slides} random rigs: mean toolface error below {_number(found.error[0], 1)} deg, 95 % "
             f"below {_number(found.error[-1], 1)} deg; set within {ALLOWED:.0f} s in {found.set_in_time}.")  # fmt: skip
     rows = tuple(spread_cells(one, spread(of)) for one, of in slides.items())
     return Page(
@@ -122,4 +122,4 @@ def _curves(slides: Mapping[str, Sequence[Slide]]) -> Chart:
         errors = np.sort([one.error for one in of if math.isfinite(one.error)])
         lines.append(Line(name, errors, np.arange(1, len(errors) + 1) / len(of), "steps"))
     panel = Panel("share of slides below", tuple(lines), limits=(0.0, 1.0))
-    return Chart("Errors of all slides", "mean tool-face error, deg", (panel,), x_log=True)
+    return Chart("Errors of all slides", "mean toolface error, deg", (panel,), x_log=True)

@@ -26,9 +26,9 @@ LIMITS = (INFORMED, ORACLE)
 ABOUT = {
     UNDER_TEST: "the controller under test",
     INFORMED: "the same with the true rig file: what not knowing the rig costs",
-    ORACLE: "the same with the true rig file and the true tool-face at 10 Hz: what MWD costs beside",
+    ORACLE: "the same with the true rig file and the true toolface at 10 Hz: what MWD costs beside",
     NO_ROCKING: "top drive held still",
-    FIXED_ROCKING: "constant rocking, no tool-face control",
+    FIXED_ROCKING: "constant rocking, no toolface control",
     SHIFTED_ROCKING: "constant rocking, centre shifted by a tenth of the last error",
 }
 
@@ -68,7 +68,7 @@ def believed_rig(contender: str, scenario: Scenario) -> Rig:
 
 
 def seen(contender: str, measurements: Measurements, truth: Truth) -> Measurements:
-    """What the contender is shown of a sample: the oracle sees the true tool-face in each."""
+    """What the contender is shown of a sample: the oracle sees the true toolface in each."""
     if contender != ORACLE:
         return measurements
     tool_face = math.remainder(truth.tool_face, 2.0 * math.pi)

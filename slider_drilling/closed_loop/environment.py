@@ -28,10 +28,10 @@ class SlideEnvironment(gymnasium.Env[Array, Array]):
     the pump runs at the reference flow. It holds for ten samples of the sensors.
 
     Observation: top-drive angle rad, surface torque kN m, block position m, hook load kN, standpipe pressure MPa, sine
-    and cosine of the last MWD tool-face less its target, and that sample's age s (0 before the first). A channel
+    and cosine of the last MWD toolface less its target, and that sample's age s (0 before the first). A channel
     without a reading keeps its last value.
 
-    Reward: minus the error of the true tool-face over half a turn, plus the hole drilled in m; truth is for the reward
+    Reward: minus the error of the true toolface over half a turn, plus the hole drilled in m; truth is for the reward
     only. An episode is cut off at the scenario's end and never ends by itself.
     """
 

@@ -26,7 +26,7 @@ _POINTS = 300  # of a line: enough for the outline of a slide
 def closed_loop_page(rows: Sequence[dict[str, Outcome]], name: str, seed: int, elements: int) -> Page:
     """Contender -> outcome for each scenario; `name` is the controller under test."""
     table = Section("Every scenario", (
-        f"Error of the tool-face on truth, mean of its magnitude, from {ALLOWED:.0f} s after the start and after each "
+        f"Error of the toolface on truth, mean of its magnitude, from {ALLOWED:.0f} s after the start and after each "
         f"new target. Set: within {WITHIN_DEG:.0f} deg for {HELD:.0f} s without a break. Peak torque: of either sign. "
         + " ".join(f"{key.replace('_', ' ').capitalize()}: {ABOUT[key]}." for key in (*LIMITS, *BASELINES)),
         Table(HEADS, tuple(cells(row) for row in rows)), costs(rows), _means(rows),
@@ -61,7 +61,7 @@ def _lead(rows: Sequence[dict[str, Outcome]]) -> Lead | None:
     unset = sum(score.time_to_set_s is None for score in own if not score.nothing_drilled)
     said = []
     if errors:
-        said.append(f"The tool-face was {np.mean(errors):.1f} deg off its target on average, "
+        said.append(f"The toolface was {np.mean(errors):.1f} deg off its target on average, "
                     f"{max(errors):.1f} deg in the worst scenario.")  # fmt: skip
     lost = sum(score.within_15_deg < HELD_SHARE for score in own if not score.nothing_drilled)
     share = f"{1.0 - HELD_SHARE:.0%}".replace("%", " %")
@@ -102,7 +102,7 @@ def _traces(row: dict[str, Outcome]) -> Chart:
     most = score.p95_abs_error_deg if math.isfinite(score.p95_abs_error_deg) else 0.0
     reach = min(max(1.5 * most, WITHIN_DEG), 180.0)
     panels = (
-        Panel("tool-face error, deg", tuple(errors), limits=(-reach, reach), height=1.3),
+        Panel("toolface error, deg", tuple(errors), limits=(-reach, reach), height=1.3),
         Panel("top drive, rad", (Line(UNDER_TEST, own.time, own.top_drive_angle, colour=BLUE),)),
         Panel("surface torque, kN m", (Line(UNDER_TEST, own.time, own.surface_torque / 1e3, colour=BLUE),)),
         Panel("weight on bit, kN", (Line(UNDER_TEST, own.time, own.weight_on_bit / 1e3, colour=BLUE),)),

@@ -71,7 +71,7 @@ def costs(rows: Sequence[dict[str, Outcome]]) -> str:
     unknown = statistics.median(one[0] - one[1] for one in means)
     mwd = statistics.median(one[1] - one[2] for one in means)
     return (f"Half of {len(means)} scenarios: below {own:.2f} deg, {informed:.2f} with the true rig file, {oracle:.2f} "
-            f"with the true tool-face at 10 Hz too. Not knowing the rig costs {unknown:+.2f} deg, the period and the "
+            f"with the true toolface at 10 Hz too. Not knowing the rig costs {unknown:+.2f} deg, the period and the "
             f"noise of MWD alone {mwd:+.2f} deg (medians).")
 
 

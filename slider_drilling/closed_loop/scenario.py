@@ -17,7 +17,7 @@ WELLS = {"2.6 km": "config/rig.short.yaml", "4.0 km": "config/rig.example.yaml",
 class Scenario:
     """One slide. Everything that differs from the rig file is unknown to the controller.
 
-    well: a key of `WELLS`; targets: (s, deg) from which each tool-face is asked for, the first one at 0;
+    well: a key of `WELLS`; targets: (s, deg) from which each toolface is asked for, the first one at 0;
     which is as good as a start at any other angle; start_twist: rad, wound into the string;
     friction: truth over the rig file; effects: of the catalogue, as in a rig file; angle_friction: share by which
     friction rises and falls once a turn of each pipe; lost, outliers: share of MWD samples that never come, or come as

@@ -22,7 +22,7 @@ def _three(name: str, about: str, **what: float) -> tuple[Scenario, ...]:
 
 
 DAILY: tuple[Scenario, ...] = (
-    *_three("hold", "tool-face set from an unknown start and held"),
+    *_three("hold", "toolface set from an unknown start and held"),
     *_three("friction +25 %", "a quarter more friction than believed", friction=1.25),
     *_three("friction -25 %", "a quarter less friction than believed", friction=0.75),
     Scenario("connection", "4.0 km", "half a turn off and wound up after a connection", ((0.0, 170.0),),

@@ -1,8 +1,8 @@
 """How well a slide went, on truth.
 
-The tool-face is *set* at the first instant from which it stays within 15 degrees of its target for 60 s. Four minutes
+The toolface is *set* at the first instant from which it stays within 15 degrees of its target for 60 s. Four minutes
 are allowed for that, from the start and from every new target; the error is scored outside of them, the same stretch
-for every contender, whether it had set the tool-face or not.
+for every contender, whether it had set the toolface or not.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Score:
     """mean_abs_error_deg, p95_abs_error_deg, within_15_deg (share of time): after setting; time_to_set_s: the slowest
     of the scenario's targets, None where one was never set; peak_torque_n_m: of either sign; make_up_n_m, back_off_n_m:
     the most to the right and to the left; weight_spread_n: one standard deviation after setting; rop_m_h: likewise;
-    drilled_m: of new hole. The errors are NaN where nothing was drilled: a bit off bottom does not turn the tool-face,
+    drilled_m: of new hole. The errors are NaN where nothing was drilled: a bit off bottom does not turn the toolface,
     and a controller that does nothing would hold it to perfection."""
 
     mean_abs_error_deg: float
@@ -43,12 +43,12 @@ class Score:
 
     @property
     def nothing_drilled(self) -> bool:
-        """Whether there was no hole to hold a tool-face in."""
+        """Whether there was no hole to hold a toolface in."""
         return self.drilled_m < LEAST
 
 
 def error_deg(trace: Trace) -> Array:
-    """Tool-face minus target, deg in [-180, 180)."""
+    """Toolface minus target, deg in [-180, 180)."""
     off: Array = (np.degrees(trace.tool_face - trace.target) + 180.0) % 360.0 - 180.0
     return off
 

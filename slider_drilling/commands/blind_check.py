@@ -42,7 +42,7 @@ Examples:
 @click.option("--manoeuvres", default="varied,steady,rotary", show_default=True, metavar="NAME,...",
               help="What the rig does.")  # fmt: skip
 @click.option("--lacking", default="nothing", show_default=True, metavar="NAME,...",
-              help="What logs lack, in turn: nothing, beginning, draw-works, pump, samples, renewals, "
+              help="What logs lack, in turn: nothing, beginning, drawworks, pump, samples, renewals, "
                    "resolution.")  # fmt: skip
 @click.option("--duration", default=400.0, show_default=True, help="Of each log, s.")
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file: its string, noise and well.")

@@ -56,7 +56,7 @@ def command(
     listing: bool, elements: int, seed: int, jobs: int, slides: int | None, against: tuple[str, ...], slide: int | None,
     rig_path: Path | None, scheduler: str, units: Units,
 ) -> int:
-    """Hold the tool-face through every scenario; compare with no rocking and with fixed rocking.
+    """Hold the toolface through every scenario; compare with no rocking and with fixed rocking.
 
     Ctrl-C (or SIGTERM) keeps the scenarios that have ended; the exit code is then 130 (143).
     """

@@ -51,7 +51,7 @@ class Speed(click.ParamType):
 @click.option("--duration", type=float, help="Simulated time, s. [default: 300; with --live: until Ctrl-C]")
 @click.option("--speed", type=Speed(), help="Times real time, or lockstep. [default: max; with --live: 1]")
 @click.option("--record", type=click.Path(path_type=Path), help="Folder for the log, its page and its picture.")
-@click.option("--target", type=float, help="Tool-face to hold, deg. [default: 0]")
+@click.option("--target", type=float, help="Toolface to hold, deg. [default: 0]")
 @click.option("--controller", help="module:Class of another controller, built as Class(rig).")
 @click.option("--seed", default=0, show_default=True, help="Seed of the sensor noise.")
 @click.option("--elements", default=200, show_default=True, help="Elements of the string, 10 to 5000.")

@@ -20,7 +20,7 @@ A contact that knew no axes would take the radial speed as a whole: the polar OD
 (`polar_rate`), lambda = |v_r| / z_ss. The two agree wherever v_x x and v_y y have the same sign, as in all steady
 sliding, and so in every rigid limit. Where they oppose (after a reversal, or in a vibration across a creep) the
 paper's relaxes faster. Simulations of another program that follow the paper are met by its operator and missed by
-the polar ODE, by 10 degrees of tool-face after five minutes.
+the polar ODE, by 10 degrees of toolface after five minutes.
 
 `advance` steps it at second order. With u = lambda dt frozen at mid-step the solution is M e^-u + d (1 - e^-u)/u;
 with the inverse of its Taylor sum for e^-u,

@@ -1,7 +1,7 @@
 """Back to bottom after picking up: where the bit touches is known from drilling, so most of the way can be quick.
 
 Lowering leaves weight hanging on the wall, which rocking frees onto the bit within seconds of its touching: the
-reactive torque then throws the tool-face. So the block rests just above bottom until drag has fallen.
+reactive torque then throws the toolface. So the block rests just above bottom until drag has fallen.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """A block that comes down by itself, through a brake that slips: lifted back before its weight is on the bit.
 
 Pipe along the wall holds what is lowered too fast for some seconds; then it arrives all at once, stalls the motor and
-throws the tool-face. The block's position shows it at once.
+throws the toolface. The block's position shows it at once.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 _SLIPPED, _BACK = 0.1, 0.02    # m below where it was told to be, from which it is lifted, and until which
-_FORGOTTEN = 10.0              # s, over which draw-works that follow badly are forgiven
+_FORGOTTEN = 10.0              # s, over which drawworks that follow badly are forgiven
 _FASTEST = 1.0                 # m/s; a position that leaps is a sensor's
 _MOST = 1.0                    # m, that may have slipped; more is somebody else's doing
 

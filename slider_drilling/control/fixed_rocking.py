@@ -1,4 +1,4 @@
-"""Fixed rocking: constant amplitude or torque limits, the centre shifted by the last tool-face error."""
+"""Fixed rocking: constant amplitude or torque limits, the centre shifted by the last toolface error."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from slider_drilling.errors import InputError
 if TYPE_CHECKING:
     from slider_drilling.rig import Rig
 
-# Amplitudes and periods that hold the tool-face best under proportional shift, found on three reference
+# Amplitudes and periods that hold the toolface best under proportional shift, found on three reference
 # wells (8 1/2 in hole, 5 in pipe, mu 0.23-0.34): string length m, amplitude rad, period s.
 _TUNED = ((2600.0, 8.0, 14.0), (4000.0, 20.0, 24.0), (5600.0, 30.0, 30.0))
 
@@ -31,7 +31,7 @@ class FixedRockingSettings:
     rounding: float = setting(0.25, "s", 0.05, 10.0, "half the width of a rounded peak")
     right_torque_limit: float = setting(0.0, "N m", 0.0, 100e3, "turn left at this surface torque; 0: none")
     left_torque_limit: float = setting(0.0, "N m", 0.0, 100e3, "turn right at minus this torque; 0: none")
-    shift_gain: float = setting(0.1, "-", 0.0, 1.0, "centre shift per tool-face error, at each MWD sample")
+    shift_gain: float = setting(0.1, "-", 0.0, 1.0, "centre shift per toolface error, at each MWD sample")
     shift_speed: float = setting(0.5, "rad/s", 0.01, 5.0, "speed at which the centre moves when shifted")
     block_speed: float = setting(0.0025, "m/s", 0.0, 0.05, "block speed, positive lowers; 0.0025 is 9 m/h")
     pump_speed: float = setting(12.3, "rad/s", 0.0, 60.0, "crank speed of the mud pump")
@@ -56,7 +56,7 @@ def _interpolate(length: float) -> tuple[float, float]:
 
 
 class FixedRocking:
-    """Rocks about a centre that every MWD sample shifts by `shift_gain` times the unwrapped tool-face error.
+    """Rocks about a centre that every MWD sample shifts by `shift_gain` times the unwrapped toolface error.
 
     With torque limits a stroke ends where surface torque reaches its limit, or at twice the amplitude,
     whichever is first; a shift is then driven as a bump beyond the limit on its own side.
@@ -187,14 +187,14 @@ class FixedRocking:
         self._centre = angle - rocking.start(self._elapsed)[0]
 
     def status(self) -> tuple[Status, ...]:
-        """Tool-face, its error and the centre, for diagnostics."""
+        """Toolface, its error and the centre, for diagnostics."""
         values = [("target_deg", f"{math.degrees(self.tool_face_target):.1f}"),
                   ("centre_rad", f"{self._centre:.3f}"), ("pending_shift_rad", f"{self._pending:.3f}")]
         if self._tool_face is None:
-            return (Status(Level.WARN, "tool_face", "no MWD tool-face has come yet: rocking about the start",
+            return (Status(Level.WARN, "tool_face", "no MWD toolface has come yet: rocking about the start",
                            tuple(values)),)
         error = math.degrees(self._tool_face - self.tool_face_target)
         values += [(field.name, f"{getattr(self._settings, field.name):g}")
                    for field in dataclasses.fields(self._settings)]
-        message = f"last MWD tool-face {error:+.1f} deg off target"
+        message = f"last MWD toolface {error:+.1f} deg off target"
         return (Status(Level.OK, "tool_face", message, tuple(values)),)

@@ -42,7 +42,7 @@ class HeaveCompensator:
         self.moved = 0.0               # m, of the block by this
         self.period = math.nan          # s, of the wave, NaN where none was found
         self.left = 0.0                 # m, amplitude that the spectrum shows
-        self.short = False              # the draw-works cannot follow
+        self.short = False              # the drawworks cannot follow
 
     @property
     def amplitude(self) -> float:

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class MwdSample:
-    """A tool-face as decoded at surface.
+    """A toolface as decoded at surface.
 
-    measured_at: s, when the tool was read down-hole; arrived_at: s, when surface had it;
+    measured_at: s, when the tool was read downhole; arrived_at: s, when surface had it;
     tool_face: rad, in (-pi, pi].
     """
 
@@ -28,7 +28,7 @@ class Measurements:
 
     time: s; top_drive_angle: rad; top_drive_speed: rad/s; surface_torque: N m, what the top drive feels;
     block_position: m lowered since start; block_speed: m/s, positive lowers; hook_load: N;
-    standpipe_pressure: Pa; pump_speed: rad/s of the crank; mwd: the tool-faces that arrived since
+    standpipe_pressure: Pa; pump_speed: rad/s of the crank; mwd: the toolfaces that arrived since
     the last sample, oldest first.
     """
 

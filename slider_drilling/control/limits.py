@@ -90,7 +90,7 @@ class Interlocks:
         self._reasons: list[tuple[Level, str, str]] = []
 
     def update(self, watch: Watch, step: float, pressure: float, mwd_age: float, behind: float) -> Permission:
-        """Judge one sample. step: s; pressure: Pa across the motor; mwd_age: s since a tool-face was read; behind: rad
+        """Judge one sample. step: s; pressure: Pa across the motor; mwd_age: s since a toolface was read; behind: rad
         between the top drive and what it was told."""
         self._reasons = []
         worst = max(self._stale(watch), watch.clock_age)

@@ -51,7 +51,7 @@ def step_checked(controller: Controller, measurements: Measurements) -> RigComma
 
 
 def set_target(controller: Controller, target: float) -> None:
-    """Tell a controller that holds a tool-face which, rad; others are left alone. Raises InputError."""
+    """Tell a controller that holds a toolface which, rad; others are left alone. Raises InputError."""
     if not math.isfinite(target):
         raise InputError(f"tool_face_target = {target}: must be a finite number of rad")
     if _has(controller, "tool_face_target"):

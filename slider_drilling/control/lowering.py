@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _LOADED_SHARE = 0.8          # of the pressure asked for, from which on the string slides steadily
 _TOUCHED_SHARE = 0.1         # of the pressure wanted, at which the bit is on bottom again
-_LOADS, _RESTS = math.radians(8.0), math.radians(13.0)   # of the tool-face behind: full load until, none from there on
+_LOADS, _RESTS = math.radians(8.0), math.radians(13.0)   # of the toolface behind: full load until, none from there on
 _EASED, _LEAST_SHARE, _RESTORED = 0.04, 0.6, 0.0002   # of the pressure wanted: at a torque limit, the least, per s
 
 
@@ -33,7 +33,7 @@ class Lowering:
         self.slip = BlockSlip()
         self._told = 0.0         # m/s
         self.borne_share = 1.0   # of the pressure wanted, that torque limits leave
-        self.following = 1.0     # share of the load that the tool-face lets be put on
+        self.following = 1.0     # share of the load that the toolface lets be put on
         self.configure(rig, settings)
         self.drag = DragMonitor(rig, settings.friction_factor, self.weight_wanted)
 
@@ -88,7 +88,7 @@ class Lowering:
         return 0.0
 
     def speed(self, pressure: DifferentialPressure, position: float, behind: float, step: float) -> float:
-        """Block speed, m/s. position: m, of the block; behind: rad, of the tool-face left of its target; step: s since
+        """Block speed, m/s. position: m, of the block; behind: rad, of the toolface left of its target; step: s since
         the last sample."""
         if self.lock_up.stops:
             self.driller.follow(pressure.smooth)
@@ -113,10 +113,10 @@ class Lowering:
 
 
 def followed(behind: float) -> float:
-    """Share of the load that may be put on, for a tool-face that is `behind` (rad, left of its target): 1 to -1, what
+    """Share of the load that may be put on, for a toolface that is `behind` (rad, left of its target): 1 to -1, what
     is taken back.
 
-    Reactive torque turns the tool-face to the left within seconds, rocking winds the string against it within minutes
+    Reactive torque turns the toolface to the left within seconds, rocking winds the string against it within minutes
     where much of it is held. So the load waits for the winding.
     """
     return min(max((_RESTS - behind) / (_RESTS - _LOADS), -1.0), 1.0)

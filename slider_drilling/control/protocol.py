@@ -27,7 +27,7 @@ class Controller(Protocol):
 
 @runtime_checkable
 class TargetedController(Controller, Protocol):
-    """A controller that holds a tool-face. tool_face_target: rad, may be set between any two steps."""
+    """A controller that holds a toolface. tool_face_target: rad, may be set between any two steps."""
 
     tool_face_target: float
 

@@ -2,7 +2,7 @@
 
 The amplitude that the breakover test finds is as good as the belief of the string: 13 % of compliance shift it by 28 %.
 What it must do shows while sliding. Too little leaves pipe above the bit that drags along the hole and holds the
-tool-face; too much swings the bit. Both are measured, and the amplitude follows: drag tells within a minute or two, the
+toolface; too much swings the bit. Both are measured, and the amplitude follows: drag tells within a minute or two, the
 swing says when it is enough.
 """
 
@@ -34,12 +34,12 @@ class Reach:
         self.share = 1.0
         self.stuck = False       # what pulls does not turn the bit
         self.urge = 0.0          # 0 to 1: how long that has been so
-        self._expected = 0.0     # rad/s, of the tool-face, by what pulls
+        self._expected = 0.0     # rad/s, of the toolface, by what pulls
         self._turning = 0.0      # rad/s, as estimated
         self._tool_face = math.nan
 
     def answer(self, pull: float, response_time: float, tool_face: float, error: float, step: float) -> None:
-        """Take what pulls (rad), the time (s) in which the tool-face should follow it, the tool-face and by how much it
+        """Take what pulls (rad), the time (s) in which the toolface should follow it, the toolface and by how much it
         should turn (rad). A pull that no error asked for says more of the sensors than of the string."""
         moved = tool_face - self._tool_face if math.isfinite(self._tool_face) else 0.0
         self._tool_face = tool_face

@@ -1,4 +1,4 @@
-"""The controller that holds the tool-face while it rocks: estimate, feed forward, correct, and mind the limits."""
+"""The controller that holds the toolface while it rocks: estimate, feed forward, correct, and mind the limits."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from slider_drilling.rig import Rig
 
 _PERIOD_PER_TRAVEL = 6.4     # best period of rocking over the time that torsion takes from top to bit
-_RESPONSE_PER_TRAVEL = 38.0  # 1/s, lag of the tool-face behind what pulls over the square of that time
+_RESPONSE_PER_TRAVEL = 38.0  # 1/s, lag of the toolface behind what pulls over the square of that time
 _QUICKEST_SHARE = 0.75       # of that lag, below which no string follows: that of one rocked as deep as when being set
 _LEAST_RESPONSE = 60.0       # s, believed before it is learnt: less makes short strings late to set
 _SHORTEST_PERIOD = 6.0       # s
@@ -228,7 +228,7 @@ class SlideController:
         return self._watch.value[channel] if self._watch.age[channel] == 0.0 else math.nan
 
     def _choose_turn(self) -> None:
-        """The turn of the target nearest to the tool-face: when that is first known, when a target is asked for, and
+        """The turn of the target nearest to the toolface: when that is first known, when a target is asked for, and
         when a turn was lost."""
         if not self._estimator.known or not math.isfinite(self.tool_face_target) or self._lowering.approach.fast:
             return
@@ -241,7 +241,7 @@ class SlideController:
 
     @property
     def error(self) -> float:
-        """Target minus estimated tool-face, rad; 0 before that is known."""
+        """Target minus estimated toolface, rad; 0 before that is known."""
         return self._target - self._estimator.tool_face if self._estimator.known else 0.0
 
     def zones(self) -> Zones:
@@ -298,7 +298,7 @@ class SlideController:
         return Motion.PARK if self._settings.rocking < 0.5 else Motion.ROCK
 
     def _steer(self, step: float) -> None:
-        """Move the centre: the reactive twist at once, what the tool-face asks for within a period of rocking."""
+        """Move the centre: the reactive twist at once, what the toolface asks for within a period of rocking."""
         wanted = self._aim
         if self._estimator.known:
             self._trim_pull(step)
@@ -310,7 +310,7 @@ class SlideController:
         self._centre = self._aim + self._settings.feed_forward * twist
 
     def _lead(self) -> float:
-        """rad, for the error of the tool-face."""
+        """rad, for the error of the toolface."""
         if self._lowering.approach.fast:
             # While the string slides fast it turns freely, and means over a stroke say little.
             return 0.0
@@ -320,7 +320,7 @@ class SlideController:
         return lead(self.error, (1.0 + self._reach.urge) * s.gain, s.max_lead, answer)
 
     def _trim_pull(self, step: float) -> None:
-        """What friction leaves of a pull where the tool-face has come to rest: slow, bounded, near the target only."""
+        """What friction leaves of a pull where the toolface has come to rest: slow, bounded, near the target only."""
         if abs(self.error) < _NEAR and self._permission.lower:
             self._trim += self._settings.trim_rate * self.error * step
             self._trim = min(max(self._trim, -_MOST_TRIM), _MOST_TRIM)
@@ -371,7 +371,7 @@ class SlideController:
         return self._lowering.speed(self._pressure, self._watch.value["block_position"], self.error, self._watch.step)
 
     def status(self) -> tuple[Status, ...]:
-        """The tool-face and its error, what was learnt of the string, the zones, every interlock with its reason."""
+        """The toolface and its error, what was learnt of the string, the zones, every interlock with its reason."""
         zones, lowering = self.zones(), self._lowering
         return (
             slide_status.of_tool_face(self._estimator, self._target, self._centre, self._pressure.reactive_torque),

@@ -19,7 +19,7 @@ from slider_drilling.wellbore.zones import Zones
 def of_tool_face(estimator: ToolFaceEstimator, target: float, centre: float, reactive_torque: float) -> Status:
     """target, centre: rad; reactive_torque: N m, as pressure shows it."""
     if not estimator.known:
-        return Status(Level.WARN, "tool_face", "no MWD tool-face has come yet: rocking about the start")
+        return Status(Level.WARN, "tool_face", "no MWD toolface has come yet: rocking about the start")
     values = (("estimate_deg", f"{math.degrees(estimator.tool_face):.1f}"),
               ("one_sigma_deg", f"{math.degrees(estimator.spread):.1f}"),
               ("target_deg", f"{math.degrees(target):.1f}"), ("centre_rad", f"{centre:.2f}"),
@@ -62,7 +62,7 @@ def of_reach(zones: Zones, bit_depth: float, amplitude: float, period: float, fi
     if lowering.lock_up.stops:
         return Status(Level.ERROR, "reach", f"rocking frees the string down to {drag.held_below:.0f} m of "
                       f"{bit_depth:.0f} m only, by its drag", values)
-    waits = "; the load waits until the tool-face has followed" if lowering.following <= 0.0 else ""
+    waits = "; the load waits until the toolface has followed" if lowering.following <= 0.0 else ""
     if reach.stuck:
         return Status(Level.WARN, "reach", f"what pulls does not turn the bit: rocking reaches {zones.rocked_to:.0f} m "
                       f"of {bit_depth:.0f} m as believed{waits}", values)

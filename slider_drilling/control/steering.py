@@ -1,4 +1,4 @@
-"""How far the centre may lead for an error of the tool-face: as far as the loop bears, and no further.
+"""How far the centre may lead for an error of the toolface: as far as the loop bears, and no further.
 
 What pulls turns the bit within ``response time / (1 + gain)``. A loop that learns of it later than that turns too far,
 pulls back too far, and goes round. How late it is, is known: rocking shows the mean torque a cycle late and the centre
@@ -20,8 +20,8 @@ _LEAD_SHARE = 0.3      # of the amplitude that frees the whole string
 
 @dataclass(frozen=True)
 class Answer:
-    """How the tool-face answers. response_time: s, in which it follows what pulls; cycle: s, of rocking; mwd: s, the
-    period and the latency of MWD together; spread: rad, one standard deviation of the tool-face; freeing: rad, the
+    """How the toolface answers. response_time: s, in which it follows what pulls; cycle: s, of rocking; mwd: s, the
+    period and the latency of MWD together; spread: rad, one standard deviation of the toolface; freeing: rad, the
     amplitude that frees the whole string."""
 
     response_time: float

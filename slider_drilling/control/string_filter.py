@@ -1,18 +1,18 @@
-"""What a slide teaches of its string: compliance, motor gain, sensor bias and mobility, together with the tool-face.
+"""What a slide teaches of its string: compliance, motor gain, sensor bias and mobility, together with the toolface.
 
-States: x the mean tool-face, b where the bend points, the two parts c and d of the swing that rocking leaves at the
+States: x the mean toolface, b where the bend points, the two parts c and d of the swing that rocking leaves at the
 bit, and four small corrections of what the rig file says,
 
     S = S0 (1 + s),    T = (1 + k) T0,    M = Mm - beta,    tau = tau0 exp(l),
 
 of the string's torsional compliance, the reactive torque that pressure shows, the mean of measured surface torque Mm
-and the time in which the tool-face follows what pulls. Two laws tie them to what is measured:
+and the time in which the toolface follows what pulls. Two laws tie them to what is measured:
 
     x' = S (M - T) / tau                                  what pulls turns the bit,
     angle - x + b = S (w M + (1 - w) T)                   the string is twisted by what it carries,
 
 and MWD reads x + c cos p + d sin p at the phase p of rocking. Off bottom T is zero and shows beta; the ramp of pressure
-shows S (1 + k) against MWD; a tool-face that rests shows M = T. An extended Kalman filter (Joseph form) weighs all of
+shows S (1 + k) against MWD; a toolface that rests shows M = T. An extended Kalman filter (Joseph form) weighs all of
 it, so that each has its one-sigma.
 """
 
@@ -65,7 +65,7 @@ class StringFilter:
              _SWING**2, _SWING**2])
 
     def place(self, tool_face: float, offset: float, variance: float) -> None:
-        """The tool-face (rad) is known anew, with this variance (rad2), the offset roughly; what was learnt stays.
+        """The toolface (rad) is known anew, with this variance (rad2), the offset roughly; what was learnt stays.
         `string` then ties the offset to it, and to what is in doubt of the string."""
         self.mean[_X], self.mean[_B] = tool_face, offset
         for row, own in ((_X, variance), (_B, _ANYWHERE)):
@@ -99,7 +99,7 @@ class StringFilter:
 
     @property
     def spread(self) -> float:
-        """One standard deviation of the tool-face, rad."""
+        """One standard deviation of the toolface, rad."""
         return math.sqrt(float(self._covariance[_X, _X]))
 
     def pull(self, torque: float, reactive: float) -> float:
@@ -191,7 +191,7 @@ class StringFilter:
 
 
 def _read_at(phase: float) -> Array:
-    """What MWD reads of the states at this phase (rad); NaN: of a phase that is not known, the mean tool-face."""
+    """What MWD reads of the states at this phase (rad); NaN: of a phase that is not known, the mean toolface."""
     row = np.zeros(_STATES)
     row[_X] = 1.0
     if math.isfinite(phase):

@@ -1,6 +1,6 @@
 """Where within rocking an MWD sample was read, and a period of rocking at which samples do not keep meeting one phase.
 
-A sample reads the tool-face somewhere within a cycle. Over many samples the part that goes with the phase is the swing
+A sample reads the toolface somewhere within a cycle. Over many samples the part that goes with the phase is the swing
 that rocking leaves at the bit, whatever period MWD has, unless that keeps meeting the same phases.
 """
 
@@ -12,7 +12,7 @@ from collections import deque
 
 _KEPT = 40                          # reversals
 # Of a cycle, least step of the phase from sample to sample, and least from half a cycle: a swing that samples meet a
-# little later each time looks like a tool-face that turns slowly, one that they meet from either side does not.
+# little later each time looks like a toolface that turns slowly, one that they meet from either side does not.
 _NEAR, _NEAR_HALF = 0.2, 0.05
 _LONGER, _SHORTER, _TRIED = 0.12, 0.03, 0.01   # shares by which the period may be changed, and of one trial
 

@@ -1,4 +1,4 @@
-"""Tool-face between two MWD samples: surface torque tells how far the string is twisted, MWD what that means.
+"""Toolface between two MWD samples: surface torque tells how far the string is twisted, MWD what that means.
 
 Over a whole cycle rocking cancels: friction above its reach takes as much to the right as to the left. What is left of
 surface torque, M, is what the string carries there; at the bit it carries the reactive torque T. With S the torsional
@@ -6,7 +6,7 @@ compliance of the string and ``w`` the share of it that carries M (the static zo
 
     x = angle - S (w M + (1 - w) T) + b,
 
-angle the mean of the top drive, x the mean tool-face, b where the bend points. What S, T and M are beyond what the rig
+angle the mean of the top drive, x the mean toolface, b where the bend points. What S, T and M are beyond what the rig
 file and the sensors say is learnt beside x and b (`string_filter`). Which b the first samples agree on, and whether
 samples that are refused agree on another, is a belief over the whole circle: a late, lost, wrong or whole-turn-off
 sample costs little.
@@ -30,7 +30,7 @@ _TAKEN = 0.5               # probability that a sample is none, below which it c
 _NOTICED, _MOST_SURPRISE = 0.25, 16.0   # share of one sample in the mean square of surprise; the most that one counts
 _RATE_DOUBT = 0.05         # of the squared rate at which what pulls is believed to turn the bit, beside its mobility
 _RAMP_DOUBT = 1.0          # ... while the bit is being loaded: pipe near it gives before surface sees anything
-_SLIDING_WALK, _SLIDING_DOUBT = 0.4, 0.7    # rad/sqrt(s) of the tool-face, rad of the twist, while the string slides
+_SLIDING_WALK, _SLIDING_DOUBT = 0.4, 0.7    # rad/sqrt(s) of the toolface, rad of the twist, while the string slides
 _STRING_DOUBT = math.radians(6.0)   # rad, of the twist at first
 _CLOSEST = 0.05            # s between two samples
 _PLACED = 0.5              # probability of one offset, below which it is too early to act on it
@@ -61,7 +61,7 @@ class _Instant:
 
 
 class ToolFaceEstimator:
-    """Mean tool-face, unwrapped. compliance: rad/(N m), S0; response_time: s, the lag behind what pulls; memory: s, how
+    """Mean toolface, unwrapped. compliance: rad/(N m), S0; response_time: s, the lag behind what pulls; memory: s, how
     late a sample may come; bias: N m, of the torque sensor as believed; quickest: s, that this lag is at least."""
 
     def __init__(self, compliance: float, response_time: float, noise: EstimatorNoise, memory: float = 90.0,
@@ -82,7 +82,7 @@ class ToolFaceEstimator:
         self.mobility = 1.0      # of 1 / response time, that rocking leaves
         self.settled = False     # whether the bit is loaded
         self.sliding = False     # whether the string slides fast: then it turns freely, and nothing here foretells it
-        self.known = False       # whether the tool-face is
+        self.known = False       # whether the toolface is
         self.pull = 0.0          # rad, S (M - T)
         self.samples = 0
         self.rejections = 0
@@ -100,7 +100,7 @@ class ToolFaceEstimator:
 
     @property
     def spread(self) -> float:
-        """One standard deviation of the tool-face, rad."""
+        """One standard deviation of the toolface, rad."""
         return self.filter.spread if self._past else math.inf
 
     def at(self, time: float) -> float:

@@ -28,9 +28,9 @@ __all__ = ["Diagnosis", "as_json", "diagnose", "tuned_rig"]
 
 LEAST_SAMPLES = 20  # of a log, for a fit to be of anything
 _MORE = {
-    "hook_load": "draw-works joint states (hook load) would show axial friction, heave and weight on bit",
+    "hook_load": "drawworks joint states (hook load) would show axial friction, heave and weight on bit",
     "standpipe_pressure": "standpipe pressure would show bit torque, motor wear and changes of formation",
-    "tool_face": "MWD tool-face would show how far the bit turns, and with it compliance and friction at depth",
+    "tool_face": "MWD toolface would show how far the bit turns, and with it compliance and friction at depth",
 }
 
 

@@ -266,7 +266,7 @@ def with_probes(intervals: tuple[FrictionInterval, ...], length: float, values: 
 
 
 def sensor_lag(rig: Rig, channel: str) -> float:
-    """The lag s that the rig file states for a surface sensor, 0 for the tool-face."""
+    """The lag s that the rig file states for a surface sensor, 0 for the toolface."""
     sensor = getattr(rig.sensors, channel, None)
     return float(sensor.lag) if sensor is not None else 0.0
 

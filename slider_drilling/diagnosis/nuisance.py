@@ -19,7 +19,7 @@ _OTHER_FLOW = 0.02
 def nuisance_parameters(rig: Rig, channels: Sequence[str]) -> tuple[Parameter, ...]:
     """What any rig is tuned in, as multiples of the rig file's values; those that no channel can see are left out."""
     # Nothing but torque: no hook load has checked the file's friction, nor what a bend of the hole presses the string
-    # with; no tool-face how far its string twists.
+    # with; no toolface how far its string twists.
     alone = set(channels) == {"surface_torque"}
     lowest, spread = (0.15, 0.5) if alone else (0.4, 0.2)
     intervals = range(max(len(rig.well.friction_intervals), 2 if alone else 1))

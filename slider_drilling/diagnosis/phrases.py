@@ -13,7 +13,7 @@ _FOOT_POUNDS = KINDS["torque"]["ft lbf"]
 SITES = {
     "sensor": "the surface sensors",
     "top_drive": "the top drive",
-    "draw_works": "the draw-works",
+    "draw_works": "the drawworks",
     "string": "the string",
     "contact": "the contact between string and hole",
     "motor": "the mud motor",

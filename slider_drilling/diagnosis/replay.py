@@ -82,7 +82,7 @@ def measured_channels(log: RigLog, rig: Rig) -> dict[str, Channel]:
                 found["tool_face"], period=2.0 * math.pi, declared_noise=noise, resolution=0.0, accumulates=True
             )
     if not found:
-        raise InputError(f"{log.source}: holds no surface torque, standpipe pressure, hook load or MWD tool-face")
+        raise InputError(f"{log.source}: holds no surface torque, standpipe pressure, hook load or MWD toolface")
     return found
 
 

@@ -48,7 +48,7 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
     off_bottom = all(log.draw_works is None and log.standpipe_pressure is None for log in logs)
     if off_bottom:
         rig = replace(rig, bit=replace(rig.bit, depth_of_cut_stiffness=NO_ROCK))
-        remarks.append("neither draw-works nor standpipe pressure in the log: taken as off bottom")
+        remarks.append("neither drawworks nor standpipe pressure in the log: taken as off bottom")
     driven = [driven_by(log, rig, remarks) for log in logs]
     runs = [run_of(log, rig, own, remarks) for log, own in zip(logs, driven, strict=True)]
     names = sorted({channel.name for run in runs for channel in run.channels})

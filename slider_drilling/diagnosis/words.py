@@ -20,7 +20,7 @@ _PLAIN = {
     "surface_torque": "surface torque",
     "hook_load": "hook load",
     "standpipe_pressure": "standpipe pressure",
-    "tool_face": "tool-face",
+    "tool_face": "toolface",
 }
 
 

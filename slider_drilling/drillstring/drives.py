@@ -1,4 +1,4 @@
-"""How top drive, draw-works and pump follow what they are told, within their limits."""
+"""How top drive, drawworks and pump follow what they are told, within their limits."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ def slide(
         M' = v - (|v_x cos psi| + |v_y sin psi|) M / z_ss,    z_ss = mu / grip,
 
     not ``v - |v_r| M / z_ss``: the two differ where one motion stretches the asperity and the other slackens it, by
-    10 degrees of tool-face on the reference logs. Over a step M decays by exp(-u), which is replaced by the inverse
+    10 degrees of toolface on the reference logs. Over a step M decays by exp(-u), which is replaced by the inverse
     of its Taylor sum: off by u^5 / 120, 3e-6 at the u < 0.2 met in practice, never overshooting and right for
     u -> inf. The direction psi, and with it mu, is taken at mid-step. p: (8,), polynomial of 1 / mu; ease: one over
     what all friction is multiplied by now.

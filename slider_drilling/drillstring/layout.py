@@ -139,7 +139,7 @@ class State(NamedTuple):
     rest: Array  # s, for which the contact has rested
     bottom: Array  # m, the hole's bottom on the scale of position
     depth_offset: Array  # m, measured depth minus position of the bit
-    tool_face_offset: Array  # rad, tool-face minus rotation of the lowest element
+    tool_face_offset: Array  # rad, toolface minus rotation of the lowest element
     weight_on_bit: Array  # N
     bit_torque: Array  # N m
     motor_pressure: Array  # Pa

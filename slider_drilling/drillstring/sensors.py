@@ -43,7 +43,7 @@ class SurfaceSensor:
 
 @dataclass
 class MwdSensor:
-    """Samples the tool-face every period and lets surface have it latency later."""
+    """Samples the toolface every period and lets surface have it latency later."""
 
     settings: Mwd
     taken: int = 0
@@ -52,7 +52,7 @@ class MwdSensor:
     def read(
         self, before: tuple[float, float], now: tuple[float, float], random: np.random.Generator
     ) -> tuple[MwdSample, ...]:
-        """Samples that arrive by ``now``; both arguments are (time s, unwrapped tool-face rad)."""
+        """Samples that arrive by ``now``; both arguments are (time s, unwrapped toolface rad)."""
         while (self.taken + 1) * self.settings.period <= now[0] + 1e-9:
             self.taken += 1
             at = self.taken * self.settings.period

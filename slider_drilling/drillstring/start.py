@@ -23,7 +23,7 @@ class Start:
     """How a run begins: by default at rest, hanging without friction, the bit just on bottom.
 
     twist: rad, of the bit ahead of the top drive, spread over the string as one constant torque would; offset: rad,
-    added to the tool-face of an untwisted string, whose bend need not point where the top drive's zero is.
+    added to the toolface of an untwisted string, whose bend need not point where the top drive's zero is.
 
     Of a string that was at work already: weight: N on the bit, whose torque the string holds; drag: share (-1 to 1) of
     the friction that acts along the hole, positive where the string was lowered last; hold: share (-1 to 1) of that

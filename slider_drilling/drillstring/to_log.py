@@ -16,7 +16,7 @@ from slider_drilling.rig import Rig, dump_rig
 def write_simulated(path: Path, rig: Rig, commands: Commands, response: Response, start: float, notes: str) -> None:
     """Write the run to an MCAP file with the rig beside it; ``start``: epoch s of its first sample. Raises InputError.
 
-    The MWD samples the true tool-face every period and surface has it latency later.
+    The MWD samples the true toolface every period and surface has it latency later.
     """
     with LogWriter(path, dump_rig(rig), "slider-drilling replay", notes, whole=True) as writer:
         origin = start - response.time[0]
@@ -52,7 +52,7 @@ def _write_sample(writer: LogWriter, stamp: float, k: int, commands: Commands, r
 
 
 def _mwd(rig: Rig, response: Response) -> list[tuple[float, float, float]]:
-    """(measured at, arrives at, tool-face) of each MWD sample, s, s, rad, oldest first."""
+    """(measured at, arrives at, toolface) of each MWD sample, s, s, rad, oldest first."""
     settings = rig.sensors.mwd
     first, last = response.time[0], response.time[-1]
     times = np.arange(first + settings.period, last + 1e-9, settings.period)

@@ -20,7 +20,7 @@ class SetParameter:
 
 @dataclass(frozen=True)
 class SetTarget:
-    """Hold another tool-face, rad."""
+    """Hold another toolface, rad."""
 
     target: float
 

@@ -39,7 +39,7 @@ def _thinned(rows: Sequence[Row], most: int) -> list[Row]:
 
 
 def dial_json(state: LiveState) -> dict[str, Any]:
-    """Tool-faces in deg: target, estimate with its spread, measured ones with their age in s, truth."""
+    """Toolfaces in deg: target, estimate with its spread, measured ones with their age in s, truth."""
     newest = state.newest()
     now = newest.time if newest is not None else 0.0
     return {

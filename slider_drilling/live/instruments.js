@@ -4,7 +4,7 @@ import { History, drawAlong, drawDial, drawStrips } from "slider-drilling-live";
 export default {
   template: `
     <div class="sd-instruments">
-      <figure class="sd-panel"><figcaption>tool-face, deg</figcaption><canvas ref="dial" class="sd-dial"></canvas></figure>
+      <figure class="sd-panel"><figcaption>toolface, deg</figcaption><canvas ref="dial" class="sd-dial"></canvas></figure>
       <figure class="sd-panel"><canvas ref="strips" class="sd-strips"></canvas></figure>
       <figure class="sd-panel"><canvas ref="along" class="sd-along"></canvas></figure>
     </div>`,

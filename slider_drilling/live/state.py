@@ -17,7 +17,7 @@ from slider_drilling.rig import Rig
 
 WINDOW = 300.0       # s that the strips show
 MOST_ROWS = 6000     # of the strips, whatever the rate
-MOST_DOTS = 30       # tool-faces on the dial
+MOST_DOTS = 30       # toolfaces on the dial
 MOST_STATUSES = 64
 MOST_NOTICES = 20
 STALE = 2.0          # s after which a pressure is no longer shown
@@ -36,7 +36,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Dot:
-    """A tool-face as measured: s, rad."""
+    """A toolface as measured: s, rad."""
 
     measured_at: float
     tool_face: float
@@ -126,7 +126,7 @@ class LiveState:
         self._statuses.clear()
 
     def take_tool_face(self, measured_at: float, tool_face: float) -> None:
-        """A decoded tool-face: s, rad."""
+        """A decoded toolface: s, rad."""
         with self._lock:
             self._dots.append(Dot(measured_at, tool_face))
 
@@ -166,7 +166,7 @@ class LiveState:
         return self._told
 
     def dots(self) -> list[Dot]:
-        """The tool-faces, oldest first."""
+        """The toolfaces, oldest first."""
         with self._lock:
             return list(self._dots)
 

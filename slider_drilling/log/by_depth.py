@@ -59,7 +59,7 @@ def _channels(log: RigLog) -> list[tuple[str, str, tuple[Array, Array]]]:
 
 
 def _tool_faces(log: RigLog, depth: Array, passed: Array) -> Chart | None:
-    """Each MWD tool-face where the bit was when it was measured."""
+    """Each MWD toolface where the bit was when it was measured."""
     if log.mwd_tool_face is None:
         return None
     mwd = log.mwd_tool_face
@@ -68,7 +68,7 @@ def _tool_faces(log: RigLog, depth: Array, passed: Array) -> Chart | None:
         return None
     turned = 180.0 - (180.0 - np.degrees(mwd.position[inside])) % 360.0
     dots = Line("MWD", turned, np.interp(mwd.time[inside], passed, depth), "dots", RED)
-    return Chart("Tool-face", "MWD tool-face, deg", (Panel("bit depth, m", (dots,), down=True),))
+    return Chart("Toolface", "MWD toolface, deg", (Panel("bit depth, m", (dots,), down=True),))
 
 
 def _binned(time: Array, value: Array, edges: Array) -> Array:

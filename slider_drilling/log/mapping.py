@@ -44,7 +44,7 @@ class Column:
 
     plus: further columns added to the first (a second pump); sign: -1 where the table counts the other way (a block
     position that grows upwards); from_first: the first value is taken off; integral: the column is the rate of the
-    channel and is integrated from zero; on_change: only the samples where the value changes (a tool-face that the
+    channel and is integrated from zero; on_change: only the samples where the value changes (a toolface that the
     table repeats until the next arrives); delay: s between measuring a value and its line in the table.
     """
 

@@ -26,7 +26,7 @@ def panels(log: RigLog) -> tuple[Panel, ...]:
     found = (_tool_face(log), _top_drive(log), _torque(log), _pressure(log), _hook_load(log), _weight(log), _depth(log))
     shown = tuple(panel for panel in found if panel.marks)
     if not shown:
-        raise InputError(f"{log.source}: nothing to plot: no surface channel and no tool-face")
+        raise InputError(f"{log.source}: nothing to plot: no surface channel and no toolface")
     return shown
 
 
@@ -43,7 +43,7 @@ def _tool_face(log: RigLog) -> Panel:
         if log.tool_face_target is not None:
             time = np.union1d(time, log.tool_face_target.time)
         lines.append(Line("target", time, folded(np.degrees(target_at(log, time))), "steps", GREEN))
-    return Panel("tool-face, deg", tuple(lines))
+    return Panel("toolface, deg", tuple(lines))
 
 
 def _top_drive(log: RigLog) -> Panel:
@@ -138,7 +138,7 @@ def _lead(summary: RunSummary, units: Units) -> Lead | None:
     if hold is not None:
         last = hold.targets[-1]
         held = f"never set: {NOT_SET}" if last.set_after is None else f"set {held_words(last)}"
-        said.append(f"Tool-face {held} ({hold.source}).")
+        said.append(f"Toolface {held} ({hold.source}).")
     good = hold is None or all(one.set_after is not None and one.lost_after is None for one in hold.targets)
     return Lead(" ".join(said), "good" if good else "bad") if said else None
 

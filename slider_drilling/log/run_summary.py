@@ -21,7 +21,7 @@ NOT_SET = "not within 15 deg for 60 s"
 @dataclass(frozen=True)
 class TargetHold:
     """How one target was held. target: rad; since: s, when it was asked for; set_after: s from then until the
-    tool-face came within 15 deg for 60 s, None where it never did; lost_after: s from then until it was out again for
+    toolface came within 15 deg for 60 s, None where it never did; lost_after: s from then until it was out again for
     60 s or to the end, None where it was held; error_once_set: rad, mean of the magnitude from set to lost.
     """
 
@@ -34,7 +34,7 @@ class TargetHold:
 
 @dataclass(frozen=True)
 class ToolFaceHold:
-    """How the tool-face was held. source: `truth`, or `MWD` where the log holds no truth.
+    """How the toolface was held. source: `truth`, or `MWD` where the log holds no truth.
 
     mean_error: rad, mean of the absolute wrapped error; on_target: share of the time within 15 deg; targets: one each.
     """
@@ -131,7 +131,7 @@ def drilled(log: RigLog) -> Drilled | None:
 
 
 def tool_face_error(log: RigLog) -> tuple[Array, Array, str] | None:
-    """Time s, wrapped error rad (measured minus target) and source; None without a tool-face. No target means 0."""
+    """Time s, wrapped error rad (measured minus target) and source; None without a toolface. No target means 0."""
     shown: tuple[JointSeries, str] | None = None
     if log.truth_bit is not None:
         shown = (log.truth_bit, "truth")
@@ -153,7 +153,7 @@ def target_at(log: RigLog, time: Array) -> Array:
 
 
 def tool_face_hold(log: RigLog) -> ToolFaceHold | None:
-    """See ToolFaceHold; None where the log holds no tool-face."""
+    """See ToolFaceHold; None where the log holds no toolface."""
     found = tool_face_error(log)
     if found is None:
         return None
@@ -224,7 +224,7 @@ def rows(summary: RunSummary, units: Units = SI) -> list[tuple[str, str]]:
         if value is not None:
             low, mean, high = (one / scale for one in value)
             found.append((name, f"{units.text(mean, unit, 4)} mean, {units.span(low, high, unit, 4)}"))
-    found.append(("MWD tool-faces", str(summary.mwd_samples)))
+    found.append(("MWD toolfaces", str(summary.mwd_samples)))
     return found
 
 
@@ -242,12 +242,12 @@ def _drilled_rows(summary: RunSummary, units: Units) -> list[tuple[str, str]]:
 
 def _hold_rows(hold: ToolFaceHold, idle: bool) -> list[tuple[str, str]]:
     if idle:
-        return [("tool-face", "not judged: a bit that does not drill does not turn the tool-face")]
-    found = [(f"tool-face error, mean ({hold.source})", f"{np.degrees(hold.mean_error):.1f} deg"),
-             ("tool-face within 15 deg", f"{100.0 * hold.on_target:.0f} % of the time")]  # fmt: skip
+        return [("toolface", "not judged: a bit that does not drill does not turn the toolface")]
+    found = [(f"toolface error, mean ({hold.source})", f"{np.degrees(hold.mean_error):.1f} deg"),
+             ("toolface within 15 deg", f"{100.0 * hold.on_target:.0f} % of the time")]  # fmt: skip
     for one in hold.targets:
         which = f" at {np.degrees(one.target):.0f} deg" if len(hold.targets) > 1 else ""
-        found.append((f"tool-face set{which}", held_words(one)))
+        found.append((f"toolface set{which}", held_words(one)))
     return found
 
 

@@ -99,7 +99,7 @@ class RigLog:
         return self._columns().to_parquet(path)
 
     def plot(self) -> plotly.graph_objects.Figure:
-        """Tool-face, top drive, torque, pressure, hook load and weight on bit against time, in field units."""
+        """Toolface, top drive, torque, pressure, hook load and weight on bit against time, in field units."""
         from slider_drilling.log.run_page import chart
         from slider_drilling.pages.notebook import plotly_figure
 

@@ -116,7 +116,7 @@ def _sizes(values: Array) -> tuple[float, float]:
 
 
 def off_bottom(log: RigLog, rig: Rig) -> Rig:
-    """The rig with rock that takes no weight where the log holds neither draw-works nor standpipe pressure."""
+    """The rig with rock that takes no weight where the log holds neither drawworks nor standpipe pressure."""
     if log.draw_works is not None or log.standpipe_pressure is not None:
         return rig
     return replace(rig, bit=replace(rig.bit, depth_of_cut_stiffness=NO_ROCK))

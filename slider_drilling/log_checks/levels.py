@@ -67,7 +67,7 @@ def _units(ratio: float, factors: dict[str, float]) -> list[str]:
 
 
 def look_at_tool_face(log: RigLog) -> list[Finding]:
-    """Tool-faces in degrees: a direction in rad has no number beyond a full turn."""
+    """Toolfaces in degrees: a direction in rad has no number beyond a full turn."""
     if log.mwd_tool_face is None:
         return []
     values = log.mwd_tool_face.position[np.isfinite(log.mwd_tool_face.position)]

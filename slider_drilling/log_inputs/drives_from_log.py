@@ -61,7 +61,7 @@ def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
 
     Angle and speed are used together (model.md: joining a 10 Hz angle by straight lines costs 100 to 360 N m of
     surface torque). A speed that the log lacks, or has as zero throughout, is the position's slope, a position the
-    speed's integral. Without draw-works the block is lowered as the standpipe pressure tells (`block_by_pressure`), and
+    speed's integral. Without drawworks the block is lowered as the standpipe pressure tells (`block_by_pressure`), and
     without that it stands still; without a pump the flow is the rig file's reference flow where the log holds a
     standpipe pressure, and zero otherwise. Raises InputError for a log without a top drive, or whose top drive has
     fewer than two usable samples, and for a rig whose friction would drift away meanwhile.
@@ -84,10 +84,10 @@ def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
         moved = Commands(works.time, *motion, *motion, np.zeros_like(works.time)).at(time)
         block, block_speed = moved.block_position, moved.block_speed
     elif (lowered := _lowered(log, rig, time, speed, pump)) is not None:
-        assumed.append("the log holds no draw-works: the block is lowered as the standpipe pressure tells")
+        assumed.append("the log holds no drawworks: the block is lowered as the standpipe pressure tells")
         block, block_speed = lowered
     else:
-        assumed.append("the log holds no draw-works: the block is taken to stand still")
+        assumed.append("the log holds no drawworks: the block is taken to stand still")
     commands = Commands(time, angle, speed, block, block_speed, pump)
     return LogCommands(commands, tuple(assumed), block_logged, lowered is not None, steps)
 

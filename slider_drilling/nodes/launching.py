@@ -27,7 +27,7 @@ ARGUMENTS = {
     "rig": "rig file [the 4 km example well]",
     "duration": "simulated time, s; 0: until interrupted [0]",
     "speed": "simulated seconds a second; 0 or max: as fast as possible, in lockstep [1]",
-    "target_deg": "tool-face to hold, deg [0]",
+    "target_deg": "toolface to hold, deg [0]",
     "controller": "controller as module:Class [this package's own]",
     "record": "folder for the log; empty: no recorder",
     "dashboard": "serve the live page, its address in the output: true or false [false]",

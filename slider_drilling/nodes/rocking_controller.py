@@ -41,7 +41,7 @@ from slider_drilling.nodes.watchdog import Silence
 PARAMETERS = (
     RIG,
     Declared("controller", DEFAULT, "the controller, as module:Class"),
-    Declared("tool_face_target", 0.0, "tool-face to hold, also taken from tool_face/target", "rad",
+    Declared("tool_face_target", 0.0, "toolface to hold, also taken from tool_face/target", "rad",
              -math.pi, math.pi, live=True),
     Declared("stale_after", 1.0, "age at which a channel counts as lost", "s", 0.05, 60.0, live=True),
     AUTOSTART,

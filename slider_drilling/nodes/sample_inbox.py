@@ -53,7 +53,7 @@ class SampleInbox:
         return complete
 
     def put_mwd(self, measured_ns: int, tool_face: float) -> None:
-        """Take a decoded tool-face; it goes with the next sample."""
+        """Take a decoded toolface; it goes with the next sample."""
         self._mwd.append((measured_ns, tool_face))
 
     def stale(self, stamp_ns: int) -> list[str]:

@@ -9,7 +9,7 @@ A page is described without its units and written in those of the reader:
         about="Run",
         title="Example well, 22 Nov 2026, target 45 deg",
         facts=(("log", "run.mcap"),),
-        lead=Lead("The tool-face was held within 4 deg.", "good"),
+        lead=Lead("The toolface was held within 4 deg.", "good"),
         sections=(
             Section("What happened", (
                 "A paragraph of text.",

@@ -22,7 +22,7 @@ AGGRESSIVENESS = (0.2, 0.5, 1.0, 1.5)
 
 @dataclass(frozen=True)
 class Reach:
-    """One settled rocking cycle: zones by motion and in closed form, what drove them, and the tool-face's swing."""
+    """One settled rocking cycle: zones by motion and in closed form, what drove them, and the toolface's swing."""
 
     surface_torque: float
     reactive_torque: float
@@ -134,12 +134,12 @@ def _stable(runs: list[Reach]) -> Claim:
     static = [r.closed_form.reactive_from - r.motion.rocked_to > 0.0 for r in runs]
     kept = [s for s, has in zip(swing, static, strict=True) if has]
     return Claim(
-        "Friction of the bottom-hole assembly holds the reactive torque and keeps the tool-face stable while a "
+        "Friction of the bottom-hole assembly holds the reactive torque and keeps the toolface stable while a "
         "static zone "
         "is left.", "section 2.2",
         {"tool_face_change_in_a_cycle_deg": rounded(swing, 2), "static_zone_left": static},
         bool(kept) and max(kept) < 5.0,
-        "" if bool(kept) and max(kept) < 5.0 else "The tool-face still moves with a static zone: see the "
+        "" if bool(kept) and max(kept) < 5.0 else "The toolface still moves with a static zone: see the "
         "figures in `measured`.",
     )  # fmt: skip
 

@@ -171,7 +171,7 @@ class Sensor:
 
 @dataclass(frozen=True)
 class Mwd:
-    period: float = quantity("s", at_least=0.5, at_most=3600.0, why="between tool-faces: 5 to 60")
+    period: float = quantity("s", at_least=0.5, at_most=3600.0, why="between toolfaces: 5 to 60")
     latency: float = quantity("s", at_least=0.0, at_most=3600.0, why="from the tool to the surface: seconds")
     noise: float = quantity("rad", at_least=0.0, at_most=3.2, why="in rad; half a turn knows no direction")
     resolution: float = quantity("rad", at_least=0.0, at_most=3.2, why="in rad; half a turn knows no direction")

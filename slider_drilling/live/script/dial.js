@@ -1,7 +1,7 @@
-// The tool-face dial: 0 deg (high side) on top, clockwise positive, as on a driller's display.
+// The toolface dial: 0 deg (high side) on top, clockwise positive, as on a driller's display.
 import { begin, legend, text } from "./paint.js";
 
-const FADE = 240; // s, after which a measured tool-face has faded
+const FADE = 240; // s, after which a measured toolface has faded
 
 export function drawDial(canvas, dial) {
   const sheet = begin(canvas);
