@@ -25,7 +25,7 @@ from slider_drilling.blind.wells import WELLS
 from slider_drilling.campaign.run import Where, run_jobs
 from slider_drilling.campaign.worker import run_job
 from slider_drilling.cli import group
-from slider_drilling.diagnosis import situation
+from slider_drilling.diagnosis import build_model as situation
 from slider_drilling.files.installed_files import share_file
 from slider_drilling.log import read_log
 from slider_drilling.rig import load_rig

@@ -13,21 +13,21 @@ from slider_drilling.blind.laws import CATALOGUE
 from slider_drilling.blind.outside import OUTSIDE
 from slider_drilling.blind.plant import Hidden, run_sealed
 from slider_drilling.blind.recording import write_sealed
-from slider_drilling.diagnosis import situation
+from slider_drilling.diagnosis import build_model as situation
+from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.catalogue import catalogue
-from slider_drilling.diagnosis.diagnose import as_json, diagnose, tuned_rig
-from slider_drilling.diagnosis.disturbances import contact_with
+from slider_drilling.diagnosis.diagnose import diagnose, to_json, tuned_rig
 from slider_drilling.diagnosis.drill_string import depth_probes, rig_with
+from slider_drilling.diagnosis.free_forms import contact_with
 from slider_drilling.diagnosis.nuisance import nuisance_parameters
 from slider_drilling.diagnosis.save import write_diagnosis
-from slider_drilling.diagnosis.situation import prepare
 from slider_drilling.drillstring import Commands, simulate, simulate_batch
 from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Channel, How
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.log import read_log
-from slider_drilling.log_checks.usable import unusable
+from slider_drilling.log_checks.channel_usable import why_unusable
 from slider_drilling.rig import FrictionInterval, parse_rig
 
 
@@ -60,7 +60,7 @@ def test_a_biased_torque_sensor_is_named_and_the_tuned_rig_replays(tmp_path, coa
     diagnosis = diagnose([log], log.rig(), only=["torque_sensor_bias", "torque_sensor_lag"])
     assert diagnosis.answer.effects == ("torque_sensor_bias",)
     assert diagnosis.answer.site == "sensor"
-    tree = as_json(diagnosis)
+    tree = to_json(diagnosis)
     assert json.loads(json.dumps(tree, allow_nan=False)) == tree
     assert tree["schema"] == "slider_drilling/diagnosis/2"
     assert tree["driller"].startswith("The torque reading is 0.")
@@ -109,7 +109,7 @@ def test_torque_alone_is_enough_to_prepare(tmp_path):
     rig = short_rig()
     log = read_log(write_run(tmp_path / "run.mcap", rig, rocking(40.0)))
     alone = replace(log, draw_works=None, standpipe_pressure=None, mud_pump=None, mwd_tool_face=None)
-    prepared = prepare([alone], rig)
+    prepared = build_model([alone], rig)
     assert [channel.name for channel in prepared.model.runs[0].channels] == ["surface_torque"]
     names = {parameter.name for parameter in prepared.model.nuisance}
     assert {"friction_1", "friction_2", "start_twist"} <= names
@@ -136,12 +136,12 @@ def test_torque_alone_tunes_the_friction_of_both_halves_of_a_hole_with_one(inter
 def test_stuck_and_saturated_channels_are_left_out():
     time = np.arange(0.0, 50.0, 0.1)
     wave = 1000.0 * np.sin(time)
-    assert unusable(Channel("surface_torque", time, wave)) is None
+    assert why_unusable(Channel("surface_torque", time, wave)) is None
     stuck = np.where(time > 10.0, 5.0, wave)
-    assert "stuck" in unusable(Channel("surface_torque", time, stuck))
-    assert "saturated" in unusable(Channel("surface_torque", time, np.minimum(wave, 900.0), "N m"))
+    assert "stuck" in why_unusable(Channel("surface_torque", time, stuck))
+    assert "saturated" in why_unusable(Channel("surface_torque", time, np.minimum(wave, 900.0), "N m"))
     rest_first = np.where(time < 5.0, wave.min(), wave)
-    assert unusable(Channel("surface_torque", time, rest_first, "N m")) is None
+    assert why_unusable(Channel("surface_torque", time, rest_first, "N m")) is None
 
 
 def test_sealed_laws_cover_the_catalogue_and_every_scan_point_is_a_rig():
@@ -185,14 +185,14 @@ def test_unknown_effect_name_is_a_users_mistake(tmp_path):
 def test_a_problem_at_a_place_is_exact_there_and_the_one_it_came_from_is_not_touched(tmp_path):
     rig = short_rig()
     log = read_log(write_run(tmp_path / "run.mcap", rig, rocking(40.0)))
-    model = replace(prepare([log], rig).model, meshes=(12, 40))
+    model = replace(build_model([log], rig).model, meshes=(12, 40))
     values = {"friction_2": 1.1}
     noise = {channel.name: 1.0 for channel in model.runs[0].channels}
     problem = build_problem(model, [noise])
     before = problem.simulate([values])[0]
     exact = problem.at(values, 1).simulate([values])[0]
     torque = next(piece for piece in problem.pieces if piece.name == "surface_torque")
-    (response,) = simulate_batch([rig_with(rig, values)], model.driven[0].commands, 40, single=True)
+    (response,) = simulate_batch([rig_with(rig, values)], model.inputs[0].commands, 40, single=True)
     fine = response.surface_torque
     assert exact[torque.rows] == pytest.approx(fine, abs=1e-6)
     assert np.array_equal(problem.simulate([values])[0], before)
@@ -203,7 +203,7 @@ def test_a_problem_at_a_place_is_exact_there_and_the_one_it_came_from_is_not_tou
 
 def test_runs_that_could_be_made_next(tmp_path):
     log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))
-    model = replace(prepare([log], short_rig()).model, meshes=(12, 20))
+    model = replace(build_model([log], short_rig()).model, meshes=(12, 20))
     offered = model.manoeuvres()
     assert len({manoeuvre.description for manoeuvre in offered}) == len(offered) >= 6
     for manoeuvre in offered:
@@ -218,7 +218,7 @@ def test_runs_that_could_be_made_next(tmp_path):
                                    "contact that gives way another distance before it slides"])  # fmt: skip
 def test_flexible_rivals_are_neutral_at_zero_and_change_something(tmp_path, words):
     log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))
-    model = replace(prepare([log], short_rig()).model, meshes=(12, 20))
+    model = replace(build_model([log], short_rig()).model, meshes=(12, 20))
     one = next(one for one in model.disturbances({}) if one.words == words)
     assert len(one.sets) == len(one.steps) == len(one.x)
     plain = model.simulate(0, [{}], How())
@@ -231,7 +231,7 @@ def test_flexible_rivals_are_neutral_at_zero_and_change_something(tmp_path, word
 def test_a_rival_s_curve_is_its_law_s_and_in_its_unit(tmp_path):
     """Of one coefficient each: friction that falls with speed, that grows with rest, rock that changes at a time."""
     log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))
-    found = {one.words: one for one in prepare([log], short_rig()).model.disturbances({})}
+    found = {one.words: one for one in build_model([log], short_rig()).model.disturbances({})}
     x = {words: np.array(one.x)[:, None] for words, one in found.items()}
     curves = {words: np.array(one.curve) for words, one in found.items() if one.curve}
     laws = {

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from slider_drilling.diagnosis import from_engine
-from slider_drilling.diagnosis.words import standing
+from slider_drilling.diagnosis.sentences import candidate_status
 from slider_drilling.gap.evidence.rivals import Rival
 
 
@@ -17,11 +17,21 @@ def test_what_is_told_of_an_effect_in_the_answer_is_the_final_models(monkeypatch
     monkeypatch.setattr(from_engine, "_fitted", lambda explained, prefix: {"of": explained, "named": prefix})
     both = SimpleNamespace(names=("static_aging", "torque_at_motor"))
     beside = SimpleNamespace(
-        closed=0.52, interval=(0.43, 0.61), why_not=(), passed=True, explained=both, in_other_runs=(0.4, (0.1, 0.5)),
+        closed=0.52,
+        interval=(0.43, 0.61),
+        why_not=(),
+        passed=True,
+        explained=both,
+        in_other_runs=(0.4, (0.1, 0.5)),
         beside=("static_aging",),
     )
     alone = SimpleNamespace(
-        closed=0.03, interval=(-0.06, 0.13), why_not=("no",), passed=False, explained="alone", in_other_runs=None,
+        closed=0.03,
+        interval=(-0.06, 0.13),
+        why_not=("no",),
+        passed=False,
+        explained="alone",
+        in_other_runs=None,
         beside=(),
     )
     answer = SimpleNamespace(
@@ -60,7 +70,7 @@ def test_what_stayed_of_effects_that_were_found_together_is_told_with_its_parame
         assert rows[name].parameters == {f"{name}.size": 1.0}
     assert rows["static_aging"].together == ("torque_at_motor",)
     assert rows["torque_at_motor"].together == ("static_aging",)
-    assert standing(rows["static_aging"]) == "in the answer, together with torque at motor"
+    assert candidate_status(rows["static_aging"]) == "in the answer, together with torque at motor"
     assert rows["stribeck"].together == ()
     assert not rows["stribeck"].in_answer
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from slider_drilling.diagnosis.situation import tool_frequencies
+from slider_drilling.diagnosis.build_model import tool_frequencies
 from slider_drilling.gap.model import Channel, Run
 
 RATE_HZ = 10.0

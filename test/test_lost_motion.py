@@ -11,7 +11,7 @@ from slider_drilling.benchmarks.lacking import lacking
 from slider_drilling.drillstring import Commands
 from slider_drilling.drillstring.sample_gaps import inside_lost
 from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
-from slider_drilling.log_checks.unknown_flow import without_unknown_flow
+from slider_drilling.log_checks.unknown_flow import mask_pressure_of_unknown_flow
 from slider_drilling.log_inputs.drives_from_log import commands_from_log
 from slider_drilling.log_inputs.fill_drive_gaps import with_lost_motion
 from slider_drilling.log_inputs.reconstruct_flow import lost_changes, with_lost_flow
@@ -146,10 +146,10 @@ def test_times_inside_what_was_lost():
 
 def test_pressure_of_an_unknown_flow_is_left_out_and_said(log):
     holed = replace(log, mud_pump=without(log.mud_pump, 29.15, 30.55))
-    found, notes = without_unknown_flow(holed)
+    found, notes = mask_pressure_of_unknown_flow(holed)
     gone = np.isnan(found.standpipe_pressure.value)
     assert log.standpipe_pressure.time[gone] == pytest.approx(np.arange(29.2, 30.55, 0.1))
-    assert [(note.weight, note.channel) for note in notes] == [("note", "standpipe_pressure")]
+    assert [(note.severity, note.channel) for note in notes] == [("note", "standpipe_pressure")]
     assert "14 samples, the first at 29.2 s" in notes[0].text
 
 
@@ -183,7 +183,7 @@ def test_a_flow_of_which_pressure_tells_nothing_is_joined_by_a_line(log):
 
 def test_the_commands_and_the_diagnosis_follow_the_pressure(log, rig):
     holed = replace(log, mud_pump=without(log.mud_pump, 28.95, 30.35))
-    masked, _ = without_unknown_flow(holed)
+    masked, _ = mask_pressure_of_unknown_flow(holed)
     assert np.all(np.diff(masked.mud_pump.time) > 0.0)
     for one in (holed, masked):
         pump = commands_from_log(one, rig).commands.pump_speed
@@ -193,7 +193,7 @@ def test_the_commands_and_the_diagnosis_follow_the_pressure(log, rig):
 
 def test_pressure_of_a_flow_that_went_on_is_kept(log):
     holed = replace(log, mud_pump=without(log.mud_pump, 40.15, 41.55))
-    assert without_unknown_flow(holed) == (holed, [])
+    assert mask_pressure_of_unknown_flow(holed) == (holed, [])
 
 
 @pytest.mark.parametrize("limit", [20.0, 90.0])

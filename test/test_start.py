@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.replay import replay
-from slider_drilling.diagnosis.situation import prepare
 from slider_drilling.drillstring import Commands, Start, simulate, simulate_batch
 from slider_drilling.drillstring.to_log import write_simulated
 from slider_drilling.log import read_log
@@ -100,7 +100,7 @@ def test_a_log_that_begins_at_work_is_replayed_from_there(begun_late):
 
 def test_what_the_string_did_before_is_fitted_and_left_out(begun_late):
     _, late = begun_late
-    prepared = prepare([late], RIG)
+    prepared = build_model([late], RIG)
     begin = forgotten(RIG, commands_from_log(late, RIG).commands)
     assert PERIOD < begin <= 0.2 * 130.0
     assert all(channel.time[0] >= begin for channel in prepared.model.runs[0].channels)

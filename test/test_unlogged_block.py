@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slider_drilling.diagnosis.situation import prepare
+from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.unlogged_block import lowered_blocks
 from slider_drilling.drillstring import Commands, simulate, simulate_batch
 from slider_drilling.drillstring.to_log import write_simulated
@@ -99,7 +99,7 @@ def test_a_log_without_draw_works_is_fitted_with_the_rates_of_its_block(tmp_path
     assert not commands_from_log(whole, RIG).lowered
     assert not commands_from_log(replace(log, standpipe_pressure=None), RIG).commands.block_position.any()
 
-    model = replace(prepare([log], RIG).model, meshes=(ELEMENTS,))
+    model = replace(build_model([log], RIG).model, meshes=(ELEMENTS,))
     names = [one.name for one in model.nuisance if one.name.startswith("block_rate_")]
     assert names == [f"block_rate_{k + 1}" for k in range(6)]
     missing = np.diff(np.interp(stretches(run.time), run.time, run.block_position - driven.commands.block_position))
@@ -113,7 +113,7 @@ def test_of_two_logs_only_the_block_that_nobody_logged_is_fitted(tmp_path):
     run = drilling((0.003, 0.004, 0.002))
     write_simulated(tmp_path / "run.mcap", RIG, run, simulate(RIG, run, ELEMENTS), 0.0, "test")
     whole = read_log(tmp_path / "run.mcap")
-    model = replace(prepare([whole, replace(whole, draw_works=None)], RIG).model, meshes=(ELEMENTS,))
+    model = replace(build_model([whole, replace(whole, draw_works=None)], RIG).model, meshes=(ELEMENTS,))
     sets = [{}, {"block_rate_2": 0.002, "block_rate_3": 0.002}]
     moved = [np.ptp(model.simulate(index, sets, How())["standpipe_pressure"], axis=0).max() for index in (0, 1)]
     assert moved[0] == 0.0 and moved[1] > 1e5

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slider_drilling.diagnosis.driven import driven_by
-from slider_drilling.diagnosis.situation import prepare
+from slider_drilling.diagnosis.build_model import build_model
+from slider_drilling.diagnosis.run_inputs import read_run_inputs
 from slider_drilling.diagnosis.unlogged_flow import step_parameters, with_steps
 from slider_drilling.drillstring import Commands, simulate
 from slider_drilling.drillstring.to_log import write_simulated
@@ -92,7 +92,7 @@ def test_a_step_comes_behind_the_lag_and_stays():
 
 
 def test_a_log_without_pump_is_fitted_with_its_steps(without_pump):
-    prepared = prepare([without_pump], RIG)
+    prepared = build_model([without_pump], RIG)
     names = {one.name for one in prepared.model.nuisance}
     assert {"pressure_lag", "circulation_step_1", "circulation_step_2"} <= names
     text = " ".join(prepared.remarks)
@@ -108,8 +108,9 @@ def test_nothing_is_looked_for_where_the_pump_was_logged(without_pump):
     logged = commands_from_log(without_pump, RIG).commands
     nothing = np.full_like(logged.time, np.nan)
     pump = JointSeries(logged.time, logged.time, nothing, np.full_like(logged.time, REFERENCE), nothing)
+
     def steps(log):
-        return driven_by(log, RIG, []).flow_steps
+        return read_run_inputs(log, RIG, []).flow_steps
 
     empty = replace(pump, velocity=nothing)
     assert steps(without_pump) and steps(replace(without_pump, mud_pump=empty)) == steps(without_pump)

@@ -135,4 +135,4 @@ def diagnose(
                     "give the one to use with --rig (rig=)"
                 )
     found = engine.diagnose(records, told, seed=seed, user_effects=effects, only=only, until=until, progress=progress)
-    return Diagnosed(found, engine.as_json(found))
+    return Diagnosed(found, engine.to_json(found))

@@ -17,7 +17,7 @@ import numpy as np
 
 from slider_drilling.blind.lack import Lack
 from slider_drilling.diagnosis.diagnose import diagnose
-from slider_drilling.diagnosis.tree import as_json
+from slider_drilling.diagnosis.to_json import to_json
 from slider_drilling.log import RigLog, read_log
 from slider_drilling.log.stretch import stretch
 
@@ -32,7 +32,7 @@ def main(what: str, logs: list[Path]) -> None:
     print(f"| log, lacking {what} | said | E as given | re-tuned | with it |\n|---|---|---|---|---|")
     for path in logs:
         log = lacking(what, read_log(path))
-        tree = as_json(diagnose([log], log.rig()))
+        tree = to_json(diagnose([log], log.rig()))
         said = " and ".join([*tree["effects"], *(["unknown"] if "unknown" in tree["verdict"] else [])])
         sizes = [tree["gap"][name] for name in ("nominal", "tuned", "with_effect")]
         cells = ["" if size is None else f"{size:.2f}" for size in sizes]

@@ -22,7 +22,7 @@ from slider_drilling.blind.check import LABELS, LOGS
 from slider_drilling.blind.label import read_labels
 from slider_drilling.blind.score import score
 from slider_drilling.diagnosis.diagnose import diagnose
-from slider_drilling.diagnosis.tree import as_json
+from slider_drilling.diagnosis.to_json import to_json
 from slider_drilling.log import read_log
 
 
@@ -132,7 +132,7 @@ def sealed(folder: Path, most: int) -> Callable[[], Tally]:
         named, said, spent = 0, 0, 0
         for stem in chosen:
             log = read_log(folder / LOGS / f"{stem}.mcap")
-            tree = as_json(diagnose([log], log.rig()))
+            tree = to_json(diagnose([log], log.rig()))
             scored = score(labels[stem], answer_of(tree, stem))
             named += scored.named_truth
             said += scored.extra > 0 or scored.outcome in ("alarm", "bare name")

@@ -49,11 +49,11 @@ def diagnose_job(log: Path, seed: int, only: Sequence[str], closed: tuple[str, .
 def diagnose_log(job: Job) -> dict[str, Any]:
     """The tree of diagnosis.json for the job's one log."""
     from slider_drilling.diagnosis.diagnose import diagnose
-    from slider_drilling.diagnosis.tree import as_json
+    from slider_drilling.diagnosis.to_json import to_json
     from slider_drilling.log import read_log
 
     log = read_log(job.inputs["log"])
-    return as_json(diagnose([log], log.rig(), seed=job.seed, only=job.options["only"]))
+    return to_json(diagnose([log], log.rig(), seed=job.seed, only=job.options["only"]))
 
 
 def read_answer(path: Path) -> Answer:

@@ -46,13 +46,13 @@ def _mean(values: Iterable[float | None]) -> float | None:
 def oracle(log: Path, effects: Sequence[str], seed: int) -> Truth:
     """What the true effects make of one log. Raises InputError where the log cannot be read."""
     from slider_drilling.diagnosis.diagnose import diagnose
-    from slider_drilling.diagnosis.tree import as_json
+    from slider_drilling.diagnosis.to_json import to_json
     from slider_drilling.errors import InputError
     from slider_drilling.log import read_log
 
     record = read_log(log)
     try:
-        tree = as_json(diagnose([record], record.rig(), seed=seed, only=effects))
+        tree = to_json(diagnose([record], record.rig(), seed=seed, only=effects))
     except InputError:
         return UNKNOWN
     closed: float | None = tree["gap"]["closed"]

@@ -12,7 +12,7 @@ from slider_drilling.commands.options import deliver, json_option, namespace_opt
 
 if TYPE_CHECKING:
     from slider_drilling.diagnosis.diagnose import Diagnosis
-    from slider_drilling.diagnosis.outcome import Outcome
+    from slider_drilling.diagnosis.result import Outcome
     from slider_drilling.units import Units
 
 
@@ -36,8 +36,13 @@ Examples:
               help="Of the bootstrap; the same seed gives the same answer.")  # fmt: skip
 @click.option("--only", multiple=True, metavar="NAME", help="Consider only this effect of the catalogue; repeatable.")
 @click.option("--effect", "effects", multiple=True, metavar="MODULE:CLASS", help="An effect of your own; repeatable.")
-@click.option("--until", default=1.0, show_default=True, metavar="SHARE",
-              help="Fit only this first share of every log (0.67: two thirds) and show what the rest then leaves.")
+@click.option(
+    "--until",
+    default=1.0,
+    show_default=True,
+    metavar="SHARE",
+    help="Fit only this first share of every log (0.67: two thirds) and show what the rest then leaves.",
+)
 @click.option("--together", is_flag=True, help="Fit several logs, of one rig, together, for one answer.")
 @jobs_option
 @scheduler_option
@@ -100,15 +105,15 @@ def _print(diagnosis: Diagnosis, units: Units) -> None:
     from rich.text import Text
 
     from slider_drilling.console.streams import stderr, stdout
-    from slider_drilling.diagnosis import words
+    from slider_drilling.diagnosis import sentences
 
-    origin = diagnosis.origin
+    origin = diagnosis.rig_source
     stdout().print(Text(units.sentence(diagnosis.driller), "bold"))
     stdout().print(units.sentence(diagnosis.sentence))
     stdout().print(f"rig file: {origin.name} ({origin.source})")
     _print_ranking(diagnosis.outcome, units)
     _print_simulated(diagnosis.outcome, units)
-    for sentence in words.limits(diagnosis.outcome):
+    for sentence in sentences.prediction_horizon(diagnosis.outcome):
         stdout().print(units.sentence(sentence))
     for sentence in diagnosis.remarks:
         stderr().print(f"note: {units.sentence(sentence)}")
@@ -119,22 +124,23 @@ def _print_ranking(outcome: Outcome, units: Units) -> None:
     from rich.text import Text
 
     from slider_drilling.console.streams import stdout
-    from slider_drilling.diagnosis import words
-    from slider_drilling.diagnosis.phrases import shown
+    from slider_drilling.diagnosis import sentences
+    from slider_drilling.diagnosis.effect_phrases import format_quantity
 
-    fitted, others = words.fitted_and_not(outcome)
+    fitted, others = sentences.fitted_and_others(outcome)
     grouped = any(one.group for one in fitted)
     rivals = ["not told apart from"] if grouped else []
-    closes = words.closes_heads(fitted)
+    closes = sentences.share_headers(fitted)
     table = Table("effect", "site", *closes, "fitted", *rivals, "standing")
     reasons = list(dict.fromkeys(why for one in fitted if not one.in_answer for why in one.why_not))
     for one in fitted:
         settings = ", ".join(
-            f"{name.rpartition('.')[2]} {shown(found.value, found.unit)}" for name, found in one.parameters.items()
+            f"{name.rpartition('.')[2]} {format_quantity(found.value, found.unit)}"
+            for name, found in one.parameters.items()
         )
-        standing = Text(words.standing_by_number(one, reasons), "green" if one.in_answer else "")
+        standing = Text(sentences.candidate_status_by_number(one, reasons), "green" if one.in_answer else "")
         group = [", ".join(one.group)] if grouped else []
-        shares = words.closes_cells(one, closes)
+        shares = sentences.share_cells(one, closes)
         table.add_row(one.effect, one.site, *shares, units.sentence(settings), *group, standing)
     if fitted:
         stdout().print(table)

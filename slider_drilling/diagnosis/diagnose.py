@@ -7,13 +7,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from slider_drilling.diagnosis import words
+from slider_drilling.diagnosis import sentences
+from slider_drilling.diagnosis.build_model import PreparedModel, build_model
 from slider_drilling.diagnosis.drill_string import DrillString, rig_with
 from slider_drilling.diagnosis.from_engine import outcome_of
-from slider_drilling.diagnosis.origin import RigOrigin, origin_of, remarks_on
-from slider_drilling.diagnosis.outcome import Outcome
-from slider_drilling.diagnosis.situation import Prepared, prepare
-from slider_drilling.diagnosis.tree import as_json
+from slider_drilling.diagnosis.result import Outcome
+from slider_drilling.diagnosis.rig_source import RigSource, find_rig_source, rig_remarks
+from slider_drilling.diagnosis.to_json import to_json
 from slider_drilling.diagnosis.user_effects import UserEffect
 from slider_drilling.errors import InputError
 from slider_drilling.gap.answer.beyond import look_beyond
@@ -21,12 +21,12 @@ from slider_drilling.gap.explain import Answer, explain
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.progress import Progress
 from slider_drilling.log import RigLog
-from slider_drilling.log_checks import FirstLook, first_look
+from slider_drilling.log_checks import LogChecks, check_log
 from slider_drilling.rig import Rig
 
-__all__ = ["Diagnosis", "as_json", "diagnose", "tuned_rig"]
+__all__ = ["Diagnosis", "diagnose", "to_json", "tuned_rig"]
 
-LEAST_SAMPLES = 20  # of a log, for a fit to be of anything
+MIN_SAMPLES = 20  # of a log, for a fit to be of anything
 _MORE = {
     "hook_load": "drawworks joint states (hook load) would show axial friction, heave and weight on bit",
     "standpipe_pressure": "standpipe pressure would show bit torque, motor wear and changes of formation",
@@ -43,11 +43,11 @@ class Diagnosis:
 
     logs: tuple[str, ...]
     rig: Rig
-    origin: RigOrigin
-    looks: tuple[FirstLook, ...]
+    rig_source: RigSource
+    log_checks: tuple[LogChecks, ...]
     outcome: Outcome
     would_help: tuple[str, ...] = ()
-    prepared: Prepared | None = field(default=None, repr=False)
+    prepared: PreparedModel | None = field(default=None, repr=False)
     answer: Answer | None = field(default=None, repr=False)
 
     @property
@@ -58,18 +58,20 @@ class Diagnosis:
     @property
     def driller(self) -> str:
         """The answer in the words of the rig floor."""
-        return words.driller(self.outcome)
+        return sentences.driller(self.outcome)
 
     @property
     def sentence(self) -> str:
         """The answer with code names and figures."""
-        return words.sentence(self.outcome)
+        return sentences.sentence(self.outcome)
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """Everything a reader should know besides: of the rig file, of the logs, of the fits."""
-        noticed = [f"{look.log.source}: {f.text}" for look in self.looks for f in look.findings if f.weight == "note"]
-        of_rig = remarks_on(self.origin, [look.log for look in self.looks], self.rig)
+        noticed = [
+            f"{look.log.source}: {f.text}" for look in self.log_checks for f in look.issues if f.severity == "note"
+        ]
+        of_rig = rig_remarks(self.rig_source, [look.log for look in self.log_checks], self.rig)
         of_model = self.prepared.remarks if self.prepared is not None else ()
         return (*of_rig, *noticed, *of_model, *self.outcome.remarks)
 
@@ -93,14 +95,14 @@ def diagnose(
     """
     if not 0.0 < until <= 1.0:
         raise InputError(f"--until {until:g}: must be above 0 and at most 1")
-    looks = tuple(first_look(log, rig) for log in logs)
+    looks = tuple(check_log(log, rig) for log in logs)
     for look in looks:
-        look.refuse()
-    sources, origin = tuple(log.source for log in logs), origin_of(logs, rig)
-    idle = [why for look in looks for why in look.texts("stop")]
-    if all(look.texts("stop") for look in looks):
+        look.raise_if_unusable()
+    sources, origin = tuple(log.source for log in logs), find_rig_source(logs, rig)
+    idle = [why for look in looks for why in look.messages("uninformative")]
+    if all(look.messages("uninformative") for look in looks):
         return Diagnosis(sources, rig, origin, looks, Outcome("inconclusive", remarks=tuple(idle)))
-    prepared = prepare([look.log for look in looks], rig, user_effects)
+    prepared = build_model([look.log for look in looks], rig, user_effects)
     whole = prepared.model
     model = whole if until == 1.0 else _first_share(whole, until, sources)
     prepared = replace(prepared, model=model)
@@ -115,12 +117,12 @@ def diagnose(
 def _first_share(whole: DrillString, until: float, sources: Sequence[str]) -> DrillString:
     model = whole.shortened(until)
     for run, source in zip(model.runs, sources, strict=True):
-        if run.time.size < LEAST_SAMPLES or not run.channels:
+        if run.time.size < MIN_SAMPLES or not run.channels:
             raise InputError(f"--until {until:g}: leaves {run.time.size} samples of {source}; give a larger share")
     return model
 
 
-def _candidates(prepared: Prepared, only: Sequence[str]) -> list[Effect]:
+def _candidates(prepared: PreparedModel, only: Sequence[str]) -> list[Effect]:
     known = {effect.name: effect for effect in prepared.model.effects}
     for name in only:
         if name not in known:
@@ -128,14 +130,14 @@ def _candidates(prepared: Prepared, only: Sequence[str]) -> list[Effect]:
     return [known[name] for name in only] or list(known.values())
 
 
-def _starts(prepared: Prepared) -> list[dict[str, float]]:
+def _starts(prepared: PreparedModel) -> list[dict[str, float]]:
     """Where tuning begins: nominal; and, where nothing shows how the string was wound at the start, other twists."""
     model = prepared.model
     wound = any(_start_torque(prepared, run) for run in range(len(model.runs)))
     return [{}, {f"start_twist@{run}": -4.0 for run in range(len(model.runs))}] if wound else [{}]
 
 
-def _start_torque(prepared: Prepared, run: int) -> bool:
+def _start_torque(prepared: PreparedModel, run: int) -> bool:
     """Whether the log starts with torque in the string, or with no torque channel to tell."""
     for channel in prepared.model.runs[run].channels:
         if channel.name == "surface_torque":

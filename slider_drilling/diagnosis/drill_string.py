@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from slider_drilling.diagnosis.catalogue import said, spoken
-from slider_drilling.diagnosis.disturbances import (
+from slider_drilling.diagnosis.free_forms import (
     bite_factor,
     commands_part,
     contact_with,
@@ -16,8 +16,8 @@ from slider_drilling.diagnosis.disturbances import (
     disturbed,
     friction_factor,
 )
-from slider_drilling.diagnosis.driven import Driven
 from slider_drilling.diagnosis.manoeuvres import next_runs
+from slider_drilling.diagnosis.run_inputs import RunInputs
 from slider_drilling.diagnosis.unlogged_block import lowered_blocks
 from slider_drilling.diagnosis.unlogged_flow import with_steps
 from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
@@ -40,7 +40,7 @@ class DrillString:
 
     rig: Rig
     runs: tuple[Run, ...]
-    driven: tuple[Driven, ...]
+    inputs: tuple[RunInputs, ...]
     nuisance: tuple[Parameter, ...]
     effects: tuple[Effect, ...]
     user_effects: Mapping[str, UserEffect] = field(default_factory=dict)
@@ -100,16 +100,16 @@ class DrillString:
             inside = run.time <= until
             channels = tuple(channel for channel in kept if channel.time.size)
             runs.append(replace(run, time=run.time[inside], excitation=run.excitation[inside], channels=channels))
-            own = self.driven[index]
+            own = self.inputs[index]
             faster = None if own.acceleration is None else own.acceleration[inside]
             driven.append(replace(own, commands=own.commands.part(inside), acceleration=faster))
-        return replace(self, runs=tuple(runs), driven=tuple(driven))
+        return replace(self, runs=tuple(runs), inputs=tuple(driven))
 
     def manoeuvres(self) -> list[Manoeuvre]:
         """Runs that could be made next."""
         return [
-            Manoeuvre(text, settings, replace(self, runs=(run,), driven=(Driven(commands),)))
-            for text, settings, run, commands in next_runs(self.rig, self.runs[0], self.driven[0].commands)
+            Manoeuvre(text, settings, replace(self, runs=(run,), inputs=(RunInputs(commands),)))
+            for text, settings, run, commands in next_runs(self.rig, self.runs[0], self.inputs[0].commands)
         ]
 
     def _channels(self, run: int, sets: Sequence[Values], elements: int, pull: float = 0.0) -> dict[str, Array]:
@@ -118,7 +118,7 @@ class DrillString:
         for channel in self.runs[run].channels:
             lag = sensor_lag(self.rig, channel.name)
             rows = [sample(response, channel.name, channel.time, lag) for response in responses]
-            if channel.name == "standpipe_pressure" and self.driven[run].flow_steps:
+            if channel.name == "standpipe_pressure" and self.inputs[run].flow_steps:
                 rows = [self._with_steps(run, row, channel.time, own) for row, own in zip(rows, sets, strict=True)]
             found[channel.name] = np.stack(rows)
         for index, values in enumerate(sets):
@@ -130,12 +130,12 @@ class DrillString:
         return found
 
     def _lowered(self, run: int, sets: Sequence[Values]) -> Array | None:
-        own = self.driven[run]
+        own = self.inputs[run]
         return lowered_blocks(own.commands.time, sets, self.nuisance) if own.lowered else None
 
     def _with_steps(self, run: int, row: Array, time: Array, values: Values) -> Array:
         lag = rig_with(self.rig, values).hydraulics.lag
-        return with_steps(row, time, self.driven[run].flow_steps or (), values, lag)
+        return with_steps(row, time, self.inputs[run].flow_steps or (), values, lag)
 
     def _switched_on(self, values: Values) -> list[UserEffect]:
         return [user for name, user in self.user_effects.items() if user.effect.parameters[0].name in values]
@@ -161,11 +161,11 @@ class DrillString:
                 batches.setdefault(commands_part(values), []).append(index)
         for own in batches.values():
             first, rigs = sets[own[0]], [rig_with(self.rig, sets[index]) for index in own]
-            commands = disturbed(self.driven[run].commands, first)
+            commands = disturbed(self.inputs[run].commands, first)
             batch = simulate_batch(
-                rigs, commands, elements, [start_with(sets[index], self.driven[run].start) for index in own],
+                rigs, commands, elements, [start_with(sets[index], self.inputs[run].start) for index in own],
                 workers=None, observer=observer, friction=friction_factor(commands, first),
-                acceleration=self.driven[run].acceleration,
+                acceleration=self.inputs[run].acceleration,
                 bite=bite_factor(commands, first),
                 lowered=self._lowered(run, [sets[index] for index in own]), single=True,
             )  # fmt: skip
@@ -174,13 +174,13 @@ class DrillString:
 
     def _with_users(self, run: int, values: Values, elements: int, observer: Observer | None) -> Response:
         users, rig = self._switched_on(values), rig_with(self.rig, values)
-        commands = disturbed(self.driven[run].commands, values)
+        commands = disturbed(self.inputs[run].commands, values)
         for user in users:
             commands = user.commands(commands, values)
         extra = combined_modifiers(users, rig, elements, values)
         return simulate_batch(
-            [rig], commands, elements, [start_with(values, self.driven[run].start)], [extra], observer=observer,
-            friction=friction_factor(commands, values), acceleration=self.driven[run].acceleration,
+            [rig], commands, elements, [start_with(values, self.inputs[run].start)], [extra], observer=observer,
+            friction=friction_factor(commands, values), acceleration=self.inputs[run].acceleration,
             bite=bite_factor(commands, values), lowered=self._lowered(run, [values]), single=True,
         )[0]  # fmt: skip
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from slider_drilling.diagnosis import words
-from slider_drilling.diagnosis.outcome import Candidate, Gap, Shape, ShapeOf, Trace, Where
-from slider_drilling.diagnosis.phrases import as_read
+from slider_drilling.diagnosis import sentences
+from slider_drilling.diagnosis.effect_phrases import display_unit
+from slider_drilling.diagnosis.result import ChannelTrace, Gap, RankedEffect, ResidualShape, ShapeOf, Where
 from slider_drilling.gap.model import Array
 from slider_drilling.pages import Bars, Chart, Line, Panel
 from slider_drilling.pages.colours import BLUE, GREEN, GREY, INK, RED
@@ -51,7 +51,9 @@ def where_charts(where: Where) -> list[Chart]:
         ("By frequency", where.band),
     ):
         if shares:
-            bars = Bars("", tuple(words.plain(name) for name in shares), np.array(list(shares.values())), (BLUE,))
+            bars = Bars(
+                "", tuple(sentences.plain_name(name) for name in shares), np.array(list(shares.values())), (BLUE,)
+            )
             charts.append(Chart(title, "", (Panel("share", (bars,)),)))
     for title, label, rows in (
         ("By time", "time, s", where.time),
@@ -71,7 +73,7 @@ def _along(title: str, label: str, rows: Sequence[Mapping[str, float]]) -> Chart
     return Chart(title, label, (Panel("share", (bars,)),))
 
 
-def intervals(ranking: Sequence[Candidate]) -> Chart | None:
+def intervals(ranking: Sequence[RankedEffect]) -> Chart | None:
     """The share of the gap that each fitted effect closes, with its interval; what leaves the axis gets an arrow."""
     known = [one for one in ranking if one.closed is not None and one.interval is not None]
     if not known:
@@ -88,7 +90,7 @@ def intervals(ranking: Sequence[Candidate]) -> Chart | None:
         base.append(min(begin, high - least))
         length.append(max(end - begin, least))
         out = "← " if one.interval[0] < low else ""
-        text.append(f"{out}{words.share(one)}{' →' if one.interval[1] > high else ''}")
+        text.append(f"{out}{sentences.format_share(one)}{' →' if one.interval[1] > high else ''}")
     colours = tuple(GREEN if one.in_answer else GREY for one in known)
     bars = Bars("", tuple(_beside(one) for one in known), np.array(length), colours, tuple(text),
                 base=np.array(base), flat=True)  # fmt: skip
@@ -102,7 +104,7 @@ def intervals(ranking: Sequence[Candidate]) -> Chart | None:
                  (low - 0.02 * (high - low), high + 0.25 * (high - low)), wide=True)  # fmt: skip
 
 
-def _beside(candidate: Candidate) -> str:
+def _beside(candidate: RankedEffect) -> str:
     """An effect, and what it was found beside."""
     others = ", ".join(candidate.beside)
     return f"{candidate.effect}{f' beside {others}' if others else ''}".replace("_", " ")
@@ -115,7 +117,7 @@ _SHAPES: dict[ShapeOf, str] = {
 }
 
 
-def shape(found: Shape) -> Chart | str:
+def shape(found: ResidualShape) -> Chart | str:
     """A disturbance without a law under what it is the shape of; a sentence where that is one number."""
     title = _SHAPES[found.of]
     if found.x.size == 1:
@@ -128,17 +130,17 @@ def shape(found: Shape) -> Chart | str:
 def _converted(values: Array, label: str) -> tuple[Array, str]:
     """Values under a label "name, SI unit" in the unit that is read."""
     name, unit = unit_of(label)
-    read, factor = as_read(unit)
+    read, factor = display_unit(unit)
     return factor * values, label if read == unit else f"{name}, {read}"
 
 
-def traces(found: Sequence[Trace], stages: Mapping[str, str]) -> list[Chart]:
+def traces(found: Sequence[ChannelTrace], stages: Mapping[str, str]) -> list[Chart]:
     """Measured and simulated, and what is left, one figure a channel of a run."""
     several = len({trace.run for trace in found}) > 1
     charts = []
     for trace in found:
-        read, factor = as_read(trace.unit)
-        label, style = words.plain(trace.channel), "dots" if trace.time.size < 200 else "line"
+        read, factor = display_unit(trace.unit)
+        label, style = sentences.plain_name(trace.channel), "dots" if trace.time.size < 200 else "line"
         known = [(stages[stage], values, _COLOURS[stage]) for stage, values in trace.simulated.items()]
         upper = [Line("measured", trace.time, factor * trace.measured, "dots" if style == "dots" else "line", INK)]
         upper += [Line(name, trace.time, factor * values, "line", colour) for name, values, colour in known]

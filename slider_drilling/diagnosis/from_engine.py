@@ -7,22 +7,22 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from slider_drilling.diagnosis.outcome import (
-    Candidate,
-    Errors,
-    Fitted,
-    Floor,
+from slider_drilling.diagnosis.describe_curve import describe_curve
+from slider_drilling.diagnosis.result import (
+    ChannelErrors,
+    ChannelNoise,
+    ChannelTrace,
+    ClosedShare,
+    FittedParameter,
     Gap,
     Interval,
     NextManoeuvre,
     Outcome,
-    Shape,
+    RankedEffect,
+    ResidualShape,
     ShapeOf,
-    Share,
-    Trace,
     Where,
 )
-from slider_drilling.diagnosis.shapes import shape_in_words
 from slider_drilling.gap.answer.beyond import Beyond
 from slider_drilling.gap.answer.intervals import intervals, known, spoken
 from slider_drilling.gap.choice.state import Explained, Judged
@@ -32,6 +32,7 @@ from slider_drilling.gap.explain import Answer
 from slider_drilling.gap.model import Effect, Model
 from slider_drilling.gap.problem.noise import is_white
 
+STAGES = ("nominal", "tuned", "with_effect")
 NOT_FITTED = "fell behind in the race: others explained more with as many trials"
 # Widest interval of a share that still says something: beyond, what it is a share of is hardly there.
 _WIDEST = 2.0
@@ -78,13 +79,13 @@ def _gap(answer: Answer, model: Model) -> Gap:
         closed=closed, closed_interval=interval, threshold=answer.threshold,
         stand_out=answer.stand_out,
         noise_floor={
-            name: Floor(
+            name: ChannelNoise(
                 floor.sigma, floor.declared, channels[name].unit, floor.method, _white(answer, name), floor.excess
             )
             for name, floor in floors.items()
         },
         rms={
-            name: Errors(channel.unit, *(rms.get(stage, {}).get(name) for stage in ("nominal", "tuned", "with_effect")))
+            name: ChannelErrors(channel.unit, *(rms.get(stage, {}).get(name) for stage in STAGES))
             for name, channel in channels.items()
         },
     )  # fmt: skip
@@ -107,10 +108,10 @@ def _share(closed: float, interval: Interval, answer: Answer) -> tuple[float | N
     return (None, None) if interval[1] - interval[0] > _WIDEST else (closed, interval)
 
 
-def _ranking(answer: Answer, effects: Sequence[Effect]) -> tuple[Candidate, ...]:
+def _ranking(answer: Answer, effects: Sequence[Effect]) -> tuple[RankedEffect, ...]:
     """Who was fitted to the end, accepted ones first, then who fell behind, most promising first."""
     groups = answer.groups
-    found: list[Candidate] = []
+    found: list[RankedEffect] = []
     for one in answer.judged:
         new = _new(one, answer, {c.effect for c in found})
         stayed = [effect.name for effect in new if effect.name in answer.effects]
@@ -120,7 +121,7 @@ def _ranking(answer: Answer, effects: Sequence[Effect]) -> tuple[Candidate, ...]
     rest = sorted((e for e in effects if e.name not in named), key=lambda e: -promised.get(e.name, 0.0))
     nothing = "not looked for: what re-tuning leaves is no more than noise leaves"
     why = NOT_FITTED if answer.state.steps else nothing
-    found += [Candidate(e.name, e.site, False, False, (why,), None, None, {}, ()) for e in rest]
+    found += [RankedEffect(e.name, e.site, False, False, (why,), None, None, {}, ()) for e in rest]
     return tuple(found)
 
 
@@ -136,7 +137,7 @@ def _accepted(one: Judged, answer: Answer) -> bool:
 
 def _candidate(
     one: Judged, effect: Effect, answer: Answer, groups: Mapping[str, tuple[str, ...]], stayed: Sequence[str]
-) -> Candidate:
+) -> RankedEffect:
     """What is told of an effect: of one in the answer the final model's parameters, and no share where it was found
     beside others only, for alone it closes another. stayed: those in the answer that the finalist brought.
     """
@@ -146,7 +147,7 @@ def _candidate(
     why_not = one.why_not
     if not in_answer and not why_not:
         why_not = (_outdone(one, answer),)
-    return Candidate(
+    return RankedEffect(
         name, effect.site, one.passed, in_answer, () if in_answer else why_not, closed, interval,
         _fitted(answer.state.current if in_answer else one.explained, f"{name}."), groups.get(name, ()),
         _in_other_runs(one, answer), tuple(other for other in stayed if in_answer and other != name),
@@ -173,11 +174,11 @@ def _outdone(one: Judged, answer: Answer) -> str:
     return "something that no law describes foretells more"
 
 
-def _in_other_runs(one: Judged, answer: Answer) -> Share | None:
+def _in_other_runs(one: Judged, answer: Answer) -> ClosedShare | None:
     if one.in_other_runs is None:
         return None
     closed, interval = _share(*one.in_other_runs, answer)
-    return None if closed is None else Share(closed, interval)
+    return None if closed is None else ClosedShare(closed, interval)
 
 
 # The share of a gap that is closed, its interval, and the effects that left this gap.
@@ -200,27 +201,27 @@ def _closed_beside(one: Judged, answer: Answer) -> _Closed:
     return (*_share(one.closed, one.interval, answer), one.beside)
 
 
-def _fitted(explained: Explained, prefix: str = "") -> dict[str, Fitted]:
+def _fitted(explained: Explained, prefix: str = "") -> dict[str, FittedParameter]:
     """What was fitted, by the names that a user knows; prefix: of those to tell."""
     spans = intervals(explained.problem, explained.fit)
     values = spoken(explained.problem, explained.fit.values)
     return {
-        name: Fitted(values[name], parameter.unit, parameter.nominal, spans.get(name))
+        name: FittedParameter(values[name], parameter.unit, parameter.nominal, spans.get(name))
         for name, parameter in known(explained.problem, explained.fit).items() if name.startswith(prefix)
     }  # fmt: skip
 
 
-def _shape(answer: Answer) -> Shape | None:
+def _shape(answer: Answer) -> ResidualShape | None:
     """What explains as much as the names, else what remains beside them, else what the unknown looks like."""
     if answer.rival is not None:
         return _drawn("alternative" if answer.effects else "unknown", answer.rival)
     return None if answer.rest is None else _drawn("rest", answer.rest)
 
 
-def _drawn(of: ShapeOf, found: Rival) -> Shape:
-    told = shape_in_words(found.words, found.x, found.x_unit, found.y, found.y_unit)
+def _drawn(of: ShapeOf, found: Rival) -> ResidualShape:
+    told = describe_curve(found.words, found.x, found.x_unit, found.y, found.y_unit)
     x, y = _axes(found.words)
-    return Shape(of, told, f"{x}, {found.x_unit}", _y_label(y, found.y_unit), found.x, found.y)
+    return ResidualShape(of, told, f"{x}, {found.x_unit}", _y_label(y, found.y_unit), found.x, found.y)
 
 
 def _y_label(off: str, unit: str) -> str:
@@ -254,13 +255,13 @@ def _rms_by_stage(answer: Answer) -> dict[str, dict[str, float]]:
     return found
 
 
-def _traces(beyond: Beyond) -> tuple[Trace, ...]:
+def _traces(beyond: Beyond) -> tuple[ChannelTrace, ...]:
     found = []
     for piece in beyond.problem.pieces:
         run, channel = beyond.problem.model.runs[piece.run], piece.channel
         until = run.time[0] + beyond.share * run.duration if beyond.rest else None
         simulated = {stage: channel.measured - left[piece.rows] for stage, left in beyond.left.items()}
         found.append(
-            Trace(piece.run, channel.name, channel.unit, channel.time, channel.measured, simulated, until)
+            ChannelTrace(piece.run, channel.name, channel.unit, channel.time, channel.measured, simulated, until)
         )
     return tuple(found)

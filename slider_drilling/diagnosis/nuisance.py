@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from slider_drilling.diagnosis.driven import Driven
+from slider_drilling.diagnosis.run_inputs import RunInputs
 from slider_drilling.diagnosis.unlogged_block import block_rates
 from slider_drilling.diagnosis.unlogged_flow import step_parameters
 from slider_drilling.gap.model import Parameter
@@ -43,7 +43,7 @@ def nuisance_parameters(rig: Rig, channels: Sequence[str]) -> tuple[Parameter, .
     return tuple(found)
 
 
-def run_parameters(channels: Sequence[str], runs: Sequence[Driven]) -> tuple[Parameter, ...]:
+def run_parameters(channels: Sequence[str], runs: Sequence[RunInputs]) -> tuple[Parameter, ...]:
     """What is tuned because of how these runs were driven and of what their logs do not hold."""
     found: tuple[Parameter, ...] = ()
     if any(run.lowered for run in runs):
@@ -57,7 +57,7 @@ def run_parameters(channels: Sequence[str], runs: Sequence[Driven]) -> tuple[Par
     return found
 
 
-def _flow_changes(run: Driven) -> bool:
+def _flow_changes(run: RunInputs) -> bool:
     """Whether the pump was set to another speed meanwhile, or may have been."""
     speed = run.commands.pump_speed
     return bool(run.flow_steps) or float(np.ptp(speed)) > _OTHER_FLOW * float(np.max(np.abs(speed), initial=0.0))

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from slider_drilling.diagnosis import words
+from slider_drilling.diagnosis import sentences
 from slider_drilling.diagnosis.diagnose import Diagnosis
+from slider_drilling.diagnosis.effect_phrases import display_unit
 from slider_drilling.diagnosis.figures import intervals, shape, traces, waterfall, where_charts
-from slider_drilling.diagnosis.outcome import Fitted, Outcome
-from slider_drilling.diagnosis.phrases import as_read
+from slider_drilling.diagnosis.result import FittedParameter, Outcome
 from slider_drilling.log.run_page import title as title_of
 from slider_drilling.pages import Amount, Bullets, Chart, Lead, Page, Section, Table, Tag
 from slider_drilling.pages.page import Cell, Tone
@@ -29,7 +29,7 @@ def report_page(diagnosis: Diagnosis) -> Page:
     word = outcome.verdict.replace("_", " ") + (", partial" if outcome.partial else "")
     facts = [
         ("log", ", ".join(Path(log).name for log in diagnosis.logs)),
-        ("rig file", f"{diagnosis.origin.name} ({diagnosis.origin.source})"),
+        ("rig file", f"{diagnosis.rig_source.name} ({diagnosis.rig_source.source})"),
     ]
     if outcome.site is not None:
         facts.append(("site", outcome.site.replace("_", " ")))
@@ -45,7 +45,7 @@ def report_page(diagnosis: Diagnosis) -> Page:
 
 
 def _title(diagnosis: Diagnosis) -> str:
-    logs = [look.log for look in diagnosis.looks]
+    logs = [look.log for look in diagnosis.log_checks]
     if not logs:
         return well_name(diagnosis.rig, SI)
     return title_of(logs[0], rig=diagnosis.rig) + (f", and {len(logs) - 1} more" if len(logs) > 1 else "")
@@ -60,7 +60,7 @@ def _how_large(outcome: Outcome) -> list[Section]:
         "the log is scored by parameters that were fitted without it."
     )
     shown: list[str | Chart | Table] = [about, waterfall(gap), _channels(outcome), *_simulated(outcome)]
-    shown += words.limits(outcome)
+    shown += sentences.prediction_horizon(outcome)
     return [Section("How large the gap is", tuple(shown))]
 
 
@@ -73,7 +73,7 @@ def _channels(outcome: Outcome) -> Table:
         floor = gap.noise_floor.get(name)
         stages = [amount(getattr(errors, stage), errors.unit) for stage in STAGES]
         noise = (None, None) if floor is None else (amount(floor.value, floor.unit), amount(floor.declared, floor.unit))
-        rows.append((words.plain(name), *noise, *stages))
+        rows.append((sentences.plain_name(name), *noise, *stages))
     return Table(header, tuple(rows), "RMS difference by channel")
 
 
@@ -100,7 +100,9 @@ def simulated_rows(outcome: Outcome) -> tuple[tuple[str, ...], tuple[tuple[Cell,
     rows: list[tuple[Cell, ...]] = [("", "parameters fitted", *(found["freed"][stage] for stage in stages))]
     for title, errors in parts:
         for name, unit in units.items():
-            rows.append((title, words.plain(name), *(amount(errors[stage].get(name), unit) for stage in stages)))
+            rows.append(
+                (title, sentences.plain_name(name), *(amount(errors[stage].get(name), unit) for stage in stages))
+            )
     return ("part", "channel", *(STAGES[stage] for stage in stages)), tuple(rows)
 
 
@@ -115,19 +117,19 @@ def _which(outcome: Outcome) -> list[Section]:
     if not outcome.ranking and outcome.shape is None:
         return []
     rows: list[tuple[Cell, ...]] = []
-    fitted_ones, others = words.fitted_and_not(outcome)
-    closes = words.closes_heads(fitted_ones)
+    fitted_ones, others = sentences.fitted_and_others(outcome)
+    closes = sentences.share_headers(fitted_ones)
     for one in fitted_ones:
         settings = "; ".join(
             f"{name.rpartition('.')[2].replace('_', ' ')} {_amount_text(fitted)}"
             for name, fitted in one.parameters.items()
         )
-        standing = words.standing(one)
+        standing = sentences.candidate_status(one)
         tag = Tag(standing, "good") if one.in_answer else Tag("passed", "plain") if one.passed else None
         judged: Cell = tag if one.in_answer else (tag, standing.removeprefix("passed, ")) if tag else standing
-        apart = ", ".join(words.plain(name) for name in one.group)
+        apart = ", ".join(sentences.plain_name(name) for name in one.group)
         rows.append(
-            (one.effect.replace("_", " "), one.site.replace("_", " "), *words.closes_cells(one, closes), settings,
+            (one.effect.replace("_", " "), one.site.replace("_", " "), *sentences.share_cells(one, closes), settings,
              apart, judged)
         )  # fmt: skip
     header = ("effect", "site", *closes, "fitted", "not told apart from", "standing")
@@ -164,7 +166,7 @@ def _next(diagnosis: Diagnosis) -> list[Section]:
     found = diagnosis.outcome.next_manoeuvre
     items: list[str | Bullets] = []
     if found is not None:
-        first, second = (words.plain(name) for name in found.separates)
+        first, second = (sentences.plain_name(name) for name in found.separates)
         items.append(
             f"To tell {first} from {second}: {found.description}. The two would differ by {found.distance:.1f} noise "
             f"floors there; in this log they differ by {found.distance_now:.1f}."
@@ -176,7 +178,7 @@ def _next(diagnosis: Diagnosis) -> list[Section]:
 
 def amount(value: float | None, unit: str) -> Amount:
     """A value of an SI unit as a cell in the unit that is read."""
-    read, factor = as_read(unit)
+    read, factor = display_unit(unit)
     return Amount(None if value is None else value * factor, "" if read == "-" else read)
 
 
@@ -186,6 +188,6 @@ def _text(value: float, unit: str) -> str:
     return f"{told.value:.4g} {told.unit}".rstrip()
 
 
-def _amount_text(fitted: Fitted) -> str:
+def _amount_text(fitted: FittedParameter) -> str:
     interval = "" if fitted.interval is None else f" [{', '.join(_text(end, fitted.unit) for end in fitted.interval)}]"
     return _text(fitted.value, fitted.unit) + interval

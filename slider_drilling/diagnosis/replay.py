@@ -13,7 +13,7 @@ from slider_drilling.drillstring.recorded_channels import finite
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Array, Channel
 from slider_drilling.log.series import RigLog
-from slider_drilling.log_checks.repeats import without_repeats
+from slider_drilling.log_checks.repeated_samples import mask_repeated_samples
 from slider_drilling.log_inputs.drives_from_log import commands_from_log
 from slider_drilling.log_inputs.infer_initial_state import AT_WORK, start_of
 from slider_drilling.rig import Mwd, Rig, Sensor
@@ -96,7 +96,7 @@ def replay(
     """Simulate the log's run from its first sample and compare channel by channel; start: by default as the log's first
     second shows it (`start_of`). Values that are held between renewals are left out. Raises InputError.
     """
-    log, held = without_repeats(log)
+    log, held = mask_repeated_samples(log)
     driven = commands_from_log(log, rig)
     start = start or start_of(log, rig, driven.commands)
     channels = measured_channels(log, rig)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from slider_drilling.diagnosis.diagnose import Diagnosis, tuned_rig
 from slider_drilling.diagnosis.page import report_page
-from slider_drilling.diagnosis.tree import as_json
+from slider_drilling.diagnosis.to_json import to_json
 from slider_drilling.files.output_files import make_folder, write_whole
 from slider_drilling.pages import page_html
 from slider_drilling.rig import dump_rig
@@ -23,7 +23,7 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path, units: Units = SI) -> li
     """
     make_folder(folder)
     contents = (
-        json.dumps(as_json(diagnosis), indent=1, allow_nan=False) + "\n",
+        json.dumps(to_json(diagnosis), indent=1, allow_nan=False) + "\n",
         dump_rig(tuned_rig(diagnosis)),
         page_html(report_page(diagnosis), units),
     )

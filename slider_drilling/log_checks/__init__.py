@@ -1,6 +1,6 @@
 """The first look at a log, in seconds and before any fit: can it be used, and does it belong to this rig file?"""
 
-from slider_drilling.log_checks.finding import Finding
-from slider_drilling.log_checks.look import FirstLook, first_look
+from slider_drilling.log_checks.issue import LogIssue
+from slider_drilling.log_checks.run_checks import LogChecks, check_log
 
-__all__ = ["Finding", "FirstLook", "first_look"]
+__all__ = ["LogChecks", "LogIssue", "check_log"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slider_drilling.log import RigLog
-from slider_drilling.log_checks.finding import Finding
+from slider_drilling.log_checks.issue import LogIssue
 from slider_drilling.rig import Rig
 
 _LEAST_TURN = 0.5  # rad
@@ -14,7 +14,7 @@ _ON = 0.3  # of the reference flow
 _LOWERED = 0.2  # m
 
 
-def look_at_excitation(log: RigLog, rig: Rig) -> list[Finding]:
+def check_excitation(log: RigLog, rig: Rig) -> list[LogIssue]:
     """A drive that hardly turns, a log that is too short, a block that goes down while the motor stands still."""
     found = []
     drive = log.top_drive
@@ -27,7 +27,7 @@ def look_at_excitation(log: RigLog, rig: Rig) -> list[Finding]:
             found.append(
                 f"the top drive turned {turned:.2f} rad in all: too little to tell friction from anything else"
             )
-    return [Finding("stop", "top_drive", text) for text in found] + _lowered_without_flow(log, rig)
+    return [LogIssue("uninformative", "top_drive", text) for text in found] + _lowered_without_flow(log, rig)
 
 
 def _turned(time: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> float:
@@ -41,7 +41,7 @@ def _turned(time: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> flo
     return float(np.ptp(np.r_[0.0, np.cumsum(steps)]))
 
 
-def _lowered_without_flow(log: RigLog, rig: Rig) -> list[Finding]:
+def _lowered_without_flow(log: RigLog, rig: Rig) -> list[LogIssue]:
     works, pump = log.draw_works, log.mud_pump
     if works is None or pump is None:
         return []
@@ -54,4 +54,4 @@ def _lowered_without_flow(log: RigLog, rig: Rig) -> list[Finding]:
     text = (
         f"the block moved {lowered:.1f} m with the pump at {flow * 1e3:.1f} L/s: the motor would not turn, nor the bit"
     )
-    return [Finding("stop", "mud_pump", text)]
+    return [LogIssue("uninformative", "mud_pump", text)]

@@ -12,7 +12,7 @@ from scipy.ndimage import maximum_filter1d, median_filter
 
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import Array, JointSeries, ScalarSeries
-from slider_drilling.log_checks.finding import Finding
+from slider_drilling.log_checks.issue import LogIssue
 from slider_drilling.log_inputs.fill_drive_gaps import too_seldom
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.static_loads import static_loads
@@ -42,13 +42,13 @@ class _Column:
     caused: NDArray[np.bool_] | None = None
 
 
-def without_glitches(log: RigLog, rig: Rig) -> tuple[RigLog, list[Finding]]:
+def mask_glitches(log: RigLog, rig: Rig) -> tuple[RigLog, list[LogIssue]]:
     """The log with glitches of its surface channels made NaN, and a note for each channel that had some."""
     drive, hydraulics = rig.top_drive, rig.hydraulics
     hanging = static_loads(rig, elements=50).hook_load
     pressure = hydraulics.reference_pressure + rig.motor.max_pressure
     pump = hydraulics.reference_flow / rig.mud_pump.displacement
-    found: list[Finding] = []
+    found: list[LogIssue] = []
 
     def masked(series: Series | None, columns: Callable[[float], Sequence[_Column]]) -> Series | None:
         if series is None or series.time.size <= _WINDOW:
@@ -90,8 +90,8 @@ def _speeding(drive: JointSeries | None) -> NDArray[np.bool_] | None:
     return change | np.r_[change[1:], False]
 
 
-def _masked(column: _Column, time: Array, values: Array) -> tuple[Array, Finding | None]:
-    where = glitches(time, values, column.size if too_seldom(time) and column.leap is None else column.leap)
+def _masked(column: _Column, time: Array, values: Array) -> tuple[Array, LogIssue | None]:
+    where = find_glitches(time, values, column.size if too_seldom(time) and column.leap is None else column.leap)
     if column.caused is not None:
         where = where & ~column.caused
     if not where.any():
@@ -102,10 +102,10 @@ def _masked(column: _Column, time: Array, values: Array) -> tuple[Array, Finding
         f"{column.name}: {count} of {values.size} samples {'is' if count == 1 else 'are'} no reading of a rig "
         f"({values[worst]:.4g} {column.unit} at {time[worst]:.1f} s) and left out"
     )
-    return np.where(where, np.nan, values), Finding("note", column.name, text)
+    return np.where(where, np.nan, values), LogIssue("note", column.name, text)
 
 
-def glitches(time: Array, values: Array, least: float | None = None) -> NDArray[np.bool_]:
+def find_glitches(time: Array, values: Array, least: float | None = None) -> NDArray[np.bool_]:
     """(n,) whether each sample is a glitch: up to three that leave their neighbourhood and return to it at once.
 
     least: the smallest departure that counts, in the values' unit, by default half of their range; where samples were

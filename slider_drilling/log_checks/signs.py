@@ -9,8 +9,8 @@ import numpy as np
 from slider_drilling.drillstring.recorded_channels import Response
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import Array
-from slider_drilling.log_checks.expected import replayed
-from slider_drilling.log_checks.finding import Finding
+from slider_drilling.log_checks.expected_levels import simulate_as_given
+from slider_drilling.log_checks.issue import LogIssue
 from slider_drilling.rig import Rig
 
 _OPPOSITE = -0.5  # correlation of the torque with the replay's
@@ -18,7 +18,7 @@ _RAISED = 0.2  # m
 _BETTER = 0.5  # RMS of what is left with a turned sign over that as logged
 
 
-def look_at_signs(log: RigLog, rig: Rig, response: Response | None) -> list[Finding]:
+def check_signs(log: RigLog, rig: Rig, response: Response | None) -> list[LogIssue]:
     """Everything about signs; response: the replay of the log as it is."""
     found = _positive(log)
     if response is not None and not found:
@@ -27,7 +27,7 @@ def look_at_signs(log: RigLog, rig: Rig, response: Response | None) -> list[Find
     return found
 
 
-def _positive(log: RigLog) -> list[Finding]:
+def _positive(log: RigLog) -> list[LogIssue]:
     """Loads, pressures and pump speeds of a rig are positive."""
     levels = []
     if log.draw_works is not None:
@@ -41,11 +41,11 @@ def _positive(log: RigLog) -> list[Finding]:
         known = values[np.isfinite(values)]
         if known.size and float(np.quantile(known, 0.9)) < 0.0:
             text = f"{name} is negative ({float(np.median(known)):.4g}): {rule}; import it with sign: -1"
-            found.append(Finding("refuse", name, text))
+            found.append(LogIssue("unusable", name, text))
     return found
 
 
-def _torque(log: RigLog, response: Response) -> list[Finding]:
+def _torque(log: RigLog, response: Response) -> list[LogIssue]:
     """A drive that turns a string with friction does work on it; torque of the other sign would take work out of it."""
     drive = log.top_drive
     if drive is None:
@@ -65,10 +65,10 @@ def _torque(log: RigLog, response: Response) -> list[Finding]:
         f"surface_torque runs against the rotation (the drive would gain {-work / 1e3:.3g} kJ from a string that "
         "rubs): one of the two has its sign turned; import it with sign: -1"
     )
-    return [Finding("refuse", "surface_torque", text)]
+    return [LogIssue("unusable", "surface_torque", text)]
 
 
-def _block(log: RigLog, rig: Rig, response: Response) -> list[Finding]:
+def _block(log: RigLog, rig: Rig, response: Response) -> list[LogIssue]:
     """Positive lowers: a block that rises while everything else is as if it went down."""
     works = log.draw_works
     if works is None:
@@ -76,7 +76,9 @@ def _block(log: RigLog, rig: Rig, response: Response) -> list[Finding]:
     position = works.position[np.isfinite(works.position)]
     if position.size < 2 or position[-1] - position[0] > -_RAISED:
         return []
-    turned = replayed(replace(log, draw_works=replace(works, position=-works.position, velocity=-works.velocity)), rig)
+    turned = simulate_as_given(
+        replace(log, draw_works=replace(works, position=-works.position, velocity=-works.velocity)), rig
+    )
     if turned is None:
         return []
     ratios = []
@@ -91,7 +93,7 @@ def _block(log: RigLog, rig: Rig, response: Response) -> list[Finding]:
         f"the block rises by {position[0] - position[-1]:.2f} m while hook load and pressure are those of a block that "
         "goes down: positive lowers; import it with sign: -1"
     )
-    return [Finding("refuse", "draw_works", text)]
+    return [LogIssue("unusable", "draw_works", text)]
 
 
 def _left(time: Array, values: Array, turned: Response, name: str, as_logged: Response) -> float:

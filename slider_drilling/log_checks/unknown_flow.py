@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from slider_drilling.log.series import Array, JointSeries, RigLog
-from slider_drilling.log_checks.finding import Finding
+from slider_drilling.log_checks.issue import LogIssue
 from slider_drilling.log_inputs.reconstruct_flow import lost_changes, with_lost_flow
 
 
-def without_unknown_flow(log: RigLog) -> tuple[RigLog, list[Finding]]:
+def mask_pressure_of_unknown_flow(log: RigLog) -> tuple[RigLog, list[LogIssue]]:
     """The log with standpipe pressure made NaN wherever the pump's samples were lost while its speed changed, and with
     the pump's speed about the moment of the change where that pressure tells it.
     """
@@ -34,7 +34,7 @@ def without_unknown_flow(log: RigLog) -> tuple[RigLog, list[Finding]]:
     value = np.where(unknown, np.nan, pressure.value)
     found = _with_speeds(pump, *with_lost_flow(time, speed, pressure.time, pressure.value))
     return replace(log, mud_pump=found, standpipe_pressure=replace(pressure, value=value)), [
-        Finding("note", "standpipe_pressure", text)
+        LogIssue("note", "standpipe_pressure", text)
     ]
 
 

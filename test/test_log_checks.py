@@ -17,8 +17,8 @@ from slider_drilling.errors import InputError
 from slider_drilling.files.installed_files import share_file
 from slider_drilling.log import RigLog, read_log
 from slider_drilling.log.series import JointSeries, ScalarSeries
-from slider_drilling.log_checks import FirstLook, first_look
-from slider_drilling.log_checks.glitches import glitches
+from slider_drilling.log_checks import LogChecks, check_log
+from slider_drilling.log_checks.glitches import find_glitches
 from slider_drilling.log_inputs.drives_from_log import commands_from_log
 from slider_drilling.rig import Rig
 from slider_drilling.units import KINDS
@@ -71,13 +71,13 @@ def changed(log: RigLog, series: str, **columns) -> RigLog:
 
 def refused(log: RigLog, rig: Rig) -> str:
     with pytest.raises(InputError) as caught:
-        first_look(log, rig).refuse()
+        check_log(log, rig).raise_if_unusable()
     assert "\n" not in str(caught.value)
     return str(caught.value)
 
 
 def test_a_sound_log_passes_untouched(log, rig):
-    assert first_look(log, rig) == FirstLook(log, ())
+    assert check_log(log, rig) == LogChecks(log, ())
 
 
 @pytest.mark.parametrize(
@@ -114,7 +114,7 @@ def test_a_channel_in_another_unit_is_refused_and_the_unit_named(log, rig, serie
 )
 def test_angle_and_speed_that_disagree_are_refused(log, rig, column, factor, says):
     with pytest.raises(InputError, match=says):
-        first_look(changed(log, "top_drive", **{column: lambda x: factor * x}), rig).refuse()
+        check_log(changed(log, "top_drive", **{column: lambda x: factor * x}), rig).raise_if_unusable()
 
 
 def test_a_block_in_feet_and_a_pump_in_strokes_a_minute_are_refused(log, rig):
@@ -147,7 +147,7 @@ def test_turned_signs_are_refused(log, rig):
 
 
 def test_a_block_that_really_rises_is_left_alone(rig):
-    assert first_look(recorded(rig, rocking(lowering=-0.004)), rig).texts("refuse") == ()
+    assert check_log(recorded(rig, rocking(lowering=-0.004)), rig).messages("unusable") == ()
 
 
 def test_an_encoder_that_wraps_is_refused(log, rig):
@@ -165,7 +165,9 @@ def test_another_rigs_file_is_refused(log, rig):
 
 def test_a_pressure_that_a_worn_motor_and_a_mistuned_flow_explain_is_not_refused(log, rig):
     for factor in (0.7, 1.4):
-        assert not first_look(changed(log, "standpipe_pressure", value=lambda x, f=factor: f * x), rig).texts("refuse")
+        assert not check_log(changed(log, "standpipe_pressure", value=lambda x, f=factor: f * x), rig).messages(
+            "unusable"
+        )
 
 
 def test_a_stamp_that_steps_back_and_a_clock_that_was_set_are_refused(log, rig):
@@ -188,22 +190,22 @@ def test_dropped_samples_are_said_and_unknown_motion_stops(log, rig):
         keep = np.r_[0:begin, end : series.time.size]
         return type(series)(*(getattr(series, f.name)[keep] for f in dataclasses.fields(series)))
 
-    look = first_look(replace(log, standpipe_pressure=without(log.standpipe_pressure, 100, 130)), rig)
-    assert any("standpipe_pressure: 30 samples (3.8 %)" in text for text in look.texts("note"))
-    assert not look.texts("stop")
-    unlucky = first_look(replace(log, top_drive=without(log.top_drive, 200, 500)), rig)
-    assert any("its motion there is not known" in text for text in unlucky.texts("stop"))
+    look = check_log(replace(log, standpipe_pressure=without(log.standpipe_pressure, 100, 130)), rig)
+    assert any("standpipe_pressure: 30 samples (3.8 %)" in text for text in look.messages("note"))
+    assert not look.messages("uninformative")
+    unlucky = check_log(replace(log, top_drive=without(log.top_drive, 200, 500)), rig)
+    assert any("its motion there is not known" in text for text in unlucky.messages("uninformative"))
 
 
 def test_a_drive_that_hardly_turns_stops(rig):
-    look = first_look(recorded(rig, rocking(amplitude=0.01)), rig)
-    assert any("too little" in text for text in look.texts("stop"))
-    assert not look.texts("refuse")
+    look = check_log(recorded(rig, rocking(amplitude=0.01)), rig)
+    assert any("too little" in text for text in look.messages("uninformative"))
+    assert not look.messages("unusable")
 
 
 def test_a_motor_that_stands_still_stops(log, rig):
-    look = first_look(changed(log, "mud_pump", velocity=lambda x: 0.01 * x), rig)
-    assert any("the motor would not turn" in text for text in look.texts("stop"))
+    look = check_log(changed(log, "mud_pump", velocity=lambda x: 0.01 * x), rig)
+    assert any("the motor would not turn" in text for text in look.messages("uninformative"))
 
 
 @pytest.mark.parametrize(
@@ -223,10 +225,10 @@ def test_a_single_glitch_is_masked_and_said_and_nothing_else_changes(log, rig, s
         values[417] = value
         return values
 
-    look = first_look(changed(log, series, **{column: spoil}), rig)
-    assert [finding.weight for finding in look.findings] == ["note"]
-    assert "1 of 800 samples is no reading of a rig" in look.findings[0].text
-    assert "at 41.7 s" in look.findings[0].text
+    look = check_log(changed(log, series, **{column: spoil}), rig)
+    assert [finding.severity for finding in look.issues] == ["note"]
+    assert "1 of 800 samples is no reading of a rig" in look.issues[0].text
+    assert "at 41.7 s" in look.issues[0].text
     masked = getattr(getattr(look.log, series), column)
     whole = getattr(getattr(log, series), column)
     assert np.flatnonzero(np.isnan(masked) & ~np.isnan(whole)).tolist() == [417]
@@ -244,7 +246,7 @@ def test_a_glitch_reaches_neither_the_channels_nor_the_commands_of_a_fit(log, ri
         return spoil
 
     bad = changed(changed(log, "top_drive", effort=spoiled(1e6)), "top_drive", position=spoiled(300.0))
-    look = first_look(bad, rig)
+    look = check_log(bad, rig)
     sound, masked = measured_channels(log, rig), measured_channels(look.log, rig)
     assert np.array_equal(masked["surface_torque"].measured, np.delete(sound["surface_torque"].measured, 417))
     driven, by = (commands_from_log(one, rig).commands for one in (log, look.log))
@@ -270,11 +272,11 @@ def test_what_a_signal_does_itself_is_no_glitch():
         rare + noise,
         np.sin(noise.cumsum()),
     ):
-        assert not glitches(time, signal).any()
-    assert np.flatnonzero(glitches(time, np.where(np.arange(4000) == 77, 1e3, noise))).tolist() == [77]
+        assert not find_glitches(time, signal).any()
+    assert np.flatnonzero(find_glitches(time, np.where(np.arange(4000) == 77, 1e3, noise))).tolist() == [77]
     gaps = np.where(np.arange(4000) % 7 == 0, np.nan, noise)
     gaps[78] = -1e3
-    assert np.flatnonzero(glitches(time, gaps)).tolist() == [78]
+    assert np.flatnonzero(find_glitches(time, gaps)).tolist() == [78]
 
 
 def test_what_moved_while_samples_were_lost_is_no_glitch():
@@ -284,9 +286,9 @@ def test_what_moved_while_samples_were_lost_is_no_glitch():
     come = np.ones(1200, dtype=bool)
     come[[*range(155, 165), *range(168, 178)]] = False
     assert np.ptp(angle[come][150:160]) > 1.0
-    assert not glitches(time[come], angle[come], 0.5).any()
+    assert not find_glitches(time[come], angle[come], 0.5).any()
     spoiled = np.where(np.arange(1200) == 166, angle + 90.0, angle)
-    assert time[come][glitches(time[come], spoiled[come], 0.5)].tolist() == [time[166]]
+    assert time[come][find_glitches(time[come], spoiled[come], 0.5)].tolist() == [time[166]]
 
 
 def test_every_shared_log_passes(shared_data):
@@ -294,7 +296,7 @@ def test_every_shared_log_passes(shared_data):
     assert len(paths) == 14
     for path in paths:
         log = read_log(path)
-        assert first_look(log, log.rig()) == FirstLook(log, ()), path.name
+        assert check_log(log, log.rig()) == LogChecks(log, ()), path.name
 
 
 def test_a_real_log_with_a_rig_file_that_is_not_its_own_ends_at_once(shared_data, tmp_path):

@@ -11,8 +11,8 @@ from slider_drilling.diagnosis.replay import replay
 from slider_drilling.files.installed_files import share_file
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import JointSeries, ScalarSeries
-from slider_drilling.log_checks.motion import look_at_motion
-from slider_drilling.log_checks.repeats import without_repeats
+from slider_drilling.log_checks.position_and_speed import check_position_and_speed
+from slider_drilling.log_checks.repeated_samples import mask_repeated_samples
 from slider_drilling.log_inputs.drives_from_log import commands_from_log, unfilled
 from slider_drilling.rig import load_rig
 
@@ -33,25 +33,25 @@ def log_of(held=1):
 
 def test_values_that_are_renewed_with_every_sample_stay():
     log = log_of()
-    assert without_repeats(log) == (log, [])
+    assert mask_repeated_samples(log) == (log, [])
 
 
 @pytest.mark.parametrize("held", [2, 5, 10])
 def test_repeats_are_left_out_and_said(held):
     log = log_of(held)
-    found, notes = without_repeats(log)
+    found, notes = mask_repeated_samples(log)
     for values in (found.top_drive.effort, found.top_drive.position, found.standpipe_pressure.value):
         assert np.flatnonzero(np.isfinite(values)).tolist() == list(range(0, 900, held))
     words = "top-drive angle, top-drive speed, surface_torque, standpipe_pressure"
     assert [note.text.split(":")[0] for note in notes] == [words]
-    assert f"renewed every {0.1 * held:.3g} s" in notes[0].text and notes[0].weight == "note"
+    assert f"renewed every {0.1 * held:.3g} s" in notes[0].text and notes[0].severity == "note"
 
 
 def test_a_rig_that_stands_still_repeats_itself_and_is_sampled_as_often_as_elsewhere():
     log = log_of(5)
     drive = log.top_drive
     rests = np.where((TIME > 20.0) & (TIME < 50.0), drive.position[200], drive.position)
-    found, _ = without_repeats(replace(log, top_drive=replace(drive, position=rests)))
+    found, _ = mask_repeated_samples(replace(log, top_drive=replace(drive, position=rests)))
     known = TIME[np.isfinite(found.top_drive.position)]
     assert np.max(np.diff(known)) == pytest.approx(0.5)
 
@@ -60,7 +60,7 @@ def test_coarse_values_are_not_held():
     """A resolution repeats values too, but a fast change takes one sample."""
     log = log_of()
     coarse = replace(log.top_drive, effort=500.0 * np.round(log.top_drive.effort / 500.0))
-    assert without_repeats(replace(log, top_drive=coarse))[1] == []
+    assert mask_repeated_samples(replace(log, top_drive=coarse))[1] == []
 
 
 def test_what_is_renewed_on_a_clock_of_its_own_is_found():
@@ -68,7 +68,7 @@ def test_what_is_renewed_on_a_clock_of_its_own_is_found():
     log = log_of()
     at = (np.floor(TIME * 3.0) / 3.0 / 0.1).astype(int)
     pressure = replace(log.standpipe_pressure, value=log.standpipe_pressure.value[at])
-    found, notes = without_repeats(replace(log, standpipe_pressure=pressure))
+    found, notes = mask_repeated_samples(replace(log, standpipe_pressure=pressure))
     assert np.isfinite(found.standpipe_pressure.value).sum() == pytest.approx(270, abs=40) and len(notes) == 1
 
 
@@ -80,8 +80,8 @@ def test_a_column_that_nobody_filled_is_made_from_the_other_and_said(column):
     own, given = (commands_from_log(replace(log, top_drive=one), RIG).commands for one in (log.top_drive, drive))
     assert own.top_drive_speed[100:150] == pytest.approx(given.top_drive_speed[100:150], abs=0.3)
     assert np.ptp(own.top_drive_angle) == pytest.approx(np.ptp(given.top_drive_angle), rel=0.05)
-    (note,) = look_at_motion(replace(log, top_drive=drive), RIG)
-    assert note.weight == "note" and "is zero throughout" in note.text
+    (note,) = check_position_and_speed(replace(log, top_drive=drive), RIG)
+    assert note.severity == "note" and "is zero throughout" in note.text
 
 
 def test_a_drive_that_rests_has_filled_its_speed():
@@ -95,7 +95,7 @@ def test_a_coarse_sensor_that_moves_slowly_is_not_held():
     position = np.cumsum(0.1 * rate)
     noise = np.random.default_rng(5)
     works = JointSeries(TIME, TIME, 0.01 * np.round(position / 0.01), rate, 1e6 + 3e3 * noise.normal(size=900))
-    assert without_repeats(replace(log, draw_works=works))[1] == []
+    assert mask_repeated_samples(replace(log, draw_works=works))[1] == []
 
 
 @pytest.mark.parametrize("held", [2, 10])
@@ -106,7 +106,7 @@ def test_a_renewal_that_is_lost_shifts_no_other(held):
     came[300:313] = False
     drive = log.top_drive
     lost = JointSeries(*(getattr(drive, name)[came] for name in ("time", "arrival", "position", "velocity", "effort")))
-    found, notes = without_repeats(replace(log, top_drive=lost))
+    found, notes = mask_repeated_samples(replace(log, top_drive=lost))
     kept = np.isfinite(found.top_drive.effort)
     measured = np.interp(found.top_drive.time[kept], TIME, fresh.top_drive.effort)
     assert np.array_equal(found.top_drive.effort[kept], measured)
@@ -117,11 +117,11 @@ def test_a_pump_that_was_set_once_is_renewed_with_the_other_messages():
     log = log_of(5)
     nothing = np.full(900, np.nan)
     speed = np.where(np.arange(900) < 455, 12.0, 11.0)
-    found, notes = without_repeats(replace(log, mud_pump=JointSeries(TIME, TIME, nothing, speed, nothing)))
+    found, notes = mask_repeated_samples(replace(log, mud_pump=JointSeries(TIME, TIME, nothing, speed, nothing)))
     assert np.flatnonzero(np.isfinite(found.mud_pump.velocity)).tolist() == list(range(0, 900, 5))
     assert "pump speed" in notes[0].text
     elsewhere = np.where(np.arange(900) < 457, 12.0, 11.0)
-    found, _ = without_repeats(replace(log, mud_pump=JointSeries(TIME, TIME, nothing, elsewhere, nothing)))
+    found, _ = mask_repeated_samples(replace(log, mud_pump=JointSeries(TIME, TIME, nothing, elsewhere, nothing)))
     assert np.isfinite(found.mud_pump.velocity).all()
 
 
@@ -144,8 +144,8 @@ def test_a_coarse_block_is_in_metres(rate, step, speed_step):
     works = JointSeries(time, time, rounded, speed, nothing)
     drive = JointSeries(time, time, 2.0 * time, np.full(time.size, 2.0), nothing)
     log = RigLog("run.mcap", 0, top_drive=drive, draw_works=works)
-    assert [one for one in look_at_motion(log, RIG) if one.weight == "refuse"] == []
+    assert [one for one in check_position_and_speed(log, RIG) if one.severity == "unusable"] == []
     if step < 0.01 and not speed_step and rate > 0.001:
         feet = replace(log, draw_works=replace(works, position=rounded / 0.3048))
-        (refused,) = look_at_motion(feet, RIG)
-        assert refused.weight == "refuse" and "looks like ft" in refused.text
+        (refused,) = check_position_and_speed(feet, RIG)
+        assert refused.severity == "unusable" and "looks like ft" in refused.text

@@ -15,7 +15,7 @@ from slider_drilling.rig import Rig
 
 
 @dataclass(frozen=True)
-class RigOrigin:
+class RigSource:
     """name: of the file as it is told; source: given beside the log, or attached to it; path: None where it was made in
     Python and has no file."""
 
@@ -24,7 +24,7 @@ class RigOrigin:
     path: str | None
 
 
-def origin_of(logs: Sequence[RigLog], rig: Rig) -> RigOrigin:
+def find_rig_source(logs: Sequence[RigLog], rig: Rig) -> RigSource:
     """Where this rig came from, by what the logs carry."""
     for log in logs:
         if log.rig_text is None or log.rig_source is None or _carried(log) != rig:
@@ -32,12 +32,12 @@ def origin_of(logs: Sequence[RigLog], rig: Rig) -> RigOrigin:
         # An attachment is told as "run.mcap: rig.yaml", a file beside the log by its path.
         file, colon, attachment = log.rig_source.rpartition(": ")
         if colon and attachment.endswith("rig.yaml"):
-            return RigOrigin(f"{attachment} in {Path(file).name}", "attached", file)
-        return RigOrigin(Path(log.rig_source).name, "given", log.rig_source)
-    return RigOrigin("the rig given", "given", None)
+            return RigSource(f"{attachment} in {Path(file).name}", "attached", file)
+        return RigSource(Path(log.rig_source).name, "given", log.rig_source)
+    return RigSource("the rig given", "given", None)
 
 
-def remarks_on(origin: RigOrigin, logs: Sequence[RigLog], rig: Rig) -> list[str]:
+def rig_remarks(origin: RigSource, logs: Sequence[RigLog], rig: Rig) -> list[str]:
     """What a reader must know of the rig file before believing a verdict."""
     found = []
     on = [f.name for f in dataclasses.fields(Effects) if getattr(rig.effects, f.name) != getattr(Effects(), f.name)]

@@ -26,11 +26,11 @@ _ON = 0.3  # of the fastest that the pump ran
 TORQUE, TORQUE_ALONE, PRESSURE, HOOK_LOAD = (0.16, 6.25), (0.06, 6.25), (0.4, 2.5), (0.4, 2.0)
 
 # N/m: an off-bottom bit; the plant's rig file has no "not on bottom", but rock this soft takes no weight.
-NO_ROCK = 1.0
+OFF_BOTTOM_STIFFNESS = 1.0
 
 
 @dataclass(frozen=True)
-class Expected:
+class ExpectedLevel:
     """measured: the level that the log shows; by_file: what the rig file gives; low, high: what could be tuned to.
 
     All in the channel's SI unit; what: how the level is called in a sentence.
@@ -38,7 +38,7 @@ class Expected:
 
     what: str
     measured: float
-    by_file: float
+    expected: float
     low: float
     high: float
 
@@ -47,7 +47,7 @@ class Expected:
         return self.low <= self.measured <= self.high
 
 
-def replayed(log: RigLog, rig: Rig) -> tuple[Commands, Response] | None:
+def simulate_as_given(log: RigLog, rig: Rig) -> tuple[Commands, Response] | None:
     """The log's first part driven through the plant as the rig file gives it; None where nothing drives it."""
     commands = commands_from_log(log, rig).commands
     inside = commands.time <= commands.time[0] + _LONGEST_S
@@ -57,7 +57,7 @@ def replayed(log: RigLog, rig: Rig) -> tuple[Commands, Response] | None:
     return commands, simulate(rig, commands, _ELEMENTS)
 
 
-def hook_load(log: RigLog, rig: Rig) -> Expected | None:
+def hook_load(log: RigLog, rig: Rig) -> ExpectedLevel | None:
     """Of the string as it hangs at the start, against its buoyed weight."""
     if log.draw_works is None:
         return None
@@ -66,10 +66,10 @@ def hook_load(log: RigLog, rig: Rig) -> Expected | None:
         return None
     measured = float(np.median(values[: max(int(_FIRST * values.size), 1)]))
     hanging = static_loads(rig, elements=100).hook_load
-    return Expected("starts at", measured, hanging, HOOK_LOAD[0] * hanging, HOOK_LOAD[1] * hanging)
+    return ExpectedLevel("starts at", measured, hanging, HOOK_LOAD[0] * hanging, HOOK_LOAD[1] * hanging)
 
 
-def standpipe_pressure(log: RigLog, rig: Rig, pump_unit: float = 1.0) -> Expected | None:
+def standpipe_pressure(log: RigLog, rig: Rig, pump_unit: float = 1.0) -> ExpectedLevel | None:
     """While the pump runs, against what its flow needs through the string, and the motor's pressure on top.
 
     pump_unit: of the pump's speed, in rad/s.
@@ -89,10 +89,10 @@ def standpipe_pressure(log: RigLog, rig: Rig, pump_unit: float = 1.0) -> Expecte
     if by_file <= 0.0:
         return None
     high = PRESSURE[1] * by_file + rig.motor.max_pressure
-    return Expected("is", measured, by_file, PRESSURE[0] * by_file, high)
+    return ExpectedLevel("is", measured, by_file, PRESSURE[0] * by_file, high)
 
 
-def surface_torque(log: RigLog, response: Response) -> Expected | None:
+def surface_torque(log: RigLog, response: Response) -> ExpectedLevel | None:
     """How large it is nearly always (95 %), against the replay of the same motion."""
     drive = log.top_drive
     if drive is None or not np.isfinite(drive.effort).any():
@@ -107,7 +107,7 @@ def surface_torque(log: RigLog, response: Response) -> Expected | None:
         return None
     ratio = min(ratios, key=lambda r: abs(np.log(max(r, 1e-12))))
     least, most = TORQUE_ALONE if log.draw_works is None and log.standpipe_pressure is None else TORQUE
-    return Expected("reaches", ratio * by_file[0], by_file[0], least * by_file[0], most * by_file[0])
+    return ExpectedLevel("reaches", ratio * by_file[0], by_file[0], least * by_file[0], most * by_file[0])
 
 
 def _sizes(values: Array) -> tuple[float, float]:
@@ -115,8 +115,8 @@ def _sizes(values: Array) -> tuple[float, float]:
     return float(np.quantile(np.abs(values), 0.95)), float(high - low)
 
 
-def off_bottom(log: RigLog, rig: Rig) -> Rig:
+def rig_off_bottom(log: RigLog, rig: Rig) -> Rig:
     """The rig with rock that takes no weight where the log holds neither drawworks nor standpipe pressure."""
     if log.draw_works is not None or log.standpipe_pressure is not None:
         return rig
-    return replace(rig, bit=replace(rig.bit, depth_of_cut_stiffness=NO_ROCK))
+    return replace(rig, bit=replace(rig.bit, depth_of_cut_stiffness=OFF_BOTTOM_STIFFNESS))

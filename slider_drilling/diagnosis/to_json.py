@@ -8,7 +8,7 @@ from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any
 
 from slider_drilling import __version__
-from slider_drilling.diagnosis.outcome import Candidate, Gap
+from slider_drilling.diagnosis.result import Gap, RankedEffect
 
 if TYPE_CHECKING:
     from slider_drilling.diagnosis.diagnose import Diagnosis
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 SCHEMA = "slider_drilling/diagnosis/2"
 
 
-def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
+def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
     """The tree of diagnosis.json: SI and rad, null for what is not known; docs/diagnose.md has every key."""
     outcome, logs = diagnosis.outcome, diagnosis.logs
     tree = {
         "schema": SCHEMA,
         "version": __version__,
         "log": logs[0] if len(logs) == 1 else list(logs),
-        "rig": diagnosis.origin,
+        "rig": diagnosis.rig_source,
         "verdict": outcome.verdict,
         "driller": diagnosis.driller,
         "sentence": diagnosis.sentence,
@@ -49,9 +49,9 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
     return plain
 
 
-def _candidate(entry: Candidate) -> dict[str, Any]:
+def _candidate(entry: RankedEffect) -> dict[str, Any]:
     """With the parameters' short names: the effect's own is beside them."""
-    tree = {field.name: getattr(entry, field.name) for field in fields(Candidate)}
+    tree = {field.name: getattr(entry, field.name) for field in fields(RankedEffect)}
     tree["parameters"] = {name.rpartition(".")[2]: fitted for name, fitted in entry.parameters.items()}
     return tree
 

@@ -9,16 +9,16 @@ import numpy as np
 
 from slider_drilling.diagnosis.catalogue import ANY_WAVE_S, aging_with_memory, catalogue
 from slider_drilling.diagnosis.drill_string import MESHES, DrillString, depth_probes
-from slider_drilling.diagnosis.driven import Driven, driven_by
 from slider_drilling.diagnosis.nuisance import nuisance_parameters, run_parameters
 from slider_drilling.diagnosis.replay import measured_channels
+from slider_drilling.diagnosis.run_inputs import RunInputs, read_run_inputs
 from slider_drilling.diagnosis.user_effects import UserEffect, guarded, try_effects
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Array, Run
 from slider_drilling.gap.problem.lines import BY_CHANCE, evenly, stands_out
 from slider_drilling.log import RigLog
-from slider_drilling.log_checks.expected import NO_ROCK
-from slider_drilling.log_checks.usable import unusable
+from slider_drilling.log_checks.channel_usable import why_unusable
+from slider_drilling.log_checks.expected_levels import OFF_BOTTOM_STIFFNESS
 from slider_drilling.log_inputs.reconstruct_pump import slower
 from slider_drilling.rig import Rig
 
@@ -32,14 +32,14 @@ STICK_SLIP = ("torque_at_motor", "stribeck", "static_aging")
 
 
 @dataclass(frozen=True)
-class Prepared:
+class PreparedModel:
     """A model of the logs and what to tell the user about them."""
 
     model: DrillString
     remarks: tuple[str, ...]
 
 
-def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect] = ()) -> Prepared:
+def build_model(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect] = ()) -> PreparedModel:
     """Model several logs of one rig.
 
     Raises InputError when a log holds no top-drive motion or no channel that can be used.
@@ -47,9 +47,9 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
     remarks: list[str] = []
     off_bottom = all(log.draw_works is None and log.standpipe_pressure is None for log in logs)
     if off_bottom:
-        rig = replace(rig, bit=replace(rig.bit, depth_of_cut_stiffness=NO_ROCK))
+        rig = replace(rig, bit=replace(rig.bit, depth_of_cut_stiffness=OFF_BOTTOM_STIFFNESS))
         remarks.append("neither drawworks nor standpipe pressure in the log: taken as off bottom")
-    driven = [driven_by(log, rig, remarks) for log in logs]
+    driven = [read_run_inputs(log, rig, remarks) for log in logs]
     runs = [run_of(log, rig, own, remarks) for log, own in zip(logs, driven, strict=True)]
     names = sorted({channel.name for run in runs for channel in run.channels})
     if not names:
@@ -74,7 +74,7 @@ def prepare(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect]
         (*effects, *(user.effect for user in user_effects)), users, depth_probes(length),
         STICK_SLIP if alone else (), MESHES,
     )  # fmt: skip
-    return Prepared(model, tuple(remarks))
+    return PreparedModel(model, tuple(remarks))
 
 
 def _torque_interval(runs: Sequence[Run]) -> float:
@@ -101,7 +101,7 @@ def _can_be_seen(effect: str, channels: Sequence[str], off_bottom: bool) -> bool
     return True
 
 
-def run_of(log: RigLog, rig: Rig, driven: Driven, remarks: list[str]) -> Run:
+def run_of(log: RigLog, rig: Rig, driven: RunInputs, remarks: list[str]) -> Run:
     """The log's channels that can be used; those that cannot are named in the remarks."""
     commands = driven.commands
     channels = []
@@ -110,7 +110,7 @@ def run_of(log: RigLog, rig: Rig, driven: Driven, remarks: list[str]) -> Run:
         if name == "standpipe_pressure" and driven.flow_steps is not None:
             kept &= ~slower(channel.time, channel.measured, rig)
         channel = replace(channel, time=channel.time[kept], measured=channel.measured[kept])
-        why = unusable(channel)
+        why = why_unusable(channel)
         if why is None:
             channels.append(channel)
         else:

@@ -6,7 +6,7 @@ import numpy as np
 
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import Array, JointSeries, ScalarSeries
-from slider_drilling.log_checks.finding import Finding
+from slider_drilling.log_checks.issue import LogIssue
 from slider_drilling.rig import Rig
 
 # A gap is this many intervals long, or this many seconds where samples are dense.
@@ -18,7 +18,7 @@ _SLOW = 0.5  # of the declared rate
 _DROPPED = 1.5  # intervals
 
 
-def look_at_clock(log: RigLog, rig: Rig) -> list[Finding]:
+def check_time_stamps(log: RigLog, rig: Rig) -> list[LogIssue]:
     """Every finding about the stamps of the surface channels."""
     series = surface_series(log)
     found = [why for name, own in series.items() if (why := _stamps(name, own.time))]
@@ -43,17 +43,17 @@ def surface_series(log: RigLog) -> dict[str, JointSeries | ScalarSeries]:
     return {name: own for name, own in named.items() if own is not None and own.time.size > 1}
 
 
-def _stamps(name: str, time: Array) -> Finding | None:
+def _stamps(name: str, time: Array) -> LogIssue | None:
     if not np.isfinite(time).all():
-        return Finding("refuse", "clock", f"{name}: {np.count_nonzero(~np.isfinite(time))} stamps are no numbers")
+        return LogIssue("unusable", "clock", f"{name}: {np.count_nonzero(~np.isfinite(time))} stamps are no numbers")
     back = int(np.count_nonzero(np.diff(time) <= 0.0))
     if back == 0:
         return None
     at = float(time[np.flatnonzero(np.diff(time) <= 0.0)[0]])
-    return Finding("refuse", "clock", f"{name}: stamps do not ascend at {back} places, first after {at:.2f} s")
+    return LogIssue("unusable", "clock", f"{name}: stamps do not ascend at {back} places, first after {at:.2f} s")
 
 
-def _jump(name: str, time: Array, arrival: Array) -> list[Finding]:
+def _jump(name: str, time: Array, arrival: Array) -> list[LogIssue]:
     """A stamp that leaps while the recorder's own clock goes on: the rig's clock was set during the log."""
     if arrival.shape != time.shape or not np.isfinite(arrival).all():
         return []
@@ -67,16 +67,16 @@ def _jump(name: str, time: Array, arrival: Array) -> list[Finding]:
         f"{name}: stamps leap by {leap[at]:+.1f} s at {time[at]:.1f} s while the recorder's clock goes on: "
         "a clock was set; use the log before or after that"
     )
-    return [Finding("refuse", "clock", text)]
+    return [LogIssue("unusable", "clock", text)]
 
 
-def _alike(notes: dict[str, str | None]) -> list[Finding]:
+def _alike(notes: dict[str, str | None]) -> list[LogIssue]:
     """One note for the channels of which the same is to be said: as a rule they were logged together."""
     together: dict[str, list[str]] = {}
     for name, text in notes.items():
         if text is not None:
             together.setdefault(text, []).append(name)
-    return [Finding("note", names[0], f"{', '.join(names)}: {text}") for text, names in together.items()]
+    return [LogIssue("note", names[0], f"{', '.join(names)}: {text}") for text, names in together.items()]
 
 
 def _dropped(time: Array) -> str | None:
@@ -103,7 +103,7 @@ def _rate(time: Array, declared: float) -> str | None:
     )
 
 
-def _unknown_motion(log: RigLog) -> list[Finding]:
+def _unknown_motion(log: RigLog) -> list[LogIssue]:
     """Gaps of the top drive through which it turned: what drives the simulation is made up there."""
     drive = log.top_drive
     if drive is None or drive.time.size < 2 or not np.isfinite(drive.position).any():
@@ -124,10 +124,10 @@ def _unknown_motion(log: RigLog) -> list[Finding]:
         f"{time[worst]:.1f} s: its motion there is not known"
     )
     share = unknown / float(time[-1] - time[0])
-    return [Finding("stop" if share > _MOST_UNKNOWN else "note", "top_drive", text)]
+    return [LogIssue("uninformative" if share > _MOST_UNKNOWN else "note", "top_drive", text)]
 
 
-def _coverage(series: dict[str, JointSeries | ScalarSeries]) -> list[Finding]:
+def _coverage(series: dict[str, JointSeries | ScalarSeries]) -> list[LogIssue]:
     """Channels that hold only part of the time that the top drive was logged."""
     if "top_drive" not in series:
         return []
@@ -136,5 +136,5 @@ def _coverage(series: dict[str, JointSeries | ScalarSeries]) -> list[Finding]:
     for name, own in series.items():
         inside = max(min(own.time[-1], end) - max(own.time[0], begin), 0.0) / max(end - begin, 1e-9)
         if inside < 0.9:
-            found.append(Finding("note", name, f"{name}: covers {100.0 * inside:.0f} % of the top drive's log"))
+            found.append(LogIssue("note", name, f"{name}: covers {100.0 * inside:.0f} % of the top drive's log"))
     return found

@@ -43,9 +43,7 @@ def disturbances(
     return found
 
 
-def _friction(
-    values: Values, probes: Sequence[tuple[Parameter, float, float]], duration: float
-) -> list[Disturbance]:
+def _friction(values: Values, probes: Sequence[tuple[Parameter, float, float]], duration: float) -> list[Disturbance]:
     """Over depth, time, the pipe's angle, slip speed, and rest."""
     depths = [0.5 * (low + high) for _, low, high in probes]
     by_depth = ("cuttings_bed", "tortuosity", "buckling_contact")

@@ -7,18 +7,18 @@ import math
 import numpy as np
 import pytest
 
-from slider_drilling.diagnosis import words
+from slider_drilling.diagnosis import sentences
 from slider_drilling.diagnosis.catalogue import catalogue, spoken
+from slider_drilling.diagnosis.describe_curve import describe_curve
+from slider_drilling.diagnosis.effect_phrases import effect_phrase
 from slider_drilling.diagnosis.figures import shape
-from slider_drilling.diagnosis.outcome import Candidate, Fitted, Shape
-from slider_drilling.diagnosis.phrases import phrase
-from slider_drilling.diagnosis.shapes import shape_in_words
+from slider_drilling.diagnosis.result import FittedParameter, RankedEffect, ResidualShape
 
 
 @pytest.mark.parametrize("effect", catalogue(3000.0, 400.0), ids=lambda effect: effect.name)
 def test_every_effect_has_words_of_its_own(effect):
     told = spoken(effect.values(effect.scan[0]), 3000.0)
-    text = phrase(effect.name, {name.rpartition(".")[2]: value for name, value in told.items()})
+    text = effect_phrase(effect.name, {name.rpartition(".")[2]: value for name, value in told.items()})
     assert text[0].isupper()
     assert "_" not in text
     assert not text.startswith(effect.name.replace("_", " ").capitalize() + " (")
@@ -39,19 +39,22 @@ def test_every_effect_has_words_of_its_own(effect):
     ],
 )  # fmt: skip
 def test_phrases_state_sign_size_and_unit(effect, values, says):
-    assert says in phrase(effect, values)
+    assert says in effect_phrase(effect, values)
 
 
 @pytest.mark.parametrize("effect", catalogue(3000.0, 400.0), ids=lambda effect: effect.name)
 def test_what_a_log_does_not_tell_of_an_effect_is_left_out_of_its_words(effect):
     told = spoken(effect.values(effect.scan[0]), 3000.0)
     amplitude = next(iter(told))
-    fitted = {name: Fitted(value, "-", 0.0, None if name == amplitude else (0.0, 10.0)) for name, value in told.items()}
-    named = Candidate(effect.name, effect.site, True, True, (), None, None, fitted, ())
-    text = words._named(named)
+    fitted = {
+        name: FittedParameter(value, "-", 0.0, None if name == amplitude else (0.0, 10.0))
+        for name, value in told.items()
+    }
+    named = RankedEffect(effect.name, effect.site, True, True, (), None, None, fitted, ())
+    text = sentences._named(named)
     assert text[0].isupper()
     if effect.name != "cuttings_bed":
-        assert text == phrase(effect.name, {amplitude.rpartition(".")[2]: told[amplitude]})
+        assert text == effect_phrase(effect.name, {amplitude.rpartition(".")[2]: told[amplitude]})
 
 
 @pytest.mark.parametrize(
@@ -67,30 +70,32 @@ def test_what_a_log_does_not_tell_of_an_effect_is_left_out_of_its_words(effect):
 )
 def test_the_shape_of_an_unknown_is_told_with_its_numbers_and_units(x_unit, y_unit, curve, says):
     x = np.linspace(0.0, 400.0, 8)
-    told = shape_in_words("reading off", x, x_unit, curve(x), y_unit)
+    told = describe_curve("reading off", x, x_unit, curve(x), y_unit)
     assert told.startswith("reading off")
     assert says in told
 
 
 @pytest.mark.parametrize(("y", "says"), [(0.24, "by 24 %"), (-0.5, "by -50 %"), (9.0, "by a factor of 10")])
 def test_a_shape_of_one_number_is_a_sentence_and_no_empty_picture(y, says):
-    told = shape_in_words("contact that gives way", np.zeros(1), "-", np.array([y]), "-")
+    told = describe_curve("contact that gives way", np.zeros(1), "-", np.array([y]), "-")
     assert told == f"contact that gives way, {says}"
-    shown = shape(Shape("unknown", told, "all of it, -", "contact that gives way, -", np.zeros(1), np.array([y])))
+    shown = shape(
+        ResidualShape("unknown", told, "all of it, -", "contact that gives way, -", np.zeros(1), np.array([y]))
+    )
     assert shown == f"What the unknown looks like: {told}."
 
 
 def test_a_drift_known_by_its_ends_is_told_by_its_rate():
     words = "pressure off by an amount that drifts with time"
-    told = shape_in_words(words, np.array([0.0, 120.0]), "s", np.array([1e4, -3.9e5]), "Pa")
+    told = describe_curve(words, np.array([0.0, 120.0]), "s", np.array([1e4, -3.9e5]), "Pa")
     assert told == f"{words}: falls by 2.0 bar a minute"
 
 
 def test_the_picture_of_a_shape_has_the_units_of_its_words():
     time, lost = np.array([0.0, 60.0, 120.0]), np.array([0.0, 2e5, 4e5])
-    told = shape_in_words("pressure off by an amount that follows time", time, "s", lost, "Pa")
+    told = describe_curve("pressure off by an amount that follows time", time, "s", lost, "Pa")
     assert told.endswith("rises by 2.0 bar a minute")
-    drawn = shape(Shape("rest", told, "time, s", "pressure off, Pa", time, lost))
+    drawn = shape(ResidualShape("rest", told, "time, s", "pressure off, Pa", time, lost))
     (panel,) = drawn.panels
     assert (drawn.x, panel.y) == ("time, s", "pressure off, bar")
     np.testing.assert_allclose(panel.marks[0].y, [0.0, 2.0, 4.0])

@@ -12,7 +12,7 @@ _SATURATED = 0.02
 _LEAST_SAMPLES = 12
 
 
-def unusable(channel: Channel) -> str | None:
+def why_unusable(channel: Channel) -> str | None:
     """Why a channel cannot be used, None when it can."""
     values = channel.measured
     if values.size < _LEAST_SAMPLES:

@@ -13,7 +13,7 @@ from slider_drilling.rig import Rig
 
 
 @dataclass(frozen=True)
-class Driven:
+class RunInputs:
     """commands: what moved the rig; acceleration: (n,) rad/s2 of the top drive, None where commands have no noise;
     start: what the run begins with, before anything is fitted; flow_steps: s at which the flow may have changed unseen,
     None where the pump was logged; lowered: whether nobody logged the block; begin: s from which the run is compared.
@@ -27,7 +27,7 @@ class Driven:
     begin: float = 0.0
 
 
-def driven_by(log: RigLog, rig: Rig, remarks: list[str]) -> Driven:
+def read_run_inputs(log: RigLog, rig: Rig, remarks: list[str]) -> RunInputs:
     """How this log drove the rig; what it does not hold and how that is made up for is added to the remarks."""
     driven = commands_from_log(log, rig)
     said = [*driven.assumed]
@@ -42,4 +42,4 @@ def driven_by(log: RigLog, rig: Rig, remarks: list[str]) -> Driven:
             f"{begin:.1f} s is left out"
         )
     remarks += [f"{log.source}: {sentence}" for sentence in said]
-    return Driven(driven.commands, driven.acceleration, start, driven.flow_steps, driven.lowered, begin)
+    return RunInputs(driven.commands, driven.acceleration, start, driven.flow_steps, driven.lowered, begin)

@@ -15,7 +15,7 @@ Interval = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Fitted:
+class FittedParameter:
     """A parameter that was fitted. interval: 95 %."""
 
     value: float
@@ -25,7 +25,7 @@ class Fitted:
 
 
 @dataclass(frozen=True)
-class Floor:
+class ChannelNoise:
     """The noise of a channel as the log shows it (value) and as the rig file declares it, one standard deviation.
 
     white: whether what is called noise is white; excess: what lies above the declared noise and is treated as gap.
@@ -40,7 +40,7 @@ class Floor:
 
 
 @dataclass(frozen=True)
-class Errors:
+class ChannelErrors:
     """RMS difference of measured and simulated, held out where parameters were fitted."""
 
     unit: str
@@ -64,13 +64,13 @@ class Gap:
     closed: float | None = None
     closed_interval: Interval | None = None
     threshold: float | None = None
-    noise_floor: Mapping[str, Floor] = field(default_factory=dict)
-    rms: Mapping[str, Errors] = field(default_factory=dict)
+    noise_floor: Mapping[str, ChannelNoise] = field(default_factory=dict)
+    rms: Mapping[str, ChannelErrors] = field(default_factory=dict)
     stand_out: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
-class Share:
+class ClosedShare:
     """A share of the gap that is closed. interval: 95 %, None where that says nothing."""
 
     closed: float
@@ -78,7 +78,7 @@ class Share:
 
 
 @dataclass(frozen=True)
-class Candidate:
+class RankedEffect:
     """One effect of the ranking.
 
     passed: it passed the tests of a single effect; in_answer: the verdict rests on it; why_not: why it does not.
@@ -95,9 +95,9 @@ class Candidate:
     why_not: tuple[str, ...]
     closed: float | None
     interval: Interval | None
-    parameters: Mapping[str, Fitted]
+    parameters: Mapping[str, FittedParameter]
     group: tuple[str, ...]
-    other_runs: Share | None = None
+    other_runs: ClosedShare | None = None
     together: tuple[str, ...] = ()
     beside: tuple[str, ...] = ()
 
@@ -106,7 +106,7 @@ ShapeOf = Literal["unknown", "alternative", "rest"]
 
 
 @dataclass(frozen=True)
-class Shape:
+class ResidualShape:
     """A disturbance without a law: in words, and as a curve y (n,) over x (n,). of: what it is the shape of, the
     unknown, an alternative that explains as much as the effects that are named, or the rest that they leave.
     """
@@ -143,7 +143,7 @@ class NextManoeuvre:
 
 
 @dataclass(frozen=True)
-class Trace:
+class ChannelTrace:
     """A channel of a run, (n,) each: measured, and simulated in one go by each stage's parameters.
 
     fitted_until: s, where what was fitted ends; None where all of it was.
@@ -160,7 +160,7 @@ class Trace:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Everything that was found; see `slider_drilling.diagnosis.words` for it in sentences.
+    """Everything that was found; see `slider_drilling.diagnosis.sentences` for it in sentences.
 
     instead: effects, likeliest first, that a re-tuning which was enough, but went far from the file, may stand for;
     horizon: s by channel, how far ahead the model foretells it; foretold: channels that it foretells to the end.
@@ -173,18 +173,18 @@ class Outcome:
     partial: bool = False
     gap: Gap | None = None
     where: Where | None = None
-    shape: Shape | None = None
-    ranking: tuple[Candidate, ...] = ()
+    shape: ResidualShape | None = None
+    ranking: tuple[RankedEffect, ...] = ()
     next_manoeuvre: NextManoeuvre | None = None
-    tuned_parameters: Mapping[str, Fitted] = field(default_factory=dict)
+    tuned_parameters: Mapping[str, FittedParameter] = field(default_factory=dict)
     horizon: Mapping[str, float] | None = None
     foretold: tuple[str, ...] = ()
     counts: Mapping[str, int] | None = None
     remarks: tuple[str, ...] = ()
     simulated: Mapping[str, Any] | None = None
-    traces: tuple[Trace, ...] = field(default=(), repr=False)
+    traces: tuple[ChannelTrace, ...] = field(default=(), repr=False)
     runtime: float = 0.0
 
-    def candidate(self, effect: str) -> Candidate | None:
+    def candidate(self, effect: str) -> RankedEffect | None:
         """The ranking's entry of an effect."""
         return next((one for one in self.ranking if one.effect == effect), None)

@@ -7,13 +7,13 @@ from typing import Literal
 
 # refuse: the log, or the log with this rig file, cannot be used before somebody mends it.
 # stop: nothing is wrong, but no fit could say anything. note: the diagnosis goes on, the reader should know.
-Weight = Literal["refuse", "stop", "note"]
+Severity = Literal["unusable", "uninformative", "note"]
 
 
 @dataclass(frozen=True)
-class Finding:
+class LogIssue:
     """channel: of the log (`standpipe_pressure`, ...), or `clock`; text: one sentence without its full stop."""
 
-    weight: Weight
+    severity: Severity
     channel: str
     text: str

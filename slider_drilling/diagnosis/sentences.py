@@ -5,8 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from slider_drilling.diagnosis.outcome import Candidate, Errors, Fitted, Gap, Interval, Outcome, Shape, Share
-from slider_drilling.diagnosis.phrases import SITES, as_read, phrase, shown
+from slider_drilling.diagnosis.effect_phrases import SITES, display_unit, effect_phrase, format_quantity
+from slider_drilling.diagnosis.result import (
+    ChannelErrors,
+    ClosedShare,
+    FittedParameter,
+    Gap,
+    Interval,
+    Outcome,
+    RankedEffect,
+    ResidualShape,
+)
 from slider_drilling.gap.answer.sentence import but_not_noise
 from slider_drilling.units import number
 
@@ -24,7 +33,7 @@ _PLAIN = {
 }
 
 
-def plain(name: str) -> str:
+def plain_name(name: str) -> str:
     """A channel's or parameter's name as it is spoken."""
     return _PLAIN.get(name, name.replace("_", " "))
 
@@ -51,7 +60,7 @@ def _found(outcome: Outcome, gap: Gap) -> str:
     if outcome.verdict == "effect_and_unknown":
         text = f"It acts as if {_lower(text)}"
     falls = _falls(gap)
-    text += f"; with that in, {falls}{' and ' if falls else ''}{share_in_words(gap.closed, gap.closed_interval)}."
+    text += f"; with that in, {falls}{' and ' if falls else ''}{closed_in_words(gap.closed, gap.closed_interval)}."
     return text + (f" {_beside(outcome, gap)}" if outcome.verdict == "effect_and_unknown" else "")
 
 
@@ -61,7 +70,7 @@ def _beside(outcome: Outcome, gap: Gap) -> str:
     if shape is not None and shape.of == "alternative":
         return f"Something else would explain as much: {shape.words}."
     rest = _largest(gap, "with_effect")
-    where = f", most of it in {plain(rest)}" if rest else ""
+    where = f", most of it in {plain_name(rest)}" if rest else ""
     like = f"; it looks like this: {shape.words}" if shape is not None else ""
     return f"Something that no known effect explains remains{where}{like}."
 
@@ -73,28 +82,32 @@ def _falls(gap: Gap) -> str:
         return ""
     name, errors = channel
     assert errors.tuned is not None and errors.with_effect is not None
-    before, after = shown(errors.tuned, errors.unit, 2), shown(errors.with_effect, errors.unit, 2)
-    return "" if before == after else f"{plain(name)} error falls from {_amount(errors.tuned, errors.unit)} to {after}"
+    before, after = format_quantity(errors.tuned, errors.unit, 2), format_quantity(errors.with_effect, errors.unit, 2)
+    return (
+        ""
+        if before == after
+        else f"{plain_name(name)} error falls from {_amount(errors.tuned, errors.unit)} to {after}"
+    )
 
 
 def _lower(clause: str) -> str:
     return clause[:1].lower() + clause[1:]
 
 
-def _named(candidate: Candidate) -> str:
+def _named(candidate: RankedEffect) -> str:
     amplitude = next(iter(candidate.parameters), "")
     values = {
         name.rpartition(".")[2]: fitted.value for name, fitted in candidate.parameters.items()
         if name == amplitude or candidate.effect in _PLACED or _is_known(fitted)
     }  # fmt: skip
-    text = phrase(candidate.effect, values)
+    text = effect_phrase(candidate.effect, values)
     if candidate.group:
-        rivals = " or ".join(plain(name) for name in candidate.group)
+        rivals = " or ".join(plain_name(name) for name in candidate.group)
         text += f" (or {rivals}: this log cannot tell them apart)"
     return text
 
 
-def _is_known(fitted: Fitted) -> bool:
+def _is_known(fitted: FittedParameter) -> bool:
     """Whether a log tells a value: what may as well be several times as much, or nothing, is not worth a word."""
     if fitted.interval is None:
         return True
@@ -102,7 +115,7 @@ def _is_known(fitted: Fitted) -> bool:
     return fitted.interval[0] * fitted.interval[1] > 0.0 and high <= _KNOWN * low
 
 
-def share_in_words(closed: float | None, interval: Interval | None) -> str:
+def closed_in_words(closed: float | None, interval: Interval | None) -> str:
     """The share of the gap that is closed, where it is one."""
     if closed is None:
         return "the gap shrinks, by how much of it cannot be said"
@@ -112,7 +125,7 @@ def share_in_words(closed: float | None, interval: Interval | None) -> str:
     return f"{100.0 * closed:.0f} %{span} of the gap is closed"
 
 
-def share(found: Candidate | Share | None) -> str:
+def format_share(found: RankedEffect | ClosedShare | None) -> str:
     """The share of the gap that is closed with its interval, "-" where that says nothing."""
     if found is None or found.closed is None:
         return "-"
@@ -120,7 +133,7 @@ def share(found: Candidate | Share | None) -> str:
     return f"{found.closed:.2f}{span}"
 
 
-def closes_heads(ranking: Sequence[Candidate]) -> tuple[str, ...]:
+def share_headers(ranking: Sequence[RankedEffect]) -> tuple[str, ...]:
     """Heads of the shares of a ranking: also of what a fit to other runs closes where that was asked, and of what gap
     these are shares where one was found before another.
     """
@@ -132,34 +145,38 @@ def closes_heads(ranking: Sequence[Candidate]) -> tuple[str, ...]:
     return tuple(heads)
 
 
-def closes_cells(candidate: Candidate, heads: Sequence[str]) -> tuple[str, ...]:
+def share_cells(candidate: RankedEffect, heads: Sequence[str]) -> tuple[str, ...]:
     """The shares below those heads."""
-    cells = {_CLOSES: share(candidate), _UNSEEN: share(candidate.other_runs), _LEFT_BY: _left_by(candidate)}
+    cells = {
+        _CLOSES: format_share(candidate),
+        _UNSEEN: format_share(candidate.other_runs),
+        _LEFT_BY: _left_by(candidate),
+    }
     return tuple(cells[head] for head in heads)
 
 
-def _left_by(candidate: Candidate) -> str:
+def _left_by(candidate: RankedEffect) -> str:
     """What left the gap of which a candidate closes a share: re-tuning, or what had been found before it."""
-    return ", ".join(plain(name) for name in candidate.beside) or "re-tuning"
+    return ", ".join(plain_name(name) for name in candidate.beside) or "re-tuning"
 
 
-def limits(outcome: Outcome) -> list[str]:
+def prediction_horizon(outcome: Outcome) -> list[str]:
     """What the answer does not reach: how far ahead the model foretells."""
     lost = [name for name in outcome.horizon or {} if name not in outcome.foretold]
     found = []
     if lost:
         assert outcome.horizon is not None
-        ahead = ", ".join(f"{plain(name)} {outcome.horizon[name]:.0f} s" for name in lost)
+        ahead = ", ".join(f"{plain_name(name)} {outcome.horizon[name]:.0f} s" for name in lost)
         found.append(
             f"The model foretells so far ahead before its error is as large as the channel's own spread: {ahead}."
         )
     if outcome.foretold:
-        channels = ", ".join(plain(name) for name in outcome.foretold)
+        channels = ", ".join(plain_name(name) for name in outcome.foretold)
         found.append(f"To the end of the log the model's error stays below the channel's own spread: {channels}.")
     return found
 
 
-def fitted_and_not(outcome: Outcome) -> tuple[list[Candidate], str]:
+def fitted_and_others(outcome: Outcome) -> tuple[list[RankedEffect], str]:
     """The candidates of the ranking that were fitted, and why the others were not, "" where there are none."""
     fitted = [one for one in outcome.ranking if one.parameters]
     others: dict[str, list[str]] = {}
@@ -169,7 +186,7 @@ def fitted_and_not(outcome: Outcome) -> tuple[list[Candidate], str]:
     return fitted, " ".join(f"{', '.join(names)}: {why}." for why, names in others.items())
 
 
-def standing(candidate: Candidate) -> str:
+def candidate_status(candidate: RankedEffect) -> str:
     """What became of a candidate: in the answer, passed but not in it, or why not."""
     if candidate.in_answer:
         return _in_the_answer(candidate)
@@ -177,7 +194,7 @@ def standing(candidate: Candidate) -> str:
     return f"passed, not in the answer: {why}" if candidate.passed and why else "passed" if candidate.passed else why
 
 
-def standing_by_number(candidate: Candidate, reasons: Sequence[str]) -> str:
+def candidate_status_by_number(candidate: RankedEffect, reasons: Sequence[str]) -> str:
     """The same where there is little room, with the numbers of the reasons in their list."""
     if candidate.in_answer:
         return _in_the_answer(candidate)
@@ -185,8 +202,8 @@ def standing_by_number(candidate: Candidate, reasons: Sequence[str]) -> str:
     return f"{'passed' if candidate.passed else 'not'} {why}".rstrip()
 
 
-def _in_the_answer(candidate: Candidate) -> str:
-    others = " and ".join(plain(name) for name in candidate.together)
+def _in_the_answer(candidate: RankedEffect) -> str:
+    others = " and ".join(plain_name(name) for name in candidate.together)
     return f"in the answer, together with {others}" if others else "in the answer"
 
 
@@ -196,7 +213,7 @@ def _unknown(outcome: Outcome, gap: Gap) -> str:
     if channel is not None:
         errors = gap.rms[channel]
         assert errors.tuned is not None
-        text += f" ({shown(errors.tuned, errors.unit, 2)} of {plain(channel)})"
+        text += f" ({format_quantity(errors.tuned, errors.unit, 2)} of {plain_name(channel)})"
     if outcome.site is not None:
         text += f"; most of it points at {SITES.get(outcome.site, outcome.site)}"
     if outcome.shape is not None:
@@ -214,7 +231,7 @@ def _tuned(outcome: Outcome) -> str:
     most = sorted(moved, key=lambda name: -abs(moved[name] - 1.0))[:_MOST_TUNED]
     if not most:
         return ""
-    return ": " + ", ".join(f"{plain(name)} is {number(moved[name])} times the file's" for name in most)
+    return ": " + ", ".join(f"{plain_name(name)} is {number(moved[name])} times the file's" for name in most)
 
 
 def _instead(outcome: Outcome) -> str:
@@ -237,7 +254,7 @@ def _as_near(gap: Gap) -> str:
     )
 
 
-def _most_improved(gap: Gap) -> tuple[str, Errors] | None:
+def _most_improved(gap: Gap) -> tuple[str, ChannelErrors] | None:
     """The channel whose error falls most in noise floors, None where none falls."""
     fall: dict[str, float] = {}
     for name, errors in gap.rms.items():
@@ -259,7 +276,7 @@ def _largest(gap: Gap, stage: str) -> str | None:
 
 def _amount(value: float, unit: str) -> str:
     """The number alone: its unit follows with the next one."""
-    return shown(value, unit, 2).removesuffix(f" {as_read(unit)[0]}")
+    return format_quantity(value, unit, 2).removesuffix(f" {display_unit(unit)[0]}")
 
 
 def sentence(outcome: Outcome) -> str:
@@ -272,7 +289,7 @@ def sentence(outcome: Outcome) -> str:
     if gap.threshold is not None:
         figures += f"; noise alone stays below {gap.threshold:.2f}"
         left = next((value for value in (gap.with_effect, gap.tuned) if value is not None), math.inf)
-        figures += but_not_noise(outcome.verdict, left, gap.threshold, [plain(name) for name in gap.stand_out])
+        figures += but_not_noise(outcome.verdict, left, gap.threshold, [plain_name(name) for name in gap.stand_out])
     if outcome.verdict == "none":
         return f"none: the rig file as given leaves what noise would ({figures})."
     if outcome.verdict == "parameters":
@@ -291,12 +308,12 @@ def sentence(outcome: Outcome) -> str:
     return f"{outcome.verdict}: {names}{closes} ({figures}){end}."
 
 
-def _rest(shape: Shape | None) -> str:
+def _rest(shape: ResidualShape | None) -> str:
     if shape is not None and shape.of == "alternative":
         return f"{shape.words}: explains as much"
     return "something structured remains" + ("" if shape is None else f": {shape.words}")
 
 
-def _with_rivals(candidate: Candidate | None, name: str) -> str:
+def _with_rivals(candidate: RankedEffect | None, name: str) -> str:
     rivals: Sequence[str] = () if candidate is None else candidate.group
     return name + (f" (or {', '.join(rivals)}: not told apart)" if rivals else "")

@@ -10,7 +10,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import Array, JointSeries
-from slider_drilling.log_checks.finding import Finding
+from slider_drilling.log_checks.issue import LogIssue
 from slider_drilling.log_inputs.drives_from_log import unfilled
 from slider_drilling.log_inputs.fuse_position_and_speed import rounding_step
 from slider_drilling.rig import Rig
@@ -42,33 +42,33 @@ _BLOCK = _Axis(
 )  # fmt: skip
 
 
-def look_at_motion(log: RigLog, rig: Rig) -> list[Finding]:
+def check_position_and_speed(log: RigLog, rig: Rig) -> list[LogIssue]:
     """Units and signs of position against speed, speeds beyond the drive's limit, angles that step."""
     drive = log.top_drive
     if drive is None:
         return []
     disagreement = _disagreement(drive, _DRIVE)
     if disagreement is not None:
-        return [Finding("refuse", "top_drive", disagreement)]
+        return [LogIssue("unusable", "top_drive", disagreement)]
     stepped = _steps(*_slope_and_speed(drive), rig)
     if stepped is not None:
-        return [Finding("refuse", "top_drive", stepped)]
+        return [LogIssue("unusable", "top_drive", stepped)]
     found = [*_unfilled(drive, _DRIVE, "top_drive"), *_too_fast(drive, rig)]
     if log.draw_works is not None:
         found += _unfilled(log.draw_works, _BLOCK, "draw_works")
         disagreement = _disagreement(log.draw_works, _BLOCK)
-        found += [Finding("refuse", "draw_works", disagreement)] if disagreement is not None else []
+        found += [LogIssue("unusable", "draw_works", disagreement)] if disagreement is not None else []
     return found
 
 
-def _unfilled(series: JointSeries, axis: _Axis, channel: str) -> list[Finding]:
+def _unfilled(series: JointSeries, axis: _Axis, channel: str) -> list[LogIssue]:
     """A note of a position or a speed that is zero throughout and taken from the other."""
     empty = unfilled(series)
     if empty is None:
         return []
     words = ("speed", axis.position) if empty == "velocity" else (axis.position, "speed")
     text = f"{axis.name}'s {words[0]} is zero throughout, its {words[1]} is not: it is taken from the {words[1]}"
-    return [Finding("note", channel, text)]
+    return [LogIssue("note", channel, text)]
 
 
 def _slope_and_speed(series: JointSeries, coarse: bool = False) -> tuple[Array, Array, Array]:
@@ -127,7 +127,7 @@ def _steps(time: Array, slope: Array, speed: Array, rig: Rig) -> str | None:
     )
 
 
-def _too_fast(drive: JointSeries, rig: Rig) -> list[Finding]:
+def _too_fast(drive: JointSeries, rig: Rig) -> list[LogIssue]:
     speeds = drive.velocity[np.isfinite(drive.velocity)]
     known = np.isfinite(drive.position)
     if speeds.size == 0 and np.count_nonzero(known) > 2:
@@ -140,4 +140,4 @@ def _too_fast(drive: JointSeries, rig: Rig) -> list[Finding]:
     units = [name for name, si in _DRIVE.speeds.items() if fastest * si <= limit]
     looks = f"; it looks like {' or '.join(units)}" if units else ""
     text = f"the top drive turns at {fastest:.4g} rad/s, the rig file's top_drive.max_speed is {limit:g} rad/s{looks}"
-    return [Finding("refuse", "top_drive", text)]
+    return [LogIssue("unusable", "top_drive", text)]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slider_drilling.log.series import Array, RigLog
-from slider_drilling.log_checks.finding import Finding
+from slider_drilling.log_checks.issue import LogIssue
 
 # Renewals that say whether a column is held between them, and how many of these may follow upon one another at once.
 _FEWEST, _AT_ONCE = 20, 0.02
@@ -27,7 +27,7 @@ _SERIES = {
 
 
 @dataclass(frozen=True)
-class _Clock:
+class _RenewalTimes:
     """When a column is renewed. at: (m,) s, ascending, of renewals that were seen; every: s between renewals; logged: s
     between samples.
     """
@@ -60,7 +60,7 @@ class _Clock:
         return changes.size == 0 or bool(self.new(changes).all())
 
 
-def without_repeats(log: RigLog) -> tuple[RigLog, list[Finding]]:
+def mask_repeated_samples(log: RigLog) -> tuple[RigLog, list[LogIssue]]:
     """The log with NaN for every sample that repeats the one before in a column which is renewed more seldom than it
     is logged, as a bus or a historian holds it, and a note that names them.
 
@@ -68,7 +68,7 @@ def without_repeats(log: RigLog) -> tuple[RigLog, list[Finding]]:
     with the other messages.
     """
     held: dict[tuple[str, str], list[str]] = {}
-    common: _Clock | None = None
+    common: _RenewalTimes | None = None
     for name, columns in _SERIES.items():
         series: Any = getattr(log, name)
         if series is None or series.time.size < 2:
@@ -82,7 +82,7 @@ def without_repeats(log: RigLog) -> tuple[RigLog, list[Finding]]:
         changed: dict[str, Any] = {name: replace(series, **kept)}
         log = replace(log, **changed)
     return log, [
-        Finding(
+        LogIssue(
             "note", "clock",
             f"{', '.join(words)}: logged every {logged} s and renewed every {renewed} s: samples that only repeat the "
             "one before are left out",
@@ -91,7 +91,7 @@ def without_repeats(log: RigLog) -> tuple[RigLog, list[Finding]]:
     ]  # fmt: skip
 
 
-def _clocks(time: Array, columns: dict[str, Array], common: _Clock | None) -> dict[str, _Clock]:
+def _clocks(time: Array, columns: dict[str, Array], common: _RenewalTimes | None) -> dict[str, _RenewalTimes]:
     """The clocks of the columns that are held; common: of other messages, for one whose columns hardly change."""
     interval = float(np.median(np.diff(time)))
     changes = {column: _changes(time, values, interval) for column, values in columns.items()}
@@ -117,7 +117,7 @@ def _changes(time: Array, values: Array, interval: float) -> tuple[Array, Array]
     return at[1:][seen], steps[seen]
 
 
-def _clock(changes: Array, steps: Array, interval: float) -> _Clock | None:
+def _clock(changes: Array, steps: Array, interval: float) -> _RenewalTimes | None:
     """None where values are renewed with every sample, where too few changes (k,), s, could say, or where these are
     more alike in size than in time: a coarse sensor's value steps when it comes to the next.
     """
@@ -127,7 +127,7 @@ def _clock(changes: Array, steps: Array, interval: float) -> _Clock | None:
     if _alike(sizes, 1e-6 * float(np.median(sizes))) > _alike(gaps, _BESIDE * interval) + _COARSE:
         return None
     soonest = float(np.quantile(gaps, _SOONEST))
-    return _Clock(changes, float(np.mean(gaps[gaps < (1.0 + _BESIDE) * soonest])), interval)
+    return _RenewalTimes(changes, float(np.mean(gaps[gaps < (1.0 + _BESIDE) * soonest])), interval)
 
 
 def _alike(values: Array, within: float) -> float:

@@ -25,19 +25,19 @@ SITES = {
 _READ = {"N m": "kN m", "N": "kN", "Pa": "bar", "rad": "deg"}
 
 
-def as_read(unit: str) -> tuple[str, float]:
+def display_unit(unit: str) -> tuple[str, float]:
     """The unit that a driller reads in place of an SI unit, and what a value is multiplied by."""
     read = _READ.get(unit, unit)
     return read, next((units[unit] / units[read] for units in KINDS.values() if unit in units and read in units), 1.0)
 
 
-def shown(value: float, unit: str, digits: int = 3) -> str:
+def format_quantity(value: float, unit: str, digits: int = 3) -> str:
     """A value of an SI unit in the unit that a driller reads: "12.3 kN m"."""
-    read, factor = as_read(unit)
+    read, factor = display_unit(unit)
     return f"{number(value * factor, digits)} {'' if read == '-' else read}".rstrip()
 
 
-def phrase(effect: str, values: Mapping[str, float]) -> str:
+def effect_phrase(effect: str, values: Mapping[str, float]) -> str:
     """What the effect with these parameters (by their short names) means, one clause beginning with a capital: the
     first of them, and of the others those that are given.
     """
@@ -88,7 +88,7 @@ def _compliance(v: Mapping[str, float]) -> str:
 def _oscillation_tool(v: Mapping[str, float]) -> str:
     rate = f" at {number(v['frequency'])} Hz" if "frequency" in v else ""
     depth = f", {v['depth']:.0f} m down" if "depth" in v else ""
-    return f"Something shakes the string with {shown(v['force'], 'N', 2)}{rate}{depth}"
+    return f"Something shakes the string with {format_quantity(v['force'], 'N', 2)}{rate}{depth}"
 
 
 def _heave(v: Mapping[str, float]) -> str:
@@ -124,11 +124,11 @@ def _sensor_gain(v: Mapping[str, float]) -> str:
 
 
 def _sensor_bias(v: Mapping[str, float]) -> str:
-    return f"The torque reading is {shown(abs(v['bias']), 'N m')} too {'high' if v['bias'] > 0.0 else 'low'}"
+    return f"The torque reading is {format_quantity(abs(v['bias']), 'N m')} too {'high' if v['bias'] > 0.0 else 'low'}"
 
 
 def _at_motor(v: Mapping[str, float]) -> str:
-    friction = f" and a friction of {shown(v['friction'], 'N m')}" if v.get("friction", 0.0) > 0.0 else ""
+    friction = f" and a friction of {format_quantity(v['friction'], 'N m')}" if v.get("friction", 0.0) > 0.0 else ""
     return (
         "The torque is read at the drive's motor and holds what turns the drive itself: an inertia of "
         f"{number(v['inertia'])} kg m2{friction}"
@@ -145,7 +145,9 @@ _PHRASES: dict[str, Callable[[Mapping[str, float]], str]] = {
     "cuttings_bed": _cuttings_bed,
     "tortuosity": _tortuosity,
     "friction_drift": _friction_drift,
-    "top_drive_backlash": lambda v: f"There is {shown(v['angle'], 'rad', 2)} of play between top drive and string",
+    "top_drive_backlash": lambda v: (
+        f"There is {format_quantity(v['angle'], 'rad', 2)} of play between top drive and string"
+    ),
     "torsional_compliance": _compliance,
     "axial_oscillation_tool": _oscillation_tool,
     "heave": _heave,

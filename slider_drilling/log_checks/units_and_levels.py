@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from slider_drilling.log import RigLog
-from slider_drilling.log_checks.expected import Expected, standpipe_pressure
-from slider_drilling.log_checks.finding import Finding
+from slider_drilling.log_checks.expected_levels import ExpectedLevel, standpipe_pressure
+from slider_drilling.log_checks.issue import LogIssue
 from slider_drilling.rig import Rig
 from slider_drilling.units import KINDS
 
@@ -19,17 +19,17 @@ _OTHER_RIG = 0.1  # a level that far off may be another rig's; beyond, only a un
 _ROUND = 2.0 * math.pi + 0.05  # rad
 
 
-def look_at_level(channel: str, expected: Expected | None) -> list[Finding]:
+def check_level(channel: str, expected: ExpectedLevel | None) -> list[LogIssue]:
     """A level that no tuning reaches: the wrong unit, or another rig's file."""
     if expected is None or expected.fits:
         return []
     kind, shown = _READ[channel]
     names = KINDS[kind]
     si, read = next(iter(names)), names[shown]
-    ratio = abs(expected.measured) / expected.by_file
+    ratio = abs(expected.measured) / expected.expected
     near = _units(ratio, {name: factor for name, factor in names.items() if name != si})
     level = f"{channel} {expected.what} {expected.measured / read:.3g} {shown}, by the rig file "
-    level += f"{expected.by_file / read:.3g} {shown}: "
+    level += f"{expected.expected / read:.3g} {shown}: "
     other = "they cannot belong together; give this rig's own file with --rig"
     if near and _OTHER_RIG < ratio < 1.0 / _OTHER_RIG:
         level += f"either it is in {' or '.join(near[:2])} and wants importing with that unit, or {other}"
@@ -37,24 +37,24 @@ def look_at_level(channel: str, expected: Expected | None) -> list[Finding]:
         level += f"it looks like {' or '.join(near[:2])}; import it with that unit"
     else:
         level += other
-    return [Finding("refuse", channel, level)]
+    return [LogIssue("unusable", channel, level)]
 
 
-def look_at_pump(log: RigLog, rig: Rig) -> list[Finding]:
+def check_pump_unit(log: RigLog, rig: Rig) -> list[LogIssue]:
     """A pressure that does not belong to the flow, because the pump's speed is in another unit."""
     as_logged = standpipe_pressure(log, rig)
     if as_logged is None or as_logged.fits or log.mud_pump is None:
         return []
     unit = KINDS["angular speed"]["rpm"]
     turned = standpipe_pressure(log, rig, unit)
-    if turned is None or not 1.0 / _NEAR < turned.measured / turned.by_file < _NEAR:
+    if turned is None or not 1.0 / _NEAR < turned.measured / turned.expected < _NEAR:
         return []
     speed = float(np.nanmedian(log.mud_pump.velocity))
     text = (
-        f"mud_pump turns at {speed:.4g} rad/s, whose flow would need {as_logged.by_file / 1e5:.0f} bar where "
+        f"mud_pump turns at {speed:.4g} rad/s, whose flow would need {as_logged.expected / 1e5:.0f} bar where "
         f"{as_logged.measured / 1e5:.0f} bar were measured: it looks like strokes a minute; import it with that unit"
     )
-    return [Finding("refuse", "mud_pump", text)]
+    return [LogIssue("unusable", "mud_pump", text)]
 
 
 def _units(ratio: float, factors: dict[str, float]) -> list[str]:
@@ -66,7 +66,7 @@ def _units(ratio: float, factors: dict[str, float]) -> list[str]:
     return sorted((name for name in apart if apart[name] < most), key=lambda name: apart[name])
 
 
-def look_at_tool_face(log: RigLog) -> list[Finding]:
+def check_tool_face_unit(log: RigLog) -> list[LogIssue]:
     """Toolfaces in degrees: a direction in rad has no number beyond a full turn."""
     if log.mwd_tool_face is None:
         return []
@@ -76,4 +76,4 @@ def look_at_tool_face(log: RigLog) -> list[Finding]:
         return []
     largest = float(np.max(np.abs(values)))
     looks = "it looks like deg; import it with that unit" if largest <= 360.5 else "wrap it into (-pi, pi]"
-    return [Finding("refuse", "tool_face", f"tool_face reads up to {largest:.4g} rad, more than a turn: {looks}")]
+    return [LogIssue("unusable", "tool_face", f"tool_face reads up to {largest:.4g} rad, more than a turn: {looks}")]

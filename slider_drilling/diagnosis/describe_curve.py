@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slider_drilling.diagnosis.phrases import as_read, shown
+from slider_drilling.diagnosis.effect_phrases import display_unit, format_quantity
 from slider_drilling.gap.model import Array
 from slider_drilling.units import number
 
@@ -12,7 +12,7 @@ from slider_drilling.units import number
 _LIKE = 0.85
 
 
-def shape_in_words(words: str, x: Array, x_unit: str, y: Array, y_unit: str) -> str:
+def describe_curve(words: str, x: Array, x_unit: str, y: Array, y_unit: str) -> str:
     """`words` with what the curve y (m,) over x (m,) does: rises or falls steadily, steps once, or has its extreme."""
     spread = float(np.ptp(y))
     if x.size < 2 or spread == 0.0:
@@ -50,13 +50,13 @@ def _rate(slope: float, x_unit: str, y_unit: str) -> str:
         return f"{number(100.0 * slope, 2)} % of itself"
     if x_unit == "s":
         return f"{_amount(60.0 * slope, y_unit)} a minute"
-    read, factor = as_read(x_unit)
+    read, factor = display_unit(x_unit)
     return f"{_amount(slope / factor, y_unit)} per {'unit' if read == '-' else read}"
 
 
 def _amount(value: float, unit: str) -> str:
-    return f"{number(100.0 * value, 2)} %" if unit == "-" else shown(value, unit, 2)
+    return f"{number(100.0 * value, 2)} %" if unit == "-" else format_quantity(value, unit, 2)
 
 
 def _place(value: float, unit: str) -> str:
-    return number(value, 3) if unit == "-" else shown(value, unit, 3)
+    return number(value, 3) if unit == "-" else format_quantity(value, unit, 3)
