@@ -17,11 +17,12 @@ import pytest
 from click.testing import CliRunner
 from process_groups import ends
 
-from slider_drilling.benchmarks import everything, peers, published, sessions, string_rates
-from slider_drilling.benchmarks.clock import wall_seconds
+from slider_drilling.benchmarks import peers, published, sessions, string_rates
+from slider_drilling.benchmarks import suite as everything
 from slider_drilling.benchmarks.diagnosis import write_log
-from slider_drilling.benchmarks.result import Result
-from slider_drilling.benchmarks.work import Rocked, example_rig, rocking, variants
+from slider_drilling.benchmarks.result import BenchmarkResult
+from slider_drilling.benchmarks.timing import wall_seconds
+from slider_drilling.benchmarks.workload import RockingPlant, example_rig, rocking_commands, variants
 from slider_drilling.commands.bench import command
 from slider_drilling.control import FixedRocking
 from slider_drilling.drillstring import Commands, Plant, VirtualRig, simulate
@@ -36,7 +37,7 @@ ASKED = ("single_ns_per_element_step", "batch_ns_per_element_step", "single_prec
 
 def test_json_has_every_figure_with_its_reference_and_ratio(monkeypatch):
     """The command's own output, with the minutes of measuring left out."""
-    quick = tuple((name, lambda name=name: [Result(name, 3.0, "ns", 2.0, "another")]) for name in ASKED)
+    quick = tuple((name, lambda name=name: [BenchmarkResult(name, 3.0, "ns", 2.0, "another")]) for name in ASKED)
     monkeypatch.setattr(everything, "STAGES", quick)
     done = CliRunner().invoke(command, ["--json"], catch_exceptions=False)
     printed = json.loads(done.stdout)
@@ -88,7 +89,8 @@ def test_what_measures_ends_with_a_bench_that_is_killed(tmp_path):
 
 
 def test_table_shows_what_is_missing(monkeypatch):
-    rows = [Result("help_s", 0.25, "s", 0.125, "python"), Result("diagnose_s", None, "s", note="not available: why")]
+    rows = [BenchmarkResult("help_s", 0.25, "s", 0.125, "python"),
+            BenchmarkResult("diagnose_s", None, "s", note="not available: why")]  # fmt: skip
     monkeypatch.setattr(everything, "STAGES", (("all", lambda: rows),))
     done = CliRunner().invoke(command, [], catch_exceptions=False)
     assert "0.25 s" in done.stdout
@@ -98,16 +100,16 @@ def test_table_shows_what_is_missing(monkeypatch):
 def test_timed_plant_goes_on_like_one_run():
     """What is timed is the whole simulation with all channels: in parts it ends where one run ends."""
     rig = example_rig()
-    plant = Rocked(rig, elements=20)
+    plant = RockingPlant(rig, elements=20)
     first = plant.last.time.size
-    plant.go_on(1.0)
+    plant.advance(1.0)
     interval, began = plant.last.time[1] - plant.last.time[0], plant.last.time[0]
     # The parts' own commands: times counted from one beginning differ from theirs by a last bit.
-    parts = (rocking(rig, 1.0 - interval), rocking(rig, 1.0 - interval, began))
+    parts = (rocking_commands(rig, 1.0 - interval), rocking_commands(rig, 1.0 - interval, began))
     joined = (np.concatenate([getattr(part, field.name) for part in parts]) for field in dataclasses.fields(Commands))
     whole = Plant(rig, 20).advance(Commands(*joined))
     assert np.array_equal(plant.last.surface_torque, whole.surface_torque[first:])
-    alone = simulate(rig, rocking(rig, 1.9), elements=20)
+    alone = simulate(rig, rocking_commands(rig, 1.9), elements=20)
     assert plant.last.surface_torque[-1] == pytest.approx(alone.surface_torque[-1], rel=1e-12)
     assert plant.last.time[-1] == pytest.approx(1.9)
     assert plant.element_steps(2.0) == pytest.approx(20 * 2.0 / plant.step)
@@ -171,4 +173,4 @@ def test_published_size_is_the_size_asked_for():
     rig = published.shortened(example_rig(), 2500.0)
     assert rig.string.length == pytest.approx(2500.0)
     assert [one.to for one in rig.well.friction_intervals][-1] == pytest.approx(2500.0)
-    assert np.all(np.isfinite(simulate(rig, rocking(rig, 1.0), elements=45).surface_torque))
+    assert np.all(np.isfinite(simulate(rig, rocking_commands(rig, 1.0), elements=45).surface_torque))

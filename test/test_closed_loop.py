@@ -159,7 +159,7 @@ def test_a_controller_that_does_nothing_is_not_praised():
     figures = as_json([row], "module:Idle", 0, 200)["scenarios"][0]
     assert figures["mean_abs_error_deg"] is None and figures["within_15_deg"] is None
     page = closed_loop_page([row], "module:Idle", 0, 200)
-    assert "Nothing was drilled in 1." in page.lead.text and page.lead.tone == "bad"
+    assert "Nothing was drilled in 1." in page.headline.text and page.headline.tone == "bad"
     assert "nothing drilled" in page_html(page, FIELD)
 
 
@@ -172,10 +172,10 @@ def test_what_stopped_a_slide_and_one_that_was_not_held_are_said():
     assert stops(row) == [(329.4, "lock_up", lock), (800.0, "clock", "stamps stand still")]
     assert as_json([row], "a:B", 0, 200)["scenarios"][0]["interlocks"][0] == {
         "time_s": 329.4, "name": "lock_up", "message": lock}
-    lead = closed_loop_page([row], "a:B", 0, 200).lead
+    lead = closed_loop_page([row], "a:B", 0, 200).headline
     assert "more than 15 deg off for over 5 % of the time in 1." in lead.text and lead.tone == "bad"
     held = outcomes_of(HOLD, 1.0, 1.0, 1.0)
-    assert closed_loop_page([held], "a:B", 0, 200).lead.tone == "good"
+    assert closed_loop_page([held], "a:B", 0, 200).headline.tone == "good"
 
 
 def test_the_terminal_says_what_stopped_a_slide(monkeypatch):

@@ -97,5 +97,5 @@ def test_the_picture_of_a_shape_has_the_units_of_its_words():
     assert told.endswith("rises by 2.0 bar a minute")
     drawn = shape(ResidualShape("rest", told, "time, s", "pressure off, Pa", time, lost))
     (panel,) = drawn.panels
-    assert (drawn.x, panel.y) == ("time, s", "pressure off, bar")
+    assert (drawn.x_label, panel.y_label) == ("time, s", "pressure off, bar")
     np.testing.assert_allclose(panel.marks[0].y, [0.0, 2.0, 4.0])

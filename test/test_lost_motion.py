@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slider_drilling.benchmarks.lacking import lacking
+from slider_drilling.benchmarks.log_defects import lacking
 from slider_drilling.drillstring import Commands
 from slider_drilling.drillstring.sample_gaps import inside_lost
 from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries

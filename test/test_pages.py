@@ -14,16 +14,16 @@ import numpy as np
 import pytest
 
 from slider_drilling.pages import (
-    Amount,
     Bars,
-    Bullets,
+    BulletList,
     Chart,
-    Lead,
+    Headline,
+    HeatMap,
     Line,
     Link,
-    Map,
     Page,
     Panel,
+    Quantity,
     Section,
     Table,
     Tag,
@@ -32,9 +32,9 @@ from slider_drilling.pages import (
     write_page,
 )  # fmt: skip
 from slider_drilling.pages.colours import DARK, LIGHT, ORDER
-from slider_drilling.pages.figures import folded, thin
-from slider_drilling.pages.picture import picture
-from slider_drilling.pages.plotly_js import drawing, numbers, round_ticks
+from slider_drilling.pages.figures import decimate, wrap_degrees
+from slider_drilling.pages.plotly_js import plotly_spec, round_ticks, rounded_numbers
+from slider_drilling.pages.png import render_png
 from slider_drilling.units import FIELD, SI
 
 TIME = np.arange(0.0, 300.0, 0.1)
@@ -42,13 +42,14 @@ CHART = Chart(
     "Torque", "time, s",
     (Panel("surface torque, kN m", (Line("measured", TIME, 1.3558179483314004 + 0.0 * TIME, colour="ink"),
                                     Line("simulated", TIME, np.sin(TIME), "dashed"))),
-     Panel("top drive, rad", (Line("angle", TIME, 2.0 * np.pi + 0.0 * TIME),), level=(np.pi, "half"))),
-    at=((150.0, "not fitted"),),
+     Panel("top drive, rad", (Line("angle", TIME, 2.0 * np.pi + 0.0 * TIME),), reference_line=(np.pi, "half"))),
+    vertical_lines=((150.0, "not fitted"),),
 )  # fmt: skip
 
 
 def a_page(*items: Any) -> Page:
-    return Page("Run", "Well <A>", (Section("What happened", items),), (("log", "run.mcap"),), Lead("Held.", "good"))
+    sections = (Section("What happened", items),)
+    return Page("Run", "Well <A>", sections, (("log", "run.mcap"),), Headline("Held.", "good"))
 
 
 def drawings_in(html: str) -> list[dict[str, Any]]:
@@ -68,15 +69,15 @@ def test_a_page_stands_alone_and_is_small(tmp_path: Path) -> None:
 
 
 def test_a_page_without_figures_has_no_script() -> None:
-    html = page_html(a_page("One sentence.", Bullets(("a", "b"))), SI)
+    html = page_html(a_page("One sentence.", BulletList(("a", "b"))), SI)
     assert "<script" not in html and len(html) < 12_000
 
 
 def test_a_picture_is_drawn_whatever_windows_are_drawn_by(tmp_path: Path) -> None:
-    asks = "from slider_drilling.pages import Chart, Panel, line; from slider_drilling.pages.picture import picture;"
+    asks = "from slider_drilling.pages import Chart, Panel, line; from slider_drilling.pages.png import render_png;"
     asks += "from slider_drilling.units import SI; import os, sys;"
     asks += "chart = Chart('A', 'time, s', (Panel('force, N', (line('a', [0, 1], [0, 1]),)),));"
-    asks += "sys.exit(picture((chart,), SI)[:4] != b'\\x89PNG' or os.environ['MPLBACKEND'] != 'nope')"
+    asks += "sys.exit(render_png((chart,), SI)[:4] != b'\\x89PNG' or os.environ['MPLBACKEND'] != 'nope')"
     subprocess.run([sys.executable, "-c", asks], check=True, env={**os.environ, "MPLBACKEND": "nope"},
                    cwd=Path(__file__).parents[1])  # fmt: skip
 
@@ -109,7 +110,7 @@ def test_axes_fit_their_data() -> None:
 def test_cells() -> None:
     table = Table(
         ("channel", "noise, kN m", "verdict", "weight"),
-        (("torque", 1.3558179483314004, Tag("holds", "good"), Amount(4.4482216152605, "kN")),
+        (("torque", 1.3558179483314004, Tag("holds", "good"), Quantity(4.4482216152605, "kN")),
          ("pressure", None, (Tag("no", "bad"), "why"), Link("page", "a.html")),
          ("rounding", 3.33e-16, "", 7)),
     )  # fmt: skip
@@ -121,13 +122,13 @@ def test_cells() -> None:
 
 def test_a_legend_only_where_there_is_a_choice() -> None:
     single = Chart("One", "time, s", (Panel("torque, kN m", (line("only", TIME, TIME),)),))
-    assert drawing(single, SI)["legend"] == []
-    assert [entry["name"] for entry in drawing(CHART, SI)["legend"]] == ["measured", "simulated", "angle"]
+    assert plotly_spec(single, SI)["legend"] == []
+    assert [entry["name"] for entry in plotly_spec(CHART, SI)["legend"]] == ["measured", "simulated", "angle"]
 
 
 def test_bars_lie_flat_and_are_read_from_the_top() -> None:
-    bars = Bars("closed", ("first", "second"), np.array([0.2, 0.9]), ("grey", "green"), flat=True)
-    drawn = drawing(Chart("Ranking", "share", (Panel("effect", (bars,)),)), SI)
+    bars = Bars("closed", ("first", "second"), np.array([0.2, 0.9]), ("grey", "green"), horizontal=True)
+    drawn = plotly_spec(Chart("Ranking", "share", (Panel("effect", (bars,)),)), SI)
     assert drawn["data"][0]["orientation"] == "h" and drawn["data"][0]["x"] == [0.2, 0.9]
     assert drawn["layout"]["yaxis"]["autorange"] == "reversed"
     assert drawn["data"][0]["marker"]["color"] == ["@grey", "@green"]
@@ -137,7 +138,7 @@ def test_whiskers_and_bands() -> None:
     low, middle, high = np.array([1.0, 2.0]), np.array([2.0, 3.0]), np.array([4.0, 5.0])
     dots = Line("a", low, middle, "dots", low=low, high=high)
     band = Line("b", low, middle, low=low, high=high)
-    traces = drawing(Chart("", "x", (Panel("y", (dots, band)),)), SI)["data"]
+    traces = plotly_spec(Chart("", "x", (Panel("y", (dots, band)),)), SI)["data"]
     assert traces[0]["error_y"]["array"] == [2.0, 2.0] and traces[0]["error_y"]["arrayminus"] == [1.0, 1.0]
     assert len(traces) == 4 and traces[2]["fill"] == "tonexty" and traces[2]["fillcolor"] == "@red33"
 
@@ -149,32 +150,32 @@ def test_round_marks_on_logarithmic_axes() -> None:
 
 
 def test_numbers_keep_what_a_screen_can_show() -> None:
-    assert numbers(np.array([4000.123456, 4000.654321])) == [4000.123456, 4000.654321]
-    assert numbers(np.array([0.0123456789, 1000.123456])) == [0.01235, 1000.12]
-    assert numbers(np.array([1e-6, np.nan, 1e3])) == [1e-6, None, 1000.0]
+    assert rounded_numbers(np.array([4000.123456, 4000.654321])) == [4000.123456, 4000.654321]
+    assert rounded_numbers(np.array([0.0123456789, 1000.123456])) == [0.01235, 1000.12]
+    assert rounded_numbers(np.array([1e-6, np.nan, 1e3])) == [1e-6, None, 1000.0]
 
 
 def test_a_missing_value_breaks_the_line_and_the_map() -> None:
     chart = Chart("", "time, s", (Panel("y", (line("a", [0.0, 1.0, 2.0], [1.0, np.nan, 3.0]),)),))
-    assert drawing(chart, SI)["data"][0]["y"] == [1.0, None, 3.0]
-    grid = Map("", "x", "y", "v", np.arange(2.0), np.arange(1.0), np.array([[np.nan, 2.0]]))
-    assert drawing(grid, SI)["data"][0]["z"] == [[None, 2.0]]
-    json.dumps([drawing(chart, SI), drawing(grid, SI)], allow_nan=False)
+    assert plotly_spec(chart, SI)["data"][0]["y"] == [1.0, None, 3.0]
+    grid = HeatMap("", "x", "y", "v", np.arange(2.0), np.arange(1.0), np.array([[np.nan, 2.0]]))
+    assert plotly_spec(grid, SI)["data"][0]["z"] == [[None, 2.0]]
+    json.dumps([plotly_spec(chart, SI), plotly_spec(grid, SI)], allow_nan=False)
 
 
 def test_thinning_keeps_extremes_of_lines_and_of_loops() -> None:
     value = np.sin(np.arange(100_000) / 3000.0)
     value[54_321], value[12_345], value[777] = 9.0, -9.0, np.nan
-    time, thinned = thin(np.arange(100_000.0), value, 1000)
+    time, thinned = decimate(np.arange(100_000.0), value, 1000)
     assert len(time) <= 1100 and (np.diff(time) > 0).all()
     assert np.nanmax(thinned) == 9.0 and np.nanmin(thinned) == -9.0 and np.isnan(thinned).sum() == 1
-    x, y = thin(np.cos(TIME), np.sin(TIME), 500)
+    x, y = decimate(np.cos(TIME), np.sin(TIME), 500)
     assert x.min() == np.cos(TIME).min() and y.max() == np.sin(TIME).max() and len(x) <= 600
 
 
 def test_folding_breaks_the_line_where_it_passes_the_fold() -> None:
     degrees = np.array([170.0, 175.0, 185.0, 190.0])
-    np.testing.assert_array_equal(folded(degrees), [170.0, 175.0, np.nan, -170.0])
+    np.testing.assert_array_equal(wrap_degrees(degrees), [170.0, 175.0, np.nan, -170.0])
     assert degrees[2] == 185.0
 
 
@@ -184,5 +185,5 @@ def test_every_colour_is_there_in_light_and_in_dark() -> None:
 
 def test_a_picture_of_every_kind_of_figure() -> None:
     bars = Chart("Bars", "stage", (Panel("E", (Bars("", ("a", "b"), np.array([1.0, 2.0]), text=("1", "2")),)),))
-    kinds = Map("Kinds", "speed, m/s", "size, mm", "kind", np.arange(3.0), np.arange(2.0), np.eye(2, 3), ("p", "q"))
-    assert picture((CHART, bars, kinds), FIELD, "Every kind")[:8] == b"\x89PNG\r\n\x1a\n"
+    kinds = HeatMap("Kinds", "speed, m/s", "size, mm", "kind", np.arange(3.0), np.arange(2.0), np.eye(2, 3), ("p", "q"))
+    assert render_png((CHART, bars, kinds), FIELD, "Every kind")[:8] == b"\x89PNG\r\n\x1a\n"

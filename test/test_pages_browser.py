@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slider_drilling.pages import Chart, Line, Map, Page, Panel, Section, Table, write_page
+from slider_drilling.pages import Chart, HeatMap, Line, Page, Panel, Section, Table, write_page
 from slider_drilling.units import FIELD
 
 playwright = pytest.importorskip("playwright.sync_api", reason="no Playwright: pip install playwright")
@@ -33,11 +33,12 @@ def browser():
 def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("page") / "page.html"
     table = Table(tuple(f"column {k}, kN" for k in range(14)), (tuple(float(k) for k in range(14)),) * 3)
-    grid = Map("A map", "speed, m/s", "size, mm", "share", np.arange(5.0), np.arange(4.0), np.eye(4, 5))
+    grid = HeatMap("A map", "speed, m/s", "size, mm", "share", np.arange(5.0), np.arange(4.0), np.eye(4, 5))
     chart = Chart("Tall", "time, s", PANELS, wide=True)
     told = Table(("claim", "size, kN", "what came of it"), (("It holds " * 20, 1.0, "as far as it goes " * 10),) * 2)
-    level = Chart("Level", "time, s", (Panel("channel, kN m", (WAVE,), level=(1.0, "what noise reaches in 100 logs")),))
-    folded = Section("Folded", (Chart("In it", "time, s", PANELS[:1]),), folded=True)
+    reference = (1.0, "what noise reaches in 100 logs")
+    level = Chart("Level", "time, s", (Panel("channel, kN m", (WAVE,), reference_line=reference),))
+    folded = Section("Folded", (Chart("In it", "time, s", PANELS[:1]),), collapsed=True)
     what = Section("What", ("Text.", table, chart, grid, told, level))
     write_page(path, Page("Run", "A well, 45 deg, by a_module.of.many.words:AndAClassOfMore", (what, folded)), FIELD)
     return path

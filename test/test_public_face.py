@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import slider_drilling as sd
-from slider_drilling.api.planting import USUAL
+from slider_drilling.api.with_effect import USUAL_SIZES
 from slider_drilling.effects import Effects
 
 ELEMENTS = 40
@@ -205,14 +205,14 @@ def test_replay_of_a_run_leaves_its_noise(run: sd.Run) -> None:
 
 
 def test_planted_effect_shows_in_a_replay_without_it(rig: sd.Rig, run: sd.Run) -> None:
-    planted = sd.simulate(sd.planted(rig, "torque_sensor_bias"), run.commands, elements=ELEMENTS, believed=rig)
+    planted = sd.simulate(sd.with_effect(rig, "torque_sensor_bias"), run.commands, elements=ELEMENTS, nominal=rig)
     assert planted.log.rig() == rig
     assert sd.replay(planted, elements=ELEMENTS).rms["surface_torque"] == pytest.approx(np.hypot(500, 150), rel=0.05)
 
 
-@pytest.mark.parametrize("name", USUAL)
+@pytest.mark.parametrize("name", USUAL_SIZES)
 def test_every_usual_size_acts(rig: sd.Rig, name: str) -> None:
-    assert getattr(sd.planted(rig, name).effects, name) != getattr(Effects(), name)
+    assert getattr(sd.with_effect(rig, name).effects, name) != getattr(Effects(), name)
 
 
 @pytest.mark.parametrize(("effect", "said"), [
@@ -225,13 +225,13 @@ def test_every_usual_size_acts(rig: sd.Rig, name: str) -> None:
 ])  # fmt: skip
 def test_effects_that_cannot_be_planted(rig: sd.Rig, effect: str, said: str) -> None:
     with pytest.raises(sd.InputError, match=said):
-        sd.planted(rig, effect)
+        sd.with_effect(rig, effect)
 
 
 def test_study(tmp_path: Path) -> None:
     studied = sd.study("wear_modes")
     assert "claims hold" in repr(studied)
-    assert set(studied.to_frame().reset_index()["figure"]) <= {chart.title for chart in studied.found.figures}
+    assert set(studied.to_frame().reset_index()["figure"]) <= {chart.title for chart in studied.study.figures}
     assert studied.plot().data
     with pytest.raises(sd.InputError, match="no such study"):
         sd.study("nothing")

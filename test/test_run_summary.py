@@ -41,7 +41,7 @@ def test_passing_by_is_not_being_set():
     hold = summarise(log(truth_bit=joint(tool_face))).tool_face
     assert hold.targets[0].set_after is None and hold.targets[0].error_once_set is None
     assert ("toolface set", "never: not within 15 deg for 60 s") in rows(summarise(log(truth_bit=joint(tool_face))))
-    lead = page(log(truth_bit=joint(tool_face)), summarise(log(truth_bit=joint(tool_face)))).lead
+    lead = page(log(truth_bit=joint(tool_face)), summarise(log(truth_bit=joint(tool_face)))).headline
     assert lead.text == "Toolface never set: not within 15 deg for 60 s (truth)."
 
 
@@ -133,7 +133,7 @@ def test_a_bit_that_never_drilled_is_not_judged():
     assert said["drilled"] == "nothing: the bit made no new hole"
     assert said["toolface"].startswith("not judged") and not any("within" in name for name in said)
     shown = page(log(truth_bit=joint(0 * TIME), **depth(np.full_like(TIME, 4000.0))), summary)
-    assert shown.lead.tone == "bad" and "Nothing was drilled" in shown.lead.text
+    assert shown.headline.tone == "bad" and "Nothing was drilled" in shown.headline.text
 
 
 def test_a_target_set_and_lost_again_says_when():
@@ -164,7 +164,7 @@ def test_figures_against_depth():
     (mean,) = charts["Rate of penetration"].panels[0].marks
     np.testing.assert_allclose(mean.x, 10.8, rtol=1e-6)
     assert charts["Weight on bit"].panels[0].marks[0].x == pytest.approx(60.0)
-    assert charts["Weight on bit"].panels[0].down
+    assert charts["Weight on bit"].panels[0].inverted
     assert depth_charts(log(truth_bit=joint(0 * TIME))) == ()
 
 

@@ -18,7 +18,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from process_groups import ends
 
 from slider_drilling.pages import Chart, Line, Panel
-from slider_drilling.pages.picture import picture
+from slider_drilling.pages.png import render_png
 from slider_drilling.process import shutdown as interrupts
 from slider_drilling.units import SI
 
@@ -142,7 +142,7 @@ def test_a_signal_waits_for_a_picture_that_is_being_drawn(
     interrupts.raise_on_signals()
     line = Line("a", np.arange(3.0), np.arange(3.0))
     with pytest.raises(interrupts.Ended, match=number.name):
-        picture((Chart("title", "time, s", (Panel("angle, rad", (line,)),)),), SI)
+        render_png((Chart("title", "time, s", (Panel("angle, rad", (line,)),)),), SI)
     assert drawn and interrupts.exit_code() == 128 + number
     with pytest.raises(interrupts.Ended):
         os.kill(os.getpid(), number)  # no more put off

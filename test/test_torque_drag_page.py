@@ -94,7 +94,7 @@ def test_the_logs_points_are_on_the_chart(rig: Rig) -> None:
     points = log_points(a_log(-0.1, 0.0), rig)
     chart = hook_load_chart([broomstick(rig, 0.2, [2000.0, 4000.0])], points)
     (dots,) = [mark for mark in chart.panels[0].marks if mark.style == "dots"]
-    assert dots.name == "log: raised" and dots.x == pytest.approx([400.0, 400.0]) and chart.panels[0].down
+    assert dots.name == "log: raised" and dots.x == pytest.approx([400.0, 400.0]) and chart.panels[0].inverted
 
 
 def test_the_page_in_the_fields_units(rig: Rig) -> None:

@@ -121,7 +121,7 @@ def hook_load_chart(sticks: Sequence[Broomstick], points: LogPoints | None = Non
     if sticks:
         lines.append(Line("turning", sticks[0].rotating / 1e3, sticks[0].depth, "dashed", GREY))
     lines += _dots(points, None if points is None else points.hook_load / 1e3)
-    return Chart("Hook load", "hook load, kN", (Panel("bit depth, m", tuple(lines), down=True, height=1.5),))
+    return Chart("Hook load", "hook load, kN", (Panel("bit depth, m", tuple(lines), inverted=True, height=1.5),))
 
 
 def torque_chart(sticks: Sequence[Broomstick], points: LogPoints | None = None) -> Chart:
@@ -130,7 +130,7 @@ def torque_chart(sticks: Sequence[Broomstick], points: LogPoints | None = None) 
                   colour=INK if stick.friction is None else ORDER[place % len(ORDER)])
              for place, stick in enumerate(sticks)]  # fmt: skip
     lines += _dots(points, None if points is None else points.torque / 1e3)
-    panel = Panel("bit depth, m", tuple(lines), down=True, height=1.5)
+    panel = Panel("bit depth, m", tuple(lines), inverted=True, height=1.5)
     return Chart("Surface torque", "surface torque, kN m", (panel,))
 
 
@@ -165,7 +165,7 @@ def along_charts(rig: Rig, elements: int = 200) -> tuple[Chart, ...]:
     torque = (Line("turning", turned.torque / 1e3, depth, colour=GREEN),)
     side = (Line("turning", turned.side_force, middle, colour=GREEN),)
     return tuple(
-        Chart(title, label, (Panel("measured depth, m", lines, down=True),))
+        Chart(title, label, (Panel("measured depth, m", lines, inverted=True),))
         for title, label, lines in (("Tension", "tension, kN", tension), ("Torque", "torque, kN m", torque),
                                     ("Side force", "side force, N/m", side))
     )  # fmt: skip
@@ -180,7 +180,7 @@ def path_charts(rig: Rig) -> tuple[Chart, ...]:
     inclination = np.degrees(np.arccos(np.clip(tangents[:, 2], -1.0, 1.0)))
     turned = np.degrees(np.arccos(np.clip(np.sum(tangents[1:] * tangents[:-1], axis=1), -1.0, 1.0)))
     dog_leg = np.append(turned / np.diff(depth) * 30.0, np.nan)
-    side = Panel("true vertical depth, m", (Line("course", away, positions[:, 2], colour=BLUE),), down=True)
+    side = Panel("true vertical depth, m", (Line("course", away, positions[:, 2], colour=BLUE),), inverted=True)
     above = Panel("north, m", (Line("course", positions[:, 1], positions[:, 0], colour=BLUE),))
     bends = Panel("dog leg, deg in 30 m", (Line("dog leg", depth, dog_leg, colour=AMBER),))
     return (

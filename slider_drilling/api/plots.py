@@ -23,5 +23,5 @@ def lines(named: Sequence[tuple[str, np.ndarray, np.ndarray]], x_label: str, y_l
 def bars(names: Sequence[str], values: Sequence[float], intervals: Sequence[tuple[float, float]], label: str) -> Figure:
     """A horizontal bar for each name, the first on top, with its interval."""
     low, high = np.array(intervals, dtype=float).reshape(-1, 2).T
-    drawn = Bars("", tuple(names), np.asarray(values, dtype=float), low=low, high=high, flat=True)
+    drawn = Bars("", tuple(names), np.asarray(values, dtype=float), low=low, high=high, horizontal=True)
     return plotly_figure(Chart("", label, (Panel("effect", (drawn,)),)))

@@ -8,9 +8,9 @@ from pathlib import Path
 from string import Template
 
 from slider_drilling.benchmarks import meshes, peers, published, scaling
-from slider_drilling.benchmarks.everything import measure
 from slider_drilling.benchmarks.machine import describe
-from slider_drilling.benchmarks.result import Result
+from slider_drilling.benchmarks.result import BenchmarkResult
+from slider_drilling.benchmarks.suite import measure
 
 HERE = Path(__file__).parent
 BUSY = """\
@@ -50,7 +50,7 @@ def machine() -> str:
     return "\n".join(lines)
 
 
-def figures(results: list[Result]) -> str:
+def figures(results: list[BenchmarkResult]) -> str:
     """The results as a table."""
     lines = ["| figure | value | reference | ratio | the reference; how it was measured |", "|---|---|---|---|---|"]
     for one in results:

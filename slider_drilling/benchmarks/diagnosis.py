@@ -8,27 +8,27 @@ import sys
 import tempfile
 from pathlib import Path
 
-from slider_drilling.benchmarks.clock import wall_seconds
-from slider_drilling.benchmarks.result import Result
-from slider_drilling.benchmarks.work import example_rig, rocking
+from slider_drilling.benchmarks.result import BenchmarkResult
+from slider_drilling.benchmarks.timing import wall_seconds
+from slider_drilling.benchmarks.workload import example_rig, rocking_commands
 from slider_drilling.effects import Effects, Stribeck
 
 DURATION = 300.0  # s of the log
 
 
-def diagnose_time() -> Result:
+def diagnose_time() -> BenchmarkResult:
     """A log of the example rig with an effect that its rig file lacks."""
     from slider_drilling.drillstring import simulate
 
     rig = example_rig()
-    commands = rocking(rig, DURATION)
-    simulate(rig, rocking(rig, 1.0))
+    commands = rocking_commands(rig, DURATION)
+    simulate(rig, rocking_commands(rig, 1.0))
     once = wall_seconds(lambda: simulate(rig, commands), 3)
     with tempfile.TemporaryDirectory() as folder:
         log = Path(folder) / "stribeck.mcap"
         write_log(log)
         taken = wall_seconds(lambda: _diagnose(log, folder), 1)
-    return Result("diagnose_s", taken, "s", once, "one simulation of the log on one core",
+    return BenchmarkResult("diagnose_s", taken, "s", once, "one simulation of the log on one core",
                   f"{DURATION:.0f} s of log, Stribeck friction unknown to the rig file, all cores")  # fmt: skip
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slider_drilling.benchmarks.clock import processor_seconds
-from slider_drilling.benchmarks.work import example_rig, rocking
+from slider_drilling.benchmarks.timing import processor_seconds
+from slider_drilling.benchmarks.workload import example_rig, rocking_commands
 from slider_drilling.drillstring import Plant, Response, simulate, simulate_batch
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.course import Course
@@ -26,7 +26,7 @@ MESHES = (25, 40, 50, 100, 200, 400)
 
 
 @dataclass(frozen=True)
-class Choice:
+class MeshError:
     """A mesh, its step s, its processor time s, and RMS differences from 800 elements: N m, -, kN, deg."""
 
     elements: int
@@ -38,10 +38,10 @@ class Choice:
     tool_face: float
 
 
-def compare() -> list[Choice]:
+def compare() -> list[MeshError]:
     """300 s of the example rig, rocked, on every mesh."""
     rig = example_rig()
-    commands = rocking(rig, DURATION)
+    commands = rocking_commands(rig, DURATION)
     best = simulate(rig, commands, REFERENCE)
     rows = []
     for elements in MESHES:
@@ -50,9 +50,9 @@ def compare() -> list[Choice]:
     return rows
 
 
-def _choice(elements: int, step: float, seconds: float, response: Response, best: Response) -> Choice:
+def _choice(elements: int, step: float, seconds: float, response: Response, best: Response) -> MeshError:
     torque = _rms(response.surface_torque - best.surface_torque)
-    return Choice(
+    return MeshError(
         elements, step, seconds, torque, torque / float(np.std(best.surface_torque)),
         _rms(response.hook_load - best.hook_load) / 1000.0, math.degrees(_rms(response.tool_face - best.tool_face)),
     )  # fmt: skip
@@ -62,7 +62,7 @@ def _rms(difference: np.ndarray) -> float:
     return float(np.sqrt(np.mean(difference**2)))
 
 
-def markdown(rows: list[Choice]) -> str:
+def markdown(rows: list[MeshError]) -> str:
     """A table with the gain over the 200 elements that are the default."""
     default = next(row.seconds for row in rows if row.elements == 200)
     lines = ["| elements | step | times faster than 200 | surface torque | of its standard deviation | hook load "
@@ -78,7 +78,7 @@ def markdown(rows: list[Choice]) -> str:
 def single_precision(counts: tuple[int, ...] = (32, 100, 200)) -> str:
     """RMS differences of single from double precision, 300 s of the example rig, rocked, on the same mesh."""
     rig = example_rig()
-    commands = rocking(rig, DURATION)
+    commands = rocking_commands(rig, DURATION)
     lines = ["| elements | surface torque | hook load | standpipe pressure | toolface |", "|---|---|---|---|---|"]
     for elements in counts:
         (double,), (single,) = (simulate_batch([rig], commands, elements, single=which) for which in (False, True))

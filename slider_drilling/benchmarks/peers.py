@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.benchmarks.clock import wall_seconds
-from slider_drilling.benchmarks.work import example_rig
+from slider_drilling.benchmarks.timing import wall_seconds
+from slider_drilling.benchmarks.workload import example_rig
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.course import Course
 from slider_drilling.wellbore.mesh import build_mesh

@@ -8,14 +8,14 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 
-from slider_drilling.benchmarks.clock import wall_seconds
-from slider_drilling.benchmarks.work import example_rig, rocking
+from slider_drilling.benchmarks.timing import wall_seconds
+from slider_drilling.benchmarks.workload import example_rig, rocking_commands
 from slider_drilling.drillstring import simulate
 from slider_drilling.rig import Rig
 
 
 @dataclass(frozen=True)
-class Published:
+class PublishedRun:
     """A published run: elements, string length m, simulated s, and the seconds that it is said to take."""
 
     name: str
@@ -26,18 +26,18 @@ class Published:
 
 
 RUNS = (
-    Published("torsional waves of Aarsnes and Shor, Octave", 1000, 2500.0, 60.0, 13.0),
-    Published("Dixit's model of ExxonMobil, Python", 45, 4000.0, 60.0, 27.0),
+    PublishedRun("torsional waves of Aarsnes and Shor, Octave", 1000, 2500.0, 60.0, 13.0),
+    PublishedRun("Dixit's model of ExxonMobil, Python", 45, 4000.0, 60.0, 27.0),
 )
 
 
-def compare() -> list[tuple[Published, float]]:
+def compare() -> list[tuple[PublishedRun, float]]:
     """Each published run and what ours of the same size takes, s."""
     rows = []
     for one in RUNS:
         rig = shortened(example_rig(), one.length)
-        commands = rocking(rig, one.duration)
-        simulate(rig, rocking(rig, 0.2), one.elements)
+        commands = rocking_commands(rig, one.duration)
+        simulate(rig, rocking_commands(rig, 0.2), one.elements)
         rows.append((one, wall_seconds(lambda r=rig, c=commands, n=one.elements: simulate(r, c, n), 5)))
     return rows
 
@@ -54,7 +54,7 @@ def shortened(rig: Rig, length: float) -> Rig:
     )
 
 
-def markdown(rows: list[tuple[Published, float]]) -> str:
+def markdown(rows: list[tuple[PublishedRun, float]]) -> str:
     """A table."""
     lines = ["| run | published | ours | times faster |", "|---|---|---|---|"]
     for one, seconds in rows:

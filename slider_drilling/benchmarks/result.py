@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Result:
+class BenchmarkResult:
     """A figure, or why there is none.
 
     reference: another figure in the same unit from the same run, named by ``reference_is``, so that a busy or slow

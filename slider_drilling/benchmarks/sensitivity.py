@@ -64,14 +64,14 @@ STEERING = (*DECIDING, *HOW_FINELY)
 
 
 @dataclass(frozen=True)
-class Tally:
+class SensitivityCounts:
     """cases; named: with everything in them named or in the group of a name; said: a name without its cause;
     simulations: in all.
     """
 
     cases: int
     named: int
-    said: int
+    false_names: int
     simulations: int
 
 
@@ -95,7 +95,7 @@ def changed(constant: Constant, value: object) -> Iterator[object]:
             setattr(module, constant.name, was)
 
 
-def slides() -> Callable[[], Tally]:
+def slides() -> Callable[[], SensitivityCounts]:
     """The motor-driven slide: five effects, hardly to be seen and plain, and two logs without any."""
     sys.path.insert(0, str(Path(__file__).parents[1] / "docs" / "examples"))
     motor_slide = importlib.import_module("motor_slide")
@@ -111,24 +111,24 @@ def slides() -> Callable[[], Tally]:
         ]
     cases = [(name, motor_slide.record(tuned | truth, number)) for number, (name, truth) in enumerate(truths)]
 
-    def run() -> Tally:
+    def run() -> SensitivityCounts:
         answers = [(name, slider_drilling.gap.explain(motor_slide.MotorSlide((log,)))) for name, log in cases]
         named = [name and any(name == e or name in one.groups[e] for e in one.effects) for name, one in answers]
         said = [any(name != e and name not in one.groups[e] for e in one.effects) for name, one in answers]
         spent = sum(one.simulations for _, one in answers)
-        return Tally(len(cases), sum(map(bool, named)), sum(said), spent)
+        return SensitivityCounts(len(cases), sum(map(bool, named)), sum(said), spent)
 
     return run
 
 
-def sealed(folder: Path, most: int) -> Callable[[], Tally]:
+def sealed(folder: Path, most: int) -> Callable[[], SensitivityCounts]:
     """Logs of the drill string that somebody sealed: half with one effect, the others with none, two, or another."""
     labels = read_labels(folder / LABELS)
     single = [stem for stem, label in labels.items() if label.kind == "single" and label.size >= 1.0]
     others = [stem for stem, label in labels.items() if label.kind != "single"]
     chosen = [stem for pair in zip(single, others, strict=False) for stem in pair][:most]
 
-    def run() -> Tally:
+    def run() -> SensitivityCounts:
         named, said, spent = 0, 0, 0
         for stem in chosen:
             log = read_log(folder / LOGS / f"{stem}.mcap")
@@ -137,12 +137,12 @@ def sealed(folder: Path, most: int) -> Callable[[], Tally]:
             named += scored.named_truth
             said += scored.extra > 0 or scored.outcome in ("alarm", "bare name")
             spent += tree["counts"]["simulations"]
-        return Tally(len(chosen), named, said, spent)
+        return SensitivityCounts(len(chosen), named, said, spent)
 
     return run
 
 
-def rows(run: Callable[[], Tally], asked: Sequence[Constant]) -> Iterator[str]:
+def rows(run: Callable[[], SensitivityCounts], asked: Sequence[Constant]) -> Iterator[str]:
     """Lines of a table: everything as it is, then a line a constant as soon as it is there."""
     yield "| what | as it is | changed to: named, names without their cause, simulations | and to |\n|---|---|---|---|"
     yield f"| nothing changed | | {_told(run())} | |"
@@ -154,8 +154,8 @@ def rows(run: Callable[[], Tally], asked: Sequence[Constant]) -> Iterator[str]:
         yield f"| {constant.means} | {was} | {' | '.join(cells)} |"
 
 
-def _told(tally: Tally) -> str:
-    return f"{tally.named} of {tally.cases}, {tally.said}, {tally.simulations:,}"
+def _told(tally: SensitivityCounts) -> str:
+    return f"{tally.named} of {tally.cases}, {tally.false_names}, {tally.simulations:,}"
 
 
 def main(given: Sequence[str]) -> None:

@@ -11,9 +11,9 @@ import tempfile
 import time
 from pathlib import Path
 
-from slider_drilling.benchmarks.clock import wall_seconds
-from slider_drilling.benchmarks.result import Result
-from slider_drilling.benchmarks.work import example_rig
+from slider_drilling.benchmarks.result import BenchmarkResult
+from slider_drilling.benchmarks.timing import wall_seconds
+from slider_drilling.benchmarks.workload import example_rig
 from slider_drilling.process.parent_death import END_WITH_PARENT
 
 TIMEOUT = 600.0
@@ -25,30 +25,30 @@ def ros_is_there() -> bool:
     return importlib.util.find_spec("rclpy") is not None
 
 
-def session_rates() -> list[Result]:
+def session_rates() -> list[BenchmarkResult]:
     """Closed loop at the sensors' rate with the recorder on, and what the recorder takes."""
     if not ros_is_there():
         units = {"closed_loop_real_time_factor": "-", "recorder_messages_per_s": "1/s", "closed_loop_peak_memory": "MB"}
-        return [Result(name, None, unit, note=NO_ROS) for name, unit in units.items()]
+        return [BenchmarkResult(name, None, unit, note=NO_ROS) for name, unit in units.items()]
     closed, recorded = _measured("closed_loop"), _measured("recorder")
     return [
-        Result("closed_loop_real_time_factor", closed["factor"], "-", _without_topics(),
+        BenchmarkResult("closed_loop_real_time_factor", closed["factor"], "-", _without_topics(),
                "the same rig and controller without topics and log",
                "200 elements, 10 Hz, lockstep over DDS, recorder on, three nodes in one process"),
-        Result("recorder_messages_per_s", recorded["messages_per_s"], "1/s", _without_dds(),
+        BenchmarkResult("recorder_messages_per_s", recorded["messages_per_s"], "1/s", _without_dds(),
                "the same messages written without DDS",
                f"one publisher, one core, {recorded['lost']:.0f} lost; "
                f"{closed['messages_per_s']:.0f} a second in the closed loop"),
-        Result("closed_loop_peak_memory", closed["peak_megabytes"], "MB"),
+        BenchmarkResult("closed_loop_peak_memory", closed["peak_megabytes"], "MB"),
     ]  # fmt: skip
 
 
-def node_start() -> Result:
+def node_start() -> BenchmarkResult:
     """From nothing to a friction simulator that stands ready, compiled code in its cache."""
     if not ros_is_there():
-        return Result("node_start_s", None, "s", note=NO_ROS)
+        return BenchmarkResult("node_start_s", None, "s", note=NO_ROS)
     _measured("start")
-    return Result("node_start_s", wall_seconds(lambda: _measured("start"), 3), "s",
+    return BenchmarkResult("node_start_s", wall_seconds(lambda: _measured("start"), 3), "s",
                   note="friction_simulator, code compiled before")  # fmt: skip
 
 

@@ -5,27 +5,28 @@ from __future__ import annotations
 import subprocess
 import sys
 
-from slider_drilling.benchmarks.clock import wall_seconds
-from slider_drilling.benchmarks.result import Result
+from slider_drilling.benchmarks.result import BenchmarkResult
+from slider_drilling.benchmarks.timing import wall_seconds
 
 _PEAK = "from slider_drilling.benchmarks.machine import peak_megabytes; print(peak_megabytes())"
 _SIMULATED = (
-    "from slider_drilling.benchmarks.work import example_rig, rocking\n"
+    "from slider_drilling.benchmarks.workload import example_rig, rocking\n"
     "from slider_drilling.drillstring import simulate\n"
     "rig = example_rig(); simulate(rig, rocking(rig, 300.0))\n"
 )
 
 
-def start_up() -> list[Result]:
+def start_up() -> list[BenchmarkResult]:
     """Help, import of the plant, and the peak memory of a 300 s simulation, each in processes of their own."""
     click = wall_seconds(lambda: _python("-c", "import click"))
     numba = wall_seconds(lambda: _python("-c", "import numba, numpy"))
     return [
-        Result("help_s", wall_seconds(lambda: _python("-m", "slider_drilling", "--help")), "s", click,
+        BenchmarkResult("help_s", wall_seconds(lambda: _python("-m", "slider_drilling", "--help")), "s", click,
                "python that imports click"),
-        Result("import_s", wall_seconds(lambda: _python("-c", "import slider_drilling.drillstring")), "s", numba,
+        BenchmarkResult("import_s", wall_seconds(lambda: _python("-c", "import slider_drilling.drillstring")), "s",
+               numba,
                "python that imports numba and numpy", "the plant, code compiled before"),
-        Result("peak_memory", _peak(_SIMULATED), "MB", _peak("import numba, numpy\n"),
+        BenchmarkResult("peak_memory", _peak(_SIMULATED), "MB", _peak("import numba, numpy\n"),
                "python that imports numba and numpy", "300 s of the example rig"),
     ]  # fmt: skip
 

@@ -7,9 +7,9 @@ from functools import partial
 
 import numpy as np
 
-from slider_drilling.benchmarks.clock import processor_seconds, wall_seconds
-from slider_drilling.benchmarks.result import Result
-from slider_drilling.benchmarks.work import ELEMENTS, Rocked, example_rig, rocking, variants
+from slider_drilling.benchmarks.result import BenchmarkResult
+from slider_drilling.benchmarks.timing import processor_seconds, wall_seconds
+from slider_drilling.benchmarks.workload import ELEMENTS, RockingPlant, example_rig, rocking_commands, variants
 from slider_drilling.drillstring import kernel, simulate_batch
 from slider_drilling.process.jit_cache import COMPILE, njit
 
@@ -18,42 +18,42 @@ _CACHED = 96  # elements whose arrays, 18 kB, stay in any processor's first-leve
 _ARITHMETIC = "the step's loops on 96 elements, which stay in the first-level cache"
 
 
-def string_rates() -> list[Result]:
+def string_rates() -> list[BenchmarkResult]:
     """Cost of an element's step, single and batched, and real-time factor, beside the bare arithmetic."""
     rig = example_rig()
     bare = arithmetic_ns()
-    plant, duration = Rocked(rig), 30.0
-    single = processor_seconds(lambda: plant.go_on(duration)) / plant.element_steps(duration)
-    wall = wall_seconds(lambda: plant.go_on(duration))
-    rigs, commands = variants(rig, BATCH), rocking(rig, 20.0)
+    plant, duration = RockingPlant(rig), 30.0
+    single = processor_seconds(lambda: plant.advance(duration)) / plant.element_steps(duration)
+    wall = wall_seconds(lambda: plant.advance(duration))
+    rigs, commands = variants(rig, BATCH), rocking_commands(rig, 20.0)
 
     def batch(narrow: bool) -> float:
-        simulate_batch(rigs[:1], rocking(rig, 0.1), single=narrow)
+        simulate_batch(rigs[:1], rocking_commands(rig, 0.1), single=narrow)
         taken = processor_seconds(lambda: simulate_batch(rigs, commands, single=narrow), repeats=3)
         return taken / (BATCH * plant.element_steps(20.0))
 
     double, narrow = batch(False), batch(True)
     steps_a_second = plant.element_steps(1.0)
     return [
-        Result("single_ns_per_element_step", 1e9 * single, "ns", bare, _ARITHMETIC, f"{ELEMENTS} elements"),
-        Result("batch_ns_per_element_step", 1e9 * double, "ns", bare, _ARITHMETIC,
+        BenchmarkResult("single_ns_per_element_step", 1e9 * single, "ns", bare, _ARITHMETIC, f"{ELEMENTS} elements"),
+        BenchmarkResult("batch_ns_per_element_step", 1e9 * double, "ns", bare, _ARITHMETIC,
                f"{BATCH} runs of {ELEMENTS} elements on one core, assembly included"),
-        Result("single_precision_ns_per_element_step", 1e9 * narrow, "ns", 1e9 * double,
+        BenchmarkResult("single_precision_ns_per_element_step", 1e9 * narrow, "ns", 1e9 * double,
                "the same batch in double precision", "as a diagnosis simulates"),
-        Result("real_time_factor", duration / wall, "-", 1e9 / (steps_a_second * bare),
+        BenchmarkResult("real_time_factor", duration / wall, "-", 1e9 / (steps_a_second * bare),
                "the factor at the bare arithmetic's cost", f"{ELEMENTS} elements, all channels, one core"),
     ]  # fmt: skip
 
 
-def machine_rates() -> list[Result]:
+def machine_rates() -> list[BenchmarkResult]:
     """What the processor takes for the roots and exponentials that the step does without."""
     values = np.linspace(0.1, 2.0, 4096)
     out = np.empty_like(values)
     root, exponential = (_ns_each(partial(function, values, out=out), len(values)) for function in (np.sqrt, np.exp))
     how = "vectorised, within the first-level cache, a value"
     return [
-        Result("numpy_sqrt_ns", root, "ns", note=how),
-        Result("numpy_exp_ns", exponential, "ns", note=how),
+        BenchmarkResult("numpy_sqrt_ns", root, "ns", note=how),
+        BenchmarkResult("numpy_exp_ns", exponential, "ns", note=how),
     ]
 
 

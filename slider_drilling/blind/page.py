@@ -11,7 +11,7 @@ import numpy as np
 from slider_drilling.blind.lack import NOTHING
 from slider_drilling.blind.score import Scored
 from slider_drilling.blind.tally import LEFT, Share, Spread, Tally, tally
-from slider_drilling.pages import Bullets, Chart, Lead, Line, Page, Panel, Section, Table, Tag, write_page
+from slider_drilling.pages import BulletList, Chart, Headline, Line, Page, Panel, Section, Table, Tag, write_page
 from slider_drilling.units import SI, Units
 
 _FACTS = ("code", "date")
@@ -21,17 +21,19 @@ def write_blind_page(path: Path, cases: Sequence[Scored], tree: dict[str, Any], 
     """Write the page. tree: of blind.json; units: of the page. Raises InputError."""
     found = tally(cases)
     page = Page(
-        about="Blind check",
+        kind="Blind check",
         title=f"{len(cases)} sealed logs",
         facts=tuple((name, str(tree[name])) for name in _FACTS)
         + tuple((name, str(value)) for name, value in tree["options"].items() if value != ""),
-        lead=Lead(f"Named, or in the top group: {found.named}. Effect-free logs with an alarm: {found.false_alarms}."),
+        headline=Headline(
+            f"Named, or in the top group: {found.named}. Effect-free logs with an alarm: {found.false_alarms}."
+        ),
         sections=(
             Section("In all", (Table(("", "count, share, 95 % interval"), tuple(total_rows(found))),
-                               Bullets(_READING))),
+                               BulletList(_READING))),
             Section("How small", (_sizes(found), _curves(found))),
             Section("What was said", (_confusion(found),)),
-            Section("Every case", (_cases(cases),), folded=True),
+            Section("Every case", (_cases(cases),), collapsed=True),
         ),
     )  # fmt: skip
     write_page(path, page, units)

@@ -180,7 +180,7 @@ def page_of(rows: Sequence[Row]) -> Page:
         body.append((first, Tag(row.verdict, _TONES.get(row.verdict, "bad")), *shown[2:]))
     counts = Counter(row.verdict for row in rows)
     return Page(
-        about="Diagnoses", title=f"{len(rows)} logs",
+        kind="Diagnoses", title=f"{len(rows)} logs",
         facts=tuple((verdict, str(count)) for verdict, count in counts.items()),
         sections=(Section("Every log", (Table(HEADS, tuple(body)),)),),
         notes=("Each log is diagnosed by itself; several logs of one rig tell more when they are fitted together.",),

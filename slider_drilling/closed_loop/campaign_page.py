@@ -12,7 +12,7 @@ import numpy as np
 from slider_drilling.closed_loop import campaign
 from slider_drilling.closed_loop.campaign import QUANTILES, Paired, Setting, Slide, Spread, spread, worst
 from slider_drilling.closed_loop.score import ALLOWED, HELD, WITHIN_DEG
-from slider_drilling.pages import Chart, Lead, Line, Page, Panel, Section, Table
+from slider_drilling.pages import Chart, Headline, Line, Page, Panel, Section, Table
 
 HEADS = ("controller", "slides", *(f"error deg, {q:.0%}" for q in QUANTILES), "within 15 deg for 95 %", "set in 240 s",
          "set after s, 50 %", "set after s, 95 %", "peak torque kN m, 50 %", "peak torque kN m, 95 %",
@@ -94,8 +94,9 @@ def campaign_page(
             f"below {_number(found.error[-1], 1)} deg; set within {ALLOWED:.0f} s in {found.set_in_time}.")  # fmt: skip
     rows = tuple(spread_cells(one, spread(of)) for one, of in slides.items())
     return Page(
-        about="Closed-loop campaign", title=f"{name} on {found.slides} random rigs",
-        facts=(("seed", str(setting.seed)), ("elements", str(setting.elements)), ("code", code)), lead=Lead(lead),
+        kind="Closed-loop campaign", title=f"{name} on {found.slides} random rigs",
+        facts=(("seed", str(setting.seed)), ("elements", str(setting.elements)), ("code", code)),
+        headline=Headline(lead),
         sections=(
             Section("All slides", (
                 f"Error on truth, from {ALLOWED:.0f} s after the start. Set: within {WITHIN_DEG:.0f} deg for "

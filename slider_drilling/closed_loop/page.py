@@ -11,7 +11,7 @@ from slider_drilling.closed_loop.contenders import ABOUT, BASELINES, INFORMED, L
 from slider_drilling.closed_loop.report import costs
 from slider_drilling.closed_loop.run import Outcome
 from slider_drilling.closed_loop.score import ALLOWED, HELD, HELD_SHARE, WITHIN_DEG, Score, error_deg
-from slider_drilling.pages import Bars, Chart, Lead, Line, Page, Panel, Section, Table, Tag
+from slider_drilling.pages import Bars, Chart, Headline, Line, Page, Panel, Section, Table, Tag
 from slider_drilling.pages.colours import AMBER, BLUE, GREEN, GREY, PURPLE, RED, SKY
 from slider_drilling.pages.page import Cell
 
@@ -54,7 +54,7 @@ def set_after(own: Score) -> str:
     return "never" if own.time_to_set_s is None else f"{own.time_to_set_s:.0f}"
 
 
-def _lead(rows: Sequence[dict[str, Outcome]]) -> Lead | None:
+def _lead(rows: Sequence[dict[str, Outcome]]) -> Headline | None:
     own = [row[UNDER_TEST].score for row in rows]
     idle = sum(score.nothing_drilled for score in own)
     errors = [score.mean_abs_error_deg for score in own if not score.nothing_drilled]
@@ -68,14 +68,14 @@ def _lead(rows: Sequence[dict[str, Outcome]]) -> Lead | None:
     said += [f"It was more than {WITHIN_DEG:.0f} deg off for over {share} of the time in {lost}."] if lost else []
     said += [f"It was never set in {unset}."] if unset else []
     said += [f"Nothing was drilled in {idle}."] if idle else []
-    return Lead(" ".join(said), "bad" if idle or unset or lost else "good") if said else None
+    return Headline(" ".join(said), "bad" if idle or unset or lost else "good") if said else None
 
 
 def _means(rows: Sequence[dict[str, Outcome]]) -> Chart:
     shown = [row for row in rows if not row[UNDER_TEST].score.nothing_drilled]
     names = tuple(row[UNDER_TEST].scenario.name for row in shown)
     means = np.array([row[UNDER_TEST].score.mean_abs_error_deg for row in shown])
-    bars = Bars("", names, means, (BLUE,), tuple(f"{mean:.1f}" for mean in means), flat=True)
+    bars = Bars("", names, means, (BLUE,), tuple(f"{mean:.1f}" for mean in means), horizontal=True)
     panel = Panel("scenario", (bars,), height=max(0.09 * len(names), 0.35))
     return Chart("Mean error of the controller under test", "mean error, deg", (panel,), wide=True)
 
@@ -87,7 +87,7 @@ def _scenario(row: dict[str, Outcome]) -> Section:
     if events:
         lines = tuple((time, level, name.replace("_", " "), message) for time, level, name, message in events)
         items.append(Table(("time, s", "", "", "what its interlocks said"), lines))
-    return Section(scenario.name, tuple(items), folded=True)
+    return Section(scenario.name, tuple(items), collapsed=True)
 
 
 def _traces(row: dict[str, Outcome]) -> Chart:
@@ -109,4 +109,4 @@ def _traces(row: dict[str, Outcome]) -> Chart:
     )
     caption = (f"The first axis shows {reach:.0f} deg to either side, where the controller stays once set; before "
                "that the error may lie outside. Names above the figure show and hide what else ran.")  # fmt: skip
-    return Chart("Traces", "time, s", panels, caption, wide=True, points=_POINTS)
+    return Chart("Traces", "time, s", panels, caption, wide=True, max_points=_POINTS)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import deliver, json_option, units_option
+from slider_drilling.commands.options import json_option, units_option, write_and_print
 
 if TYPE_CHECKING:
     from slider_drilling.paper_studies.study import Table
@@ -42,7 +42,8 @@ def command(log: Path, output: Path, rig_path: Path | None, elements: int, units
     shown, tree = page(found, units), findings(found)
     for sentence in found.not_found:
         stderr().print(f"not found: {sentence}")
-    deliver(tree if as_json else None, lambda: _print(shown.tables), lambda: write_study(shown, output, tree, units))
+    write_and_print(tree if as_json else None, lambda: _print(shown.tables),
+                    lambda: write_study(shown, output, tree, units))  # fmt: skip
 
 
 def _print(tables: Sequence[Table]) -> None:

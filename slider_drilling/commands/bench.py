@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from slider_drilling.benchmarks.result import Result
+    from slider_drilling.benchmarks.result import BenchmarkResult
 
 EPILOG = "Examples:\n\n  slider-drilling bench\n\n  slider-drilling bench --json > bench.json"
 
@@ -20,8 +20,8 @@ def command(as_json: bool) -> None:
 
     Each figure stands beside a reference measured in the same run: compare ratios where machines differ or are busy.
     """
-    from slider_drilling.benchmarks.everything import STAGES, measure
     from slider_drilling.benchmarks.machine import describe
+    from slider_drilling.benchmarks.suite import STAGES, measure
     from slider_drilling.console.streams import progress_bar
 
     machine = describe()
@@ -34,7 +34,7 @@ def command(as_json: bool) -> None:
         _print(results, machine)
 
 
-def _print(results: list[Result], machine: dict[str, str]) -> None:
+def _print(results: list[BenchmarkResult], machine: dict[str, str]) -> None:
     from rich.table import Table
 
     from slider_drilling.console.streams import stdout

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from slider_drilling.commands.campaign_options import jobs_option, scheduler_option
-from slider_drilling.commands.options import deliver, json_option, print_json, seeds, units_option
+from slider_drilling.commands.options import SEED, json_option, print_json, units_option, write_and_print
 
 if TYPE_CHECKING:
     from slider_drilling.blind.score import Scored
@@ -31,7 +31,7 @@ Examples:
 
 @click.command(epilog=EXAMPLES)
 @click.option("--cases", default=20, show_default=True, type=click.IntRange(1, 100000), help="Sealed logs.")
-@click.option("--seed", default=1, show_default=True, type=seeds,
+@click.option("--seed", default=1, show_default=True, type=SEED,
               help="Another one gives other wells, noise and forms of every law.")  # fmt: skip
 @click.option("--effects", default="", metavar="NAME,...",
               help="Seal these only: effects, laws from outside, `none`, `two`; all of them if not given.")  # fmt: skip
@@ -169,7 +169,7 @@ def _report(
         write_blind_page(paths[1], cases, tree, units)
         return paths
 
-    deliver(tree if to_json else None, show, write)
+    write_and_print(tree if to_json else None, show, write)
 
 
 def _line(case: Scored) -> str:

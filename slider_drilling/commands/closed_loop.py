@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from slider_drilling.commands.campaign_options import scheduler_option
-from slider_drilling.commands.options import deliver, print_listing, units_option
+from slider_drilling.commands.options import print_listing, units_option, write_and_print
 
 if TYPE_CHECKING:
     from slider_drilling.closed_loop import Outcome, Scenario
@@ -64,8 +64,8 @@ def command(
     from slider_drilling.closed_loop import report
     from slider_drilling.closed_loop.campaign import Setting
     from slider_drilling.closed_loop.page import closed_loop_page
-    from slider_drilling.commands.changes import settings_of
     from slider_drilling.commands.closed_loop_campaign import drawn_scenario, run_campaign
+    from slider_drilling.commands.overrides import parse_settings
     from slider_drilling.console.streams import stderr
     from slider_drilling.control.load import DEFAULT
     from slider_drilling.errors import InputError
@@ -96,7 +96,7 @@ def command(
         make_folder(output)
         prepare_outputs((output / "closed_loop.json", output / "closed_loop.html"))
     name = name or DEFAULT
-    settings = settings_of(sets, name, scenarios[0].believed_rig())
+    settings = parse_settings(sets, name, scenarios[0].believed_rig())
     outcomes = _run(scenarios, seed, elements, name, jobs, settings)
     rows = report.by_scenario(outcomes, scenarios)
     figures = report.as_json(rows, name, seed, elements)
@@ -111,7 +111,7 @@ def command(
         write_page(output / "closed_loop.html", closed_loop_page(rows, name, seed, elements), units)
         return output / "closed_loop.json", output / "closed_loop.html"
 
-    deliver(figures if as_json_text else None, lambda: _print(rows, units), write)
+    write_and_print(figures if as_json_text else None, lambda: _print(rows, units), write)
     return 0
 
 

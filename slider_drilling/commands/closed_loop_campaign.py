@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slider_drilling.commands.options import deliver
+from slider_drilling.commands.options import write_and_print
 
 if TYPE_CHECKING:
     from slider_drilling.campaign.run import Where
@@ -50,7 +50,7 @@ def run_campaign(
         write_page(output / PAGE, campaign_page.campaign_page(found, setting, code_version(), repeat), units)
         return output / FILE, output / PAGE
 
-    deliver(tree if as_json else None, lambda: _print(found), write)
+    write_and_print(tree if as_json else None, lambda: _print(found), write)
     return ran.code
 
 

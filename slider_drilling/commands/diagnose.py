@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from slider_drilling.commands.campaign_options import jobs_option, scheduler_option
-from slider_drilling.commands.options import deliver, json_option, namespace_option, seeds, units_option
+from slider_drilling.commands.options import SEED, json_option, namespace_option, units_option, write_and_print
 
 if TYPE_CHECKING:
     from slider_drilling.diagnosis.diagnose import Diagnosis
@@ -32,7 +32,7 @@ Examples:
 @click.option("-o", "--output", type=click.Path(path_type=Path), default="diagnosis", show_default=True,
               help="Folder for diagnosis.json, report.html and rig.tuned.yaml, of several logs one each.")  # fmt: skip
 @namespace_option
-@click.option("--seed", default=0, show_default=True, type=seeds,
+@click.option("--seed", default=0, show_default=True, type=SEED,
               help="Of the bootstrap; the same seed gives the same answer.")  # fmt: skip
 @click.option("--only", multiple=True, metavar="NAME", help="Consider only this effect of the catalogue; repeatable.")
 @click.option("--effect", "effects", multiple=True, metavar="MODULE:CLASS", help="An effect of your own; repeatable.")
@@ -69,7 +69,7 @@ def command(
     the finished ones, and the same command goes on from there. Of one log, or with --together, Ctrl-C (or SIGTERM)
     writes the best answer so far, marked partial. The exit code is then 130 (143).
     """
-    from slider_drilling.api.diagnoses import diagnose
+    from slider_drilling.api.diagnose import diagnose
     from slider_drilling.campaign.logs import Options, find_logs, source_of
     from slider_drilling.campaign.run import Where
     from slider_drilling.commands.diagnose_logs import diagnose_each
@@ -96,7 +96,7 @@ def command(
     for record in records:
         for note in record.notes:
             stderr().print(f"{record.source}: {note}")
-    deliver(diagnosed.tree if as_json else None, lambda: _print(diagnosed.found, units),
+    write_and_print(diagnosed.tree if as_json else None, lambda: _print(diagnosed.diagnosis, units),
             lambda: diagnosed.save(output, units))  # fmt: skip
     return 0
 
@@ -155,11 +155,11 @@ def _print_simulated(outcome: Outcome, units: Units) -> None:
 
     from slider_drilling.console.streams import stdout
     from slider_drilling.diagnosis.page import simulated_rows
-    from slider_drilling.pages import Amount
+    from slider_drilling.pages import Quantity
 
     heads, rows = simulated_rows(outcome)
     table = Table(*heads, title="RMS error of one simulation of the log, nothing fed back or held out")
     for row in rows:
-        table.add_row(*(units.text(cell.value, cell.unit) if isinstance(cell, Amount) else str(cell) for cell in row))
+        table.add_row(*(units.text(cell.value, cell.unit) if isinstance(cell, Quantity) else str(cell) for cell in row))
     if rows:
         stdout().print(table)

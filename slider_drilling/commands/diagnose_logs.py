@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slider_drilling.commands.options import deliver
+from slider_drilling.commands.options import write_and_print
 
 if TYPE_CHECKING:
     from slider_drilling.campaign.logs import Options, Row
@@ -48,7 +48,7 @@ def diagnose_each(
         write_page(output / PAGE, page_of(rows), units)
         return [output / FILE, output / PAGE]
 
-    deliver(tree if as_json_text else None, lambda: _print(rows), write)
+    write_and_print(tree if as_json_text else None, lambda: _print(rows), write)
     return ran.code
 
 

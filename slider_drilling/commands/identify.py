@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from slider_drilling.commands.options import deliver, json_option, seeds, units_option
+from slider_drilling.commands.options import SEED, json_option, units_option, write_and_print
 from slider_drilling.console.printable import printable
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ UNITS = {"stiffness": "N/m", "minor_axis": "m", "major_axis": "m"}
 @click.option("--shape-factor", type=float, default=3.141592653589793, show_default=True, help="chi, held.")
 @click.option("--particles", type=click.IntRange(4, 1000), default=24, show_default=True)
 @click.option("--generations", type=click.IntRange(1, 10000), default=40, show_default=True)
-@click.option("--seed", type=seeds, default=0, show_default=True)
+@click.option("--seed", type=SEED, default=0, show_default=True)
 @click.option("--jobs", type=click.IntRange(1, 64), default=2, show_default=True, help="Threads.")
 @json_option
 @units_option
@@ -86,7 +86,8 @@ def command(
         )  # fmt: skip
     findings = _findings(data, found, seed)
     page = _page(data, measured, found)
-    deliver(findings if as_json else None, lambda: _print(found), lambda: write_study(page, output, findings, units))
+    write_and_print(findings if as_json else None, lambda: _print(found),
+                    lambda: write_study(page, output, findings, units))  # fmt: skip
 
 
 def _findings(path: Path, found: Identification, seed: int) -> dict[str, Any]:

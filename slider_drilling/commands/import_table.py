@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, print_json, tell_written, units_option
+from slider_drilling.commands.options import json_option, print_json, print_written, units_option
 from slider_drilling.errors import InputError
 
 if TYPE_CHECKING:
@@ -82,4 +82,4 @@ def command(
         print_json({"contents": [asdict(one) for one in contents(log)], "notes": log.notes, "wrote": [output]})
         return
     stdout().print(summary_table(log, units))
-    tell_written((output,))
+    print_written((output,))

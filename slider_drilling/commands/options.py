@@ -17,7 +17,7 @@ namespace_option = click.option(
     "--namespace", help="Whose topics to read, where the log holds several rigs'; / for none."
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout: SI units, rad.")
-seeds = click.IntRange(0, 2**31 - 1)
+SEED = click.IntRange(0, 2**31 - 1)
 
 
 def _units(context: click.Context, option: click.Parameter, value: str) -> Units:
@@ -33,7 +33,7 @@ units_option = click.option(
 )  # fmt: skip
 
 
-def finite(value: float | None) -> float | None:
+def finite_or_none(value: float | None) -> float | None:
     """The number for JSON, which has none that is not finite: None then."""
     return value if value is not None and math.isfinite(value) else None
 
@@ -55,7 +55,9 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def deliver(tree: Mapping[str, Any] | None, show: Callable[[], None], write: Callable[[], Sequence[Path]]) -> None:
+def write_and_print(
+    tree: Mapping[str, Any] | None, show: Callable[[], None], write: Callable[[], Sequence[Path]]
+) -> None:
     """Write an answer's files, print it (the tree as JSON, without one by ``show``), and say what was written.
 
     An answer may have taken minutes: it is printed where no file could be written, and written where nobody reads it.
@@ -69,10 +71,10 @@ def deliver(tree: Mapping[str, Any] | None, show: Callable[[], None], write: Cal
         else:
             print_json({**tree, "wrote": written})
     if tree is None:
-        tell_written(written)
+        print_written(written)
 
 
-def tell_written(paths: Iterable[Path]) -> None:
+def print_written(paths: Iterable[Path]) -> None:
     """The last lines of a command that leaves files: one each."""
     from slider_drilling.console.streams import stdout
 
@@ -80,7 +82,7 @@ def tell_written(paths: Iterable[Path]) -> None:
         stdout().print(f"wrote {path}")
 
 
-def effect_names(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
+def complete_effect(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
     """For shells: the effects of the catalogue that begin so."""
     from dataclasses import fields
 

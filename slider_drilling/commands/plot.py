@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import deliver, json_option, namespace_option, units_option
+from slider_drilling.commands.options import json_option, namespace_option, units_option, write_and_print
 
 if TYPE_CHECKING:
     from slider_drilling.units import Units
@@ -42,5 +42,5 @@ def command(log: Path, output: Path | None, namespace: str | None, units: Units,
         write_picture(picture, record, units)
         return page, picture
 
-    deliver({"log": log, "summary": asdict(summary), "notes": record.notes} if as_json else None,
+    write_and_print({"log": log, "summary": asdict(summary), "notes": record.notes} if as_json else None,
             lambda: stdout().print(summary_table(summary, units=units)), write)  # fmt: skip

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import deliver, json_option, namespace_option, units_option
+from slider_drilling.commands.options import json_option, namespace_option, units_option, write_and_print
 
 if TYPE_CHECKING:
     from slider_drilling.diagnosis.replay import Replay
@@ -28,7 +28,7 @@ def command(
     as_json: bool, units: Units,
 ) -> None:
     """Drive the plant with LOG's commands from its first sample; print how far it lands from LOG's channels."""
-    from slider_drilling.api.comparisons import replay
+    from slider_drilling.api.replay import replay
     from slider_drilling.console.streams import stderr
     from slider_drilling.diagnosis.replay_page import replay_page
     from slider_drilling.errors import InputError
@@ -42,7 +42,7 @@ def command(
     prepare_outputs(written, (log, rig_path))
     record = read_log(log, rig_path, namespace)
     replayed = replay(record, elements=elements)
-    run = replayed.found
+    run = replayed.replay
 
     def show() -> None:
         _print(run, units)
@@ -59,7 +59,7 @@ def command(
     channels = {name: {"rms": rms, "rms_over_noise": replayed.rms_over_noise[name]}
                 for name, rms in replayed.rms.items()}
     tree = {"channels": channels, "assumed": run.assumed, "notes": record.notes}
-    deliver(tree if as_json else None, show, write)
+    write_and_print(tree if as_json else None, show, write)
 
 
 def _print(run: Replay, units: Units) -> None:

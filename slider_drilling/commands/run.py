@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import deliver, effect_names, json_option, units_option
+from slider_drilling.commands.options import complete_effect, json_option, units_option, write_and_print
 from slider_drilling.errors import InputError
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ class Speed(click.ParamType):
 @click.option("--controller", help="module:Class of another controller, built as Class(rig).")
 @click.option("--seed", default=0, show_default=True, help="Seed of the sensor noise.")
 @click.option("--elements", default=200, show_default=True, help="Elements of the string, 10 to 5000.")
-@click.option("--effect", "effects", multiple=True, metavar="NAME[:KEY=VALUE,...]", shell_complete=effect_names,
+@click.option("--effect", "effects", multiple=True, metavar="NAME[:KEY=VALUE,...]", shell_complete=complete_effect,
               help="Plant an effect that neither the controller nor the log's rig file knows of; repeatable.")
 @click.option("--set", "sets", multiple=True, metavar="NAME=VALUE",
               help="Change a key of the rig file (mud.density) or a setting of the controller (gain); repeatable.")
@@ -83,13 +83,13 @@ def command(
 
     environment.prepare()
     from slider_drilling.api.rigs import load_rig
-    from slider_drilling.commands.changes import change
+    from slider_drilling.commands.overrides import apply_changes
     from slider_drilling.live.serve import Address
     from slider_drilling.nodes.session import Plan
     from slider_drilling.rig import check_duration
 
     with tempfile.TemporaryDirectory(prefix="slider_drilling_") as scratch:
-        changed = change(rig, sets, effects, controller, Path(scratch))
+        changed = apply_changes(rig, sets, effects, controller, Path(scratch))
         if duration > 0.0:
             check_duration(load_rig(changed.rig or None), duration, changed.rig or "the example well")
         plan = Plan(
@@ -162,5 +162,5 @@ def _tell(outcome: Outcome, keep: bool, as_json: bool, units: Units) -> None:
 
     log_file, interrupted = outcome.log, outcome.signal > 0
     figures = {"simulated_s": outcome.simulated, "wall_s": outcome.wall, "interrupted": interrupted}
-    deliver({**figures, "summary": asdict(summary)} if as_json else None,
+    write_and_print({**figures, "summary": asdict(summary)} if as_json else None,
             lambda: stdout().print(summary_table(summary, more, units)), write)  # fmt: skip

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import deliver, json_option, print_json, print_listing, units_option
+from slider_drilling.commands.options import json_option, print_json, print_listing, units_option, write_and_print
 
 if TYPE_CHECKING:
     from slider_drilling.paper_studies.study import Study
@@ -80,7 +80,7 @@ def command(name: str | None, listing: bool, output: Path, jobs: int, units: Uni
         index = [write_index([study for study, _ in ended], output, units)] if len(names) > 1 else []
         return [*(path for study, _ in ended for path in study_files(study.name, output)), *index]
 
-    deliver({"studies": [claims_json(study) for study, _ in ended]} if as_json else None, show, write)
+    write_and_print({"studies": [claims_json(study) for study, _ in ended]} if as_json else None, show, write)
 
 
 def _run(names: list[str], output: Path, jobs: int, units: Units) -> dict[str, tuple[Study, str]]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import deliver, json_option, namespace_option, units_option
+from slider_drilling.commands.options import json_option, namespace_option, units_option, write_and_print
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -52,7 +52,7 @@ def command(
     from slider_drilling.files.output_files import make_folder, prepare_outputs, write_whole
     from slider_drilling.log import read_log
     from slider_drilling.pages import write_page
-    from slider_drilling.pages.picture import picture
+    from slider_drilling.pages.png import render_png
     from slider_drilling.rig import dump_rig
     from slider_drilling.wellbore.broomstick import broomstick
 
@@ -71,14 +71,14 @@ def command(
 
     def write() -> list[Path]:
         write_page(page, torque_drag_page(rig, sticks, points, notes, units), units)
-        write_whole(image, picture((hook_load_chart(sticks, points), torque_chart(sticks, points)), units))
+        write_whole(image, render_png((hook_load_chart(sticks, points), torque_chart(sticks, points)), units))
         write_whole(table, _csv(sticks).encode())
         if survey_path is not None:
             write_whole(changed, dump_rig(rig).encode())
         return written
 
     tree = {"at_total_depth": [_at_total_depth(one) for one in sticks], "notes": notes}
-    deliver(tree if as_json else None, lambda: _print(sticks, units), write)
+    write_and_print(tree if as_json else None, lambda: _print(sticks, units), write)
 
 
 def _rig(rig_path: Path | None, log: RigLog | None, survey_path: Path | None) -> Rig:

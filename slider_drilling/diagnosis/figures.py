@@ -38,7 +38,7 @@ def waterfall(gap: Gap) -> Chart:
         "A bar below the dotted line is what noise does as a rule: 99 times of 100 it stays below it, and about 1 is "
         "its middle." if below else ""
     )  # fmt: skip
-    panel = Panel("E, noise floors", (bars,), level, log=bool(np.any(values > _LOG_ABOVE)))
+    panel = Panel("E, noise floors", (bars,), level, y_log=bool(np.any(values > _LOG_ABOVE)))
     return Chart("From the rig file as given to what was found", "", (panel,), caption)
 
 
@@ -93,7 +93,7 @@ def intervals(ranking: Sequence[RankedEffect]) -> Chart | None:
         text.append(f"{out}{sentences.format_share(one)}{' →' if one.interval[1] > high else ''}")
     colours = tuple(GREEN if one.in_answer else GREY for one in known)
     bars = Bars("", tuple(_beside(one) for one in known), np.array(length), colours, tuple(text),
-                base=np.array(base), flat=True)  # fmt: skip
+                base=np.array(base), horizontal=True)  # fmt: skip
     caption = (
         "95 % intervals on stretches that no fit has seen; green is in the answer, an arrow goes on beyond the axis."
     )
@@ -151,5 +151,5 @@ def traces(found: Sequence[ChannelTrace], stages: Mapping[str, str]) -> list[Cha
         panels = (Panel(f"{label}, {read}", tuple(upper), height=1.4), Panel(f"difference, {read}", tuple(lower)))
         title = f"Log {trace.run + 1}: {label}" if several else label.capitalize()
         end = () if trace.fitted_until is None else ((trace.fitted_until, "not fitted from here"),)
-        charts.append(Chart(title, "time, s", panels, at=end, wide=True))
+        charts.append(Chart(title, "time, s", panels, vertical_lines=end, wide=True))
     return charts

@@ -10,7 +10,7 @@ from slider_drilling.diagnosis.effect_phrases import display_unit
 from slider_drilling.diagnosis.figures import intervals, shape, traces, waterfall, where_charts
 from slider_drilling.diagnosis.result import FittedParameter, Outcome
 from slider_drilling.log.run_page import title as title_of
-from slider_drilling.pages import Amount, Bullets, Chart, Lead, Page, Section, Table, Tag
+from slider_drilling.pages import BulletList, Chart, Headline, Page, Quantity, Section, Table, Tag
 from slider_drilling.pages.page import Cell, Tone
 from slider_drilling.pages.titles import well_name
 from slider_drilling.units import SI
@@ -40,7 +40,7 @@ def report_page(diagnosis: Diagnosis) -> Page:
     return Page(
         "Where the log and the simulation part", _title(diagnosis),
         (Section("", (diagnosis.sentence,)), *sections), tuple(facts),
-        Lead(diagnosis.driller, _TONES.get(outcome.verdict, "bad"), word), diagnosis.remarks,
+        Headline(diagnosis.driller, _TONES.get(outcome.verdict, "bad"), word), diagnosis.remarks,
     )  # fmt: skip
 
 
@@ -164,7 +164,7 @@ def _parameters(outcome: Outcome) -> list[Section]:
 
 def _next(diagnosis: Diagnosis) -> list[Section]:
     found = diagnosis.outcome.next_manoeuvre
-    items: list[str | Bullets] = []
+    items: list[str | BulletList] = []
     if found is not None:
         first, second = (sentences.plain_name(name) for name in found.separates)
         items.append(
@@ -172,14 +172,14 @@ def _next(diagnosis: Diagnosis) -> list[Section]:
             f"floors there; in this log they differ by {found.distance_now:.1f}."
         )
     if diagnosis.would_help:
-        items += ["With more channels more could be told apart:", Bullets(diagnosis.would_help)]
+        items += ["With more channels more could be told apart:", BulletList(diagnosis.would_help)]
     return [Section("What to do next", tuple(items))] if items else []
 
 
-def amount(value: float | None, unit: str) -> Amount:
+def amount(value: float | None, unit: str) -> Quantity:
     """A value of an SI unit as a cell in the unit that is read."""
     read, factor = display_unit(unit)
-    return Amount(None if value is None else value * factor, "" if read == "-" else read)
+    return Quantity(None if value is None else value * factor, "" if read == "-" else read)
 
 
 def _text(value: float, unit: str) -> str:

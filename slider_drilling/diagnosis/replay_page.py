@@ -14,7 +14,7 @@ from slider_drilling.log.run_page import title
 from slider_drilling.log.series import RigLog
 from slider_drilling.pages import Chart, Line, Page, Panel, Section, Table
 from slider_drilling.pages.colours import BLUE, INK, RED
-from slider_drilling.pages.figures import folded
+from slider_drilling.pages.figures import wrap_degrees
 from slider_drilling.units import Units, number
 
 # Of a channel's SI unit: its value in the unit that pages start from, and that unit.
@@ -60,9 +60,9 @@ def _panels(name: str, one: Comparison) -> tuple[Panel, Panel]:
     difference = Line("measured less simulated", time, factor * one.residual, "dots" if sparse else "line", RED)
     return (
         Panel(f"{said}, {unit}", over),
-        Panel(f"{said}: measured less simulated, {unit}", (difference,), level=(0.0, ""), height=0.7),
+        Panel(f"{said}: measured less simulated, {unit}", (difference,), reference_line=(0.0, ""), height=0.7),
     )
 
 
 def _unbroken(degrees: Array, wrapped: bool) -> Array:
-    return folded(np.asarray(degrees)) if wrapped else degrees
+    return wrap_degrees(np.asarray(degrees)) if wrapped else degrees

@@ -68,7 +68,7 @@ def _tool_faces(log: RigLog, depth: Array, passed: Array) -> Chart | None:
         return None
     turned = 180.0 - (180.0 - np.degrees(mwd.position[inside])) % 360.0
     dots = Line("MWD", turned, np.interp(mwd.time[inside], passed, depth), "dots", RED)
-    return Chart("Toolface", "MWD toolface, deg", (Panel("bit depth, m", (dots,), down=True),))
+    return Chart("Toolface", "MWD toolface, deg", (Panel("bit depth, m", (dots,), inverted=True),))
 
 
 def _binned(time: Array, value: Array, edges: Array) -> Array:
@@ -88,4 +88,4 @@ def _chart(
     lines = [Line("mean", value, depth, colour=BLUE)]
     if low is not None and high is not None:
         lines += [Line("lowest and highest", low, depth, "dotted", RED), Line("", high, depth, "dotted", RED)]
-    return Chart(title, label, (Panel("bit depth, m", tuple(lines), down=True),))
+    return Chart(title, label, (Panel("bit depth, m", tuple(lines), inverted=True),))

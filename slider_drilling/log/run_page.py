@@ -11,12 +11,12 @@ from slider_drilling.files.output_files import write_whole
 from slider_drilling.log.by_depth import depth_charts
 from slider_drilling.log.run_summary import NOT_SET, RunSummary, held_words, rows, target_at
 from slider_drilling.log.series import Array, RigLog
-from slider_drilling.pages import Chart, Lead, Line, Page, Panel, Section, Table
+from slider_drilling.pages import Chart, Headline, Line, Page, Panel, Section, Table
 from slider_drilling.pages import write_page as write
 from slider_drilling.pages.colours import AMBER, BLUE, GREEN, GREY, RED
-from slider_drilling.pages.figures import folded
-from slider_drilling.pages.picture import picture
-from slider_drilling.pages.titles import targets, well_name, when
+from slider_drilling.pages.figures import wrap_degrees
+from slider_drilling.pages.png import render_png
+from slider_drilling.pages.titles import target_text, utc_time, well_name
 from slider_drilling.rig import Rig
 from slider_drilling.units import SI, Units
 
@@ -33,7 +33,7 @@ def panels(log: RigLog) -> tuple[Panel, ...]:
 def _tool_face(log: RigLog) -> Panel:
     lines = []
     if log.truth_bit is not None:
-        lines.append(Line("truth", log.truth_bit.time, folded(np.degrees(log.truth_bit.position)), colour=GREY))
+        lines.append(Line("truth", log.truth_bit.time, wrap_degrees(np.degrees(log.truth_bit.position)), colour=GREY))
     if log.mwd_tool_face is not None:
         mwd = log.mwd_tool_face
         degrees = 180.0 - (180.0 - np.degrees(mwd.position)) % 360.0
@@ -42,7 +42,7 @@ def _tool_face(log: RigLog) -> Panel:
         time = np.array([min(line.x[0] for line in lines), max(line.x[-1] for line in lines)])
         if log.tool_face_target is not None:
             time = np.union1d(time, log.tool_face_target.time)
-        lines.append(Line("target", time, folded(np.degrees(target_at(log, time))), "steps", GREEN))
+        lines.append(Line("target", time, wrap_degrees(np.degrees(target_at(log, time))), "steps", GREEN))
     return Panel("toolface, deg", tuple(lines))
 
 
@@ -94,7 +94,7 @@ def _depth(log: RigLog) -> Panel:
         lines.append(Line("truth", log.truth_depth.time, log.truth_depth.position, colour=GREY))
     if log.bit_depth is not None:
         lines.append(Line("measured", log.bit_depth.time, log.bit_depth.position, colour=BLUE))
-    return Panel("bit depth, m", tuple(lines), down=True)
+    return Panel("bit depth, m", tuple(lines), inverted=True)
 
 
 def chart(log: RigLog) -> Chart:
@@ -108,7 +108,7 @@ def title(log: RigLog, units: Units = SI, rig: Rig | None = None) -> str:
         rig = log.rig()
     asked = () if log.tool_face_target is None else log.tool_face_target.position
     steps = [angle for k, angle in enumerate(asked) if k == 0 or abs(angle - asked[k - 1]) > 1e-6]
-    parts = (well_name(rig, units), when(log.start, log.metadata.get("start_time", "")), targets(steps))
+    parts = (well_name(rig, units), utc_time(log.start, log.metadata.get("start_time", "")), target_text(steps))
     return ", ".join(part for part in parts if part)
 
 
@@ -128,10 +128,10 @@ def page(log: RigLog, summary: RunSummary, more: tuple[tuple[str, str], ...] = (
     return Page("Run", title(log, units), tuple(sections), tuple(facts), _lead(summary, units), notes)
 
 
-def _lead(summary: RunSummary, units: Units) -> Lead | None:
+def _lead(summary: RunSummary, units: Units) -> Headline | None:
     found, hold = summary.drilled, summary.tool_face
     if summary.idle:
-        return Lead("Nothing was drilled: the bit made no new hole.", "bad")
+        return Headline("Nothing was drilled: the bit made no new hole.", "bad")
     said = []
     if found is not None and found.source != "block":
         said.append(f"Drilled {units.text(found.metres, 'm')} at {units.text(found.rate * 3600.0, 'm/h')}.")
@@ -140,7 +140,7 @@ def _lead(summary: RunSummary, units: Units) -> Lead | None:
         held = f"never set: {NOT_SET}" if last.set_after is None else f"set {held_words(last)}"
         said.append(f"Toolface {held} ({hold.source}).")
     good = hold is None or all(one.set_after is not None and one.lost_after is None for one in hold.targets)
-    return Lead(" ".join(said), "good" if good else "bad") if said else None
+    return Headline(" ".join(said), "good" if good else "bad") if said else None
 
 
 def write_page(
@@ -152,4 +152,4 @@ def write_page(
 
 def write_picture(path: Path, log: RigLog, units: Units = SI) -> None:
     """The same panels as PNG. Raises InputError."""
-    write_whole(path, picture((chart(log),), units, title(log, units)))
+    write_whole(path, render_png((chart(log),), units, title(log, units)))

@@ -51,7 +51,7 @@ class Bars:
     base: Array | None = None
     low: Array | None = None
     high: Array | None = None
-    flat: bool = False
+    horizontal: bool = False
 
 
 @dataclass(frozen=True)
@@ -61,11 +61,11 @@ class Panel:
     panels'.
     """
 
-    y: str
+    y_label: str
     marks: tuple[Line | Bars, ...]
-    level: tuple[float, str] | None = None
-    log: bool = False
-    down: bool = False
+    reference_line: tuple[float, str] | None = None
+    y_log: bool = False
+    inverted: bool = False
     limits: tuple[float, float] | None = None
     height: float = 1.0
 
@@ -77,18 +77,18 @@ class Chart:
     line is thinned to."""
 
     title: str
-    x: str
+    x_label: str
     panels: tuple[Panel, ...]
     caption: str = ""
-    at: tuple[tuple[float, str], ...] = ()
+    vertical_lines: tuple[tuple[float, str], ...] = ()
     x_limits: tuple[float, float] | None = None
     x_log: bool = False
     wide: bool = False
-    points: int = 2000
+    max_points: int = 2000
 
 
 @dataclass(frozen=True)
-class Map:
+class HeatMap:
     """A value over a grid: x is (n,), y is (m,), value is (m, n), NaN where there is none.
 
     categories: names of the values 0, 1, 2 ... where value is a kind, not a number; log: of its colours.
@@ -106,7 +106,7 @@ class Map:
     caption: str = ""
 
 
-Figure = Chart | Map
+Figure = Chart | HeatMap
 
 
 def line(name: str, x: ArrayLike, y: ArrayLike, style: Style = "line", colour: str = "", hidden: bool = False) -> Line:
@@ -114,7 +114,7 @@ def line(name: str, x: ArrayLike, y: ArrayLike, style: Style = "line", colour: s
     return Line(name, np.asarray(x, dtype=float), np.asarray(y, dtype=float), style, colour, hidden=hidden)
 
 
-def folded(degrees: Array) -> Array:
+def wrap_degrees(degrees: Array) -> Array:
     """Degrees within -180..180, a copy with NaN where the curve passes the fold, so that no line crosses the panel."""
     value: Array = 180.0 - (180.0 - degrees) % 360.0
     with np.errstate(invalid="ignore"):
@@ -122,7 +122,7 @@ def folded(degrees: Array) -> Array:
     return value
 
 
-def thin(x: Array, y: Array, points: int = 2000) -> tuple[Array, Array]:
+def decimate(x: Array, y: Array, points: int = 2000) -> tuple[Array, Array]:
     """At most about `points` samples of (n,) x and y: each stretch's lowest and highest y, and x where it turns back.
 
     A stretch with a NaN keeps one, so that a broken line stays broken.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from slider_drilling.errors import InputError
 from slider_drilling.pages.colours import LIGHT
 from slider_drilling.pages.figures import Figure as Described
-from slider_drilling.pages.plotly_js import drawing
+from slider_drilling.pages.plotly_js import plotly_spec
 from slider_drilling.units import SI, Units
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ def plotly_figure(figure: Described, units: Units = SI) -> Figure:
         from plotly.graph_objects import Figure
     except ImportError:
         raise InputError("plotly is not installed; install it with `pip install 'slider_drilling[analysis]'`") from None
-    drawn = drawing(figure, units)
+    drawn = plotly_spec(figure, units)
     text = json.dumps({"data": drawn["data"], "layout": drawn["layout"]})
     coloured = json.loads(re.sub(r'"@([a-z]+)([0-9a-f]{2})?"', lambda m: f'"{LIGHT[m[1]]}{m[2] or ""}"', text))
     shown = Figure(coloured["data"], coloured["layout"])

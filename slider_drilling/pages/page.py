@@ -14,8 +14,8 @@ from typing import Any, Literal
 from slider_drilling import __version__
 from slider_drilling.files.output_files import write_whole
 from slider_drilling.pages.colours import DARK, LIGHT
-from slider_drilling.pages.figures import Chart, Map
-from slider_drilling.pages.plotly_js import drawing
+from slider_drilling.pages.figures import Chart, HeatMap
+from slider_drilling.pages.plotly_js import plotly_spec
 from slider_drilling.units import Units, number, unit_of
 
 Tone = Literal["good", "plain", "bad"]
@@ -26,7 +26,7 @@ _NUMERIC = re.compile(r"^(never|-|[-+]?[\d.]+(e-?\d+)?( (to|of) [-+]?[\d.]+)?( [
 
 
 @dataclass(frozen=True)
-class Amount:
+class Quantity:
     """A number with its own unit, in a cell: "12.3 kN m"."""
 
     value: float | None
@@ -50,7 +50,7 @@ class Link:
     href: str
 
 
-Cell = str | float | int | None | Amount | Tag | Link | tuple["str | Amount | Tag | Link", ...]
+Cell = str | float | int | None | Quantity | Tag | Link | tuple["str | Quantity | Tag | Link", ...]
 
 
 @dataclass(frozen=True)
@@ -64,19 +64,19 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Bullets:
+class BulletList:
     """Sentences, one a line."""
 
     lines: tuple[str, ...]
 
 
 @dataclass(frozen=True)
-class Lead:
+class Headline:
     """The sentence that a reader came for, with a tone; word: what stands above it, a verdict."""
 
     text: str
     tone: Tone = "plain"
-    word: str = ""
+    label: str = ""
 
 
 @dataclass(frozen=True)
@@ -84,8 +84,8 @@ class Section:
     """A heading and what stands under it: text, bullets, tables and figures, in order. folded: closed until opened."""
 
     title: str
-    items: tuple[str | Bullets | Table | Chart | Map, ...]
-    folded: bool = False
+    items: tuple[str | BulletList | Table | Chart | HeatMap, ...]
+    collapsed: bool = False
 
 
 @dataclass(frozen=True)
@@ -93,11 +93,11 @@ class Page:
     """about: what kind of page; title: well, time, target; facts: what else it is of, name and value; notes: remarks
     at its foot."""
 
-    about: str
+    kind: str
     title: str
     sections: tuple[Section, ...]
     facts: tuple[tuple[str, str], ...] = ()
-    lead: Lead | None = None
+    headline: Headline | None = None
     notes: tuple[str, ...] = ()
 
 
@@ -112,13 +112,13 @@ def page_html(page: Page, units: Units) -> str:
 
     drawings: list[dict[str, Any]] = []
     sections = [
-        {"title": section.title, "folded": section.folded,
+        {"title": section.title, "collapsed": section.collapsed,
          "groups": _grouped([_item(item, units, drawings) for item in section.items])}
         for section in page.sections
     ]  # fmt: skip
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    lead = None if page.lead is None else replace(page.lead, text=units.sentence(page.lead.text))
-    told = replace(page, lead=lead, notes=tuple(units.sentence(note) for note in page.notes))
+    headline = None if page.headline is None else replace(page.headline, text=units.sentence(page.headline.text))
+    told = replace(page, headline=headline, notes=tuple(units.sentence(note) for note in page.notes))
     return environment.from_string(_file("page.html").decode()).render(
         page=told, sections=sections, style=_file("page.css").decode(), behaviour=_file("page.js").decode(),
         light=LIGHT, dark=DARK, themes=json.dumps({"light": LIGHT, "dark": DARK}), version=__version__,
@@ -135,14 +135,16 @@ def _packed(content: bytes) -> str:
     return base64.b64encode(gzip.compress(content, 9, mtime=0)).decode()
 
 
-def _item(item: str | Bullets | Table | Chart | Map, units: Units, drawings: list[dict[str, Any]]) -> dict[str, Any]:
+def _item(
+    item: str | BulletList | Table | Chart | HeatMap, units: Units, drawings: list[dict[str, Any]]
+) -> dict[str, Any]:
     if isinstance(item, str):
         return {"kind": "text", "text": units.sentence(item)}
-    if isinstance(item, Bullets):
+    if isinstance(item, BulletList):
         return {"kind": "bullets", "lines": [units.sentence(line) for line in item.lines]}
     if isinstance(item, Table):
         return {"kind": "table", "caption": item.caption, **_table(item, units)}
-    drawn = drawing(item, units)
+    drawn = plotly_spec(item, units)
     drawings.append({"data": drawn["data"], "layout": drawn["layout"], "height": drawn["height"]})
     wide = isinstance(item, Chart) and (item.wide or len(item.panels) > 1)
     return {"kind": "figure", "place": len(drawings) - 1, "title": units.sentence(item.title),
@@ -187,7 +189,7 @@ def _cell(cell: Cell, unit: str, units: Units, digits: int) -> list[dict[str, st
         return [{"text": units.sentence(cell.text), "tone": cell.tone}]
     if isinstance(cell, Link):
         return [{"text": cell.text, "href": cell.href}]
-    if isinstance(cell, Amount):
+    if isinstance(cell, Quantity):
         return [{"text": units.text(cell.value, cell.unit, cell.digits)}]
     if cell is None:
         return [{"text": "-"}]

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from slider_drilling.pages.colours import AMBER, BLUE, GREEN, GREY, ORDER, SKY
-from slider_drilling.pages.figures import Array, Bars, Chart, Figure, Line, Map, Panel, thin
+from slider_drilling.pages.figures import Array, Bars, Chart, Figure, HeatMap, Line, Panel, decimate
 from slider_drilling.units import Units, unit_of
 
 KINDS = (SKY, AMBER, GREEN, GREY, BLUE)  # colours of a map of categories
@@ -15,9 +15,9 @@ _DASH = {"dashed": "dash", "dotted": "dot"}
 _PANEL, _SINGLE, _BETWEEN = 165.0, 300.0, 38.0  # px: a panel among others, one alone, the room between
 
 
-def drawing(figure: Figure, units: Units) -> dict[str, Any]:
+def plotly_spec(figure: Figure, units: Units) -> dict[str, Any]:
     """`data` and `layout` for Plotly.react, `legend` (name, colour, style, hidden) and `height`, px."""
-    return _map(figure, units) if isinstance(figure, Map) else _chart(figure, units)
+    return _map(figure, units) if isinstance(figure, HeatMap) else _chart(figure, units)
 
 
 def _chart(chart: Chart, units: Units) -> dict[str, Any]:
@@ -30,7 +30,7 @@ def _chart(chart: Chart, units: Units) -> dict[str, Any]:
     total = sum(heights) + _BETWEEN * (len(heights) - 1)
     layout: dict[str, Any] = {"shapes": shapes, "annotations": notes, "barmode": "overlay", "bargap": 0.35,
                               "hoversubplots": "axis", "hovermode": _hover(chart)}  # fmt: skip
-    top, x_unit = total, unit_of(chart.x)[1]
+    top, x_unit = total, unit_of(chart.x_label)[1]
     for place, (panel, height) in enumerate(zip(chart.panels, heights, strict=True), start=1):
         axis, domain = f"y{place if place > 1 else ''}", [max((top - height) / total, 0.0), top / total]
         for index, mark in enumerate(panel.marks):
@@ -40,18 +40,21 @@ def _chart(chart: Chart, units: Units) -> dict[str, Any]:
             data += [{**trace, "yaxis": axis, "name": name} for trace in traces]
             if name:
                 legend.setdefault(name, {"name": name, **_entry(mark, colour)})
-        layout[f"yaxis{axis[1:]}"] = _axis(panel.marks, panel.limits, panel.y, units, panel.log, panel.down, flat=True)
+        layout[f"yaxis{axis[1:]}"] = _axis(
+            panel.marks, panel.limits, panel.y_label, units, panel.y_log, panel.inverted, flat=True
+        )
         layout[f"yaxis{axis[1:]}"] |= {"domain": domain}
-        beside = f" · dotted: {panel.level[1]}" if panel.level is not None and panel.level[1] else ""
-        notes.append(_heading(_said(panel.y, units) + beside, domain[1]))
-        if panel.level is not None:
-            shapes.append(_level(units.value(panel.level[0], unit_of(panel.y)[1]), axis))
-        shapes += [_upright(units.value(at, x_unit), axis) for at, _ in chart.at]
+        reference = panel.reference_line
+        beside = f" · dotted: {reference[1]}" if reference is not None and reference[1] else ""
+        notes.append(_heading(_said(panel.y_label, units) + beside, domain[1]))
+        if panel.reference_line is not None:
+            shapes.append(_level(units.value(panel.reference_line[0], unit_of(panel.y_label)[1]), axis))
+        shapes += [_upright(units.value(at, x_unit), axis) for at, _ in chart.vertical_lines]
         top -= height + _BETWEEN
-    notes += [_upright_name(units.value(at, x_unit), name, chart.x_log) for at, name in chart.at if name]
+    notes += [_upright_name(units.value(at, x_unit), name, chart.x_log) for at, name in chart.vertical_lines if name]
     marks = tuple(mark for panel in chart.panels for mark in panel.marks)
-    layout["xaxis"] = _axis(marks, chart.x_limits, chart.x, units, chart.x_log, False, flat=False)
-    layout["xaxis"] |= {"anchor": axis, "title": {"text": _said(chart.x, units), "standoff": 6}}
+    layout["xaxis"] = _axis(marks, chart.x_limits, chart.x_label, units, chart.x_log, False, flat=False)
+    layout["xaxis"] |= {"anchor": axis, "title": {"text": _said(chart.x_label, units), "standoff": 6}}
     listed = list(legend.values())
     return {"data": data, "layout": layout, "legend": listed if len(listed) > 1 else [], "height": total + 70.0}
 
@@ -79,7 +82,7 @@ def _said(label: str, units: Units) -> str:
     return told[:1].upper() + told[1:]
 
 
-def numbers(values: Array) -> list[float | None]:
+def rounded_numbers(values: Array) -> list[float | None]:
     """For JSON: rounded to what a screen can show of the values' span, to four digits where they are far smaller (a
     logarithmic axis shows them too); None for NaN."""
     there = values[np.isfinite(values)]
@@ -99,10 +102,10 @@ def _traces(mark: Line | Bars, chart: Chart, panel: Panel, units: Units, colour:
 
 
 def _line(mark: Line, chart: Chart, panel: Panel, units: Units, colour: str) -> list[dict[str, Any]]:
-    x_unit, y_unit = unit_of(chart.x)[1], unit_of(panel.y)[1]
-    x, y = (mark.x, mark.y) if mark.low is not None else thin(mark.x, mark.y, chart.points)
+    x_unit, y_unit = unit_of(chart.x_label)[1], unit_of(panel.y_label)[1]
+    x, y = (mark.x, mark.y) if mark.low is not None else decimate(mark.x, mark.y, chart.max_points)
     trace: dict[str, Any] = {
-        "type": "scatter", "x": numbers(units.value(x, x_unit)), "y": numbers(units.value(y, y_unit)),
+        "type": "scatter", "x": rounded_numbers(units.value(x, x_unit)), "y": rounded_numbers(units.value(y, y_unit)),
         "mode": "markers" if mark.style == "dots" else "lines",
         "line": {"color": colour, "width": 1.5, "dash": _DASH.get(mark.style, "solid"),
                  "shape": "hv" if mark.style == "steps" else "linear"},
@@ -116,34 +119,35 @@ def _line(mark: Line, chart: Chart, panel: Panel, units: Units, colour: str) -> 
         trace["error_y"] = _whiskers(low, units.value(mark.y, y_unit), high, colour)
         return [trace]
     edge = {**trace, "line": {"width": 0, "color": colour}, "hoverinfo": "skip"}
-    return [{**edge, "y": numbers(low)},
-            {**edge, "y": numbers(high), "fill": "tonexty", "fillcolor": f"{colour}33"}, trace]  # fmt: skip
+    return [{**edge, "y": rounded_numbers(low)},
+            {**edge, "y": rounded_numbers(high), "fill": "tonexty", "fillcolor": f"{colour}33"}, trace]  # fmt: skip
 
 
 def _bars(mark: Bars, chart: Chart, panel: Panel, units: Units, colour: str) -> list[dict[str, Any]]:
-    at_unit, long_unit = (unit_of(label)[1] for label in ((panel.y, chart.x) if mark.flat else (chart.x, panel.y)))
-    at = list(mark.x) if isinstance(mark.x, tuple) else numbers(units.value(mark.x, at_unit))
-    along = numbers(units.value(mark.y, long_unit))
+    labels = (panel.y_label, chart.x_label) if mark.horizontal else (chart.x_label, panel.y_label)
+    at_unit, long_unit = (unit_of(label)[1] for label in labels)
+    at = list(mark.x) if isinstance(mark.x, tuple) else rounded_numbers(units.value(mark.x, at_unit))
+    along = rounded_numbers(units.value(mark.y, long_unit))
     colours = [f"@{name}" for name in mark.colours] if len(mark.colours) > 1 else colour
     trace: dict[str, Any] = {
-        "type": "bar", "x": along if mark.flat else at, "y": at if mark.flat else along,
-        "orientation": "h" if mark.flat else "v", "marker": {"color": colours}, "cliponaxis": False,
+        "type": "bar", "x": along if mark.horizontal else at, "y": at if mark.horizontal else along,
+        "orientation": "h" if mark.horizontal else "v", "marker": {"color": colours}, "cliponaxis": False,
     }  # fmt: skip
     if mark.text:
         trace |= {"text": list(mark.text), "textposition": "outside"}
     if mark.width is not None:
-        trace["width"] = numbers(units.value(mark.width, at_unit))
+        trace["width"] = rounded_numbers(units.value(mark.width, at_unit))
     if mark.base is not None:
-        trace["base"] = numbers(units.value(mark.base, long_unit))
+        trace["base"] = rounded_numbers(units.value(mark.base, long_unit))
     if mark.low is not None and mark.high is not None:
         low, high, end = (units.value(values, long_unit) for values in (mark.low, mark.high, mark.y))
-        trace["error_x" if mark.flat else "error_y"] = _whiskers(low, end, high, "@ink")
+        trace["error_x" if mark.horizontal else "error_y"] = _whiskers(low, end, high, "@ink")
     return [trace]
 
 
 def _whiskers(low: Array, middle: Array, high: Array, colour: str) -> dict[str, Any]:
-    return {"type": "data", "symmetric": False, "array": numbers(high - middle),
-            "arrayminus": numbers(middle - low), "color": colour, "thickness": 1.4}  # fmt: skip
+    return {"type": "data", "symmetric": False, "array": rounded_numbers(high - middle),
+            "arrayminus": rounded_numbers(middle - low), "color": colour, "thickness": 1.4}  # fmt: skip
 
 
 def _axis(
@@ -152,7 +156,7 @@ def _axis(
 ) -> dict[str, Any]:  # fmt: skip
     """An axis of its data: names read from the top down, tick marks of a logarithmic one at round numbers."""
     unit = unit_of(label)[1]
-    if any(isinstance(mark, Bars) and mark.flat == flat and isinstance(mark.x, tuple) for mark in marks):
+    if any(isinstance(mark, Bars) and mark.horizontal == flat and isinstance(mark.x, tuple) for mark in marks):
         return {"automargin": True, "type": "category", "autorange": "reversed" if flat else True}
     axis: dict[str, Any] = {"automargin": True, "type": "log" if log else "linear", "minexponent": 6}
     seen = limits or _extent(marks, flat)
@@ -174,7 +178,7 @@ def _extent(marks: tuple[Line | Bars, ...], along_y: bool) -> tuple[float, float
     """Least and greatest number along this axis; None where there is none."""
     held = []
     for mark in marks:
-        upright = isinstance(mark, Line) or not mark.flat
+        upright = isinstance(mark, Line) or not mark.horizontal
         values = mark.y if along_y == upright else mark.x
         if not isinstance(values, tuple):
             held.append(values[np.isfinite(values)])
@@ -216,7 +220,7 @@ def _upright_name(at: float, name: str, log: bool) -> dict[str, Any]:
             "yshift": 3}  # fmt: skip
 
 
-def _map(figure: Map, units: Units) -> dict[str, Any]:
+def _map(figure: HeatMap, units: Units) -> dict[str, Any]:
     told = units.value(figure.value, unit_of(figure.value_label)[1])
     with np.errstate(divide="ignore", invalid="ignore"):
         value = np.log10(told) if figure.log else told
@@ -224,9 +228,9 @@ def _map(figure: Map, units: Units) -> dict[str, Any]:
     bar: dict[str, Any] = {"title": {"text": f"log10 of {name}" if figure.log else name, "side": "right"},
                            "thickness": 12, "outlinewidth": 0}  # fmt: skip
     trace: dict[str, Any] = {
-        "type": "heatmap", "x": numbers(units.value(figure.x, unit_of(figure.x_label)[1])),
-        "y": numbers(units.value(figure.y, unit_of(figure.y_label)[1])),
-        "z": [numbers(row) for row in value], "colorscale": "Viridis", "colorbar": bar,
+        "type": "heatmap", "x": rounded_numbers(units.value(figure.x, unit_of(figure.x_label)[1])),
+        "y": rounded_numbers(units.value(figure.y, unit_of(figure.y_label)[1])),
+        "z": [rounded_numbers(row) for row in value], "colorscale": "Viridis", "colorbar": bar,
     }  # fmt: skip
     legend = []
     if figure.categories:

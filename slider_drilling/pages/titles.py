@@ -23,7 +23,7 @@ def well_name(rig: Rig | None, units: Units) -> str:
     return f"Well of {units.text(depth, 'm', 4)}, {inclination:.0f} deg at the bit"
 
 
-def when(start: float, recorded: str = "") -> str:
+def utc_time(start: float, recorded: str = "") -> str:
     """The date and time, UTC, of epoch seconds; of `recorded` (ISO 8601) where the clock is a simulation's own."""
     if start >= _FIRST_REAL:
         moment = datetime.datetime.fromtimestamp(start, datetime.timezone.utc)
@@ -35,7 +35,7 @@ def when(start: float, recorded: str = "") -> str:
     return f"{moment:%-d %b %Y, %H:%M} UTC"
 
 
-def targets(angles: Sequence[float]) -> str:
+def target_text(angles: Sequence[float]) -> str:
     """"target 45 deg", or the several of them, rad."""
     degrees = [f"{math.degrees(math.remainder(angle, 2.0 * math.pi)):.0f}" for angle in angles]
     if len(degrees) > 4:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from slider_drilling.pages import Chart, Lead, Line, Link, Map, Page, Panel, Section, Table, Tag
+from slider_drilling.pages import Chart, Headline, HeatMap, Line, Link, Page, Panel, Section, Table, Tag
 from slider_drilling.pages.colours import ORDER
 from slider_drilling.paper_studies.study import Chart as StudyChart
 from slider_drilling.paper_studies.study import Claim, Study, worded
@@ -18,9 +18,9 @@ _ENDINGS = {
 }  # fmt: skip
 
 
-def drawn(figure: StudyChart | Map) -> Chart | Map:
+def drawn(figure: StudyChart | HeatMap) -> Chart | HeatMap:
     """A study's figure as a page's."""
-    if isinstance(figure, Map):
+    if isinstance(figure, HeatMap):
         return figure
     lines = tuple(
         Line(one.name, one.x, one.y, "dashed" if one.dashed else "line",
@@ -46,13 +46,13 @@ def study_page(study: Study, units: Units = SI) -> Page:
     return Page(study.about, study.title, tuple(sections), facts, _lead(study.claims), study.notes)
 
 
-def _lead(claims: Sequence[Claim]) -> Lead | None:
+def _lead(claims: Sequence[Claim]) -> Headline | None:
     if not claims:
         return None
     failing = [one.claim for one in claims if not one.holds]
     if not failing:
-        return Lead("Everything that the paper says of this holds for the model.", "good")
-    return Lead(f"{len(claims) - len(failing)} of {len(claims)} claims hold. Not: {' '.join(failing)}", "bad")
+        return Headline("Everything that the paper says of this holds for the model.", "good")
+    return Headline(f"{len(claims) - len(failing)} of {len(claims)} claims hold. Not: {' '.join(failing)}", "bad")
 
 
 def _verdict(claim: Claim) -> tuple[Tag | str, ...]:
@@ -104,6 +104,6 @@ def index_page(studies: Sequence[Study]) -> Page:
         rows.append((Link(study.title, f"{study.name}.html"), verdict, failing or ""))
     total = [one for study in studies for one in study.claims]
     holding = sum(one.holds for one in total)
-    lead = Lead(f"{holding} of {len(total)} claims of the paper hold for the model.", "plain")
+    lead = Headline(f"{holding} of {len(total)} claims of the paper hold for the model.", "plain")
     table = Table(("study", "claims that hold", "claims that do not"), tuple(rows))
-    return Page("Studies", "The paper's vibration tools", (Section("", (table,)),), lead=lead)
+    return Page("Studies", "The paper's vibration tools", (Section("", (table,)),), headline=lead)

@@ -14,7 +14,7 @@ import numpy as np
 from slider_drilling import __version__
 from slider_drilling.files.output_files import make_folder, write_whole
 from slider_drilling.pages import page_html, write_page
-from slider_drilling.pages.picture import picture
+from slider_drilling.pages.png import render_png
 from slider_drilling.paper_studies.page import drawn, index_page, study_page
 from slider_drilling.paper_studies.study import Chart, Study
 from slider_drilling.units import SI, Units
@@ -43,7 +43,7 @@ def write_study(
             json.dumps(as_json(study) if findings is None else findings, indent=1, allow_nan=False) + "\n"
         ).encode(),
         "csv": _csv(study).encode(),
-        "png": picture(tuple(drawn(figure) for figure in study.figures), units, study.title),
+        "png": render_png(tuple(drawn(figure) for figure in study.figures), units, study.title),
         "html": page_html(study_page(study, units), units).encode(),
     }
     paths = {suffix: directory / f"{study.name}.{suffix}" for suffix in contents}

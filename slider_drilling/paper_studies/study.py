@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from slider_drilling.pages import Map
+from slider_drilling.pages import HeatMap
 
 Series = NDArray[np.float64]
 
@@ -70,7 +70,7 @@ class Study:
     name: str
     title: str
     settings: dict[str, Any]
-    figures: tuple[Chart | Map, ...]
+    figures: tuple[Chart | HeatMap, ...]
     claims: tuple[Claim, ...]
     notes: tuple[str, ...] = field(default=())
     tables: tuple[Table, ...] = field(default=())

@@ -10,7 +10,7 @@ from slider_drilling.contact import PAPER
 from slider_drilling.paper_studies.motions import three_d
 from slider_drilling.paper_studies.pipe import Pipe
 from slider_drilling.paper_studies.steady import Steady, steady
-from slider_drilling.paper_studies.study import Chart, Claim, Map, Study, line, rounded
+from slider_drilling.paper_studies.study import Chart, Claim, HeatMap, Study, line, rounded
 
 HOUR = 3600.0
 RPM = math.pi / 30.0
@@ -24,7 +24,7 @@ def study() -> Study:
     """Axial amplitude 0-7 mm by torsional speed amplitude 0-30 rpm, both at 15 Hz, at 5 and 10 m/h."""
     runs = {rate: [[_settled(rate, mm, rpm) for mm in AXIAL_MM] for rpm in SPEED_RPM] for rate in (5, 10)}
     maps = tuple(
-        Map(
+        HeatMap(
             f"{title}, {rate} m/h",
             "axial amplitude, mm",
             "torsional speed amplitude, rpm",

@@ -15,7 +15,7 @@ from slider_drilling.contact import (
     friction_coefficient_of_direction,
     wear_mode,
 )
-from slider_drilling.paper_studies.study import Chart, Claim, Map, Study, line
+from slider_drilling.paper_studies.study import Chart, Claim, HeatMap, Study, line
 
 MODES = ("ploughing", "wedge formation", "cutting", "no steady solution")
 
@@ -38,7 +38,7 @@ def study() -> Study:
             "attack_angle_deg": "0.5 to 89.5",
         },
         figures=(
-            Map(
+            HeatMap(
                 "Regime (Fig. 8)",
                 "shear factor f",
                 "attack angle, deg",
@@ -48,7 +48,7 @@ def study() -> Study:
                 mode.astype(float),
                 MODES,
             ),
-            Map(
+            HeatMap(
                 "Friction coefficient, up to 2",
                 "shear factor f",
                 "attack angle, deg",

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from slider_drilling.api.comparisons import log_from
-from slider_drilling.api.runs import Run
+from slider_drilling.api.replay import as_log
+from slider_drilling.api.simulate import Run
 from slider_drilling.columns import Columns
 from slider_drilling.diagnosis import diagnose as engine
 from slider_drilling.diagnosis.save import write_diagnosis
@@ -31,26 +31,26 @@ LogLike = str | os.PathLike[str] | RigLog | Run
 
 
 @dataclass(frozen=True, repr=False)
-class Diagnosed:
+class DiagnosisResult:
     """An answer: found is all of it; what matters first is here. tree: what diagnosis.json holds."""
 
-    found: engine.Diagnosis
+    diagnosis: engine.Diagnosis
     tree: dict[str, Any]
 
     @property
     def verdict(self) -> str:
         """``none``, ``parameters``, ``effect``, ``effect_and_unknown``, ``unknown`` or ``inconclusive``."""
-        return self.found.verdict
+        return self.diagnosis.verdict
 
     @property
     def sentence(self) -> str:
         """The answer in words, with code names and figures."""
-        return self.found.sentence
+        return self.diagnosis.sentence
 
     @property
     def driller(self) -> str:
         """The answer in the words of the rig floor."""
-        return self.found.driller
+        return self.diagnosis.driller
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -60,10 +60,10 @@ class Diagnosed:
     @property
     def tuned_rig(self) -> Rig:
         """The rig file with the tuned parameters and the effects that were found."""
-        return engine.tuned_rig(self.found)
+        return engine.tuned_rig(self.diagnosis)
 
     def __repr__(self) -> str:
-        return f"Diagnosed({self.verdict}: {self.driller})"
+        return f"DiagnosisResult({self.verdict}: {self.driller})"
 
     def columns(self) -> Columns:
         """The ranking: effect, site, share of the gap closed with its 95 % interval, whether it passed and is in the
@@ -95,7 +95,7 @@ class Diagnosed:
 
         units: of the page, `slider_drilling.units.SI` or `FIELD`. Raises InputError where it cannot be written.
         """
-        return write_diagnosis(self.found, Path(folder), units)
+        return write_diagnosis(self.diagnosis, Path(folder), units)
 
     def plot(self) -> plotly.graph_objects.Figure:
         """How much of the gap each effect of the ranking closes, with its 95 % interval."""
@@ -115,7 +115,7 @@ def diagnose(
     until: float = 1.0,
     seed: int = 0,
     progress: Progress = lambda stage, share: None,
-) -> Diagnosed:
+) -> DiagnosisResult:
     """Say where logs of one rig and the simulator part, which effect causes it, and how far it shrinks with it.
 
     logs: paths, logs or runs; rig: the simulator's rig file, the logs' own if None; only: effects of the catalogue to
@@ -125,7 +125,7 @@ def diagnose(
     several = [logs] if isinstance(logs, (str, os.PathLike, RigLog, Run)) else list(logs)
     if not several:
         raise InputError("diagnose: no logs: give at least one")
-    records = [log_from(one) for one in several]
+    records = [as_log(one) for one in several]
     told = records[0].rig() if rig is None else rig
     if rig is None:
         for record in records[1:]:
@@ -135,4 +135,4 @@ def diagnose(
                     "give the one to use with --rig (rig=)"
                 )
     found = engine.diagnose(records, told, seed=seed, user_effects=effects, only=only, until=until, progress=progress)
-    return Diagnosed(found, engine.to_json(found))
+    return DiagnosisResult(found, engine.to_json(found))

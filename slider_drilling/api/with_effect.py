@@ -10,7 +10,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
 from slider_drilling.schema.changes import number
 
-USUAL: dict[str, Callable[[float], dict[str, float]]] = {
+USUAL_SIZES: dict[str, Callable[[float], dict[str, float]]] = {
     "stribeck": lambda length: {"drop": 0.3, "speed": 0.05},
     "viscous_drag": lambda length: {"coefficient": 25.0},
     "static_aging": lambda length: {"growth": 0.5, "time": 5.0},
@@ -32,7 +32,7 @@ USUAL: dict[str, Callable[[float], dict[str, float]]] = {
 """What a usual amount of each effect is, given the string's length, m; units as in the rig file."""
 
 
-def planted(rig: Rig, effect: str) -> Rig:
+def with_effect(rig: Rig, effect: str) -> Rig:
     """The rig with one effect of the catalogue: ``"stribeck"``, or ``"stribeck:drop=0.4,speed=0.05"``.
 
     Values that are not given have their usual size. Raises InputError for an unknown effect or value.
@@ -44,9 +44,9 @@ def planted(rig: Rig, effect: str) -> Rig:
         raise InputError(f"effect = {effect!r}: give its values by their keys, as in {meant}:KEY=VALUE")
     if name not in known:
         raise InputError(f"effect = {name!r}: no such effect; one of {', '.join(known)}")
-    if name not in USUAL and not colon:
+    if name not in USUAL_SIZES and not colon:
         raise InputError(f"effect = {name!r}: has no usual size; give its values, as in {name}:KEY=VALUE")
-    values = USUAL[name](rig.string.length) if name in USUAL else {}
+    values = USUAL_SIZES[name](rig.string.length) if name in USUAL_SIZES else {}
     for pair in given.split(",") if colon else ():
         key, equals, text = pair.partition("=")
         if not equals:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slider_drilling.pages.colours import LIGHT, ORDER
-from slider_drilling.pages.figures import Bars, Chart, Figure, Line, Map, Panel, thin
+from slider_drilling.pages.figures import Bars, Chart, Figure, HeatMap, Line, Panel, decimate
 from slider_drilling.pages.plotly_js import KINDS
 from slider_drilling.process.shutdown import put_off
 from slider_drilling.units import Units, unit_of
@@ -30,7 +30,7 @@ _STYLES: dict[str, dict[str, Any]] = {
 }
 
 
-def picture(figures: tuple[Figure, ...], units: Units, title: str = "") -> bytes:
+def render_png(figures: tuple[Figure, ...], units: Units, title: str = "") -> bytes:
     """PNG of every figure: one below the other where there is one or it has panels, else two a row."""
     with put_off():
         return _png(figures, units, title)
@@ -74,17 +74,17 @@ def _height(figure: Figure) -> float:
 
 def _draw(place: SubFigure, figure: Figure, units: Units) -> None:
     place.suptitle(units.sentence(figure.title), fontsize=10.5, x=0.02, ha="left")
-    if isinstance(figure, Map):
+    if isinstance(figure, HeatMap):
         _map(place.subplots(), figure, units)
         return
     ratios = [panel.height for panel in figure.panels]
     drawn = np.atleast_1d(place.subplots(len(ratios), 1, sharex=True, height_ratios=ratios))
-    x_unit = unit_of(figure.x)[1]
+    x_unit = unit_of(figure.x_label)[1]
     for axes, panel in zip(drawn, figure.panels, strict=True):
         _panel(axes, figure, panel, units)
-        for at, _ in figure.at:
+        for at, _ in figure.vertical_lines:
             axes.axvline(units.value(at, x_unit), color=LIGHT["grey"], lw=0.9, ls=":")
-    drawn[-1].set_xlabel(units.label(figure.x))
+    drawn[-1].set_xlabel(units.label(figure.x_label))
     if figure.x_log:
         drawn[-1].set_xscale("log")
     if figure.x_limits is not None:
@@ -92,22 +92,23 @@ def _draw(place: SubFigure, figure: Figure, units: Units) -> None:
 
 
 def _panel(axes: Axes, chart: Chart, panel: Panel, units: Units) -> None:
-    unit = unit_of(panel.y)[1]
+    unit = unit_of(panel.y_label)[1]
     for number, mark in enumerate(panel.marks):
         if isinstance(mark, Bars):
             _bars(axes, mark, chart, panel, number, units)
         elif not mark.hidden:
-            _line(axes, mark, unit_of(chart.x)[1], unit, LIGHT[mark.colour or ORDER[number % len(ORDER)]], units)
-    if panel.level is not None:
-        axes.axhline(units.value(panel.level[0], unit), color=LIGHT["grey"], lw=0.9, ls=":", label=panel.level[1])
-    if panel.log:
+            _line(axes, mark, unit_of(chart.x_label)[1], unit, LIGHT[mark.colour or ORDER[number % len(ORDER)]], units)
+    if panel.reference_line is not None:
+        value, name = panel.reference_line
+        axes.axhline(units.value(value, unit), color=LIGHT["grey"], lw=0.9, ls=":", label=name)
+    if panel.y_log:
         axes.set_yscale("log")
     if panel.limits is not None:
         axes.set_ylim(*(units.value(end, unit) for end in panel.limits))
-    if panel.down or any(isinstance(mark, Bars) and mark.flat for mark in panel.marks):
+    if panel.inverted or any(isinstance(mark, Bars) and mark.horizontal for mark in panel.marks):
         axes.invert_yaxis()
-    axes.set_title(units.label(panel.y), loc="left", fontsize=9)
-    if not panel.log and not any(isinstance(mark, Bars) for mark in panel.marks):
+    axes.set_title(units.label(panel.y_label), loc="left", fontsize=9)
+    if not panel.y_log and not any(isinstance(mark, Bars) for mark in panel.marks):
         axes.ticklabel_format(axis="y", useOffset=False)
     axes.grid(True, color=_RULE, linewidth=0.6)
     axes.set_axisbelow(True)
@@ -118,7 +119,7 @@ def _panel(axes: Axes, chart: Chart, panel: Panel, units: Units) -> None:
 
 
 def _line(axes: Axes, mark: Line, x_unit: str, y_unit: str, colour: str, units: Units) -> None:
-    x, y = (mark.x, mark.y) if mark.low is not None else thin(mark.x, mark.y)
+    x, y = (mark.x, mark.y) if mark.low is not None else decimate(mark.x, mark.y)
     told = units.value(x, x_unit)
     if mark.low is not None and mark.high is not None:
         low, high, middle = (units.value(values, y_unit) for values in (mark.low, mark.high, mark.y))
@@ -131,25 +132,26 @@ def _line(axes: Axes, mark: Line, x_unit: str, y_unit: str, colour: str, units: 
 
 
 def _bars(axes: Axes, mark: Bars, chart: Chart, panel: Panel, number: int, units: Units) -> None:
-    at_unit, long_unit = (unit_of(label)[1] for label in ((panel.y, chart.x) if mark.flat else (chart.x, panel.y)))
+    labels = (panel.y_label, chart.x_label) if mark.horizontal else (chart.x_label, panel.y_label)
+    at_unit, long_unit = (unit_of(label)[1] for label in labels)
     at: Any = list(mark.x) if isinstance(mark.x, tuple) else units.value(mark.x, at_unit)
     colours = [LIGHT[name] for name in mark.colours or (ORDER[number % len(ORDER)],)]
     long = units.value(mark.y, long_unit)
     width: Any = 0.65 if mark.width is None else units.value(mark.width, at_unit)
     base: Any = 0.0 if mark.base is None else units.value(mark.base, long_unit)
-    draw, rest = (axes.barh, {"left": base, "height": width}) if mark.flat else (
+    draw, rest = (axes.barh, {"left": base, "height": width}) if mark.horizontal else (
         axes.bar, {"bottom": base, "width": width})  # fmt: skip
     name = units.sentence(mark.name) or None
     drawn = draw(at, long, color=colours if len(colours) > 1 else colours[0], label=name, **rest)
     if mark.low is not None and mark.high is not None:
         ends = [units.value(values, long_unit) for values in (mark.y - mark.low, mark.high - mark.y)]
-        where = {"x": long, "y": at, "xerr": ends} if mark.flat else {"x": at, "y": long, "yerr": ends}
+        where = {"x": long, "y": at, "xerr": ends} if mark.horizontal else {"x": at, "y": long, "yerr": ends}
         axes.errorbar(**where, fmt="none", ecolor=LIGHT["ink"], elinewidth=1.1)
     if mark.text:
         axes.bar_label(drawn, list(mark.text), fontsize=8, padding=2)
 
 
-def _map(axes: Axes, figure: Map, units: Units) -> None:
+def _map(axes: Axes, figure: HeatMap, units: Units) -> None:
     from matplotlib.colors import ListedColormap, LogNorm, Normalize
     from matplotlib.patches import Patch
 

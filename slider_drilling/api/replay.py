@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slider_drilling.api.runs import Run
+from slider_drilling.api.simulate import Run
 from slider_drilling.columns import Columns, Sampled, joined
 from slider_drilling.diagnosis import replay as engine
 from slider_drilling.drillstring import ELEMENTS
@@ -21,31 +21,31 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class Replayed:
+class ReplayResult:
     """A replay: the log, the rig that was simulated, and what `diagnosis.replay` found."""
 
     log: RigLog
     rig: Rig
-    found: engine.Replay
+    replay: engine.Replay
 
     @property
     def rms(self) -> dict[str, float]:
         """RMS difference of each channel, SI units."""
-        return {name: one.rms for name, one in self.found.channels.items()}
+        return {name: one.rms for name, one in self.replay.channels.items()}
 
     @property
     def rms_over_noise(self) -> dict[str, float | None]:
         """The same over the noise that the rig file declares, None where it declares none."""
-        return {name: one.rms_over_noise for name, one in self.found.channels.items()}
+        return {name: one.rms_over_noise for name, one in self.replay.channels.items()}
 
     def __repr__(self) -> str:
-        told = (f"{name} {one.rms:.4g} {one.channel.unit}" for name, one in self.found.channels.items())
-        return f"Replayed({self.log.source}: RMS difference {', '.join(told)})"
+        told = (f"{name} {one.rms:.4g} {one.channel.unit}" for name, one in self.replay.channels.items())
+        return f"ReplayResult({self.log.source}: RMS difference {', '.join(told)})"
 
     def columns(self) -> Columns:
         """``measured_NAME`` and ``simulated_NAME`` of each channel against time."""
         found = []
-        for name, one in self.found.channels.items():
+        for name, one in self.replay.channels.items():
             channel = one.channel
             found += [Sampled(f"measured_{name}", channel.unit, channel.time, channel.measured),
                       Sampled(f"simulated_{name}", channel.unit, channel.time, one.simulated)]
@@ -65,7 +65,7 @@ class Replayed:
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """The simulated channels as an MCAP log. Raises InputError."""
-        write_simulated(Path(path), self.rig, self.found.commands, self.found.response, self.log.start,
+        write_simulated(Path(path), self.rig, self.replay.commands, self.replay.response, self.log.start,
                         f"replay of {self.log.source}")
         return Path(path)
 
@@ -73,7 +73,7 @@ class Replayed:
         """One channel measured and simulated against time, SI units; its name is a key of `rms`."""
         from slider_drilling.api.plots import lines
 
-        one = self.found.channels[channel]
+        one = self.replay.channels[channel]
         named = [("measured", one.channel.time, one.channel.measured), ("simulated", one.channel.time, one.simulated)]
         return lines(named, "time, s", f"{channel.replace('_', ' ')}, {one.channel.unit}")
 
@@ -84,18 +84,18 @@ def replay(
     *,
     elements: int = ELEMENTS,
     namespace: str | None = None,
-) -> Replayed:
+) -> ReplayResult:
     """Drive the plant with a log's commands from its first sample and compare channel by channel.
 
     log: a path, a log or a run; rig: in place of the log's own; namespace: whose topics to read, of a path.
     Raises InputError.
     """
-    record = log_from(log, namespace)
+    record = as_log(log, namespace)
     simulated = record.rig() if rig is None else rig
-    return Replayed(record, simulated, engine.replay(record, simulated, elements))
+    return ReplayResult(record, simulated, engine.replay(record, simulated, elements))
 
 
-def log_from(log: str | os.PathLike[str] | RigLog | Run, namespace: str | None = None) -> RigLog:
+def as_log(log: str | os.PathLike[str] | RigLog | Run, namespace: str | None = None) -> RigLog:
     """The log that a path, a log or a run means. Raises InputError."""
     if isinstance(log, Run):
         return log.log

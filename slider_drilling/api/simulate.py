@@ -12,7 +12,7 @@ import numpy as np
 
 from slider_drilling import drillstring
 from slider_drilling.api.checks import check_commands, check_run
-from slider_drilling.api.readings import Readings, log_of, readings_of
+from slider_drilling.api.simulated_log import SensorReadings, build_log, sample_sensors
 from slider_drilling.columns import Columns, Sampled, joined
 from slider_drilling.control.interface import MwdSample
 from slider_drilling.control.load import load_controller, set_target, step_checked
@@ -115,7 +115,7 @@ def simulate(
     seed: int = 0,
     elements: int = ELEMENTS,
     start: Start = Start(),
-    believed: Rig | None = None,
+    nominal: Rig | None = None,
 ) -> Run:
     """Simulate a slide on `rig`.
 
@@ -124,23 +124,23 @@ def simulate(
     toolface that a controller is to hold; seed: of the sensors' noise; elements: of the string; believed: the rig
     file that a controller and the log get, where it is not the one simulated. Raises InputError.
     """
-    told = rig if believed is None else believed
+    told = rig if nominal is None else nominal
     if isinstance(drive, Commands):
         if duration is not None:
             raise InputError("simulate: duration: commands have their own; leave it out, or cut the commands")
         check_commands(rig, drive, "simulate")
         check_run(rig, float(drive.time[-1] - drive.time[0]), target, seed, elements, start, "simulate")
         response = finite(drillstring.simulate(rig, drive, elements, start))
-        log = log_of(told, drive, response, readings_of(rig, response, seed), (), "simulation")
+        log = build_log(told, drive, response, sample_sensors(rig, response, seed), (), "simulation")
         return Run(rig, drive, response, log, "commands")
     if duration is None:
         raise InputError("simulate: duration is missing: a controller needs one, in s")
     check_run(rig, duration, target, seed, elements, start, "simulate")
-    controller = made(drive, told)
+    controller = build_controller(drive, told)
     return _slide(rig, told, controller, duration, target, seed, elements, start)
 
 
-def made(drive: Controller | Callable[[Rig], Controller] | str, rig: Rig) -> Controller:
+def build_controller(drive: Controller | Callable[[Rig], Controller] | str, rig: Rig) -> Controller:
     """The controller that `drive` means for this rig. Raises InputError."""
     if isinstance(drive, str):
         return load_controller(drive, rig)
@@ -168,5 +168,6 @@ def _slide(
     surface = {name: np.array([getattr(one, name) for one in measurements])
                for name in ("surface_torque", "hook_load", "standpipe_pressure")}
     name = type(controller).__name__
-    log = log_of(told, commands, response, Readings(surface, tuple(samples)), ((0.0, target),), f"simulation by {name}")
+    readings = SensorReadings(surface, tuple(samples))
+    log = build_log(told, commands, response, readings, ((0.0, target),), f"simulation by {name}")
     return Run(rig, commands, response, log, name)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from slider_drilling.benchmarks.diagnosis import diagnose_time
-from slider_drilling.benchmarks.result import Result
+from slider_drilling.benchmarks.result import BenchmarkResult
 from slider_drilling.benchmarks.sessions import node_start, session_rates
 from slider_drilling.benchmarks.start_up import start_up
 from slider_drilling.benchmarks.string_rates import machine_rates, string_rates
 
-STAGES: tuple[tuple[str, Callable[[], list[Result]]], ...] = (
+STAGES: tuple[tuple[str, Callable[[], list[BenchmarkResult]]], ...] = (
     ("the step of the string", string_rates),
     ("roots and exponentials", machine_rates),
     ("closed loop and recorder", session_rates),
@@ -19,7 +19,7 @@ STAGES: tuple[tuple[str, Callable[[], list[Result]]], ...] = (
 )
 
 
-def measure(progress: Callable[[str], None] = lambda stage: None) -> list[Result]:
+def measure(progress: Callable[[str], None] = lambda stage: None) -> list[BenchmarkResult]:
     """Measure everything; `progress` is told what is next. Takes minutes."""
     results = []
     for name, stage in STAGES:

@@ -1,4 +1,4 @@
-"""What the diagnosis makes of logs that lack something: ``python -m slider_drilling.benchmarks.lacking WHAT LOG...``.
+"""Diagnose logs after removing something from them: ``python -m slider_drilling.benchmarks.log_defects WHAT LOG...``.
 
 WHAT: ``samples=N``: one of N samples of every series is kept, but of the rare MWD toolface; ``renewals=N``: the same
 values, each logged N times; ``start=SHARE``: the first part is not there, the string is at work when the log begins;

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Changed:
+class ModifiedRig:
     """rig: path of the rig file that everybody is told of; plant: of the one simulated, "" if the same.
 
     settings: of the controller; notes: what was planted, for the log.
@@ -28,16 +28,16 @@ class Changed:
     notes: str = ""
 
 
-def change(
+def apply_changes(
     rig_path: Path | None, sets: Sequence[str], effects: Sequence[str], controller: str | None, folder: Path
-) -> Changed:
+) -> ModifiedRig:
     """Make the rig files that are wanted, in ``folder``. Raises InputError.
 
     sets: ``KEY=VALUE`` of the rig file (mud.density=1100), which has a dot, or of the controller's settings.
-    effects: what `api.planting.planted` takes; only the plant has them, neither the controller nor the log's rig file.
+    effects: what `api.with_effect.with_effect` takes; only the plant has them, neither the controller nor the log's rig file.
     """
-    from slider_drilling.api.planting import planted
     from slider_drilling.api.rigs import load_rig
+    from slider_drilling.api.with_effect import with_effect
 
     given = "" if rig_path is None else str(rig_path)
     rig = load_rig(rig_path)
@@ -50,9 +50,9 @@ def change(
     _check_settings(own, controller, rig, "; keys of the rig file have a dot")
     plant = rig
     for effect in effects:
-        plant = planted(plant, effect)
+        plant = with_effect(plant, effect)
     path = _write(plant, folder / "rig.planted.yaml") if effects else ""
-    return Changed(given, path, own, f"planted: {'; '.join(effects)}" if effects else "")
+    return ModifiedRig(given, path, own, f"planted: {'; '.join(effects)}" if effects else "")
 
 
 def _pair(text: str) -> tuple[str, str]:
@@ -76,7 +76,7 @@ def _value(text: str) -> object:
         raise InputError(f"--set: {text!r} is no value of a rig file") from None
 
 
-def settings_of(sets: Sequence[str], controller: str | None, rig: Rig) -> dict[str, float]:
+def parse_settings(sets: Sequence[str], controller: str | None, rig: Rig) -> dict[str, float]:
     """Settings of the controller from ``NAME=VALUE``, tried on this rig. Raises InputError."""
     pairs = dict(_pair(text) for text in sets)
     settings = {name: number(value, f"--set {name}") for name, value in pairs.items()}

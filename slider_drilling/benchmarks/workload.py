@@ -20,7 +20,7 @@ def example_rig() -> Rig:
     return load_rig(share_file("config/rig.example.yaml"))
 
 
-def rocking(rig: Rig, duration: float, start: float = 0.0) -> Commands:
+def rocking_commands(rig: Rig, duration: float, start: float = 0.0) -> Commands:
     """Top drive rocking by 20 rad in 24 s, 9 m/h of block, from ``start`` on, sampled as the rig's sensors are."""
     interval = 1.0 / rig.sensors.rate
     time: Array = np.asarray(start + interval * np.arange(round(duration / interval) + 1), dtype=float)
@@ -39,18 +39,18 @@ def variants(rig: Rig, count: int) -> list[Rig]:
     ]
 
 
-class Rocked:
+class RockingPlant:
     """A plant that goes on rocking."""
 
     def __init__(self, rig: Rig, elements: int = ELEMENTS) -> None:
         self._rig, self._plant = rig, Plant(rig, elements)
         self._elements, self.step = elements, self._plant.step
-        self.last = self._plant.advance(rocking(rig, 1.0 - self._plant.interval))
+        self.last = self._plant.advance(rocking_commands(rig, 1.0 - self._plant.interval))
 
-    def go_on(self, duration: float) -> None:
+    def advance(self, duration: float) -> None:
         """Simulate this many seconds more; `last` is what came of it."""
         interval = self._plant.interval
-        self.last = self._plant.advance(rocking(self._rig, duration - interval, self._plant.time + interval))
+        self.last = self._plant.advance(rocking_commands(self._rig, duration - interval, self._plant.time + interval))
 
     def element_steps(self, duration: float) -> float:
         """How many elements are stepped how often in this many seconds."""

@@ -19,14 +19,14 @@ SURFACE = ("surface_torque", "hook_load", "standpipe_pressure")
 
 
 @dataclass(frozen=True)
-class Readings:
+class SensorReadings:
     """surface: N m, N or Pa, each (n,); mwd: the toolfaces that came up."""
 
     surface: dict[str, Array]
     mwd: tuple[MwdSample, ...]
 
 
-def readings_of(rig: Rig, response: Response, seed: int) -> Readings:
+def sample_sensors(rig: Rig, response: Response, seed: int) -> SensorReadings:
     """Noise, lag and resolution of the rig's sensors upon a response; the same seed gives the same readings."""
     random = np.random.default_rng(seed)
     interval = float(np.median(np.diff(response.time))) if len(response.time) > 1 else 1.0 / rig.sensors.rate
@@ -39,11 +39,11 @@ def readings_of(rig: Rig, response: Response, seed: int) -> Readings:
     turned = list(zip(response.time - response.time[0], response.tool_face, strict=True))
     for before, now in itertools.pairwise(turned):
         samples += sensor_below.read(before, now, random)
-    return Readings(surface, tuple(samples))
+    return SensorReadings(surface, tuple(samples))
 
 
-def log_of(
-    rig: Rig, commands: Commands, response: Response, readings: Readings, targets: Sequence[tuple[float, float]],
+def build_log(
+    rig: Rig, commands: Commands, response: Response, readings: SensorReadings, targets: Sequence[tuple[float, float]],
     source: str,
 ) -> RigLog:
     """The run as a log in memory; targets: (s, rad), the toolfaces asked for. ``rig`` is the file that it carries."""

@@ -19,24 +19,24 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class Studied:
+class StudyResult:
     """A study that has run."""
 
-    found: Study
+    study: Study
 
     @property
     def claims(self) -> tuple[Claim, ...]:
         """What the paper says, what was measured, and whether it holds."""
-        return self.found.claims
+        return self.study.claims
 
     def __repr__(self) -> str:
         holding = sum(claim.holds for claim in self.claims)
-        return f"Studied({self.found.name}: {self.found.title}; {holding} of {len(self.claims)} claims hold)"
+        return f"StudyResult({self.study.name}: {self.study.title}; {holding} of {len(self.claims)} claims hold)"
 
     def columns(self) -> Columns:
         """Every point of every curve: figure, series, x and y, whose labels carry their units."""
         rows = [(chart.title, line.name, chart.x_label, chart.y_label, line)
-                for chart in self.found.figures if isinstance(chart, Chart) for line in chart.lines]
+                for chart in self.study.figures if isinstance(chart, Chart) for line in chart.lines]
         lengths = [len(row[-1].x) for row in rows]
         names = ("figure", "series", "x_label", "y_label")
         text = {name: np.repeat(np.array([row[k] for row in rows], dtype=object), lengths)
@@ -64,16 +64,16 @@ class Studied:
         """
         from slider_drilling.paper_studies.render import write_study
 
-        return write_study(self.found, Path(folder))
+        return write_study(self.study, Path(folder))
 
     def plot(self, index: int = 0) -> plotly.graph_objects.Figure:
         """One of the study's figures; index: which, from 0. Raises IndexError where there are fewer."""
         from slider_drilling.pages.notebook import plotly_figure
         from slider_drilling.paper_studies.page import drawn
 
-        return plotly_figure(drawn(self.found.figures[index]))
+        return plotly_figure(drawn(self.study.figures[index]))
 
 
-def study(name: str) -> Studied:
+def study(name: str) -> StudyResult:
     """Run a study by its name (``slider-drilling study --list`` has them). Raises InputError for an unknown one."""
-    return Studied(run_study(name))
+    return StudyResult(run_study(name))

@@ -14,8 +14,8 @@ import numpy as np
 
 from slider_drilling import drillstring
 from slider_drilling.api.checks import check_commands, check_elements, check_seed
-from slider_drilling.api.readings import log_of, readings_of
-from slider_drilling.api.runs import UNITS, Run, simulate
+from slider_drilling.api.simulate import UNITS, Run, simulate
+from slider_drilling.api.simulated_log import build_log, sample_sensors
 from slider_drilling.columns import Columns
 from slider_drilling.control.protocol import Controller
 from slider_drilling.drillstring import ELEMENTS, Commands, Response
@@ -151,8 +151,9 @@ def _side_by_side(rigs: list[Rig], commands: Commands, seed: int, elements: int,
     for indices in alike.values():
         found = drillstring.simulate_batch([rigs[i] for i in indices], commands, elements, workers=workers)
         responses.update(zip(indices, map(finite, found), strict=True))
-    return tuple(
-        Run(rig, commands, responses[k],
-            log_of(rig, commands, responses[k], readings_of(rig, responses[k], seed + k), (), f"run {k}"), "commands")
-        for k, rig in enumerate(rigs)
-    )  # fmt: skip
+    return tuple(_run(rig, commands, responses[k], seed + k, f"run {k}") for k, rig in enumerate(rigs))
+
+
+def _run(rig: Rig, commands: Commands, response: Response, seed: int, source: str) -> Run:
+    log = build_log(rig, commands, response, sample_sensors(rig, response, seed), (), source)
+    return Run(rig, commands, response, log, "commands")
