@@ -34,7 +34,7 @@ def apply_changes(
     """Make the rig files that are wanted, in ``folder``. Raises InputError.
 
     sets: ``KEY=VALUE`` of the rig file (mud.density=1100), which has a dot, or of the controller's settings.
-    effects: what `api.with_effect.with_effect` takes; only the plant has them, neither the controller nor the log's rig file.
+    effects: what `with_effect` takes; only the plant has them, neither the controller nor the log's rig file.
     """
     from slider_drilling.api.rigs import load_rig
     from slider_drilling.api.with_effect import with_effect
