@@ -6,7 +6,7 @@ import slider_drilling as sd
 from slider_drilling.analysis.torque_drag import hook_load_chart, torque_chart
 from slider_drilling.diagnosis.replay import replay
 from slider_drilling.diagnosis.replay_page import replay_page
-from slider_drilling.log.run_page import chart
+from slider_drilling.log.run_page import log_chart
 from slider_drilling.pages import Chart, Page
 from slider_drilling.pages.png import render_png
 from slider_drilling.paper_studies.catalogue import run_study
@@ -26,7 +26,7 @@ def pictures() -> dict[str, bytes]:
     sticks = [broomstick(rig, friction) for friction in (None, 0.2, 0.25, 0.3)]
     zones = run_study("wear_modes")
     return {
-        "slide.png": render_png((chart(log),), SI, "A slide over a bed of cuttings"),
+        "slide.png": render_png((log_chart(log),), SI, "A slide over a bed of cuttings"),
         "replay_nominal.png": _overlay(replay_page(log, replay(log, rig), SI), "Simulated without the bed"),
         "replay_planted.png": _overlay(replay_page(log, replay(log, planted), SI), "Simulated with the bed"),
         "broomstick.png": render_png((hook_load_chart(sticks), torque_chart(sticks)), SI, "Example well"),

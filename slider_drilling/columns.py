@@ -66,7 +66,7 @@ class Columns:
 
 
 @dataclass(frozen=True)
-class Sampled:
+class SampledQuantity:
     """One quantity at times of its own: time (n,) s and value (n,) in unit."""
 
     name: str
@@ -75,7 +75,7 @@ class Sampled:
     value: np.ndarray
 
 
-def joined(quantities: Iterable[Sampled]) -> Columns:
+def join_samples(quantities: Iterable[SampledQuantity]) -> Columns:
     """All quantities over the union of their times, NaN where one has no sample; columns that are all NaN go."""
     kept = [one for one in quantities if len(one.time) and not np.isnan(one.value).all()]
     ticks = [np.round(one.time * 1e9).astype(np.int64) for one in kept]

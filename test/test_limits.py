@@ -13,7 +13,7 @@ from slider_drilling.cli import group
 from slider_drilling.contact.measured import read_measured
 from slider_drilling.errors import InputError
 from slider_drilling.log import LogWriter, read_log, read_table
-from slider_drilling.log.possible import MOST
+from slider_drilling.log.value_limits import MOST
 from slider_drilling.process import jit_cache as compiler
 from slider_drilling.process.jit_cache import _cache_folder
 

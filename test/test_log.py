@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from slider_drilling.errors import InputError
-from slider_drilling.log import LogWriter, Status, read_log
+from slider_drilling.log import Level, LogWriter, Status, read_log
 
 RIG_TEXT = "schema: slider_drilling/rig/1\n# Pa, N m, µ\n"
 
@@ -30,7 +30,7 @@ def write_example(path: Path, seconds: int = 30) -> None:
             writer.wrench("truth/weight_on_bit", time, (3e4, 0.0, 0.0))
             if step % 100 == 99:
                 writer.joint_state("mwd/tool_face", time - 6.0, "tool_face", 0.5, log_time_s=time)
-                writer.diagnostics("diagnostics", time, [Status(1, "pump", "slow", "rig", (("speed", "1"),))])
+                writer.diagnostics("diagnostics", time, [Status(Level.WARN, "pump", "slow", (("speed", "1"),), "rig")])
 
 
 def test_what_is_written_is_read(tmp_path: Path) -> None:

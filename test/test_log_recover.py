@@ -134,7 +134,7 @@ def test_info_counts_what_there_is(tmp_path: Path, repository: Path) -> None:
         for step in range(200):
             now = 50.0 + 0.1 * step + (30.0 if step >= 100 else 0.0)
             stamp = now - 5.0 if step == 150 else now
-            data = cdr.joint_state(round((stamp - 0.05) * 1e9), "top_drive", step, 0.0, 0.0)
+            data = cdr.encode_joint_state(round((stamp - 0.05) * 1e9), "top_drive", step, 0.0, 0.0)
             # Three messages never came before the fiftieth.
             writer.message("top_drive/joint_states", JOINT_STATE, data, round(now * 1e9), 0,
                            step if step < 50 else step + 3)
@@ -142,10 +142,11 @@ def test_info_counts_what_there_is(tmp_path: Path, repository: Path) -> None:
                 writer.wrench("gripper/force", now, (0.0, 0.0, 0.0))
     found = log_info(path)
     (other, drive) = found.topics
-    assert (other.topic, other.kind, other.messages) == ("/gripper/force", "geometry_msgs/msg/WrenchStamped", 100)
-    assert (drive.messages, drive.gaps, drive.lost, drive.clock_back) == (200, 1, 3, 1)
+    assert (other.topic, other.messages) == ("/gripper/force", 100)
+    assert other.message_type == "geometry_msgs/msg/WrenchStamped"
+    assert (drive.messages, drive.gaps, drive.lost, drive.stamp_steps_back) == (200, 1, 3, 1)
     assert drive.rate == pytest.approx(10.0) and drive.longest_gap == pytest.approx(30.1)
-    assert drive.furthest_back == pytest.approx(4.9) and drive.lag == pytest.approx(0.05)
+    assert drive.largest_step_back == pytest.approx(4.9) and drive.lag == pytest.approx(0.05)
     assert other.lost == 0 and other.rate == pytest.approx(5.0) and np.isnan(other.lag)
     assert found.seconds == pytest.approx(49.9) and found.attachments == ("rig.yaml",) and found.notes == ()
 

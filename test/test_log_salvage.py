@@ -48,7 +48,7 @@ def foreign(path: Path, rows: list[tuple[int, bytes]], chunked: bool = True, dat
 
 
 def drive(stamp_ns: int, value: float = 1.0) -> bytes:
-    return cdr.joint_state(stamp_ns, "top_drive", value, 0.0, 0.0)
+    return cdr.encode_joint_state(stamp_ns, "top_drive", value, 0.0, 0.0)
 
 
 def chunks_of(path: Path) -> list[ChunkIndex]:

@@ -14,7 +14,7 @@ from slider_drilling.diagnosis.replay import replay
 from slider_drilling.drillstring import Commands, Start, simulate, simulate_batch
 from slider_drilling.drillstring.to_log import write_simulated
 from slider_drilling.log import read_log
-from slider_drilling.log.stretch import stretch
+from slider_drilling.log.time_window import cut_time_window
 from slider_drilling.log_inputs.drives_from_log import commands_from_log
 from slider_drilling.log_inputs.infer_initial_state import forgotten, start_of
 from slider_drilling.rig import load_rig
@@ -47,7 +47,7 @@ def begun_late(tmp_path_factory):
     run = rocking(200.0)
     write_simulated(path, RIG, run, simulate(RIG, run, ELEMENTS), 0.0, "test")
     whole = read_log(path)
-    return whole, stretch(whole, 70.0, np.inf)
+    return whole, cut_time_window(whole, 70.0, np.inf)
 
 
 def test_a_string_at_work_is_in_balance():

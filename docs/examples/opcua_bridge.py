@@ -117,7 +117,7 @@ class Bridge:
     def _on_command(self, key: str, data: bytes) -> None:
         from slider_drilling.messages import cdr
 
-        values = cdr.read_joint_state(data, self._topics[key].joint)[1:]
+        values = cdr.decode_joint_state(data, self._topics[key].joint)[1:]
         for name in self._mapping.write:
             topic, place, _ = WRITE[name]
             if topic == key and math.isfinite(values[place]):
@@ -149,11 +149,11 @@ class Bridge:
             if first is None and not any(value is not None for value in others):
                 continue
             if key == "standpipe_pressure":
-                publisher.publish(cdr.fluid_pressure(stamp_ns, first or 0.0, 0.0))
+                publisher.publish(cdr.encode_fluid_pressure(stamp_ns, first or 0.0, 0.0))
             elif key == "mwd_tool_face":
                 self._publish_mwd(found["mwd_tool_face"], math.remainder(first or 0.0, 2.0 * math.pi))
             else:
-                publisher.publish(cdr.joint_state(stamp_ns, self._topics[key].joint, *values[key]))
+                publisher.publish(cdr.encode_joint_state(stamp_ns, self._topics[key].joint, *values[key]))
 
     def _publish_mwd(self, one: ua.DataValue, tool_face: float) -> None:
         """A toolface once, stamped with when it was measured as the server has it."""
@@ -164,7 +164,7 @@ class Bridge:
         self._mwd_stamp = one.SourceTimestamp
         stamp = one.SourceTimestamp.replace(tzinfo=timezone.utc)   # OPC UA's times are UTC, said or not
         self._publishers["mwd_tool_face"].publish(
-            cdr.joint_state(round(stamp.timestamp() * 1e9), "tool_face", tool_face))
+            cdr.encode_joint_state(round(stamp.timestamp() * 1e9), "tool_face", tool_face))
 
     def take_commands(self) -> dict[str, float]:
         """Commands that have come since last asked and are still for now, in the server's units."""

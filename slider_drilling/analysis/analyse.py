@@ -15,7 +15,7 @@ from slider_drilling.analysis.friction import ELEMENTS, FrictionFit, fit_frictio
 from slider_drilling.errors import InputError
 from slider_drilling.gap.progress import Progress
 from slider_drilling.log.series import RigLog
-from slider_drilling.log.stretch import busiest
+from slider_drilling.log.time_window import most_active_window
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.zones import Zones
 
@@ -51,7 +51,7 @@ def analyse(log: RigLog, rig: Rig | None, elements: int = ELEMENTS, progress: Pr
 
     Of a log longer than LONGEST that much is analysed. Raises InputError where the log holds no surface torque.
     """
-    log, left_out = busiest(log, LONGEST)
+    log, left_out = most_active_window(log, LONGEST)
     time, angle, speed, torque = _surface(log)
     cycles = rocking_cycles(time, angle, torque)
     broke = breakover(time, speed, torque)

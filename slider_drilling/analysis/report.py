@@ -10,7 +10,7 @@ import numpy as np
 from slider_drilling import __version__
 from slider_drilling.analysis.along_string import StringHistory
 from slider_drilling.analysis.analyse import Analysis
-from slider_drilling.log.run_page import title
+from slider_drilling.log.run_page import log_title
 from slider_drilling.paper_studies.study import Chart, Study, Table, line
 from slider_drilling.units import SI, Units
 
@@ -156,7 +156,7 @@ def page(found: Analysis, units: Units = SI) -> Study:
     return Study(
         name="analysis",
         about="Friction",
-        title=title(found.log, units),
+        title=log_title(found.log, units),
         settings={"log": Path(found.log.source).name, "samples": found.time.size,
                   "length_s": float(np.ptp(found.time))},
         figures=(*_surface_figures(found), *_string_figures(found)),

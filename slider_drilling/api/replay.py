@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slider_drilling.api.simulate import Run
-from slider_drilling.columns import Columns, Sampled, joined
+from slider_drilling.columns import Columns, SampledQuantity, join_samples
 from slider_drilling.diagnosis import replay as engine
 from slider_drilling.drillstring import ELEMENTS
 from slider_drilling.drillstring.to_log import write_simulated
@@ -47,9 +47,9 @@ class ReplayResult:
         found = []
         for name, one in self.replay.channels.items():
             channel = one.channel
-            found += [Sampled(f"measured_{name}", channel.unit, channel.time, channel.measured),
-                      Sampled(f"simulated_{name}", channel.unit, channel.time, one.simulated)]
-        return joined(found)
+            found += [SampledQuantity(f"measured_{name}", channel.unit, channel.time, channel.measured),
+                      SampledQuantity(f"simulated_{name}", channel.unit, channel.time, one.simulated)]
+        return join_samples(found)
 
     def to_frame(self) -> pandas.DataFrame:
         """`columns` as a pandas DataFrame. Raises InputError."""

@@ -13,7 +13,7 @@ import numpy as np
 from slider_drilling import drillstring
 from slider_drilling.api.checks import check_commands, check_run
 from slider_drilling.api.simulated_log import SensorReadings, build_log, sample_sensors
-from slider_drilling.columns import Columns, Sampled, joined
+from slider_drilling.columns import Columns, SampledQuantity, join_samples
 from slider_drilling.control.interface import MwdSample
 from slider_drilling.control.load import load_controller, set_target, step_checked
 from slider_drilling.control.protocol import Controller
@@ -63,26 +63,26 @@ class Run:
 
     def summary(self) -> RunSummary:
         """What happened, in the figures that a directional driller asks for first."""
-        from slider_drilling.log.run_summary import summarise
+        from slider_drilling.log.run_summary import summarise_run
 
-        return summarise(self.log)
+        return summarise_run(self.log)
 
     def columns(self) -> Columns:
         """Commands and response, the sensors' readings as ``measured_...``, toolfaces when they were measured."""
         time = self.response.time - self.response.time[0]
         parts = [(self.commands, one.name) for one in fields(Commands)[1:]]
         parts += [(self.response, one.name) for one in fields(Response)[1:]]  # type: ignore[misc]
-        found = [Sampled(name, UNITS[name], time, getattr(part, name)) for part, name in parts]
+        found = [SampledQuantity(name, UNITS[name], time, getattr(part, name)) for part, name in parts]
         log = self.log
         if log.top_drive is not None and log.draw_works is not None and log.standpipe_pressure is not None:
-            found += [Sampled("measured_surface_torque", "N m", time, log.top_drive.effort),
-                      Sampled("measured_hook_load", "N", time, log.draw_works.effort),
-                      Sampled("measured_standpipe_pressure", "Pa", time, log.standpipe_pressure.value)]
+            found += [SampledQuantity("measured_surface_torque", "N m", time, log.top_drive.effort),
+                      SampledQuantity("measured_hook_load", "N", time, log.draw_works.effort),
+                      SampledQuantity("measured_standpipe_pressure", "Pa", time, log.standpipe_pressure.value)]
         for name in ("mwd_tool_face", "tool_face_target"):
             series = getattr(log, name)
             if series is not None:
-                found.append(Sampled(name, "rad", series.time, series.position))
-        return joined(found)
+                found.append(SampledQuantity(name, "rad", series.time, series.position))
+        return join_samples(found)
 
     def to_frame(self) -> pandas.DataFrame:
         """`columns` as a pandas DataFrame over time, s; SI units, in ``attrs["units"]``. Raises InputError."""

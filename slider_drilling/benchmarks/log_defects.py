@@ -19,7 +19,7 @@ from slider_drilling.blind.lack import Lack
 from slider_drilling.diagnosis.diagnose import diagnose
 from slider_drilling.diagnosis.to_json import to_json
 from slider_drilling.log import RigLog, read_log
-from slider_drilling.log.stretch import stretch
+from slider_drilling.log.time_window import cut_time_window
 
 _SERIES = ("top_drive", "draw_works", "mud_pump", "standpipe_pressure")
 _MISSING = {
@@ -49,7 +49,7 @@ def lacking(what: str, log: RigLog) -> RigLog:
     if name == "renewals":
         return _rows(log, Lack(renewed=int(value)), ("time", "arrival"))
     if log.top_drive is not None and name == "start":
-        return stretch(log, float(value) * float(log.top_drive.time[-1]), np.inf)
+        return cut_time_window(log, float(value) * float(log.top_drive.time[-1]), np.inf)
     if log.top_drive is not None and name == "speed":
         still = np.zeros_like(log.top_drive.velocity)
         return replace(log, top_drive=replace(log.top_drive, velocity=still))

@@ -91,6 +91,6 @@ def _without_dds() -> float:
         begun = time.perf_counter()
         for k in range(count):
             stamp = k * 1_000_000
-            data = cdr.joint_state(stamp, "top_drive", 1.0, 2.0, 3.0)
+            data = cdr.encode_joint_state(stamp, "top_drive", 1.0, 2.0, 3.0)
             writer.message("top_drive/joint_states", JOINT_STATE, data, stamp, stamp)
         return count / (time.perf_counter() - begun)

@@ -57,7 +57,7 @@ def command(
     from slider_drilling.console.streams import progress_bar, stderr, stdout
     from slider_drilling.files.output_files import prepare_outputs
     from slider_drilling.log import read_table, save_log
-    from slider_drilling.log.summary import contents, summary_table
+    from slider_drilling.log.contents import contents_table, logged_quantities
     from slider_drilling.rig import load_rig
 
     prepare_outputs((output,), (data, mapping, rig))
@@ -79,7 +79,7 @@ def command(
     for note in log.notes:
         stderr().print(f"{data.name}: {note}")
     if as_json:
-        print_json({"contents": [asdict(one) for one in contents(log)], "notes": log.notes, "wrote": [output]})
+        print_json({"contents": [asdict(one) for one in logged_quantities(log)], "notes": log.notes, "wrote": [output]})
         return
-    stdout().print(summary_table(log, units))
+    stdout().print(contents_table(log, units))
     print_written((output,))

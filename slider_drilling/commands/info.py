@@ -89,9 +89,9 @@ def _assumed(record: RigLog) -> list[str]:
 
 def _row(topic: TopicInfo) -> dict[str, object]:
     return {
-        "topic": topic.topic, "type": topic.kind, "messages": topic.messages, "first_s": topic.first,
+        "topic": topic.topic, "type": topic.message_type, "messages": topic.messages, "first_s": topic.first,
         "last_s": topic.last, "rate_hz": topic.rate, "longest_gap_s": topic.longest_gap, "gaps": topic.gaps,
-        "lost": topic.lost, "clock_steps_back": topic.clock_back, "furthest_back_s": topic.furthest_back,
+        "lost": topic.lost, "clock_steps_back": topic.stamp_steps_back, "furthest_back_s": topic.largest_step_back,
         "lag_s": topic.lag,
     }  # fmt: skip
 
@@ -123,8 +123,8 @@ def _print(
     for heading in ("messages", "rate, Hz", "longest gap, s", "gaps", "lost", "steps back", "lag, s"):
         table.add_column(heading, justify="right", no_wrap=True)
     for one in found.topics:
-        back = f"{one.clock_back} ({one.furthest_back:.1f} s)" if one.clock_back else "0"
-        table.add_row(one.topic, one.kind.rpartition("/")[2], str(one.messages), _number(one.rate, ".4g"),
+        back = f"{one.stamp_steps_back} ({one.largest_step_back:.1f} s)" if one.stamp_steps_back else "0"
+        table.add_row(one.topic, one.message_type.rpartition("/")[2], str(one.messages), _number(one.rate, ".4g"),
                       _number(one.longest_gap, ".2f"), str(one.gaps), str(one.lost), back, _number(one.lag, ".2f"))
     say(table)
     say(f"attachments: {', '.join(found.attachments) or 'none'}; metadata: {', '.join(found.metadata) or 'none'}")

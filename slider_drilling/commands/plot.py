@@ -25,22 +25,22 @@ def command(log: Path, output: Path | None, namespace: str | None, units: Units,
     from slider_drilling.console.streams import stderr, stdout
     from slider_drilling.files.output_files import make_folder, prepare_outputs
     from slider_drilling.log import read_log
-    from slider_drilling.log.run_page import write_page, write_picture
-    from slider_drilling.log.run_summary import summarise, summary_table
+    from slider_drilling.log.run_page import write_run_page, write_run_picture
+    from slider_drilling.log.run_summary import run_summary_table, summarise_run
 
     folder = log.resolve().parent if output is None else output
     page, picture = (folder / f"{log.stem}{suffix}" for suffix in (".html", ".png"))
     record = read_log(log, namespace=namespace)
     make_folder(folder)
     prepare_outputs((page, picture), (log,))
-    summary = summarise(record)
+    summary = summarise_run(record)
     for note in record.notes:
         stderr().print(f"{log.name}: {note}")
 
     def write() -> tuple[Path, ...]:
-        write_page(page, record, summary, units=units)
-        write_picture(picture, record, units)
+        write_run_page(page, record, summary, units=units)
+        write_run_picture(picture, record, units)
         return page, picture
 
     write_and_print({"log": log, "summary": asdict(summary), "notes": record.notes} if as_json else None,
-            lambda: stdout().print(summary_table(summary, units=units)), write)  # fmt: skip
+            lambda: stdout().print(run_summary_table(summary, units=units)), write)  # fmt: skip

@@ -138,14 +138,14 @@ def _tell(outcome: Outcome, keep: bool, as_json: bool, units: Units) -> None:
     """The summary; page and picture beside a log that is kept."""
     from slider_drilling.console.streams import stderr, stdout
     from slider_drilling.log import read_log
-    from slider_drilling.log.run_page import write_page, write_picture
-    from slider_drilling.log.run_summary import summarise, summary_table
+    from slider_drilling.log.run_page import write_run_page, write_run_picture
+    from slider_drilling.log.run_summary import run_summary_table, summarise_run
 
     if outcome.log is None or outcome.messages == 0:
         stderr().print("interrupted before the first sample: nothing was recorded")
         return
     log = read_log(outcome.log)
-    summary = summarise(log)
+    summary = summarise_run(log)
     more: tuple[tuple[str, str], ...] = ()
     if outcome.wall > 0.0:
         more = (("took", f"{outcome.wall:.1f} s, {outcome.simulated / outcome.wall:.1f} times real time"),)
@@ -156,11 +156,11 @@ def _tell(outcome: Outcome, keep: bool, as_json: bool, units: Units) -> None:
     def write() -> tuple[Path, ...]:
         if not keep:
             return ()
-        write_page(page, log, summary, more, units)
-        write_picture(picture, log, units)
+        write_run_page(page, log, summary, more, units)
+        write_run_picture(picture, log, units)
         return log_file, page, picture
 
     log_file, interrupted = outcome.log, outcome.signal > 0
     figures = {"simulated_s": outcome.simulated, "wall_s": outcome.wall, "interrupted": interrupted}
     write_and_print({**figures, "summary": asdict(summary)} if as_json else None,
-            lambda: stdout().print(summary_table(summary, more, units)), write)  # fmt: skip
+            lambda: stdout().print(run_summary_table(summary, more, units)), write)  # fmt: skip

@@ -9,7 +9,7 @@ from slider_drilling.diagnosis.diagnose import Diagnosis
 from slider_drilling.diagnosis.effect_phrases import display_unit
 from slider_drilling.diagnosis.figures import intervals, shape, traces, waterfall, where_charts
 from slider_drilling.diagnosis.result import FittedParameter, Outcome
-from slider_drilling.log.run_page import title as title_of
+from slider_drilling.log.run_page import log_title as title_of
 from slider_drilling.pages import BulletList, Chart, Headline, Page, Quantity, Section, Table, Tag
 from slider_drilling.pages.page import Cell, Tone
 from slider_drilling.pages.titles import well_name

@@ -10,7 +10,7 @@ import numpy as np
 
 from slider_drilling.diagnosis.replay import Comparison, Replay
 from slider_drilling.gap.model import Array
-from slider_drilling.log.run_page import title
+from slider_drilling.log.run_page import log_title
 from slider_drilling.log.series import RigLog
 from slider_drilling.pages import Chart, Line, Page, Panel, Section, Table
 from slider_drilling.pages.colours import BLUE, INK, RED
@@ -43,7 +43,7 @@ def replay_page(log: RigLog, run: Replay, units: Units, notes: Iterable[str] = (
         Section("", (Chart("Measured and simulated", "time, s", panels, wide=True),)),
     )  # fmt: skip
     facts = (("log", Path(log.source).name),)
-    return Page("Replay", title(log, units), sections, facts, notes=tuple(notes))
+    return Page("Replay", log_title(log, units), sections, facts, notes=tuple(notes))
 
 
 def _panels(name: str, one: Comparison) -> tuple[Panel, Panel]:

@@ -1,16 +1,18 @@
 """Logs: MCAP in and out, other formats in. No ROS needed."""
 
+from slider_drilling.log.csv_table import read_table
 from slider_drilling.log.read import read_log
 from slider_drilling.log.save import save_log
 from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
-from slider_drilling.log.table import read_table
-from slider_drilling.log.write import LogWriter, Status
+from slider_drilling.log.write import LogWriter
+from slider_drilling.messages.health import Level, Status
 from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS, Topic
 
 __all__ = [
     "DIAGNOSTICS",
     "TOPICS",
     "JointSeries",
+    "Level",
     "LogWriter",
     "RigLog",
     "ScalarSeries",

@@ -14,22 +14,22 @@ import yaml
 
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import write_whole
-from slider_drilling.log.write import LogWriter, Written
+from slider_drilling.log.write import LogWriter, MessageCounts
 
 METADATA = "metadata.yaml"
-NOTHING = Written(0, 0, {})
+NOTHING = MessageCounts(0, 0, {})
 VERSION = 9  # of metadata.yaml: ROS 2 Jazzy and later
 
 
 @dataclass(frozen=True)
-class Recorded:
+class RecordedTopic:
     """One topic of a bag. kind: `package/msg/Name`; schema: its ros2msg definition; qos: what its publishers offer.
 
     type_hash: of the type's description, "RIHS01_...", empty where it is not known.
     """
 
     topic: str
-    kind: str
+    message_type: str
     schema: str
     qos: tuple[dict[str, Any], ...] = ()
     type_hash: str = ""
@@ -41,7 +41,7 @@ class Recorded:
 
 
 @dataclass(frozen=True)
-class Settings:
+class BagSettings:
     """How a bag is written. split_bytes, split_s: size and duration at which a new part begins; 0 for never."""
 
     rig_text: str | None = None
@@ -52,14 +52,14 @@ class Settings:
 
 
 @dataclass
-class Part:
+class BagFile:
     """One file of a bag; written: what is in it, as of the last time that metadata.yaml was written."""
 
     name: str
-    written: Written = NOTHING
+    written: MessageCounts = NOTHING
 
 
-class Bag:
+class BagWriter:
     """Writes messages to a bag. What has come in is kept, whatever ends the recording.
 
     directory: becomes the bag, made where it is missing. Where it is one already, a recording with a name of its own
@@ -67,14 +67,14 @@ class Bag:
     of the first part, ending in .mcap; empty for slide_ and the time. Raises InputError where any of that fails.
     """
 
-    def __init__(self, directory: Path, file: str, settings: Settings) -> None:
+    def __init__(self, directory: Path, file: str, settings: BagSettings) -> None:
         self._settings = settings
         self._rig_text = settings.rig_text
-        self._topics: dict[str, Recorded] = {}
+        self._topics: dict[str, RecordedTopic] = {}
         self._stem = Path(file).stem if file else f"slide_{datetime.datetime.now().astimezone():%Y%m%d_%H%M%S}"
         self.folder, self.is_bag = _take_folder(directory, self._stem, named=bool(file))
         self._inside = self.folder != directory
-        self._parts: list[Part] = []
+        self._parts: list[BagFile] = []
         self._declared: set[str] = set()
         self._part_began: int | None = None
         try:
@@ -93,7 +93,7 @@ class Bag:
         """The part that is being written."""
         return self.folder / self._parts[-1].name
 
-    def declare(self, topic: Recorded) -> None:
+    def declare(self, topic: RecordedTopic) -> None:
         """Add a topic, or replace what is known of it. Raises InputError."""
         self._topics[topic.topic] = topic
 
@@ -104,17 +104,17 @@ class Bag:
         recorded = self._topics[topic]
         if topic not in self._declared:
             self._declared.add(topic)
-            self._writer.declare(topic, recorded.kind, recorded.schema, recorded.channel_metadata())
-        self._writer.message(topic, recorded.kind, data, log_time, log_time, sequence)
+            self._writer.declare(topic, recorded.message_type, recorded.schema, recorded.channel_metadata())
+        self._writer.message(topic, recorded.message_type, data, log_time, log_time, sequence)
 
     def attach_rig(self, rig_text: str) -> None:
         """Add the rig file, to this part and to those that follow. Raises InputError."""
         self._rig_text = rig_text
         self._writer.attach_rig(rig_text)
 
-    def remark(self, name: str, values: dict[str, str]) -> None:
+    def add_metadata(self, name: str, values: dict[str, str]) -> None:
         """Add a metadata record to this part. Raises InputError."""
-        self._writer.remark(name, values)
+        self._writer.add_metadata(name, values)
 
     def flush(self) -> None:
         """Write out what has come in. Raises InputError."""
@@ -123,7 +123,7 @@ class Bag:
     def split(self) -> None:
         """Go on in a new part. Raises InputError."""
         self._writer.close()
-        self._parts[-1].written = self._writer.written()
+        self._parts[-1].written = self._writer.message_counts()
         self._writer = self._begin_part()
         self._write_metadata()
 
@@ -132,7 +132,7 @@ class Bag:
         try:
             self._writer.close()
         finally:
-            self._parts[-1].written = self._writer.written()
+            self._parts[-1].written = self._writer.message_counts()
             # The messages are what counts: where the disk is full, metadata.yaml stays as the part's beginning left it.
             with contextlib.suppress(InputError):
                 self._write_metadata()
@@ -157,7 +157,7 @@ class Bag:
         name = f"{self._stem}_{number}.mcap" if number else f"{self._stem}.mcap"
         settings = self._settings
         writer = LogWriter(self.folder / name, self._rig_text, settings.recorded_by, settings.notes)
-        self._parts.append(Part(name))
+        self._parts.append(BagFile(name))
         self._declared.clear()
         self._part_began = None
         return writer
@@ -203,7 +203,7 @@ def _take_metadata(folder: Path) -> bool:
     return True
 
 
-def _metadata(parts: list[Part], topics: dict[str, Recorded]) -> dict[str, Any]:
+def _metadata(parts: list[BagFile], topics: dict[str, RecordedTopic]) -> dict[str, Any]:
     """What metadata.yaml says."""
     filled = [part.written for part in parts if part.written.counts]
     first, last = min((one.first for one in filled), default=0), max((one.last for one in filled), default=0)
@@ -211,8 +211,8 @@ def _metadata(parts: list[Part], topics: dict[str, Recorded]) -> dict[str, Any]:
     listed = [
         {
             "topic_metadata": {
-                "name": topic, "type": one.kind, "serialization_format": "cdr", "offered_qos_profiles": [*one.qos],
-                "type_description_hash": one.type_hash,
+                "name": topic, "type": one.message_type, "serialization_format": "cdr",
+                "offered_qos_profiles": [*one.qos], "type_description_hash": one.type_hash,
             },
             "message_count": counts[topic],
         }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from slider_drilling.columns import Columns, Sampled, joined
+from slider_drilling.columns import Columns, SampledQuantity, join_samples
 from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
 from slider_drilling.messages.topics import TOPICS
 
@@ -27,22 +27,24 @@ _VALUE = {"standpipe_pressure": "Pa", "truth_weight_on_bit": "N"}
 
 def columns_of(log: RigLog) -> Columns:
     """Every quantity that the log holds over the union of its times, s since the log's start, when measured."""
-    quantities: list[Sampled] = []
+    quantities: list[SampledQuantity] = []
     for key in TOPICS:
         series = getattr(log, key)
         if series is None:
             continue
         quantities += _of_joint(key, series) if isinstance(series, JointSeries) else [_of_scalar(key, series)]
-    return joined(quantities)
+    return join_samples(quantities)
 
 
-def _of_joint(key: str, series: JointSeries) -> list[Sampled]:
+def _of_joint(key: str, series: JointSeries) -> list[SampledQuantity]:
     names = NAMES.get(key, (f"{key}_position", f"{key}_velocity", f"{key}_effort"))
     arrays = (series.position, series.velocity, series.effort)
     units = _LENGTH if "works" in key or "depth" in key else _ANGLE
-    return [Sampled(name, unit, series.time, array) for name, unit, array in zip(names, units, arrays, strict=True)]
+    return [
+        SampledQuantity(name, unit, series.time, array) for name, unit, array in zip(names, units, arrays, strict=True)
+    ]
 
 
-def _of_scalar(key: str, series: ScalarSeries) -> Sampled:
+def _of_scalar(key: str, series: ScalarSeries) -> SampledQuantity:
     (name,) = NAMES.get(key, (key,))
-    return Sampled(name, _VALUE.get(key, "-"), series.time, series.value)
+    return SampledQuantity(name, _VALUE.get(key, "-"), series.time, series.value)

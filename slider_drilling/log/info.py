@@ -11,10 +11,10 @@ import numpy as np
 from mcap.records import Channel
 
 from slider_drilling.console.printable import printable
-from slider_drilling.log.container import Container
-from slider_drilling.log.decode import Array, Decoder, Integers
-from slider_drilling.log.read import log_files, match
-from slider_drilling.log.tracks import SECOND, STEP_BACK
+from slider_drilling.log.decoder import Array, Decoder, Integers
+from slider_drilling.log.mcap_reader import McapReader
+from slider_drilling.log.read import log_files, series_of_topic
+from slider_drilling.log.timestamps import MAX_STEP_BACK, SECOND
 from slider_drilling.messages.topics import TOPICS, canonical_type
 
 NAN = float("nan")
@@ -34,7 +34,7 @@ class TopicInfo:
     """
 
     topic: str
-    kind: str
+    message_type: str
     messages: int
     first: float
     last: float
@@ -42,8 +42,8 @@ class TopicInfo:
     longest_gap: float
     gaps: int
     lost: int
-    clock_back: int
-    furthest_back: float
+    stamp_steps_back: int
+    largest_step_back: float
     lag: float
 
 
@@ -65,7 +65,7 @@ class LogInfo:
 
 
 @dataclass
-class Seen:
+class TopicMessages:
     """Columns of one topic, part by part."""
 
     kind: str
@@ -79,8 +79,8 @@ class Seen:
 def log_info(path: Path) -> LogInfo:
     """Look through a log, or a folder of its parts. Raises InputError where it cannot be read at all."""
     files = log_files(path)
-    containers = [Container(file) for file in files]
-    seen: dict[str, Seen] = {}
+    containers = [McapReader(file) for file in files]
+    seen: dict[str, TopicMessages] = {}
     for container in containers:
         _look_through(container, seen)
     # Channels without a message count as topics, too.
@@ -106,21 +106,21 @@ def _names(found: Iterable[str]) -> tuple[str, ...]:
     return tuple(printable(name) for name in dict.fromkeys(found))
 
 
-def _begin(container: Container, channel: Channel) -> Seen:
+def _begin(container: McapReader, channel: Channel) -> TopicMessages:
     schema = container.schemas.get(channel.schema_id)
-    key = match(channel.topic, schema.name if schema else None)
+    key = series_of_topic(channel.topic, schema.name if schema else None)
     kind = canonical_type(schema.name) if schema and schema.name else "unknown"
-    return Seen(printable(kind), Decoder(TOPICS[key]) if key and channel.message_encoding == "cdr" else None)
+    return TopicMessages(printable(kind), Decoder(TOPICS[key]) if key and channel.message_encoding == "cdr" else None)
 
 
-def _look_through(container: Container, seen: dict[str, Seen]) -> None:
+def _look_through(container: McapReader, seen: dict[str, TopicMessages]) -> None:
     for block in container.blocks():
         for number in np.unique(block.channel).tolist():
             channel = container.channels[number]
             topic = printable(channel.topic)
             if topic not in seen:
                 seen[topic] = _begin(container, channel)
-            one, own = seen[topic], block.only(block.channel == number)
+            one, own = seen[topic], block.select(block.channel == number)
             one.logged.append(own.log_time.astype(np.int64))
             one.sequence.append(own.sequence)
             if one.decoder is not None:
@@ -129,7 +129,7 @@ def _look_through(container: Container, seen: dict[str, Seen]) -> None:
                 one.stamp_logged.append(one.logged[-1][readable])
 
 
-def _topic(topic: str, seen: Seen, start: int) -> TopicInfo:
+def _topic(topic: str, seen: TopicMessages, start: int) -> TopicInfo:
     if not seen.logged:
         return TopicInfo(topic, seen.kind, 0, NAN, NAN, NAN, 0.0, 0, 0, 0, 0.0, NAN)
     logged = np.concatenate(seen.logged)
@@ -139,7 +139,7 @@ def _topic(topic: str, seen: Seen, start: int) -> TopicInfo:
     if seen.stamp and sum(map(len, seen.stamp)):
         stamp = np.concatenate(seen.stamp)
         falls: Array = -np.diff(stamp.astype(np.float64))
-        back = int(np.count_nonzero(falls > STEP_BACK))
+        back = int(np.count_nonzero(falls > MAX_STEP_BACK))
         furthest = float(falls.max(initial=0.0)) / SECOND if back else 0.0
         lag = float(np.median(np.concatenate(seen.stamp_logged).astype(np.float64) - stamp)) / SECOND
     return TopicInfo(

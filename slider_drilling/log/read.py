@@ -13,41 +13,51 @@ import yaml
 from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import read_text
-from slider_drilling.log.chunk import Block
-from slider_drilling.log.container import Container
-from slider_drilling.log.decode import Array, Decoder, Integers
-from slider_drilling.log.possible import possible
+from slider_drilling.log.decoder import Array, Decoder, Integers
+from slider_drilling.log.mcap_chunk import MessageBlock
+from slider_drilling.log.mcap_reader import McapReader
 from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
-from slider_drilling.log.tracks import OTHER_CLOCK, SECOND, Track, ordered, within
-from slider_drilling.messages.topics import CLOCKS, JOINT_STATE, SURFACE, TOPICS, canonical_type, namespace_of
+from slider_drilling.log.timestamps import MAX_CLOCK_OFFSET, SECOND, StampedSamples, drop_foreign_stamps, sort_by_stamp
+from slider_drilling.log.value_limits import mask_impossible_values
+from slider_drilling.messages.topics import (
+    CLOCK_TOPICS,
+    JOINT_STATE,
+    SURFACE_TOPICS,
+    TOPICS,
+    canonical_type,
+    namespace_of,
+)
 
 # Samples of a rig's channels that are read, about: at 10 Hz a week, in a bit more than 1 GB.
-MOST_SAMPLES = 25_000_000
+MAX_SAMPLES = 25_000_000
 
 
 @dataclass
-class Samples:
+class TopicSamples:
     """Samples of one topic as they were read, and what reads them; ends: how many there are after each file."""
 
     key: str
     topic: str
     decoder: Decoder
-    parts: list[Track] = field(default_factory=list)
+    parts: list[StampedSamples] = field(default_factory=list)
     count: int = 0
     ends: dict[Path, int] = field(default_factory=dict)
 
-    def add(self, block: Block, file: Path) -> None:
+    def add(self, block: MessageBlock, file: Path) -> None:
         """Read the messages of this topic alone."""
         readable, stamp, values = self.decoder.decode(block)
-        self.parts.append(Track(stamp, block.log_time[readable].astype(np.int64), values))
+        self.parts.append(StampedSamples(stamp, block.log_time[readable].astype(np.int64), values))
         self.count += len(stamp)
         self.ends[file] = self.count
 
-    def track(self) -> Track:
+    def track(self) -> StampedSamples:
         """All of them, in the order of the files."""
         parts = self.parts
-        return Track(np.concatenate([part.stamp for part in parts]), np.concatenate([part.logged for part in parts]),
-                     np.concatenate([part.values for part in parts]))  # fmt: skip
+        return StampedSamples(
+            np.concatenate([part.stamp for part in parts]),
+            np.concatenate([part.logged for part in parts]),
+            np.concatenate([part.values for part in parts]),
+        )
 
 
 def read_log(
@@ -68,8 +78,8 @@ def read_log(
 
 
 def _read(path: Path, source: str, rig_path: str | os.PathLike[str] | None, namespace: str | None) -> RigLog:
-    containers = [Container(file) for file in log_files(path)]
-    sampled: dict[str, Samples] = {}
+    containers = [McapReader(file) for file in log_files(path)]
+    sampled: dict[str, TopicSamples] = {}
     ignored: dict[str, str] = {}
     for container in containers:
         _collect(container, sampled, ignored)
@@ -80,23 +90,23 @@ def _read(path: Path, source: str, rig_path: str | os.PathLike[str] | None, name
         notes += [f"{samples.topic}: {n} unreadable messages: {why}" for why, n in samples.decoder.unreadable.items()]
     if not chosen:
         raise InputError(_nothing(source, containers, notes, namespace))
-    moved = any(container.moved for container in containers)
+    moved = any(container.chunks_out_of_order for container in containers)
     tracks = {}
     for key, samples in chosen.items():
         track = samples.track()
-        if key in SURFACE:
+        if key in SURFACE_TOPICS:
             _check_one_run(samples, track, source)
-        tracks[key] = ordered(track, samples.topic, key in SURFACE, moved, source, notes)
+        tracks[key] = sort_by_stamp(track, samples.topic, key in SURFACE_TOPICS, moved, source, notes)
     _leave_out_far(tracks, chosen, notes)
     rig_text, rig_source = _rig(source, rig_path, containers, notes)
-    return possible(_assemble(source, tracks, notes, rig_text, rig_source, _metadata(containers)))
+    return mask_impossible_values(_assemble(source, tracks, notes, rig_text, rig_source, _metadata(containers)))
 
 
-def _leave_out_far(tracks: dict[str, Track], chosen: dict[str, Samples], notes: list[str]) -> None:
+def _leave_out_far(tracks: dict[str, StampedSamples], chosen: dict[str, TopicSamples], notes: list[str]) -> None:
     """Keep of every series what was stamped within the time of the log's clock."""
-    clock = next(key for key in CLOCKS if key in tracks)
+    clock = next(key for key in CLOCK_TOPICS if key in tracks)
     for key in [key for key in tracks if key != clock]:
-        kept = within(tracks[key], tracks[clock], chosen[key].topic, key in SURFACE, notes)
+        kept = drop_foreign_stamps(tracks[key], tracks[clock], chosen[key].topic, key in SURFACE_TOPICS, notes)
         if kept is None:
             del tracks[key]
         else:
@@ -126,31 +136,31 @@ def _listed(metadata: Path) -> list[Path]:
         return []
 
 
-def _collect(container: Container, sampled: dict[str, Samples], ignored: dict[str, str]) -> None:
+def _collect(container: McapReader, sampled: dict[str, TopicSamples], ignored: dict[str, str]) -> None:
     """Sort the container's messages by topic, decoding those of a rig. Raises InputError for more than can be held."""
-    by_channel: dict[int, Samples | None] = {}
+    by_channel: dict[int, TopicSamples | None] = {}
     for block in container.blocks():
         for number in np.unique(block.channel).tolist():
             if number not in by_channel:
                 by_channel[number] = _samples_of(container, number, sampled, ignored)
             samples = by_channel[number]
             if samples is not None:
-                samples.add(block.only(block.channel == number), container.path)
-        if sum(samples.count for samples in sampled.values()) > MOST_SAMPLES:
+                samples.add(block.select(block.channel == number), container.path)
+        if sum(samples.count for samples in sampled.values()) > MAX_SAMPLES:
             raise InputError(
-                f"{container.path}: holds more than {MOST_SAMPLES:,} samples of a rig's channels, which is more than "
+                f"{container.path}: holds more than {MAX_SAMPLES:,} samples of a rig's channels, which is more than "
                 "is read at once; split it with another tool, such as `mcap filter`"
             )
 
 
 def _samples_of(
-    container: Container, number: int, sampled: dict[str, Samples], ignored: dict[str, str]
-) -> Samples | None:
+    container: McapReader, number: int, sampled: dict[str, TopicSamples], ignored: dict[str, str]
+) -> TopicSamples | None:
     """Where the messages of a channel go; None for nowhere."""
     channel = container.channels[number]
     schema = container.schemas.get(channel.schema_id)
     matched = _match(channel.topic, schema.name if schema is not None else None)
-    if isinstance(matched, Samples) and channel.message_encoding != "cdr":
+    if isinstance(matched, TopicSamples) and channel.message_encoding != "cdr":
         matched = f"its messages are encoded as {channel.message_encoding!r}, not cdr"
     if isinstance(matched, str):
         ignored[channel.topic] = matched
@@ -158,26 +168,26 @@ def _samples_of(
     return sampled.setdefault(channel.topic, matched) if matched is not None else None
 
 
-def match(topic: str, type_name: str | None) -> str:
+def series_of_topic(topic: str, type_name: str | None) -> str:
     """The series that a topic is; empty where it is none, or its type is another one."""
     matched = _match(topic, type_name)
-    return matched.key if isinstance(matched, Samples) else ""
+    return matched.key if isinstance(matched, TopicSamples) else ""
 
 
-def _match(topic: str, type_name: str | None) -> Samples | str | None:
+def _match(topic: str, type_name: str | None) -> TopicSamples | str | None:
     """Where samples of the topic go; why not, if it looks like a rig's and is not; None for any other topic."""
     for key, known in TOPICS.items():
         if namespace_of(topic, known.name) is None:
             continue
         if type_name is not None and canonical_type(type_name) != known.type:
             return f"its type is {type_name}, not {known.type}"
-        return Samples(key, topic, Decoder(known))
+        return TopicSamples(key, topic, Decoder(known))
     return None
 
 
-def _choose(found: Iterable[Samples], namespace: str | None, source: str) -> dict[str, Samples]:
+def _choose(found: Iterable[TopicSamples], namespace: str | None, source: str) -> dict[str, TopicSamples]:
     """One topic a series. Raises InputError where two rigs' topics could be meant."""
-    chosen: dict[str, Samples] = {}
+    chosen: dict[str, TopicSamples] = {}
     wanted = None if namespace is None else f"/{namespace.strip('/')}".rstrip("/")
     for samples in found:
         own = namespace_of(samples.topic, TOPICS[samples.key].name)
@@ -192,7 +202,7 @@ def _choose(found: Iterable[Samples], namespace: str | None, source: str) -> dic
     return chosen
 
 
-def _check_one_run(samples: Samples, track: Track, source: str) -> None:
+def _check_one_run(samples: TopicSamples, track: StampedSamples, source: str) -> None:
     """Raises InputError where the files of a folder overlap in time: they are several runs, not one in parts."""
     before, last, first = "", 0, 0
     for path, end in samples.ends.items():
@@ -208,7 +218,7 @@ def _check_one_run(samples: Samples, track: Track, source: str) -> None:
         before, last, first = path.name, high, end
 
 
-def _nothing(source: str, containers: list[Container], notes: list[str], namespace: str | None) -> str:
+def _nothing(source: str, containers: list[McapReader], notes: list[str], namespace: str | None) -> str:
     topics = sorted({channel.topic for container in containers for channel in container.channels.values()})
     there = f"topics there: {', '.join(topics)}" if topics else "it holds no topics"
     where = "" if namespace is None else f" in namespace {namespace!r}"
@@ -222,21 +232,21 @@ def _seconds(nanoseconds: Integers) -> Array:
 
 def _assemble(
     source: str,
-    tracks: dict[str, Track],
+    tracks: dict[str, StampedSamples],
     notes: list[str],
     rig_text: str | None,
     rig_source: str | None,
     metadata: dict[str, str],
 ) -> RigLog:
     """Series in seconds since the first sample of the top drive, or of the first channel there is."""
-    clock = tracks[next(key for key in CLOCKS if key in tracks)]
+    clock = tracks[next(key for key in CLOCK_TOPICS if key in tracks)]
     start = clock.stamp[0]
     offset = float(np.median(clock.logged.astype(np.float64) - clock.stamp))
-    other_clock = abs(offset) > OTHER_CLOCK
+    other_clock = abs(offset) > MAX_CLOCK_OFFSET
     if other_clock:
         notes.append(f"log times are {offset / SECOND:.1f} s off the stamps; arrivals are given in the stamps' clock")
 
-    def arrival(track: Track) -> Array:
+    def arrival(track: StampedSamples) -> Array:
         if not other_clock:
             return _seconds(track.logged - start)
         # Whatever the two clocks' rates, a message arrived when the surface channel logged beside it was stamped.
@@ -277,7 +287,7 @@ def _assemble(
 
 
 def _rig(
-    source: str, rig_path: str | os.PathLike[str] | None, containers: list[Container], notes: list[str]
+    source: str, rig_path: str | os.PathLike[str] | None, containers: list[McapReader], notes: list[str]
 ) -> tuple[str | None, str | None]:
     """Text and origin of the rig file: the one given, or the first attachment that is one."""
     if rig_path is not None:
@@ -292,7 +302,7 @@ def _rig(
     return None, None
 
 
-def _metadata(containers: list[Container]) -> dict[str, str]:
+def _metadata(containers: list[McapReader]) -> dict[str, str]:
     """The `slider_drilling` metadata record of the first file that has one."""
     records = [record for container in containers for record in container.metadata]
     return next((dict(record.metadata) for record in records if record.name == "slider_drilling"), {})

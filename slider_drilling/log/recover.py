@@ -15,12 +15,12 @@ from slider_drilling import __version__
 from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import begin_file, end_file
-from slider_drilling.log.container import Container
-from slider_drilling.log.decode import Decoder
-from slider_drilling.log.mcap_file import McapFile
-from slider_drilling.log.read import log_files, match
-from slider_drilling.log.tracks import LEAP, SECOND, STEP_BACK, outliers
-from slider_drilling.messages.topics import CLOCKS, TOPICS
+from slider_drilling.log.decoder import Decoder
+from slider_drilling.log.mcap_reader import McapReader
+from slider_drilling.log.mcap_writer import McapWriter
+from slider_drilling.log.read import log_files, series_of_topic
+from slider_drilling.log.timestamps import MAX_LEAP, MAX_STEP_BACK, SECOND, stamp_outliers
+from slider_drilling.messages.topics import CLOCK_TOPICS, TOPICS
 
 RECOVERED = "slider_drilling_recovered"
 # Messages whose order of time has to be restored are held in memory: bytes of them, at most.
@@ -29,7 +29,7 @@ Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Recovered:
+class RecoveredLog:
     """One log that was written: how many messages it holds, over how many seconds by its log times."""
 
     path: Path
@@ -38,7 +38,7 @@ class Recovered:
 
 
 @dataclass
-class _Clock:
+class _ClockSamples:
     """The topic that tells the runs apart: of each sample its stamp, its log time, how many messages came before."""
 
     topic: str
@@ -47,7 +47,7 @@ class _Clock:
     place: list[Integers]
 
 
-def recover(path: Path, output: Path) -> tuple[list[Recovered], list[str]]:
+def recover(path: Path, output: Path) -> tuple[list[RecoveredLog], list[str]]:
     """Write what a log still holds to `output`, whole: its messages as they are, their channels, files and metadata.
 
     path: a log, or a folder of its parts. Where it holds several runs each gets a file of its own, output_1 and so
@@ -65,7 +65,7 @@ def recover(path: Path, output: Path) -> tuple[list[Recovered], list[str]]:
     ]  # fmt: skip
     if len(bounds) > 1:
         notes.append(f"held {len(bounds)} runs; each is a log of its own now")
-    containers = [Container(file) for file in files]
+    containers = [McapReader(file) for file in files]
     messages = enumerate(_messages(containers, is_sorted))
     written = []
     for name, end in zip(names, bounds, strict=True):
@@ -75,8 +75,8 @@ def recover(path: Path, output: Path) -> tuple[list[Recovered], list[str]]:
 
 def _survey(files: list[Path]) -> tuple[list[int], list[str], int, bool]:
     """Where a new run begins, by the number of its first message; notes; how many there are; whether in order."""
-    containers = [Container(file) for file in files]
-    clocks: dict[str, _Clock] = {}
+    containers = [McapReader(file) for file in files]
+    clocks: dict[str, _ClockSamples] = {}
     decoders: dict[str, Decoder] = {}
     times: list[Integers] = []
     count = size = 0
@@ -89,20 +89,20 @@ def _survey(files: list[Path]) -> tuple[list[int], list[str], int, bool]:
             for number in np.unique(block.channel).tolist():
                 channel = container.channels[number]
                 schema = container.schemas.get(channel.schema_id)
-                key = match(channel.topic, schema.name if schema else None)
-                if key not in CLOCKS:
+                key = series_of_topic(channel.topic, schema.name if schema else None)
+                if key not in CLOCK_TOPICS:
                     continue
-                clock = clocks.setdefault(key, _Clock(channel.topic, [], [], []))
+                clock = clocks.setdefault(key, _ClockSamples(channel.topic, [], [], []))
                 if clock.topic != channel.topic:
                     continue
                 chosen = block.channel == number
-                own = block.only(chosen)
+                own = block.select(chosen)
                 readable, stamp, _ = decoders.setdefault(key, Decoder(TOPICS[key])).decode(own)
                 clock.stamp.append(stamp)
                 clock.logged.append(own.log_time[readable].astype(np.int64))
                 clock.place.append(places[chosen][readable])
     notes = [f"{container.path.name}: {note}" for container in containers for note in container.notes]
-    is_sorted = not any(container.moved for container in containers)
+    is_sorted = not any(container.chunks_out_of_order for container in containers)
     if not is_sorted:
         if size > MOST_SORTED:
             raise InputError(
@@ -110,29 +110,29 @@ def _survey(files: list[Path]) -> tuple[list[int], list[str], int, bool]:
                 "use `mcap sort`"
             )
         return [], notes, count, is_sorted
-    clock_key = next((key for key in CLOCKS if key in clocks), None)
+    clock_key = next((key for key in CLOCK_TOPICS if key in clocks), None)
     if clock_key is None:
         return [], notes, count, is_sorted
     return _boundaries(clocks[clock_key], np.concatenate(times)), notes, count, is_sorted
 
 
-def _boundaries(clock: _Clock, times: Integers) -> list[int]:
+def _boundaries(clock: _ClockSamples, times: Integers) -> list[int]:
     """Numbers of the first messages of every run but the first; times: log times of all messages, ns."""
     stamp, logged, place = (np.concatenate(parts) for parts in (clock.stamp, clock.logged, clock.place))
-    right = ~outliers(stamp, logged) if stamp.any() else np.ones(len(stamp), dtype=np.bool_)
+    right = ~stamp_outliers(stamp, logged) if stamp.any() else np.ones(len(stamp), dtype=np.bool_)
     stamp, place = (stamp if stamp.any() else logged)[right], place[right]
     steps = np.diff(stamp.astype(np.float64))
     found = []
-    for at in np.flatnonzero((steps < -STEP_BACK) | (steps > LEAP)).tolist():
+    for at in np.flatnonzero((steps < -MAX_STEP_BACK) | (steps > MAX_LEAP)).tolist():
         last, first = int(place[at]), int(place[at + 1])
         # The new run's other messages may come before its clock's, which their log times tell if they step, too.
         lag = times[last + 1 : first + 1] - times[last]
-        stepped = np.flatnonzero((lag < -STEP_BACK) | (lag > LEAP))
+        stepped = np.flatnonzero((lag < -MAX_STEP_BACK) | (lag > MAX_LEAP))
         found.append(last + 1 + int(stepped[0]) if stepped.size else first)
     return found
 
 
-def _messages(containers: list[Container], is_sorted: bool) -> Iterator[tuple[Container, Channel, Message]]:
+def _messages(containers: list[McapReader], is_sorted: bool) -> Iterator[tuple[McapReader, Channel, Message]]:
     """All messages in the order of the files, or by log time where that is not the order of recording."""
     if is_sorted:
         for container in containers:
@@ -146,16 +146,16 @@ def _messages(containers: list[Container], is_sorted: bool) -> Iterator[tuple[Co
 
 
 def _write(
-    output: Path, origin: Path, messages: Iterator[tuple[int, tuple[Container, Channel, Message]]], end: int,
-    notes: list[str], containers: list[Container],
-) -> Recovered:  # fmt: skip
+    output: Path, origin: Path, messages: Iterator[tuple[int, tuple[McapReader, Channel, Message]]], end: int,
+    notes: list[str], containers: list[McapReader],
+) -> RecoveredLog:  # fmt: skip
     """Write the messages up to number `end`, as a whole or not at all."""
     try:
         descriptor, part = begin_file(output)
         try:
-            file = McapFile(descriptor, f"slider_drilling {__version__}")
+            file = McapWriter(descriptor, f"slider_drilling {__version__}")
             with contextlib.closing(file):
-                copy = Copy(file)
+                copy = _LogCopier(file)
                 for number, (container, channel, message) in messages:
                     copy.message(container, channel, message)
                     if number + 1 == end:
@@ -171,27 +171,27 @@ def _write(
             raise
     except OSError as error:
         raise InputError(f"{output}: cannot write this log: {error.strerror}") from None
-    return Recovered(output, file.messages, (file.until - file.first) / SECOND)
+    return RecoveredLog(output, file.messages, (file.until - file.first) / SECOND)
 
 
-class Copy:
+class _LogCopier:
     """Puts what containers hold into one file, channels and schemas that are the same only once."""
 
-    def __init__(self, file: McapFile) -> None:
+    def __init__(self, file: McapWriter) -> None:
         self._file = file
         self._schemas: dict[tuple[str, str, bytes], int] = {}
         self._channels: dict[tuple[str, str, int, tuple[tuple[str, str], ...]], int] = {}
         self._numbers: dict[tuple[Path, int], int] = {}
         self._seen: set[tuple[str, ...]] = set()
 
-    def message(self, container: Container, channel: Channel, message: Message) -> None:
+    def message(self, container: McapReader, channel: Channel, message: Message) -> None:
         """Add a message as it is. Raises OSError."""
         number = self._numbers.get((container.path, channel.id))
         if number is None:
             number = self._numbers[container.path, channel.id] = self._channel(container, channel)
         self._file.message(number, message.sequence, message.log_time, message.publish_time, message.data)
 
-    def rest(self, container: Container) -> None:
+    def rest(self, container: McapReader) -> None:
         """Add what the container has found besides messages so far. Raises OSError."""
         for attachment in container.attachments:
             key = ("attachment", attachment.name, str(hash(attachment.data)))
@@ -204,7 +204,7 @@ class Copy:
                 self._seen.add(key)
                 self._file.metadata(metadata.name, metadata.metadata)
 
-    def _channel(self, container: Container, channel: Channel) -> int:
+    def _channel(self, container: McapReader, channel: Channel) -> int:
         schema = container.schemas.get(channel.schema_id)
         schema_id = 0
         if schema is not None:

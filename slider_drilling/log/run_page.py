@@ -8,8 +8,8 @@ import numpy as np
 
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import write_whole
-from slider_drilling.log.by_depth import depth_charts
-from slider_drilling.log.run_summary import NOT_SET, RunSummary, held_words, rows, target_at
+from slider_drilling.log.depth_charts import depth_charts
+from slider_drilling.log.run_summary import NOT_SET, RunSummary, hold_sentence, summary_rows, target_at
 from slider_drilling.log.series import Array, RigLog
 from slider_drilling.pages import Chart, Headline, Line, Page, Panel, Section, Table
 from slider_drilling.pages import write_page as write
@@ -21,7 +21,7 @@ from slider_drilling.rig import Rig
 from slider_drilling.units import SI, Units
 
 
-def panels(log: RigLog) -> tuple[Panel, ...]:
+def log_panels(log: RigLog) -> tuple[Panel, ...]:
     """What the log holds over time. Raises InputError where that is nothing."""
     found = (_tool_face(log), _top_drive(log), _torque(log), _pressure(log), _hook_load(log), _weight(log), _depth(log))
     shown = tuple(panel for panel in found if panel.marks)
@@ -97,12 +97,12 @@ def _depth(log: RigLog) -> Panel:
     return Panel("bit depth, m", tuple(lines), inverted=True)
 
 
-def chart(log: RigLog) -> Chart:
+def log_chart(log: RigLog) -> Chart:
     """The panels of a log as one figure. Raises InputError where it holds nothing to plot."""
-    return Chart("Over time", "time, s", panels(log), wide=True)
+    return Chart("Over time", "time, s", log_panels(log), wide=True)
 
 
-def title(log: RigLog, units: Units = SI, rig: Rig | None = None) -> str:
+def log_title(log: RigLog, units: Units = SI, rig: Rig | None = None) -> str:
     """Well, time and target; rig: the file that names the well, the log's own if None."""
     if rig is None and log.rig_text is not None:
         rig = log.rig()
@@ -112,44 +112,44 @@ def title(log: RigLog, units: Units = SI, rig: Rig | None = None) -> str:
     return ", ".join(part for part in parts if part)
 
 
-def page(log: RigLog, summary: RunSummary, more: tuple[tuple[str, str], ...] = (), units: Units = SI) -> Page:
+def run_page(log: RigLog, summary: RunSummary, more: tuple[tuple[str, str], ...] = (), units: Units = SI) -> Page:
     """The page of a run; `more`: rows after the summary's own. Raises InputError where there is nothing to plot."""
-    figures: tuple[Chart, ...] = (chart(log),)
+    figures: tuple[Chart, ...] = (log_chart(log),)
     sections = [
-        Section("What happened", (Table(("", ""), (*rows(summary, units), *more)),)),
+        Section("What happened", (Table(("", ""), (*summary_rows(summary, units), *more)),)),
         Section("", figures),
     ]
-    known = summary.drilled is not None and not summary.idle and summary.drilled.source != "block"
+    known = summary.drilled is not None and not summary.drilled_nothing and summary.drilled.source != "block"
     if known and (by_depth := depth_charts(log)):
         sections.append(Section("By depth", by_depth))
     facts = [("log", Path(log.source).name)]
     facts += [(key.replace("_", " "), log.metadata[key]) for key in ("recorded_by", "version") if log.metadata.get(key)]
     notes = (*((log.metadata["notes"],) if log.metadata.get("notes") else ()), *log.notes)
-    return Page("Run", title(log, units), tuple(sections), tuple(facts), _lead(summary, units), notes)
+    return Page("Run", log_title(log, units), tuple(sections), tuple(facts), _lead(summary, units), notes)
 
 
 def _lead(summary: RunSummary, units: Units) -> Headline | None:
     found, hold = summary.drilled, summary.tool_face
-    if summary.idle:
+    if summary.drilled_nothing:
         return Headline("Nothing was drilled: the bit made no new hole.", "bad")
     said = []
     if found is not None and found.source != "block":
-        said.append(f"Drilled {units.text(found.metres, 'm')} at {units.text(found.rate * 3600.0, 'm/h')}.")
+        said.append(f"Drilled {units.text(found.length, 'm')} at {units.text(found.rate * 3600.0, 'm/h')}.")
     if hold is not None:
         last = hold.targets[-1]
-        held = f"never set: {NOT_SET}" if last.set_after is None else f"set {held_words(last)}"
+        held = f"never set: {NOT_SET}" if last.set_after is None else f"set {hold_sentence(last)}"
         said.append(f"Toolface {held} ({hold.source}).")
     good = hold is None or all(one.set_after is not None and one.lost_after is None for one in hold.targets)
     return Headline(" ".join(said), "good" if good else "bad") if said else None
 
 
-def write_page(
+def write_run_page(
     path: Path, log: RigLog, summary: RunSummary, more: tuple[tuple[str, str], ...] = (), units: Units = SI
 ) -> None:
     """The page at `path`; it needs no network. `more`: rows after the summary's own. Raises InputError."""
-    write(path, page(log, summary, more, units), units)
+    write(path, run_page(log, summary, more, units), units)
 
 
-def write_picture(path: Path, log: RigLog, units: Units = SI) -> None:
+def write_run_picture(path: Path, log: RigLog, units: Units = SI) -> None:
     """The same panels as PNG. Raises InputError."""
-    write_whole(path, render_png((chart(log),), units, title(log, units)))
+    write_whole(path, render_png((log_chart(log),), units, log_title(log, units)))

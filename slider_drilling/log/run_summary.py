@@ -46,7 +46,7 @@ class ToolFaceHold:
 
 
 @dataclass(frozen=True)
-class Drilled:
+class DrilledInterval:
     """source: `truth` or `bit depth`, where the log knows the bit; `block`, where only the block is known.
 
     start, end: m, the hole's depth (of the block: its position); metres: m of new hole (of the block: lowered);
@@ -56,7 +56,7 @@ class Drilled:
     source: str
     start: float
     end: float
-    metres: float
+    length: float
     rate: float
     on_bottom: float | None
 
@@ -74,16 +74,16 @@ class RunSummary:
     standpipe_pressure: tuple[float, float, float] | None
     weight_on_bit: tuple[float, float, float] | None
     block_lowered: float | None  # m
-    drilled: Drilled | None
+    drilled: DrilledInterval | None
     mwd_samples: int
 
     @property
-    def idle(self) -> bool:
+    def drilled_nothing(self) -> bool:
         """Whether the log knows that nothing was drilled: the bit never touched bottom, or never went deeper."""
-        return self.drilled is not None and self.drilled.source != "block" and self.drilled.metres < 1e-3
+        return self.drilled is not None and self.drilled.source != "block" and self.drilled.length < 1e-3
 
 
-def summarise(log: RigLog) -> RunSummary:
+def summarise_run(log: RigLog) -> RunSummary:
     """The figures of one log. Raises InputError where it holds no surface channel."""
     series = [one for one in (log.top_drive, log.draw_works, log.standpipe_pressure, log.truth_bit) if one is not None]
     if not series:
@@ -101,12 +101,12 @@ def summarise(log: RigLog) -> RunSummary:
         standpipe_pressure=None if log.standpipe_pressure is None else _range(log.standpipe_pressure.value),
         weight_on_bit=None if log.truth_weight_on_bit is None else _range(log.truth_weight_on_bit.value),
         block_lowered=None if block is None else float(block[-1] - block[0]),
-        drilled=drilled(log),
+        drilled=drilled_interval(log),
         mwd_samples=0 if log.mwd_tool_face is None else len(log.mwd_tool_face.time),
     )
 
 
-def drilled(log: RigLog) -> Drilled | None:
+def drilled_interval(log: RigLog) -> DrilledInterval | None:
     """What was drilled, from the best channel there is; None without any depth and block. New hole is made where the
     bit is deeper than it ever was in the log."""
     for source, series in (("truth", log.truth_depth), ("bit depth", log.bit_depth)):
@@ -122,12 +122,13 @@ def drilled(log: RigLog) -> Drilled | None:
         on_bottom = float(pauses[pauses <= PAUSE].sum())
         metres = float(hole[-1] - hole[0])
         rate = metres / on_bottom if on_bottom > 0.0 else 0.0
-        return Drilled(source, float(hole[0]), float(hole[-1]), metres, rate, on_bottom)
+        return DrilledInterval(source, float(hole[0]), float(hole[-1]), metres, rate, on_bottom)
     block = None if log.draw_works is None else _there(log.draw_works.position)
     if block is None or log.draw_works is None:
         return None
-    span, metres = float(np.ptp(log.draw_works.time)), float(block[-1] - block[0])
-    return Drilled("block", float(block[0]), float(block[-1]), metres, metres / span if span > 0.0 else 0.0, None)
+    span, lowered = float(np.ptp(log.draw_works.time)), float(block[-1] - block[0])
+    rate = lowered / span if span > 0.0 else 0.0
+    return DrilledInterval("block", float(block[0]), float(block[-1]), lowered, rate, None)
 
 
 def tool_face_error(log: RigLog) -> tuple[Array, Array, str] | None:
@@ -205,11 +206,11 @@ def _range(values: Array) -> tuple[float, float, float] | None:
     return None if found is None else (float(found.min()), float(found.mean()), float(found.max()))
 
 
-def rows(summary: RunSummary, units: Units = SI) -> list[tuple[str, str]]:
+def summary_rows(summary: RunSummary, units: Units = SI) -> list[tuple[str, str]]:
     """What it was and how much, in the units asked for, for a table or a page."""
     found = [("simulated or recorded time", f"{summary.duration:.1f} s"), *_drilled_rows(summary, units)]
     if summary.tool_face is not None:
-        found += _hold_rows(summary.tool_face, summary.idle)
+        found += _hold_rows(summary.tool_face, summary.drilled_nothing)
     if summary.torque_peak is not None and summary.torque_range is not None:
         low, high = (one / 1e3 for one in summary.torque_range)
         peak = units.text(summary.torque_peak / 1e3, "kN m")
@@ -233,10 +234,10 @@ def _drilled_rows(summary: RunSummary, units: Units) -> list[tuple[str, str]]:
     rows = [] if lowered is None else [("block lowered", units.text(lowered, "m"))]
     if found is None or found.source == "block":
         return rows
-    if summary.idle:
+    if summary.drilled_nothing:
         return [("drilled", "nothing: the bit made no new hole"), *rows]
     rate = f"{units.text(found.rate * 3600.0, 'm/h')} while drilling"
-    made = f"{units.text(found.metres, 'm')}, {rate} ({found.on_bottom or 0.0:.0f} s)"
+    made = f"{units.text(found.length, 'm')}, {rate} ({found.on_bottom or 0.0:.0f} s)"
     return [("drilled", made), ("bit depth", units.span(found.start, found.end, "m", 6)), *rows]
 
 
@@ -247,11 +248,11 @@ def _hold_rows(hold: ToolFaceHold, idle: bool) -> list[tuple[str, str]]:
              ("toolface within 15 deg", f"{100.0 * hold.on_target:.0f} % of the time")]  # fmt: skip
     for one in hold.targets:
         which = f" at {np.degrees(one.target):.0f} deg" if len(hold.targets) > 1 else ""
-        found.append((f"toolface set{which}", held_words(one)))
+        found.append((f"toolface set{which}", hold_sentence(one)))
     return found
 
 
-def held_words(one: TargetHold) -> str:
+def hold_sentence(one: TargetHold) -> str:
     """How one target was held, to follow "set"."""
     if one.set_after is None or one.error_once_set is None:
         return f"never: {NOT_SET}"
@@ -261,11 +262,11 @@ def held_words(one: TargetHold) -> str:
     return f"after {one.set_after:.0f} s, {error} until lost after {one.lost_after:.0f} s"
 
 
-def summary_table(summary: RunSummary, more: tuple[tuple[str, str], ...] = (), units: Units = SI) -> Table:
+def run_summary_table(summary: RunSummary, more: tuple[tuple[str, str], ...] = (), units: Units = SI) -> Table:
     """The rows as a table for the terminal, others after them."""
     table = Table(box=SIMPLE_HEAD, show_header=False)
     table.add_column(no_wrap=True)
     table.add_column()
-    for name, value in (*rows(summary, units), *more):
+    for name, value in (*summary_rows(summary, units), *more):
         table.add_row(name, value)
     return table

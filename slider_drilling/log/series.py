@@ -100,10 +100,10 @@ class RigLog:
 
     def plot(self) -> plotly.graph_objects.Figure:
         """Toolface, top drive, torque, pressure, hook load and weight on bit against time, in field units."""
-        from slider_drilling.log.run_page import chart
+        from slider_drilling.log.run_page import log_chart
         from slider_drilling.pages.notebook import plotly_figure
 
-        return plotly_figure(chart(self))
+        return plotly_figure(log_chart(self))
 
     def _columns(self) -> Columns:
         from slider_drilling.log.columns import columns_of

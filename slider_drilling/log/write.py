@@ -16,8 +16,9 @@ from slider_drilling import __version__
 from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import begin_file, end_file
-from slider_drilling.log.mcap_file import CHUNK_BYTES, McapFile
+from slider_drilling.log.mcap_writer import CHUNK_BYTES, McapWriter
 from slider_drilling.messages import cdr
+from slider_drilling.messages.health import Status
 from slider_drilling.messages.schemas import SCHEMAS
 from slider_drilling.messages.topics import DIAGNOSTIC_ARRAY, FLUID_PRESSURE, JOINT_STATE, WRENCH_STAMPED
 
@@ -29,18 +30,7 @@ WHOLE_CHUNK = 16 * 1024
 
 
 @dataclass(frozen=True)
-class Status:
-    """One diagnostic_msgs/DiagnosticStatus: level 0 ok, 1 warning, 2 error, 3 stale."""
-
-    level: int
-    name: str
-    message: str
-    hardware_id: str = ""
-    values: tuple[tuple[str, str], ...] = ()
-
-
-@dataclass(frozen=True)
-class Written:
+class MessageCounts:
     """What a file holds: log times of its first and last message, ns, and how many there are of each topic."""
 
     first: int
@@ -94,9 +84,9 @@ class LogWriter:
         self._channels: dict[str, int] = {}
         self._sequence: dict[str, int] = {}
         self._next_flush = math.inf if whole else time.monotonic() + FLUSH_PERIOD
-        file: McapFile | None = None
+        file: McapWriter | None = None
         try:
-            file = McapFile(descriptor, f"slider_drilling {__version__}", WHOLE_CHUNK if whole else CHUNK_BYTES)
+            file = McapWriter(descriptor, f"slider_drilling {__version__}", WHOLE_CHUNK if whole else CHUNK_BYTES)
             self._file = file
             self._describe(rig_text, recorded_by, notes, started)
         except BaseException as error:
@@ -113,22 +103,22 @@ class LogWriter:
         """Bytes so far, about."""
         return self._file.size
 
-    def written(self) -> Written:
+    def message_counts(self) -> MessageCounts:
         """What is safe in the file."""
         file, topics = self._file, {number: topic for topic, number in self._channels.items()}
-        return Written(file.first, file.until, {topics[number]: count for number, count in file.counts.items()})
+        return MessageCounts(file.first, file.until, {topics[number]: count for number, count in file.counts.items()})
 
     def attach_rig(self, rig_text: str) -> None:
         """Add the rig file, where it was not known when the log was begun."""
         with self._failing():
             self._file.attachment("rig.yaml", "application/yaml", rig_text.encode("utf-8"))
 
-    def attach(self, name: str, media_type: str, data: bytes) -> None:
+    def add_attachment(self, name: str, media_type: str, data: bytes) -> None:
         """Add a file of any kind."""
         with self._failing():
             self._file.attachment(name, media_type, data)
 
-    def remark(self, name: str, values: dict[str, str]) -> None:
+    def add_metadata(self, name: str, values: dict[str, str]) -> None:
         """Add a metadata record, beside the one named slider_drilling that every log has."""
         with self._failing():
             self._file.metadata(name, values)
@@ -155,7 +145,8 @@ class LogWriter:
     ) -> None:
         """One joint: rad or m, rad/s or m/s, N m or N; None leaves a quantity out."""
         stamp = nanoseconds(stamp_s)
-        self._write(topic, JOINT_STATE, cdr.joint_state(stamp, name, position, velocity, effort), stamp, log_time_s)
+        data = cdr.encode_joint_state(stamp, name, position, velocity, effort)
+        self._write(topic, JOINT_STATE, data, stamp, log_time_s)
 
     def fluid_pressure(
         self, topic: str, stamp_s: float, pressure: float, variance: float = 0.0, log_time_s: float | None = None
@@ -163,7 +154,7 @@ class LogWriter:
         """A pressure, Pa, and its variance, Pa2; 0 says that the variance is not known."""
         known = 0.0 if math.isnan(variance) else float(variance)
         stamp = nanoseconds(stamp_s)
-        self._write(topic, FLUID_PRESSURE, cdr.fluid_pressure(stamp, pressure, known), stamp, log_time_s)
+        self._write(topic, FLUID_PRESSURE, cdr.encode_fluid_pressure(stamp, pressure, known), stamp, log_time_s)
 
     def wrench(
         self,
@@ -175,7 +166,7 @@ class LogWriter:
     ) -> None:
         """A force (x, y, z), N, and a torque, N m."""
         stamp = nanoseconds(stamp_s)
-        self._write(topic, WRENCH_STAMPED, cdr.wrench_stamped(stamp, force, torque), stamp, log_time_s)
+        self._write(topic, WRENCH_STAMPED, cdr.encode_wrench_stamped(stamp, force, torque), stamp, log_time_s)
 
     def diagnostics(
         self, topic: str, stamp_s: float, status: Sequence[Status], log_time_s: float | None = None
@@ -183,7 +174,7 @@ class LogWriter:
         """The health of one node's parts."""
         stamp = nanoseconds(stamp_s)
         rows = [(one.level, one.name, one.message, one.hardware_id, one.values) for one in status]
-        self._write(topic, DIAGNOSTIC_ARRAY, cdr.diagnostic_array(stamp, rows), stamp, log_time_s)
+        self._write(topic, DIAGNOSTIC_ARRAY, cdr.encode_diagnostic_array(stamp, rows), stamp, log_time_s)
 
     def message(
         self, topic: str, kind: str, data: bytes, log_time_ns: int, publish_time_ns: int, sequence: int | None = None

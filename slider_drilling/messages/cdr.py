@@ -19,8 +19,8 @@ NAN = float("nan")
 _LITTLE = b"\x00\x01\x00\x00"
 _NANO = 1_000_000_000
 # header, sec, nanosec, frame_id: its length, its text, padding
-FRAME = "rig_floor"  # the frame of every reading of a rig: depths and lifts are counted from there
-_FRAMES = (FRAME, "")  # what the quick ways read; any other frame is read the long way
+FRAME_ID = "rig_floor"  # the frame of every reading of a rig: depths and lifts are counted from there
+_FRAMES = (FRAME_ID, "")  # what the quick ways read; any other frame is read the long way
 
 
 def _stamped(frame: str) -> str:
@@ -33,7 +33,7 @@ def _framed(frame: str) -> tuple[int, bytes]:
     return len(frame) + 1, frame.encode() + b"\x00"
 
 
-_STAMPED, _FRAMED = _stamped(FRAME), _framed(FRAME)
+_STAMPED, _FRAMED = _stamped(FRAME_ID), _framed(FRAME_ID)
 
 
 def _padding(length: int, alignment: int) -> int:
@@ -43,7 +43,7 @@ def _padding(length: int, alignment: int) -> int:
 
 @functools.cache
 def _joint_layout(
-    name: str, present: tuple[bool, ...], frame: str = FRAME
+    name: str, present: tuple[bool, ...], frame: str = FRAME_ID
 ) -> tuple[struct.Struct, bytes, tuple[int, ...]]:
     """Layout of a JointState of one joint that holds the quantities present: struct, name, counts."""
     text = name.encode() + b"\x00"
@@ -56,7 +56,7 @@ def _joint_layout(
     return struct.Struct(layout), text, tuple(int(there) for there in present)
 
 
-def joint_state(
+def encode_joint_state(
     stamp_ns: int, name: str, position: float | None = None, velocity: float | None = None, effort: float | None = None
 ) -> bytes:
     """sensor_msgs/JointState of one joint; None leaves a quantity out."""
@@ -79,37 +79,39 @@ _WRENCH = struct.Struct(_STAMPED + "6d")
 _CLOCK = struct.Struct("<4siI")
 
 
-def fluid_pressure(stamp_ns: int, pressure: float, variance: float) -> bytes:
+def encode_fluid_pressure(stamp_ns: int, pressure: float, variance: float) -> bytes:
     """sensor_msgs/FluidPressure, Pa and Pa2; a variance of 0 is an unknown one."""
     sec, nanosec = divmod(stamp_ns, _NANO)
     return _PRESSURE.pack(_LITTLE, sec, nanosec, *_FRAMED, pressure, variance)
 
 
-def wrench_stamped(stamp_ns: int, force: Sequence[float], torque: Sequence[float] = (0.0, 0.0, 0.0)) -> bytes:
+def encode_wrench_stamped(stamp_ns: int, force: Sequence[float], torque: Sequence[float] = (0.0, 0.0, 0.0)) -> bytes:
     """geometry_msgs/WrenchStamped: a force (x, y, z), N, and a torque, N m."""
     sec, nanosec = divmod(stamp_ns, _NANO)
     return _WRENCH.pack(_LITTLE, sec, nanosec, *_FRAMED, *force, *torque)
 
 
-def clock(stamp_ns: int) -> bytes:
+def encode_clock(stamp_ns: int) -> bytes:
     """rosgraph_msgs/Clock."""
     return _CLOCK.pack(_LITTLE, *divmod(stamp_ns, _NANO))
 
 
-def read_clock(data: bytes) -> int:
+def decode_clock(data: bytes) -> int:
     """The time, ns, of a rosgraph_msgs/Clock. Raises InputError where the bytes are none."""
-    return stamp_of(data)
+    return header_stamp_ns(data)
 
 
-def read_string(data: bytes) -> str:
+def decode_string(data: bytes) -> str:
     """The text of a std_msgs/String. Raises InputError where the bytes are none."""
     try:
-        return Reader(data).text()
+        return CdrReader(data).text()
     except struct.error:
         raise InputError(f"{len(data)} bytes that are no String") from None
 
 
-def diagnostic_array(stamp_ns: int, status: Sequence[tuple[int, str, str, str, Sequence[tuple[str, str]]]]) -> bytes:
+def encode_diagnostic_array(
+    stamp_ns: int, status: Sequence[tuple[int, str, str, str, Sequence[tuple[str, str]]]]
+) -> bytes:
     """diagnostic_msgs/DiagnosticArray of (level, name, message, hardware_id, values) each."""
     out = bytearray(struct.pack(_STAMPED, _LITTLE, *divmod(stamp_ns, _NANO), *_FRAMED))
     _put_count(out, len(status))
@@ -135,7 +137,7 @@ def _put_text(out: bytearray, text: str) -> None:
     out += data
 
 
-class Reader:
+class CdrReader:
     """Walks through one CDR message of either byte order. Raises struct.error where it breaks off.
 
     at: where the next value begins, before any padding; padding: (first, last) of what lay between values so far.
@@ -203,22 +205,22 @@ class Reader:
         return struct.unpack_from(f"{self.order}{count}d", self._data, first)
 
 
-def stamp_of(data: bytes) -> int:
+def header_stamp_ns(data: bytes) -> int:
     """The stamp, ns, of any message that begins with a header. Raises InputError where it has none."""
     try:
-        return Reader(data).stamp()
+        return CdrReader(data).stamp()
     except struct.error:
         raise InputError(f"a message of {len(data)} bytes is too short for a stamp") from None
 
 
-def restamped(data: bytes, shift_ns: int) -> bytes:
+def shift_header_stamp(data: bytes, shift_ns: int) -> bytes:
     """The same message, one that begins with a header, with its stamp shifted. Raises InputError where it has none."""
     order = "<" if data[1:2] == b"\x01" else ">"
-    sec, nanosec = divmod(stamp_of(data) + shift_ns, _NANO)
+    sec, nanosec = divmod(header_stamp_ns(data) + shift_ns, _NANO)
     return data[:4] + struct.pack(f"{order}iI", sec, nanosec) + data[12:]
 
 
-def read_joint_state(data: bytes, joint: str) -> tuple[int, float, float, float]:
+def decode_joint_state(data: bytes, joint: str) -> tuple[int, float, float, float]:
     """Stamp ns, position, velocity, effort of the named joint, or of the only one; NaN where not given.
 
     Raises InputError where the bytes are no JointState or hold several joints of other names.
@@ -240,7 +242,7 @@ def read_joint_state(data: bytes, joint: str) -> tuple[int, float, float, float]
 
 
 def _read_any_joint_state(data: bytes, joint: str) -> tuple[int, float, float, float]:
-    reader = Reader(data)
+    reader = CdrReader(data)
     stamp = reader.stamp()
     reader.text()
     names = [reader.text() for _ in range(reader.items(4))]
@@ -255,7 +257,7 @@ def _read_any_joint_state(data: bytes, joint: str) -> tuple[int, float, float, f
     return stamp, position, velocity, effort
 
 
-def read_fluid_pressure(data: bytes) -> tuple[int, float, float]:
+def decode_fluid_pressure(data: bytes) -> tuple[int, float, float]:
     """Stamp ns, pressure Pa and variance Pa2. Raises InputError where the bytes are no FluidPressure."""
     try:
         for frame, layout in _PRESSURES:
@@ -263,7 +265,7 @@ def read_fluid_pressure(data: bytes) -> tuple[int, float, float]:
                 head, sec, nanosec, size, framed, pressure, variance = layout.unpack(data)
                 if (head, size, framed) == (_LITTLE, *_framed(frame)):
                     return sec * _NANO + nanosec, pressure, variance
-        reader = Reader(data)
+        reader = CdrReader(data)
         stamp = reader.stamp()
         reader.text()
         return stamp, reader.number(), reader.number()
@@ -271,10 +273,10 @@ def read_fluid_pressure(data: bytes) -> tuple[int, float, float]:
         raise InputError(f"{len(data)} bytes that are no FluidPressure: {error}") from None
 
 
-def read_wrench_stamped(data: bytes) -> tuple[int, tuple[float, ...], tuple[float, ...]]:
+def decode_wrench_stamped(data: bytes) -> tuple[int, tuple[float, ...], tuple[float, ...]]:
     """Stamp ns, force N and torque N m, each (x, y, z). Raises InputError where the bytes are no WrenchStamped."""
     try:
-        reader = Reader(data)
+        reader = CdrReader(data)
         stamp = reader.stamp()
         reader.text()
         force, torque = (tuple(reader.number() for _ in range(3)) for _ in range(2))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slider_drilling.errors import InputError
-from slider_drilling.messages.cdr import Reader
+from slider_drilling.messages.cdr import CdrReader
 from slider_drilling.messages.topics import FLUID_PRESSURE, JOINT_STATE, Topic
 
 NAN = float("nan")
@@ -19,7 +19,7 @@ Bytes = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
-class Layout:
+class MessageLayout:
     """Places in every message that has the same `fixed` bytes: of its stamp, of its values (-1: not given).
 
     order: "<" or ">". fixed: which bytes make the layout, all but stamp, values and padding; like: a message of it.
@@ -50,10 +50,10 @@ class Layout:
         return np.ascontiguousarray(rows[:, at : at + size]).view(self.order + kind).reshape(-1)
 
 
-def layout_of(topic: Topic, data: bytes) -> Layout:
+def message_layout(topic: Topic, data: bytes) -> MessageLayout:
     """The layout of a message of the topic. Raises InputError where the bytes are none of its type."""
     find = {JOINT_STATE: _joint_state, FLUID_PRESSURE: _fluid_pressure}.get(topic.type, _wrench)
-    reader = Reader(data)
+    reader = CdrReader(data)
     stamp = 4
     try:
         reader.stamp()
@@ -70,10 +70,10 @@ def layout_of(topic: Topic, data: bytes) -> Layout:
         fixed[first:last] = False
     # What follows the last field is padding too.
     fixed[reader.at :] = False
-    return Layout(reader.order, stamp, values, fixed, np.frombuffer(data, dtype=np.uint8))
+    return MessageLayout(reader.order, stamp, values, fixed, np.frombuffer(data, dtype=np.uint8))
 
 
-def _joint_state(reader: Reader, joint: str) -> tuple[int, ...]:
+def _joint_state(reader: CdrReader, joint: str) -> tuple[int, ...]:
     names = [reader.text() for _ in range(reader.items(4))]
     if joint in names:
         index = names.index(joint)
@@ -88,16 +88,16 @@ def _joint_state(reader: Reader, joint: str) -> tuple[int, ...]:
     return tuple(places)
 
 
-def _fluid_pressure(reader: Reader, joint: str) -> tuple[int, ...]:
+def _fluid_pressure(reader: CdrReader, joint: str) -> tuple[int, ...]:
     return _next_double(reader), _next_double(reader)
 
 
-def _wrench(reader: Reader, joint: str) -> tuple[int, ...]:
+def _wrench(reader: CdrReader, joint: str) -> tuple[int, ...]:
     places = [_next_double(reader) for _ in range(6)]
     return (places[0],)
 
 
-def _next_double(reader: Reader) -> int:
+def _next_double(reader: CdrReader) -> int:
     reader.number()
     return reader.at - 8
 

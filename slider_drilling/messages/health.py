@@ -1,4 +1,4 @@
-"""One line of a node's health, as `diagnostic_msgs/DiagnosticStatus` has it."""
+"""One status of a node, as in `diagnostic_msgs/DiagnosticStatus`."""
 
 from __future__ import annotations
 
@@ -16,9 +16,18 @@ class Level(enum.IntEnum):
 
 @dataclass(frozen=True)
 class Status:
-    """One line of health. name: what it is about; message: the reason; values: (key, value) pairs."""
+    """One status of a component.
+
+    Attributes:
+        level: Severity, a `Level`.
+        name: The component.
+        message: The reason for the level.
+        values: (key, value) pairs.
+        hardware_id: The hardware that the component belongs to.
+    """
 
     level: Level
     name: str
     message: str
     values: tuple[tuple[str, str], ...] = ()
+    hardware_id: str = ""

@@ -70,7 +70,7 @@ string value
 """
 
 
-def joined(own: str, parts: Mapping[str, str]) -> str:
+def join_definitions(own: str, parts: Mapping[str, str]) -> str:
     """A definition followed by those it uses (`package/Name` -> definition), separated as `ros2 bag` does."""
     separator = "=" * 80
     used = [f"{separator}\nMSG: {name}\n{text}" for name, text in parts.items()]
@@ -80,12 +80,12 @@ def joined(own: str, parts: Mapping[str, str]) -> str:
 _STAMP = {"std_msgs/Header": _HEADER, "builtin_interfaces/Time": _TIME}
 
 SCHEMAS = {
-    JOINT_STATE: joined(_JOINT_STATE, _STAMP),
-    FLUID_PRESSURE: joined(_FLUID_PRESSURE, _STAMP),
-    WRENCH_STAMPED: joined(
+    JOINT_STATE: join_definitions(_JOINT_STATE, _STAMP),
+    FLUID_PRESSURE: join_definitions(_FLUID_PRESSURE, _STAMP),
+    WRENCH_STAMPED: join_definitions(
         _WRENCH_STAMPED, {**_STAMP, "geometry_msgs/Wrench": _WRENCH, "geometry_msgs/Vector3": _VECTOR3}
     ),
-    DIAGNOSTIC_ARRAY: joined(
+    DIAGNOSTIC_ARRAY: join_definitions(
         _DIAGNOSTIC_ARRAY,
         {**_STAMP, "diagnostic_msgs/DiagnosticStatus": _DIAGNOSTIC_STATUS, "diagnostic_msgs/KeyValue": _KEY_VALUE},
     ),

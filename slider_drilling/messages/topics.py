@@ -35,9 +35,9 @@ TOPICS = {
     "truth_depth": Topic("truth/depth", JOINT_STATE, "bit"),
 }
 # Channels stamped in the order in which they arrive.
-SURFACE = ("top_drive", "draw_works", "standpipe_pressure", "mud_pump", "top_drive_command", "truth_bit")
+SURFACE_TOPICS = ("top_drive", "draw_works", "standpipe_pressure", "mud_pump", "top_drive_command", "truth_bit")
 # Whose first sample is t = 0 of a log: the first of these that it has.
-CLOCKS = (*SURFACE, *(key for key in TOPICS if key not in SURFACE))
+CLOCK_TOPICS = (*SURFACE_TOPICS, *(key for key in TOPICS if key not in SURFACE_TOPICS))
 DIAGNOSTICS = Topic("diagnostics", DIAGNOSTIC_ARRAY)
 
 

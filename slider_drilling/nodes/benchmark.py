@@ -56,7 +56,7 @@ def recorder() -> dict[str, float]:
         begun = time.perf_counter()
         for sent in range(BURST, MESSAGES + 1, BURST):
             for k in range(sent - BURST, sent):
-                publisher.publish(cdr.joint_state(k * 1_000_000, "top_drive", 1.0, 2.0, 3.0))
+                publisher.publish(cdr.encode_joint_state(k * 1_000_000, "top_drive", 1.0, 2.0, 3.0))
             while recording.messages < sent:
                 executor.spin_once(timeout_sec=1.0)
         wall = time.perf_counter() - begun

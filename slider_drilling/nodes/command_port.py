@@ -63,7 +63,7 @@ class CommandPort:
         def receive(data: bytes) -> None:
             log = self._node.get_logger()
             try:
-                stamp_ns, position, velocity, _ = cdr.read_joint_state(data, joint)
+                stamp_ns, position, velocity, _ = cdr.decode_joint_state(data, joint)
             except InputError as error:
                 log.warning(f"{topic}: {error}", throttle_duration_sec=5.0)
                 return

@@ -38,7 +38,7 @@ class CommandsOfLog:
         self._series: dict[str, Series] = {}
         for topic in COMMANDS:
             found = sorted(
-                (_stamp(message.data, message.time_ns), *cdr.read_joint_state(message.data, topic.joint)[1:3])
+                (_stamp(message.data, message.time_ns), *cdr.decode_joint_state(message.data, topic.joint)[1:3])
                 for message in played.messages if message.topic == topic.name)
             if found:
                 self._series[topic.name] = Series([(stamp - begin_ns) / 1e9 for stamp, _, _ in found],
@@ -78,4 +78,4 @@ def _first_sample(played: PlayedLog) -> int:
 
 def _stamp(data: bytes, time_ns: int) -> int:
     """A command typed without a stamp counts from when it came."""
-    return cdr.stamp_of(data) or time_ns
+    return cdr.header_stamp_ns(data) or time_ns

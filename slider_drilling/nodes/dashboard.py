@@ -79,7 +79,7 @@ class Dashboard(Node):
     def _joint(self, joint: str, take: Callable[[float, float, float], None]) -> Callable[[bytes], None]:
         def receive(data: bytes) -> None:
             try:
-                stamp_ns, position, velocity, effort = cdr.read_joint_state(data, joint)
+                stamp_ns, position, velocity, effort = cdr.decode_joint_state(data, joint)
             except InputError as error:
                 self.get_logger().warning(f"{joint}: {error}", throttle_duration_sec=5.0)
                 return
@@ -105,7 +105,7 @@ class Dashboard(Node):
 
     def _on_pressure(self, data: bytes) -> None:
         try:
-            stamp_ns, pressure, _ = cdr.read_fluid_pressure(data)
+            stamp_ns, pressure, _ = cdr.decode_fluid_pressure(data)
         except InputError as error:
             self.get_logger().warning(f"standpipe_pressure: {error}", throttle_duration_sec=5.0)
             return

@@ -8,7 +8,7 @@ from typing import Any
 from rclpy.duration import Duration
 from rclpy.qos import QoSProfile
 
-from slider_drilling.messages.schemas import SCHEMAS, joined
+from slider_drilling.messages.schemas import SCHEMAS, join_definitions
 from slider_drilling.nodes.raw_topics import message_class
 
 # IDL names of basic types that a .msg file calls otherwise.
@@ -23,7 +23,7 @@ def definition(kind: str) -> str:
     found: dict[str, str] = {}
     _collect(kind, found)
     own = found.pop(kind)
-    return joined(own, {name.replace("/msg/", "/"): text for name, text in found.items()})
+    return join_definitions(own, {name.replace("/msg/", "/"): text for name, text in found.items()})
 
 
 def _collect(kind: str, found: dict[str, str]) -> None:

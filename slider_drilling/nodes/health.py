@@ -39,7 +39,7 @@ class Health:
         self._next_ns = stamp_ns - stamp_ns % PERIOD_NS + PERIOD_NS
         rows = [(int(one.level), f"{self._name}: {one.name}", one.message, self._hardware_id, one.values)
                 for one in statuses]
-        data = cdr.diagnostic_array(stamp_ns, rows)
+        data = cdr.encode_diagnostic_array(stamp_ns, rows)
         for publisher in self._publishers:
             publisher.publish(data)
 

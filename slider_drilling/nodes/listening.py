@@ -14,7 +14,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
 from slider_drilling.errors import InputError
-from slider_drilling.log.bag import Recorded
+from slider_drilling.log.bag import RecordedTopic
 from slider_drilling.messages.topics import Topic
 from slider_drilling.nodes import raw_topics as link
 from slider_drilling.nodes.definitions import definition, offered
@@ -28,7 +28,7 @@ class Heard:
     topic: str
     data: bytes
     number: int
-    described: Recorded | None
+    described: RecordedTopic | None
 
 
 class Wanted:
@@ -164,8 +164,8 @@ class Listening:
         self._receive(Heard(topic, data, channel.received, described))
         channel.received += 1
 
-    def _describe(self, topic: str, kind: str) -> Recorded:
+    def _describe(self, topic: str, kind: str) -> RecordedTopic:
         publishers = self._node.get_publishers_info_by_topic(topic)
         hashes = [str(one.topic_type_hash) for one in publishers]
-        return Recorded(topic, kind, definition(kind), tuple(offered(one.qos_profile) for one in publishers),
+        return RecordedTopic(topic, kind, definition(kind), tuple(offered(one.qos_profile) for one in publishers),
                         hashes[0] if hashes else "")

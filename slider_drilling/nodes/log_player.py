@@ -233,7 +233,7 @@ class LogPlayer(LifecycleNode):
         now_ns = one.time_ns + self._shift_ns
         if self._next == 0 or self._log.messages[self._next - 1].time_ns != one.time_ns:
             if self._clock_publisher is not None:
-                self._clock_publisher.publish(cdr.clock(now_ns))
+                self._clock_publisher.publish(cdr.encode_clock(now_ns))
             if self._health.is_due(now_ns):
                 self._health.publish(now_ns, [self._status()])
         self._publish(one)
@@ -244,13 +244,13 @@ class LogPlayer(LifecycleNode):
         if publisher is None:
             return
         is_later = self._shift_ns and link.begins_with_a_header(self._log.types[one.topic])
-        publisher.publish(cdr.restamped(one.data, self._shift_ns) if is_later else one.data)
+        publisher.publish(cdr.shift_header_stamp(one.data, self._shift_ns) if is_later else one.data)
 
     def _on_sample(self, data: bytes) -> None:
         """With commands_only: answer a sample of the rig, and show what the log held at its time."""
         if not self._active or self._commands is None or self._halt.requested:
             return
-        stamp_ns = cdr.read_joint_state(data, TOPICS["top_drive"].joint)[0]
+        stamp_ns = cdr.decode_joint_state(data, TOPICS["top_drive"].joint)[0]
         if self._rig_begin_ns is None:
             self._rig_begin_ns = stamp_ns - round(self._values["position"] * 1e9)
         passed = (stamp_ns - self._rig_begin_ns) / 1e9
@@ -261,7 +261,8 @@ class LogPlayer(LifecycleNode):
             if topic.name in self._command_publishers:
                 at = self._commands.at(topic.name, passed)
                 position = at[0] if topic is TOPICS["top_drive_command"] else None
-                self._command_publishers[topic.name].publish(cdr.joint_state(stamp_ns, topic.joint, position, at[1]))
+                data = cdr.encode_joint_state(stamp_ns, topic.joint, position, at[1])
+                self._command_publishers[topic.name].publish(data)
         if passed > self._commands.end:
             self.get_logger().info("the log's commands are at their end")
             self._halt.stop()

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from slider_drilling.errors import InputError
-from slider_drilling.log.container import Container
+from slider_drilling.log.mcap_reader import McapReader
 from slider_drilling.log.read import log_files
 from slider_drilling.messages.topics import TOPICS, canonical_type, namespace_of
 from slider_drilling.nodes import raw_topics as link
@@ -63,7 +63,7 @@ def load(path: Path, topics: Iterable[str]) -> PlayedLog:
 
 
 def _read(path: Path, wanted: set[str], played: PlayedLog) -> None:
-    container = Container(path)
+    container = McapReader(path)
     found = [(channel.id, message.log_time, message.data) for channel, message in container.messages()]
     own = _namespace(channel.topic for channel in container.channels.values())
     names: dict[int, str] = {}

@@ -12,7 +12,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from std_srvs.srv import Trigger
 
 from slider_drilling.errors import InputError
-from slider_drilling.log.bag import Bag, Settings
+from slider_drilling.log.bag import BagSettings, BagWriter
 from slider_drilling.log.write import FLUSH_PERIOD
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS
@@ -96,7 +96,7 @@ class Recorder(LifecycleNode):
         values = {one.name: self.get_parameter(one.name).value for one in PARAMETERS}
         wanted = Wanted(tuple(values["topics"]), values["regex"], values["all"], values["exclude"])
         rig_text = rig_of(values["rig"])[1] if values["rig"] else None
-        settings = Settings(rig_text, "slider_drilling recorder", values["notes"], values["split_size"],
+        settings = BagSettings(rig_text, "slider_drilling recorder", values["notes"], values["split_size"],
                             values["split_duration"])
         self._has_rig = rig_text is not None
         self._looks_for_rig = 0 if wanted.is_excluded(self.resolve_topic_name(link.RIG_DESCRIPTION.name)) else TOLD
@@ -105,7 +105,7 @@ class Recorder(LifecycleNode):
         self._simulated_ns: int | None = None
         self._early: list[Heard] = []        # the rig's file and health, heard before any time of the rig
         self._last_message = time.monotonic()
-        self._bag = Bag(Path(values["directory"]), _file_name(values["file"]), settings)
+        self._bag = BagWriter(Path(values["directory"]), _file_name(values["file"]), settings)
         self._is_open = True
         if not self._bag.is_bag:
             self.get_logger().warning(f"{self._bag.folder} is the bag of another recording: {self.path.name} is "
@@ -175,12 +175,12 @@ class Recorder(LifecycleNode):
         """Write one message, at the time that it is."""
         try:
             if heard.topic == self._clock_topic:
-                self._simulated_ns = max(0, cdr.read_clock(heard.data))
+                self._simulated_ns = max(0, cdr.decode_clock(heard.data))
             now = self._now()
             if heard.topic == self._rig_topic:
                 self._looks_for_rig = 0
                 if not self._has_rig:
-                    self._bag.attach_rig(cdr.read_string(heard.data))
+                    self._bag.attach_rig(cdr.decode_string(heard.data))
                     self._has_rig = True
             if now == 0 and self._simulated_ns is None and heard.topic in self._about and len(self._early) < EARLY:
                 self._early.append(heard)
@@ -243,7 +243,7 @@ class Recorder(LifecycleNode):
         if self._is_quiet:
             self._quiet_from = self._now() if self._quiet_from is None else self._quiet_from
         elif self._quiet_from is not None:
-            self._bag.remark(PAUSES, {"from_ns": str(self._quiet_from), "to_ns": str(self._now())})
+            self._bag.add_metadata(PAUSES, {"from_ns": str(self._quiet_from), "to_ns": str(self._now())})
             self._quiet_from = None
             self._last_message = time.monotonic()
 
@@ -282,7 +282,7 @@ class Recorder(LifecycleNode):
         try:
             self._write_early(self._now())
             if self.lost and self._halt.error is None:
-                self._bag.remark(LOSSES, {topic: str(count) for topic, count in self._listening.losses().items()})
+                self._bag.add_metadata(LOSSES, {topic: str(count) for topic, count in self._listening.losses().items()})
         except InputError as error:
             self._halt.fail(error)
         self._bag.close()

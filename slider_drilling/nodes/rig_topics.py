@@ -38,20 +38,21 @@ class RigTopics:
                 before_the_beat: Callable[[], None]) -> None:
         """start_ns: the stamp of the rig's time 0; before_the_beat is called before the top drive's reading goes."""
         m, out = measurements, self._publishers
-        messages = [(self._clock, cdr.clock(stamp_ns))]
+        messages = [(self._clock, cdr.encode_clock(stamp_ns))]
         messages += [(out["mwd_tool_face"],
-                      cdr.joint_state(start_ns + round(one.measured_at * 1e9), "tool_face", one.tool_face))
+                      cdr.encode_joint_state(start_ns + round(one.measured_at * 1e9), "tool_face", one.tool_face))
                      for one in m.mwd]
         self._last = [
             *messages,
-            (out["truth_bit"], cdr.joint_state(stamp_ns, "bit", truth.tool_face, truth.tool_face_rate,
+            (out["truth_bit"], cdr.encode_joint_state(stamp_ns, "bit", truth.tool_face, truth.tool_face_rate,
                                                truth.bit_torque)),
-            (out["truth_weight_on_bit"], cdr.wrench_stamped(stamp_ns, (truth.weight_on_bit, 0.0, 0.0))),
-            (out["truth_depth"], cdr.joint_state(stamp_ns, "bit", truth.bit_depth, truth.rate_of_penetration)),
-            (out["standpipe_pressure"], cdr.fluid_pressure(stamp_ns, m.standpipe_pressure, self._variance)),
-            (out["mud_pump"], cdr.joint_state(stamp_ns, "mud_pump", None, m.pump_speed)),
-            (out["draw_works"], cdr.joint_state(stamp_ns, "block", m.block_position, m.block_speed, m.hook_load)),
-            (out["top_drive"], cdr.joint_state(stamp_ns, "top_drive", m.top_drive_angle, m.top_drive_speed,
+            (out["truth_weight_on_bit"], cdr.encode_wrench_stamped(stamp_ns, (truth.weight_on_bit, 0.0, 0.0))),
+            (out["truth_depth"], cdr.encode_joint_state(stamp_ns, "bit", truth.bit_depth, truth.rate_of_penetration)),
+            (out["standpipe_pressure"], cdr.encode_fluid_pressure(stamp_ns, m.standpipe_pressure, self._variance)),
+            (out["mud_pump"], cdr.encode_joint_state(stamp_ns, "mud_pump", None, m.pump_speed)),
+            (out["draw_works"], cdr.encode_joint_state(stamp_ns, "block", m.block_position, m.block_speed,
+                                                       m.hook_load)),
+            (out["top_drive"], cdr.encode_joint_state(stamp_ns, "top_drive", m.top_drive_angle, m.top_drive_speed,
                                                m.surface_torque)),
         ]
         for publisher, data in self._last[:-1]:

@@ -162,7 +162,7 @@ class RockingController(LifecycleNode):
 
         def receive(data: bytes) -> None:
             try:
-                reading = Joint(*cdr.read_joint_state(data, topic.joint))
+                reading = Joint(*cdr.decode_joint_state(data, topic.joint))
             except InputError as error:
                 self._unreadable(topic.name, error)
                 return
@@ -172,7 +172,7 @@ class RockingController(LifecycleNode):
 
     def _on_standpipe_pressure(self, data: bytes) -> None:
         try:
-            stamp_ns, pressure, _ = cdr.read_fluid_pressure(data)
+            stamp_ns, pressure, _ = cdr.decode_fluid_pressure(data)
         except InputError as error:
             self._unreadable("standpipe_pressure", error)
             return
@@ -180,7 +180,7 @@ class RockingController(LifecycleNode):
 
     def _on_mwd(self, data: bytes) -> None:
         try:
-            stamp_ns, tool_face, _, _ = cdr.read_joint_state(data, "tool_face")
+            stamp_ns, tool_face, _, _ = cdr.decode_joint_state(data, "tool_face")
         except InputError as error:
             self._unreadable("mwd/tool_face", error)
             return
@@ -189,7 +189,7 @@ class RockingController(LifecycleNode):
 
     def _on_target(self, data: bytes) -> None:
         try:
-            _, target, _, _ = cdr.read_joint_state(data, "tool_face")
+            _, target, _, _ = cdr.decode_joint_state(data, "tool_face")
         except InputError as error:
             self._unreadable("tool_face/target", error)
             return
@@ -249,9 +249,9 @@ class RockingController(LifecycleNode):
     def _publish_command(self, stamp_ns: int, command: RigCommand) -> None:
         self._make_command_publishers()
         out = self._command_publishers
-        out["mud_pump"].publish(cdr.joint_state(stamp_ns, "mud_pump", None, float(command.pump_speed)))
-        out["block"].publish(cdr.joint_state(stamp_ns, "block", None, float(command.block_speed)))
-        out["top_drive"].publish(cdr.joint_state(
+        out["mud_pump"].publish(cdr.encode_joint_state(stamp_ns, "mud_pump", None, float(command.pump_speed)))
+        out["block"].publish(cdr.encode_joint_state(stamp_ns, "block", None, float(command.block_speed)))
+        out["top_drive"].publish(cdr.encode_joint_state(
             stamp_ns, "top_drive", float(command.top_drive_angle), float(command.top_drive_speed)))
 
     def _make_command_publishers(self) -> None:
@@ -317,7 +317,7 @@ class RockingController(LifecycleNode):
         self._target = target
 
     def _publish_target(self, stamp_ns: int) -> None:
-        data = cdr.joint_state(stamp_ns, "tool_face", self._target)
+        data = cdr.encode_joint_state(stamp_ns, "tool_face", self._target)
         self._echoes.sent(data)
         self._target_publisher.publish(data)
 

@@ -41,7 +41,7 @@ class Ear:
 
     def _keeper(self, name: str) -> Callable[[bytes], None]:
         def keep(data: bytes) -> None:
-            stamp_ns, *values = cdr.read_joint_state(data, TOPICS[name].joint)
+            stamp_ns, *values = cdr.decode_joint_state(data, TOPICS[name].joint)
             self.heard[name].append((stamp_ns / 1e9, *values))
 
         return keep

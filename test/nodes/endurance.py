@@ -71,7 +71,7 @@ def send(space: str, rate: float, seconds: float) -> None:
     begun, sent = time.monotonic(), 0
     while (passed := time.monotonic() - begun) < seconds:
         for _ in range(int(passed * rate) - sent):
-            out[sent % TOPICS].publish(cdr.joint_state(time.time_ns(), "load", float(sent)))
+            out[sent % TOPICS].publish(cdr.encode_joint_state(time.time_ns(), "load", float(sent)))
             sent += 1
         time.sleep(TICK)
     print(sent, passed, flush=True)
@@ -217,8 +217,9 @@ def two_rigs() -> None:
         for rig in simulators:
             info, log = log_info(Path(folder) / rig), read_log(Path(folder) / rig)
             late = np.abs(log.top_drive.arrival - log.top_drive.time).max()  # type: ignore[union-attr]
-            print(f"rig {rig}: {info.seconds:.1f} s in the log, {sum(one.clock_back for one in info.topics)} steps "
-                  f"back of a stamp, {late:.2f} s from stamp to arrival at the most, notes: {list(log.notes)}")
+            back = sum(one.stamp_steps_back for one in info.topics)
+            print(f"rig {rig}: {info.seconds:.1f} s in the log, {back} steps back "
+                  f"of a stamp, {late:.2f} s from stamp to arrival at the most, notes: {list(log.notes)}")
 
 
 WHAT = {"topics": topics, "ceiling": ceiling, "kills": kills, "restarts": restarts, "two_rigs": two_rigs}

@@ -113,10 +113,10 @@ def publish_rig(ear, qos):
     out = {name: link.publisher(ear.node, TOPICS[name], qos) for name in names}
 
     def send(stamp_ns: int) -> None:
-        out["mud_pump"].publish(cdr.joint_state(stamp_ns, "mud_pump", None, 12.0))
-        out["draw_works"].publish(cdr.joint_state(stamp_ns, "block", 0.0, 0.0, 4e5))
-        out["standpipe_pressure"].publish(cdr.fluid_pressure(stamp_ns, 1.8e7, 0.0))
-        out["top_drive"].publish(cdr.joint_state(stamp_ns, "top_drive", 0.0, 0.0, 0.0))
+        out["mud_pump"].publish(cdr.encode_joint_state(stamp_ns, "mud_pump", None, 12.0))
+        out["draw_works"].publish(cdr.encode_joint_state(stamp_ns, "block", 0.0, 0.0, 4e5))
+        out["standpipe_pressure"].publish(cdr.encode_fluid_pressure(stamp_ns, 1.8e7, 0.0))
+        out["top_drive"].publish(cdr.encode_joint_state(stamp_ns, "top_drive", 0.0, 0.0, 0.0))
 
     return send
 

@@ -62,11 +62,11 @@ class Heard:
         self.clock: list[float] = []
         for name, found in self.joints.items():
             link.subscription(self.node, TOPICS[name], self._keep(TOPICS[name], found))
-        link.subscription(self.node, link.CLOCK, lambda data: self.clock.append(cdr.read_clock(data) / 1e9))
+        link.subscription(self.node, link.CLOCK, lambda data: self.clock.append(cdr.decode_clock(data) / 1e9))
 
     def _keep(self, topic: Topic, found: list[tuple[float, float]]) -> Callable[[bytes], None]:
         def keep(data: bytes) -> None:
-            stamp, position, _, _ = cdr.read_joint_state(data, topic.joint)
+            stamp, position, _, _ = cdr.decode_joint_state(data, topic.joint)
             found.append((round(stamp / 1e9, 3), position))
 
         return keep
@@ -154,7 +154,8 @@ def test_what_cannot_be_a_topic_or_a_message_is_left_out_and_imports_nothing(mak
                             ("/top_drive/joint_states", "sensor_msgs/msg/JointState")):
             schema = writer.register_schema(kind, "ros2msg", b"")
             channel = writer.register_channel(topic, "cdr", schema)
-            writer.add_message(channel, 5_000_000_000, cdr.joint_state(5_000_000_000, "top_drive", 7.0), 5_000_000_000)
+            data = cdr.encode_joint_state(5_000_000_000, "top_drive", 7.0)
+            writer.add_message(channel, 5_000_000_000, data, 5_000_000_000)
         writer.finish()
     play(make, heard, path, lambda: heard.positions == [7.0])
     said = capfd.readouterr().err
@@ -183,10 +184,10 @@ def test_a_logs_commands_give_a_simulator_the_same_run(make, heard, recording):
     simulator = make(FrictionSimulator, elements=20, rig=str(recording), minimum_subscribers=2)
     beside: list[float] = []
     link.subscription(heard.node, Topic("recorded/top_drive/joint_states", TOPICS["top_drive"].type),
-                      lambda data: beside.append(cdr.read_joint_state(data, "top_drive")[3]))
+                      lambda data: beside.append(cdr.decode_joint_state(data, "top_drive")[3]))
     efforts: list[float] = []
     link.subscription(heard.node, TOPICS["top_drive"],
-                      lambda data: efforts.append(cdr.read_joint_state(data, "top_drive")[3]))
+                      lambda data: efforts.append(cdr.decode_joint_state(data, "top_drive")[3]))
     player = make(LogPlayer, log=str(recording), commands_only=True, beside="recorded")
     turn([simulator, player, heard.node], lambda: player._halt.requested, lambda: len(beside) == 101)
     expected = read_log(recording).top_drive.effort.tolist()

@@ -29,7 +29,7 @@ def test_a_rig_without_controller_stops_its_block_and_says_so_until_commands_ret
     ear.until_time(ear.time + 2.0)
     assert ear.heard["draw_works"][-1][1] == depth
     assert ear.heard["mud_pump"][-1][2] > 5.0, "the pump goes on"
-    ear.sayer(TOPICS["top_drive_command"]).publish(cdr.joint_state(time.time_ns(), "top_drive", 50.0, 0.0))
+    ear.sayer(TOPICS["top_drive_command"]).publish(cdr.encode_joint_state(time.time_ns(), "top_drive", 50.0, 0.0))
     ear.until_status(COMMANDS, ERROR, "ahead of the rig: that is the wall's clock")  # the silence did not hide it
     start("rocking_controller", use_sim_time=True)
     # Whether every sample is answered in time again is the machine's affair.
@@ -43,7 +43,7 @@ def test_one_command_stamped_ahead_locks_nobody_out(speed, start, ear):
     typed = ear.sayer(TOPICS["top_drive_command"])
     # This publisher is enough for the rig to begin: its controller may come later.
     ear.until(lambda: any(stamp >= 1.0 for stamp, *_ in ear.heard["top_drive_command"]), "the controller's commands")
-    typed.publish(cdr.joint_state(time.time_ns(), "top_drive", 50.0, 0.0))
+    typed.publish(cdr.encode_joint_state(time.time_ns(), "top_drive", 50.0, 0.0))
     ear.until_status(COMMANDS, ERROR, "ahead of the rig: that is the wall's clock; set use_sim_time on its node")
     told = ear.time
     if speed:  # in real time it is the machine's affair whether every sample is answered in time
@@ -100,7 +100,7 @@ def test_a_target_is_taken_whatever_its_stamp(stamp, start, ear):
     ear.until(lambda: any(stamp >= 1.0 for stamp, *_ in ear.heard["tool_face_target"]), "own targets")
     ear.until(lambda: ear.heard["top_drive"], "a sample")  # discovered by itself, it may be later
     at = 0 if stamp == "zero" else round(ear.heard["tool_face_target"][-1][0] * 1e9)
-    typed.publish(cdr.joint_state(at, "tool_face", -1.5))
+    typed.publish(cdr.encode_joint_state(at, "tool_face", -1.5))
     begun = ear.time
     ear.until(lambda: any(stamp > begun and target == -1.5 for stamp, target, *_ in ear.heard["tool_face_target"]))
 

@@ -144,7 +144,7 @@ def test_commands_are_written_behind_their_switch_alone(switch, server, bridge, 
         ear.until(lambda: command.get_subscription_count() == 2, "the bridge listens")   # and the ear itself
 
     def say() -> bool:
-        command.publish(cdr.joint_state(0, "top_drive", 1.0, 0.5))
+        command.publish(cdr.encode_joint_state(0, "top_drive", 1.0, 0.5))
         ear.listen(0.05)
         return server.read("TopDrive.AngleWanted") != 0.0 or (not switch and len(ear.heard["top_drive_command"]) > 20)
 

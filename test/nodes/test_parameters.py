@@ -170,7 +170,7 @@ def test_a_target_on_its_topic_becomes_the_controllers(make):
 
     controller = make(RockingController)
     sender = link.publisher(controller, TOPICS["tool_face_target"])
-    sender.publish(cdr.joint_state(7, "tool_face", 0.5 + 2.0 * 3.141592653589793))
+    sender.publish(cdr.encode_joint_state(7, "tool_face", 0.5 + 2.0 * 3.141592653589793))
     turn([controller], lambda: controller._controller.tool_face_target != 0.0)
     assert controller.get_parameter("tool_face_target").value == pytest.approx(0.5)
 
@@ -186,10 +186,10 @@ def test_a_rig_that_goes_silent_stops_the_block(make):
            for name in ("mud_pump", "draw_works", "standpipe_pressure", "top_drive")}
     speeds: list[float] = []
     link.subscription(controller, TOPICS["draw_works_command"],
-                      lambda data: speeds.append(cdr.read_joint_state(data, "block")[2]))
-    rig["mud_pump"].publish(cdr.joint_state(0, "mud_pump", None, 12.0))
-    rig["draw_works"].publish(cdr.joint_state(0, "block", 0.0, 0.0, 4e5))
-    rig["standpipe_pressure"].publish(cdr.fluid_pressure(0, 1.8e7, 0.0))
-    rig["top_drive"].publish(cdr.joint_state(0, "top_drive", 0.0, 0.0, 0.0))
+                      lambda data: speeds.append(cdr.decode_joint_state(data, "block")[2]))
+    rig["mud_pump"].publish(cdr.encode_joint_state(0, "mud_pump", None, 12.0))
+    rig["draw_works"].publish(cdr.encode_joint_state(0, "block", 0.0, 0.0, 4e5))
+    rig["standpipe_pressure"].publish(cdr.encode_fluid_pressure(0, 1.8e7, 0.0))
+    rig["top_drive"].publish(cdr.encode_joint_state(0, "top_drive", 0.0, 0.0, 0.0))
     turn([controller], lambda: len(speeds) >= 3)
     assert speeds[0] == 0.0025 and set(speeds[1:]) == {0.0}

@@ -64,7 +64,7 @@ class Bench:
         self.turn(lambda: self.recorder._listening.publishers_of(topic) > 0)
         wanted = self.recorder.messages + len(values)
         for value in values:
-            publisher.publish(cdr.joint_state(value * 10**8, "top_drive", float(value), 0.0, 0.0))  # type: ignore[attr-defined]
+            publisher.publish(cdr.encode_joint_state(value * 10**8, "top_drive", float(value), 0.0, 0.0))  # type: ignore[attr-defined]
         self.turn(lambda: self.recorder.messages >= wanted)
 
     def call(self, service: str, kind: type = Trigger, **request: object) -> Any:
@@ -95,7 +95,7 @@ def test_the_folder_is_a_bag(bench, tmp_path):
     rig = one.node.create_publisher(String, "rig_description", LATCHED)
     rig.publish(String(data="schema: µ"))
     one.turn(lambda: one.recorder._listening.publishers_of("/clock") > 0)
-    clock.publish(cdr.clock(7 * 10**9))
+    clock.publish(cdr.encode_clock(7 * 10**9))
     one.turn(lambda: one.recorder._has_rig)
     one.send(drive, range(5))
     one.end()
@@ -138,7 +138,7 @@ def test_a_second_recording_leaves_the_first_alone(bench, tmp_path):
     drive = link.publisher(first.node, DRIVE)
     for one in (first, second, named):
         one.turn(lambda one=one: one.recorder._listening.publishers_of("/top_drive/joint_states") > 0)
-    drive.publish(cdr.joint_state(0, "top_drive", 1.0, 0.0, 0.0))
+    drive.publish(cdr.encode_joint_state(0, "top_drive", 1.0, 0.0, 0.0))
     for one in (first, second, named):
         one.turn(lambda one=one: one.recorder.messages > 0)
         one.end()
@@ -160,7 +160,7 @@ def test_any_topic(bench, tmp_path):
     one.turn(lambda: one.recorder._listening.publishers_of("/depth") > 0)
     for name, publisher in sent.items():
         publisher.publish(Float64(data=float(len(name))))
-    command.publish(cdr.joint_state(0, "top_drive", 0.0, 0.0))
+    command.publish(cdr.encode_joint_state(0, "top_drive", 0.0, 0.0))
     one.turn(lambda: one.recorder.messages >= 2)
     one.end()
     with AnyReader([tmp_path]) as bag:
@@ -227,7 +227,7 @@ def test_pause_and_resume(bench, tmp_path):
     one.send(drive, range(3))
     assert one.call("pause").success and not one.call("pause").success
     for value in range(3, 6):
-        drive.publish(cdr.joint_state(value * 10**8, "top_drive", float(value), 0.0, 0.0))
+        drive.publish(cdr.encode_joint_state(value * 10**8, "top_drive", float(value), 0.0, 0.0))
     assert one.call("resume").success
     one.send(drive, range(6, 8))
     one.end()
@@ -247,7 +247,7 @@ def test_a_managed_recorder_records_while_it_is_active(bench, tmp_path):
         """A message that is heard and not recorded."""
         heard = one.recorder._listening._channels["/top_drive/joint_states"]
         wanted = heard.received + 1
-        drive.publish(cdr.joint_state(value * 10**8, "top_drive", float(value), 0.0, 0.0))
+        drive.publish(cdr.encode_joint_state(value * 10**8, "top_drive", float(value), 0.0, 0.0))
         one.turn(lambda: heard.received >= wanted)
 
     change(Transition.TRANSITION_CONFIGURE)
@@ -288,7 +288,7 @@ def test_what_never_came_is_counted(bench, tmp_path):
     sent = 1
     while one.recorder.lost == 0 and sent < 60_000:
         for value in range(sent, sent + 3000):
-            publisher.publish(cdr.joint_state(value * 10**6, "top_drive", float(value), 0.0, 0.0))
+            publisher.publish(cdr.encode_joint_state(value * 10**6, "top_drive", float(value), 0.0, 0.0))
         sent += 3000
         drain(one.executor, lambda: one.recorder.messages)
     one.send(publisher, range(sent, sent + 1))
@@ -306,7 +306,7 @@ def test_by_the_walls_clock_the_rigs_is_recorded_as_anything_else(bench, tmp_pat
     drive = link.publisher(one.node, DRIVE)
     one.turn(lambda: one.recorder._listening.publishers_of("/clock") > 0)
     for seconds in range(3):
-        clock.publish(cdr.clock(seconds * 10**9))
+        clock.publish(cdr.encode_clock(seconds * 10**9))
         one.send(drive, range(seconds, seconds + 1))
     one.end()
     info = log_info(tmp_path)
@@ -323,7 +323,7 @@ def test_what_comes_before_the_rigs_first_time_is_logged_at_that(begins, bench, 
     described.publish(String(data="schema: x"))
     one.turn(lambda: one.recorder._has_rig and one.recorder._listening.publishers_of("/clock") > 0)
     if begins is not None:
-        clock.publish(cdr.clock(begins * 10**9))
+        clock.publish(cdr.encode_clock(begins * 10**9))
         one.turn(lambda: one.recorder._simulated_ns is not None)
     one.end()
     info = log_info(tmp_path)
@@ -372,7 +372,7 @@ def test_a_full_disk_keeps_the_recording_and_ends_the_process(namespace, tmp_pat
         value, end = 0, time.monotonic() + 60.0
         while process.poll() is None and time.monotonic() < end:
             if publisher.get_subscription_count():
-                publisher.publish(cdr.joint_state(value * 10**8, "top_drive", float(value), float(value), 0.0))
+                publisher.publish(cdr.encode_joint_state(value * 10**8, "top_drive", float(value), float(value), 0.0))
                 value += 1
             time.sleep(0.001)
     finally:

@@ -10,8 +10,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from slider_drilling.errors import InputError
-from slider_drilling.log.chunk import Block
-from slider_drilling.messages.fields import Layout, layout_of
+from slider_drilling.log.mcap_chunk import MessageBlock
+from slider_drilling.messages.fields import MessageLayout, message_layout
 from slider_drilling.messages.topics import FLUID_PRESSURE, Topic
 
 Array = NDArray[np.float64]
@@ -27,9 +27,9 @@ class Decoder:
 
     topic: Topic
     unreadable: Counter[str] = field(default_factory=Counter)
-    _layouts: dict[int, list[Layout]] = field(default_factory=dict)
+    _layouts: dict[int, list[MessageLayout]] = field(default_factory=dict)
 
-    def decode(self, block: Block) -> tuple[NDArray[np.bool_], Integers, Array]:
+    def decode(self, block: MessageBlock) -> tuple[NDArray[np.bool_], Integers, Array]:
         """Which messages of the block are readable, and of those: stamps, ns, (n,), and values (n, WIDTH)."""
         raw = np.frombuffer(block.data, dtype=np.uint8)
         count = len(block.start)
@@ -54,10 +54,10 @@ class Decoder:
             values[~(values[:, 1] > 0.0), 1] = np.nan
         return readable, stamp[readable], values[readable]
 
-    def _learn(self, length: int, data: bytes) -> Layout | None:
+    def _learn(self, length: int, data: bytes) -> MessageLayout | None:
         """The layout of a message that fits none that is known; None, and counted, where it is unreadable."""
         try:
-            layout = layout_of(self.topic, data)
+            layout = message_layout(self.topic, data)
         except InputError as error:
             self.unreadable[str(error)] += 1
             return None
@@ -68,8 +68,8 @@ class Decoder:
 
 
 def _fill(
-    layout: Layout, left: NDArray[np.int64], rows: NDArray[np.uint8], readable: NDArray[np.bool_], stamp: Integers,
-    values: Array,
+    layout: MessageLayout, left: NDArray[np.int64], rows: NDArray[np.uint8], readable: NDArray[np.bool_],
+    stamp: Integers, values: Array,
 ) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:  # fmt: skip
     """Read the rows that have the layout into their places; what is left."""
     fits = layout.fits(rows)

@@ -31,7 +31,7 @@ _CHAIN = 4  # records in a row that must fit before a stretch counts as read aga
 _BLOCK = 1 << 20
 
 
-class Source:
+class FileBytes:
     """Bytes of a file at any place, read a block at a time. Raises OSError."""
 
     def __init__(self, file: IO[bytes]) -> None:
@@ -58,7 +58,7 @@ class Source:
 
 
 @dataclass(frozen=True)
-class Record:
+class RecordSpan:
     """Where a record is: its opcode, where it begins, where its content ends."""
 
     opcode: int
@@ -66,13 +66,13 @@ class Record:
     end: int
 
     @property
-    def content(self) -> int:
+    def content_start(self) -> int:
         """Where its content begins."""
         return self.start + HEAD
 
 
 @dataclass(frozen=True)
-class Damage:
+class DamagedSpan:
     """A stretch of bytes that hold no record; at_end: nothing follows it."""
 
     start: int
@@ -81,13 +81,13 @@ class Damage:
 
 
 @dataclass(frozen=True)
-class End:
+class EndOfLog:
     """What follows a footer, from here on."""
 
     at: int
 
 
-def record_at(source: Source, at: int) -> Record | None:
+def record_at(source: FileBytes, at: int) -> RecordSpan | None:
     """The record that begins here; None where none can."""
     head = source.read(at, HEAD)
     if len(head) < HEAD:
@@ -97,16 +97,16 @@ def record_at(source: Source, at: int) -> Record | None:
         return None
     if opcode != Opcode.MESSAGE and _fits_chunk(source, at, length):
         # Whatever a flipped bit made of the opcode: the lengths within leave no doubt, and the content has a checksum.
-        return Record(Opcode.CHUNK, at, at + HEAD + length)
+        return RecordSpan(Opcode.CHUNK, at, at + HEAD + length)
     least = _LEAST.get(opcode)
     if opcode == Opcode.CHUNK or (least is None and opcode < _PRIVATE):
         return None
     if least is not None and (length < least or (opcode in _FIXED and length != least)):
         return None
-    return Record(opcode, at, at + HEAD + length)
+    return RecordSpan(opcode, at, at + HEAD + length)
 
 
-def _fits_chunk(source: Source, at: int, length: int) -> bool:
+def _fits_chunk(source: FileBytes, at: int, length: int) -> bool:
     """Whether the lengths within a record are those of a chunk: of its compression's name and of its data."""
     if length < _LEAST[Opcode.CHUNK]:
         return False
@@ -117,7 +117,9 @@ def _fits_chunk(source: Source, at: int, length: int) -> bool:
     return bool(data == length - 40 - name)
 
 
-def walk(source: Source, at: int, chunks: Sequence[int] = ()) -> Iterator[Record | Damage | End]:
+def iterate_records(
+    source: FileBytes, at: int, chunks: Sequence[int] = ()
+) -> Iterator[RecordSpan | DamagedSpan | EndOfLog]:
     """Records from `at` up to and with the next footer, then End. Where none can be, Damage and what comes after it.
 
     chunks: where chunks are known to begin, increasing: no record but a chunk reaches beyond one.
@@ -129,8 +131,8 @@ def walk(source: Source, at: int, chunks: Sequence[int] = ()) -> Iterator[Record
             if next_chunk < len(chunks) and chunks[next_chunk] < record.end:
                 record = None
         if record is None:
-            found = next_record(source, at + 1)
-            yield Damage(at, source.size if found is None else found, found is None)
+            found = find_next_record(source, at + 1)
+            yield DamagedSpan(at, source.size if found is None else found, found is None)
             if found is None:
                 return
             at = found
@@ -138,14 +140,14 @@ def walk(source: Source, at: int, chunks: Sequence[int] = ()) -> Iterator[Record
         yield record
         at = record.end
         if record.opcode == Opcode.FOOTER:
-            yield End(at)
+            yield EndOfLog(at)
             return
         if at == source.size:
-            yield Damage(at, at, at_end=True)
+            yield DamagedSpan(at, at, at_end=True)
             return
 
 
-def next_record(source: Source, at: int) -> int | None:
+def find_next_record(source: FileBytes, at: int) -> int | None:
     """Where, from `at` on, the next record begins that others follow; None for nowhere."""
     while at < source.size:
         block = source.read(at, _BLOCK)
@@ -160,7 +162,7 @@ def next_record(source: Source, at: int) -> int | None:
     return None
 
 
-def _chains(source: Source, at: int) -> bool:
+def _chains(source: FileBytes, at: int) -> bool:
     """Whether records follow each other from here: several, or up to a footer with the file's magic behind it."""
     for _ in range(_CHAIN):
         record = record_at(source, at)

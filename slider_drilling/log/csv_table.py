@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import read_text, text_lines
-from slider_drilling.log.mapping import CHANNELS, ISO_TIME, Layout, Mapping, load_mapping
-from slider_drilling.log.possible import possible
+from slider_drilling.log.csv_mapping import IMPORT_CHANNELS, ISO_TIME, CsvMapping, TableLayout, load_mapping
 from slider_drilling.log.series import Array, JointSeries, RigLog, ScalarSeries
-from slider_drilling.messages.topics import CLOCKS, JOINT_STATE, TOPICS
+from slider_drilling.log.value_limits import mask_impossible_values
+from slider_drilling.messages.topics import CLOCK_TOPICS, JOINT_STATE, TOPICS
 from slider_drilling.rig import parse_rig
 from slider_drilling.schema.yaml_tree import shown
 
@@ -31,7 +31,7 @@ Words = dict[str, list[str]]
 
 
 @dataclass(frozen=True)
-class Table:
+class TextTable:
     """The wanted columns as written, and the line in the file that each row came from."""
 
     source: str
@@ -65,7 +65,7 @@ def read_table(
     there = {key: series for key, series in built.items() if series is not None}
     if not there:
         raise InputError(f"{table.source}: every mapped column is empty or null")
-    origin = float(there[next(key for key in CLOCKS if key in there)].time[0])
+    origin = float(there[next(key for key in CLOCK_TOPICS if key in there)].time[0])
     series = {key: replace(one, time=one.time - origin, arrival=one.arrival - origin) for key, one in there.items()}
     last = epoch_ns * 1e-9 + origin + max(float(one.arrival[-1]) for one in series.values())
     if last >= LAST or origin < -LAST:
@@ -85,10 +85,10 @@ def read_table(
         notes=tuple(notes),
         **series,  # type: ignore[arg-type]
     )
-    return possible(log)
+    return mask_impossible_values(log)
 
 
-def _read_words(path: Path, mapping: Mapping, rows: tuple[int, int] | None) -> Table:
+def _read_words(path: Path, mapping: CsvMapping, rows: tuple[int, int] | None) -> TextTable:
     """The columns that the mapping names, as text; the others, and rows that are not asked for, are not kept."""
     layout = mapping.layout
     body = _rows(path, layout)
@@ -120,10 +120,10 @@ def _read_words(path: Path, mapping: Mapping, rows: tuple[int, int] | None) -> T
         raise InputError(f"{path}: rows {first}:{last}: the table has rows 0 to {count - 1}")
     if not lines:
         raise InputError(f"{path}: has no rows of numbers")
-    return Table(printable(str(path)), columns, lines)
+    return TextTable(printable(str(path)), columns, lines)
 
 
-def _rows(path: Path, layout: Layout) -> Iterator[tuple[int, list[str]]]:
+def _rows(path: Path, layout: TableLayout) -> Iterator[tuple[int, list[str]]]:
     """Rows that hold anything, each with the line it ends on."""
     lines = text_lines(path, "table")
     for _ in range(layout.skip_lines):
@@ -141,7 +141,7 @@ def _rows(path: Path, layout: Layout) -> Iterator[tuple[int, list[str]]]:
         raise InputError(f"{path}: line {begun}: {error}; is a quote opened there and never closed?") from None
 
 
-def _places(mapping: Mapping, header: list[str], path: Path) -> dict[str, int]:
+def _places(mapping: CsvMapping, header: list[str], path: Path) -> dict[str, int]:
     """Where each column that the mapping names stands in a row."""
     places = {}
     entries = {"time": mapping.layout.time, **{f"channels.{name}": one for name, one in mapping.channels.items()}}
@@ -157,7 +157,7 @@ def _places(mapping: Mapping, header: list[str], path: Path) -> dict[str, int]:
     return places
 
 
-def _numbers(table: Table, name: str, layout: Layout) -> Array:
+def _numbers(table: TextTable, name: str, layout: TableLayout) -> Array:
     """One column as numbers, NaN where it is empty or null."""
     numbers = np.empty(len(table.lines))
     for index, word in enumerate(table.columns[name]):
@@ -171,7 +171,7 @@ def _numbers(table: Table, name: str, layout: Layout) -> Array:
     return numbers
 
 
-def _times(table: Table, mapping: Mapping) -> tuple[Array, int]:
+def _times(table: TextTable, mapping: CsvMapping) -> tuple[Array, int]:
     """Seconds of every row, NaN where it has none, and the epoch ns that they count from."""
     layout = mapping.layout
     start_ns = 0 if not layout.start else _epoch_ns(layout.start, f"{mapping.source}: start")
@@ -197,7 +197,7 @@ def _epoch_ns(text: str, where: str) -> int:
     return (since.days * 86400 + since.seconds) * 1_000_000_000 + since.microseconds * 1000
 
 
-def _channel(table: Table, mapping: Mapping, name: str, seconds: Array) -> Array:
+def _channel(table: TextTable, mapping: CsvMapping, name: str, seconds: Array) -> Array:
     """One channel in SI units."""
     entry = mapping.channels[name]
     total = _numbers(table, entry.column, mapping.layout)
@@ -215,16 +215,17 @@ def _channel(table: Table, mapping: Mapping, name: str, seconds: Array) -> Array
 
 
 def _integral(rate: Array, seconds: Array) -> Array:
-    """Trapezoids from zero over the rows that have both; NaN where a row has not."""
-    from scipy.integrate import cumulative_trapezoid  # not at the top: the recorder starts without scipy
-
+    """Trapezoidal integral from zero over the rows that have both; NaN elsewhere."""
+    # Not scipy's: the recorder imports this package and must start without scipy.
     there = ~np.isnan(rate) & ~np.isnan(seconds)
     total = np.full(rate.shape, math.nan)
-    total[there] = cumulative_trapezoid(rate[there], seconds[there], initial=0.0)
+    value = rate[there]
+    steps = np.diff(seconds[there]) * (value[1:] + value[:-1]) / 2.0
+    total[there] = np.concatenate([[0.0], np.cumsum(steps)])[: value.size]
     return total
 
 
-def _increasing(seconds: Array, table: Table, notes: list[str]) -> NDArray[np.bool_]:
+def _increasing(seconds: Array, table: TextTable, notes: list[str]) -> NDArray[np.bool_]:
     """Rows with a time of their own: the last of those that share one. Raises InputError for a time that goes back."""
     timed = np.flatnonzero(~np.isnan(seconds))
     if not timed.size:
@@ -246,7 +247,7 @@ def _increasing(seconds: Array, table: Table, notes: list[str]) -> NDArray[np.bo
 
 def _series(
     key: str,
-    mapping: Mapping,
+    mapping: CsvMapping,
     values: dict[str, Array],
     time: Array,
     kept: NDArray[np.bool_],
@@ -254,7 +255,7 @@ def _series(
 ) -> JointSeries | ScalarSeries | None:
     """One series of the RigLog from its channels, without the rows in which all of them are null."""
     nothing = np.full(time.shape, math.nan)
-    own = {CHANNELS[name][1]: (name, values[name]) for name in values if CHANNELS[name][0] == key}
+    own = {IMPORT_CHANNELS[name][1]: (name, values[name]) for name in values if IMPORT_CHANNELS[name][0] == key}
     if not own:
         return None
     some = kept & ~np.all([np.isnan(column) for _, column in own.values()], axis=0)

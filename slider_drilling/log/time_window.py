@@ -10,7 +10,7 @@ import numpy as np
 from slider_drilling.log.series import Array, JointSeries, RigLog, ScalarSeries
 
 
-def stretch(log: RigLog, first: float, last: float) -> RigLog:
+def cut_time_window(log: RigLog, first: float, last: float) -> RigLog:
     """The samples measured from `first` to `last` (s of the log); its t = 0 is `first`.
 
     The last value of a target before that stays, as of then. A series without a sample in it is None.
@@ -33,7 +33,7 @@ def _cut(series: JointSeries | ScalarSeries, keep: Any, first: float) -> JointSe
     return replace(series, **arrays)
 
 
-def busiest(log: RigLog, longest: float) -> tuple[RigLog, str]:
+def most_active_window(log: RigLog, longest: float) -> tuple[RigLog, str]:
     """At most `longest` s of the log, and a sentence on which; the log itself, and "", where it is no longer.
 
     The stretch in which the top drive turns round most often, or turns most where it never does: rocking is where
@@ -52,7 +52,7 @@ def busiest(log: RigLog, longest: float) -> tuple[RigLog, str]:
         f"the log's {time[-1] - time[0]:.0f} s but for the {longest:.0f} s from {first:.0f} s on, where the top drive "
         "rocks most: more than that is not analysed at once"
     )
-    return stretch(log, first, first + longest), sentence
+    return cut_time_window(log, first, first + longest), sentence
 
 
 def _activity(time: Array, position: Array, velocity: Array) -> Array:

@@ -22,7 +22,7 @@ MOST = {
 """Magnitude per channel and array, SI."""
 
 
-def possible(log: RigLog) -> RigLog:
+def mask_impossible_values(log: RigLog) -> RigLog:
     """The log with impossible values as not given (NaN), each channel's count and first one among the notes."""
     changes: dict[str, JointSeries | ScalarSeries] = {}
     notes = []

@@ -49,7 +49,7 @@ def encoded(record: McapRecord) -> bytes:
     return builder.end()
 
 
-class GrowingFile:
+class AppendOnlyFile:
     """A file that only ever holds whole records: a write that fails takes back what it had begun."""
 
     def __init__(self, descriptor: int) -> None:
@@ -92,7 +92,7 @@ class OpenChunk:
     count: int = 0
 
 
-class McapFile:
+class McapWriter:
     """Writes one MCAP file on an open descriptor, which becomes its own.
 
     Messages gather in a chunk that is written when it is full or by `flush`. Those that are in the file: `messages`,
@@ -102,7 +102,7 @@ class McapFile:
 
     def __init__(self, descriptor: int, library: str, chunk_bytes: int = CHUNK_BYTES) -> None:
         self._chunk_bytes = chunk_bytes
-        self._file = GrowingFile(descriptor)
+        self._file = AppendOnlyFile(descriptor)
         self._compress = zstandard.ZstdCompressor().compress
         self._chunk = OpenChunk()
         self._schemas: list[Schema] = []

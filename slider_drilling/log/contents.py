@@ -32,7 +32,7 @@ _SHOWN = {"N m": (1e-3, "kN m"), "N": (1e-3, "kN"), "Pa": (1e-5, "bar")}
 
 
 @dataclass(frozen=True)
-class Content:
+class LoggedQuantity:
     """One array of a log. first, last: s; lowest, highest: in the unit; longest_gap: s between samples."""
 
     topic: str
@@ -46,10 +46,10 @@ class Content:
     longest_gap: float | None
 
 
-def summary_table(log: RigLog, units: Units = SI) -> Table:
+def contents_table(log: RigLog, units: Units = SI) -> Table:
     """One line an array that the log holds: samples, time span, range, longest gap between samples."""
     table = Table("topic", "quantity", "samples", "time, s", "range", "unit", "longest gap, s", box=SIMPLE_HEAD)
-    for one in contents(log):
+    for one in logged_quantities(log):
         gap = "-" if one.longest_gap is None else f"{one.longest_gap:.2f}"
         factor, unit = _SHOWN.get(one.unit, (1.0, one.unit))
         low, high = (number(units.value(factor * value, unit), 5) for value in (one.lowest, one.highest))
@@ -58,7 +58,7 @@ def summary_table(log: RigLog, units: Units = SI) -> Table:
     return table
 
 
-def contents(log: RigLog) -> list[Content]:
+def logged_quantities(log: RigLog) -> list[LoggedQuantity]:
     """The arrays that the log holds, those without a value left out."""
     found = []
     for key, topic in TOPICS.items():
@@ -75,8 +75,8 @@ def contents(log: RigLog) -> list[Content]:
     return found
 
 
-def _content(topic: str, quantity: str, unit: str, time: Array, values: Array) -> Content:
+def _content(topic: str, quantity: str, unit: str, time: Array, values: Array) -> LoggedQuantity:
     there = ~np.isnan(values)
     gap = float(np.diff(time[there]).max()) if there.sum() > 1 else None
-    return Content(topic, quantity, unit, int(there.sum()), float(time[there][0]), float(time[there][-1]),
+    return LoggedQuantity(topic, quantity, unit, int(there.sum()), float(time[there][0]), float(time[there][-1]),
                    float(values[there].min()), float(values[there].max()), gap)

@@ -14,10 +14,10 @@ from slider_drilling.units import si_value
 
 SCHEMA = "slider_drilling/csv/1"
 ISO_TIME = "iso8601"
-LONGEST = 1_000_000  # bytes of a mapping file
+MAX_MAPPING_BYTES = 1_000_000  # bytes of a mapping file
 
 # Channel -> the series of RigLog that it goes to, the array there, and the kind of quantity.
-CHANNELS = {
+IMPORT_CHANNELS = {
     "top_drive_angle": ("top_drive", "position", "angle"),
     "top_drive_speed": ("top_drive", "velocity", "angular speed"),
     "surface_torque": ("top_drive", "effort", "torque"),
@@ -39,7 +39,7 @@ INTEGRAL = {"angle": "angular speed", "length": "speed"}
 
 
 @dataclass(frozen=True)
-class Column:
+class ColumnMapping:
     """How one channel is made of columns.
 
     plus: further columns added to the first (a second pump); sign: -1 where the table counts the other way (a block
@@ -59,7 +59,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Layout:
+class TableLayout:
     """How the table is written.
 
     names: of the columns, for a table without a header line; null_values: numbers that stand for no value;
@@ -67,7 +67,7 @@ class Layout:
     """
 
     schema: str
-    time: Column
+    time: ColumnMapping
     names: tuple[str, ...] = ()
     delimiter: str = ","
     null_values: tuple[float, ...] = (-999.25,)
@@ -77,26 +77,26 @@ class Layout:
 
 
 @dataclass(frozen=True)
-class Mapping:
+class CsvMapping:
     """A mapping file, see `load_mapping`; scale: SI value of one unit of each channel."""
 
     source: str
-    layout: Layout
-    channels: dict[str, Column]
+    layout: TableLayout
+    channels: dict[str, ColumnMapping]
     scale: dict[str, float]
 
 
-def load_mapping(path: str | os.PathLike[str]) -> Mapping:
+def load_mapping(path: str | os.PathLike[str]) -> CsvMapping:
     """Read a mapping file; `config/import.example.yaml` says what one holds. Raises InputError."""
     source = str(path)
-    return parse_mapping(parse_yaml(read_text(path, "mapping file", LONGEST), source), source)
+    return parse_mapping(parse_yaml(read_text(path, "mapping file", MAX_MAPPING_BYTES), source), source)
 
 
-def parse_mapping(raw: Any, source: str) -> Mapping:
+def parse_mapping(raw: Any, source: str) -> CsvMapping:
     """A mapping from what YAML gives. Raises InputError naming source, key and value."""
     if not isinstance(raw, dict):
         raise InputError(f"{source}: holds no keys; see config/import.example.yaml")
-    layout = build(Layout, {key: value for key, value in raw.items() if key != "channels"}, source)
+    layout = build(TableLayout, {key: value for key, value in raw.items() if key != "channels"}, source)
     if layout.schema != SCHEMA:
         raise InputError(f"{source}: schema = {layout.schema!r}: this version reads {SCHEMA!r}")
     if len(layout.delimiter) != 1 or layout.delimiter in '\r\n" \x00':
@@ -105,7 +105,7 @@ def parse_mapping(raw: Any, source: str) -> Mapping:
         raise InputError(f"{source}: skip_lines = {layout.skip_lines}: must be at least 0")
     channels, scale = {}, {}
     for name, entry in _channel_entries(raw, source):
-        column = build(Column, entry, source, f"channels.{name}")
+        column = build(ColumnMapping, entry, source, f"channels.{name}")
         if column.sign not in (-1.0, 1.0):
             raise InputError(f"{source}: channels.{name}.sign = {column.sign:g}: must be 1 or -1")
         channels[name] = column
@@ -113,21 +113,21 @@ def parse_mapping(raw: Any, source: str) -> Mapping:
     if layout.time.unit != ISO_TIME:
         scale["time"] = si_value(layout.time.unit, "time", f"{source}: time")
     _check_targets(channels, source)
-    return Mapping(source, layout, channels, scale)
+    return CsvMapping(source, layout, channels, scale)
 
 
 def _channel_entries(raw: dict[str, Any], source: str) -> list[tuple[str, Any]]:
     entries = raw.get("channels")
     if not isinstance(entries, dict) or not entries:
-        raise InputError(f"{source}: channels: missing; map at least one of {', '.join(CHANNELS)}")
+        raise InputError(f"{source}: channels: missing; map at least one of {', '.join(IMPORT_CHANNELS)}")
     for name in entries:
-        if name not in CHANNELS:
-            raise InputError(f"{source}: channels.{name}: unknown channel; known are {', '.join(CHANNELS)}")
+        if name not in IMPORT_CHANNELS:
+            raise InputError(f"{source}: channels.{name}: unknown channel; known are {', '.join(IMPORT_CHANNELS)}")
     return list(entries.items())
 
 
-def _kind(name: str, column: Column, source: str) -> str:
-    kind = CHANNELS[name][2]
+def _kind(name: str, column: ColumnMapping, source: str) -> str:
+    kind = IMPORT_CHANNELS[name][2]
     if not column.integral:
         return kind
     if kind not in INTEGRAL:
@@ -135,11 +135,11 @@ def _kind(name: str, column: Column, source: str) -> str:
     return INTEGRAL[kind]
 
 
-def _check_targets(channels: dict[str, Column], source: str) -> None:
+def _check_targets(channels: dict[str, ColumnMapping], source: str) -> None:
     """Two channels must not fill the same array."""
     seen: dict[tuple[str, str], str] = {}
     for name in channels:
-        target = CHANNELS[name][:2]
+        target = IMPORT_CHANNELS[name][:2]
         if target in seen:
             raise InputError(f"{source}: channels.{name}: says the same as {seen[target]}; keep one")
         seen[target] = name
