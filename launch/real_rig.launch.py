@@ -5,10 +5,17 @@
 
 from launch import LaunchDescription, LaunchDescriptionEntity
 
-from slider_drilling.nodes.launching import Given, dashboard, description, ended_together, process, target
+from slider_drilling.nodes.launch_helpers import (
+    LaunchArguments,
+    dashboard,
+    description,
+    process,
+    shut_down_together,
+    target,
+)
 
 
-def real_rig(given: Given) -> list[LaunchDescriptionEntity]:
+def real_rig(given: LaunchArguments) -> list[LaunchDescriptionEntity]:
     """The controller and, where a folder is given, the recorder; interrupted, they end."""
     controller = process("rocking_controller", given, {"use_sim_time": False}, {
         "rig": given["rig"], "tool_face_target": target(given), "controller": given["controller"]})
@@ -16,7 +23,7 @@ def real_rig(given: Given) -> list[LaunchDescriptionEntity]:
     if given["record"]:
         nodes.append(process("recorder", given, {"use_sim_time": False}, {
             "rig": given["rig"], "directory": given["record"]}))
-    return ended_together([], [*nodes, *dashboard(given)])
+    return shut_down_together([], [*nodes, *dashboard(given)])
 
 
 def generate_launch_description() -> LaunchDescription:

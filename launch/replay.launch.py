@@ -8,10 +8,17 @@ from pathlib import Path
 from launch import LaunchDescription, LaunchDescriptionEntity
 
 from slider_drilling.log import read_log
-from slider_drilling.nodes.launching import Given, dashboard, description, ended_together, process, speed
+from slider_drilling.nodes.launch_helpers import (
+    LaunchArguments,
+    dashboard,
+    description,
+    process,
+    shut_down_together,
+    speed,
+)
 
 
-def replay(given: Given) -> list[LaunchDescriptionEntity]:
+def replay(given: LaunchArguments) -> list[LaunchDescriptionEntity]:
     """Simulator, player and, where a folder is given, recorder; all end with the log. Raises InputError."""
     if not given["log"]:
         raise ValueError("log:= is missing: give the MCAP log to play")
@@ -27,7 +34,7 @@ def replay(given: Given) -> list[LaunchDescriptionEntity]:
     if given["record"]:
         others.append(process("recorder", given, {"use_sim_time": True}, {
             "rig": given["rig"], "directory": given["record"], "regex": ".*/recorded/.*"}))
-    return ended_together([player], others, needed=[simulator])
+    return shut_down_together([player], others, needed=[simulator])
 
 
 def generate_launch_description() -> LaunchDescription:

@@ -5,7 +5,7 @@
 
 from launch import LaunchDescription
 
-from slider_drilling.nodes.launching import description
+from slider_drilling.nodes.launch_helpers import description
 from slider_drilling.nodes.simulated_rig import SIMULATED, one_rig
 
 

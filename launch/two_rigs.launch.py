@@ -5,12 +5,12 @@
 
 from launch import LaunchDescription, LaunchDescriptionEntity
 
-from slider_drilling.live.serve import PORT
-from slider_drilling.nodes.launching import Given, description, ended_together
+from slider_drilling.live.server import PORT
+from slider_drilling.nodes.launch_helpers import LaunchArguments, description, shut_down_together
 from slider_drilling.nodes.simulated_rig import SIMULATED, simulated_rig
 
 
-def two_rigs(given: Given) -> list[LaunchDescriptionEntity]:
+def two_rigs(given: LaunchArguments) -> list[LaunchDescriptionEntity]:
     """Both rigs, until both have ended; logs in folders of the rigs' names."""
     space = given["namespace"].strip("/")
     simulators, others = [], []
@@ -19,7 +19,7 @@ def two_rigs(given: Given) -> list[LaunchDescriptionEntity]:
         simulator, beside = simulated_rig(own, "/".join(filter(None, [space, name])), port)
         simulators.append(simulator)
         others += beside
-    return ended_together(simulators, others)
+    return shut_down_together(simulators, others)
 
 
 def generate_launch_description() -> LaunchDescription:

@@ -6,7 +6,7 @@ import dataclasses
 import inspect
 
 from slider_drilling.effects import Effects
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.rig import Rig
 from slider_drilling.rig.table import HEAD, ranges_table
 
@@ -34,7 +34,7 @@ def rig_page() -> str:
         own = [row for row in rows if row[0].startswith((f"{name}.", f"{name}["))]
         if own:
             parts.append(f"## `{name}`\n\n{_about(name)}{_table(own)}\n")
-    example = share_file("config/rig.example.yaml").read_text(encoding="utf-8")
+    example = installed_file("config/rig.example.yaml").read_text(encoding="utf-8")
     said = "`config/rig.example.yaml`, the well of every example here:"
     parts.append(f"## An example\n\n{said}\n\n```yaml\n{example}```\n")
     return "".join(parts)

@@ -17,7 +17,12 @@ from slider_drilling import __version__
 from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
 from slider_drilling.process.environment_variables import check_variables
-from slider_drilling.process.shutdown import came_of_a_signal, end_at_once, exit_code, raise_on_signals
+from slider_drilling.process.shutdown import (
+    caused_by_signal,
+    raise_on_signals,
+    restore_default_handlers,
+    signal_exit_code,
+)
 
 EXAMPLES = """\
 Examples:
@@ -29,41 +34,61 @@ Examples:
 """
 
 
-LONGEST = 2000
+MAX_ERROR_LENGTH = 2000
 """Characters of an error: what it quotes may be a whole file."""
 
 
 @dataclass(frozen=True)
-class Row:
+class CommandEntry:
     """One sub-command: the module that holds its `command`, and the line that `--help` shows for it."""
 
     module: str
     help: str
 
 
-COMMANDS: dict[str, Row] = {
-    "run": Row("slider_drilling.commands.run", "Slide a well: simulator, controller and recorder over ROS 2 topics."),
-    "plot": Row("slider_drilling.commands.plot", "Plot a log and print what happened in it."),
-    "closed-loop": Row("slider_drilling.commands.closed_loop", "Score a controller in fixed scenarios, without ROS."),
-    "replay": Row("slider_drilling.commands.replay", "Drive the plant with a log; compare channel by channel."),
-    "diagnose": Row("slider_drilling.commands.diagnose", "Why a run and the simulator differ, and by which effect."),
-    "blind-check": Row("slider_drilling.commands.blind_check", "Score the diagnosis on sealed logs of its own making."),
-    "torque-drag": Row("slider_drilling.commands.torque_drag", "Hook load and torque against depth: the broomstick."),
-    "study": Row("slider_drilling.commands.study", "The paper's tools: figures, numbers and a verdict on each claim."),
-    "analyse": Row("slider_drilling.commands.analyse", "The friction in a log, and where it acts."),
-    "identify": Row("slider_drilling.commands.identify", "Contact parameters from measured friction."),
-    "import": Row("slider_drilling.commands.import_table", "Turn a CSV table of a rig's recorder into an MCAP log."),
-    "info": Row("slider_drilling.commands.info", "What a log holds, what it has lost, and what it is good for."),
-    "recover": Row("slider_drilling.commands.recover", "Write what a damaged log still holds to whole logs."),
-    "bench": Row("slider_drilling.commands.bench", "Measure speed, each figure beside a reference."),
-    "completion": Row("slider_drilling.commands.completion", "The script with which a shell completes all this."),
+COMMANDS: dict[str, CommandEntry] = {
+    "run": CommandEntry(
+        "slider_drilling.commands.run", "Slide a well: simulator, controller and recorder over ROS 2 topics."
+    ),
+    "plot": CommandEntry("slider_drilling.commands.plot", "Plot a log and print what happened in it."),
+    "closed-loop": CommandEntry(
+        "slider_drilling.commands.closed_loop", "Score a controller in fixed scenarios, without ROS."
+    ),
+    "replay": CommandEntry(
+        "slider_drilling.commands.replay", "Drive the plant with a log; compare channel by channel."
+    ),
+    "diagnose": CommandEntry(
+        "slider_drilling.commands.diagnose", "Why a run and the simulator differ, and by which effect."
+    ),
+    "blind-check": CommandEntry(
+        "slider_drilling.commands.blind_check", "Score the diagnosis on sealed logs of its own making."
+    ),
+    "torque-drag": CommandEntry(
+        "slider_drilling.commands.torque_drag", "Hook load and torque against depth: the broomstick."
+    ),
+    "study": CommandEntry(
+        "slider_drilling.commands.study", "The paper's tools: figures, numbers and a verdict on each claim."
+    ),
+    "analyse": CommandEntry("slider_drilling.commands.analyse", "The friction in a log, and where it acts."),
+    "identify": CommandEntry("slider_drilling.commands.identify", "Contact parameters from measured friction."),
+    "import": CommandEntry(
+        "slider_drilling.commands.import_table", "Turn a CSV table of a rig's recorder into an MCAP log."
+    ),
+    "info": CommandEntry(
+        "slider_drilling.commands.info", "What a log holds, what it has lost, and what it is good for."
+    ),
+    "recover": CommandEntry("slider_drilling.commands.recover", "Write what a damaged log still holds to whole logs."),
+    "bench": CommandEntry("slider_drilling.commands.bench", "Measure speed, each figure beside a reference."),
+    "completion": CommandEntry(
+        "slider_drilling.commands.completion", "The script with which a shell completes all this."
+    ),
 }
 
 
 class LazyGroup(click.Group):
     """A click group whose `--help` needs none of its sub-commands' modules."""
 
-    def __init__(self, *args: object, table: Mapping[str, Row], **kwargs: object) -> None:
+    def __init__(self, *args: object, table: Mapping[str, CommandEntry], **kwargs: object) -> None:
         super().__init__(*args, **kwargs)  # type: ignore[arg-type]
         self.table = table
 
@@ -94,10 +119,10 @@ def group() -> None:
 
 def fail(message: str, code: int) -> NoReturn:
     """One line on stderr, whatever the message held, and the exit code."""
-    end_at_once()
+    restore_default_handlers()
     line = printable(" ".join(message.split()))
-    if len(line) > LONGEST:
-        line = f"{line[: LONGEST // 2]} ... {line[-LONGEST // 2 :]}"
+    if len(line) > MAX_ERROR_LENGTH:
+        line = f"{line[: MAX_ERROR_LENGTH // 2]} ... {line[-MAX_ERROR_LENGTH // 2 :]}"
     with contextlib.suppress(OSError):
         print(line, file=sys.stderr, flush=True)
     raise SystemExit(code)
@@ -108,7 +133,7 @@ def run_group(command: click.Group, arguments: list[str] | None = None) -> None:
     try:
         outcome = command.main(args=arguments, prog_name="slider-drilling", standalone_mode=False)
         sys.stdout.flush()
-        end_at_once()
+        restore_default_handlers()
     except InputError as error:
         fail(str(error), 2)
     except click.UsageError as error:
@@ -117,7 +142,7 @@ def run_group(command: click.Group, arguments: list[str] | None = None) -> None:
     except click.ClickException as error:
         fail(error.format_message(), 2)
     except (KeyboardInterrupt, click.Abort):
-        fail("interrupted", exit_code() or 130)
+        fail("interrupted", signal_exit_code() or 130)
     except BrokenPipeError:
         # Whoever read our output has left.
         _say_no_more()
@@ -130,11 +155,11 @@ def run_group(command: click.Group, arguments: list[str] | None = None) -> None:
         fail(f"{where}: {error.strerror or error}", 2)
     except Exception as error:
         # Python 3.11 and older make a RuntimeError of what is raised while a class is made.
-        if not came_of_a_signal(error):
+        if not caused_by_signal(error):
             raise
-        fail("interrupted", exit_code())
+        fail("interrupted", signal_exit_code())
     # What a signal cut short is whole on disk and says that it is partial; so does the code.
-    raise SystemExit(exit_code() or (outcome if isinstance(outcome, int) else 0))
+    raise SystemExit(signal_exit_code() or (outcome if isinstance(outcome, int) else 0))
 
 
 def _say_no_more() -> None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slider_drilling.errors import InputError
-from slider_drilling.files.output_files import write_whole
+from slider_drilling.files.output_files import write_atomically
 
 if TYPE_CHECKING:
     import pandas
@@ -48,7 +48,7 @@ class Columns:
         rows = csv.writer(text, lineterminator="\n")
         rows.writerow([f"{name} [{self.units[name]}]" if name in self.units else name for name in self.values])
         rows.writerows(zip(*([_cell(value) for value in column] for column in self.values.values()), strict=True))
-        write_whole(Path(path), text.getvalue().encode("utf-8"))
+        write_atomically(Path(path), text.getvalue().encode("utf-8"))
         return Path(path)
 
     def to_parquet(self, path: str | os.PathLike[str]) -> Path:
@@ -61,7 +61,7 @@ class Columns:
             self.to_frame().to_parquet(held)
         except ImportError:
             raise InputError(f"pyarrow is not installed; {NEEDS}") from None
-        write_whole(Path(path), held.getvalue())
+        write_atomically(Path(path), held.getvalue())
         return Path(path)
 
 

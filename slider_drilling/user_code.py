@@ -18,7 +18,7 @@ Result = TypeVar("Result")
 _LONGEST = 300  # characters of an error's own words
 
 
-def load_named(reference: str, where: str, example: str) -> object:
+def import_reference(reference: str, where: str, example: str) -> object:
     """What ``module:Name`` is; modules in the working directory are found too.
 
     where: begins the error, such as ``--effect clay:Clay``. Raises InputError for what is no such reference, or cannot
@@ -33,20 +33,20 @@ def load_named(reference: str, where: str, example: str) -> object:
     try:
         return getattr(importlib.import_module(module_name), name)
     except (Exception, SystemExit) as error:
-        raise InputError(f"{where}: cannot be imported: {told(error)}") from error
+        raise InputError(f"{where}: cannot be imported: {one_line_error(error)}") from error
 
 
-def called(work: Callable[[], Result], what: str) -> Result:
+def call_user_code(function: Callable[[], Result], what: str) -> Result:
     """What a call of the user's code returns; ``what`` was called. Raises InputError for whatever it raises."""
     try:
-        return work()
+        return function()
     except InputError:
         raise
     except (Exception, SystemExit) as error:
-        raise InputError(f"{what} raised {told(error)}") from error
+        raise InputError(f"{what} raised {one_line_error(error)}") from error
 
 
-def told(error: BaseException) -> str:
+def one_line_error(error: BaseException) -> str:
     """The error in one line: its kind, its words, and the innermost line of the user's own code."""
     try:
         words = " ".join(str(error).split())[:_LONGEST]

@@ -2,13 +2,13 @@
 
 from dataclasses import replace
 
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.rig import FrictionInterval, Rig, Section, load_rig
 
 
 def short_rig() -> Rig:
     """The example rig with a kick-off at 300 m, horizontal from 1000 m on."""
-    rig = load_rig(share_file("config/rig.example.yaml"))
+    rig = load_rig(installed_file("config/rig.example.yaml"))
     survey = ((0.0, 0.0, 0.0), (300.0, 0.0, 0.0), (700.0, 80.0, 0.0), (1000.0, 88.0, 0.0))
     pipe, assembly = rig.string.sections
     sections = (

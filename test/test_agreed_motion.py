@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import JointSeries
 from slider_drilling.log_inputs.drives_from_log import commands_from_log
@@ -107,7 +107,7 @@ def test_whatever_is_measured_a_motion_comes_out(seed, count, angle_step, speed_
 
 def test_a_replay_says_what_it_takes():
     angle, speed = rocked()
-    rig = load_rig(share_file("config/rig.example.yaml"))
+    rig = load_rig(installed_file("config/rig.example.yaml"))
     nothing = np.full(TIME.size, np.nan)
 
     def assumed(angle):

@@ -20,7 +20,7 @@ from slider_drilling.blind.recording import Recorder, write_sealed
 from slider_drilling.blind.score import score
 from slider_drilling.blind.tally import tally
 from slider_drilling.errors import InputError
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log import read_log
 from slider_drilling.rig import load_rig
 
@@ -28,7 +28,7 @@ from slider_drilling.rig import load_rig
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
     """What records one run, lacking something."""
-    rig = load_rig(share_file("config/rig.short.yaml"))
+    rig = load_rig(installed_file("config/rig.short.yaml"))
     commands = MANOEUVRES["varied"](np.random.default_rng(1), rig, 60.0)
     response = run_sealed(rig, Hidden(elements=30), no_effect(np.random.default_rng(1), rig, 1.0), commands)
     folder = tmp_path_factory.mktemp("logs")

@@ -26,14 +26,14 @@ from slider_drilling.campaign.run import Where, run_jobs
 from slider_drilling.campaign.worker import run_job
 from slider_drilling.cli import group
 from slider_drilling.diagnosis import build_model as situation
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log import read_log
 from slider_drilling.rig import load_rig
 
 
 @pytest.fixture(scope="module")
 def base():
-    return load_rig(share_file("config/rig.short.yaml"))
+    return load_rig(installed_file("config/rig.short.yaml"))
 
 
 def case(name, size=3.0, **keywords):
@@ -149,7 +149,7 @@ def test_twins_are_the_same_run_with_other_noise_and_losses(tmp_path, base):
 
 
 def test_logs_and_labels_are_made_apart_and_only_once(tmp_path, base):
-    rig = share_file("config/rig.short.yaml")
+    rig = installed_file("config/rig.short.yaml")
     cases = draw_cases(Plan(effects=("none", "torque_sensor_bias"), wells=("own",), duration=60.0), 2)
     assert check.seal(cases, rig, tmp_path, run).code == 0
     logs = sorted(path.name for path in (tmp_path / "logs").rglob("*.mcap"))
@@ -170,7 +170,7 @@ def test_with_the_labels_deleted_the_answers_are_the_same_and_with_them_there_th
     tmp_path, base, monkeypatch
 ):
     monkeypatch.setattr(situation, "MESHES", (16, 24, 30))
-    rig = share_file("config/rig.short.yaml")
+    rig = installed_file("config/rig.short.yaml")
     sealed = Case(("torque_sensor_bias",), 4.0, "own", "steady", 2, 40.0)
     check.seal([sealed], rig, tmp_path, run)
     log, labels = tmp_path / "logs" / f"{sealed.file()}.mcap", tmp_path / "labels"

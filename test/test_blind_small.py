@@ -12,7 +12,7 @@ from slider_drilling.blind import check
 from slider_drilling.blind.plan import Case
 from slider_drilling.blind.tally import tally
 from slider_drilling.campaign.run import Where, run_jobs
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 
 CANDIDATES = ("torque_sensor_bias", "motor_wear")
 SIZE = 4.0
@@ -29,7 +29,7 @@ def test_what_is_large_is_named_and_what_is_not_there_is_not(tmp_path):
     def run(what, jobs, folder):
         return run_jobs(jobs, folder, Where(1))
 
-    assert check.seal([*sealed, *empty], share_file("config/rig.short.yaml"), tmp_path, run).code == 0
+    assert check.seal([*sealed, *empty], installed_file("config/rig.short.yaml"), tmp_path, run).code == 0
     checked = check.check(tmp_path, tmp_path, None, check.Asked(CANDIDATES, oracle=False), run)
     assert checked.code == 0 and len(checked.cases) == 10
     found = tally(checked.cases)

@@ -15,7 +15,7 @@ from slider_drilling.campaign.logs import Options, cells, find_logs, folder_name
 from slider_drilling.cli import group
 from slider_drilling.drillstring import simulate
 from slider_drilling.errors import InputError
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.pages import page_html
 from slider_drilling.rig import load_rig
 from slider_drilling.units import SI
@@ -23,7 +23,7 @@ from slider_drilling.units import SI
 
 def write_idle(path, seed):
     """A log of a rig that stands still: diagnosed at once, as one that says nothing."""
-    rig = load_rig(share_file("config/rig.short.yaml"))
+    rig = load_rig(installed_file("config/rig.short.yaml"))
     commands = MANOEUVRES["steady"](np.random.default_rng(seed), rig, 60.0)
     still = np.zeros_like(commands.time)
     commands = replace(commands, top_drive_angle=still, top_drive_speed=still)

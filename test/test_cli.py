@@ -13,7 +13,7 @@ import click
 import pytest
 
 from slider_drilling import __version__, cli
-from slider_drilling.cli import COMMANDS, LazyGroup, Row, run_group
+from slider_drilling.cli import COMMANDS, CommandEntry, LazyGroup, run_group
 from slider_drilling.errors import InputError
 
 
@@ -109,7 +109,7 @@ def test_lazy_group_imports_a_command_when_asked(monkeypatch: pytest.MonkeyPatch
     module = type(sys)("lazy_example")
     module.command = click.Command("example")  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "lazy_example", module)
-    group = LazyGroup("slider-drilling", table={"example": Row("lazy_example", "an example")})
+    group = LazyGroup("slider-drilling", table={"example": CommandEntry("lazy_example", "an example")})
     context = click.Context(group)
     assert group.list_commands(context) == ["example"]
     assert group.get_command(context, "example") is module.command

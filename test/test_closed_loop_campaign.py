@@ -31,12 +31,12 @@ from slider_drilling.closed_loop.score import Score
 from slider_drilling.control.load import DEFAULT
 from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.pages import page_html
 from slider_drilling.rig import load_rig
 from slider_drilling.units import SI
 
-RIG = share_file("config/rig.example.yaml")
+RIG = installed_file("config/rig.example.yaml")
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from threading import Thread
 
 import pytest
 
-from slider_drilling.process.jit_cache import announced, njit, vector_bits
+from slider_drilling.process.jit_cache import announce_compilation, njit, vector_bits
 
 PACKAGE = Path(__file__).parents[1] / "slider_drilling"
 
@@ -19,7 +19,7 @@ PACKAGE = Path(__file__).parents[1] / "slider_drilling"
 def test_every_module_takes_njit_from_the_compiler():
     """Decorated before the settings are made, one function would fix numba's defaults for the whole process."""
     takes = re.compile(r"^\s*(from numba import|import numba)", re.MULTILINE)
-    assert [path.name for path in PACKAGE.rglob("*.py") if takes.search(path.read_text())] == ["compiler.py"]
+    assert [path.name for path in PACKAGE.rglob("*.py") if takes.search(path.read_text())] == ["jit_cache.py"]
 
 
 def test_loops_are_compiled_for_the_widest_vectors():
@@ -63,10 +63,10 @@ def test_says_when_it_compiles_and_not_when_it_does_not(own_stderr):
     def twice(x):
         return 2 * x
 
-    with announced(twice, "a doubling"):
+    with announce_compilation(twice, "a doubling"):
         assert twice(2) == 4
     first = own_stderr.readouterr()
-    with announced(twice, "a doubling"):
+    with announce_compilation(twice, "a doubling"):
         assert twice(3) == 6
     second = own_stderr.readouterr()
     assert "compiling a doubling for this processor" in first.err
@@ -82,10 +82,10 @@ def test_of_what_another_thread_compiles_only_that_thread_speaks(own_stderr):
         return 3 * x
 
     def compile_it():
-        with announced(thrice, "a tripling"):
+        with announce_compilation(thrice, "a tripling"):
             thrice(2)
 
-    with announced(thrice, "a tripling"):
+    with announce_compilation(thrice, "a tripling"):
         other = Thread(target=compile_it)
         other.start()
         other.join()

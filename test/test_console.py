@@ -12,9 +12,9 @@ from rich.table import Table
 from rich.text import Text
 
 from slider_drilling.console import progress_lines
-from slider_drilling.console.printable import is_text, printable
-from slider_drilling.console.progress_lines import FIRST, ProgressLines
-from slider_drilling.console.streams import LiteralConsole, stages, stderr
+from slider_drilling.console.printable import is_valid_utf8, printable
+from slider_drilling.console.progress_lines import FIRST_LINE_AFTER, ProgressLines
+from slider_drilling.console.streams import LiteralConsole, progress_stages, stderr
 
 
 def shown(thing: object, terminal: bool = False) -> str:
@@ -56,8 +56,8 @@ def test_any_text_becomes_utf_8_that_steers_nothing(text: str) -> None:
     plain = printable(text)
     plain.encode("utf-8")
     assert printable(plain) == plain
-    assert is_text(text) or plain != text
-    assert is_text(plain)
+    assert is_valid_utf8(text) or plain != text
+    assert is_valid_utf8(plain)
 
 
 WIDE = ("channel", "lowest", "mean", "highest", "what it is, and how it was measured")
@@ -119,15 +119,15 @@ def test_short_work_in_a_pipe_says_nothing() -> None:
     now, said = [0.0], []
     with ProgressLines(said.append, lambda: now[0]) as progress:
         task = progress.add_task("reading", total=None)
-        now[0] = FIRST - 0.1
+        now[0] = FIRST_LINE_AFTER - 0.1
         progress.update(task, completed=1)
     assert said == []
 
 
 def test_stages_are_told_where_no_terminal_is(capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
-    monkeypatch.setattr(progress_lines, "FIRST", 0.0)
+    monkeypatch.setattr(progress_lines, "FIRST_LINE_AFTER", 0.0)
     stderr.cache_clear()
-    with stages() as report:
+    with progress_stages() as report:
         report("tuning", 0.25)
         report("fitting", 0.5)
     stderr.cache_clear()

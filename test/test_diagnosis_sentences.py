@@ -29,7 +29,7 @@ from slider_drilling.diagnosis.result import (
 from slider_drilling.diagnosis.rig_source import RigSource, find_rig_source, rig_remarks
 from slider_drilling.diagnosis.to_json import to_json
 from slider_drilling.effects import CuttingsBed, Effects
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log import RigLog
 from slider_drilling.pages import page_html
 from slider_drilling.rig import dump_rig, load_rig
@@ -74,7 +74,7 @@ def worn_motor() -> Outcome:
 
 
 def diagnosis_of(outcome: Outcome) -> Diagnosis:
-    rig = load_rig(share_file("config/rig.example.yaml"))
+    rig = load_rig(installed_file("config/rig.example.yaml"))
     return Diagnosis(("a/run.mcap",), rig, RigSource("own.yaml", "given", "b/own.yaml"), (), outcome)
 
 
@@ -288,7 +288,7 @@ def test_errors_of_what_was_not_fitted_are_told_apart():
 
 
 def test_the_rig_file_is_told_with_where_it_came_from():
-    rig = load_rig(share_file("config/rig.example.yaml"))
+    rig = load_rig(installed_file("config/rig.example.yaml"))
     bed = replace(rig, effects=dataclasses.replace(Effects(), cuttings_bed=CuttingsBed(2.0, 2400.0, 2600.0)))
     attached = RigLog("d/run.mcap", 0, dump_rig(bed), "d/run.mcap: rig.yaml", {"recorded_by": "slider-drilling run"})
     origin = find_rig_source([attached], bed)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from slider_drilling.cli import COMMANDS
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log import DIAGNOSTICS, TOPICS
 
 
@@ -16,7 +16,7 @@ def test_code_of_the_log_page_runs(repository: Path, tmp_path: Path, monkeypatch
     assert len(blocks) == 2
     reading, writing = blocks
     monkeypatch.chdir(tmp_path)
-    shutil.copy(share_file("config/rig.example.yaml"), "rig.yaml")
+    shutil.copy(installed_file("config/rig.example.yaml"), "rig.yaml")
     namespace: dict[str, object] = {}
     exec(writing, namespace)
     assert [file.name for file in tmp_path.iterdir() if file.suffix == ".mcap"] == ["run.mcap"]
@@ -32,7 +32,7 @@ def test_controller_of_the_nodes_page_slides(repository: Path, tmp_path: Path, m
     (tmp_path / "hold_of_the_page.py").write_text(code)
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
-    rig = load_rig(share_file("config/rig.example.yaml"))
+    rig = load_rig(installed_file("config/rig.example.yaml"))
     controller, virtual = load_controller("hold_of_the_page:Hold", rig), VirtualRig(rig, elements=20)
     for _ in range(20):
         virtual.step(step_checked(controller, virtual.measurements))
@@ -50,7 +50,7 @@ def test_controller_of_the_control_page_turns_towards_its_target(
     (tmp_path / "tenth_of_the_page.py").write_text(code)
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
-    rig = load_rig(share_file("config/rig.example.yaml"))
+    rig = load_rig(installed_file("config/rig.example.yaml"))
     plain, turned = (load_controller("tenth_of_the_page:Tenth", rig) for _ in range(2))
     left = (MwdSample(0.0, 0.1, -1.0),)
     for k in range(1, 400):

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 import slider_drilling as sd
 from slider_drilling.cli import COMMANDS, group
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.rig import load_rig
 from slider_drilling.schema.fields import build
 
@@ -49,7 +49,7 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     for name in ("rig.yaml", "nominal.yaml"):
-        (tmp_path / name).write_text(share_file("config/rig.example.yaml").read_text())
+        (tmp_path / name).write_text(installed_file("config/rig.example.yaml").read_text())
     (path,) = blocks(ROOT / "docs" / "pages.md", "csv")
     (tmp_path / "path.csv").write_text(path)
     return tmp_path

@@ -7,14 +7,14 @@ from pathlib import Path
 import pytest
 
 from slider_drilling.errors import InputError
-from slider_drilling.files.output_files import check_distinct, read_text, write_whole
+from slider_drilling.files.output_files import check_distinct, read_text, write_atomically
 from slider_drilling.log import read_log
 
 
 def test_written_whole_and_readable_as_other_files_are(tmp_path: Path) -> None:
     path = tmp_path / "page.html"
     path.write_text("before")
-    write_whole(path, "µ".encode())
+    write_atomically(path, "µ".encode())
     plain = tmp_path / "plain"
     plain.touch()
     assert read_text(path, "page") == "µ"
@@ -24,10 +24,10 @@ def test_written_whole_and_readable_as_other_files_are(tmp_path: Path) -> None:
 
 def test_what_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"no-such/page\.html: cannot write this file: No such file or directory"):
-        write_whole(tmp_path / "no-such" / "page.html", b"")
+        write_atomically(tmp_path / "no-such" / "page.html", b"")
     (tmp_path / "folder").mkdir()
     with pytest.raises(InputError, match="cannot write this file: Is a directory"):
-        write_whole(tmp_path / "folder", b"")
+        write_atomically(tmp_path / "folder", b"")
     assert os.listdir(tmp_path) == ["folder"]
 
 

@@ -15,7 +15,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.log import LogWriter, read_log, read_table
 from slider_drilling.log.value_limits import MOST
 from slider_drilling.process import jit_cache as compiler
-from slider_drilling.process.jit_cache import _cache_folder
+from slider_drilling.process.jit_cache import cache_folder
 
 MAPPING = """\
 schema: slider_drilling/csv/1
@@ -112,8 +112,8 @@ def test_notes_that_are_not_text_are_refused(tmp_path: Path) -> None:
 def test_a_cache_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match=r"NUMBA_CACHE_DIR = .*file/deeper: cannot be written: Not a directory; name"):
-        _cache_folder(str(tmp_path / "file" / "deeper"))
-    assert _cache_folder(str(tmp_path / "new")) == str(tmp_path / "new")
+        cache_folder(str(tmp_path / "file" / "deeper"))
+    assert cache_folder(str(tmp_path / "new")) == str(tmp_path / "new")
     assert os.listdir(tmp_path / "new") == []
 
 
@@ -122,12 +122,12 @@ def test_where_nothing_can_be_written_one_folder_a_user_is_found_again(
 ) -> None:
     monkeypatch.setattr(compiler.os, "access", lambda path, mode: False)
     monkeypatch.setattr(compiler.tempfile, "gettempdir", lambda: str(tmp_path))
-    first = _cache_folder("")
+    first = cache_folder("")
     assert (Path(first).parent, Path(first).stat().st_mode & 0o777) == (tmp_path, 0o700)
-    assert _cache_folder("") == first
+    assert cache_folder("") == first
     Path(first).chmod(0o777)
     with pytest.raises(InputError, match="not this user's own folder"):
-        _cache_folder("")
+        cache_folder("")
 
 
 @pytest.mark.parametrize(("samples", "channels"), [(1, ("torque",)), (19, ("torque",)), (500, ())])

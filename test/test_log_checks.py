@@ -14,7 +14,7 @@ from short_well import short_rig
 from slider_drilling.diagnosis.replay import measured_channels
 from slider_drilling.drillstring import Commands, simulate
 from slider_drilling.errors import InputError
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log import RigLog, read_log
 from slider_drilling.log.series import JointSeries, ScalarSeries
 from slider_drilling.log_checks import LogChecks, check_log
@@ -306,10 +306,10 @@ def test_a_real_log_with_a_rig_file_that_is_not_its_own_ends_at_once(shared_data
         command = [sys.executable, "-m", "slider_drilling", *map(str, arguments)]
         return subprocess.run(command, capture_output=True, text=True, timeout=120)
 
-    table, mapping = shared_data / "rig_1hz" / "SampleData1.csv", share_file("config/import.surface_1hz.yaml")
+    table, mapping = shared_data / "rig_1hz" / "SampleData1.csv", installed_file("config/import.surface_1hz.yaml")
     made = run("import", table, "--mapping", mapping, "--rows", "14245:15583", "-o", tmp_path / "1.mcap")
     assert made.returncode == 0, made.stderr
-    rig_file = share_file("config/rig.example.yaml")
+    rig_file = installed_file("config/rig.example.yaml")
     outcome = run("diagnose", tmp_path / "1.mcap", "--rig", rig_file, "-o", tmp_path / "out")
     assert outcome.returncode == 2
     assert "standpipe_pressure is 35.1 bar, by the rig file 289 bar" in outcome.stderr

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from slider_drilling.diagnosis.replay import replay
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import JointSeries, ScalarSeries
 from slider_drilling.log_checks.position_and_speed import check_position_and_speed
@@ -16,7 +16,7 @@ from slider_drilling.log_checks.repeated_samples import mask_repeated_samples
 from slider_drilling.log_inputs.drives_from_log import commands_from_log, unfilled
 from slider_drilling.rig import load_rig
 
-RIG = load_rig(share_file("config/rig.example.yaml"))
+RIG = load_rig(installed_file("config/rig.example.yaml"))
 TIME = 0.1 * np.arange(900)
 
 

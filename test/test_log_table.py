@@ -16,7 +16,7 @@ from hypothesis.extra import numpy as hnp
 from slider_drilling.cli import COMMANDS
 from slider_drilling.commands.import_table import command
 from slider_drilling.errors import InputError
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log import read_log, read_table, save_log
 from slider_drilling.units import KINDS, si_value
 
@@ -129,7 +129,7 @@ def test_flow_needs_the_rig(tmp_path: Path) -> None:
     mapping = mapping_file(tmp_path, channels={"pump_flow": {"column": "q", "unit": "L/s"}})
     with pytest.raises(InputError, match=r"pump_flow: needs the rig file's mud_pump\.displacement"):
         read_table(table, mapping)
-    log = read_table(table, mapping, share_file("config/rig.example.yaml"))
+    log = read_table(table, mapping, installed_file("config/rig.example.yaml"))
     assert log.mud_pump is not None
     np.testing.assert_allclose(log.mud_pump.velocity, 0.032 / 0.0026)
     assert log.rig().mud_pump.displacement == 0.0026
@@ -208,7 +208,7 @@ def test_example_mapping_file_is_usable(tmp_path: Path) -> None:
         "time,rpm,torque,block_height,hook_load,pressure,pump_1,pump_2,tool_face\n"
         "0,10,8000,60,210,2900,60,60,15\n1,10,8100,59.9,211,2910,60,60,15\n",
     )
-    log = read_table(table, share_file("config/import.example.yaml"))
+    log = read_table(table, installed_file("config/import.example.yaml"))
     assert log.notes == ()
     assert log.mwd_tool_face is not None and len(log.mwd_tool_face.time) == 1
 
@@ -227,7 +227,7 @@ def test_saved_log_equals_the_recording(shared_data: Path, tmp_path: Path) -> No
 
 
 def test_field_table_equals_the_field_log(shared_data: Path) -> None:
-    table = read_table(shared_data / "field" / "well_b_2235m.csv", share_file("config/import.start_up.yaml"))
+    table = read_table(shared_data / "field" / "well_b_2235m.csv", installed_file("config/import.start_up.yaml"))
     log = read_log(shared_data / "field" / "well_b_2235m.mcap")
     assert table.top_drive is not None and log.top_drive is not None
     np.testing.assert_allclose(table.top_drive.time, log.top_drive.time, atol=1e-6)
@@ -238,7 +238,7 @@ def test_field_table_equals_the_field_log(shared_data: Path) -> None:
 def test_slide_of_the_1_hz_log_by_the_command(shared_data: Path, tmp_path: Path) -> None:
     output = tmp_path / "slide.mcap"
     arguments = [str(shared_data / "rig_1hz" / "SampleData1.csv"), "-o", str(output), "--rows", "30063:30853"]
-    arguments += ["--mapping", str(share_file("config/import.surface_1hz.yaml"))]
+    arguments += ["--mapping", str(installed_file("config/import.surface_1hz.yaml"))]
     answer = CliRunner().invoke(command, arguments, catch_exceptions=False)
     assert answer.exit_code == 0
     log = read_log(output)

@@ -7,17 +7,17 @@ import pytest
 
 from slider_drilling.control.protocol import Level
 from slider_drilling.nodes.command_inbox import BLOCK, PUMP, TOP_DRIVE, CommandInbox
-from slider_drilling.nodes.late_joiners import AGAIN, FIRST, Newcomers
-from slider_drilling.nodes.own_echoes import Echoes
+from slider_drilling.nodes.late_joiners import FIRST_RESEND_AFTER, RESEND_PERIOD, LateJoiners
+from slider_drilling.nodes.own_echoes import OwnEchoes
 from slider_drilling.nodes.pace import Pace
-from slider_drilling.nodes.sample_inbox import Joint, SampleInbox
-from slider_drilling.nodes.watchdog import Silence
+from slider_drilling.nodes.sample_inbox import JointReading, SampleInbox
+from slider_drilling.nodes.watchdog import Watchdog
 
 SECOND = 10**9
 
 
 def reading(seconds, position=0.0, velocity=0.0, effort=0.0):
-    return Joint(round(seconds * SECOND), position, velocity, effort)
+    return JointReading(round(seconds * SECOND), position, velocity, effort)
 
 
 def fill(inbox, seconds):
@@ -216,34 +216,34 @@ def test_two_answers_to_one_sample_are_two_controllers_unless_it_was_sent_twice(
 
 def test_only_a_controller_that_came_while_one_waits_is_asked_again():
     there, now = {b"first"}, [0.0]
-    newcomers = Newcomers(lambda: set(there), lambda: now[0])
-    newcomers.begin(6)
-    assert not newcomers.wait_for(7)
+    newcomers = LateJoiners(lambda: set(there), lambda: now[0])
+    newcomers.start(6)
+    assert not newcomers.should_resend(7)
     there.add(b"second")
-    assert newcomers.wait_for(7)
-    assert not newcomers.wait_for(7)
-    now[0] += AGAIN
-    assert newcomers.wait_for(7)
-    assert not newcomers.wait_for(8), "the sample was answered: the newcomer has heard it"
+    assert newcomers.should_resend(7)
+    assert not newcomers.should_resend(7)
+    now[0] += RESEND_PERIOD
+    assert newcomers.should_resend(7)
+    assert not newcomers.should_resend(8), "the sample was answered: the newcomer has heard it"
 
 
 def test_the_first_sample_is_sent_again_where_its_answer_never_comes():
     """DDS may show the simulator to a controller later than the controller to it: an answer is lost then."""
     now = [0.0]
-    newcomers = Newcomers(lambda: {b"first"}, lambda: now[0])
-    newcomers.begin(0)
-    now[0] += FIRST - 0.1
-    assert not newcomers.wait_for(0)
+    newcomers = LateJoiners(lambda: {b"first"}, lambda: now[0])
+    newcomers.start(0)
+    now[0] += FIRST_RESEND_AFTER - 0.1
+    assert not newcomers.should_resend(0)
     now[0] += 0.2
-    assert newcomers.wait_for(0) and not newcomers.wait_for(0)
-    assert not newcomers.wait_for(1)
+    assert newcomers.should_resend(0) and not newcomers.should_resend(0)
+    assert not newcomers.should_resend(1)
 
 
 def test_echoes_are_known_by_their_bytes_and_order():
-    echoes = Echoes()
+    echoes = OwnEchoes()
     assert not echoes.is_own(b"a")
     for data in (b"a", b"b", b"c"):
-        echoes.sent(data)
+        echoes.add(data)
     assert echoes.is_own(b"b"), "what came before it is lost"
     assert not echoes.is_own(b"a") and not echoes.is_own(b"b")
     assert echoes.is_own(b"c") and not echoes.is_own(b"c")
@@ -251,24 +251,24 @@ def test_echoes_are_known_by_their_bytes_and_order():
 
 def test_silence_is_counted_on_the_wall_and_slow_motion_is_none():
     now = [100.0]
-    silence = Silence(lambda: now[0])
-    assert silence.lasts(1.0) == 0.0
-    silence.heard()
+    silence = Watchdog(lambda: now[0])
+    assert silence.silent_for(1.0) == 0.0
+    silence.note_sample()
     now[0] += 1.5
-    assert silence.lasts(1.0) == 1.5
+    assert silence.silent_for(1.0) == 1.5
     now[0] += 8.5
-    silence.heard()
+    silence.note_sample()
     now[0] += 25.0
-    assert silence.lasts(1.0) == 0.0, "a sample every ten seconds is slow motion"
+    assert silence.silent_for(1.0) == 0.0, "a sample every ten seconds is slow motion"
     now[0] += 6.0
-    assert silence.lasts(1.0) == 31.0
+    assert silence.silent_for(1.0) == 31.0
 
 
 def test_pace():
     pace = Pace(speed=4.0, simulated=10.0, wall=100.0)
     assert pace.due(12.0) == 100.5
-    pace.passed(12.0, 100.75)
-    pace.passed(14.0, 101.0)
-    assert (pace.behind, pace.take_worst_behind(), pace.take_worst_behind()) == (0.0, 0.25, 0.0)
-    pace.forgive(14.0, 103.0)
+    pace.note_sent(12.0, 100.75)
+    pace.note_sent(14.0, 101.0)
+    assert (pace.behind, pace.take_worst_lag(), pace.take_worst_lag()) == (0.0, 0.25, 0.0)
+    pace.restart(14.0, 103.0)
     assert pace.due(18.0) == 104.0

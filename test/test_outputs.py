@@ -11,7 +11,7 @@ import pytest
 
 from slider_drilling.cli import group
 from slider_drilling.errors import InputError
-from slider_drilling.files.output_files import begin_file, check_distinct, prepare_outputs, write_whole
+from slider_drilling.files.output_files import check_distinct, check_outputs, create_part_file, write_atomically
 
 EXAMPLE = Path(__file__).parents[1] / "config" / "rig.example.yaml"
 
@@ -78,8 +78,8 @@ def test_a_link_is_written_through() -> None:
     Path("target").write_text("before")
     os.symlink("target", "link")
     os.symlink("nowhere-yet", "dangling")
-    write_whole(Path("link"), b"after")
-    write_whole(Path("dangling"), b"new")
+    write_atomically(Path("link"), b"after")
+    write_atomically(Path("dangling"), b"new")
     assert Path("link").is_symlink() and Path("target").read_text() == "after"
     assert Path("dangling").is_symlink() and Path("nowhere-yet").read_text() == "new"
 
@@ -87,16 +87,16 @@ def test_a_link_is_written_through() -> None:
 def test_a_pipe_and_a_device_stay_what_they_are() -> None:
     os.mkfifo("pipe")
     reader = os.open("pipe", os.O_RDONLY | os.O_NONBLOCK)
-    prepare_outputs([Path("pipe"), Path("/dev/null")])
-    write_whole(Path("pipe"), b"through")
-    write_whole(Path("/dev/null"), b"gone")
+    check_outputs([Path("pipe"), Path("/dev/null")])
+    write_atomically(Path("pipe"), b"through")
+    write_atomically(Path("/dev/null"), b"gone")
     assert os.read(reader, 100) == b"through"
     os.close(reader)
     assert stat.S_ISFIFO(os.stat("pipe").st_mode)
     assert stat.S_ISCHR(os.stat("/dev/null").st_mode)
     for path in ("pipe", "/dev/null"):
         with pytest.raises(InputError, match="it is a device or a pipe; name a file"):
-            begin_file(Path(path))
+            create_part_file(Path(path))
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anything")
@@ -104,24 +104,24 @@ def test_a_read_only_file_is_not_replaced() -> None:
     Path("kept").write_text("before")
     Path("kept").chmod(0o444)
     with pytest.raises(InputError, match="kept: cannot write this file: it is read-only"):
-        write_whole(Path("kept"), b"after")
+        write_atomically(Path("kept"), b"after")
     assert Path("kept").read_text() == "before"
 
 
 def test_two_outputs_of_one_name_are_refused() -> None:
     with pytest.raises(InputError, match="in use already"):
-        prepare_outputs([Path("a"), Path("folder/../a")])
+        check_outputs([Path("a"), Path("folder/../a")])
 
 
 def test_a_name_that_no_file_can_have_gets_one_line() -> None:
     for name in ("a" * 300, "nul\x00byte"):
         with pytest.raises(InputError, match="cannot write this file"):
-            prepare_outputs([Path(name)])
+            check_outputs([Path(name)])
         with pytest.raises(InputError, match="cannot write this file"):
-            write_whole(Path(name), b"")
+            write_atomically(Path(name), b"")
 
 
 def test_a_long_name_that_a_file_can_have_is_written() -> None:
     name = "µ" * 120
-    write_whole(Path(name), b"x")
+    write_atomically(Path(name), b"x")
     assert Path(name).read_bytes() == b"x"

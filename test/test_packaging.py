@@ -9,7 +9,7 @@ import pytest
 
 from slider_drilling import __version__
 from slider_drilling.errors import InputError
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.messages.topics import TOPICS
 
 
@@ -67,9 +67,9 @@ def test_colcon_finds_what_it_needs_in_setup_cfg(repository: Path) -> None:
 
 @pytest.mark.parametrize("name", ["rig.example.yaml", "rig.short.yaml", "rig.long.yaml"])
 def test_shared_files_are_found(name: str) -> None:
-    assert "schema: slider_drilling/rig/1" in share_file(f"config/{name}").read_text()
+    assert "schema: slider_drilling/rig/1" in installed_file(f"config/{name}").read_text()
 
 
 def test_missing_shared_file_is_the_users_to_mend() -> None:
     with pytest.raises(InputError, match="install the package again"):
-        share_file("config/no_such_file.yaml")
+        installed_file("config/no_such_file.yaml")

@@ -11,24 +11,24 @@ from pathlib import Path
 
 import pytest
 
-from slider_drilling.process.worker_pool import in_processes
+from slider_drilling.process.worker_pool import map_in_processes
 
 PATIENCE = 60.0  # s
 # Each worker says that it is there and, once its parent is not, has more to hand over than a pipe holds.
 PROGRAM = """
 import os, sys, time
-from slider_drilling.process.worker_pool import in_processes
+from slider_drilling.process.worker_pool import map_in_processes
 def large(folder, parent):
     open(f"{folder}/{os.getpid()}", "w").close()
     while os.getppid() == parent: time.sleep(0.01)
     return bytes(10_000_000)
-for _ in in_processes(large, [(sys.argv[1], os.getpid())] * 2, 2): pass
+for _ in map_in_processes(large, [(sys.argv[1], os.getpid())] * 2, 2): pass
 """
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_each_call_gives_its_result(jobs: int) -> None:
-    assert sorted(in_processes(divmod, ((k, 3) for k in range(7)), jobs)) == sorted(divmod(k, 3) for k in range(7))
+    assert sorted(map_in_processes(divmod, ((k, 3) for k in range(7)), jobs)) == sorted(divmod(k, 3) for k in range(7))
 
 
 def alive(number: int) -> bool:

@@ -141,10 +141,10 @@ def test_a_signal_waits_for_a_picture_that_is_being_drawn(
     monkeypatch.setattr(FigureCanvasAgg, "print_png", draw)
     interrupts.raise_on_signals()
     line = Line("a", np.arange(3.0), np.arange(3.0))
-    with pytest.raises(interrupts.Ended, match=number.name):
+    with pytest.raises(interrupts.TerminationSignal, match=number.name):
         render_png((Chart("title", "time, s", (Panel("angle, rad", (line,)),)),), SI)
-    assert drawn and interrupts.exit_code() == 128 + number
-    with pytest.raises(interrupts.Ended):
+    assert drawn and interrupts.signal_exit_code() == 128 + number
+    with pytest.raises(interrupts.TerminationSignal):
         os.kill(os.getpid(), number)  # no more put off
 
 

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from slider_drilling.analysis.torque_drag import hook_load_chart, log_points, torque_drag_page
 from slider_drilling.commands.torque_drag import command
 from slider_drilling.errors import InputError
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log.series import JointSeries, RigLog
 from slider_drilling.pages import page_html
 from slider_drilling.rig import Rig, load_rig
@@ -25,7 +25,7 @@ GRAVITY = 9.81
 
 @pytest.fixture(scope="module")
 def rig() -> Rig:
-    return load_rig(share_file("config/rig.example.yaml"))
+    return load_rig(installed_file("config/rig.example.yaml"))
 
 
 def test_in_a_straight_hole_nothing_drags(rig: Rig) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from slider_drilling.diagnosis.user_effects import combined_modifiers, load_effect
 from slider_drilling.errors import InputError
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.rig import load_rig
 
 PAGE = Path(__file__).parents[1] / "docs" / "user_effects.md"
@@ -26,7 +26,7 @@ def clay(tmp_path, monkeypatch):
 def test_documented_example_is_twenty_lines_and_grips_below_its_top(clay):
     code = re.search(r"```python\n(.*?)```", PAGE.read_text(), re.S).group(1)
     assert len([line for line in code.splitlines() if line.strip()]) <= 20
-    rig = load_rig(share_file("config/rig.example.yaml"))
+    rig = load_rig(installed_file("config/rig.example.yaml"))
     values = {"swelling_clay.grip": 0.5, "swelling_clay.top": 2000.0}
     factor = combined_modifiers([clay], rig, 50, values).friction_factor
     assert factor[0] == 1.0

@@ -97,14 +97,15 @@ class Bridge:
         from rclpy.node import Node as RosNode
 
         from slider_drilling.messages.topics import TOPICS
-        from slider_drilling.nodes import raw_topics as link
+        from slider_drilling.nodes import raw_topics
 
         self._mapping = mapping
         self.node = RosNode("opcua_bridge")
-        self._topics = {**TOPICS, "pump_command": link.PUMP_COMMAND}
+        self._topics = {**TOPICS, "pump_command": raw_topics.PUMP_COMMAND}
         keys = {READ[name][0] for name in mapping.read}
         # The top drive's last: it is the one that controllers act on.
-        self._publishers = {key: link.publisher(self.node, TOPICS[key]) for key in sorted(keys, key="top_drive".__eq__)}
+        ordered = sorted(keys, key="top_drive".__eq__)
+        self._publishers = {key: raw_topics.publisher(self.node, TOPICS[key]) for key in ordered}
         self._commands: dict[str, tuple[float, float]] = {}   # name -> value, when it came
         self._mwd_stamp: object = None
         self._beat: tuple[object, float] = (None, 0.0)   # the heartbeat's value, when it last changed
@@ -112,7 +113,7 @@ class Bridge:
         self._executor.add_node(self.node)
         if command:
             for key in {WRITE[name][0] for name in mapping.write}:
-                link.subscription(self.node, self._topics[key], lambda data, key=key: self._on_command(key, data))
+                raw_topics.subscription(self.node, self._topics[key], lambda data, key=key: self._on_command(key, data))
 
     def _on_command(self, key: str, data: bytes) -> None:
         from slider_drilling.messages import cdr

@@ -26,7 +26,7 @@ import numpy as np
 from slider_drilling.errors import InputError
 from slider_drilling.gap import Answer, Channel, Effect, How, Parameter, Run
 from slider_drilling.gap.model import Array, Values
-from slider_drilling.process.jit_cache import COMPILE, INNER, njit
+from slider_drilling.process.jit_cache import INLINED_JIT_OPTIONS, JIT_OPTIONS, njit
 
 GRAVITY = 9.81
 COUNTS = 4096  # of the encoder, a turn
@@ -113,7 +113,7 @@ EFFECTS = (
 )  # fmt: skip
 
 
-@njit(**INNER)
+@njit(**INLINED_JIT_OPTIONS)
 def _friction(p, motor, weight, speed):
     """Largest friction torque, N m, that resists at these torques in the gear and this speed."""
     gear = abs(p[_BY_WEIGHT] * weight - p[_BY_MOTOR] * motor)
@@ -121,7 +121,7 @@ def _friction(p, motor, weight, speed):
     return p[_COULOMB] + p[_DROP] * math.exp(-abs(speed) / p[_FALLING]) + gear + squared
 
 
-@njit(**INNER)
+@njit(**INLINED_JIT_OPTIONS)
 def _slowed(speed, drive, damping, friction, inertia, dt):
     """Speed after dt under a constant drive torque, damping and dry friction that may hold it at rest.
 
@@ -133,7 +133,7 @@ def _slowed(speed, drive, damping, friction, inertia, dt):
     return math.copysign(max(abs(free) - lost, 0.0), free)
 
 
-@njit(**INNER)
+@njit(**INLINED_JIT_OPTIONS)
 def _met(arm, arm_speed, gear, gear_speed, play, arm_inertia, armature):
     """Gear's angle and both speeds where gear and arm have come to the end of their play: they do not bounce."""
     ahead = gear - arm
@@ -144,7 +144,7 @@ def _met(arm, arm_speed, gear, gear_speed, play, arm_inertia, armature):
     return arm + math.copysign(play, ahead), arm_speed, gear_speed
 
 
-@njit(**COMPILE)
+@njit(**JIT_OPTIONS)
 def _swing(time, goal, enabled, gain, start, speed, parameters, history, angle):
     """Fill angle (K, n), as the encoder shows it, for parameters (K, len(NOMINAL)); history: (m,) rad, work space.
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from slider_drilling import rig as rig_file
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.rig import Rig, parse_rig, rig_of_tree
 
 WELLS = {"example": "config/rig.example.yaml", "short": "config/rig.short.yaml", "long": "config/rig.long.yaml"}
@@ -24,7 +24,7 @@ def load_rig(source: str | os.PathLike[str] | Mapping[str, Any] | None = None) -
     if isinstance(source, Mapping):
         return rig_of_tree(dict(source), "rig")
     if isinstance(source, str) and source in WELLS:
-        source = share_file(WELLS[source])
+        source = installed_file(WELLS[source])
     if isinstance(source, str) and "\n" in source:
         return parse_rig(source, "rig")
     return rig_file.load_rig(source)

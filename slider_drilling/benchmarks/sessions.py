@@ -14,7 +14,7 @@ from pathlib import Path
 from slider_drilling.benchmarks.result import BenchmarkResult
 from slider_drilling.benchmarks.timing import wall_seconds
 from slider_drilling.benchmarks.workload import example_rig
-from slider_drilling.process.parent_death import END_WITH_PARENT
+from slider_drilling.process.parent_death import PARENT_PID_VARIABLE
 
 TIMEOUT = 600.0
 NO_ROS = "not available: ROS 2 is not installed (pip install 'slider_drilling[ros]', or source a ROS 2 Jazzy)"
@@ -56,7 +56,7 @@ def _measured(what: str) -> dict[str, float]:
     """What the process prints; it ends when this one does, and what it keeps on the disk goes with it."""
     command = [sys.executable, "-m", "slider_drilling.nodes.benchmark", what]
     with tempfile.TemporaryDirectory() as scratch:
-        own = {"TMPDIR": scratch, END_WITH_PARENT: str(os.getpid())}
+        own = {"TMPDIR": scratch, PARENT_PID_VARIABLE: str(os.getpid())}
         done = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False,
                               env={**os.environ, **own})  # fmt: skip
     if done.returncode != 0:

@@ -11,7 +11,7 @@ from slider_drilling.benchmarks.result import BenchmarkResult
 from slider_drilling.benchmarks.timing import processor_seconds, wall_seconds
 from slider_drilling.benchmarks.workload import ELEMENTS, RockingPlant, example_rig, rocking_commands, variants
 from slider_drilling.drillstring import kernel, simulate_batch
-from slider_drilling.process.jit_cache import COMPILE, njit
+from slider_drilling.process.jit_cache import JIT_OPTIONS, njit
 
 BATCH = 64
 _CACHED = 96  # elements whose arrays, 18 kB, stay in any processor's first-level cache
@@ -71,7 +71,7 @@ def _ns_each(work: Callable[[], object], count: int) -> float:
     return 1e9 * processor_seconds(work, repeats=15) / count
 
 
-@njit(**COMPILE)
+@njit(**JIT_OPTIONS)
 def repeat_arithmetic(rounds, count, constants, moving, polynomial):
     """Sliding at a constant speed: no push, no decay, so that the numbers stay as ordinary as they begin."""
     zero, one, some = constants[0], constants[1], constants[2]

@@ -9,7 +9,7 @@ import numpy as np
 
 from slider_drilling.drillstring import Commands, Plant
 from slider_drilling.drillstring.layout import Array
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.rig import Rig, load_rig
 
 ELEMENTS = 200
@@ -17,7 +17,7 @@ ELEMENTS = 200
 
 def example_rig() -> Rig:
     """The 4 km horizontal well that comes with the package."""
-    return load_rig(share_file("config/rig.example.yaml"))
+    return load_rig(installed_file("config/rig.example.yaml"))
 
 
 def rocking_commands(rig: Rig, duration: float, start: float = 0.0) -> Commands:

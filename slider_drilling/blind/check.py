@@ -21,7 +21,7 @@ from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.results import Result
 from slider_drilling.campaign.run import Ran
 from slider_drilling.errors import InputError
-from slider_drilling.files.output_files import make_folder, write_whole
+from slider_drilling.files.output_files import make_folder, write_atomically
 
 SCHEMA = "slider_drilling/blind/1"
 LOGS, LABELS, TWINS, RESULTS, ANSWERS = "logs", "labels", "twins", "results", "answers"
@@ -96,7 +96,7 @@ def write_answers(folder: Path, answers: Mapping[str, dict[str, Any]]) -> None:
     make_folder(folder)
     for stem, tree in answers.items():
         content = (json.dumps(tree, indent=1, allow_nan=False) + "\n").encode("utf-8")
-        write_whole(folder / f"{stem}.json", content)
+        write_atomically(folder / f"{stem}.json", content)
 
 
 def score_answers(labels: Path, answers: Path) -> list[Scored]:

@@ -22,7 +22,7 @@ from slider_drilling.blind.recording import random_recorder, write_sealed
 from slider_drilling.blind.wells import WELLS
 from slider_drilling.campaign.job import Job
 from slider_drilling.drillstring import Commands, Response
-from slider_drilling.files.output_files import write_whole
+from slider_drilling.files.output_files import write_atomically
 from slider_drilling.rig import Rig, load_rig
 
 _MAKERS: dict[str, Make] = {**CATALOGUE, **OUTSIDE, NONE: no_effect}
@@ -47,7 +47,7 @@ def seal(job: Job) -> dict[str, Any]:
     """Write the log and its twins, then the label that says what is in them."""
     log, label, *twins = (Path(output) for output in job.outputs)
     written = make(case_from(dict(job.options)), load_rig(job.inputs["rig"]), log, twins)
-    write_whole(label, (json.dumps(asdict(written), indent=1) + "\n").encode("utf-8"))
+    write_atomically(label, (json.dumps(asdict(written), indent=1) + "\n").encode("utf-8"))
     return {}
 
 

@@ -13,7 +13,7 @@ from typing import Any
 from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.results import Result
 from slider_drilling.errors import InputError
-from slider_drilling.files.output_files import make_folder, write_whole
+from slider_drilling.files.output_files import make_folder, write_atomically
 from slider_drilling.pages import Link, Page, Section, Table, Tag
 from slider_drilling.pages.page import Tone
 
@@ -124,7 +124,7 @@ def unfold(result: Result, folder: Path) -> None:
     """Write a result's files into a folder of their own. Raises InputError."""
     make_folder(folder)
     for name, text in result.tree["files"].items():
-        write_whole(folder / name, text.encode("utf-8"))
+        write_atomically(folder / name, text.encode("utf-8"))
 
 
 def row_of(log: Path, folder: str, diagnosis: dict[str, Any]) -> Row:

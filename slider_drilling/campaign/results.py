@@ -9,7 +9,7 @@ from typing import Any
 
 from slider_drilling.campaign.job import Job
 from slider_drilling.errors import InputError
-from slider_drilling.files.output_files import read_text, write_whole
+from slider_drilling.files.output_files import read_text, write_atomically
 
 SCHEMA = "slider_drilling/result/1"
 
@@ -63,12 +63,12 @@ class Results:
             "schema": SCHEMA, "job": job.depends_on(), "cpu_s": round(result.cpu, 3), "wall_s": round(result.wall, 3),
             "memory_bytes": result.memory, "result": result.tree,
         }  # fmt: skip
-        write_whole(self.path(key), (json.dumps(tree, allow_nan=False) + "\n").encode("utf-8"))
+        write_atomically(self.path(key), (json.dumps(tree, allow_nan=False) + "\n").encode("utf-8"))
         self._error(key).unlink(missing_ok=True)
 
     def write_error(self, key: str, text: str) -> None:
         """Keep why a job gave no result. Raises InputError where it cannot be written."""
-        write_whole(self._error(key), text.encode("utf-8", "backslashreplace"))
+        write_atomically(self._error(key), text.encode("utf-8", "backslashreplace"))
 
     def error(self, key: str) -> str | None:
         """Why a job gave no result when it last ran, in a line; None where it was not run or has one."""

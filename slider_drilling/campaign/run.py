@@ -12,7 +12,7 @@ from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.results import Result, Results, UnkeptError
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import make_folder
-from slider_drilling.process.shutdown import exit_code
+from slider_drilling.process.shutdown import signal_exit_code
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def run_jobs(
                 ran.failed[key] = why
             said(job, key, why)
     except KeyboardInterrupt:
-        ran.stopped, ran.why = exit_code() or 130, "interrupted"
+        ran.stopped, ran.why = signal_exit_code() or 130, "interrupted"
     except _Lost as lost:
         ran.stopped, ran.why = 3, str(lost)
     except UnkeptError as unkept:

@@ -19,7 +19,7 @@ from slider_drilling.closed_loop.run import run_scenario
 from slider_drilling.closed_loop.score import ALLOWED, HELD_SHARE, Score
 from slider_drilling.control.load import DEFAULT
 from slider_drilling.rig import load_rig
-from slider_drilling.user_code import load_named
+from slider_drilling.user_code import import_reference
 
 SCHEMA = "slider_drilling/closed_loop_campaign/1"
 QUANTILES = (0.5, 0.75, 0.9, 0.95)
@@ -62,7 +62,7 @@ def slide_job(number: int, controller: str, setting: Setting) -> Job:
     """The job of one slide. controller: a baseline's name or ``module:Class``. Raises InputError."""
     inputs = {"rig": str(setting.rig)}
     if controller not in BASELINES and controller != DEFAULT:
-        load_named(controller, f"controller = {controller!r}", DEFAULT)
+        import_reference(controller, f"controller = {controller!r}", DEFAULT)
         inputs["controller"] = str(sys.modules[controller.partition(":")[0]].__file__)
     options = {"number": number, "controller": controller, "elements": setting.elements, "duration": setting.duration}
     call = "slider_drilling.closed_loop.campaign:run_slide"

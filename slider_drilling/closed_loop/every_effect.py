@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from slider_drilling.closed_loop.scenario import WELLS, Scenario
 from slider_drilling.closed_loop.scenarios import unknown
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.rig import load_rig
 
 DURATION_S = 1200.0
@@ -57,7 +57,7 @@ PAIRS = (("torsional_compliance", "motor_wear"), ("cuttings_bed", "torque_sensor
 
 def every_effect() -> tuple[Scenario, ...]:
     """Raises InputError where the installation lacks a rig file."""
-    lengths = {well: load_rig(share_file(file)).string.length for well, file in WELLS.items()}
+    lengths = {well: load_rig(installed_file(file)).string.length for well, file in WELLS.items()}
     found = [_one((name,), size, well, length) for name in CATALOGUE for size in ("small", "large")
              for well, length in lengths.items()]
     found += [_one(pair, "small", well, length) for pair in PAIRS for well, length in lengths.items()]

@@ -16,7 +16,7 @@ from slider_drilling.closed_loop.score import Score, score
 from slider_drilling.closed_loop.trace import Trace
 from slider_drilling.control.load import DEFAULT, set_target, statuses_of, step_checked
 from slider_drilling.control.protocol import Controller
-from slider_drilling.process.worker_pool import in_processes
+from slider_drilling.process.worker_pool import map_in_processes
 
 _COLUMNS = ("time", "target", "tool_face", "top_drive_angle", "surface_torque", "weight_on_bit",
             "rate_of_penetration", "bit_depth")
@@ -62,7 +62,7 @@ def run_all(
 ) -> Iterator[Outcome]:
     """Each contender through its scenario, as they end. Raises InputError."""
     calls = ((scenario, contender, seed, elements, name, settings) for scenario, contender in pairs)
-    yield from in_processes(run_scenario, calls, jobs)
+    yield from map_in_processes(run_scenario, calls, jobs)
 
 
 def tasks(scenarios: Sequence[Scenario]) -> list[tuple[Scenario, str]]:

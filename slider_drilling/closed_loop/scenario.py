@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from slider_drilling.drillstring import Start
 from slider_drilling.effects import Effects
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.rig import Rig, load_rig
 
 WELLS = {"2.6 km": "config/rig.short.yaml", "4.0 km": "config/rig.example.yaml", "5.6 km": "config/rig.long.yaml"}
@@ -56,7 +56,7 @@ class Scenario:
         """What the controller is told. Raises InputError where the installation lacks the rig file."""
         if self.rigs is not None:
             return self.rigs[0]
-        rig = load_rig(share_file(WELLS[self.well]))
+        rig = load_rig(installed_file(WELLS[self.well]))
         mwd = dataclasses.replace(rig.sensors.mwd, period=self.mwd_period)
         pressure = self.stall_pressure or rig.motor.max_pressure
         return dataclasses.replace(rig, sensors=dataclasses.replace(rig.sensors, mwd=mwd),

@@ -29,15 +29,15 @@ def command(log: Path, output: Path, rig_path: Path | None, elements: int, units
     """Friction per hole interval, breakover, friction work, axial friction, zones and weight transfer in LOG."""
     from slider_drilling.analysis.analyse import analyse
     from slider_drilling.analysis.report import findings, page
-    from slider_drilling.console.streams import stages, stderr
-    from slider_drilling.files.output_files import prepare_outputs
+    from slider_drilling.console.streams import progress_stages, stderr
+    from slider_drilling.files.output_files import check_outputs
     from slider_drilling.log import read_log
     from slider_drilling.paper_studies.render import study_files, write_study
 
-    prepare_outputs(study_files("analysis", output), (log, rig_path))
+    check_outputs(study_files("analysis", output), (log, rig_path))
     record = read_log(log, rig_path)
     rig = None if record.rig_text is None else record.rig()
-    with stages() as report:
+    with progress_stages() as report:
         found = analyse(record, rig, elements, report)
     shown, tree = page(found, units), findings(found)
     for sentence in found.not_found:

@@ -78,13 +78,13 @@ def command(
     from slider_drilling.campaign.run import Where
     from slider_drilling.campaign.shown import run_shown
     from slider_drilling.errors import InputError
-    from slider_drilling.files.installed_files import share_file
-    from slider_drilling.files.output_files import make_folder, prepare_outputs
+    from slider_drilling.files.installed_files import installed_file
+    from slider_drilling.files.output_files import check_outputs, make_folder
 
     if answers is not None and sealed is None:
         raise InputError("--answers: give the folder of the sealed logs with --logs")
     make_folder(output)
-    prepare_outputs((output / "blind.json", output / "blind.html"), (rig_path,))
+    check_outputs((output / "blind.json", output / "blind.html"), (rig_path,))
     _only_known(_names(only))
     where = Where(jobs, scheduler)
 
@@ -98,7 +98,7 @@ def command(
         plan = Plan(_names(effects), _numbers("--sizes", sizes), chosen, _names(manoeuvres), seed, duration,
                     _names(lacking))  # fmt: skip
         drawn = draw_cases(plan, cases)
-        rig = rig_path if rig_path is not None else share_file("config/rig.example.yaml")
+        rig = rig_path if rig_path is not None else installed_file("config/rig.example.yaml")
         ran = check.seal(drawn, rig, output, run, repeats)
         count = ran.done + ran.kept
         click.echo(f"sealed {count} of {cases} logs in {output / check.LOGS}", err=as_json)
@@ -149,7 +149,7 @@ def _report(
     from slider_drilling.blind.check import ANSWERS, as_json, write_answers
     from slider_drilling.blind.page import write_blind_page
     from slider_drilling.console.streams import stdout
-    from slider_drilling.files.output_files import write_whole
+    from slider_drilling.files.output_files import write_atomically
 
     if not cases:
         write_answers(output / ANSWERS, answers)
@@ -165,7 +165,7 @@ def _report(
 
     def write() -> tuple[Path, ...]:
         write_answers(output / ANSWERS, answers)
-        write_whole(paths[0], (json.dumps(tree, indent=1) + "\n").encode("utf-8"))
+        write_atomically(paths[0], (json.dumps(tree, indent=1) + "\n").encode("utf-8"))
         write_blind_page(paths[1], cases, tree, units)
         return paths
 

@@ -69,8 +69,8 @@ def command(
     from slider_drilling.console.streams import stderr
     from slider_drilling.control.load import DEFAULT
     from slider_drilling.errors import InputError
-    from slider_drilling.files.installed_files import share_file
-    from slider_drilling.files.output_files import make_folder, prepare_outputs, write_whole
+    from slider_drilling.files.installed_files import installed_file
+    from slider_drilling.files.output_files import check_outputs, make_folder, write_atomically
     from slider_drilling.pages import write_page
 
     if not 10 <= elements <= 5000:
@@ -79,7 +79,7 @@ def command(
         print_listing((scenario.name, scenario.about) for scenario in _known(every))
         return 0
     if slides is not None or slide is not None:
-        setting = Setting(rig_path or share_file("config/rig.example.yaml"), seed, elements)
+        setting = Setting(rig_path or installed_file("config/rig.example.yaml"), seed, elements)
     if slides is not None:
         if output is None:
             raise InputError("--campaign: give the folder for its results with -o; it is where it goes on from")
@@ -94,7 +94,7 @@ def command(
         scenarios = [drawn]
     if output is not None:
         make_folder(output)
-        prepare_outputs((output / "closed_loop.json", output / "closed_loop.html"))
+        check_outputs((output / "closed_loop.json", output / "closed_loop.html"))
     name = name or DEFAULT
     settings = parse_settings(sets, name, scenarios[0].believed_rig())
     outcomes = _run(scenarios, seed, elements, name, jobs, settings)
@@ -107,7 +107,7 @@ def command(
     def write() -> tuple[Path, ...]:
         if output is None:
             return ()
-        write_whole(output / "closed_loop.json", json.dumps(figures, indent=1).encode("utf-8"))
+        write_atomically(output / "closed_loop.json", json.dumps(figures, indent=1).encode("utf-8"))
         write_page(output / "closed_loop.html", closed_loop_page(rows, name, seed, elements), units)
         return output / "closed_loop.json", output / "closed_loop.html"
 

@@ -28,11 +28,11 @@ def run_campaign(
     from slider_drilling.campaign.shown import run_shown
     from slider_drilling.closed_loop import campaign_page
     from slider_drilling.closed_loop.campaign import repeat_command, slide_job, slide_of
-    from slider_drilling.files.output_files import make_folder, prepare_outputs, write_whole
+    from slider_drilling.files.output_files import check_outputs, make_folder, write_atomically
     from slider_drilling.pages import write_page
 
     make_folder(output)
-    prepare_outputs((output / FILE, output / PAGE), (setting.rig,))
+    check_outputs((output / FILE, output / PAGE), (setting.rig,))
     jobs = [slide_job(number, name, setting) for number in range(slides) for name in controllers]
     ran = run_shown("sliding", jobs, output / RESULTS, where)
     found: dict[str, list[Slide]] = {name: [] for name in controllers}
@@ -46,7 +46,7 @@ def run_campaign(
     tree = campaign_page.as_json(found, setting, code_version(), repeat)
 
     def write() -> tuple[Path, ...]:
-        write_whole(output / FILE, json.dumps(tree, indent=1, allow_nan=False).encode("utf-8"))
+        write_atomically(output / FILE, json.dumps(tree, indent=1, allow_nan=False).encode("utf-8"))
         write_page(output / PAGE, campaign_page.campaign_page(found, setting, code_version(), repeat), units)
         return output / FILE, output / PAGE
 

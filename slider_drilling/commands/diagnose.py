@@ -73,10 +73,10 @@ def command(
     from slider_drilling.campaign.logs import Options, find_logs, source_of
     from slider_drilling.campaign.run import Where
     from slider_drilling.commands.diagnose_logs import diagnose_each
-    from slider_drilling.console.streams import stages, stderr
+    from slider_drilling.console.streams import progress_stages, stderr
     from slider_drilling.diagnosis.save import FILES
     from slider_drilling.diagnosis.user_effects import installed_effects, load_effect
-    from slider_drilling.files.output_files import check_distinct, make_folder, prepare_outputs
+    from slider_drilling.files.output_files import check_distinct, check_outputs, make_folder
     from slider_drilling.log import read_log
     from slider_drilling.rig import load_rig
 
@@ -87,11 +87,11 @@ def command(
         options = Options(rig_path, namespace, seed, only, sources, until, units.name)
         return diagnose_each(logs, options, Where(jobs, scheduler), output, as_json, units)
     make_folder(output)
-    prepare_outputs([output / name for name in FILES], (*logs, rig_path))
+    check_outputs([output / name for name in FILES], (*logs, rig_path))
     own = [*installed_effects(), *(load_effect(reference) for reference in effects)]
     records = [read_log(path, rig_path, namespace) for path in logs]
     rig = None if rig_path is None else load_rig(rig_path)
-    with stages() as progress:
+    with progress_stages() as progress:
         diagnosed = diagnose(records, rig, only=only, effects=own, until=until, seed=seed, progress=progress)
     for record in records:
         for note in record.notes:

@@ -24,11 +24,11 @@ def diagnose_each(
     from slider_drilling.campaign.code import code_version
     from slider_drilling.campaign.logs import as_json, folder_names, log_job, page_of, row_of, unfold
     from slider_drilling.campaign.shown import run_shown
-    from slider_drilling.files.output_files import make_folder, prepare_outputs, write_whole
+    from slider_drilling.files.output_files import check_outputs, make_folder, write_atomically
     from slider_drilling.pages import write_page
 
     make_folder(output)
-    prepare_outputs([output / PAGE, output / FILE], (*logs, options.rig))
+    check_outputs([output / PAGE, output / FILE], (*logs, options.rig))
     names = folder_names(logs)
     jobs = [log_job(log, options) for log in logs]
     ran = run_shown("diagnosing", jobs, output / RESULTS, where)
@@ -44,7 +44,7 @@ def diagnose_each(
         for name, key in zip(names, ran.keys, strict=True):
             if (result := ran.result(key)) is not None:
                 unfold(result, output / name)
-        write_whole(output / FILE, (json.dumps(tree, indent=1, allow_nan=False) + "\n").encode("utf-8"))
+        write_atomically(output / FILE, (json.dumps(tree, indent=1, allow_nan=False) + "\n").encode("utf-8"))
         write_page(output / PAGE, page_of(rows), units)
         return [output / FILE, output / PAGE]
 

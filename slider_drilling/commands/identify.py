@@ -63,12 +63,12 @@ def command(
     from slider_drilling.contact import PAPER, friction_table
     from slider_drilling.contact.identify import identify
     from slider_drilling.contact.measured import read_measured
-    from slider_drilling.files.output_files import prepare_outputs
+    from slider_drilling.files.output_files import check_outputs
     from slider_drilling.paper_studies.render import study_files, write_study
     from slider_drilling.rig import Contact
     from slider_drilling.schema.fields import build, plain
 
-    prepare_outputs(study_files("identify", output), (data,))
+    check_outputs(study_files("identify", output), (data,))
     held = replace(PAPER.asperity, height=1e-6 * height_um, shape_factor=shape_factor)
     base = build(Contact, plain(replace(PAPER, asperity=held, shear_factor=shear_factor)), "identify: contact held")
     friction_table(shear_factor, held)

@@ -53,15 +53,15 @@ def command(
     units: Units,
 ) -> None:
     """Turn the CSV table DATA into an MCAP log, in SI units, and list what it holds."""
-    from slider_drilling.console.printable import is_text
+    from slider_drilling.console.printable import is_valid_utf8
     from slider_drilling.console.streams import progress_bar, stderr, stdout
-    from slider_drilling.files.output_files import prepare_outputs
+    from slider_drilling.files.output_files import check_outputs
     from slider_drilling.log import read_table, save_log
     from slider_drilling.log.contents import contents_table, logged_quantities
     from slider_drilling.rig import load_rig
 
-    prepare_outputs((output,), (data, mapping, rig))
-    if not is_text(notes):
+    check_outputs((output,), (data, mapping, rig))
+    if not is_valid_utf8(notes):
         raise InputError("--notes: not UTF-8 text; write it in UTF-8")
     if rig is not None:
         load_rig(rig)

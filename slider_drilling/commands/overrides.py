@@ -103,8 +103,8 @@ def _check_settings(settings: dict[str, float], controller: str | None, rig: Rig
 
 
 def _write(rig: Rig, path: Path) -> str:
-    from slider_drilling.files.output_files import write_whole
+    from slider_drilling.files.output_files import write_atomically
     from slider_drilling.rig import dump_rig
 
-    write_whole(path, dump_rig(rig).encode("utf-8"))
+    write_atomically(path, dump_rig(rig).encode("utf-8"))
     return str(path)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 def command(log: Path, output: Path | None, namespace: str | None, units: Units, as_json: bool) -> None:
     """Print what happened in LOG; plot it as an HTML page that stands alone, and as PNG."""
     from slider_drilling.console.streams import stderr, stdout
-    from slider_drilling.files.output_files import make_folder, prepare_outputs
+    from slider_drilling.files.output_files import check_outputs, make_folder
     from slider_drilling.log import read_log
     from slider_drilling.log.run_page import write_run_page, write_run_picture
     from slider_drilling.log.run_summary import run_summary_table, summarise_run
@@ -32,7 +32,7 @@ def command(log: Path, output: Path | None, namespace: str | None, units: Units,
     page, picture = (folder / f"{log.stem}{suffix}" for suffix in (".html", ".png"))
     record = read_log(log, namespace=namespace)
     make_folder(folder)
-    prepare_outputs((page, picture), (log,))
+    check_outputs((page, picture), (log,))
     summary = summarise_run(record)
     for note in record.notes:
         stderr().print(f"{log.name}: {note}")

@@ -27,11 +27,11 @@ def command(log: Path, output: Path, as_json: bool) -> None:
     Says what was lost. Messages are copied as they are, of whatever topic.
     """
     from slider_drilling.console.streams import stderr, stdout
-    from slider_drilling.files.output_files import prepare_outputs
+    from slider_drilling.files.output_files import check_outputs
     from slider_drilling.log.read import log_files
     from slider_drilling.log.recover import recover
 
-    prepare_outputs([output], log_files(log))
+    check_outputs([output], log_files(log))
     written, notes = recover(log, output)
     if as_json:
         rows = [{"path": one.path, "messages": one.messages, "seconds": one.seconds} for one in written]

@@ -32,14 +32,14 @@ def command(
     from slider_drilling.console.streams import stderr
     from slider_drilling.diagnosis.replay_page import replay_page
     from slider_drilling.errors import InputError
-    from slider_drilling.files.output_files import prepare_outputs
+    from slider_drilling.files.output_files import check_outputs
     from slider_drilling.log import read_log
     from slider_drilling.pages import write_page
 
     if not 10 <= elements <= 5000:
         raise InputError(f"--elements = {elements}: must be within 10 to 5000")
     written = [path for path in (output, page) if path is not None]
-    prepare_outputs(written, (log, rig_path))
+    check_outputs(written, (log, rig_path))
     record = read_log(log, rig_path, namespace)
     replayed = replay(record, elements=elements)
     run = replayed.replay

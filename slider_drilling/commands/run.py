@@ -14,7 +14,7 @@ from slider_drilling.commands.options import complete_effect, json_option, units
 from slider_drilling.errors import InputError
 
 if TYPE_CHECKING:
-    from slider_drilling.nodes.session import Outcome, Plan
+    from slider_drilling.nodes.session import SessionOptions, SessionResult
     from slider_drilling.units import Units
 
 EXAMPLES = """\
@@ -84,15 +84,15 @@ def command(
     environment.prepare()
     from slider_drilling.api.rigs import load_rig
     from slider_drilling.commands.overrides import apply_changes
-    from slider_drilling.live.serve import Address
-    from slider_drilling.nodes.session import Plan
+    from slider_drilling.live.server import Address
+    from slider_drilling.nodes.session import SessionOptions
     from slider_drilling.rig import check_duration
 
     with tempfile.TemporaryDirectory(prefix="slider_drilling_") as scratch:
         changed = apply_changes(rig, sets, effects, controller, Path(scratch))
         if duration > 0.0:
             check_duration(load_rig(changed.rig or None), duration, changed.rig or "the example well")
-        plan = Plan(
+        plan = SessionOptions(
             rig=changed.rig, plant=changed.plant, duration=duration,
             speed=(1.0 if live else 0.0) if speed is None else speed,
             record=Path(scratch) if record is None else record,
@@ -114,27 +114,27 @@ def _check(target: float | None, seed: int, elements: int) -> None:
         raise InputError(f"--elements = {elements}: must be within 10 to 5000")
 
 
-def _run(plan: Plan) -> Outcome:
+def _run(plan: SessionOptions) -> SessionResult:
     """Run with a progress bar in simulated seconds."""
     from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeRemainingColumn
 
     from slider_drilling.console.streams import progress_bar, stderr
-    from slider_drilling.nodes.session import run
+    from slider_drilling.nodes.session import run_session
 
     def announce(address: str) -> None:
         stderr().print(f"live page: {address}  (Ctrl-C ends the run)")
 
     if plan.live is not None:
         # No bar: the page shows how far the run is, and Ctrl-C is its end.
-        return run(plan, announce=announce)
+        return run_session(plan, announce=announce)
     columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(),
                TextColumn("{task.completed:.0f} of {task.total:.0f} s"), TimeRemainingColumn())
     with progress_bar(*columns) as progress:
         task = progress.add_task("compiling the plant, the first time only", total=plan.duration)
-        return run(plan, lambda simulated: progress.update(task, completed=simulated, description="sliding"))
+        return run_session(plan, lambda simulated: progress.update(task, completed=simulated, description="sliding"))
 
 
-def _tell(outcome: Outcome, keep: bool, as_json: bool, units: Units) -> None:
+def _tell(outcome: SessionResult, keep: bool, as_json: bool, units: Units) -> None:
     """The summary; page and picture beside a log that is kept."""
     from slider_drilling.console.streams import stderr, stdout
     from slider_drilling.log import read_log

@@ -88,18 +88,18 @@ def _run(names: list[str], output: Path, jobs: int, units: Units) -> dict[str, t
     from rich.progress import Progress, SpinnerColumn, TimeElapsedColumn
 
     from slider_drilling.console.streams import progress_bar, stderr
-    from slider_drilling.files.output_files import prepare_outputs
+    from slider_drilling.files.output_files import check_outputs
     from slider_drilling.paper_studies.render import study_files
-    from slider_drilling.process.worker_pool import in_processes
+    from slider_drilling.process.worker_pool import map_in_processes
 
-    prepare_outputs(path for name in names for path in study_files(name, output))
+    check_outputs(path for name in names for path in study_files(name, output))
     columns = (SpinnerColumn(), *Progress.get_default_columns(), TimeElapsedColumn())
     finished: dict[str, tuple[Study, str]] = {}
     with progress_bar(*columns) as progress:
         task = progress.add_task("studies" if len(names) > 1 else names[0], total=len(names))
         calls = ((name, output, units) for name in names)
         try:
-            for study, why in in_processes(_run_one, calls, min(jobs, len(names))):
+            for study, why in map_in_processes(_run_one, calls, min(jobs, len(names))):
                 finished[study.name] = study, why
                 progress.advance(task)
         except KeyboardInterrupt:

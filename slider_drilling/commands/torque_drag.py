@@ -49,7 +49,7 @@ def command(
     """Hook load and torque against depth for several friction coefficients, along the string, and the well's path."""
     from slider_drilling.analysis.torque_drag import hook_load_chart, log_points, torque_chart, torque_drag_page
     from slider_drilling.console.streams import stderr
-    from slider_drilling.files.output_files import make_folder, prepare_outputs, write_whole
+    from slider_drilling.files.output_files import check_outputs, make_folder, write_atomically
     from slider_drilling.log import read_log
     from slider_drilling.pages import write_page
     from slider_drilling.pages.png import render_png
@@ -60,7 +60,7 @@ def command(
     page, image, table, changed = (output / name for name in ("torque_drag.html", "torque_drag.png", "torque_drag.csv",
                                                               "torque_drag.rig.yaml"))  # fmt: skip
     written = [page, image, table, *([changed] if survey_path is not None else [])]
-    prepare_outputs(written, (rig_path, log_path, survey_path))
+    check_outputs(written, (rig_path, log_path, survey_path))
     log = None if log_path is None else read_log(log_path, rig_path, namespace)
     rig = _rig(rig_path, log, survey_path)
     sticks = [broomstick(rig, friction, elements=elements) for friction in (None, *(frictions or FRICTIONS))]
@@ -71,10 +71,10 @@ def command(
 
     def write() -> list[Path]:
         write_page(page, torque_drag_page(rig, sticks, points, notes, units), units)
-        write_whole(image, render_png((hook_load_chart(sticks, points), torque_chart(sticks, points)), units))
-        write_whole(table, _csv(sticks).encode())
+        write_atomically(image, render_png((hook_load_chart(sticks, points), torque_chart(sticks, points)), units))
+        write_atomically(table, _csv(sticks).encode())
         if survey_path is not None:
-            write_whole(changed, dump_rig(rig).encode())
+            write_atomically(changed, dump_rig(rig).encode())
         return written
 
     tree = {"at_total_depth": [_at_total_depth(one) for one in sticks], "notes": notes}

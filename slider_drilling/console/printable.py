@@ -14,6 +14,6 @@ def printable(text: str) -> str:
     return _STEERING.sub(lambda found: found[0].encode("unicode_escape").decode("ascii"), text)
 
 
-def is_text(text: str) -> bool:
+def is_valid_utf8(text: str) -> bool:
     """Whether UTF-8 can hold it: an argument that was not UTF-8 comes with halves of characters."""
     return not any("\ud800" <= character <= "\udfff" for character in text)

@@ -9,8 +9,8 @@ from types import TracebackType
 
 from rich.progress import TaskID
 
-FIRST = 5.0    # s of work before the first line: what is done by then needs none
-EVERY = 15.0   # s between lines
+FIRST_LINE_AFTER = 5.0    # s of work before the first line: what is done by then needs none
+LINE_INTERVAL = 15.0   # s between lines
 
 
 @dataclass
@@ -30,7 +30,7 @@ class ProgressLines:
     _due: float = 0.0
 
     def __enter__(self) -> ProgressLines:
-        self._due = self.clock() + FIRST
+        self._due = self.clock() + FIRST_LINE_AFTER
         return self
 
     def __exit__(
@@ -66,7 +66,7 @@ class ProgressLines:
         one.completed = (one.completed if completed is None else completed) + advance
         now = self.clock()
         if now >= self._due:
-            self._due = now + EVERY
+            self._due = now + LINE_INTERVAL
             self.show(_line(one))
 
 

@@ -18,7 +18,7 @@ from rich.table import Table
 
 from slider_drilling.console.printable import printable
 from slider_drilling.console.progress_lines import ProgressLines
-from slider_drilling.console.table_fit import fitted
+from slider_drilling.console.table_fit import fit_table
 
 
 class LiteralConsole(Console):
@@ -35,7 +35,7 @@ class LiteralConsole(Console):
 
     def print(self, *objects: Any, **how: Any) -> None:
         """As rich does, tables made to fit."""
-        super().print(*(fitted(one, self) if isinstance(one, Table) else one for one in objects), **how)
+        super().print(*(fit_table(one, self) if isinstance(one, Table) else one for one in objects), **how)
 
 
 @cache
@@ -58,7 +58,7 @@ def progress_bar(*columns: ProgressColumn | str) -> Progress | ProgressLines:
 
 
 @contextmanager
-def stages() -> Iterator[Callable[[str, float], None]]:
+def progress_stages() -> Iterator[Callable[[str, float], None]]:
     """A ``progress(stage, share)`` that draws a bar on stderr, or prints lines where stderr is no terminal."""
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TextColumn("left"),
                TimeRemainingColumn())  # fmt: skip

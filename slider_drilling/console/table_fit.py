@@ -9,7 +9,7 @@ from rich.table import Column, Table
 from rich.text import Text
 
 
-def fitted(table: Table, console: Console) -> RenderableType:
+def fit_table(table: Table, console: Console) -> RenderableType:
     """The table, its columns set so that no word of it is broken or cut; its rows as lines where that is impossible."""
     return table if _arrange(table, console, console.width) else _told(table, console)
 

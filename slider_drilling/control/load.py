@@ -16,7 +16,7 @@ from slider_drilling.control.settings import limits_of
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
 from slider_drilling.schema.yaml_tree import shown
-from slider_drilling.user_code import called, load_named
+from slider_drilling.user_code import call_user_code, import_reference
 
 DEFAULT = "slider_drilling.control:SlideController"
 _COMMANDED = tuple(field.name for field in dataclasses.fields(RigCommand))
@@ -29,9 +29,9 @@ def load_controller(name: str, rig: Rig) -> Controller:
     constructor that raises, an object without `step`, and settings or a status that cannot be used.
     """
     where = f"controller = {name!r}"
-    kind: Any = load_named(name, where, DEFAULT)
-    controller = called(lambda: kind(rig), f"{where}: {name.partition(':')[2]}(rig)")
-    if not callable(called(lambda: getattr(controller, "step", None), f"{where}: step")):
+    kind: Any = import_reference(name, where, DEFAULT)
+    controller = call_user_code(lambda: kind(rig), f"{where}: {name.partition(':')[2]}(rig)")
+    if not callable(call_user_code(lambda: getattr(controller, "step", None), f"{where}: step")):
         raise InputError(f"{where}: has no method step(measurements) -> RigCommand")
     settings_of(controller)
     return controller
@@ -39,7 +39,8 @@ def load_controller(name: str, rig: Rig) -> Controller:
 
 def step_checked(controller: Controller, measurements: Measurements) -> RigCommand:
     """One step. Raises InputError where the controller raises, or its command is not finite numbers."""
-    command = called(lambda: controller.step(measurements), _named(controller, f"step at {measurements.time:g} s"))
+    what = _named(controller, f"step at {measurements.time:g} s")
+    command = call_user_code(lambda: controller.step(measurements), what)
     if not isinstance(command, RigCommand):
         raise InputError(f"{_named(controller, 'step')} returned {type(command).__name__}, not a RigCommand")
     values = {name: _number(getattr(command, name)) for name in _COMMANDED}
@@ -55,14 +56,14 @@ def set_target(controller: Controller, target: float) -> None:
     if not math.isfinite(target):
         raise InputError(f"tool_face_target = {target}: must be a finite number of rad")
     if _has(controller, "tool_face_target"):
-        called(lambda: setattr(controller, "tool_face_target", target), _named(controller, "tool_face_target"))
+        call_user_code(lambda: setattr(controller, "tool_face_target", target), _named(controller, "tool_face_target"))
 
 
 def statuses_of(controller: Controller) -> tuple[Status, ...]:
     """What a controller reports, nothing where it does not. Raises InputError for anything but statuses."""
     if not _has(controller, "status"):
         return ()
-    found = called(lambda: controller.status(), _named(controller, "status"))  # type: ignore[attr-defined]
+    found = call_user_code(lambda: controller.status(), _named(controller, "status"))  # type: ignore[attr-defined]
     if not isinstance(found, (tuple, list)):
         raise InputError(f"{_named(controller, 'status')} returned {type(found).__name__}, not a tuple of Status")
     for one in found:
@@ -76,7 +77,7 @@ def settings_of(controller: Controller) -> Any:
     """A controller's settings, None where it has none that can change. Raises InputError for what are none."""
     if not (_has(controller, "settings") and _has(controller, "configure")):
         return None
-    settings = called(lambda: controller.settings, _named(controller, "settings"))  # type: ignore[attr-defined]
+    settings = call_user_code(lambda: controller.settings, _named(controller, "settings"))  # type: ignore[attr-defined]
     if not dataclasses.is_dataclass(settings) or isinstance(settings, type):
         raise InputError(f"{_named(controller, 'settings')} are {type(settings).__name__}, not a dataclass of settings")
     for name, limits in limits_of(settings).items():
@@ -88,7 +89,7 @@ def settings_of(controller: Controller) -> Any:
 
 def configure(controller: Controller, settings: Any) -> None:
     """Have a controller use these settings. Raises InputError where it will not, or cannot."""
-    called(lambda: controller.configure(settings), _named(controller, "configure"))  # type: ignore[attr-defined]
+    call_user_code(lambda: controller.configure(settings), _named(controller, "configure"))  # type: ignore[attr-defined]
 
 
 def _has(controller: Controller, name: str) -> bool:

@@ -8,7 +8,7 @@ from pathlib import Path
 from slider_drilling.diagnosis.diagnose import Diagnosis, tuned_rig
 from slider_drilling.diagnosis.page import report_page
 from slider_drilling.diagnosis.to_json import to_json
-from slider_drilling.files.output_files import make_folder, write_whole
+from slider_drilling.files.output_files import make_folder, write_atomically
 from slider_drilling.pages import page_html
 from slider_drilling.rig import dump_rig
 from slider_drilling.units import SI, Units
@@ -28,5 +28,5 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path, units: Units = SI) -> li
         page_html(report_page(diagnosis), units),
     )
     for name, text in zip(FILES, contents, strict=True):
-        write_whole(folder / name, text.encode("utf-8"))
+        write_atomically(folder / name, text.encode("utf-8"))
     return [folder / name for name in FILES]

@@ -18,7 +18,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Array, Effect, Values
 from slider_drilling.rig import Rig
 from slider_drilling.schema.yaml_tree import shown
-from slider_drilling.user_code import called, load_named
+from slider_drilling.user_code import call_user_code, import_reference
 from slider_drilling.wellbore.mesh import build_mesh
 
 GROUP = "slider_drilling.effects"
@@ -68,20 +68,20 @@ def installed_effects() -> list[UserEffect]:
     found = []
     for point in entry_points(group=GROUP):
         where = f"effect of entry point {point.name} ({point.value})"
-        found.append(_made(called(point.load, f"{where}: loading it"), where))
+        found.append(_made(call_user_code(point.load, f"{where}: loading it"), where))
     return found
 
 
 def load_effect(reference: str) -> UserEffect:
     """The effect ``module:Class`` from the working directory or the Python path. Raises InputError."""
     where = f"--effect {reference}"
-    return _made(load_named(reference, where, "clay:SwellingClay"), where)
+    return _made(import_reference(reference, where, "clay:SwellingClay"), where)
 
 
 def _made(kind: Any, where: str) -> UserEffect:
-    made = called(lambda: kind(), f"{where}: {getattr(kind, '__name__', kind)}()")
+    made = call_user_code(lambda: kind(), f"{where}: {getattr(kind, '__name__', kind)}()")
     for name in ("effect", "commands", "modifiers", "channels"):
-        if not called(lambda name=name: hasattr(made, name), f"{where}: {name}"):  # type: ignore[misc]
+        if not call_user_code(lambda name=name: hasattr(made, name), f"{where}: {name}"):  # type: ignore[misc]
             raise InputError(f"{where}: has no `{name}`; see docs/user_effects.md")
     if not isinstance(made.effect, Effect):
         raise InputError(f"{where}: `effect` is {shown(made.effect)}, not a slider_drilling.gap.Effect")
@@ -106,7 +106,7 @@ class GuardedEffect:
     def commands(self, commands: Commands, values: Values) -> Commands:
         """As `UserEffect.commands`. Raises InputError."""
         what = f"{self.where}: commands"
-        given = called(lambda: self.made.commands(commands, values), what)
+        given = call_user_code(lambda: self.made.commands(commands, values), what)
         if not isinstance(given, Commands):
             raise InputError(f"{what} returned {type(given).__name__}, not Commands")
         arrays = [_array(getattr(given, f.name), (commands.time.size,), f"{what}: {f.name}") for f in fields(Commands)]
@@ -115,7 +115,7 @@ class GuardedEffect:
     def modifiers(self, measured_depth: Array, values: Values) -> Modifiers:
         """As `UserEffect.modifiers`. Raises InputError."""
         what = f"{self.where}: modifiers"
-        given = called(lambda: self.made.modifiers(measured_depth, values), what)
+        given = call_user_code(lambda: self.made.modifiers(measured_depth, values), what)
         if not isinstance(given, Modifiers):
             raise InputError(f"{what} returned {type(given).__name__}, not Modifiers")
         shape = (measured_depth.size,)
@@ -129,7 +129,7 @@ class GuardedEffect:
     ) -> Mapping[str, Array]:
         """As `UserEffect.channels`. Raises InputError."""
         what = f"{self.where}: channels"
-        given = called(lambda: self.made.channels(times, channels, values), what)
+        given = call_user_code(lambda: self.made.channels(times, channels, values), what)
         if not isinstance(given, Mapping):
             raise InputError(f"{what} returned {type(given).__name__}, not channels by name")
         for name in given:

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from slider_drilling.process.jit_cache import COMPILE, INNER, njit
+from slider_drilling.process.jit_cache import INLINED_JIT_OPTIONS, JIT_OPTIONS, njit
 
 # No "arcp" here: with it the compiler takes a coarser estimate in packed code than in scalar code.
-_ROOTS: dict[str, Any] = {**INNER, "fastmath": {"contract", "nsz"}}
+_ROOTS: dict[str, Any] = {**INLINED_JIT_OPTIONS, "fastmath": {"contract", "nsz"}}
 
 
 @njit(**_ROOTS)
@@ -38,7 +38,7 @@ def reciprocal(x, real):
     return seed * (real(2.0) - x * seed)
 
 
-@njit(**COMPILE)
+@njit(**JIT_OPTIONS)
 def exponential(x, real):
     """``exp(x)`` in a precision for x >= 0, held at 40, as the eighth power of a Taylor sum; its inverse is off by at
     most 5e-6.

@@ -10,12 +10,12 @@ import math
 from typing import Any
 
 from slider_drilling.drillstring.layout import Array, Elements, Lanes, State
-from slider_drilling.process.jit_cache import INNER, njit
+from slider_drilling.process.jit_cache import INLINED_JIT_OPTIONS, njit
 
 _STILL = 0.1  # rad/s, below which a drive's own friction fades: measured speeds are rarely zero
 
 # As written, in packed code and for the lanes left over alike: a lane of a batch is its single run bit for bit.
-_LANES: dict[str, Any] = {**INNER, "fastmath": False}
+_LANES: dict[str, Any] = {**INLINED_JIT_OPTIONS, "fastmath": False}
 
 
 @njit(**_LANES)

@@ -24,14 +24,14 @@ from slider_drilling.drillstring.boundary_conditions import (
     shake,
 )
 from slider_drilling.drillstring.layout import Array, Curve, Elements, Lanes, State
-from slider_drilling.process.jit_cache import COMPILE, INNER, njit
+from slider_drilling.process.jit_cache import INLINED_JIT_OPTIONS, JIT_OPTIONS, njit
 
 _TINY = 1e-30  # m2 or N2; a strain this small has no direction
 _GONE = 1e6  # slip over the length of decay of a strain, after which nothing is left of it; its powers stay finite
 _LEAST = 1e-9  # of a friction factor: one of zero leaves no length over which the strain decays
 
 
-@njit(**INNER)
+@njit(**INLINED_JIT_OPTIONS)
 def stretch_out(count, position, position_above, rotation, rotation_above, stretch, twist):
     """How far each element is from the one above it, in the precision of the passes: m and rad."""
     real = stretch.dtype.type
@@ -40,7 +40,7 @@ def stretch_out(count, position, position_above, rotation, rotation_above, stret
         twist[j] = real(rotation[j] - rotation_above[j])
 
 
-@njit(**INNER)
+@njit(**INLINED_JIT_OPTIONS)
 def push(
     count, axial_spring, axial_spring_below, torsional_spring, torsional_spring_below, axial_push, torsional_push,
     axial_decay, torsional_decay, axial_force, side_weight, vertical_bend, lateral_bend, extra_bend, buckling, radius,
@@ -65,7 +65,7 @@ def push(
         rotation_speed[j] = torsional_decay[j] * rotation_speed[j] + torsional_push[j] * torque
 
 
-@njit(**INNER)
+@njit(**INLINED_JIT_OPTIONS)
 def slide(
     count, dt, p, ease, axis, axis_across, radius, yielding, speed, rotation_speed, strain_axial, strain_tangential,
 ):  # fmt: skip
@@ -106,7 +106,7 @@ def slide(
         strain_tangential[j] = (strain_tangential[j] + across * growth) * left
 
 
-@njit(**INNER)
+@njit(**INLINED_JIT_OPTIONS)
 def slide_any(
     count, dt, per_mu_table, ease, exponent, axis, axis_across, radius, yielding, speed, rotation_speed, strain_axial,
     strain_tangential,
@@ -137,7 +137,7 @@ def slide_any(
         strain_tangential[j] = (strain_tangential[j] + across * growth) * left
 
 
-@njit(**INNER)
+@njit(**INLINED_JIT_OPTIONS)
 def move(count, dt, speed, rotation_speed, position, rotation):
     """Positions one step on with the new speeds."""
     dt = speed.dtype.type(dt)
@@ -146,14 +146,14 @@ def move(count, dt, speed, rotation_speed, position, rotation):
         rotation[j] += dt * rotation_speed[j]
 
 
-@njit(**INNER)
+@njit(**INLINED_JIT_OPTIONS)
 def yielded(stretch, share, exponent):
     """Part of a stretch (m) that slips: ``1 - (1 - sgn(stretch) share)^i`` of it, the base keeping its sign."""
     base = 1.0 - math.copysign(share, stretch)
     return stretch * (1.0 - math.copysign(abs(base) ** exponent, base))
 
 
-@njit(**INNER)
+@njit(**INLINED_JIT_OPTIONS)
 def vary_with_speed(
     count, time, drop, per_speed, drift_rate, radius, base_yielding, speed, rotation_speed, yielding
 ):  # fmt: skip
@@ -169,14 +169,14 @@ def vary_with_speed(
         yielding[j] = base_yielding[j] * (one - (factor - fast) * reciprocal(factor, real))
 
 
-@njit(**INNER)
+@njit(**INLINED_JIT_OPTIONS)
 def vary_with_nothing(count, base_yielding, yielding):
     """Friction as the elements have it."""
     for j in range(count):
         yielding[j] = base_yielding[j]
 
 
-@njit(**INNER)
+@njit(**INLINED_JIT_OPTIONS)
 def vary_with_rest(
     count, dt, most, per_time, rest_speed, per_slip_distance, radius, speed, rotation_speed, rest, yielding
 ):  # fmt: skip
@@ -196,7 +196,7 @@ def vary_with_rest(
         yielding[j] *= one - (factor - old) * reciprocal(factor, real)
 
 
-@njit(**INNER)
+@njit(**INLINED_JIT_OPTIONS)
 def hermite(start, start_rate, end, end_rate, length, u):
     """Cubic through two values and slopes at 0 <= u <= 1 of an interval."""
     d = end - start
@@ -204,7 +204,7 @@ def hermite(start, start_rate, end, end_rate, length, u):
     return start + u * (d + (1.0 - u) * (a * (1.0 - u) + b * u))
 
 
-@njit(**COMPILE)
+@njit(**JIT_OPTIONS)
 def advance(
     lanes, elements, substeps, dt, by_speed, by_rest, drive: Array, lowered: Array, e: Elements, curve: Curve, c: Lanes,
     s: State, out: Array,
@@ -289,4 +289,4 @@ def advance(
 
 
 # The same for elements in single precision (see `layout.in_single`): compiled, and said to be, on its own.
-advance_single = njit(**COMPILE)(advance.py_func)
+advance_single = njit(**JIT_OPTIONS)(advance.py_func)

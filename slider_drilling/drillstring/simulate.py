@@ -15,8 +15,8 @@ from slider_drilling.drillstring.layout import CHANNELS, Array, State, in_single
 from slider_drilling.drillstring.observer import Observer
 from slider_drilling.drillstring.recorded_channels import Commands, Response
 from slider_drilling.drillstring.start import Start, initial_state
-from slider_drilling.process.jit_cache import announced
-from slider_drilling.process.parallel_map import at_once, idle_threads
+from slider_drilling.process.jit_cache import announce_compilation
+from slider_drilling.process.parallel_map import idle_threads, parallel_map
 from slider_drilling.rig import Rig
 
 ELEMENTS = 200
@@ -169,7 +169,7 @@ def simulate_batch(
         channels = _joined(commands.time, grid, bundle.advance(sampled, measured, friction, acceleration, bite, below))
         return [channels[:, :, lane] for lane in range(channels.shape[2])]
 
-    blocks = at_once(run, range(0, len(rigs), width), workers)
+    blocks = parallel_map(run, range(0, len(rigs), width), workers)
     return [Response(commands.time, *lane.T) for block in blocks for lane in block]
 
 
@@ -234,7 +234,8 @@ class _Bundle:
             rows = np.concatenate([self._started()[1][None], rows])
             lower = np.concatenate([lower[:1], lower])
         advance = kernel.advance_single if self.single else kernel.advance
-        with announced(advance, "the step of the drill string" + (", in single precision," if self.single else "")):
+        what = "the step of the drill string" + (", in single precision," if self.single else "")
+        with announce_compilation(advance, what):
             advance(
                 width, self.mesh.count, self.substeps, self.dt, self.by_speed, self.by_rest, rows, lower,
                 self.elements, self.curve, self.lanes, self.state, out,

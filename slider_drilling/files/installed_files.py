@@ -9,7 +9,7 @@ from slider_drilling.errors import InputError
 PACKAGE = "slider_drilling"
 
 
-def share_file(name: str) -> Path:
+def installed_file(name: str) -> Path:
     """The path of a shared file such as `config/rig.example.yaml`.
 
     Looks above the package for `share/slider_drilling` (pip and colcon installs) and for the checkout that

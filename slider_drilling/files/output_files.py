@@ -30,7 +30,7 @@ def read_text(path: str | os.PathLike[str], what: str, longest: int = _LONGEST_T
         return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
 
 
-def text_lines(path: str | os.PathLike[str], what: str) -> Iterator[str]:
+def read_lines(path: str | os.PathLike[str], what: str) -> Iterator[str]:
     """A UTF-8 file's lines, each with its end, read as they are asked for; errors as of `read_text`."""
     with _readable(path, what), open(path, encoding="utf-8-sig") as file:
         number = 0
@@ -67,7 +67,7 @@ def make_folder(path: Path) -> Path:
     return path
 
 
-def prepare_outputs(outputs: Iterable[Path], inputs: Iterable[Path | None] = ()) -> None:
+def check_outputs(outputs: Iterable[Path], inputs: Iterable[Path | None] = ()) -> None:
     """Make sure, before any work, that these files can be written and that none of them is read or written twice.
 
     A file counts as the same under whatever name or link; None among the inputs is one that was not given. Raises
@@ -99,7 +99,7 @@ def check_distinct(paths: Sequence[Path]) -> None:
             raise InputError(f"{path}: the same as {first}; give each log once")
 
 
-def begin_file(path: Path) -> tuple[int, Path]:
+def create_part_file(path: Path) -> tuple[int, Path]:
     """An empty file beside ``path`` (beside what it links to), hidden, open for writing: its descriptor and its name.
 
     Raises OSError, and InputError for what is neither absent nor a file.
@@ -113,7 +113,7 @@ def begin_file(path: Path) -> tuple[int, Path]:
     return descriptor, Path(part)
 
 
-def end_file(part: Path, path: Path) -> None:
+def commit_part_file(part: Path, path: Path) -> None:
     """Give a finished file its name, in place of whatever had it; a link stays one. Raises OSError."""
     # mkstemp makes files for their owner alone; these are to be read as any other file is.
     mask = os.umask(0)
@@ -122,17 +122,17 @@ def end_file(part: Path, path: Path) -> None:
     part.replace(os.path.realpath(path))
 
 
-def write_whole(path: Path, content: bytes) -> None:
+def write_atomically(path: Path, content: bytes) -> None:
     """Write a file as a whole or not at all; into a device or a pipe, as it is. Raises InputError."""
     try:
         if _is_special(path):
             path.write_bytes(content)
             return
-        descriptor, part = begin_file(path)
+        descriptor, part = create_part_file(path)
         try:
             with os.fdopen(descriptor, "wb") as file:
                 file.write(content)
-            end_file(part, path)
+            commit_part_file(part, path)
         except BaseException:
             part.unlink(missing_ok=True)
             raise
@@ -171,7 +171,7 @@ def _check_writable(path: Path) -> None:
             if not os.access(path, os.W_OK):
                 raise PermissionError(13, "Permission denied", str(path))
             return
-        descriptor, part = begin_file(path)
+        descriptor, part = create_part_file(path)
         os.close(descriptor)
         part.unlink()
     except (OSError, ValueError) as error:

@@ -21,7 +21,7 @@ App = Callable[[Scope, Receive, Send], Awaitable[None]]
 COOKIE = "slider_drilling_token"
 
 
-def is_own(host: str) -> bool:
+def is_loopback(host: str) -> bool:
     """Whether an address reaches this machine only."""
     if host.lower() == "localhost":
         return True
@@ -31,7 +31,7 @@ def is_own(host: str) -> bool:
         return False
 
 
-class Door:
+class AccessControl:
     """ASGI in front of the page's own: lets through who may pass. token: None where none is asked for."""
 
     def __init__(self, app: App, token: str | None) -> None:
@@ -55,7 +55,7 @@ class Door:
     def _comes_from_here(self, heads: dict[str, str]) -> bool:
         """Whether the request's origin is this page; without a token its name must also be this machine's own."""
         host = heads.get("host", "")
-        if self._token is None and not is_own(urlsplit(f"//{host}").hostname or ""):
+        if self._token is None and not is_loopback(urlsplit(f"//{host}").hostname or ""):
             return False
         origin = heads.get("origin")
         return origin is None or urlsplit(origin).netloc == host

@@ -10,26 +10,33 @@ from typing import Any
 import numpy as np
 
 from slider_drilling.control.torque_and_drag import TorqueAndDrag
-from slider_drilling.live.state import LiveState, Row
+from slider_drilling.live.state import LiveState, StripSample
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.course import Course
 
-MOST_ROWS_A_FRAME = 400
-_STATIONS = 161        # along the hole
-_FRICTION_FACTOR = 0.235   # believed where the controller has not said what it believes
+MAX_SAMPLES_PER_FRAME = 400
+_STATIONS = 161  # along the hole
+_FRICTION_FACTOR = 0.235  # believed where the controller has not said what it believes
 
 
-def rows_json(rows: Sequence[Row]) -> list[list[float | None]]:
+def samples_json(rows: Sequence[StripSample]) -> list[list[float | None]]:
     """(s, kN m, bar, rad) of each row; of many rows each stretch's extremes of torque are kept."""
-    if len(rows) > MOST_ROWS_A_FRAME:
-        rows = _thinned(rows, MOST_ROWS_A_FRAME)
-    return [[round(one.time, 3), _shown(one.surface_torque / 1e3, 3), _shown(one.differential_pressure / 1e5, 2),
-             _shown(one.top_drive_angle, 3)] for one in rows]
+    if len(rows) > MAX_SAMPLES_PER_FRAME:
+        rows = _thinned(rows, MAX_SAMPLES_PER_FRAME)
+    return [
+        [
+            round(one.time, 3),
+            _shown(one.surface_torque / 1e3, 3),
+            _shown(one.differential_pressure / 1e5, 2),
+            _shown(one.top_drive_angle, 3),
+        ]
+        for one in rows
+    ]
 
 
-def _thinned(rows: Sequence[Row], most: int) -> list[Row]:
+def _thinned(rows: Sequence[StripSample], most: int) -> list[StripSample]:
     edges = [round(k * len(rows) / (most // 2)) for k in range(most // 2 + 1)]
-    kept: list[Row] = []
+    kept: list[StripSample] = []
     for first, last in itertools.pairwise(edges):
         stretch = rows[first:last]
         low = min(stretch, key=lambda one: one.surface_torque)
@@ -40,29 +47,31 @@ def _thinned(rows: Sequence[Row], most: int) -> list[Row]:
 
 def dial_json(state: LiveState) -> dict[str, Any]:
     """Toolfaces in deg: target, estimate with its spread, measured ones with their age in s, truth."""
-    newest = state.newest()
+    newest = state.latest_sample()
     now = newest.time if newest is not None else 0.0
     return {
         "target": _degrees(state.target),
-        "estimate": _wrapped(state.value("tool_face", "estimate_deg")),
-        "spread": state.value("tool_face", "one_sigma_deg"),
-        "measured": [[round(max(now - dot.measured_at, 0.0), 1), _degrees(dot.tool_face)] for dot in state.dots()],
+        "estimate": _wrapped(state.status_value("tool_face", "estimate_deg")),
+        "spread": state.status_value("tool_face", "one_sigma_deg"),
+        "measured": [
+            [round(max(now - dot.measured_at, 0.0), 1), _degrees(dot.tool_face)] for dot in state.tool_faces()
+        ],
         "truth": None if state.truth is None else _degrees(state.truth),
     }
 
 
 def rocking_json(state: LiveState) -> dict[str, Any]:
     """Where rocking goes: centre, amplitude and present angle, rad; period, s."""
-    newest = state.newest()
+    newest = state.latest_sample()
     return {
-        "centre": state.value("tool_face", "centre_rad"),
-        "amplitude": state.value("reach", "amplitude_rad"),
-        "period": state.value("reach", "period_s"),
+        "centre": state.status_value("tool_face", "centre_rad"),
+        "amplitude": state.status_value("reach", "amplitude_rad"),
+        "period": state.status_value("reach", "period_s"),
         "angle": None if newest is None else _shown(newest.top_drive_angle, 3),
     }
 
 
-class Along:
+class StringView:
     """The string along its hole: where it lies, and how it turns by the controller's own belief."""
 
     def __init__(self, rig: Rig) -> None:
@@ -80,7 +89,7 @@ class Along:
 
     def turning_json(self, state: LiveState) -> dict[str, Any]:
         """The three zones, m, and rad at each station: half-amplitude left, and lag by the reactive torque."""
-        known = tuple(state.value(what, key) for what, key in (
+        known = tuple(state.status_value(what, key) for what, key in (
             ("reach", "rocking_m"), ("reach", "reactive_from_m"), ("reach", "amplitude_rad"),
             ("tool_face", "reactive_torque_n_m"), ("reach", "friction_over_belief")))  # fmt: skip
         if known == self._turning[0]:

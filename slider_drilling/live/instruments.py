@@ -6,7 +6,7 @@ from typing import Any
 
 from nicegui.element import Element
 
-from slider_drilling.live.state import MOST_ROWS, WINDOW
+from slider_drilling.live.state import MAX_SAMPLES, WINDOW
 
 
 class Instruments(Element, component="instruments.js", esm={"slider-drilling-live": "script"}):
@@ -15,7 +15,7 @@ class Instruments(Element, component="instruments.js", esm={"slider-drilling-liv
     def __init__(self) -> None:
         super().__init__()
         self._props["window"] = WINDOW
-        self._props["most"] = MOST_ROWS
+        self._props["most"] = MAX_SAMPLES
 
     def begin(self, hole: dict[str, Any]) -> None:
         """The hole's course; see `frame.Along.hole_json`."""

@@ -9,34 +9,41 @@ from typing import Any
 
 from nicegui import ui
 
-from slider_drilling.live.desk import Desk, Record, Rock, SetParameter, SetTarget, Wish
-from slider_drilling.live.frame import Along, dial_json, rocking_json, rows_json
+from slider_drilling.live.frame import StringView, dial_json, rocking_json, samples_json
 from slider_drilling.live.instruments import Instruments
-from slider_drilling.live.state import LiveState, Setting
+from slider_drilling.live.page_requests import (
+    PageRequest,
+    RequestQueue,
+    SetParameter,
+    SetRecording,
+    SetRocking,
+    SetTarget,
+)
+from slider_drilling.live.state import LiveParameter, LiveState
 from slider_drilling.messages.health import Level, Status
 
 TITLE = "Slide drilling"
-FRAME = 0.1       # s between frames
-SLOW = 1.0        # s between looks at statuses and parameters
+FRAME = 0.1  # s between frames
+SLOW = 1.0  # s between looks at statuses and parameters
 _MARKS = {Level.OK: ("check_circle", "sd-ok"), Level.WARN: ("warning", "sd-warn"), Level.ERROR: ("error", "sd-error")}
 STYLE = Path(__file__).with_name("page.css")
 
 
-def put_up(state: LiveState, desk: Desk) -> None:
+def register_page(state: LiveState, desk: RequestQueue) -> None:
     """Serve the page at `/`; every browser that opens it gets a view of its own."""
 
     @ui.page("/", title=TITLE)
     def page() -> None:
-        View(state, desk)
+        PageView(state, desk)
 
 
-class View:
+class PageView:
     """One browser's page. It holds how far it has been told, and nothing that grows."""
 
-    def __init__(self, state: LiveState, desk: Desk) -> None:
+    def __init__(self, state: LiveState, desk: RequestQueue) -> None:
         self._state, self._desk = state, desk
         self._count = 0
-        self._along: Along | None = None
+        self._along: StringView | None = None
         self._told = state.last_notice
         self._shown_statuses: list[tuple[Any, ...]] = []
         self._lines: list[_StatusLine] = []
@@ -59,22 +66,29 @@ class View:
         with ui.element("div").classes("sd-card"):
             ui.label("Controls").classes("sd-heading")
             with ui.element("div").classes("sd-row"):
-                self._target = ui.number("new target, deg", min=-180, max=180, step=5, format="%.1f").props(
-                    "dense outlined data-name=target").style("width: 9.5rem")
+                self._target = (
+                    ui.number("new target, deg", min=-180, max=180, step=5, format="%.1f")
+                    .props("dense outlined data-name=target")
+                    .style("width: 9.5rem")
+                )
                 ui.button("Set target", on_click=self._set_target).props(
-                    "dense no-caps unelevated data-name=set-target")
+                    "dense no-caps unelevated data-name=set-target"
+                )
             with ui.element("div").classes("sd-row"):
-                ui.button("Start rocking", icon="play_arrow", on_click=lambda: self._ask(Rock(True))).props(
-                    "dense no-caps outline data-name=start")
-                ui.button("Stop rocking", icon="stop", on_click=lambda: self._ask(Rock(False))).props(
-                    "dense no-caps unelevated color=negative data-name=stop")
+                ui.button("Start rocking", icon="play_arrow", on_click=lambda: self._ask(SetRocking(True))).props(
+                    "dense no-caps outline data-name=start"
+                )
+                ui.button("Stop rocking", icon="stop", on_click=lambda: self._ask(SetRocking(False))).props(
+                    "dense no-caps unelevated color=negative data-name=stop"
+                )
                 self._record = ui.button("Record", icon="fiber_manual_record", on_click=self._toggle_record).props(
-                    "dense no-caps outline data-name=record")
+                    "dense no-caps outline data-name=record"
+                )
             with ui.expansion("Parameters, changed while the nodes run").classes("full-width").props("dense"):
                 self._settings = ui.element("div").classes("sd-settings").props("data-name=settings")
 
-    def _ask(self, wish: Wish) -> None:
-        if not self._desk.ask(wish):
+    def _ask(self, wish: PageRequest) -> None:
+        if not self._desk.put(wish):
             ui.notify("nobody takes what was asked for: the nodes do not answer", type="negative")
 
     def _set_target(self) -> None:
@@ -82,19 +96,25 @@ class View:
             self._ask(SetTarget(math.remainder(math.radians(self._target.value), 2.0 * math.pi)))
 
     def _toggle_record(self) -> None:
-        self._ask(Record(not self._state.recording))
+        self._ask(SetRecording(not self._state.recording))
 
     def _frame(self) -> None:
         rig = self._state.rig
         if self._along is None and rig is not None:
-            self._along = Along(rig)
+            self._along = StringView(rig)
             self._instruments.begin(self._along.hole_json())
-        rows, self._count = self._state.rows_after(self._count)
+        rows, self._count = self._state.samples_after(self._count)
         if not rows:
             return
         turning = self._along.turning_json(self._state) if self._along is not None else {}
-        self._instruments.frame({"rows": rows_json(rows), "dial": dial_json(self._state),
-                                 "rocking": rocking_json(self._state), "turning": turning})
+        self._instruments.frame(
+            {
+                "rows": samples_json(rows),
+                "dial": dial_json(self._state),
+                "rocking": rocking_json(self._state),
+                "turning": turning,
+            }
+        )
 
     def _slow(self) -> None:
         self._show_facts()
@@ -102,17 +122,19 @@ class View:
         self._show_settings()
         for notice in self._state.notices_after(self._told):
             self._told = notice.number
-            ui.notify(notice.text, type="positive" if notice.good else "negative", timeout=6000)
+            ui.notify(notice.text, type="positive" if notice.success else "negative", timeout=6000)
 
     def _show_facts(self) -> None:
-        state, newest = self._state, self._state.newest()
+        state, newest = self._state, self._state.latest_sample()
         if newest is None:
             return
         facts = [f"{newest.time:.0f} s"]
         rocking = rocking_json(state)
         if rocking["centre"] is not None and rocking["amplitude"] is not None:
-            facts.append(f"rocking ±{rocking['amplitude']:.1f} rad about {rocking['centre']:.1f} rad"
-                         + (f", {rocking['period']:.0f} s" if rocking["period"] is not None else ""))
+            facts.append(
+                f"rocking ±{rocking['amplitude']:.1f} rad about {rocking['centre']:.1f} rad"
+                + (f", {rocking['period']:.0f} s" if rocking["period"] is not None else "")
+            )
         if math.isfinite(state.target):
             facts.append(f"target {math.degrees(state.target):.0f} deg")
         facts.append({None: "no recorder", True: "recording", False: "recorder paused"}[state.recording])
@@ -136,7 +158,7 @@ class View:
             row.show(Level(level), name, message)
 
     def _show_settings(self) -> None:
-        for one in self._state.settings():
+        for one in self._state.parameters():
             key = (one.node, one.name)
             if key not in self._inputs:
                 self._inputs[key] = self._make_input(one)
@@ -144,7 +166,7 @@ class View:
                 self._inputs[key].set_value(one.value)
             self._values[key] = one.value
 
-    def _make_input(self, one: Setting) -> Any:
+    def _make_input(self, one: LiveParameter) -> Any:
         unit = "" if one.unit == "-" else f", {one.unit}"
 
         def change() -> None:

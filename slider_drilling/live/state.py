@@ -15,17 +15,17 @@ from slider_drilling.control.differential_pressure import DifferentialPressure
 from slider_drilling.messages.health import Level, Status
 from slider_drilling.rig import Rig
 
-WINDOW = 300.0       # s that the strips show
-MOST_ROWS = 6000     # of the strips, whatever the rate
-MOST_DOTS = 30       # toolfaces on the dial
-MOST_STATUSES = 64
-MOST_NOTICES = 20
-STALE = 2.0          # s after which a pressure is no longer shown
-_AT_ONCE = 1e-6      # s, filter of differential pressure: none
+WINDOW = 300.0  # s that the strips show
+MAX_SAMPLES = 6000  # of the strips, whatever the rate
+MAX_TOOL_FACES = 30  # toolfaces on the dial
+MAX_STATUSES = 64
+MAX_NOTICES = 20
+STALE = 2.0  # s after which a pressure is no longer shown
+_AT_ONCE = 1e-6  # s, filter of differential pressure: none
 
 
 @dataclass(frozen=True)
-class Row:
+class StripSample:
     """One sample of the strips: s, N m, Pa, rad."""
 
     time: float
@@ -35,7 +35,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Dot:
+class ToolFacePoint:
     """A toolface as measured: s, rad."""
 
     measured_at: float
@@ -43,7 +43,7 @@ class Dot:
 
 
 @dataclass(frozen=True)
-class Setting:
+class LiveParameter:
     """A parameter that can change while its node runs; low and high are inclusive."""
 
     node: str
@@ -61,7 +61,7 @@ class Notice:
 
     number: int
     text: str
-    good: bool
+    success: bool
 
 
 class LiveState:
@@ -69,19 +69,19 @@ class LiveState:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._rows: deque[Row] = deque(maxlen=MOST_ROWS)
-        self._count = 0                   # rows taken so far
-        self._dots: deque[Dot] = deque(maxlen=MOST_DOTS)
-        self._notices: deque[Notice] = deque(maxlen=MOST_NOTICES)
+        self._rows: deque[StripSample] = deque(maxlen=MAX_SAMPLES)
+        self._count = 0  # rows taken so far
+        self._dots: deque[ToolFacePoint] = deque(maxlen=MAX_TOOL_FACES)
+        self._notices: deque[Notice] = deque(maxlen=MAX_NOTICES)
         self._told = 0
         self._statuses: dict[str, Status] = {}
-        self._settings: dict[tuple[str, str], Setting] = {}
+        self._settings: dict[tuple[str, str], LiveParameter] = {}
         self._rig: Rig | None = None
         self._motor: DifferentialPressure | None = None
         self._pressure = self._pump = (math.nan, math.nan)
-        self.target = math.nan            # rad
-        self.truth: float | None = None   # rad, of the bit, in a simulation
-        self.recording: bool | None = None   # None: nobody has said
+        self.target = math.nan  # rad
+        self.truth: float | None = None  # rad, of the bit, in a simulation
+        self.recording: bool | None = None  # None: nobody has said
 
     def take_rig(self, rig: Rig) -> None:
         """The rig file, from which differential pressure and the hole's course follow."""
@@ -106,7 +106,7 @@ class LiveState:
         with self._lock:
             if self._rows and time < self._rows[-1].time:
                 self._begin_anew()
-            self._rows.append(Row(time, torque, self._across_motor(time), angle))
+            self._rows.append(StripSample(time, torque, self._across_motor(time), angle))
             self._count += 1
             while self._rows[0].time < time - WINDOW:
                 self._rows.popleft()
@@ -128,27 +128,27 @@ class LiveState:
     def take_tool_face(self, measured_at: float, tool_face: float) -> None:
         """A decoded toolface: s, rad."""
         with self._lock:
-            self._dots.append(Dot(measured_at, tool_face))
+            self._dots.append(ToolFacePoint(measured_at, tool_face))
 
     def take_statuses(self, statuses: Iterable[Status]) -> None:
         """Statuses named ``node: what``; the newest of each name counts."""
         with self._lock:
             for status in statuses:
-                if status.name in self._statuses or len(self._statuses) < MOST_STATUSES:
+                if status.name in self._statuses or len(self._statuses) < MAX_STATUSES:
                     self._statuses[status.name] = status
 
-    def take_settings(self, settings: Iterable[Setting]) -> None:
+    def take_parameters(self, settings: Iterable[LiveParameter]) -> None:
         """Parameters of a node; the newest value of each counts."""
         with self._lock:
             self._settings.update({(one.node, one.name): one for one in settings})
 
-    def tell(self, text: str, good: bool) -> None:
+    def add_notice(self, text: str, good: bool) -> None:
         """Leave a notice for whoever looks."""
         with self._lock:
             self._told += 1
             self._notices.append(Notice(self._told, text, good))
 
-    def rows_after(self, count: int) -> tuple[list[Row], int]:
+    def samples_after(self, count: int) -> tuple[list[StripSample], int]:
         """Rows that came after so many, as far as they are kept, and how many there have been."""
         with self._lock:
             fresh = min(self._count - count, len(self._rows))
@@ -165,12 +165,12 @@ class LiveState:
         """The number of the newest notice, 0 before the first."""
         return self._told
 
-    def dots(self) -> list[Dot]:
+    def tool_faces(self) -> list[ToolFacePoint]:
         """The toolfaces, oldest first."""
         with self._lock:
             return list(self._dots)
 
-    def newest(self) -> Row | None:
+    def latest_sample(self) -> StripSample | None:
         """The newest row."""
         with self._lock:
             return self._rows[-1] if self._rows else None
@@ -180,7 +180,7 @@ class LiveState:
         with self._lock:
             return sorted(self._statuses.values(), key=lambda one: (-one.level, one.name))
 
-    def value(self, what: str, key: str) -> float | None:
+    def status_value(self, what: str, key: str) -> float | None:
         """A number of the status ``what`` of any node, None where it has not been said."""
         with self._lock:
             for name, status in self._statuses.items():
@@ -190,12 +190,12 @@ class LiveState:
                             return _number(text)
         return None
 
-    def settings(self) -> list[Setting]:
+    def parameters(self) -> list[LiveParameter]:
         """Every parameter that can be changed, in the order of their declaration."""
         with self._lock:
             return list(self._settings.values())
 
-    def worst(self) -> Level:
+    def worst_level(self) -> Level:
         """The worst level of any status."""
         with self._lock:
             return max((one.level for one in self._statuses.values()), default=Level.OK)

@@ -13,7 +13,7 @@ from typing import Any
 import yaml
 
 from slider_drilling.errors import InputError
-from slider_drilling.files.output_files import write_whole
+from slider_drilling.files.output_files import write_atomically
 from slider_drilling.log.write import LogWriter, MessageCounts
 
 METADATA = "metadata.yaml"
@@ -165,7 +165,7 @@ class BagWriter:
     def _write_metadata(self) -> None:
         if self.is_bag:
             text = yaml.safe_dump(_metadata(self._parts, self._topics), sort_keys=False)
-            write_whole(self.folder / METADATA, text.encode())
+            write_atomically(self.folder / METADATA, text.encode())
 
     def _forget(self) -> None:
         """Give back the names that were taken."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
-from slider_drilling.files.output_files import read_text, text_lines
+from slider_drilling.files.output_files import read_lines, read_text
 from slider_drilling.log.csv_mapping import IMPORT_CHANNELS, ISO_TIME, CsvMapping, TableLayout, load_mapping
 from slider_drilling.log.series import Array, JointSeries, RigLog, ScalarSeries
 from slider_drilling.log.value_limits import mask_impossible_values
@@ -125,7 +125,7 @@ def _read_words(path: Path, mapping: CsvMapping, rows: tuple[int, int] | None) -
 
 def _rows(path: Path, layout: TableLayout) -> Iterator[tuple[int, list[str]]]:
     """Rows that hold anything, each with the line it ends on."""
-    lines = text_lines(path, "table")
+    lines = read_lines(path, "table")
     for _ in range(layout.skip_lines):
         next(lines, None)
     reader = csv.reader(lines, delimiter=layout.delimiter)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from slider_drilling import __version__
 from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
-from slider_drilling.files.output_files import begin_file, end_file
+from slider_drilling.files.output_files import commit_part_file, create_part_file
 from slider_drilling.log.decoder import Decoder
 from slider_drilling.log.mcap_reader import McapReader
 from slider_drilling.log.mcap_writer import McapWriter
@@ -151,7 +151,7 @@ def _write(
 ) -> RecoveredLog:  # fmt: skip
     """Write the messages up to number `end`, as a whole or not at all."""
     try:
-        descriptor, part = begin_file(output)
+        descriptor, part = create_part_file(output)
         try:
             file = McapWriter(descriptor, f"slider_drilling {__version__}")
             with contextlib.closing(file):
@@ -164,7 +164,7 @@ def _write(
                     copy.rest(container)
                 file.metadata(RECOVERED, {"from": str(origin), "lost": "; ".join(notes), "version": __version__})
                 file.finish()
-            end_file(part, output)
+            commit_part_file(part, output)
         except BaseException:
             with contextlib.suppress(OSError):
                 part.unlink(missing_ok=True)

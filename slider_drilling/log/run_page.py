@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from slider_drilling.errors import InputError
-from slider_drilling.files.output_files import write_whole
+from slider_drilling.files.output_files import write_atomically
 from slider_drilling.log.depth_charts import depth_charts
 from slider_drilling.log.run_summary import NOT_SET, RunSummary, hold_sentence, summary_rows, target_at
 from slider_drilling.log.series import Array, RigLog
@@ -152,4 +152,4 @@ def write_run_page(
 
 def write_run_picture(path: Path, log: RigLog, units: Units = SI) -> None:
     """The same panels as PNG. Raises InputError."""
-    write_whole(path, render_png((log_chart(log),), units, log_title(log, units)))
+    write_atomically(path, render_png((log_chart(log),), units, log_title(log, units)))

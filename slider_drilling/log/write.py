@@ -15,7 +15,7 @@ from types import TracebackType
 from slider_drilling import __version__
 from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
-from slider_drilling.files.output_files import begin_file, end_file
+from slider_drilling.files.output_files import commit_part_file, create_part_file
 from slider_drilling.log.mcap_writer import CHUNK_BYTES, McapWriter
 from slider_drilling.messages import cdr
 from slider_drilling.messages.health import Status
@@ -72,7 +72,7 @@ class LogWriter:
         if self.path.is_dir():
             raise InputError(f"{self.path}: cannot write this log: it is a folder; name a file in it")
         try:
-            descriptor, self._part = begin_file(self.path) if whole else (_take(self.path), self.path)
+            descriptor, self._part = create_part_file(self.path) if whole else (_take(self.path), self.path)
         except FileExistsError:
             raise InputError(f"{self.path}: is there already; give another name") from None
         except OSError as error:
@@ -226,7 +226,7 @@ class LogWriter:
         try:
             self._file.finish()
             if self._whole:
-                end_file(self._part, self.path)
+                commit_part_file(self._part, self.path)
         except OSError as error:
             raise self._failed(error) from None
         except BaseException:

@@ -23,10 +23,10 @@ MESSAGES, BURST = 20_000, 50
 
 def closed_loop() -> dict[str, float | None]:
     """Simulator, controller and recorder over DDS in lockstep: times real time, messages in the log a second."""
-    from slider_drilling.nodes.session import Plan, run
+    from slider_drilling.nodes.session import SessionOptions, run_session
 
     with tempfile.TemporaryDirectory() as folder:
-        outcome = run(Plan(duration=DURATION, record=Path(folder)))
+        outcome = run_session(SessionOptions(duration=DURATION, record=Path(folder)))
     rate = outcome.messages / outcome.wall
     return {"factor": outcome.simulated / outcome.wall, "messages_per_s": rate, "peak_megabytes": peak_megabytes()}
 
@@ -39,16 +39,16 @@ def recorder() -> dict[str, float]:
 
     from slider_drilling.messages import cdr
     from slider_drilling.messages.topics import TOPICS
-    from slider_drilling.nodes import raw_topics as link
+    from slider_drilling.nodes import raw_topics
     from slider_drilling.nodes.recorder import Recorder
-    from slider_drilling.nodes.shutdown import Halt
+    from slider_drilling.nodes.shutdown import ShutdownRequest
     from slider_drilling.nodes.spin import make_executor
 
     with tempfile.TemporaryDirectory() as folder:
         rclpy.init()
         node = Node("benchmark")
-        recording = Recorder(Halt(), parameter_overrides=[Parameter("directory", value=folder)])
-        publisher = link.publisher(node, TOPICS["top_drive"])
+        recording = Recorder(ShutdownRequest(), parameter_overrides=[Parameter("directory", value=folder)])
+        publisher = raw_topics.publisher(node, TOPICS["top_drive"])
         executor = make_executor()
         executor.add_node(recording)
         while publisher.get_subscription_count() == 0:
@@ -69,10 +69,10 @@ def start() -> dict[str, float | None]:
     """A friction simulator that stands ready; the caller times the process."""
     from slider_drilling.nodes.friction_simulator import FrictionSimulator
     from slider_drilling.nodes.run_node import init
-    from slider_drilling.nodes.shutdown import Halt
+    from slider_drilling.nodes.shutdown import ShutdownRequest
 
     init(["slider-drilling"])
-    FrictionSimulator(Halt())
+    FrictionSimulator(ShutdownRequest())
     return {"peak_megabytes": peak_megabytes()}
 
 

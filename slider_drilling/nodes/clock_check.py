@@ -7,7 +7,7 @@ import time
 NEAR = 3600.0  # s within which a stamp is taken to come from a clock; time zones and drift are no part of these two
 
 
-def name_clock(stamp_ns: int) -> str:
+def describe_clock(stamp_ns: int) -> str:
     """What a stamp of another clock looks like, and what to do about it; ns, compared with the clocks of now."""
     if stamp_ns == 0:
         return "it has no stamp (0); give it that of the sample it answers"

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 from slider_drilling.control.interface import RigCommand
 from slider_drilling.messages.health import Level
-from slider_drilling.nodes.clock_check import name_clock
+from slider_drilling.nodes.clock_check import describe_clock
 
 TOP_DRIVE, BLOCK, PUMP = "top_drive/command", "draw_works/command", "mud_pump/command"
-AHEAD = 0.5   # s by which a command may be ahead of the rig's clock in real time: stamped between two samples
-SLOW = 60.0   # s behind: a controller that is late, not one with another clock
+AHEAD = 0.5  # s by which a command may be ahead of the rig's clock in real time: stamped between two samples
+SLOW = 60.0  # s behind: a controller that is late, not one with another clock
 REMEMBERED = 20  # answered stamps of a topic, by which a second controller gives itself away
 
 
@@ -38,15 +38,15 @@ class CommandInbox:
         self.lockstep = lockstep
         self.now_ns = 0
         self.refused = 0
-        self.rival_ns: int | None = None   # the sample that was last answered once too often
+        self.rival_ns: int | None = None  # the sample that was last answered once too often
         self._start_pump_speed = pump_speed
-        self.forget(0)
+        self.reset(0)
 
-    def forget(self, now_ns: int) -> None:
+    def reset(self, now_ns: int) -> None:
         """Begin anew at this stamp, as if no command had ever come."""
         self._began_ns = self.now_ns = now_ns
         self._stamp = {TOP_DRIVE: -1, BLOCK: -1, PUMP: -1}
-        self._heard = dict.fromkeys(self._stamp, -1)   # ns of the rig's clock when the last one was taken
+        self._heard = dict.fromkeys(self._stamp, -1)  # ns of the rig's clock when the last one was taken
         self._answered: dict[str, deque[int]] = {topic: deque(maxlen=REMEMBERED) for topic in self._stamp}
         self._top_drive: tuple[float, float] | None = None
         self._block_speed = 0.0
@@ -64,7 +64,7 @@ class CommandInbox:
         if not all(map(math.isfinite, needed)):
             return self._refuse(Level.WARN, f"position {position} and velocity {velocity}: not finite")
         if stamp_ns == 0 and self.now_ns != 0 and not self.lockstep:
-            stamp_ns = self.now_ns   # typed by hand, without a stamp: for now
+            stamp_ns = self.now_ns  # typed by hand, without a stamp: for now
         elif refusal := self._of_another_time(stamp_ns):
             return refusal
         self._look_for_a_rival(topic, stamp_ns)
@@ -84,9 +84,9 @@ class CommandInbox:
     def _of_another_time(self, stamp_ns: int) -> Refusal | None:
         ahead = (stamp_ns - self.now_ns) / 1e9
         if ahead > (0.0 if self.lockstep else AHEAD):
-            return self._refuse(Level.ERROR, f"stamped {ahead:.3f} s ahead of the rig: {name_clock(stamp_ns)}")
+            return self._refuse(Level.ERROR, f"stamped {ahead:.3f} s ahead of the rig: {describe_clock(stamp_ns)}")
         if not self.lockstep and -ahead > self.timeout:
-            why = "that is too late" if -ahead < SLOW else name_clock(stamp_ns)
+            why = "that is too late" if -ahead < SLOW else describe_clock(stamp_ns)
             return self._refuse(Level.ERROR, f"stamped {-ahead:.3f} s behind the rig: {why}")
         return None
 
@@ -110,8 +110,11 @@ class CommandInbox:
         """Topics of top drive and block that have been silent for too long; one that never was is not missed."""
         if self.lockstep:
             return []
-        return [topic for topic in (TOP_DRIVE, BLOCK)
-                if self.silence(topic) > self.timeout and (self._heard[topic] >= 0 or topic == TOP_DRIVE)]
+        return [
+            topic
+            for topic in (TOP_DRIVE, BLOCK)
+            if self.silence(topic) > self.timeout and (self._heard[topic] >= 0 or topic == TOP_DRIVE)
+        ]
 
     def command(self, stamp_ns: int, angle: float) -> RigCommand:
         """What the rig is to do next; angle: rad, where the top drive is, held until it is told otherwise.

@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 from slider_drilling.control.settings import Limits, limits_of
-from slider_drilling.nodes.parameters import Declared
+from slider_drilling.nodes.parameters import NodeParameter
 
 
-def of_settings(settings: Any) -> list[Declared]:
+def settings_parameters(settings: Any) -> list[NodeParameter]:
     """A controller's settings as parameters that can change while it runs; their values are the defaults."""
 
-    def declared(name: str, limits: Limits) -> Declared:
+    def declared(name: str, limits: Limits) -> NodeParameter:
         value = getattr(settings, name)
-        return Declared(name, value, limits.description, limits.unit, limits.low, limits.high, live=True)
+        return NodeParameter(name, value, limits.description, limits.unit, limits.low, limits.high, live=True)
 
     return [declared(name, limits) for name, limits in limits_of(settings).items()]

@@ -19,41 +19,41 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from slider_drilling.errors import InputError
-from slider_drilling.live.desk import Desk, Record, Rock, SetParameter, SetTarget
-from slider_drilling.live.serve import LOCAL, PORT, Address, Server
-from slider_drilling.live.state import LiveState, Setting
+from slider_drilling.live.page_requests import RequestQueue, SetParameter, SetRecording, SetRocking, SetTarget
+from slider_drilling.live.server import LOCAL, PORT, Address, PageServer
+from slider_drilling.live.state import LiveParameter, LiveState
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS
-from slider_drilling.nodes import raw_topics as link
-from slider_drilling.nodes.health import Level, Status
-from slider_drilling.nodes.parameters import Declared, declare
-from slider_drilling.nodes.shutdown import Halt
+from slider_drilling.nodes import raw_topics
+from slider_drilling.nodes.diagnostics import Level, Status
+from slider_drilling.nodes.parameters import NodeParameter, declare
+from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.rig import parse_rig
 
 PARAMETERS = (
-    Declared("host", LOCAL, "address to serve on; any but this machine's own asks for the token"),
-    Declared("port", PORT, "port to serve on; 0: a free one", "-", 0, 65535),
-    Declared("token", "", "letters and digits that whoever comes from another machine must know; empty: made up"),
+    NodeParameter("host", LOCAL, "address to serve on; any but this machine's own asks for the token"),
+    NodeParameter("port", PORT, "port to serve on; 0: a free one", "-", 0, 65535),
+    NodeParameter("token", "", "letters and digits that whoever comes from another machine must know; empty: made up"),
 )
 CONTROLLER, RECORDER = "rocking_controller", "recorder"
 ADJUSTABLE = (CONTROLLER, "friction_simulator")
-_WISHES, _SETTINGS = 0.05, 2.0   # s between looks at the desk, at the parameters
+_WISHES, _SETTINGS = 0.05, 2.0  # s between looks at the desk, at the parameters
 
 
 class Dashboard(Node):
     """Shows the rig of its namespace on a page, see `slider_drilling.live`. Raises InputError."""
 
-    def __init__(self, halt: Halt, **node_options: Any) -> None:
+    def __init__(self, halt: ShutdownRequest, **node_options: Any) -> None:
         super().__init__("dashboard", **node_options)
         values = declare(self, PARAMETERS)
-        self.state, self._desk = LiveState(), Desk()
+        self.state, self._desk = LiveState(), RequestQueue()
         self._subscribe()
         self._clients_of: dict[tuple[str, str], Any] = {}
-        self._described: dict[str, list[Setting]] = {}
+        self._described: dict[str, list[LiveParameter]] = {}
         wall = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_WISHES, self._grant, clock=wall)
         self.create_timer(_SETTINGS, self._look_at_settings, clock=wall)
-        self._server = Server(self.state, self._desk, Address(values["host"], values["port"], values["token"]))
+        self._server = PageServer(self.state, self._desk, Address(values["host"], values["port"], values["token"]))
         self.get_logger().info(f"live page: {self._server.url}")
 
     @property
@@ -67,14 +67,14 @@ class Dashboard(Node):
         super().destroy_node()
 
     def _subscribe(self) -> None:
-        link.subscription(self, TOPICS["top_drive"], self._joint("top_drive", self._on_top_drive))
-        link.subscription(self, TOPICS["mud_pump"], self._joint("mud_pump", self._on_pump))
-        link.subscription(self, TOPICS["mwd_tool_face"], self._joint("tool_face", self._on_tool_face))
-        link.subscription(self, TOPICS["tool_face_target"], self._joint("tool_face", self._on_target))
-        link.subscription(self, TOPICS["truth_bit"], self._joint("bit", self._on_truth))
-        link.subscription(self, TOPICS["standpipe_pressure"], self._on_pressure)
-        self.create_subscription(DiagnosticArray, DIAGNOSTICS.name, self._on_diagnostics, link.RELIABLE)
-        self.create_subscription(String, link.RIG_DESCRIPTION.name, self._on_rig, link.LATCHED)
+        raw_topics.subscription(self, TOPICS["top_drive"], self._joint("top_drive", self._on_top_drive))
+        raw_topics.subscription(self, TOPICS["mud_pump"], self._joint("mud_pump", self._on_pump))
+        raw_topics.subscription(self, TOPICS["mwd_tool_face"], self._joint("tool_face", self._on_tool_face))
+        raw_topics.subscription(self, TOPICS["tool_face_target"], self._joint("tool_face", self._on_target))
+        raw_topics.subscription(self, TOPICS["truth_bit"], self._joint("bit", self._on_truth))
+        raw_topics.subscription(self, TOPICS["standpipe_pressure"], self._on_pressure)
+        self.create_subscription(DiagnosticArray, DIAGNOSTICS.name, self._on_diagnostics, raw_topics.RELIABLE)
+        self.create_subscription(String, raw_topics.RIG_DESCRIPTION.name, self._on_rig, raw_topics.LATCHED)
 
     def _joint(self, joint: str, take: Callable[[float, float, float], None]) -> Callable[[bytes], None]:
         def receive(data: bytes) -> None:
@@ -126,19 +126,18 @@ class Dashboard(Node):
             self.state.take_rig(parse_rig(message.data, "rig_description"))
         except InputError as error:
             self.get_logger().error(str(error))
-            self.state.tell(str(error), good=False)
+            self.state.add_notice(str(error), good=False)
 
     def _grant(self) -> None:
         """Ask the graph for what the page asks for."""
         for wish in self._desk.take():
             if isinstance(wish, SetTarget):
-                self._set(CONTROLLER, "tool_face_target", wish.target,
-                          f"target {math.degrees(wish.target):.1f} deg")
+                self._set(CONTROLLER, "tool_face_target", wish.target, f"target {math.degrees(wish.target):.1f} deg")
             elif isinstance(wish, SetParameter):
                 self._set(wish.node, wish.name, wish.value, f"{wish.name} = {wish.value:g}")
-            elif isinstance(wish, Rock):
+            elif isinstance(wish, SetRocking):
                 self._trigger(f"{CONTROLLER}/{'start_rocking' if wish.on else 'stop_rocking'}")
-            elif isinstance(wish, Record):
+            elif isinstance(wish, SetRecording):
                 self._trigger(f"{RECORDER}/{'resume' if wish.on else 'pause'}")
 
     def _set(self, node: str, name: str, value: float, what: str) -> None:
@@ -146,7 +145,7 @@ class Dashboard(Node):
 
         def done(future: Future) -> None:
             (result,) = future.result().results
-            self.state.tell(what if result.successful else f"{what}: refused: {result.reason}", result.successful)
+            self.state.add_notice(what if result.successful else f"{what}: refused: {result.reason}", result.successful)
             self._described.pop(node, None)
 
         self._call(SetParameters, f"{node}/set_parameters", request, done)
@@ -155,7 +154,7 @@ class Dashboard(Node):
         def done(future: Future) -> None:
             answer = future.result()
             what = service.rpartition("/")[2].replace("_", " ")
-            self.state.tell(f"{what}: {answer.message or 'done'}", answer.success)
+            self.state.add_notice(f"{what}: {answer.message or 'done'}", answer.success)
 
         self._call(Trigger, service, Trigger.Request(), done)
 
@@ -168,7 +167,7 @@ class Dashboard(Node):
         if client.service_is_ready():
             client.call_async(request).add_done_callback(done)
         elif not quiet:
-            self.state.tell(f"{service}: no node offers it", good=False)
+            self.state.add_notice(f"{service}: no node offers it", good=False)
 
     def _look_at_settings(self) -> None:
         """Learn which parameters can change, then keep an eye on their values."""
@@ -176,13 +175,23 @@ class Dashboard(Node):
             if node in self._described:
                 self._read_values(node, self._described[node])
             else:
-                self._call(ListParameters, f"{node}/list_parameters", ListParameters.Request(),
-                           partial(self._on_names, node), quiet=True)
+                self._call(
+                    ListParameters,
+                    f"{node}/list_parameters",
+                    ListParameters.Request(),
+                    partial(self._on_names, node),
+                    quiet=True,
+                )
 
     def _on_names(self, node: str, future: Future) -> None:
         names = list(future.result().result.names)
-        self._call(DescribeParameters, f"{node}/describe_parameters", DescribeParameters.Request(names=names),
-                   partial(self._on_described, node), quiet=True)
+        self._call(
+            DescribeParameters,
+            f"{node}/describe_parameters",
+            DescribeParameters.Request(names=names),
+            partial(self._on_described, node),
+            quiet=True,
+        )
 
     def _on_described(self, node: str, future: Future) -> None:
         """Numbers that may change and have a range."""
@@ -191,19 +200,28 @@ class Dashboard(Node):
             if one.type != ParameterType.PARAMETER_DOUBLE or one.read_only or not one.floating_point_range:
                 continue
             if one.name == "tool_face_target":
-                continue   # the page has a control of its own for it
+                continue  # the page has a control of its own for it
             limits = one.floating_point_range[0]
             about, _, unit = one.description.rpartition(" [")
-            found.append(Setting(node, one.name, math.nan, unit.rstrip("]") if about else "-",
-                                 limits.from_value, limits.to_value, about or unit))
+            found.append(
+                LiveParameter(
+                    node,
+                    one.name,
+                    math.nan,
+                    unit.rstrip("]") if about else "-",
+                    limits.from_value,
+                    limits.to_value,
+                    about or unit,
+                )
+            )
         self._described[node] = found
         self._read_values(node, found)
 
-    def _read_values(self, node: str, settings: list[Setting]) -> None:
+    def _read_values(self, node: str, settings: list[LiveParameter]) -> None:
         def done(future: Future) -> None:
             values = [one.double_value for one in future.result().values]
-            self.state.take_settings(
-                Setting(node, one.name, value, one.unit, one.low, one.high, one.about)
+            self.state.take_parameters(
+                LiveParameter(node, one.name, value, one.unit, one.low, one.high, one.about)
                 for one, value in zip(settings, values, strict=True)
             )
 

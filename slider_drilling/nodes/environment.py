@@ -11,7 +11,7 @@ from collections.abc import Mapping, MutableMapping
 from pathlib import Path
 
 from slider_drilling.errors import InputError
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 
 LOOPBACK = "config/loopback.xml"  # a profile of Fast DDS
 LAST_DOMAIN = 231  # of 232 the ports of 64 programs, which config/loopback.xml has DDS knock at, do not exist
@@ -82,7 +82,7 @@ def keep_to_loopback(variables: MutableMapping[str, str]) -> None:
     if reach != "LOCALHOST":
         return
     variables["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-    profile = str(share_file(LOOPBACK))
+    profile = str(installed_file(LOOPBACK))
     given = {variables.get(f"{name}_DEFAULT_PROFILES_FILE", profile) for name in ("FASTRTPS", "FASTDDS")}
     if given != {profile} or not variables.get("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp").startswith("rmw_fastrtps"):
         return

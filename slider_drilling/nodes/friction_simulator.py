@@ -14,35 +14,59 @@ from std_msgs.msg import String
 
 from slider_drilling.drillstring import VirtualRig
 from slider_drilling.errors import InputError
-from slider_drilling.nodes import raw_topics as link
+from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.command_inbox import TOP_DRIVE, CommandInbox
-from slider_drilling.nodes.command_port import COMMANDS, CommandPort
-from slider_drilling.nodes.health import Health, Level, Status
-from slider_drilling.nodes.late_joiners import Newcomers
-from slider_drilling.nodes.managed import AUTOSTART, Transitions
+from slider_drilling.nodes.command_subscriptions import COMMANDS, CommandSubscriptions
+from slider_drilling.nodes.diagnostics import DiagnosticsPublisher, Level, Status
+from slider_drilling.nodes.late_joiners import LateJoiners
+from slider_drilling.nodes.lifecycle_node import AUTOSTART, Transitions
 from slider_drilling.nodes.pace import Pace
-from slider_drilling.nodes.parameters import Declared, declare, on_change
-from slider_drilling.nodes.rig_parameter import RIG, name_of, rig_of
+from slider_drilling.nodes.parameters import NodeParameter, declare, on_change
+from slider_drilling.nodes.rig_parameter import RIG_PARAMETER, read_rig, rig_name
 from slider_drilling.nodes.rig_topics import RigTopics
 from slider_drilling.nodes.services import reset_service, stepping_services
-from slider_drilling.nodes.shutdown import Halt
-from slider_drilling.nodes.simulator_lock import Place
+from slider_drilling.nodes.shutdown import ShutdownRequest
+from slider_drilling.nodes.simulator_lock import SimulatorLock
 
 PARAMETERS = (
-    RIG,
-    Declared("speed", 0.0, "simulated seconds a second; 0: as fast as controller and plant go, in lockstep", "s/s",
-             0.0, 1000.0, live=True),
-    Declared("duration", 0.0, "simulated time after which the node ends; 0: never", "s", 0.0, 1e7, live=True),
-    Declared("seed", 0, "seed of the sensor noise", "-", 0, 2**31 - 1),
-    Declared("elements", 200, "elements of the drill string", "-", 10, 5000),
-    Declared("start_time", 0.0, "stamp of the first sample", "s", 0.0, 2e9),
-    Declared("wait_for_controller", False, "hold the first sample until a controller is there, in real time as well"),
-    Declared("minimum_subscribers", 1, "subscriptions to top_drive/joint_states to wait for, where one waits", "-",
-             0, 100),
-    Declared("patience", 5.0, "wall time without a command after which the node says what is missing", "s",
-             0.1, 3600.0, live=True),
-    Declared("command_timeout", 1.0, "rig time without a command, in real time, after which the top drive stands and "
-             "the block stops", "s", 0.2, 60.0, live=True),
+    RIG_PARAMETER,
+    NodeParameter(
+        "speed",
+        0.0,
+        "simulated seconds a second; 0: as fast as controller and plant go, in lockstep",
+        "s/s",
+        0.0,
+        1000.0,
+        live=True,
+    ),
+    NodeParameter("duration", 0.0, "simulated time after which the node ends; 0: never", "s", 0.0, 1e7, live=True),
+    NodeParameter("seed", 0, "seed of the sensor noise", "-", 0, 2**31 - 1),
+    NodeParameter("elements", 200, "elements of the drill string", "-", 10, 5000),
+    NodeParameter("start_time", 0.0, "stamp of the first sample", "s", 0.0, 2e9),
+    NodeParameter(
+        "wait_for_controller", False, "hold the first sample until a controller is there, in real time as well"
+    ),
+    NodeParameter(
+        "minimum_subscribers", 1, "subscriptions to top_drive/joint_states to wait for, where one waits", "-", 0, 100
+    ),
+    NodeParameter(
+        "patience",
+        5.0,
+        "wall time without a command after which the node says what is missing",
+        "s",
+        0.1,
+        3600.0,
+        live=True,
+    ),
+    NodeParameter(
+        "command_timeout",
+        1.0,
+        "rig time without a command, in real time, after which the top drive stands and the block stops",
+        "s",
+        0.2,
+        60.0,
+        live=True,
+    ),
     AUTOSTART,
 )
 LATE = 0.5  # s behind real time before the log says so
@@ -56,15 +80,15 @@ class FrictionSimulator(LifecycleNode):
     InputError for a rig file or a parameter that cannot be used.
     """
 
-    def __init__(self, halt: Halt, **node_options: Any) -> None:
+    def __init__(self, halt: ShutdownRequest, **node_options: Any) -> None:
         super().__init__("friction_simulator", **node_options)
         self._halt = halt
         self._values = declare(self, PARAMETERS)
-        self.may_start: Callable[[], bool] = lambda: True   # asked before the first sample
+        self.may_start: Callable[[], bool] = lambda: True  # asked before the first sample
         self._transitions = Transitions(self)
-        self._place: Place | None = None     # in the graph, while configured
+        self._place: SimulatorLock | None = None  # in the graph, while configured
         self._configured = self._active = self._started = self._paused = False
-        self._steps = 0                      # samples still to go while paused
+        self._steps = 0  # samples still to go while paused
         self._stamp_ns = self._first_ns = round(self._values["start_time"] * 1e9)
         on_change(self, self._change)
         if self._values["autostart"]:
@@ -85,9 +109,9 @@ class FrictionSimulator(LifecycleNode):
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Forget the rig and its topics."""
-        link.destroy(self, self._own)
+        raw_topics.destroy(self, self._own)
         if self._place is not None:
-            self._place.leave()
+            self._place.release()
         self._configured = self._started = False
         return TransitionCallbackReturn.SUCCESS
 
@@ -97,39 +121,39 @@ class FrictionSimulator(LifecycleNode):
         return TransitionCallbackReturn.SUCCESS
 
     def _configure(self) -> None:
-        before = link.entities(self)
+        before = raw_topics.entities(self)
         values = self._values = {one.name: self.get_parameter(one.name).value for one in PARAMETERS}
-        self._rig, rig_text = rig_of(values["rig"])
-        self._place = Place(self.get_namespace())
+        self._rig, rig_text = read_rig(values["rig"])
+        self._place = SimulatorLock(self.get_namespace())
         self.get_logger().info("preparing the plant; the first time on a machine it is compiled")
         self._virtual = self._make_rig()
         # The stamp of the rig's time 0, and that of the present and the first sample.
         self._start_ns = self._stamp_ns = self._first_ns = round(values["start_time"] * 1e9)
         pump_speed = self._virtual.measurements.pump_speed
         self._inbox = CommandInbox(pump_speed, values["command_timeout"], self._in_lockstep())
-        self._inbox.forget(self._stamp_ns)
-        self._port = CommandPort(self, self._inbox, self._on_command)
-        self._newcomers = Newcomers(self._port.controllers)
+        self._inbox.reset(self._stamp_ns)
+        self._port = CommandSubscriptions(self, self._inbox, self._on_command)
+        self._newcomers = LateJoiners(self._port.controllers)
         # Before the readings: who hears the top drive shall know that there is a rig to be told of.
-        self._rig_publisher = self.create_publisher(String, link.RIG_DESCRIPTION.name, link.LATCHED)
+        self._rig_publisher = self.create_publisher(String, raw_topics.RIG_DESCRIPTION.name, raw_topics.LATCHED)
         self._rig_publisher.publish(String(data=rig_text))
-        self._topics = RigTopics(self, self._rig.sensors.standpipe_pressure.noise ** 2)
-        self._health = Health(self, name_of(values["rig"]))
+        self._topics = RigTopics(self, self._rig.sensors.standpipe_pressure.noise**2)
+        self._health = DiagnosticsPublisher(self, rig_name(values["rig"]))
         stepping_services(self, self._pause, self._step_once)
         reset_service(self, self._reset)
-        self._pace: Pace | None = None       # in real time, once started
+        self._pace: Pace | None = None  # in real time, once started
         self._started = False
         self._awaited: tuple[str, ...] = ()
         self._last_progress = time.monotonic()
         self._wall_clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = self.create_timer(0.02, self._on_timer, clock=self._wall_clock)
-        self._own = link.entities(self) - before
+        self._own = raw_topics.entities(self) - before
         self._configured = True
 
     def destroy_node(self) -> None:
         """Leave the graph, and room for another rig in it."""
         if self._place is not None:
-            self._place.leave()
+            self._place.release()
         super().destroy_node()
 
     def _activate(self) -> None:
@@ -178,7 +202,7 @@ class FrictionSimulator(LifecycleNode):
     def _forgive(self) -> None:
         """Count real time from here on: what passed meanwhile was no time of the rig."""
         if self._pace is not None:
-            self._pace.forgive(self.simulated, time.monotonic())
+            self._pace.restart(self.simulated, time.monotonic())
         self._last_progress = time.monotonic()
 
     def _pause(self, paused: bool) -> str:
@@ -198,7 +222,7 @@ class FrictionSimulator(LifecycleNode):
         """The rig as at the start; time goes on, so that a log of it stays one run."""
         self._virtual = self._make_rig()
         self._start_ns = self._stamp_ns + (round(self._virtual.interval * 1e9) if self._started else 0)
-        self._inbox.forget(self._start_ns)
+        self._inbox.reset(self._start_ns)
         if self._started:
             self._publish()
         return f"the rig is as at its start, at {self.simulated:.1f} s"
@@ -223,15 +247,17 @@ class FrictionSimulator(LifecycleNode):
                 self._complain(f"waiting for a controller: nobody publishes {TOP_DRIVE}")
                 return
             if self._topics.listeners < self._values["minimum_subscribers"]:
-                self._complain(f"waiting: top_drive/joint_states has {self._topics.listeners} subscriptions, "
-                               f"{self._values['minimum_subscribers']} are expected (parameter minimum_subscribers)")
+                self._complain(
+                    f"waiting: top_drive/joint_states has {self._topics.listeners} subscriptions, "
+                    f"{self._values['minimum_subscribers']} are expected (parameter minimum_subscribers)"
+                )
                 return
         if not self.may_start():
             self._complain("waiting for the recorder to connect")
             return
         self._awaited = tuple(topic for topic in COMMANDS if topic not in absent)
         self._started = True
-        self._newcomers.begin(self._stamp_ns)
+        self._newcomers.start(self._stamp_ns)
         self._last_progress = time.monotonic()
         self._set_pace()
         how = "in lockstep" if self._in_lockstep() else f"at {self._values['speed']:g} times real time"
@@ -244,12 +270,11 @@ class FrictionSimulator(LifecycleNode):
             # The answer came while real time ran, or a pause, when an answer moves nothing.
             self._advance()
             return
-        if self._newcomers.wait_for(self._stamp_ns):
+        if self._newcomers.should_resend(self._stamp_ns):
             self._serve_newcomer()
         refused = self._port.last_refusal()
         why = f"; the last one was refused: {refused}" if refused else ""
-        self._complain(
-            f"waiting for {' and '.join(missing)} to answer the sample of {self._stamp_ns / 1e9:.3f} s{why}")
+        self._complain(f"waiting for {' and '.join(missing)} to answer the sample of {self._stamp_ns / 1e9:.3f} s{why}")
 
     def _serve_newcomer(self) -> None:
         """A controller that was started again never heard the sample that waits; it may command other topics, too."""
@@ -277,12 +302,13 @@ class FrictionSimulator(LifecycleNode):
             return
         self._port.note_sample()
         self._advance()
-        pace.passed(self.simulated, time.monotonic())
+        pace.note_sent(self.simulated, time.monotonic())
         if pace.behind > LATE:
             self.get_logger().warning(
                 f"cannot keep {pace.speed:g} times real time: {pace.behind:.2f} s behind at {self.simulated:.1f} s",
-                throttle_duration_sec=5.0)
-            pace.forgive(self.simulated, time.monotonic())
+                throttle_duration_sec=5.0,
+            )
+            pace.restart(self.simulated, time.monotonic())
 
     def _advance(self) -> None:
         if self._halt.requested or not self._active or (self._paused and self._steps == 0):
@@ -291,9 +317,12 @@ class FrictionSimulator(LifecycleNode):
         command = self._inbox.command(self._stamp_ns, self._virtual.measurements.top_drive_angle)
         measurements = self._virtual.step(command)
         if not math.isfinite(measurements.surface_torque + measurements.hook_load):
-            self._halt.fail(InputError(
-                f"friction_simulator: the plant left finite numbers at {measurements.time:.1f} s; "
-                "check the rig file's stiffnesses and the number of elements"))
+            self._halt.fail(
+                InputError(
+                    f"friction_simulator: the plant left finite numbers at {measurements.time:.1f} s; "
+                    "check the rig file's stiffnesses and the number of elements"
+                )
+            )
             return
         self._last_progress = time.monotonic()
         self._publish()
@@ -318,7 +347,7 @@ class FrictionSimulator(LifecycleNode):
                 # Whose command comes first is chance: the run would be neither this controller's nor the other's.
                 self._halt.fail(InputError(f"friction_simulator: {rivals}"))
             return [Status(Level.OK, "clock", "in lockstep with the controller"), commands]
-        behind = self._pace.take_worst_behind()
+        behind = self._pace.take_worst_lag()
         values = (("speed", f"{self._pace.speed:g}"), ("behind_s", f"{behind:.3f}"))
         if behind > self._virtual.interval / self._pace.speed:
             return [Status(Level.WARN, "clock", f"real time cannot be kept: {behind:.3f} s behind", values), commands]

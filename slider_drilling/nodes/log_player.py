@@ -18,29 +18,41 @@ from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
 from slider_drilling.messages.health import Level, Status
 from slider_drilling.messages.topics import TOPICS, Topic
-from slider_drilling.nodes import raw_topics as link
-from slider_drilling.nodes.commands_of_log import COMMANDS, CommandsOfLog
-from slider_drilling.nodes.health import Health
-from slider_drilling.nodes.managed import AUTOSTART, Transitions
+from slider_drilling.nodes import raw_topics
+from slider_drilling.nodes.diagnostics import DiagnosticsPublisher
+from slider_drilling.nodes.lifecycle_node import AUTOSTART, Transitions
+from slider_drilling.nodes.logged_commands import COMMANDS, LoggedCommands
 from slider_drilling.nodes.pace import Pace
-from slider_drilling.nodes.parameters import Declared, declare, on_change, warn_of_unknown
-from slider_drilling.nodes.played_log import Message, load
+from slider_drilling.nodes.parameters import NodeParameter, declare, on_change, warn_of_unknown
+from slider_drilling.nodes.played_log import LoggedMessage, load
 from slider_drilling.nodes.services import stepping_services
-from slider_drilling.nodes.shutdown import Halt
+from slider_drilling.nodes.shutdown import ShutdownRequest
 
 PARAMETERS = (
-    Declared("log", "", "path of the MCAP log to play, or of a bag's folder"),
-    Declared("topics", [""], "topics to play, without the rig's namespace; all where none is given"),
-    Declared("rate", 1.0, "seconds of the log a second", "s/s", 0.001, 1000.0, live=True),
-    Declared("position", 0.0, "where in the log to begin; set while it plays, it goes there", "s", 0.0, 1e9, live=True),
-    Declared("loop", False, "begin again at the end; time goes on", live=True),
-    Declared("paused", False, "begin paused"),
-    Declared("delay", 1.0, "wall time before the first message, for subscribers to connect", "s", 0.0, 3600.0),
-    Declared("minimum_subscribers", 0, "subscriptions that every played topic must have before the first message", "-",
-             0, 100),
-    Declared("publish_clock", True, "publish the log's time on /clock"),
-    Declared("commands_only", False, "answer a simulated rig's samples with the log's commands, on the rig's time"),
-    Declared("beside", "", "with commands_only: namespace for the log's other topics, on the rig's time; empty: none"),
+    NodeParameter("log", "", "path of the MCAP log to play, or of a bag's folder"),
+    NodeParameter("topics", [""], "topics to play, without the rig's namespace; all where none is given"),
+    NodeParameter("rate", 1.0, "seconds of the log a second", "s/s", 0.001, 1000.0, live=True),
+    NodeParameter(
+        "position", 0.0, "where in the log to begin; set while it plays, it goes there", "s", 0.0, 1e9, live=True
+    ),
+    NodeParameter("loop", False, "begin again at the end; time goes on", live=True),
+    NodeParameter("paused", False, "begin paused"),
+    NodeParameter("delay", 1.0, "wall time before the first message, for subscribers to connect", "s", 0.0, 3600.0),
+    NodeParameter(
+        "minimum_subscribers",
+        0,
+        "subscriptions that every played topic must have before the first message",
+        "-",
+        0,
+        100,
+    ),
+    NodeParameter("publish_clock", True, "publish the log's time on /clock"),
+    NodeParameter(
+        "commands_only", False, "answer a simulated rig's samples with the log's commands, on the rig's time"
+    ),
+    NodeParameter(
+        "beside", "", "with commands_only: namespace for the log's other topics, on the rig's time; empty: none"
+    ),
     AUTOSTART,
 )
 
@@ -52,7 +64,7 @@ class LogPlayer(LifecycleNode):
     InputError for a log or a parameter that cannot be used.
     """
 
-    def __init__(self, halt: Halt, **node_options: Any) -> None:
+    def __init__(self, halt: ShutdownRequest, **node_options: Any) -> None:
         super().__init__("log_player", **node_options)
         self._halt = halt
         self._values = declare(self, PARAMETERS)
@@ -81,7 +93,7 @@ class LogPlayer(LifecycleNode):
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Forget the log and its topics."""
         self._configured = False
-        link.destroy(self, link.entities(self) - self._before)
+        raw_topics.destroy(self, raw_topics.entities(self) - self._before)
         return TransitionCallbackReturn.SUCCESS
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -90,19 +102,19 @@ class LogPlayer(LifecycleNode):
         return TransitionCallbackReturn.SUCCESS
 
     def _configure(self) -> None:
-        self._before = link.entities(self)
+        self._before = raw_topics.entities(self)
         values = self._values = {one.name: self.get_parameter(one.name).value for one in PARAMETERS}
         if not values["log"]:
             raise InputError("log_player: parameter log is empty; give the path of an MCAP log")
         self._log = load(Path(values["log"]), values["topics"])
-        self._health = Health(self)
+        self._health = DiagnosticsPublisher(self)
         self._next = self._turns = 0
-        self._shift_ns = 0                   # by which the present turn of a loop is later than the log
+        self._shift_ns = 0  # by which the present turn of a loop is later than the log
         self._paused = values["paused"]
-        self._rig_begin_ns: int | None = None   # with commands_only: stamp of the rig's first sample
-        self._commands = CommandsOfLog(self._log, values["log"]) if values["commands_only"] else None
+        self._rig_begin_ns: int | None = None  # with commands_only: stamp of the rig's first sample
+        self._commands = LoggedCommands(self._log, values["log"]) if values["commands_only"] else None
         has_clock = values["publish_clock"] and self._commands is None
-        self._clock_publisher = link.publisher(self, link.CLOCK) if has_clock else None
+        self._clock_publisher = raw_topics.publisher(self, raw_topics.CLOCK) if has_clock else None
         self._make_publishers()
         self._tell_what_is_missing()
         self._seek(values["position"])
@@ -117,7 +129,7 @@ class LogPlayer(LifecycleNode):
         if self._commands is not None:
             beside = self._values["beside"].strip("/")
             played = {name: f"{beside}/{name}" for name in self._log.types if beside}
-            link.subscription(self, TOPICS["top_drive"], self._on_sample)
+            raw_topics.subscription(self, TOPICS["top_drive"], self._on_sample)
         else:
             played = {name: name for name in self._log.types}
         made = {name: self._publisher(topic, self._log.types[name]) for name, topic in played.items()}
@@ -125,15 +137,15 @@ class LogPlayer(LifecycleNode):
         if not self._publishers_of and not commands:
             raise InputError(f"{self._values['log']}: no message that can be played")
         if self._log.rig_text is not None and self._commands is None:
-            latched = self.create_publisher(String, link.RIG_DESCRIPTION.name, link.LATCHED)
+            latched = self.create_publisher(String, raw_topics.RIG_DESCRIPTION.name, raw_topics.LATCHED)
             latched.publish(String(data=self._log.rig_text))
         # Last: a simulated rig starts when it sees them.
-        self._command_publishers = {name: link.publisher(self, of_commands[name]) for name in commands}
+        self._command_publishers = {name: raw_topics.publisher(self, of_commands[name]) for name in commands}
 
     def _publisher(self, name: str, kind: str) -> Publisher | None:
         """A publisher for a topic of the log; None, with a warning, where it cannot be played."""
         try:
-            return link.publisher(self, Topic(name, kind))
+            return raw_topics.publisher(self, Topic(name, kind))
         except (ImportError, AttributeError) as error:
             self.get_logger().warning(f"{name}: not played: {kind}: {error}")
         except InvalidTopicNameException:
@@ -199,7 +211,7 @@ class LogPlayer(LifecycleNode):
             if self._pace.due(self._elapsed()) > now:
                 return
             self._publish_next()
-            self._pace.passed(self._elapsed(), now)
+            self._pace.note_sent(self._elapsed(), now)
         if self._halt.requested or self._paused:
             return
         if not self._values["loop"]:
@@ -239,11 +251,11 @@ class LogPlayer(LifecycleNode):
         self._publish(one)
         self._next += 1
 
-    def _publish(self, one: Message) -> None:
+    def _publish(self, one: LoggedMessage) -> None:
         publisher = self._publishers_of.get(one.topic)
         if publisher is None:
             return
-        is_later = self._shift_ns and link.begins_with_a_header(self._log.types[one.topic])
+        is_later = self._shift_ns and raw_topics.begins_with_a_header(self._log.types[one.topic])
         publisher.publish(cdr.shift_header_stamp(one.data, self._shift_ns) if is_later else one.data)
 
     def _on_sample(self, data: bytes) -> None:
@@ -276,7 +288,7 @@ class LogPlayer(LifecycleNode):
         if self._commands is not None:
             missing = "; ".join(self._commands.missing)
             return Status(Level.WARN if missing else Level.OK, "commands", missing or "answers the rig's samples")
-        behind = self._pace.take_worst_behind()
+        behind = self._pace.take_worst_lag()
         values = (("rate", f"{self._values['rate']:g}"), ("turns", str(self._turns)), ("behind_s", f"{behind:.3f}"))
         if behind > 0.5:
             return Status(Level.WARN, "clock", f"the rate cannot be kept: {behind:.2f} s behind", values)

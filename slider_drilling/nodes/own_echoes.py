@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 
 
-class Echoes:
+class OwnEchoes:
     """Messages sent that have not come back yet, byte for byte and in order.
 
     A stamp proves nothing: somebody else's message may have the same. An equal message that comes from somebody else
@@ -15,7 +15,7 @@ class Echoes:
     def __init__(self) -> None:
         self._on_their_way: deque[bytes] = deque(maxlen=100)
 
-    def sent(self, data: bytes) -> None:
+    def add(self, data: bytes) -> None:
         """Note a message that is being published."""
         self._on_their_way.append(data)
 

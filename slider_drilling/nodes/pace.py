@@ -9,23 +9,23 @@ class Pace:
     def __init__(self, speed: float, simulated: float, wall: float) -> None:
         self.speed = speed
         self._simulated, self._wall = simulated, wall
-        self.behind = 0.0        # s of wall time, at the last sample
+        self.behind = 0.0  # s of wall time, at the last sample
         self.worst_behind = 0.0  # s, since last asked
 
     def due(self, simulated: float) -> float:
         """When, on the wall's clock, this simulated time is due."""
         return self._wall + (simulated - self._simulated) / self.speed
 
-    def passed(self, simulated: float, wall: float) -> None:
+    def note_sent(self, simulated: float, wall: float) -> None:
         """Note that the sample of this simulated time has been sent."""
         self.behind = wall - self.due(simulated)
         self.worst_behind = max(self.worst_behind, self.behind)
 
-    def take_worst_behind(self) -> float:
+    def take_worst_lag(self) -> float:
         """The furthest behind since the last call, s of wall time."""
         worst, self.worst_behind = self.worst_behind, 0.0
         return worst
 
-    def forgive(self, simulated: float, wall: float) -> None:
+    def restart(self, simulated: float, wall: float) -> None:
         """Count from here on: what is lost is lost, and a burst to catch up would help nobody."""
         self._simulated, self._wall = simulated, wall

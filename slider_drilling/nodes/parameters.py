@@ -16,7 +16,7 @@ from slider_drilling.errors import InputError
 
 
 @dataclass(frozen=True)
-class Declared:
+class NodeParameter:
     """One parameter: its default gives the type (str, bool, int, float, list of str); low, high for numbers; unit.
 
     An empty list has no type in ROS 2: a list of one empty text stands for it.
@@ -43,7 +43,7 @@ class Declared:
         return described
 
 
-def declare(node: Node, parameters: Sequence[Declared]) -> dict[str, Any]:
+def declare(node: Node, parameters: Sequence[NodeParameter]) -> dict[str, Any]:
     """Declare them and return name -> value. Raises InputError where a value given at the start cannot be used."""
     values = {}
     for parameter in parameters:
@@ -56,10 +56,15 @@ def declare(node: Node, parameters: Sequence[Declared]) -> dict[str, Any]:
     return values
 
 
-def _reason(parameter: Declared, error: Exception) -> str:
+def _reason(parameter: NodeParameter, error: Exception) -> str:
     if isinstance(error, InvalidParameterTypeException):
-        wanted = {str: "text", bool: "true or false", int: "a whole number", float: "a number with a decimal point",
-                  list: "a list of texts"}
+        wanted = {
+            str: "text",
+            bool: "true or false",
+            int: "a whole number",
+            float: "a number with a decimal point",
+            list: "a list of texts",
+        }
         return f"must be {wanted[type(parameter.default)]}, such as {parameter.default!r}"
     return str(error)
 

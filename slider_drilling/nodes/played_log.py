@@ -10,13 +10,16 @@ from slider_drilling.errors import InputError
 from slider_drilling.log.mcap_reader import McapReader
 from slider_drilling.log.read import log_files
 from slider_drilling.messages.topics import TOPICS, canonical_type, namespace_of
-from slider_drilling.nodes import raw_topics as link
+from slider_drilling.nodes import raw_topics
 
-MADE_ANEW = ("clock", link.RIG_DESCRIPTION.name)  # the clock from the log times, the rig from the log's attachment
+MADE_ANEW = (
+    "clock",
+    raw_topics.RIG_DESCRIPTION.name,
+)  # the clock from the log times, the rig from the log's attachment
 
 
 @dataclass(frozen=True)
-class Message:
+class LoggedMessage:
     """One message: ns of its log time, its topic relative to the rig's namespace, its bytes."""
 
     time_ns: int
@@ -28,7 +31,7 @@ class Message:
 class PlayedLog:
     """messages: in the order of their times; types: relative topic -> `package/msg/Name`; notes: what was left out."""
 
-    messages: list[Message] = field(default_factory=list)
+    messages: list[LoggedMessage] = field(default_factory=list)
     types: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     rig_text: str | None = None
@@ -78,7 +81,9 @@ def _read(path: Path, wanted: set[str], played: PlayedLog) -> None:
             continue
         names[channel.id] = name
         played.types[name] = canonical_type(kind)
-    played.messages += [Message(time_ns, names[channel], data) for channel, time_ns, data in found if channel in names]
+    played.messages += [
+        LoggedMessage(time_ns, names[channel], data) for channel, time_ns, data in found if channel in names
+    ]
     played.notes += [f"{path}: {note}" for note in container.notes]
     rig = next((one.data for one in container.attachments if one.name == "rig.yaml"), None)
     if rig is not None:
@@ -87,6 +92,10 @@ def _read(path: Path, wanted: set[str], played: PlayedLog) -> None:
 
 def _namespace(topics: Iterable[str]) -> str:
     """The namespace that the rig's topics of a log share; "" where there is none, or several rigs'."""
-    found = {namespace for topic in topics for known in (*TOPICS.values(), link.PUMP_COMMAND)
-             if (namespace := namespace_of(topic, known.name)) is not None}
+    found = {
+        namespace
+        for topic in topics
+        for known in (*TOPICS.values(), raw_topics.PUMP_COMMAND)
+        if (namespace := namespace_of(topic, known.name)) is not None
+    }
     return found.pop() if len(found) == 1 else ""

@@ -30,9 +30,7 @@ RIG_DESCRIPTION = Topic("rig_description", "std_msgs/msg/String")
 DEPTH = 1000
 RELIABLE = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE)
 BEST_EFFORT = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
-LATCHED = QoSProfile(
-    depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
-)
+LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def flush(node: Node, timeout: float = 2.0) -> None:
@@ -64,18 +62,34 @@ def begins_with_a_header(kind: str) -> bool:
 
 def publisher(node: Node, topic: Topic, qos: QoSProfile = RELIABLE) -> Publisher:
     """A publisher, to be given the bytes of `slider_drilling.messages.cdr`; `qos_overrides` parameters count."""
-    return _overridable(topic, lambda options: node.create_publisher(
-        message_class(topic.type), topic.name, _copy(qos), qos_overriding_options=options))
+    return _overridable(
+        topic,
+        lambda options: node.create_publisher(
+            message_class(topic.type), topic.name, _copy(qos), qos_overriding_options=options
+        ),
+    )
 
 
 def subscription(
-    node: Node, topic: Topic, receive: Callable[[bytes], None], qos: QoSProfile = RELIABLE,
+    node: Node,
+    topic: Topic,
+    receive: Callable[[bytes], None],
+    qos: QoSProfile = RELIABLE,
     events: SubscriptionEventCallbacks | None = None,
 ) -> Subscription:
     """A subscription whose callback takes bytes as they came; `qos_overrides` parameters count."""
-    return _overridable(topic, lambda options: node.create_subscription(
-        message_class(topic.type), topic.name, receive, _copy(qos), raw=True, event_callbacks=events,
-        qos_overriding_options=options))
+    return _overridable(
+        topic,
+        lambda options: node.create_subscription(
+            message_class(topic.type),
+            topic.name,
+            receive,
+            _copy(qos),
+            raw=True,
+            event_callbacks=events,
+            qos_overriding_options=options,
+        ),
+    )
 
 
 def _overridable(topic: Topic, make: Callable[[QoSOverridingOptions], Any]) -> Any:
@@ -111,9 +125,11 @@ class SensorSubscription:
         if self._best_effort is not None:
             return
         self._node.get_logger().info(
-            f"{self._topic.name}: its publisher is best-effort: heard as that, samples may be lost")
+            f"{self._topic.name}: its publisher is best-effort: heard as that, samples may be lost"
+        )
         self._best_effort = self._node.create_subscription(
-            message_class(self._topic.type), self._topic.name, self._receive, _copy(BEST_EFFORT), raw=True)
+            message_class(self._topic.type), self._topic.name, self._receive, _copy(BEST_EFFORT), raw=True
+        )
         self._node.destroy_subscription(self._reliable)
 
 
@@ -124,8 +140,12 @@ def entities(node: Node) -> set[Any]:
 
 def destroy(node: Node, made: set[Any]) -> None:
     """Take these away again."""
-    kinds = ((node.publishers, node.destroy_publisher), (node.subscriptions, node.destroy_subscription),
-             (node.services, node.destroy_service), (node.timers, node.destroy_timer))
+    kinds = (
+        (node.publishers, node.destroy_publisher),
+        (node.subscriptions, node.destroy_subscription),
+        (node.services, node.destroy_service),
+        (node.timers, node.destroy_timer),
+    )
     for present, take_away in kinds:
         for one in made.intersection(present):
             take_away(one)

@@ -16,33 +16,37 @@ from slider_drilling.log.bag import BagSettings, BagWriter
 from slider_drilling.log.write import FLUSH_PERIOD
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS
-from slider_drilling.nodes import raw_topics as link
-from slider_drilling.nodes.health import Health, Level, Status
-from slider_drilling.nodes.listening import Heard, Listening, Wanted
-from slider_drilling.nodes.managed import AUTOSTART, Transitions
-from slider_drilling.nodes.parameters import Declared, declare, warn_of_unknown
-from slider_drilling.nodes.rig_parameter import rig_of
-from slider_drilling.nodes.shutdown import Halt
+from slider_drilling.nodes import raw_topics
+from slider_drilling.nodes.diagnostics import DiagnosticsPublisher, Level, Status
+from slider_drilling.nodes.lifecycle_node import AUTOSTART, Transitions
+from slider_drilling.nodes.parameters import NodeParameter, declare, warn_of_unknown
+from slider_drilling.nodes.rig_parameter import read_rig
+from slider_drilling.nodes.shutdown import ShutdownRequest
+from slider_drilling.nodes.topic_subscriptions import ReceivedMessage, TopicFilter, TopicSubscriptions
 
 PARAMETERS = (
-    Declared("directory", ".", "folder of the bag, made where it is missing; within it, where it is a bag already"),
-    Declared("file", "", "name of the log; empty: slide_ and the time"),
-    Declared("rig", "", "path of the rig file to attach; empty: what comes on rig_description"),
-    Declared("notes", "", "free text for the log's metadata"),
-    Declared("topics", [""], "further topics to record beside the rig's own"),
-    Declared("regex", "", "record every topic whose whole name fits this expression, too"),
-    Declared("all", False, "record every topic there is"),
-    Declared("exclude", "", "leave out every topic whose whole name fits this expression"),
-    Declared("split_size", 0, "begin another file when one holds so much; 0: never", "byte", 0, 2**62),
-    Declared("split_duration", 0.0, "begin another file after so long, by the log's clock; 0: never", "s", 0.0, 1e9),
-    Declared("paused", False, "begin paused: nothing is recorded before the service resume is called"),
+    NodeParameter(
+        "directory", ".", "folder of the bag, made where it is missing; within it, where it is a bag already"
+    ),
+    NodeParameter("file", "", "name of the log; empty: slide_ and the time"),
+    NodeParameter("rig", "", "path of the rig file to attach; empty: what comes on rig_description"),
+    NodeParameter("notes", "", "free text for the log's metadata"),
+    NodeParameter("topics", [""], "further topics to record beside the rig's own"),
+    NodeParameter("regex", "", "record every topic whose whole name fits this expression, too"),
+    NodeParameter("all", False, "record every topic there is"),
+    NodeParameter("exclude", "", "leave out every topic whose whole name fits this expression"),
+    NodeParameter("split_size", 0, "begin another file when one holds so much; 0: never", "byte", 0, 2**62),
+    NodeParameter(
+        "split_duration", 0.0, "begin another file after so long, by the log's clock; 0: never", "s", 0.0, 1e9
+    ),
+    NodeParameter("paused", False, "begin paused: nothing is recorded before the service resume is called"),
     AUTOSTART,
 )
-RECORDED = (*TOPICS.values(), DIAGNOSTICS, link.PUMP_COMMAND, link.RIG_DESCRIPTION, link.CLOCK)
+RECORDED = (*TOPICS.values(), DIAGNOSTICS, raw_topics.PUMP_COMMAND, raw_topics.RIG_DESCRIPTION, raw_topics.CLOCK)
 BEAT = TOPICS["top_drive"]  # the topic by which a rig is seen to run
 CONNECT = 0.02  # s of wall time between two looks for it
-TOLD = 100      # looks at the most that it waits for the rig's description, once somebody has one
-EARLY = 100     # messages that wait for the rig's first time at the most
+TOLD = 100  # looks at the most that it waits for the rig's description, once somebody has one
+EARLY = 100  # messages that wait for the rig's first time at the most
 QUIET = 5.0  # s of wall time without a message after which the log says so
 LOOK_AROUND = 0.5  # s of wall time between two looks at who publishes what
 # Metadata records beside the one that every log has.
@@ -56,7 +60,7 @@ class Recorder(LifecycleNode):
     called whatever ends the program. Raises InputError for a folder or a parameter that cannot be used.
     """
 
-    def __init__(self, halt: Halt, **node_options: Any) -> None:
+    def __init__(self, halt: ShutdownRequest, **node_options: Any) -> None:
         super().__init__("recorder", **node_options)
         self._halt = halt
         values = declare(self, PARAMETERS)
@@ -83,7 +87,7 @@ class Recorder(LifecycleNode):
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Finish the bag."""
-        link.destroy(self, link.entities(self) - self._before)
+        raw_topics.destroy(self, raw_topics.entities(self) - self._before)
         return self._transitions.run(self.close)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -92,39 +96,45 @@ class Recorder(LifecycleNode):
         return TransitionCallbackReturn.SUCCESS
 
     def _configure(self) -> None:
-        self._before = link.entities(self)
+        self._before = raw_topics.entities(self)
         values = {one.name: self.get_parameter(one.name).value for one in PARAMETERS}
-        wanted = Wanted(tuple(values["topics"]), values["regex"], values["all"], values["exclude"])
-        rig_text = rig_of(values["rig"])[1] if values["rig"] else None
-        settings = BagSettings(rig_text, "slider_drilling recorder", values["notes"], values["split_size"],
-                            values["split_duration"])
+        wanted = TopicFilter(tuple(values["topics"]), values["regex"], values["all"], values["exclude"])
+        rig_text = read_rig(values["rig"])[1] if values["rig"] else None
+        settings = BagSettings(
+            rig_text, "slider_drilling recorder", values["notes"], values["split_size"], values["split_duration"]
+        )
         self._has_rig = rig_text is not None
-        self._looks_for_rig = 0 if wanted.is_excluded(self.resolve_topic_name(link.RIG_DESCRIPTION.name)) else TOLD
-        self._paused = values["paused"]      # by who uses the services
+        self._looks_for_rig = (
+            0 if wanted.is_excluded(self.resolve_topic_name(raw_topics.RIG_DESCRIPTION.name)) else TOLD
+        )
+        self._paused = values["paused"]  # by who uses the services
         self._quiet_from: int | None = None  # ns, from when on nothing is recorded
         self._simulated_ns: int | None = None
-        self._early: list[Heard] = []        # the rig's file and health, heard before any time of the rig
+        self._early: list[ReceivedMessage] = []  # the rig's file and health, heard before any time of the rig
         self._last_message = time.monotonic()
         self._bag = BagWriter(Path(values["directory"]), _file_name(values["file"]), settings)
         self._is_open = True
         if not self._bag.is_bag:
-            self.get_logger().warning(f"{self._bag.folder} is the bag of another recording: {self.path.name} is "
-                                      "not in its metadata.yaml")
+            self.get_logger().warning(
+                f"{self._bag.folder} is the bag of another recording: {self.path.name} is not in its metadata.yaml"
+            )
         self.get_logger().info(f"recording to {self.path}")
         self._listen(wanted)
         for name, serve in (("pause", self._on_pause), ("resume", self._on_resume), ("split", self._on_split)):
             self.create_service(Trigger, f"~/{name}", serve)
 
-    def _listen(self, wanted: Wanted) -> None:
-        self._health = Health(self)
+    def _listen(self, wanted: TopicFilter) -> None:
+        self._health = DiagnosticsPublisher(self)
         self._beat = self.resolve_topic_name(BEAT.name)
-        self._rig_topic = self.resolve_topic_name(link.RIG_DESCRIPTION.name)
-        self._clock_topic = self.resolve_topic_name(link.CLOCK.name)
+        self._rig_topic = self.resolve_topic_name(raw_topics.RIG_DESCRIPTION.name)
+        self._clock_topic = self.resolve_topic_name(raw_topics.CLOCK.name)
         self._about = {self._rig_topic, self._clock_topic, self.resolve_topic_name(DIAGNOSTICS.name)}
-        self._listening = Listening(self, wanted, self._receive)
+        self._listening = TopicSubscriptions(self, wanted, self._receive)
         for topic in RECORDED:
             if topic is not BEAT:
-                self._listening.expect(topic, link.LATCHED if topic is link.RIG_DESCRIPTION else link.RELIABLE)
+                self._listening.expect(
+                    topic, raw_topics.LATCHED if topic is raw_topics.RIG_DESCRIPTION else raw_topics.RELIABLE
+                )
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._connecting = self.create_timer(CONNECT, self._connect, clock=steady)
         self.create_timer(FLUSH_PERIOD, self._on_flush, clock=steady)
@@ -142,10 +152,11 @@ class Recorder(LifecycleNode):
 
     def is_connected(self, nodes: int) -> bool:
         """Whether every topic of a simulated rig's log has a publisher here, and `diagnostics` one of every node."""
-        optional = (link.RIG_DESCRIPTION, link.CLOCK, TOPICS["bit_depth"])
+        optional = (raw_topics.RIG_DESCRIPTION, raw_topics.CLOCK, TOPICS["bit_depth"])
         wanted = {topic.name: nodes if topic is DIAGNOSTICS else 1 for topic in RECORDED if topic not in optional}
-        return all(self._listening.publishers_of(self.resolve_topic_name(name)) >= count
-                   for name, count in wanted.items())
+        return all(
+            self._listening.publishers_of(self.resolve_topic_name(name)) >= count for name, count in wanted.items()
+        )
 
     def _connect(self) -> None:
         """Hear the beat once it is there: a simulator that counts its listeners begins when it sees this one.
@@ -161,7 +172,7 @@ class Recorder(LifecycleNode):
             self._hear_the_beat()
 
     def _hear_the_beat(self) -> None:
-        self._listening.expect(BEAT, link.RELIABLE)
+        self._listening.expect(BEAT, raw_topics.RELIABLE)
 
     def _now(self) -> int:
         # ROS 2's own hearing of /clock is best-effort and in no order with other topics; this node's is. Until it has
@@ -171,7 +182,7 @@ class Recorder(LifecycleNode):
             return int(clock.now().nanoseconds)
         return self._simulated_ns
 
-    def _receive(self, heard: Heard) -> None:
+    def _receive(self, heard: ReceivedMessage) -> None:
         """Write one message, at the time that it is."""
         try:
             if heard.topic == self._clock_topic:
@@ -201,7 +212,7 @@ class Recorder(LifecycleNode):
         for one in early:
             self._write(one, now)
 
-    def _write(self, heard: Heard, now: int) -> None:
+    def _write(self, heard: ReceivedMessage, now: int) -> None:
         if heard.described is not None:
             self._bag.declare(heard.described)
         if not self._is_quiet:
@@ -222,8 +233,9 @@ class Recorder(LifecycleNode):
             self._halt.fail(error)
             return
         if self.lost:
-            self.get_logger().error(f"{self.lost} messages lost before they could be written",
-                                    throttle_duration_sec=5.0)
+            self.get_logger().error(
+                f"{self.lost} messages lost before they could be written", throttle_duration_sec=5.0
+            )
         quiet = time.monotonic() - self._last_message
         if self._is_quiet or self._halt.requested:
             return
@@ -251,8 +263,9 @@ class Recorder(LifecycleNode):
         return self._pause(True, "paused", "is paused already", answer)
 
     def _on_resume(self, request: Trigger.Request, answer: Trigger.Response) -> Trigger.Response:
-        return self._pause(False, "recording" if self._active else "records once it is active", "is recording already",
-                           answer)
+        return self._pause(
+            False, "recording" if self._active else "records once it is active", "is recording already", answer
+        )
 
     def _pause(self, paused: bool, done: str, already: str, answer: Trigger.Response) -> Trigger.Response:
         answer.success = self._paused != paused

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.files.output_files import read_text
 from slider_drilling.log import read_log
-from slider_drilling.nodes.parameters import Declared
+from slider_drilling.nodes.parameters import NodeParameter
 from slider_drilling.rig import Rig, parse_rig
 
 EXAMPLE = "config/rig.example.yaml"
-RIG = Declared("rig", "", "path of the rig file, or of a log that has one; empty: the 4 km example well")
+RIG_PARAMETER = NodeParameter("rig", "", "path of the rig file, or of a log that has one; empty: the 4 km example well")
 
 
-def rig_of(path: str) -> tuple[Rig, str]:
+def read_rig(path: str) -> tuple[Rig, str]:
     """A rig and its file's text, from a path or, where that is empty, from the example. Raises InputError."""
-    source = Path(path) if path else share_file(EXAMPLE)
+    source = Path(path) if path else installed_file(EXAMPLE)
     if source.suffix == ".mcap" or source.is_dir():
         log = read_log(source)
         return log.rig(), log.rig_text or ""
@@ -24,6 +24,6 @@ def rig_of(path: str) -> tuple[Rig, str]:
     return parse_rig(text, str(source)), text
 
 
-def name_of(path: str) -> str:
+def rig_name(path: str) -> str:
     """What a rig is called in `diagnostics`: its file's name."""
     return Path(path or "rig.example.yaml").stem

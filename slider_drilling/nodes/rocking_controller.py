@@ -26,24 +26,31 @@ from slider_drilling.control.load import (
 from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS
-from slider_drilling.nodes import raw_topics as link
-from slider_drilling.nodes.controller_settings import of_settings
-from slider_drilling.nodes.health import Health, Level, Status
-from slider_drilling.nodes.managed import AUTOSTART, Transitions
-from slider_drilling.nodes.own_echoes import Echoes
-from slider_drilling.nodes.parameters import Declared, declare, on_change
-from slider_drilling.nodes.rig_parameter import RIG, name_of, rig_of
-from slider_drilling.nodes.sample_inbox import Joint, SampleInbox
+from slider_drilling.nodes import raw_topics
+from slider_drilling.nodes.controller_settings import settings_parameters
+from slider_drilling.nodes.diagnostics import DiagnosticsPublisher, Level, Status
+from slider_drilling.nodes.lifecycle_node import AUTOSTART, Transitions
+from slider_drilling.nodes.own_echoes import OwnEchoes
+from slider_drilling.nodes.parameters import NodeParameter, declare, on_change
+from slider_drilling.nodes.rig_parameter import RIG_PARAMETER, read_rig, rig_name
+from slider_drilling.nodes.sample_inbox import JointReading, SampleInbox
 from slider_drilling.nodes.services import reset_service, trigger_service
-from slider_drilling.nodes.shutdown import Halt
-from slider_drilling.nodes.watchdog import Silence
+from slider_drilling.nodes.shutdown import ShutdownRequest
+from slider_drilling.nodes.watchdog import Watchdog
 
 PARAMETERS = (
-    RIG,
-    Declared("controller", DEFAULT, "the controller, as module:Class"),
-    Declared("tool_face_target", 0.0, "toolface to hold, also taken from tool_face/target", "rad",
-             -math.pi, math.pi, live=True),
-    Declared("stale_after", 1.0, "age at which a channel counts as lost", "s", 0.05, 60.0, live=True),
+    RIG_PARAMETER,
+    NodeParameter("controller", DEFAULT, "the controller, as module:Class"),
+    NodeParameter(
+        "tool_face_target",
+        0.0,
+        "toolface to hold, also taken from tool_face/target",
+        "rad",
+        -math.pi,
+        math.pi,
+        live=True,
+    ),
+    NodeParameter("stale_after", 1.0, "age at which a channel counts as lost", "s", 0.05, 60.0, live=True),
     AUTOSTART,
 )
 SET_BACK = 1.0  # s by which a rig's clock goes back when the rig has begun anew
@@ -56,7 +63,7 @@ class RockingController(LifecycleNode):
     cannot be used.
     """
 
-    def __init__(self, halt: Halt, **node_options: Any) -> None:
+    def __init__(self, halt: ShutdownRequest, **node_options: Any) -> None:
         super().__init__("rocking_controller", **node_options)
         self._halt = halt
         self._values = declare(self, PARAMETERS)
@@ -83,7 +90,7 @@ class RockingController(LifecycleNode):
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Forget controller and topics."""
         self._configured = False
-        link.destroy(self, link.entities(self) - self._before)
+        raw_topics.destroy(self, raw_topics.entities(self) - self._before)
         for name in self._settings:
             self.undeclare_parameter(name)
         return TransitionCallbackReturn.SUCCESS
@@ -94,21 +101,21 @@ class RockingController(LifecycleNode):
         return TransitionCallbackReturn.SUCCESS
 
     def _configure(self) -> None:
-        self._before = link.entities(self)
+        self._before = raw_topics.entities(self)
         values = self._values = {one.name: self.get_parameter(one.name).value for one in PARAMETERS}
-        self._rig, _ = rig_of(values["rig"])
+        self._rig, _ = read_rig(values["rig"])
         self._target = values["tool_face_target"]
         self._build_controller()
         self._declare_settings()
         self._inbox = SampleInbox(values["stale_after"])
-        self._health = Health(self, name_of(values["rig"]))
-        self._stamp_ns: int | None = None     # of the last sample
-        self._heard_ns = 0                    # this node's clock at the last sample
+        self._health = DiagnosticsPublisher(self, rig_name(values["rig"]))
+        self._stamp_ns: int | None = None  # of the last sample
+        self._heard_ns = 0  # this node's clock at the last sample
         self._command: RigCommand | None = None
-        self._silence = Silence()
+        self._silence = Watchdog()
         self._silent_from: float | None = None  # s, stamp of the last sample before the rig went silent
-        self._echoes = Echoes()
-        self._target_publisher = link.publisher(self, TOPICS["tool_face_target"])
+        self._echoes = OwnEchoes()
+        self._target_publisher = raw_topics.publisher(self, TOPICS["tool_face_target"])
         self._subscribe()
         # Made once the rig's topics are connected: a simulator in lockstep starts when it sees them.
         self._command_publishers: dict[str, Publisher] = {}
@@ -127,7 +134,7 @@ class RockingController(LifecycleNode):
         self._settings: tuple[str, ...] = ()
         settings = settings_of(self._controller)
         if settings is not None:
-            declared = of_settings(settings)
+            declared = settings_parameters(settings)
             configure(self._controller, dataclasses.replace(settings, **declare(self, declared)))
             self._settings = tuple(one.name for one in declared)
 
@@ -149,12 +156,14 @@ class RockingController(LifecycleNode):
 
     def _subscribe(self) -> None:
         # MWD first: where several messages wait, an executor may take them in this order.
-        self._mwd = link.SensorSubscription(self, TOPICS["mwd_tool_face"], self._on_mwd)
-        link.SensorSubscription(self, TOPICS["tool_face_target"], self._on_target)
+        self._mwd = raw_topics.SensorSubscription(self, TOPICS["mwd_tool_face"], self._on_mwd)
+        raw_topics.SensorSubscription(self, TOPICS["tool_face_target"], self._on_target)
         self._channels = [
-            link.SensorSubscription(self, TOPICS["standpipe_pressure"], self._on_standpipe_pressure),
-            *(link.SensorSubscription(self, TOPICS[name], self._joint_receiver(name))
-              for name in ("mud_pump", "draw_works", "top_drive")),
+            raw_topics.SensorSubscription(self, TOPICS["standpipe_pressure"], self._on_standpipe_pressure),
+            *(
+                raw_topics.SensorSubscription(self, TOPICS[name], self._joint_receiver(name))
+                for name in ("mud_pump", "draw_works", "top_drive")
+            ),
         ]
 
     def _joint_receiver(self, channel: str) -> Callable[[bytes], None]:
@@ -162,7 +171,7 @@ class RockingController(LifecycleNode):
 
         def receive(data: bytes) -> None:
             try:
-                reading = Joint(*cdr.decode_joint_state(data, topic.joint))
+                reading = JointReading(*cdr.decode_joint_state(data, topic.joint))
             except InputError as error:
                 self._unreadable(topic.name, error)
                 return
@@ -176,7 +185,7 @@ class RockingController(LifecycleNode):
         except InputError as error:
             self._unreadable("standpipe_pressure", error)
             return
-        self._take("standpipe_pressure", Joint(stamp_ns, pressure, math.nan, math.nan))
+        self._take("standpipe_pressure", JointReading(stamp_ns, pressure, math.nan, math.nan))
 
     def _on_mwd(self, data: bytes) -> None:
         try:
@@ -204,7 +213,7 @@ class RockingController(LifecycleNode):
     def _unreadable(self, topic: str, error: InputError) -> None:
         self.get_logger().warning(f"{topic}: {error}", throttle_duration_sec=5.0)
 
-    def _take(self, channel: str, reading: Joint) -> None:
+    def _take(self, channel: str, reading: JointReading) -> None:
         if not self._active:
             return
         if channel == "top_drive":
@@ -216,7 +225,7 @@ class RockingController(LifecycleNode):
         for measurements in self._inbox.put(channel, reading):
             # The clock comes on a topic of its own and may lag behind the sample.
             self._heard_ns = max(self.get_clock().now().nanoseconds, round(measurements.time * 1e9))
-            self._silence.heard()
+            self._silence.note_sample()
             if self._silent_from is not None:
                 self.get_logger().info(f"the rig is back at {measurements.time:.1f} s")
             self._silent_from = None
@@ -226,7 +235,8 @@ class RockingController(LifecycleNode):
         """A rig whose clock was set back is another run: what the controller believes is of the one before."""
         if self._stamp_ns is not None and (self._stamp_ns - stamp_ns) / 1e9 > SET_BACK:
             self.get_logger().warning(
-                f"the rig's clock went back from {self._stamp_ns / 1e9:.1f} to {stamp_ns / 1e9:.1f} s: {self._reset()}")
+                f"the rig's clock went back from {self._stamp_ns / 1e9:.1f} to {stamp_ns / 1e9:.1f} s: {self._reset()}"
+            )
             self._stamp_ns = None
 
     def _step(self, measurements: Measurements) -> None:
@@ -234,7 +244,7 @@ class RockingController(LifecycleNode):
             return
         self._stamp_ns = stamp_ns = round(measurements.time * 1e9)
         try:
-            command = self._halt.unless_interrupted(lambda: step_checked(self._controller, measurements))
+            command = self._halt.run_interruptible(lambda: step_checked(self._controller, measurements))
         except InputError as error:
             self._halt.fail(error)
             return
@@ -251,14 +261,17 @@ class RockingController(LifecycleNode):
         out = self._command_publishers
         out["mud_pump"].publish(cdr.encode_joint_state(stamp_ns, "mud_pump", None, float(command.pump_speed)))
         out["block"].publish(cdr.encode_joint_state(stamp_ns, "block", None, float(command.block_speed)))
-        out["top_drive"].publish(cdr.encode_joint_state(
-            stamp_ns, "top_drive", float(command.top_drive_angle), float(command.top_drive_speed)))
+        out["top_drive"].publish(
+            cdr.encode_joint_state(
+                stamp_ns, "top_drive", float(command.top_drive_angle), float(command.top_drive_speed)
+            )
+        )
 
     def _make_command_publishers(self) -> None:
         """The top drive's last: who waits for it then knows the others."""
         if not self._command_publishers:
-            topics = (link.PUMP_COMMAND, TOPICS["draw_works_command"], TOPICS["top_drive_command"])
-            self._command_publishers = {topic.joint: link.publisher(self, topic) for topic in topics}
+            topics = (raw_topics.PUMP_COMMAND, TOPICS["draw_works_command"], TOPICS["top_drive_command"])
+            self._command_publishers = {topic.joint: raw_topics.publisher(self, topic) for topic in topics}
 
     def _on_timer(self) -> None:
         """Connect; and notice when the rig has gone silent."""
@@ -270,7 +283,7 @@ class RockingController(LifecycleNode):
             return
         if self._stamp_ns is None:
             return
-        silent = self._silence.lasts(self._inbox.stale_after)
+        silent = self._silence.silent_for(self._inbox.stale_after)
         if not self.get_parameter("use_sim_time").value:
             passed_ns = round(silent * 1e9)
         else:
@@ -318,7 +331,7 @@ class RockingController(LifecycleNode):
 
     def _publish_target(self, stamp_ns: int) -> None:
         data = cdr.encode_joint_state(stamp_ns, "tool_face", self._target)
-        self._echoes.sent(data)
+        self._echoes.add(data)
         self._target_publisher.publish(data)
 
     def _statuses(self, stamp_ns: int) -> list[Status]:

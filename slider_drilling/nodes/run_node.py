@@ -16,7 +16,7 @@ from rclpy.utilities import remove_ros_args
 
 from slider_drilling.errors import InputError
 from slider_drilling.nodes.raw_topics import flush
-from slider_drilling.nodes.shutdown import Halt, Interrupted
+from slider_drilling.nodes.shutdown import ShutdownRequest, SignalInterrupt
 from slider_drilling.nodes.spin import drain, spin
 
 NODES = {
@@ -26,12 +26,16 @@ NODES = {
     "log_player": ("slider_drilling.nodes.log_player", "LogPlayer"),
     "dashboard": ("slider_drilling.nodes.dashboard", "Dashboard"),
 }
-WRONG_ARGUMENTS = (rclpy_implementation.RCLError, rclpy_implementation.RCLInvalidROSArgsError,
-                   rclpy_implementation.UnknownROSArgsError, ROSInterruptException)
+WRONG_ARGUMENTS = (
+    rclpy_implementation.RCLError,
+    rclpy_implementation.RCLInvalidROSArgsError,
+    rclpy_implementation.UnknownROSArgsError,
+    ROSInterruptException,
+)
 
 
 @runtime_checkable
-class Recording(Protocol):
+class ClosableNode(Protocol):
     """A node that must be closed: what it has received so far is finished then."""
 
     messages: int
@@ -43,8 +47,8 @@ class Recording(Protocol):
 
 def run_node(name: str) -> None:
     """Run it until its work is done or a signal comes. Raises InputError."""
-    halt = Halt()
-    halt.leave_on_signals(Interrupted)
+    halt = ShutdownRequest()
+    halt.raise_on_signals(SignalInterrupt)
     try:
         module = importlib.import_module(NODES[name][0])
         node_class = getattr(module, NODES[name][1])
@@ -56,13 +60,13 @@ def run_node(name: str) -> None:
             _turn(node_class, halt)
         finally:
             rclpy.try_shutdown()
-    except Interrupted:
-        return   # a signal, before there was anything to end in order
+    except SignalInterrupt:
+        return  # a signal, before there was anything to end in order
 
 
-def _turn(node_class: Callable[..., Any], halt: Halt) -> None:
+def _turn(node_class: Callable[..., Any], halt: ShutdownRequest) -> None:
     if hasattr(node_class, "close"):
-        halt.take_signals()   # its file is begun while it is made, and has to be ended
+        halt.take_signals()  # its file is begun while it is made, and has to be ended
     try:
         node = node_class(halt)
     except rclpy_implementation.RCLError as error:
@@ -70,12 +74,12 @@ def _turn(node_class: Callable[..., Any], halt: Halt) -> None:
     halt.take_signals()
     try:
         executor = spin([node], halt)
-        if isinstance(node, Recording):
+        if isinstance(node, ClosableNode):
             drain(executor, lambda: node.messages)
         flush(node)
         halt.raise_error()
     finally:
-        if isinstance(node, Recording):
+        if isinstance(node, ClosableNode):
             node.close()
 
 

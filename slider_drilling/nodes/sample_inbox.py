@@ -11,7 +11,7 @@ NAN = float("nan")
 
 
 @dataclass(frozen=True)
-class Joint:
+class JointReading:
     """One reading: ns, rad or m, rad/s or m/s, N m or N."""
 
     stamp_ns: int
@@ -31,13 +31,13 @@ class SampleInbox:
 
     def __init__(self, stale_after: float) -> None:
         self.stale_after = stale_after
-        self._last: dict[str, Joint] = {}
+        self._last: dict[str, JointReading] = {}
         self._first_ns: int | None = None
-        self._waiting: Joint | None = None
-        self.answered: Joint | None = None   # the reading of the top drive that made the last sample
+        self._waiting: JointReading | None = None
+        self.answered: JointReading | None = None  # the reading of the top drive that made the last sample
         self._mwd: list[tuple[int, float]] = []
 
-    def put(self, channel: str, reading: Joint) -> list[Measurements]:
+    def put(self, channel: str, reading: JointReading) -> list[Measurements]:
         """Take a reading of any channel; returns the samples that it completes."""
         complete = []
         if channel == "top_drive":
@@ -68,7 +68,7 @@ class SampleInbox:
         last = self._last.get(channel)
         return last is not None and abs(last.stamp_ns - stamp_ns) <= self.stale_after * 1e9
 
-    def _is_there(self, channel: str, waiting: Joint) -> bool:
+    def _is_there(self, channel: str, waiting: JointReading) -> bool:
         """Whether nothing is gained by waiting for the channel."""
         last = self._last.get(channel)
         if last is None:
@@ -76,16 +76,16 @@ class SampleInbox:
             return waiting.stamp_ns - silent_since > self.stale_after * 1e9
         return last.stamp_ns >= waiting.stamp_ns or not self._is_fresh(channel, waiting.stamp_ns)
 
-    def _take(self, top_drive: Joint) -> Measurements:
+    def _take(self, top_drive: JointReading) -> Measurements:
         self._waiting = None
         self.answered = top_drive
         now = top_drive.stamp_ns
-        lost = Joint(now, NAN, NAN, NAN)
-        block, standpipe, pump = (
-            self._last[name] if self._is_fresh(name, now) else lost for name in self.CHANNELS
+        lost = JointReading(now, NAN, NAN, NAN)
+        block, standpipe, pump = (self._last[name] if self._is_fresh(name, now) else lost for name in self.CHANNELS)
+        mwd = tuple(
+            MwdSample(measured / 1e9, now / 1e9, math.remainder(tool_face, 2.0 * math.pi))
+            for measured, tool_face in self._mwd
         )
-        mwd = tuple(MwdSample(measured / 1e9, now / 1e9, math.remainder(tool_face, 2.0 * math.pi))
-                    for measured, tool_face in self._mwd)
         self._mwd.clear()
         return Measurements(
             time=now / 1e9,

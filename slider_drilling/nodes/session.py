@@ -13,20 +13,20 @@ from typing import Any
 import rclpy
 from rclpy.parameter import Parameter
 
-from slider_drilling.files.installed_files import share_file
-from slider_drilling.live.serve import Address
+from slider_drilling.files.installed_files import installed_file
+from slider_drilling.live.server import Address
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
 from slider_drilling.nodes.recorder import Recorder
 from slider_drilling.nodes.rig_parameter import EXAMPLE
 from slider_drilling.nodes.rocking_controller import RockingController
 from slider_drilling.nodes.run_node import init
-from slider_drilling.nodes.shutdown import Halt
+from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.spin import drain, spin
-from slider_drilling.process.shutdown import Ended
+from slider_drilling.process.shutdown import TerminationSignal
 
 
 @dataclass(frozen=True)
-class Plan:
+class SessionOptions:
     """What to run. rig, record: paths; duration: s, 0 for no end; speed: times real time, 0 for lockstep; target: rad.
 
     plant: path of the rig file that is simulated, where it is not the one that controller and log are told of;
@@ -48,7 +48,7 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class SessionResult:
     """What came of a run. log: path or None; simulated, wall: s; messages: in the log; signal: that ended it, or 0."""
 
     log: Path | None
@@ -58,34 +58,34 @@ class Outcome:
     signal: int
 
 
-def run(
-    plan: Plan,
+def run_session(
+    plan: SessionOptions,
     progress: Callable[[float], None] = lambda simulated: None,
     announce: Callable[[str], None] = lambda address: None,
-) -> Outcome:
+) -> SessionResult:
     """Run it. Raises InputError.
 
     progress: told the simulated seconds now and then; announce: told the live page's address once it is there.
     """
     # Nodes of this process are configured by the plan; `--ros-args` are for nodes that run alone.
     init(["slider-drilling"])
-    halt = Halt()
-    halt.leave_on_signals(Ended)
+    halt = ShutdownRequest()
+    halt.raise_on_signals(TerminationSignal)
     try:
         with contextlib.ExitStack() as ending:
             return _run(plan, progress, announce, halt, ending)
     finally:
         rclpy.try_shutdown()
-        halt.give_signals_back()
+        halt.restore_handlers()
 
 
 def _run(
-    plan: Plan,
+    plan: SessionOptions,
     progress: Callable[[float], None],
     announce: Callable[[str], None],
-    halt: Halt,
+    halt: ShutdownRequest,
     ending: contextlib.ExitStack,
-) -> Outcome:
+) -> SessionResult:
     def make(kind: Callable[..., Any], **parameters: Any) -> Any:
         overrides = [Parameter(name, value=value) for name, value in parameters.items() if value is not None]
         node = kind(halt, parameter_overrides=overrides)
@@ -93,20 +93,33 @@ def _run(
         return node
 
     # The simulator first: where another rig is simulated already, nothing is recorded of that one.
-    simulator = make(FrictionSimulator, rig=plan.plant or plan.rig, speed=float(plan.speed),
-                     duration=float(plan.duration), seed=plan.seed, elements=plan.elements, wait_for_controller=True,
-                     minimum_subscribers=1 + (plan.record is not None) + (plan.live is not None))
+    simulator = make(
+        FrictionSimulator,
+        rig=plan.plant or plan.rig,
+        speed=float(plan.speed),
+        duration=float(plan.duration),
+        seed=plan.seed,
+        elements=plan.elements,
+        wait_for_controller=True,
+        minimum_subscribers=1 + (plan.record is not None) + (plan.live is not None),
+    )
     recorder: Recorder | None = None
     if plan.record is not None:
-        halt.take_signals()   # its file is begun while it is made, and has to be ended
+        halt.take_signals()  # its file is begun while it is made, and has to be ended
         recorder = make(Recorder, directory=str(plan.record), rig=_told(plan), notes=plan.notes, use_sim_time=True)
         ending.push(functools.partial(_finish, recorder))
-        halt.leave_on_signals(Ended)
+        halt.raise_on_signals(TerminationSignal)
     dashboard = None
     if plan.live is not None:
         dashboard = _make_dashboard(make, plan.live, announce)
-    controller = make(RockingController, rig=plan.rig, use_sim_time=True, tool_face_target=plan.target,
-                      controller=plan.controller, **plan.settings)
+    controller = make(
+        RockingController,
+        rig=plan.rig,
+        use_sim_time=True,
+        tool_face_target=plan.target,
+        controller=plan.controller,
+        **plan.settings,
+    )
     reporting = [node for node in (simulator, recorder, controller) if node is not None]
     nodes = reporting if dashboard is None else [*reporting, dashboard]
     if recorder is not None:
@@ -120,15 +133,15 @@ def _run(
     progress(simulator.simulated)
     if recorder is None:
         halt.raise_error()
-        return Outcome(None, simulator.simulated, wall, 0, halt.signal)
+        return SessionResult(None, simulator.simulated, wall, 0, halt.signal)
     drain(executor, lambda: recorder.messages)
     halt.raise_error()
-    return Outcome(recorder.path, simulator.simulated, wall, recorder.messages, halt.signal)
+    return SessionResult(recorder.path, simulator.simulated, wall, recorder.messages, halt.signal)
 
 
-def _told(plan: Plan) -> str:
+def _told(plan: SessionOptions) -> str:
     """The rig file that goes into the log: never the plant's own, where that differs."""
-    return str(share_file(EXAMPLE)) if plan.plant and not plan.rig else plan.rig
+    return str(installed_file(EXAMPLE)) if plan.plant and not plan.rig else plan.rig
 
 
 def _make_dashboard(make: Callable[..., Any], address: Address, announce: Callable[[str], None]) -> Any:

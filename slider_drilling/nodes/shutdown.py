@@ -8,16 +8,16 @@ from types import FrameType
 from typing import Any, TypeVar
 
 from slider_drilling.errors import InputError
-from slider_drilling.process.shutdown import note
+from slider_drilling.process.shutdown import record_signal
 
 Result = TypeVar("Result")
 
 
-class Interrupted(BaseException):
+class SignalInterrupt(BaseException):
     """A signal came while nothing was there yet to be ended, or a user's code ran, which is not to swallow it."""
 
 
-class Halt:
+class ShutdownRequest:
     """Asked by nodes and signals to end the program; the spinning loop looks at it.
 
     A callback does not raise: the executor would print the trace of what is a user's mistake. It calls `fail`.
@@ -50,7 +50,7 @@ class Halt:
         """
         self._handle_with(self._on_signal)
 
-    def leave_on_signals(self, leaving: Callable[[int], BaseException]) -> None:
+    def raise_on_signals(self, leaving: Callable[[int], BaseException]) -> None:
         """Raise this, of a signal's number, on SIGINT, SIGTERM and SIGHUP: while there is nothing to end in order yet.
 
         Raises it at once where such a signal has come already. The first time on a machine a plant compiles for a
@@ -76,13 +76,13 @@ class Halt:
             before = signal.signal(number, handler)
             self._before.setdefault(number, before)
 
-    def give_signals_back(self) -> None:
+    def restore_handlers(self) -> None:
         """Let signals do again what they did before."""
         for number, handler in self._before.items():
             signal.signal(number, handler)
         self._before.clear()
 
-    def unless_interrupted(self, work: Callable[[], Result]) -> Result | None:
+    def run_interruptible(self, work: Callable[[], Result]) -> Result | None:
         """Do a user's work, which may never end: a signal ends it, and None is returned then."""
         try:
             try:
@@ -90,15 +90,15 @@ class Halt:
                 return work()
             finally:
                 self._may_interrupt = False
-        except Interrupted:
+        except SignalInterrupt:
             return None
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
         self.signal = self.signal or number
-        note(number)
+        record_signal(number)
         self.requested = True
         if self._may_interrupt:
-            raise Interrupted
+            raise SignalInterrupt
 
     def raise_error(self) -> None:
         """Raise what `fail` was told."""

@@ -9,7 +9,7 @@ import sys
 from slider_drilling.errors import InputError
 
 
-class Place:
+class SimulatorLock:
     """Held from its making until `leave` or the end of the process, however that ends.
 
     Two rigs in one domain and namespace end each other's runs and spoil each other's logs. A socket of Linux's
@@ -27,14 +27,14 @@ class Place:
         try:
             self._socket.bind(f"\0slider_drilling/rig/{domain}/{namespace.strip('/')}")
         except OSError:
-            self.leave()
+            self.release()
             where = f"ROS domain {domain}" + (f" and namespace {namespace}" if namespace.strip("/") else "")
             raise InputError(
                 f"another rig is simulated in {where} of this machine; end it, or give this one another "
                 "ROS_DOMAIN_ID or a namespace"
             ) from None
 
-    def leave(self) -> None:
+    def release(self) -> None:
         """Make room for another one."""
         if self._socket is not None:
             self._socket.close()

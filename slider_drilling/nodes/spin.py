@@ -11,7 +11,7 @@ from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
 
-from slider_drilling.nodes.shutdown import Halt
+from slider_drilling.nodes.shutdown import ShutdownRequest
 
 IDLE = 0.1  # s after which a loop without messages looks at the signals
 DRAIN = 2.0  # s at most for what is still on its way when a program ends
@@ -26,7 +26,7 @@ def make_executor() -> Executor:
     return EventsExecutor()
 
 
-def spin(nodes: Sequence[Node], halt: Halt, meanwhile: Callable[[], None] = lambda: None) -> Executor:
+def spin(nodes: Sequence[Node], halt: ShutdownRequest, meanwhile: Callable[[], None] = lambda: None) -> Executor:
     """Turn the nodes until halt is requested, calling `meanwhile` about ten times a second; returns the executor."""
     executor = make_executor()
     # A busy events executor does not come back for its timeout, but it does serve timers.

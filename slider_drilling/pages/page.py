@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from slider_drilling import __version__
-from slider_drilling.files.output_files import write_whole
+from slider_drilling.files.output_files import write_atomically
 from slider_drilling.pages.colours import DARK, LIGHT
 from slider_drilling.pages.figures import Chart, HeatMap
 from slider_drilling.pages.plotly_js import plotly_spec
@@ -103,7 +103,7 @@ class Page:
 
 def write_page(path: Path, page: Page, units: Units) -> None:
     """The page at `path`, whole or not at all; it needs no network. Raises InputError."""
-    write_whole(path, page_html(page, units).encode("utf-8"))
+    write_atomically(path, page_html(page, units).encode("utf-8"))
 
 
 def page_html(page: Page, units: Units) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from slider_drilling.pages.colours import LIGHT, ORDER
 from slider_drilling.pages.figures import Bars, Chart, Figure, HeatMap, Line, Panel, decimate
 from slider_drilling.pages.plotly_js import KINDS
-from slider_drilling.process.shutdown import put_off
+from slider_drilling.process.shutdown import defer_signals
 from slider_drilling.units import Units, unit_of
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ _STYLES: dict[str, dict[str, Any]] = {
 
 def render_png(figures: tuple[Figure, ...], units: Units, title: str = "") -> bytes:
     """PNG of every figure: one below the other where there is one or it has panels, else two a row."""
-    with put_off():
+    with defer_signals():
         return _png(figures, units, title)
 
 

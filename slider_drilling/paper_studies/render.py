@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from slider_drilling import __version__
-from slider_drilling.files.output_files import make_folder, write_whole
+from slider_drilling.files.output_files import make_folder, write_atomically
 from slider_drilling.pages import page_html, write_page
 from slider_drilling.pages.png import render_png
 from slider_drilling.paper_studies.page import drawn, index_page, study_page
@@ -48,7 +48,7 @@ def write_study(
     }
     paths = {suffix: directory / f"{study.name}.{suffix}" for suffix in contents}
     for suffix, content in contents.items():
-        write_whole(paths[suffix], content)
+        write_atomically(paths[suffix], content)
     return list(paths.values())
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from slider_drilling.control.rocking import Rocking
 from slider_drilling.drillstring import Commands
-from slider_drilling.files.installed_files import share_file
+from slider_drilling.files.installed_files import installed_file
 from slider_drilling.rig import Rig, load_rig
 
 ELEMENTS = 100
@@ -20,7 +20,7 @@ ROUNDING = 0.2
 
 def example_rig() -> Rig:
     """The rig file that comes with the package: 4000 m, 1600 m of it horizontal."""
-    return load_rig(share_file("config/rig.example.yaml"))
+    return load_rig(installed_file("config/rig.example.yaml"))
 
 
 def longer(rig: Rig, extra: float) -> Rig:

@@ -35,9 +35,9 @@ except Exception as error:
     _why = str(error).partition("\n")[0].rstrip(".")
     raise InputError(f"{_given}: numba does not start: {_why}; unset it") from None
 
-__all__ = ["COMPILE", "INNER", "announced", "njit", "threads", "vector_bits"]
+__all__ = ["INLINED_JIT_OPTIONS", "JIT_OPTIONS", "announce_compilation", "available_threads", "njit", "vector_bits"]
 
-COMPILE: dict[str, Any] = {
+JIT_OPTIONS: dict[str, Any] = {
     "cache": True,
     "error_model": "numpy",
     # Not "nnan" and "ninf": a run that blows up must show it.
@@ -49,12 +49,12 @@ COMPILE: dict[str, Any] = {
 }
 # Of functions that only compiled code calls: no entry for Python, which takes longest to compile, and no calls, each of
 # which would push seven words an array and compare every two arrays for overlap anew: 40 % of a step of few elements.
-INNER: dict[str, Any] = {
-    **COMPILE, "cache": False, "forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
+INLINED_JIT_OPTIONS: dict[str, Any] = {
+    **JIT_OPTIONS, "cache": False, "forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
 }  # fmt: skip
 
 
-def threads() -> int:
+def available_threads() -> int:
     """How many threads a batch of simulations may use: two, or as many as numba was allowed (NUMBA_NUM_THREADS)."""
     return min(2, config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
 
@@ -68,12 +68,12 @@ def vector_bits() -> int:
 
 
 @contextmanager
-def announced(function: Any, what: str) -> Iterator[None]:
+def announce_compilation(function: Any, description: str) -> Iterator[None]:
     """Tell the user on stderr while ``function`` is compiled, if it is, during the block."""
     if function.overloads:
         yield
         return
-    with install_listener("numba:compile", _Announcement(function, what)):
+    with install_listener("numba:compile", _Announcement(function, description)):
         yield
 
 
@@ -114,10 +114,10 @@ def _set_up() -> None:
         if "+avx512vl" in features:
             # LLVM avoids 512-bit vectors on processors that lower their clock for them; the step gains more than that.
             config.CPU_FEATURES = f"{features},-prefer-256-bit"  # type: ignore[attr-defined]
-    config.CACHE_DIR = _cache_folder(config.CACHE_DIR)  # type: ignore[attr-defined]
+    config.CACHE_DIR = cache_folder(config.CACHE_DIR)  # type: ignore[attr-defined]
 
 
-def _cache_folder(given: str) -> str:
+def cache_folder(given: str) -> str:
     """Where numba is to keep what it compiles: the folder given, its own choice (empty), or one of this user's.
 
     Raises InputError where the folder given cannot be written; numba would end with a traceback there, as it would

@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from threading import Lock
 from typing import Any, TypeVar
 
-from slider_drilling.process.jit_cache import threads
+from slider_drilling.process.jit_cache import available_threads
 
 _Given = TypeVar("_Given")
 _Made = TypeVar("_Made")
@@ -25,7 +25,7 @@ class _AtWork:
 
     @property
     def idle(self) -> int:
-        return max(threads() - self._count, 0)
+        return max(available_threads() - self._count, 0)
 
     def add(self, change: int) -> None:
         with self._lock:
@@ -47,15 +47,17 @@ def idle_threads() -> int:
     return _AT_WORK.idle
 
 
-def at_once(work: Callable[[_Given], _Made], given: Iterable[_Given], most: int | None = None) -> list[_Made]:
+def parallel_map(
+    function: Callable[[_Given], _Made], given: Iterable[_Given], max_threads: int | None = None
+) -> list[_Made]:
     """What the work makes of everything that is given, in its order; of what fails, the first in that order is raised.
 
     most: threads that are to be at it, whatever else is done; by default those that have nothing to do.
     """
     items = list(given)
-    called = _AT_WORK.call(len(items) - 1, most)
+    called = _AT_WORK.call(len(items) - 1, max_threads)
     if not called:
-        return [work(item) for item in items]
+        return [function(item) for item in items]
     made: list[Any] = [None] * len(items)
     failed: dict[int, BaseException] = {}
     left = iter(range(len(items)))
@@ -66,7 +68,7 @@ def at_once(work: Callable[[_Given], _Made], given: Iterable[_Given], most: int 
             for index in left:
                 if failed:
                     break
-                made[index] = work(items[index])
+                made[index] = function(items[index])
         except BaseException as error:
             failed[index] = error
         finally:

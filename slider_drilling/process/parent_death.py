@@ -7,7 +7,7 @@ import os
 import signal
 import sys
 
-END_WITH_PARENT = "SLIDER_DRILLING_END_WITH_PARENT"  # the process id of who starts it: a launch, the bench
+PARENT_PID_VARIABLE = "SLIDER_DRILLING_END_WITH_PARENT"  # the process id of who starts it: a launch, the bench
 _PR_SET_PDEATHSIG = 1
 
 
@@ -16,9 +16,9 @@ def end_with_parent() -> None:
 
     Linux only; elsewhere it outlives a parent that was killed.
     """
-    parent = os.environ.pop(END_WITH_PARENT, "")
+    parent = os.environ.pop(PARENT_PID_VARIABLE, "")
     if not parent or sys.platform != "linux":
         return
     ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, int(signal.SIGINT))
     if os.getppid() != int(parent):
-        os.kill(os.getpid(), signal.SIGINT)   # it went before the kernel was asked
+        os.kill(os.getpid(), signal.SIGINT)  # it went before the kernel was asked

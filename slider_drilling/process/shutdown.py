@@ -18,7 +18,7 @@ _waiting: list[int] | None = None  # signals that came while they were put off; 
 _LATER = 0.02  # s after which a signal whose exception was lost comes again
 
 
-class Ended(KeyboardInterrupt):
+class TerminationSignal(KeyboardInterrupt):
     """A signal asked the command to end. What ends in order on Ctrl-C ends in order on this. number: of the signal."""
 
     def __init__(self, number: int) -> None:
@@ -27,7 +27,7 @@ class Ended(KeyboardInterrupt):
 
 
 def raise_on_signals() -> None:
-    """Raise `Ended` on the signals that end a command, but for those that whoever started it had ignored."""
+    """Raise `TerminationSignal` on SIGINT, SIGTERM and SIGHUP, except those that the parent process ignores."""
     _received.clear()
     for number in _ENDING:
         if signal.getsignal(number) is not signal.SIG_IGN:
@@ -36,7 +36,7 @@ def raise_on_signals() -> None:
 
 
 @contextmanager
-def put_off() -> Iterator[None]:
+def defer_signals() -> Iterator[None]:
     """Have the signals that come meanwhile end the command after this: for a second of work that must not be torn.
 
     A library in C++ that calls Python makes another error of what a signal raises there, or aborts the process.
@@ -51,10 +51,10 @@ def put_off() -> Iterator[None]:
     finally:
         _waiting = None
     if came:
-        raise Ended(came[0])
+        raise TerminationSignal(came[0])
 
 
-def end_at_once() -> None:
+def restore_default_handlers() -> None:
     """From now on such a signal ends the process without a word: what there was to do in order is done.
 
     While Python shuts down an exception would only be printed.
@@ -64,37 +64,37 @@ def end_at_once() -> None:
             signal.signal(number, signal.SIG_DFL)
 
 
-def exit_code() -> int:
+def signal_exit_code() -> int:
     """128 and the number of the first signal that came, as shells have it; 0 where none did."""
     return 128 + _received[0] if _received else 0
 
 
-def came_of_a_signal(error: BaseException) -> bool:
-    """Whether an error stands for `Ended`: Python and libraries make others of what is raised within them."""
+def caused_by_signal(error: BaseException) -> bool:
+    """Whether a signal caused this error: Python and libraries wrap exceptions that pass through them."""
     cause: BaseException | None = error
     while cause is not None:
-        if isinstance(cause, Ended):
+        if isinstance(cause, TerminationSignal):
             return True
         cause = cause.__cause__ or cause.__context__
     return False
 
 
-def note(number: int) -> None:
+def record_signal(number: int) -> None:
     """Keep for `exit_code` a signal that another handler has taken."""
     _received.append(number)
 
 
 def _end(number: int, frame: FrameType | None) -> None:
-    note(number)
+    record_signal(number)
     if _waiting is not None:
         _waiting.append(number)
         return
-    raise Ended(number)
+    raise TerminationSignal(number)
 
 
 def _again(lost: Any) -> None:
     """Send a signal again that came where Python lets nothing be raised: in a finaliser, in a callback of an import."""
-    if isinstance(lost.exc_value, Ended):
+    if isinstance(lost.exc_value, TerminationSignal):
         timer = threading.Timer(_LATER, os.kill, (os.getpid(), lost.exc_value.number))
         timer.daemon = True
         timer.start()

@@ -12,7 +12,7 @@ T = TypeVar("T")
 _PERIOD = 0.5  # s between two looks at who the parent is
 
 
-def in_processes(function: Callable[..., T], calls: Iterable[tuple[object, ...]], jobs: int) -> Iterator[T]:
+def map_in_processes(function: Callable[..., T], calls: Iterable[tuple[object, ...]], jobs: int) -> Iterator[T]:
     """What ``function`` returns for each tuple of arguments, as they end, in up to ``jobs`` processes. Raises what it
     raises."""
     from joblib import Parallel, delayed

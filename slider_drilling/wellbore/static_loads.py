@@ -22,7 +22,7 @@ import numpy as np
 
 from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.errors import InputError
-from slider_drilling.process.jit_cache import COMPILE, njit
+from slider_drilling.process.jit_cache import JIT_OPTIONS, njit
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.course import Array
 from slider_drilling.wellbore.mesh import GRAVITY, Mesh, build_mesh, friction_factors, open_hole_share
@@ -102,7 +102,7 @@ def _extra_side_force(rig: Rig, mesh: Mesh) -> tuple[Array, Array]:
             rig.effects.buckling_contact.factor * mesh.clearance / bending * mesh.length)
 
 
-@njit(**COMPILE | {"_nrt": True})
+@njit(**JIT_OPTIONS | {"_nrt": True})
 def _integrate(
     weight, side_weight, vertical_bend, lateral_bend, tortuous_bend, buckling, drag, lever, tension_at_bit,
     torque_at_bit,

@@ -7,7 +7,7 @@ from toy import toy
 
 from slider_drilling.gap import explain
 from slider_drilling.process import parallel_map as module
-from slider_drilling.process.parallel_map import at_once, idle_threads
+from slider_drilling.process.parallel_map import idle_threads, parallel_map
 
 
 @pytest.mark.parametrize("threads", [1, 2])
@@ -21,15 +21,15 @@ def test_what_is_made_comes_in_the_order_of_what_was_given(threads, monkeypatch)
         assert number or threads == 1 or second.wait(60.0), "the second piece did not run beside the first"
         return 10 * number
 
-    assert at_once(slow_first, range(5)) == [0, 10, 20, 30, 40]
-    assert at_once(slow_first, []) == []
+    assert parallel_map(slow_first, range(5)) == [0, 10, 20, 30, 40]
+    assert parallel_map(slow_first, []) == []
 
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_what_fails_is_raised(threads, monkeypatch):
     monkeypatch.setattr(module, "threads", lambda: threads)
     with pytest.raises(ZeroDivisionError):
-        at_once(lambda number: 1 / number, [2, 1, 0, 3])
+        parallel_map(lambda number: 1 / number, [2, 1, 0, 3])
 
 
 def test_what_fails_first_in_their_order_is_raised(monkeypatch):
@@ -44,7 +44,7 @@ def test_what_fails_first_in_their_order_is_raised(monkeypatch):
         raise ValueError
 
     with pytest.raises(ValueError):
-        at_once(fails, range(2))
+        parallel_map(fails, range(2))
     assert idle_threads() == 1
 
 
@@ -63,10 +63,10 @@ def test_work_within_work_calls_those_who_have_nothing_to_do(monkeypatch):
             assert over.wait(60.0)
             return
         assert idle_threads() == 1
-        at_once(inner, range(2))
+        parallel_map(inner, range(2))
         over.set()
 
-    at_once(outer, range(2))
+    parallel_map(outer, range(2))
     assert len(seen) == 2
     assert idle_threads() == 2
 
@@ -84,7 +84,7 @@ def test_no_more_are_at_work_than_there_are_cores_for(monkeypatch):
             now[0] -= 1
         return number
 
-    found = at_once(lambda one: at_once(lambda two: innermost(one + two), range(5)), range(8))
+    found = parallel_map(lambda one: parallel_map(lambda two: innermost(one + two), range(5)), range(8))
     assert found == [[one + two for two in range(5)] for one in range(8)]
     assert most[0] <= 2
     assert idle_threads() == 1

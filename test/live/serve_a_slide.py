@@ -14,9 +14,9 @@ from slider_drilling.api.rigs import load_rig
 from slider_drilling.control import SlideController
 from slider_drilling.control.protocol import Status
 from slider_drilling.drillstring import VirtualRig
-from slider_drilling.live.desk import Desk, SetParameter, SetTarget
-from slider_drilling.live.serve import Address, Server
-from slider_drilling.live.state import LiveState, Setting
+from slider_drilling.live.page_requests import RequestQueue, SetParameter, SetTarget
+from slider_drilling.live.server import Address, PageServer
+from slider_drilling.live.state import LiveParameter, LiveState
 
 
 class Slide:
@@ -29,7 +29,9 @@ class Slide:
         self.controller.tool_face_target = state.target = math.radians(45.0)
         state.take_rig(rig)
         state.recording = True
-        state.take_settings([Setting("rocking_controller", "gain", 2.0, "-", 0.0, 8.0, "centre shift per error")])
+        state.take_parameters(
+            [LiveParameter("rocking_controller", "gain", 2.0, "-", 0.0, 8.0, "centre shift per error")]
+        )
 
     def step(self) -> None:
         state, m = self.state, self.rig.step(self.controller.step(self.rig.measurements))
@@ -40,16 +42,18 @@ class Slide:
         state.truth = self.rig.truth.tool_face
         state.take_top_drive(m.time, m.top_drive_angle, m.surface_torque)
         if round(m.time * 10) % 10 == 0:
-            state.take_statuses(Status(one.level, f"rocking_controller: {one.name}", one.message, one.values)
-                                for one in self.controller.status())
+            state.take_statuses(
+                Status(one.level, f"rocking_controller: {one.name}", one.message, one.values)
+                for one in self.controller.status()
+            )
 
 
 def main(speed: float, before: float) -> None:
-    state, desk, wishes = LiveState(), Desk(), []
+    state, desk, wishes = LiveState(), RequestQueue(), []
     slide = Slide(state)
     while slide.rig.measurements.time < before:
         slide.step()
-    server = Server(state, desk, Address(port=0))
+    server = PageServer(state, desk, Address(port=0))
     print(server.url, flush=True)
 
     def run() -> None:
@@ -60,9 +64,9 @@ def main(speed: float, before: float) -> None:
                 wishes.append(wish)
                 if isinstance(wish, SetTarget):
                     slide.controller.tool_face_target = state.target = wish.target
-                    state.tell(f"target {math.degrees(wish.target):.1f} deg", good=True)
+                    state.add_notice(f"target {math.degrees(wish.target):.1f} deg", good=True)
                 elif isinstance(wish, SetParameter):
-                    state.tell(f"{wish.name} = {wish.value:g}: refused: out of range", good=False)
+                    state.add_notice(f"{wish.name} = {wish.value:g}: refused: out of range", good=False)
             due += 0.1 / speed
             time.sleep(max(due - time.monotonic(), 0.0))
 

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from slider_drilling.errors import InputError
-from slider_drilling.live.access import Door, is_own
-from slider_drilling.live.serve import Address
+from slider_drilling.live.access import AccessControl, is_loopback
+from slider_drilling.live.server import Address
 
 TOKEN = "abcdef0123456789"
 
@@ -29,9 +29,13 @@ def ask(token: str | None, kind: str = "http", query: str = "", **heads: str) ->
     async def receive() -> Any:
         return {"type": "http.request"}
 
-    scope = {"type": kind, "path": "/", "query_string": query.encode(),
-             "headers": [(name.replace("_", "-").encode(), value.encode()) for name, value in heads.items()]}
-    asyncio.run(Door(_inside, token)(scope, receive, send))
+    scope = {
+        "type": kind,
+        "path": "/",
+        "query_string": query.encode(),
+        "headers": [(name.replace("_", "-").encode(), value.encode()) for name, value in heads.items()],
+    }
+    asyncio.run(AccessControl(_inside, token)(scope, receive, send))
     return sent[0]
 
 
@@ -78,14 +82,25 @@ def test_other_addresses_get_a_token_of_their_own() -> None:
     assert Address("192.168.1.4", token=TOKEN).checked().token == TOKEN
 
 
-@pytest.mark.parametrize("address", [Address(port=70000), Address(port=-1), Address(token="short"),
-                                     Address(token="with a space in it")])
+@pytest.mark.parametrize(
+    "address", [Address(port=70000), Address(port=-1), Address(token="short"), Address(token="with a space in it")]
+)
 def test_addresses_that_cannot_be(address: Address) -> None:
     with pytest.raises(InputError, match="live page"):
         address.checked()
 
 
-@pytest.mark.parametrize(("host", "own"), [("127.0.0.1", True), ("127.8.8.8", True), ("::1", True), ("LOCALHOST", True),
-                                           ("0.0.0.0", False), ("192.168.0.2", False), ("rig.example", False)])
+@pytest.mark.parametrize(
+    ("host", "own"),
+    [
+        ("127.0.0.1", True),
+        ("127.8.8.8", True),
+        ("::1", True),
+        ("LOCALHOST", True),
+        ("0.0.0.0", False),
+        ("192.168.0.2", False),
+        ("rig.example", False),
+    ],
+)
 def test_which_addresses_are_this_machines_own(host: str, own: bool) -> None:
-    assert is_own(host) is own
+    assert is_loopback(host) is own

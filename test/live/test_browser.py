@@ -27,8 +27,13 @@ FRAMES = ".sd-instruments"
 def slide() -> Iterator[subprocess.Popen[str]]:
     """A slide 320 s old, in real time; its first line is the page's address."""
     program = Path(__file__).with_name("serve_a_slide.py")
-    process = subprocess.Popen([sys.executable, program, "1", "320"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                               text=True, env={**os.environ, "PYTHONPATH": str(program.parents[2])})
+    process = subprocess.Popen(
+        [sys.executable, program, "1", "320"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(program.parents[2])},
+    )
     yield process
     process.terminate()
     process.wait(20)
@@ -133,5 +138,7 @@ def test_controls_reach_the_desk(open_page: Callable[..., Any], slide: subproces
     slide.stdin.write("wishes\n")
     slide.stdin.flush()
     wishes = slide.stdout.readline().strip()
-    assert wishes == ("[SetTarget(target=-1.0471975511965976), Rock(on=False), Rock(on=True), Record(on=False), "
-                      "SetParameter(node='rocking_controller', name='gain', value=99.0)]")
+    assert wishes == (
+        "[SetTarget(target=-1.0471975511965976), SetRocking(on=False), SetRocking(on=True), SetRecording(on=False), "
+        "SetParameter(node='rocking_controller', name='gain', value=99.0)]"
+    )

@@ -12,13 +12,26 @@ import pytest
 from slider_drilling.api.rigs import load_rig
 from slider_drilling.control.protocol import Level, Status
 from slider_drilling.control.torque_and_drag import TorqueAndDrag
-from slider_drilling.live.desk import MOST_WAITING, Desk, Rock, SetTarget
-from slider_drilling.live.frame import MOST_ROWS_A_FRAME, Along, dial_json, rocking_json, rows_json
-from slider_drilling.live.state import MOST_DOTS, MOST_NOTICES, MOST_ROWS, MOST_STATUSES, WINDOW, LiveState, Setting
+from slider_drilling.live.frame import MAX_SAMPLES_PER_FRAME, StringView, dial_json, rocking_json, samples_json
+from slider_drilling.live.page_requests import MAX_REQUESTS, RequestQueue, SetRocking, SetTarget
+from slider_drilling.live.state import (
+    MAX_NOTICES,
+    MAX_SAMPLES,
+    MAX_STATUSES,
+    MAX_TOOL_FACES,
+    WINDOW,
+    LiveParameter,
+    LiveState,
+)
 
 BELIEF = (("estimate_deg", "370.0"), ("one_sigma_deg", "4.5"), ("centre_rad", "3.25"), ("reactive_torque_n_m", "3000"))
-REACH = (("rocking_m", "3240"), ("reactive_from_m", "3432"), ("amplitude_rad", "12.0"), ("period_s", "8.0"),
-         ("friction_over_belief", "1.0"))
+REACH = (
+    ("rocking_m", "3240"),
+    ("reactive_from_m", "3432"),
+    ("amplitude_rad", "12.0"),
+    ("period_s", "8.0"),
+    ("friction_over_belief", "1.0"),
+)
 
 
 @pytest.fixture
@@ -35,27 +48,27 @@ def fill(state: LiveState, samples: int, interval: float = 0.1) -> None:
 
 def test_an_hour_leaves_no_more_than_the_window(state: LiveState) -> None:
     fill(state, 36_000)
-    rows, count = state.rows_after(0)
+    rows, count = state.samples_after(0)
     assert count == 36_000
     assert rows[-1].time - rows[0].time == pytest.approx(WINDOW, abs=0.11)
     fill(LiveState(), 10)
 
 
 def test_a_fast_rig_does_not_fill_more(state: LiveState) -> None:
-    fill(state, 3 * MOST_ROWS, interval=0.001)
+    fill(state, 3 * MAX_SAMPLES, interval=0.001)
     for k in range(500):
         state.take_tool_face(float(k), 0.1)
-        state.tell(f"notice {k}", good=True)
+        state.add_notice(f"notice {k}", good=True)
         state.take_statuses([Status(Level.OK, f"node: {k}", "")])
-    assert len(state.rows_after(0)[0]) == MOST_ROWS
-    assert (len(state.dots()), len(state.notices_after(0))) == (MOST_DOTS, MOST_NOTICES)
-    assert len(state.statuses()) == MOST_STATUSES
+    assert len(state.samples_after(0)[0]) == MAX_SAMPLES
+    assert (len(state.tool_faces()), len(state.notices_after(0))) == (MAX_TOOL_FACES, MAX_NOTICES)
+    assert len(state.statuses()) == MAX_STATUSES
 
 
 def test_rows_are_told_once(state: LiveState) -> None:
     fill(state, 5)
-    first, count = state.rows_after(0)
-    again, same = state.rows_after(count)
+    first, count = state.samples_after(0)
+    again, same = state.samples_after(count)
     assert (len(first), again, same) == (5, [], 5)
 
 
@@ -63,8 +76,8 @@ def test_a_clock_set_back_begins_anew(state: LiveState) -> None:
     fill(state, 50)
     state.take_tool_face(3.0, 0.2)
     state.take_top_drive(0.0, 0.0, 0.0)
-    assert [row.time for row in state.rows_after(0)[0]] == [0.0]
-    assert state.dots() == []
+    assert [row.time for row in state.samples_after(0)[0]] == [0.0]
+    assert state.tool_faces() == []
 
 
 def test_differential_pressure_is_what_circulation_does_not_need(state: LiveState) -> None:
@@ -74,20 +87,24 @@ def test_differential_pressure_is_what_circulation_does_not_need(state: LiveStat
     state.take_pressure(0.0, rig.hydraulics.reference_pressure * 0.5**1.8 + 2e6)
     for time in (0.0, 1.9, 2.1):
         state.take_top_drive(time, 0.0, 0.0)
-    shown = [row.differential_pressure for row in state.rows_after(0)[0]]
+    shown = [row.differential_pressure for row in state.samples_after(0)[0]]
     assert shown == pytest.approx([2e6, 2e6, math.nan], nan_ok=True)
 
 
 def test_frame_is_json_in_the_units_shown(state: LiveState) -> None:
     state.target, state.truth = math.radians(-170.0), math.radians(200.0)
     state.take_tool_face(90.0, math.radians(10.0))
-    state.take_statuses([Status(Level.OK, "rocking_controller: tool_face", "", BELIEF),
-                         Status(Level.OK, "rocking_controller: reach", "", REACH)])
+    state.take_statuses(
+        [
+            Status(Level.OK, "rocking_controller: tool_face", "", BELIEF),
+            Status(Level.OK, "rocking_controller: reach", "", REACH),
+        ]
+    )
     state.take_top_drive(100.0, 2.0, 7500.0)
     dial = dial_json(state)
     assert dial == {"target": -170.0, "estimate": 10.0, "spread": 4.5, "measured": [[10.0, 10.0]], "truth": -160.0}
     assert rocking_json(state) == {"centre": 3.25, "amplitude": 12.0, "period": 8.0, "angle": 2.0}
-    rows = rows_json(state.rows_after(0)[0])
+    rows = samples_json(state.samples_after(0)[0])
     assert rows == [[100.0, 7.5, None, 2.0]]
     json.dumps([dial, rows], allow_nan=False)
 
@@ -95,18 +112,22 @@ def test_frame_is_json_in_the_units_shown(state: LiveState) -> None:
 def test_many_rows_keep_their_extremes(state: LiveState) -> None:
     fill(state, 3000)
     state.take_top_drive(299.95, 0.0, 9e6)
-    fresh, _ = state.rows_after(0)
-    shown = rows_json(fresh)
-    assert len(shown) <= MOST_ROWS_A_FRAME
+    fresh, _ = state.samples_after(0)
+    shown = samples_json(fresh)
+    assert len(shown) <= MAX_SAMPLES_PER_FRAME
     assert max(row[1] for row in shown) == 9e3
     assert all(a[0] <= b[0] for a, b in itertools.pairwise(shown))
 
 
 def test_zones_and_twist_along_the_hole(state: LiveState) -> None:
-    along = Along(load_rig())
+    along = StringView(load_rig())
     assert along.turning_json(state) == {"rocked_to": None, "reactive_from": None}
-    state.take_statuses([Status(Level.OK, "rocking_controller: tool_face", "", BELIEF),
-                         Status(Level.OK, "rocking_controller: reach", "", REACH)])
+    state.take_statuses(
+        [
+            Status(Level.OK, "rocking_controller: tool_face", "", BELIEF),
+            Status(Level.OK, "rocking_controller: reach", "", REACH),
+        ]
+    )
     turning, hole = along.turning_json(state), along.hole_json()
     assert (turning["rocked_to"], turning["swing"][0], turning["swing"][-1]) == (3240.0, 12.0, 0.0)
     assert turning["behind"][0] == 0.0 < turning["behind"][-1]
@@ -127,14 +148,14 @@ def test_rotation_along_the_string_agrees_with_reach_and_twist() -> None:
 
 
 def test_desk_hands_over_once_and_refuses_what_nobody_takes() -> None:
-    desk = Desk()
-    assert desk.ask(SetTarget(0.5)) and desk.ask(Rock(False))
-    assert list(desk.take()) == [SetTarget(0.5), Rock(False)]
+    desk = RequestQueue()
+    assert desk.put(SetTarget(0.5)) and desk.put(SetRocking(False))
+    assert list(desk.take()) == [SetTarget(0.5), SetRocking(False)]
     assert list(desk.take()) == []
-    assert [desk.ask(Rock(True)) for _ in range(MOST_WAITING + 1)].count(False) == 1
+    assert [desk.put(SetRocking(True)) for _ in range(MAX_REQUESTS + 1)].count(False) == 1
 
 
 def test_settings_keep_their_newest_value(state: LiveState) -> None:
     for value in (1.0, 2.5):
-        state.take_settings([Setting("rocking_controller", "gain", value, "-", 0.0, 8.0, "")])
-    assert [one.value for one in state.settings()] == [2.5]
+        state.take_parameters([LiveParameter("rocking_controller", "gain", value, "-", 0.0, 8.0, "")])
+    assert [one.value for one in state.parameters()] == [2.5]

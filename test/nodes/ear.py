@@ -13,7 +13,7 @@ from rclpy.node import Node
 
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS, Topic
-from slider_drilling.nodes import raw_topics as link
+from slider_drilling.nodes import raw_topics
 
 DEADLINE = 120.0  # s, for anything that has to happen
 STATUSES = 100_000  # that wait where this process gets no turn: in lockstep a rig sends hundreds a second
@@ -36,7 +36,7 @@ class Ear:
         self.heard: dict[str, list[tuple[float, ...]]] = {name: [] for name in KEPT}
         self.statuses: dict[str, DiagnosticStatus] = {}
         for name in KEPT:
-            link.subscription(self.node, TOPICS[name], self._keeper(name))
+            raw_topics.subscription(self.node, TOPICS[name], self._keeper(name))
         self.node.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, STATUSES)
 
     def _keeper(self, name: str) -> Callable[[bytes], None]:
@@ -55,16 +55,24 @@ class Ear:
         end = time.monotonic() + DEADLINE
         while not has_happened():
             if time.monotonic() > end:
-                last = [*((name, found[-1:]) for name, found in self.heard.items()),
-                        *((name, one.message) for name, one in self.statuses.items()),
-                        *(one.last_words() for one in self._programs)]
+                last = [
+                    *((name, found[-1:]) for name, found in self.heard.items()),
+                    *((name, one.message) for name, one in self.statuses.items()),
+                    *(one.last_words() for one in self._programs),
+                ]
                 raise AssertionError("\n".join([f"waited {DEADLINE:g} s: {why}", *map(str, last)]))
             self._executor.spin_once(timeout_sec=0.02)
 
     def until_status(self, name: str, level: int, text: str) -> None:
         """Turn until a status of this name ("node: part") has this level and text."""
-        self.until(lambda: name in self.statuses and self.statuses[name].level == bytes([level])
-                   and text in self.statuses[name].message, f"{name}: {text}")
+        self.until(
+            lambda: (
+                name in self.statuses
+                and self.statuses[name].level == bytes([level])
+                and text in self.statuses[name].message
+            ),
+            f"{name}: {text}",
+        )
 
     def until_time(self, seconds: float) -> None:
         """Turn until the rig's samples have come to this time."""
@@ -81,9 +89,9 @@ class Ear:
         """The stamp of the last sample, s."""
         return self.heard["top_drive"][-1][0]
 
-    def sayer(self, topic: Topic, qos: Any = link.RELIABLE) -> Any:
+    def sayer(self, topic: Topic, qos: Any = raw_topics.RELIABLE) -> Any:
         """A publisher that somebody besides this ear listens to."""
-        publisher = link.publisher(self.node, topic, qos)
+        publisher = raw_topics.publisher(self.node, topic, qos)
         own = sum(one.topic_name == publisher.topic_name for one in self.node.subscriptions)
         self.until(lambda: publisher.get_subscription_count() > own, f"a listener to {topic.name}")
         return publisher

@@ -62,11 +62,11 @@ def send(space: str, rate: float, seconds: float) -> None:
 
     from slider_drilling.messages import cdr
     from slider_drilling.messages.topics import JOINT_STATE, Topic
-    from slider_drilling.nodes import raw_topics as link
+    from slider_drilling.nodes import raw_topics
 
     rclpy.init(args=[])
     node = Node("sender", namespace=space)
-    out = [link.publisher(node, Topic(f"load/t{k:02}", JOINT_STATE, "load")) for k in range(TOPICS)]
+    out = [raw_topics.publisher(node, Topic(f"load/t{k:02}", JOINT_STATE, "load")) for k in range(TOPICS)]
     awaited(lambda: all(one.get_subscription_count() for one in out), "the recorder")
     begun, sent = time.monotonic(), 0
     while (passed := time.monotonic() - begun) < seconds:
@@ -75,7 +75,7 @@ def send(space: str, rate: float, seconds: float) -> None:
             sent += 1
         time.sleep(TICK)
     print(sent, passed, flush=True)
-    link.flush(node, DEADLINE)
+    raw_topics.flush(node, DEADLINE)
 
 
 @dataclass(frozen=True)
@@ -96,8 +96,23 @@ def load(rate: float, seconds: float) -> Load:
     space = f"/load_{os.getpid()}"
     with tempfile.TemporaryDirectory() as folder:
         recorder = program("recorder", space, directory=folder, file="load.mcap", regex=f"{space}/load/.*")
-        sender = subprocess.run([sys.executable, "-m", "benchmarks.endurance", "send", "--space", space, "--rate",
-                                 str(rate), "--seconds", str(seconds)], capture_output=True, text=True, check=True)
+        sender = subprocess.run(
+            [
+                sys.executable,
+                "-m",
+                "benchmarks.endurance",
+                "send",
+                "--space",
+                space,
+                "--rate",
+                str(rate),
+                "--seconds",
+                str(seconds),
+            ],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
         sent, passed = map(float, sender.stdout.split())
         ended(recorder)
         found = [one for one in log_info(Path(folder)).topics if "/load/" in one.topic]
@@ -121,8 +136,11 @@ def ceiling() -> None:
 
 def print_load(one: Load) -> None:
     """One line."""
-    print(f"{TOPICS} topics, {one.sent:.0f} messages a second together ({one.asked:.0f} asked for): {one.messages} "
-          f"sent, {one.lost} lost, {one.counted} counted as lost", flush=True)
+    print(
+        f"{TOPICS} topics, {one.sent:.0f} messages a second together ({one.asked:.0f} asked for): {one.messages} "
+        f"sent, {one.lost} lost, {one.counted} counted as lost",
+        flush=True,
+    )
 
 
 def kills() -> None:
@@ -156,12 +174,12 @@ def restarts() -> None:
 
     from slider_drilling.log.info import log_info
     from slider_drilling.messages.topics import TOPICS as RIG
-    from slider_drilling.nodes import raw_topics as link
+    from slider_drilling.nodes import raw_topics
 
     space, heard = f"/restart_{os.getpid()}", [0.0]
     rclpy.init(args=[])
     node = Node("listener", namespace=space)
-    link.subscription(node, RIG["top_drive_command"], lambda data: heard.append(time.monotonic()))
+    raw_topics.subscription(node, RIG["top_drive_command"], lambda data: heard.append(time.monotonic()))
     executor = SingleThreadedExecutor()
     executor.add_node(node)
 
@@ -171,8 +189,11 @@ def restarts() -> None:
         return len(heard) > before
 
     with tempfile.TemporaryDirectory() as folder:
-        of = {"rocking_controller": {"use_sim_time": True}, "recorder": {"directory": folder},
-              "friction_simulator": {"elements": 20, "speed": 1.0, "wait_for_controller": True}}
+        of = {
+            "rocking_controller": {"use_sim_time": True},
+            "recorder": {"directory": folder},
+            "friction_simulator": {"elements": 20, "speed": 1.0, "wait_for_controller": True},
+        }
         there = {name: program(name, space, **parameters) for name, parameters in of.items()}
         awaited(lambda: another_command() and len(heard) > 20, "commands")
         for name in of:
@@ -183,8 +204,10 @@ def restarts() -> None:
             there[name] = program(name, space, **of[name])
             if name == "recorder":
                 awaited(lambda: len(list(Path(folder).rglob("*.mcap"))) == 2, "a second log")
-                awaited(lambda: max(path.stat().st_mtime for path in Path(folder).rglob("*.mcap")) > time.time() - 0.5,
-                        "it to grow")
+                awaited(
+                    lambda: max(path.stat().st_mtime for path in Path(folder).rglob("*.mcap")) > time.time() - 0.5,
+                    "it to grow",
+                )
                 time.sleep(3.0)
             else:
                 awaited(another_command, "the next command")
@@ -206,10 +229,20 @@ def two_rigs() -> None:
         simulators, others = {}, []
         for rig, begins in (("a", 0.0), ("b", 5000.0)):
             space = f"/two_{os.getpid()}/{rig}"
-            others += [program("rocking_controller", space, use_sim_time=True),
-                       program("recorder", space, directory=f"{folder}/{rig}", use_sim_time=True)]
-            simulators[rig] = program("friction_simulator", space, elements=20, speed=1.0, duration=600.0,
-                                      start_time=begins, wait_for_controller=True, minimum_subscribers=2)
+            others += [
+                program("rocking_controller", space, use_sim_time=True),
+                program("recorder", space, directory=f"{folder}/{rig}", use_sim_time=True),
+            ]
+            simulators[rig] = program(
+                "friction_simulator",
+                space,
+                elements=20,
+                speed=1.0,
+                duration=600.0,
+                start_time=begins,
+                wait_for_controller=True,
+                minimum_subscribers=2,
+            )
         for one in simulators.values():
             one.process.wait(900.0)
         for one in others:
@@ -217,9 +250,10 @@ def two_rigs() -> None:
         for rig in simulators:
             info, log = log_info(Path(folder) / rig), read_log(Path(folder) / rig)
             late = np.abs(log.top_drive.arrival - log.top_drive.time).max()  # type: ignore[union-attr]
-            back = sum(one.stamp_steps_back for one in info.topics)
-            print(f"rig {rig}: {info.seconds:.1f} s in the log, {back} steps back "
-                  f"of a stamp, {late:.2f} s from stamp to arrival at the most, notes: {list(log.notes)}")
+            print(
+                f"rig {rig}: {info.seconds:.1f} s in the log, {sum(one.clock_back for one in info.topics)} steps "
+                f"back of a stamp, {late:.2f} s from stamp to arrival at the most, notes: {list(log.notes)}"
+            )
 
 
 WHAT = {"topics": topics, "ceiling": ceiling, "kills": kills, "restarts": restarts, "two_rigs": two_rigs}

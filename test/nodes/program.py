@@ -19,8 +19,9 @@ class Program:
     stands is told.
     """
 
-    def __init__(self, name: str, namespace: str, folder: Path, others: Sequence["Program"] = (),
-                 **parameters: object) -> None:
+    def __init__(
+        self, name: str, namespace: str, folder: Path, others: Sequence["Program"] = (), **parameters: object
+    ) -> None:
         code = f"from slider_drilling.nodes.programs import {name}; {name}()"
         arguments = ["--ros-args", "-r", f"__ns:={namespace}"]
         for key, value in parameters.items():
@@ -31,8 +32,13 @@ class Program:
         # A pipe that nobody reads while somebody else is waited for would fill, and stop the process.
         self._words = tempfile.TemporaryFile()  # noqa: SIM115
         environment = os.environ | {"PYTHONPATH": _packages(), "PYTHONFAULTHANDLER": "1"}
-        self.process = subprocess.Popen([sys.executable, "-c", code, *arguments], cwd=folder, stderr=self._words,
-                                        stdout=subprocess.DEVNULL, env=environment)
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", code, *arguments],
+            cwd=folder,
+            stderr=self._words,
+            stdout=subprocess.DEVNULL,
+            env=environment,
+        )
 
     @property
     def said(self) -> str:

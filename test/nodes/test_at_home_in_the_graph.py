@@ -10,7 +10,7 @@ from std_srvs.srv import Trigger
 
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS
-from slider_drilling.nodes import raw_topics as link
+from slider_drilling.nodes import raw_topics
 
 OK, ERROR = 0, 2
 
@@ -80,13 +80,13 @@ def test_a_managed_controller_starts_and_stops_when_told(start, ear):
 
 def test_a_managed_node_that_cannot_be_configured_says_why_and_stays(start, ear, tmp_path):
     player = start("log_player", log=tmp_path / "no_such.mcap", autostart=False)
-    answer = ear.call(ChangeState, "log_player/change_state",
-                      transition=Transition(id=Transition.TRANSITION_CONFIGURE))
+    answer = ear.call(ChangeState, "log_player/change_state", transition=Transition(id=Transition.TRANSITION_CONFIGURE))
     assert not answer.success
     player.wait_for("no_such.mcap: no such log")
     assert ear.call(GetState, "log_player/get_state").current_state.label == "unconfigured"
-    assert ear.call(ChangeState, "log_player/change_state",
-                    transition=Transition(id=Transition.TRANSITION_UNCONFIGURED_SHUTDOWN)).success
+    assert ear.call(
+        ChangeState, "log_player/change_state", transition=Transition(id=Transition.TRANSITION_UNCONFIGURED_SHUTDOWN)
+    ).success
     assert player.end() == 0, player.said
 
 
@@ -101,8 +101,11 @@ def test_health_tells_two_rigs_apart_where_an_aggregator_looks(start, ear, names
         start("rocking_controller", within=name, use_sim_time=True)
         start("friction_simulator", within=name, elements=20, speed=5.0)
     own = namespace.strip("/")
-    expected = {f"{own}/{rig}/{node}": f"{own}/{rig} rig.example"
-                for rig in "ab" for node in ("friction_simulator", "rocking_controller")}
+    expected = {
+        f"{own}/{rig}/{node}": f"{own}/{rig} rig.example"
+        for rig in "ab"
+        for node in ("friction_simulator", "rocking_controller")
+    }
     ear.until(lambda: set(expected) <= {name.partition(":")[0] for name in found}, "statuses")
     assert {name.partition(":")[0]: hardware for name, hardware in found.items()} == expected
 
@@ -110,7 +113,7 @@ def test_health_tells_two_rigs_apart_where_an_aggregator_looks(start, ear, names
 def publish_rig(ear, qos):
     """Publishers of a rig's channels, and a function that sends one sample."""
     names = ("mud_pump", "draw_works", "standpipe_pressure", "top_drive")
-    out = {name: link.publisher(ear.node, TOPICS[name], qos) for name in names}
+    out = {name: raw_topics.publisher(ear.node, TOPICS[name], qos) for name in names}
 
     def send(stamp_ns: int) -> None:
         out["mud_pump"].publish(cdr.encode_joint_state(stamp_ns, "mud_pump", None, 12.0))
@@ -127,7 +130,7 @@ def test_best_effort_sensors_are_heard(override, start, ear, namespace):
     name = f"qos_overrides.{namespace}/top_drive/joint_states.subscription.reliability"
     controller = start("rocking_controller", **({name: "best_effort"} if override else {}))
     controller.wait_for("rocking with")
-    send = publish_rig(ear, link.BEST_EFFORT)
+    send = publish_rig(ear, raw_topics.BEST_EFFORT)
     stamps = iter(range(10**9, 10**12, 10**8))
 
     def is_answered() -> bool:

@@ -24,22 +24,22 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from slider_drilling.errors import InputError
-from slider_drilling.live import serve
-from slider_drilling.live.desk import Desk, Record, Rock, SetParameter, SetTarget
+from slider_drilling.live import server as serve
+from slider_drilling.live.page_requests import RequestQueue, SetParameter, SetRecording, SetRocking, SetTarget
 from slider_drilling.live.state import LiveState
 from slider_drilling.log import read_log
 from slider_drilling.nodes import dashboard
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
 from slider_drilling.nodes.recorder import Recorder
 from slider_drilling.nodes.rocking_controller import RockingController
-from slider_drilling.nodes.shutdown import Halt
+from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.spin import make_executor
 
 
 class NoServer:
     """Stands where the web server would; keeps the page's end of the desk."""
 
-    def __init__(self, state: LiveState, desk: Desk, address: serve.Address) -> None:
+    def __init__(self, state: LiveState, desk: RequestQueue, address: serve.Address) -> None:
         self.url, self.desk = "http://127.0.0.1:0/", desk
 
     def stop(self) -> None:
@@ -49,14 +49,14 @@ class NoServer:
 @pytest.fixture
 def graph(alone: None, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Node]]:
     """Dashboard, simulator and controller at ten times real time."""
-    monkeypatch.setattr(dashboard, "Server", NoServer)
+    monkeypatch.setattr(dashboard, "PageServer", NoServer)
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     made = [
-        dashboard.Dashboard(Halt()),
-        FrictionSimulator(Halt(), parameter_overrides=[
+        dashboard.Dashboard(ShutdownRequest()),
+        FrictionSimulator(ShutdownRequest(), parameter_overrides=[
             Parameter("speed", value=10.0), Parameter("elements", value=20), Parameter("minimum_subscribers", value=2),
             Parameter("wait_for_controller", value=True)]),
-        RockingController(Halt(), parameter_overrides=[Parameter("tool_face_target", value=0.5)]),
+        RockingController(ShutdownRequest(), parameter_overrides=[Parameter("tool_face_target", value=0.5)]),
     ]  # fmt: skip
     yield made
     for node in made:
@@ -84,9 +84,13 @@ def test_graph_is_shown_and_follows_the_page(graph: list[Node]) -> None:
     def told(text: str) -> Callable[[], bool]:
         return lambda: any(text in one.text for one in notices(0))
 
-    turn(graph, lambda: len(state.rows_after(0)[0]) > 150, lambda: len(state.dots()) > 0,
-         lambda: any(one.name == "gain" for one in state.settings()))
-    rows = state.rows_after(0)[0]
+    turn(
+        graph,
+        lambda: len(state.samples_after(0)[0]) > 150,
+        lambda: len(state.tool_faces()) > 0,
+        lambda: any(one.name == "gain" for one in state.settings()),
+    )
+    rows = state.samples_after(0)[0]
     assert max(abs(row.surface_torque) for row in rows) > 1e3
     assert all(abs(row.differential_pressure) < 2e6 for row in rows[20:])
     assert state.target == 0.5 and state.truth is not None
@@ -97,24 +101,23 @@ def test_graph_is_shown_and_follows_the_page(graph: list[Node]) -> None:
     desk.ask(SetTarget(-1.0))
     desk.ask(SetParameter("rocking_controller", "gain", 1.5))
     desk.ask(SetParameter("rocking_controller", "gain", 99.0))
-    turn(graph, told("target -57.3 deg"), told("gain = 1.5"), told("gain = 99: refused"),
-         lambda: state.target == -1.0)
+    turn(graph, told("target -57.3 deg"), told("gain = 1.5"), told("gain = 99: refused"), lambda: state.target == -1.0)
     assert controller.get_parameter("gain").value == 1.5
     assert controller.get_parameter("tool_face_target").value == -1.0
-    desk.ask(Rock(False))
+    desk.ask(SetRocking(False))
     turn(graph, told("stop rocking: "), lambda: controller.get_parameter("rocking").value == 0.0)
-    desk.ask(Rock(True))
+    desk.ask(SetRocking(True))
     turn(graph, lambda: controller.get_parameter("rocking").value == 1.0)
     assert all(math.isfinite(one.value) for one in state.settings())
 
 
 def test_recording_is_paused_and_goes_on(graph: list[Node], tmp_path: Path) -> None:
-    recorder = Recorder(Halt(), parameter_overrides=[Parameter("directory", value=str(tmp_path))])
+    recorder = Recorder(ShutdownRequest(), parameter_overrides=[Parameter("directory", value=str(tmp_path))])
     graph.append(recorder)
     state, desk = graph[0].state, graph[0]._server.desk
     turn(graph, lambda: state.recording is True)
     for on in (False, True):
-        desk.ask(Record(on))
+        desk.ask(SetRecording(on))
         turn(graph, lambda: state.recording is on)  # noqa: B023
     assert [one.text for one in state.notices_after(0)] == ["pause: paused", "resume: recording"]
     recorder.discard()
@@ -122,17 +125,33 @@ def test_recording_is_paused_and_goes_on(graph: list[Node], tmp_path: Path) -> N
 
 def test_what_no_node_offers_is_said(graph: list[Node]) -> None:
     board = graph[0]
-    board._server.desk.ask(Record(True))
+    board._server.desk.ask(SetRecording(True))
     turn([board], lambda: board.state.last_notice == 1)
     (notice,) = board.state.notices_after(0)
     assert (notice.text, notice.good) == ("recorder/resume: no node offers it", False)
 
 
 def test_run_with_a_live_page(namespace: str, repository: Path, tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "slider_drilling", "run", "--live", "--live-port", "0", "--speed", "10",
-               "--target", "30", "--record", str(tmp_path / "out"), "--elements", "20"]
-    with subprocess.Popen(command, cwd=repository, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-                          env=dict(os.environ)) as process:
+    command = [
+        sys.executable,
+        "-m",
+        "slider_drilling",
+        "run",
+        "--live",
+        "--live-port",
+        "0",
+        "--speed",
+        "10",
+        "--target",
+        "30",
+        "--record",
+        str(tmp_path / "out"),
+        "--elements",
+        "20",
+    ]
+    with subprocess.Popen(
+        command, cwd=repository, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=dict(os.environ)
+    ) as process:
         assert process.stderr is not None
         url = ""
         for line in process.stderr:

@@ -41,14 +41,19 @@ def names(nodes: list[object]) -> list[str]:
 def test_recorder_only_where_a_folder_is_given(repository):
     assert names(described(repository, "rocking")) == ["friction_simulator", "rocking_controller"]
     assert names(described(repository, "rocking", record="out")) == [
-        "friction_simulator", "recorder", "rocking_controller"]
+        "friction_simulator",
+        "recorder",
+        "rocking_controller",
+    ]
     assert names(described(repository, "real_rig", record="out")) == ["recorder", "rocking_controller"]
     assert names(described(repository, "two_rigs", record="out")) == sorted(
-        2 * ["friction_simulator", "recorder", "rocking_controller"])
+        2 * ["friction_simulator", "recorder", "rocking_controller"]
+    )
 
 
-@pytest.mark.parametrize(("file", "more"), [
-    ("rocking", {}), ("replay", {"log": "LOG"}), ("real_rig", {}), ("two_rigs", {})])
+@pytest.mark.parametrize(
+    ("file", "more"), [("rocking", {}), ("replay", {"log": "LOG"}), ("real_rig", {}), ("two_rigs", {})]
+)
 def test_the_live_page_comes_where_it_is_asked_for(file, more, repository, tmp_path):
     import slider_drilling as sd
 
@@ -61,12 +66,15 @@ def test_the_live_page_comes_where_it_is_asked_for(file, more, repository, tmp_p
         described(repository, file, dashboard="perhaps", **more)
 
 
-@pytest.mark.parametrize(("arguments", "expected"), [
-    ({"speed": "fast"}, "speed:=fast: must be a number"),
-    ({"respawn": "maybe"}, "respawn:=maybe: must be true or false"),
-    ({"discovery": "world"}, "discovery:=world: must be localhost, subnet or off"),
-    ({"parameters": "no_such.yaml"}, "parameters:=no_such.yaml: cannot be read"),
-])
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        ({"speed": "fast"}, "speed:=fast: must be a number"),
+        ({"respawn": "maybe"}, "respawn:=maybe: must be true or false"),
+        ({"discovery": "world"}, "discovery:=world: must be localhost, subnet or off"),
+        ({"parameters": "no_such.yaml"}, "parameters:=no_such.yaml: cannot be read"),
+    ],
+)
 def test_an_argument_that_makes_no_sense_is_named(arguments, expected, repository):
     with pytest.raises(ValueError, match=expected):
         described(repository, "rocking", **arguments)
@@ -76,12 +84,16 @@ class Launched:
     """A running `ros2 launch`."""
 
     def __init__(self, folder: Path, *arguments: str) -> None:
-        environment = os.environ | {"ROS_LOG_DIR": str(folder / "ros_log"), "AMENT_PREFIX_PATH": sys.prefix,
-                                    "PYTHONUNBUFFERED": "1"}
+        environment = os.environ | {
+            "ROS_LOG_DIR": str(folder / "ros_log"),
+            "AMENT_PREFIX_PATH": sys.prefix,
+            "PYTHONUNBUFFERED": "1",
+        }
         self.output = folder / "said"
         with self.output.open("wb") as said:
-            self.process = subprocess.Popen(["ros2", "launch", *arguments], cwd=folder, env=environment, stdout=said,
-                                            stderr=subprocess.STDOUT)
+            self.process = subprocess.Popen(
+                ["ros2", "launch", *arguments], cwd=folder, env=environment, stdout=said, stderr=subprocess.STDOUT
+            )
 
     @property
     def said(self) -> str:
@@ -95,8 +107,11 @@ class Launched:
 
     def pids(self, program: str) -> list[int]:
         """Of the processes so called that were started, the last one last."""
-        return [int(line.rpartition("[")[2].rstrip("]")) for line in self.said.splitlines()
-                if f"[{program}-" in line and "process started with pid" in line]
+        return [
+            int(line.rpartition("[")[2].rstrip("]"))
+            for line in self.said.splitlines()
+            if f"[{program}-" in line and "process started with pid" in line
+        ]
 
     def end(self) -> int:
         return self.process.wait(timeout=120.0)
@@ -108,8 +123,9 @@ def run_launch(namespace, repository, tmp_path):
     started = []
 
     def start(name: str, *arguments: str) -> Launched:
-        started.append(Launched(tmp_path, str(repository / "launch" / f"{name}.launch.py"), f"namespace:={namespace}",
-                                *arguments))
+        started.append(
+            Launched(tmp_path, str(repository / "launch" / f"{name}.launch.py"), f"namespace:={namespace}", *arguments)
+        )
         return started[-1]
 
     yield start

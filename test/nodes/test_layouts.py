@@ -13,14 +13,17 @@ from typing import Any
 import pytest
 from mcap.reader import make_reader
 
-from slider_drilling.files.installed_files import share_file
-from slider_drilling.nodes.session import Plan, run
+from slider_drilling.files.installed_files import installed_file
+from slider_drilling.nodes.session import SessionOptions, run_session
 
 DecoderFactory = pytest.importorskip("mcap_ros2.decoder").DecoderFactory
 
 # Functions of Foxglove's message paths, and how its layouts write them.
-FUNCTIONS = {"degrees": lambda value: math.degrees(value), "div": lambda value, by: value / by,
-             "mul": lambda value, by: value * by}
+FUNCTIONS = {
+    "degrees": lambda value: math.degrees(value),
+    "div": lambda value, by: value / by,
+    "mul": lambda value, by: value * by,
+}
 SANE = {"kN m": (-20.0, 20.0), "kN": (-1.0, 600.0), "bar": (150.0, 250.0), "deg": (-720.0, 720.0), "m/h": (-40.0, 60.0)}
 
 
@@ -30,7 +33,9 @@ def messages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
         patch.setenv("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
-        outcome = run(Plan(duration=60.0, record=tmp_path_factory.mktemp("log"), target=0.3, elements=20))
+        outcome = run_session(
+            SessionOptions(duration=60.0, record=tmp_path_factory.mktemp("log"), target=0.3, elements=20)
+        )
     assert outcome.log is not None
     found = defaultdict(list)
     with outcome.log.open("rb") as file:
@@ -81,7 +86,7 @@ def assert_sane(values: list[float], label: str) -> None:
 
 
 def test_foxglove_layout_shows_what_a_log_holds_in_its_units(messages: dict[str, list[Any]]) -> None:
-    layout = json.loads(share_file("config/foxglove_layout.json").read_text())
+    layout = json.loads(installed_file("config/foxglove_layout.json").read_text())
     plots = [panel for name, panel in layout["configById"].items() if name.startswith("Plot!")]
     assert len(plots) >= 8
     for plot in plots:
@@ -91,7 +96,7 @@ def test_foxglove_layout_shows_what_a_log_holds_in_its_units(messages: dict[str,
 
 
 def test_foxglove_gauges_hold_their_readings(messages: dict[str, list[Any]]) -> None:
-    layout = json.loads(share_file("config/foxglove_layout.json").read_text())
+    layout = json.loads(installed_file("config/foxglove_layout.json").read_text())
     gauges = [panel for name, panel in layout["configById"].items() if name.startswith("Gauge!")]
     assert len(gauges) == 3
     for gauge in gauges:
@@ -102,13 +107,13 @@ def test_foxglove_gauges_hold_their_readings(messages: dict[str, list[Any]]) -> 
 
 
 def test_foxglove_layout_places_every_panel_once() -> None:
-    layout = json.loads(share_file("config/foxglove_layout.json").read_text())
+    layout = json.loads(installed_file("config/foxglove_layout.json").read_text())
     placed = re.findall(r'"(\w+!\w+)"', json.dumps(layout["layout"]))
     assert sorted(placed) == sorted(layout["configById"])
 
 
 def test_plotjuggler_layout_shows_what_a_log_holds_in_its_units(messages: dict[str, list[Any]]) -> None:
-    root = ElementTree.parse(share_file("config/plotjuggler_layout.xml")).getroot()
+    root = ElementTree.parse(installed_file("config/plotjuggler_layout.xml")).getroot()
     made = {}
     for snippet in root.iter("snippet"):
         function = re.fullmatch(r"return value ([/*]) ([\d.]+)", snippet.findtext("function", ""))

@@ -15,11 +15,11 @@ from slider_drilling.errors import InputError
 from slider_drilling.log import LogWriter, read_log
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS, Topic
-from slider_drilling.nodes import raw_topics as link
+from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.friction_simulator import FrictionSimulator
 from slider_drilling.nodes.log_player import LogPlayer
-from slider_drilling.nodes.session import Plan, run
-from slider_drilling.nodes.shutdown import Halt
+from slider_drilling.nodes.session import SessionOptions, run_session
+from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.spin import make_executor
 
 FIXED = "slider_drilling.control:FixedRocking"
@@ -33,7 +33,7 @@ def make(alone: None) -> Iterator[Callable[..., Node]]:
 
     def make_one(kind: Callable[..., Node], **parameters: object) -> Node:
         overrides = [Parameter(name, value=value) for name, value in parameters.items()]
-        made.append(kind(Halt(), parameter_overrides=overrides))
+        made.append(kind(ShutdownRequest(), parameter_overrides=overrides))
         return made[-1]
 
     yield make_one
@@ -61,8 +61,10 @@ class Heard:
         self.joints: dict[str, list[tuple[float, float]]] = {"top_drive": [], "draw_works": []}
         self.clock: list[float] = []
         for name, found in self.joints.items():
-            link.subscription(self.node, TOPICS[name], self._keep(TOPICS[name], found))
-        link.subscription(self.node, link.CLOCK, lambda data: self.clock.append(cdr.decode_clock(data) / 1e9))
+            raw_topics.subscription(self.node, TOPICS[name], self._keep(TOPICS[name], found))
+        raw_topics.subscription(
+            self.node, raw_topics.CLOCK, lambda data: self.clock.append(cdr.decode_clock(data) / 1e9)
+        )
 
     def _keep(self, topic: Topic, found: list[tuple[float, float]]) -> Callable[[bytes], None]:
         def keep(data: bytes) -> None:
@@ -106,8 +108,15 @@ def play(
 
 
 def test_chosen_topics_from_a_position_without_a_clock(make, heard, log):
-    play(make, heard, log, lambda: len(heard.positions) == 6, topics=["top_drive/joint_states"], position=1.5,
-         publish_clock=False)
+    play(
+        make,
+        heard,
+        log,
+        lambda: len(heard.positions) == 6,
+        topics=["top_drive/joint_states"],
+        position=1.5,
+        publish_clock=False,
+    )
     assert heard.positions == [15.0, 16.0, 17.0, 18.0, 19.0, 20.0]
     assert heard.joints["draw_works"] == [] and heard.clock == []
 
@@ -130,9 +139,13 @@ def test_paused_it_steps_and_seeks(make, heard, log):
 
 def test_in_a_loop_time_goes_on_in_clock_and_stamps(make, heard, log):
     player = make(LogPlayer, log=str(log), rate=100.0, delay=0.3, loop=True)
-    turn([player, heard.node], lambda: player._turns >= 2,
-         lambda: player.set_parameters([Parameter("loop", value=False)])[0].successful,
-         lambda: player._halt.requested, lambda: len(heard.positions) == 21 * (player._turns + 1))
+    turn(
+        [player, heard.node],
+        lambda: player._turns >= 2,
+        lambda: player.set_parameters([Parameter("loop", value=False)])[0].successful,
+        lambda: player._halt.requested,
+        lambda: len(heard.positions) == 21 * (player._turns + 1),
+    )
     stamps = [stamp for stamp, _ in heard.joints["top_drive"]]
     assert stamps == pytest.approx([100.0 + 0.1 * k for k in range(len(stamps))])
     assert heard.positions[:21] == heard.positions[21:42]
@@ -150,8 +163,12 @@ def test_what_cannot_be_a_topic_or_a_message_is_left_out_and_imports_nothing(mak
     with path.open("wb") as file:
         writer = Writer(file)
         writer.start(profile="ros2")
-        for topic, kind in (("/my notes", "std_msgs/msg/String"), ("/evil", "evil/msg/Thing"), ("/os", "os/msg/path"),
-                            ("/top_drive/joint_states", "sensor_msgs/msg/JointState")):
+        for topic, kind in (
+            ("/my notes", "std_msgs/msg/String"),
+            ("/evil", "evil/msg/Thing"),
+            ("/os", "os/msg/path"),
+            ("/top_drive/joint_states", "sensor_msgs/msg/JointState"),
+        ):
             schema = writer.register_schema(kind, "ros2msg", b"")
             channel = writer.register_channel(topic, "cdr", schema)
             data = cdr.encode_joint_state(5_000_000_000, "top_drive", 7.0)
@@ -174,7 +191,9 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
         patch.setenv("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
-        outcome = run(Plan(duration=10.0, record=tmp_path_factory.mktemp("log"), controller=FIXED, elements=20))
+        outcome = run_session(
+            SessionOptions(duration=10.0, record=tmp_path_factory.mktemp("log"), controller=FIXED, elements=20)
+        )
     assert outcome.log is not None
     return outcome.log
 
@@ -183,11 +202,15 @@ def test_a_logs_commands_give_a_simulator_the_same_run(make, heard, recording):
     """The recording beside it, in a namespace of its own; nothing is remapped."""
     simulator = make(FrictionSimulator, elements=20, rig=str(recording), minimum_subscribers=2)
     beside: list[float] = []
-    link.subscription(heard.node, Topic("recorded/top_drive/joint_states", TOPICS["top_drive"].type),
-                      lambda data: beside.append(cdr.decode_joint_state(data, "top_drive")[3]))
+    raw_topics.subscription(
+        heard.node,
+        Topic("recorded/top_drive/joint_states", TOPICS["top_drive"].type),
+        lambda data: beside.append(cdr.decode_joint_state(data, "top_drive")[3]),
+    )
     efforts: list[float] = []
-    link.subscription(heard.node, TOPICS["top_drive"],
-                      lambda data: efforts.append(cdr.decode_joint_state(data, "top_drive")[3]))
+    raw_topics.subscription(
+        heard.node, TOPICS["top_drive"], lambda data: efforts.append(cdr.decode_joint_state(data, "top_drive")[3])
+    )
     player = make(LogPlayer, log=str(recording), commands_only=True, beside="recorded")
     turn([simulator, player, heard.node], lambda: player._halt.requested, lambda: len(beside) == 101)
     expected = read_log(recording).top_drive.effort.tolist()
@@ -202,8 +225,10 @@ def test_a_log_without_block_or_pump_commands_says_what_stands_still(make, tmp_p
     with LogWriter(path) as writer:
         writer.joint_state("top_drive/command", 0.0, "top_drive", 1.0, 0.0)
     player = make(LogPlayer, log=str(path), commands_only=True)
-    assert player._status().message == ("no mud_pump/command in the log: the pump goes on as it begins; "
-                                        "no draw_works/command in the log: the block stands still")
+    assert player._status().message == (
+        "no mud_pump/command in the log: the pump goes on as it begins; "
+        "no draw_works/command in the log: the block stands still"
+    )
     assert "the block stands still" in capfd.readouterr().err
 
 

@@ -12,9 +12,9 @@ from rclpy.signals import SignalHandlerOptions
 
 from slider_drilling.log import LogWriter
 from slider_drilling.nodes import friction_simulator, log_player, recorder, rocking_controller
-from slider_drilling.nodes.controller_settings import of_settings
-from slider_drilling.nodes.parameters import Declared
-from slider_drilling.nodes.shutdown import Halt
+from slider_drilling.nodes.controller_settings import settings_parameters
+from slider_drilling.nodes.parameters import NodeParameter
+from slider_drilling.nodes.shutdown import ShutdownRequest
 
 MODULES = {
     "friction_simulator": (friction_simulator, friction_simulator.FrictionSimulator),
@@ -35,25 +35,32 @@ def rows(page: str, heading: str) -> list[list[str]]:
     return [[cell.strip().strip("`") for cell in line.strip("|").split("|")] for line in lines]
 
 
-def described(parameter: Declared) -> list[str]:
+def described(parameter: NodeParameter) -> list[str]:
     """A parameter as its page has it, but for the default."""
     is_number = isinstance(parameter.default, (int, float)) and not isinstance(parameter.default, bool)
     limits = f"{parameter.low:g} to {parameter.high:g}" if is_number else ""
-    return [parameter.name, KINDS[type(parameter.default)], parameter.unit, limits, "yes" if parameter.live else "",
-            parameter.description]
+    return [
+        parameter.name,
+        KINDS[type(parameter.default)],
+        parameter.unit,
+        limits,
+        "yes" if parameter.live else "",
+        parameter.description,
+    ]
 
 
-def default_of(cell: str, parameter: Declared) -> object:
+def default_of(cell: str, parameter: NodeParameter) -> object:
     """A page's default as a value."""
     if cell == "empty":
         return type(parameter.default)([""]) if isinstance(parameter.default, list) else ""
     return cell == "true" if isinstance(parameter.default, bool) else type(parameter.default)(cell)
 
 
-def check_parameters(listed: list[list[str]], parameters: list[Declared]) -> None:
+def check_parameters(listed: list[list[str]], parameters: list[NodeParameter]) -> None:
     assert [[*row[:2], *row[3:]] for row in listed] == [described(one) for one in parameters]
     assert [default_of(row[2], one) for row, one in zip(listed, parameters, strict=True)] == [
-        one.default for one in parameters]
+        one.default for one in parameters
+    ]
 
 
 @pytest.fixture(params=MODULES)
@@ -61,11 +68,15 @@ def node(request, alone, tmp_path) -> Node:
     log = tmp_path / "played.mcap"
     with LogWriter(log) as writer:
         writer.joint_state("top_drive/joint_states", 0.0, "top_drive", 0.0, 0.0, 0.0)
-    given = {"friction_simulator": {"elements": 20}, "recorder": {"directory": str(tmp_path / "bag")},
-             "log_player": {"log": str(log)}}.get(request.param, {})
+    given = {
+        "friction_simulator": {"elements": 20},
+        "recorder": {"directory": str(tmp_path / "bag")},
+        "log_player": {"log": str(log)},
+    }.get(request.param, {})
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     made = MODULES[request.param][1](
-        Halt(), parameter_overrides=[Parameter(name, value=value) for name, value in given.items()])
+        ShutdownRequest(), parameter_overrides=[Parameter(name, value=value) for name, value in given.items()]
+    )
     yield made
     if isinstance(made, recorder.Recorder):
         made.discard()
@@ -77,22 +88,29 @@ def test_a_page_says_what_its_node_has(node, repository):
     name = node.get_name()
     page = (repository / "docs" / "nodes" / f"{name}.md").read_text()
     check_parameters(rows(page, "Parameters"), list(MODULES[name][0].PARAMETERS))
-    services = {(f"~/{topic.rpartition('/')[2]}", kinds[0].replace("/srv/", "/"))
-                for topic, kinds in node.get_service_names_and_types_by_node(name, "/")
-                if not SERVICES_OF_ROS.search(topic)}
+    services = {
+        (f"~/{topic.rpartition('/')[2]}", kinds[0].replace("/srv/", "/"))
+        for topic, kinds in node.get_service_names_and_types_by_node(name, "/")
+        if not SERVICES_OF_ROS.search(topic)
+    }
     assert {(row[0], row[1]) for row in rows(page, "Services")} == services
     if name == "log_player":
-        return   # its topics are the log's
+        return  # its topics are the log's
     if isinstance(node, recorder.Recorder):
         node._hear_the_beat()
     if isinstance(node, rocking_controller.RockingController):
         node._make_command_publishers()
         settings = rows(page, "Settings of SlideController")
-        check_parameters(settings, of_settings(node._controller.settings))
-    topics = {(topic if topic == "/clock" else topic[1:], way, kinds[0].replace("/msg/", "/"))
-              for way, found in (("publishes", node.get_publisher_names_and_types_by_node(name, "/")),
-                                 ("listens to", node.get_subscriber_names_and_types_by_node(name, "/")))
-              for topic, kinds in found if topic not in COMMON and not topic.endswith("/transition_event")}
+        check_parameters(settings, settings_parameters(node._controller.settings))
+    topics = {
+        (topic if topic == "/clock" else topic[1:], way, kinds[0].replace("/msg/", "/"))
+        for way, found in (
+            ("publishes", node.get_publisher_names_and_types_by_node(name, "/")),
+            ("listens to", node.get_subscriber_names_and_types_by_node(name, "/")),
+        )
+        for topic, kinds in found
+        if topic not in COMMON and not topic.endswith("/transition_event")
+    }
     assert {tuple(row[:3]) for row in rows(page, "Topics") if row[0] != "/diagnostics"} == topics
 
 
@@ -112,12 +130,12 @@ def test_the_policy_allows_a_node_its_own_topics_and_services_and_nothing_else(n
     assert not profile.findall(".//*[@request]") and len(profile) == 3
     assert allowed("service", "reply") == topics(node.get_service_names_and_types_by_node(name, "/"))
     if name == "log_player":
-        return   # its topics are the log's, and a rig's samples where it plays commands to one
+        return  # its topics are the log's, and a rig's samples where it plays commands to one
     if isinstance(node, recorder.Recorder):
         node._hear_the_beat()
     if isinstance(node, rocking_controller.RockingController):
         node._make_command_publishers()
-    timed = set() if name == "friction_simulator" else {"/clock"}   # use_sim_time
+    timed = set() if name == "friction_simulator" else {"/clock"}  # use_sim_time
     assert allowed("topic", "publish") == topics(node.get_publisher_names_and_types_by_node(name, "/"))
     assert allowed("topic", "subscribe") == topics(node.get_subscriber_names_and_types_by_node(name, "/")) | timed
 

@@ -109,10 +109,15 @@ def test_two_rigs_in_one_graph_keep_their_own_time(start, tmp_path):
     """A namespace is enough: each has its clock within it."""
     programs, simulators = [], []
     for name, begins in (("/a", 0.0), ("/b", 5000.0)):
-        programs += [start("rocking_controller", within=name, use_sim_time=True),
-                     start("recorder", within=name, directory=tmp_path, file=f"{name[1:]}.mcap", use_sim_time=True)]
-        simulators.append(start("friction_simulator", within=name, elements=20, duration=60.0, start_time=begins,
-                                minimum_subscribers=2))
+        programs += [
+            start("rocking_controller", within=name, use_sim_time=True),
+            start("recorder", within=name, directory=tmp_path, file=f"{name[1:]}.mcap", use_sim_time=True),
+        ]
+        simulators.append(
+            start(
+                "friction_simulator", within=name, elements=20, duration=60.0, start_time=begins, minimum_subscribers=2
+            )
+        )
     for program in simulators:
         assert program.end() == 0, program.said
     for program in programs:

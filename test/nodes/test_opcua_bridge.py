@@ -13,15 +13,23 @@ import yaml
 
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS
-from slider_drilling.nodes import raw_topics as link
+from slider_drilling.nodes import raw_topics
 
 asyncua = pytest.importorskip("asyncua")
 ua = asyncua.ua
 
-BAD = 0x80310000   # BadNoCommunication
-VALUES = {"TopDrive.Angle": 180.0, "TopDrive.Speed": 30.0, "TopDrive.Torque": 5.0, "DrawWorks.Lowered": 1.5,
-          "DrawWorks.Speed": 9.0, "DrawWorks.HookLoad": 900.0, "Mud.StandpipePressure": 180.0, "Mud.PumpSpeed": 60.0,
-          "Mwd.ToolFace": 45.0}
+BAD = 0x80310000  # BadNoCommunication
+VALUES = {
+    "TopDrive.Angle": 180.0,
+    "TopDrive.Speed": 30.0,
+    "TopDrive.Torque": 5.0,
+    "DrawWorks.Lowered": 1.5,
+    "DrawWorks.Speed": 9.0,
+    "DrawWorks.HookLoad": 900.0,
+    "Mud.StandpipePressure": 180.0,
+    "Mud.PumpSpeed": 60.0,
+    "Mwd.ToolFace": 45.0,
+}
 WANTED = ("TopDrive.AngleWanted", "TopDrive.SpeedWanted", "DrawWorks.SpeedWanted", "Mud.PumpSpeedWanted")
 
 
@@ -69,8 +77,9 @@ class RigServer:
 
     def spoil(self, name: str) -> None:
         """A value of bad quality, as of a sensor that is off."""
-        self._run(self._nodes[name].write_value(
-            ua.DataValue(ua.Variant(1.0, ua.VariantType.Double), ua.StatusCode(BAD))))
+        self._run(
+            self._nodes[name].write_value(ua.DataValue(ua.Variant(1.0, ua.VariantType.Double), ua.StatusCode(BAD)))
+        )
 
     def mend(self) -> None:
         """As at the start."""
@@ -99,8 +108,15 @@ def bridge(namespace, repository, tmp_path):
     def start(*arguments: str, **changed: object) -> subprocess.Popen:
         mapping = yaml.safe_load((examples / "opcua_rig.yaml").read_text()) | changed
         (tmp_path / "rig.yaml").write_text(yaml.safe_dump(mapping))
-        command = [sys.executable, str(examples / "opcua_bridge.py"), str(tmp_path / "rig.yaml"), *arguments,
-                   "--ros-args", "-r", f"__ns:={namespace}"]
+        command = [
+            sys.executable,
+            str(examples / "opcua_bridge.py"),
+            str(tmp_path / "rig.yaml"),
+            *arguments,
+            "--ros-args",
+            "-r",
+            f"__ns:={namespace}",
+        ]
         environment = os.environ | {"PYTHONPATH": str(repository)}
         started.append(subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True))
         return started[-1]
@@ -139,9 +155,9 @@ def test_a_rigs_values_come_on_topics_in_si(server, bridge, ear):
 def test_commands_are_written_behind_their_switch_alone(switch, server, bridge, ear):
     bridge(*switch, url=server.url)
     ear.until(lambda: bool(ear.heard["top_drive"]), "samples")
-    command = link.publisher(ear.node, TOPICS["top_drive_command"])
+    command = raw_topics.publisher(ear.node, TOPICS["top_drive_command"])
     if switch:
-        ear.until(lambda: command.get_subscription_count() == 2, "the bridge listens")   # and the ear itself
+        ear.until(lambda: command.get_subscription_count() == 2, "the bridge listens")  # and the ear itself
 
     def say() -> bool:
         command.publish(cdr.encode_joint_state(0, "top_drive", 1.0, 0.5))
@@ -153,12 +169,15 @@ def test_commands_are_written_behind_their_switch_alone(switch, server, bridge, 
     assert command.get_subscription_count() == (2 if switch else 1)
 
 
-@pytest.mark.parametrize(("change", "expected"), [
-    ({"url": "opc.tcp://127.0.0.1:1/"}, "opc.tcp://127.0.0.1:1/: "),
-    ({"read": {"torque": {"node": "x", "unit": "N m"}}}, "read: unknown torque; known are top_drive_angle"),
-    ({"read": {"hook_load": {"node": "x", "unit": "bar"}}}, "read.hook_load: unit = 'bar': is a unit of pressure"),
-    ({"period": 0.0}, "period = 0.0 s: must be within"),
-])
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({"url": "opc.tcp://127.0.0.1:1/"}, "opc.tcp://127.0.0.1:1/: "),
+        ({"read": {"torque": {"node": "x", "unit": "N m"}}}, "read: unknown torque; known are top_drive_angle"),
+        ({"read": {"hook_load": {"node": "x", "unit": "bar"}}}, "read.hook_load: unit = 'bar': is a unit of pressure"),
+        ({"period": 0.0}, "period = 0.0 s: must be within"),
+    ],
+)
 def test_a_mistake_is_one_line_and_exit_code_2(change, expected, bridge):
     process = bridge(**change)
     _, said = process.communicate(timeout=60.0)

@@ -18,7 +18,7 @@ from slider_drilling.nodes.friction_simulator import FrictionSimulator
 from slider_drilling.nodes.log_player import LogPlayer
 from slider_drilling.nodes.recorder import Recorder
 from slider_drilling.nodes.rocking_controller import RockingController
-from slider_drilling.nodes.shutdown import Halt
+from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.spin import make_executor
 
 FIXED = "slider_drilling.control:FixedRocking"
@@ -33,7 +33,7 @@ def make(alone: None) -> Iterator[Make]:
 
     def make_one(kind: Callable[..., Node], **parameters: object) -> Node:
         overrides = [Parameter(name, value=value) for name, value in parameters.items()]
-        made.append(kind(Halt(), parameter_overrides=overrides))
+        made.append(kind(ShutdownRequest(), parameter_overrides=overrides))
         return made[-1]
 
     yield make_one
@@ -69,7 +69,9 @@ def turn(nodes: list[Node], *until: Callable[[], bool]) -> None:
 def given(kind: type, log: Path, tmp_path: Path) -> dict[str, object]:
     """What a node of the kind cannot do without."""
     own: dict[type, dict[str, object]] = {
-        FrictionSimulator: {"elements": 20}, Recorder: {"directory": str(tmp_path)}, LogPlayer: {"log": str(log)},
+        FrictionSimulator: {"elements": 20},
+        Recorder: {"directory": str(tmp_path)},
+        LogPlayer: {"log": str(log)},
         RockingController: {"controller": FIXED},
     }
     return own.get(kind, {})
@@ -81,8 +83,11 @@ def test_every_parameter_is_described_and_in_the_example(kind, make, log, tmp_pa
     controller = example["/**/rocking_controller"]["ros__parameters"]["controller"]
     node = make(kind, **given(kind, log, tmp_path) | ({"controller": controller} if kind is RockingController else {}))
     listed = example[f"/**/{node.get_name()}"]["ros__parameters"]
-    own = [name for name in node._parameters
-           if name not in ("use_sim_time", "start_type_description_service") and not name.startswith("qos_overrides.")]
+    own = [
+        name
+        for name in node._parameters
+        if name not in ("use_sim_time", "start_type_description_service") and not name.startswith("qos_overrides.")
+    ]
     assert sorted(own) == sorted(set(listed) - {"use_sim_time"})
     for name in own:
         described = node.describe_parameter(name)
@@ -101,7 +106,8 @@ def test_the_example_holds_the_default_controllers_own_settings(make, repository
     listed = example["ros__parameters"]
     assert listed["controller"] == node.get_parameter("controller").value
     assert {name: listed[name] for name in limits_of(node._controller.settings)} == {
-        name: getattr(node._controller.settings, name) for name in limits_of(node._controller.settings)}
+        name: getattr(node._controller.settings, name) for name in limits_of(node._controller.settings)
+    }
 
 
 def test_live_settings_reach_the_controller(make):
@@ -113,16 +119,19 @@ def test_live_settings_reach_the_controller(make):
     assert result.successful and node._controller.tool_face_target == 0.5
 
 
-@pytest.mark.parametrize(("kind", "name", "value", "reason"), [
-    (RockingController, "amplitude", 1e6, "out of range"),
-    (RockingController, "amplitude", float("nan"), "out of range"),
-    (RockingController, "rounding", 0.06, "the top drive has 20 rad/s2; make rounding at least"),
-    (RockingController, "amplitude", "wide", "Wrong parameter type"),
-    (RockingController, "controller", "other:One", "read-only"),
-    (FrictionSimulator, "speed", -1.0, "out of range"),
-    (FrictionSimulator, "seed", 5, "read-only"),
-    (LogPlayer, "rate", 0.0, "out of range"),
-])
+@pytest.mark.parametrize(
+    ("kind", "name", "value", "reason"),
+    [
+        (RockingController, "amplitude", 1e6, "out of range"),
+        (RockingController, "amplitude", float("nan"), "out of range"),
+        (RockingController, "rounding", 0.06, "the top drive has 20 rad/s2; make rounding at least"),
+        (RockingController, "amplitude", "wide", "Wrong parameter type"),
+        (RockingController, "controller", "other:One", "read-only"),
+        (FrictionSimulator, "speed", -1.0, "out of range"),
+        (FrictionSimulator, "seed", 5, "read-only"),
+        (LogPlayer, "rate", 0.0, "out of range"),
+    ],
+)
 def test_a_value_that_cannot_be_used_is_refused_with_a_reason(kind, name, value, reason, make, log, tmp_path):
     node = make(kind, **given(kind, log, tmp_path))
     before = node.get_parameter(name).value
@@ -142,9 +151,14 @@ def test_speed_changes_from_lockstep_to_real_time_and_back(make):
         moments.append(simulator.simulated)
         return result.successful and (simulator._pace is None) == (speed == 0.0)
 
-    turn([simulator, controller], lambda: simulator.simulated > 1.0, lambda: set_speed(20.0),
-         lambda: simulator.simulated > moments[-1] + 1.0, lambda: set_speed(0.0),
-         lambda: simulator.simulated > moments[-1] + 5.0)
+    turn(
+        [simulator, controller],
+        lambda: simulator.simulated > 1.0,
+        lambda: set_speed(20.0),
+        lambda: simulator.simulated > moments[-1] + 1.0,
+        lambda: set_speed(0.0),
+        lambda: simulator.simulated > moments[-1] + 5.0,
+    )
     assert len(moments) == 3
 
 
@@ -166,10 +180,10 @@ def test_a_player_in_a_loop_begins_again(make, log):
 def test_a_target_on_its_topic_becomes_the_controllers(make):
     from slider_drilling.messages import cdr
     from slider_drilling.messages.topics import TOPICS
-    from slider_drilling.nodes import raw_topics as link
+    from slider_drilling.nodes import raw_topics
 
     controller = make(RockingController)
-    sender = link.publisher(controller, TOPICS["tool_face_target"])
+    sender = raw_topics.publisher(controller, TOPICS["tool_face_target"])
     sender.publish(cdr.encode_joint_state(7, "tool_face", 0.5 + 2.0 * 3.141592653589793))
     turn([controller], lambda: controller._controller.tool_face_target != 0.0)
     assert controller.get_parameter("tool_face_target").value == pytest.approx(0.5)
@@ -179,14 +193,17 @@ def test_a_rig_that_goes_silent_stops_the_block(make):
     """The controller is stepped on, without measurements, as soon as they are stale; its commands then say stop."""
     from slider_drilling.messages import cdr
     from slider_drilling.messages.topics import TOPICS
-    from slider_drilling.nodes import raw_topics as link
+    from slider_drilling.nodes import raw_topics
 
     controller = make(RockingController, stale_after=0.2, controller=FIXED)
-    rig = {name: link.publisher(controller, TOPICS[name])
-           for name in ("mud_pump", "draw_works", "standpipe_pressure", "top_drive")}
+    rig = {
+        name: raw_topics.publisher(controller, TOPICS[name])
+        for name in ("mud_pump", "draw_works", "standpipe_pressure", "top_drive")
+    }
     speeds: list[float] = []
-    link.subscription(controller, TOPICS["draw_works_command"],
-                      lambda data: speeds.append(cdr.decode_joint_state(data, "block")[2]))
+    raw_topics.subscription(
+        controller, TOPICS["draw_works_command"], lambda data: speeds.append(cdr.decode_joint_state(data, "block")[2])
+    )
     rig["mud_pump"].publish(cdr.encode_joint_state(0, "mud_pump", None, 12.0))
     rig["draw_works"].publish(cdr.encode_joint_state(0, "block", 0.0, 0.0, 4e5))
     rig["standpipe_pressure"].publish(cdr.encode_fluid_pressure(0, 1.8e7, 0.0))

@@ -24,8 +24,11 @@ def sockets_of(process: int) -> list[str]:
     """Local addresses, hexadecimal, of every IP socket that a process holds."""
     links = [os.readlink(entry) for entry in Path(f"/proc/{process}/fd").iterdir() if entry.is_symlink()]
     held = {match[1] for link in links if (match := re.fullmatch(r"socket:\[(\d+)\]", link))}
-    rows = [row.split() for table in ("udp", "tcp", "udp6", "tcp6")
-            for row in Path(f"/proc/{process}/net/{table}").read_text().splitlines()[1:]]
+    rows = [
+        row.split()
+        for table in ("udp", "tcp", "udp6", "tcp6")
+        for row in Path(f"/proc/{process}/net/{table}").read_text().splitlines()[1:]
+    ]
     # The kernel writes an address as it stands in memory, least byte first.
     return [row[1].partition(":")[0] for row in rows if row[9] in held]
 
@@ -60,22 +63,47 @@ def test_more_than_four_programs_find_each_other(namespace, monkeypatch):
             ending.callback(nodes[-1].destroy_node)
         wanted = {(node.get_name(), namespace) for node in nodes}
         end = time.monotonic() + 60.0
-        while unknown := [(node.get_name(), wanted - found) for node in nodes
-                          if not wanted <= (found := set(node.get_node_names_and_namespaces()))]:
+        while unknown := [
+            (node.get_name(), wanted - found)
+            for node in nodes
+            if not wanted <= (found := set(node.get_node_names_and_namespaces()))
+        ]:
             assert time.monotonic() < end, unknown
             time.sleep(0.1)
 
 
 def test_a_second_run_is_refused_and_the_first_goes_on(namespace, wait_for_bytes, repository, tmp_path):
     """It ended the first one, whose log then held two runs."""
-    arguments = [sys.executable, "-m", "slider_drilling", "run", "--speed", "20", "--duration", "1e6", "--elements",
-                 "20", "--record"]
+    arguments = [
+        sys.executable,
+        "-m",
+        "slider_drilling",
+        "run",
+        "--speed",
+        "20",
+        "--duration",
+        "1e6",
+        "--elements",
+        "20",
+        "--record",
+    ]
     environment = os.environ | {"PYTHONPATH": str(repository)}
-    first = subprocess.Popen([*arguments, str(tmp_path / "first")], env=environment, stdout=subprocess.PIPE,
-                             stderr=subprocess.PIPE, text=True)
+    first = subprocess.Popen(
+        [*arguments, str(tmp_path / "first")],
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
     wait_for_bytes(tmp_path, 20_000, first)
-    done = subprocess.run([*arguments, str(tmp_path / "second")], env=environment, capture_output=True, text=True,
-                          timeout=100, check=False)
+    done = subprocess.run(
+        [*arguments, str(tmp_path / "second")],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=100,
+        check=False,
+    )
     assert done.returncode == 2, done.stderr
     (line,) = [line for line in done.stderr.splitlines() if line.strip() and not line.startswith("[INFO]")]
     assert line.startswith("another rig is simulated in ROS domain") and "ROS_DOMAIN_ID" in line

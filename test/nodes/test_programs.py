@@ -41,15 +41,20 @@ def test_three_processes_in_lockstep_and_their_log_played(recorded, start, tmp_p
     assert first.rig_text == second.rig_text
 
 
-ENDINGS = {"interrupt": (signal.SIGINT,), "interrupt_twice": (signal.SIGINT, signal.SIGINT),
-           "terminate": (signal.SIGTERM,), "kill": (signal.SIGKILL,)}
+ENDINGS = {
+    "interrupt": (signal.SIGINT,),
+    "interrupt_twice": (signal.SIGINT, signal.SIGINT),
+    "terminate": (signal.SIGTERM,),
+    "kill": (signal.SIGKILL,),
+}
 
 
 def test_however_a_recorder_ends_its_log_can_be_read(start, wait_for_bytes, tmp_path):
     """Four of one rig: told to end in three ways they finish their logs; killed, one leaves what it had written."""
     start("rocking_controller", use_sim_time=True)
-    recorders = {how: start("recorder", directory=tmp_path / how, file="run.mcap", use_sim_time=True)
-                 for how in ENDINGS}
+    recorders = {
+        how: start("recorder", directory=tmp_path / how, file="run.mcap", use_sim_time=True) for how in ENDINGS
+    }
     start("friction_simulator", elements=20, minimum_subscribers=1 + len(recorders))
     for how, recorder in recorders.items():
         wait_for_bytes(tmp_path / how, 100_000, recorder.process)
@@ -97,17 +102,27 @@ def test_a_lost_controller_is_named(start):
     assert "top_drive/command" in simulator.said
 
 
-@pytest.mark.parametrize(("name", "parameters", "expected"), [
-    ("friction_simulator", {"rig": "no_such.yaml"}, "no_such.yaml: no such rig file"),
-    ("friction_simulator", {"speed": -1.0}, "parameter speed: "),
-    ("friction_simulator", {"duration": 300}, "parameter duration: must be a number with a decimal point, such as 0.0"),
-    ("rocking_controller", {"controller": "slider_drilling.control:FixedRocking", "amplitude": 1e6},
-     "parameter amplitude: "),
-    ("rocking_controller", {"controller": "nowhere"}, "controller = 'nowhere': must be module:Class"),
-    ("recorder", {"directory": "/dev/null/logs"}, "/dev/null/logs: cannot make this folder for logs"),
-    ("recorder", {"file": "log.txt"}, "must be a name ending in .mcap"),
-    ("log_player", {"log": "no_such.mcap"}, "no_such.mcap: no such log"),
-])
+@pytest.mark.parametrize(
+    ("name", "parameters", "expected"),
+    [
+        ("friction_simulator", {"rig": "no_such.yaml"}, "no_such.yaml: no such rig file"),
+        ("friction_simulator", {"speed": -1.0}, "parameter speed: "),
+        (
+            "friction_simulator",
+            {"duration": 300},
+            "parameter duration: must be a number with a decimal point, such as 0.0",
+        ),
+        (
+            "rocking_controller",
+            {"controller": "slider_drilling.control:FixedRocking", "amplitude": 1e6},
+            "parameter amplitude: ",
+        ),
+        ("rocking_controller", {"controller": "nowhere"}, "controller = 'nowhere': must be module:Class"),
+        ("recorder", {"directory": "/dev/null/logs"}, "/dev/null/logs: cannot make this folder for logs"),
+        ("recorder", {"file": "log.txt"}, "must be a name ending in .mcap"),
+        ("log_player", {"log": "no_such.mcap"}, "no_such.mcap: no such log"),
+    ],
+)
 def test_a_mistake_is_one_line_and_exit_code_2(name, parameters, expected, start):
     program = start(name, **parameters)
     assert program.end() == 2

@@ -30,10 +30,10 @@ from slider_drilling.log import read_log
 from slider_drilling.log.info import log_info
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS
-from slider_drilling.nodes import raw_topics as link
+from slider_drilling.nodes import raw_topics
+from slider_drilling.nodes.message_sequence import SequenceWatch
 from slider_drilling.nodes.recorder import PAUSES, Recorder
-from slider_drilling.nodes.sequence import SequenceWatch
-from slider_drilling.nodes.shutdown import Halt
+from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.spin import drain, make_executor
 
 DRIVE = TOPICS["top_drive"]
@@ -45,7 +45,7 @@ class Bench:
     """A recorder and a node beside it that publishes, turned by hand."""
 
     def __init__(self, **parameters: object) -> None:
-        self.halt = Halt()
+        self.halt = ShutdownRequest()
         overrides = [Parameter(name, value=value) for name, value in parameters.items()]
         self.recorder = Recorder(self.halt, parameter_overrides=overrides)
         self.node = Node("rig")
@@ -91,7 +91,7 @@ def bench(alone: None) -> Iterator[Callable[..., Bench]]:
 def test_the_folder_is_a_bag(bench, tmp_path):
     """As rosbag2 leaves one: rosbags reads the folder, with quality of service, type hashes, rig and clock."""
     one = bench(directory=str(tmp_path))
-    drive, clock = link.publisher(one.node, DRIVE), link.publisher(one.node, link.CLOCK)
+    drive, clock = raw_topics.publisher(one.node, DRIVE), raw_topics.publisher(one.node, raw_topics.CLOCK)
     rig = one.node.create_publisher(String, "rig_description", LATCHED)
     rig.publish(String(data="schema: µ"))
     one.turn(lambda: one.recorder._listening.publishers_of("/clock") > 0)
@@ -110,8 +110,7 @@ def test_the_folder_is_a_bag(bench, tmp_path):
     assert listed["/rig_description"]["topic_metadata"]["offered_qos_profiles"][0]["durability"] == "transient_local"
     with AnyReader([tmp_path]) as bag:
         assert bag.message_count == information["message_count"]
-        found = [(connection.topic, bag.deserialize(raw, connection.msgtype))
-                 for connection, _, raw in bag.messages()]
+        found = [(connection.topic, bag.deserialize(raw, connection.msgtype)) for connection, _, raw in bag.messages()]
     assert [value.position[0] for topic, value in found if topic == "/top_drive/joint_states"] == [0, 1, 2, 3, 4]
     assert [value.clock.sec for topic, value in found if topic == "/clock"] == [7]
     assert [value.data for topic, value in found if topic == "/rig_description"] == ["schema: µ"]
@@ -123,19 +122,25 @@ def test_type_hashes_are_those_of_the_types(bench, tmp_path):
     from rosbags.typesys import Stores, get_typestore
 
     one = bench(directory=str(tmp_path))
-    one.send(link.publisher(one.node, DRIVE), range(1))
+    one.send(raw_topics.publisher(one.node, DRIVE), range(1))
     one.end()
     information = yaml.safe_load((tmp_path / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
-    (metadata,) = [row["topic_metadata"] for row in information["topics_with_message_count"]
-                   if row["topic_metadata"]["name"] == "/top_drive/joint_states"]
+    (metadata,) = [
+        row["topic_metadata"]
+        for row in information["topics_with_message_count"]
+        if row["topic_metadata"]["name"] == "/top_drive/joint_states"
+    ]
     store = get_typestore(Stores.ROS2_JAZZY)
     assert metadata["type_description_hash"] == store.hash_rihs01("sensor_msgs/msg/JointState")
 
 
 def test_a_second_recording_leaves_the_first_alone(bench, tmp_path):
-    first, second, named = bench(directory=str(tmp_path)), bench(directory=str(tmp_path)), bench(
-        directory=str(tmp_path), file="named.mcap")
-    drive = link.publisher(first.node, DRIVE)
+    first, second, named = (
+        bench(directory=str(tmp_path)),
+        bench(directory=str(tmp_path)),
+        bench(directory=str(tmp_path), file="named.mcap"),
+    )
+    drive = raw_topics.publisher(first.node, DRIVE)
     for one in (first, second, named):
         one.turn(lambda one=one: one.recorder._listening.publishers_of("/top_drive/joint_states") > 0)
     drive.publish(cdr.encode_joint_state(0, "top_drive", 1.0, 0.0, 0.0))
@@ -153,9 +158,8 @@ def test_a_second_recording_leaves_the_first_alone(bench, tmp_path):
 
 def test_any_topic(bench, tmp_path):
     one = bench(directory=str(tmp_path), topics=["depth"], regex="/gas/.*", exclude=".*/(secret|command)")
-    sent = {name: one.node.create_publisher(Float64, name, 10)
-            for name in ("depth", "gas/c1", "gas/secret", "other")}
-    command = link.publisher(one.node, TOPICS["top_drive_command"])
+    sent = {name: one.node.create_publisher(Float64, name, 10) for name in ("depth", "gas/c1", "gas/secret", "other")}
+    command = raw_topics.publisher(one.node, TOPICS["top_drive_command"])
     one.turn(lambda: one.recorder._listening.publishers_of("/gas/c1") > 0)
     one.turn(lambda: one.recorder._listening.publishers_of("/depth") > 0)
     for name, publisher in sent.items():
@@ -164,8 +168,9 @@ def test_any_topic(bench, tmp_path):
     one.turn(lambda: one.recorder.messages >= 2)
     one.end()
     with AnyReader([tmp_path]) as bag:
-        found = {connection.topic: bag.deserialize(raw, connection.msgtype).data
-                 for connection, _, raw in bag.messages()}
+        found = {
+            connection.topic: bag.deserialize(raw, connection.msgtype).data for connection, _, raw in bag.messages()
+        }
     assert found == {"/depth": 5.0, "/gas/c1": 6.0}
 
 
@@ -179,7 +184,7 @@ def test_all_topics_with_their_own_definitions(bench, tmp_path):
     message = Odometry(child_frame_id="sled")
     message.pose.covariance[35] = 4.5
     publisher.publish(message)
-    one.turn(lambda: one.recorder._listening._channels["/sled"].received > 0)   # /rosout is recorded, too
+    one.turn(lambda: one.recorder._listening._channels["/sled"].received > 0)  # /rosout is recorded, too
     one.end()
     (found,) = [each.ros_msg for each in read_ros2_messages(one.recorder.path) if each.channel.topic == "/sled"]
     assert found.child_frame_id == "sled" and found.pose.covariance[35] == 4.5
@@ -187,7 +192,7 @@ def test_all_topics_with_their_own_definitions(bench, tmp_path):
 
 def test_a_publisher_that_offers_less_is_heard(bench, tmp_path):
     one = bench(directory=str(tmp_path))
-    publisher = link.publisher(one.node, DRIVE, BEST_EFFORT)
+    publisher = raw_topics.publisher(one.node, DRIVE, BEST_EFFORT)
     one.send(publisher, range(10))
     one.end()
     assert len(read_log(tmp_path).top_drive.time) == 10
@@ -195,13 +200,13 @@ def test_a_publisher_that_offers_less_is_heard(bench, tmp_path):
 
 def test_parts_by_size_by_time_and_by_hand(bench, tmp_path):
     one = bench(directory=str(tmp_path / "size"), file="run.mcap", split_size=20_000)
-    one.send(link.publisher(one.node, DRIVE), range(900))
+    one.send(raw_topics.publisher(one.node, DRIVE), range(900))
     one.end()
     names = sorted(path.name for path in (tmp_path / "size").glob("*.mcap"))
     assert len(names) > 3 and names[:2] == ["run.mcap", "run_1.mcap"]
     assert all(path.stat().st_size < 30_000 for path in (tmp_path / "size").glob("*.mcap"))
     two = bench(directory=str(tmp_path / "hand"), file="run.mcap", rig="")
-    drive = link.publisher(two.node, DRIVE)
+    drive = raw_topics.publisher(two.node, DRIVE)
     two.send(drive, range(3))
     answer = two.call("split")
     assert answer.success and answer.message.endswith("run_1.mcap")
@@ -213,7 +218,7 @@ def test_parts_by_size_by_time_and_by_hand(bench, tmp_path):
             topics = [connection.topic for connection, _, _ in bag.messages()]
         assert topics.count("/top_drive/joint_states") == count
     three = bench(directory=str(tmp_path / "time"), file="run.mcap", split_duration=0.2)
-    drive = link.publisher(three.node, DRIVE)
+    drive = raw_topics.publisher(three.node, DRIVE)
     three.send(drive, range(2))
     time.sleep(0.25)
     three.send(drive, range(2, 4))
@@ -223,7 +228,7 @@ def test_parts_by_size_by_time_and_by_hand(bench, tmp_path):
 
 def test_pause_and_resume(bench, tmp_path):
     one = bench(directory=str(tmp_path))
-    drive = link.publisher(one.node, DRIVE)
+    drive = raw_topics.publisher(one.node, DRIVE)
     one.send(drive, range(3))
     assert one.call("pause").success and not one.call("pause").success
     for value in range(3, 6):
@@ -237,7 +242,7 @@ def test_pause_and_resume(bench, tmp_path):
 
 def test_a_managed_recorder_records_while_it_is_active(bench, tmp_path):
     one = bench(directory=str(tmp_path), autostart=False)
-    drive = link.publisher(one.node, DRIVE)
+    drive = raw_topics.publisher(one.node, DRIVE)
     assert list(tmp_path.iterdir()) == []
 
     def change(transition: int) -> None:
@@ -283,7 +288,7 @@ def test_its_parameters_are_told_to_who_asks(bench, tmp_path):
 def test_what_never_came_is_counted(bench, tmp_path):
     """Bursts that no queue holds: as many are counted as lost as are missing in the log."""
     one = bench(directory=str(tmp_path))
-    publisher = link.publisher(one.node, DRIVE, QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT))
+    publisher = raw_topics.publisher(one.node, DRIVE, QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT))
     one.send(publisher, range(1))
     sent = 1
     while one.recorder.lost == 0 and sent < 60_000:
@@ -302,8 +307,8 @@ def test_what_never_came_is_counted(bench, tmp_path):
 def test_by_the_walls_clock_the_rigs_is_recorded_as_anything_else(bench, tmp_path):
     """Without use_sim_time, /clock alone was logged at the rig's time: a log of a minute reached over 56 years."""
     one = bench(directory=str(tmp_path))
-    clock = link.publisher(one.node, link.CLOCK)
-    drive = link.publisher(one.node, DRIVE)
+    clock = raw_topics.publisher(one.node, raw_topics.CLOCK)
+    drive = raw_topics.publisher(one.node, DRIVE)
     one.turn(lambda: one.recorder._listening.publishers_of("/clock") > 0)
     for seconds in range(3):
         clock.publish(cdr.encode_clock(seconds * 10**9))
@@ -318,7 +323,7 @@ def test_by_the_walls_clock_the_rigs_is_recorded_as_anything_else(bench, tmp_pat
 def test_what_comes_before_the_rigs_first_time_is_logged_at_that(begins, bench, tmp_path):
     """The rig's file comes first: logged at 0, a rig that begins at the time of day had a log of 56 years."""
     one = bench(directory=str(tmp_path), use_sim_time=True)
-    clock = link.publisher(one.node, link.CLOCK)
+    clock = raw_topics.publisher(one.node, raw_topics.CLOCK)
     described = one.node.create_publisher(String, "rig_description", LATCHED)
     described.publish(String(data="schema: x"))
     one.turn(lambda: one.recorder._has_rig and one.recorder._listening.publishers_of("/clock") > 0)
@@ -331,19 +336,28 @@ def test_what_comes_before_the_rigs_first_time_is_logged_at_that(begins, bench, 
     assert (info.start_ns, info.seconds) == ((begins or 0) * 10**9, 0.0)
 
 
-@pytest.mark.parametrize(("numbers", "lost"), [
-    ([5, 6, 7], 0), ([5, 7, 8, 12], 4), ([100, 1, 101, 2, 102, 5, 103], 2), ([9, 10, 1, 2, 3], 0),
-])
+@pytest.mark.parametrize(
+    ("numbers", "lost"),
+    [
+        ([5, 6, 7], 0),
+        ([5, 7, 8, 12], 4),
+        ([100, 1, 101, 2, 102, 5, 103], 2),
+        ([9, 10, 1, 2, 3], 0),
+    ],
+)
 def test_numbers_of_one_publisher_or_several(numbers, lost):
     watch = SequenceWatch()
     assert sum(watch.skipped(number) for number in numbers) == watch.lost == lost
 
 
-@pytest.mark.parametrize(("parameters", "expected"), [
-    ({"regex": "("}, r"parameter regex = '\(': no regular expression"),
-    ({"topics": "/a"}, "parameter topics: must be a list of texts"),
-    ({"file": "a/b.mcap"}, "must be a name ending in .mcap"),
-])
+@pytest.mark.parametrize(
+    ("parameters", "expected"),
+    [
+        ({"regex": "("}, r"parameter regex = '\(': no regular expression"),
+        ({"topics": "/a"}, "parameter topics: must be a list of texts"),
+        ({"file": "a/b.mcap"}, "must be a name ending in .mcap"),
+    ],
+)
 def test_what_cannot_be_recorded_is_refused(bench, tmp_path, parameters, expected):
     with pytest.raises(InputError, match=expected):
         bench(directory=str(tmp_path), **parameters)
@@ -358,17 +372,32 @@ def test_a_parameter_that_is_not_known_is_said(bench, tmp_path, capfd):
 
 def test_a_full_disk_keeps_the_recording_and_ends_the_process(namespace, tmp_path):
     """A process of its own, whose files may not grow beyond a limit: what was written is safe, and the exit code 2."""
-    code = ("import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
-            "resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000));"
-            "from slider_drilling.nodes.programs import recorder; recorder()")
+    code = (
+        "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000));"
+        "from slider_drilling.nodes.programs import recorder; recorder()"
+    )
     process = subprocess.Popen(
-        [sys.executable, "-c", code, "--ros-args", "-r", f"__ns:={namespace}", "-p", f"directory:={tmp_path}", "-p",
-         "file:=run.mcap"],
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])}, stderr=subprocess.PIPE, text=True)
+        [
+            sys.executable,
+            "-c",
+            code,
+            "--ros-args",
+            "-r",
+            f"__ns:={namespace}",
+            "-p",
+            f"directory:={tmp_path}",
+            "-p",
+            "file:=run.mcap",
+        ],
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).resolve().parents[2])},
+        stderr=subprocess.PIPE,
+        text=True,
+    )
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = Node("rig", namespace=namespace)
-        publisher = link.publisher(node, DRIVE)
+        publisher = raw_topics.publisher(node, DRIVE)
         value, end = 0, time.monotonic() + 60.0
         while process.poll() is None and time.monotonic() < end:
             if publisher.get_subscription_count():

@@ -28,7 +28,8 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     """The log of a run and what the run said."""
     folder = tmp_path_factory.mktemp("run")
     environment = os.environ | {
-        "PYTHONPATH": str(Path(__file__).resolve().parents[2]), "ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF",
+        "PYTHONPATH": str(Path(__file__).resolve().parents[2]),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF",
     }
     arguments = command("run", "--duration", 20, "--speed", "max", "--record", folder, "--target", 45)
     done = subprocess.run(arguments, env=environment, capture_output=True, text=True, timeout=200, check=False)
@@ -52,15 +53,19 @@ def test_log_opens_in_other_programs(recorded):
 
     log, _ = recorded
     with AnyReader([log]) as reader:
-        torque = [reader.deserialize(raw, connection.msgtype).effort[0] for connection, _, raw in reader.messages()
-                  if connection.topic == "/top_drive/joint_states"]
+        torque = [
+            reader.deserialize(raw, connection.msgtype).effort[0]
+            for connection, _, raw in reader.messages()
+            if connection.topic == "/top_drive/joint_states"
+        ]
     with log.open("rb") as file:
         reader = make_reader(file, decoder_factories=[DecoderFactory()])
         assert reader.get_header().profile == "ros2"
         (attachment,) = reader.iter_attachments()
         assert (attachment.name, attachment.media_type) == ("rig.yaml", "application/yaml")
-        again = [message.effort[0] for _, _, _, message
-                 in reader.iter_decoded_messages(topics=["/top_drive/joint_states"])]
+        again = [
+            message.effort[0] for _, _, _, message in reader.iter_decoded_messages(topics=["/top_drive/joint_states"])
+        ]
         summary = reader.get_summary()
     assert torque == again == read_log(log).top_drive.effort.tolist()
     assert {schema.encoding for schema in summary.schemas.values()} == {"ros2msg"}
@@ -70,8 +75,9 @@ def test_log_opens_in_other_programs(recorded):
 def test_replay_of_a_run_lands_on_it(recorded, environment):
     """The same plant, driven by the log's commands, differs by the sensors' noise."""
     log, _ = recorded
-    done = subprocess.run(command("replay", log, "--json"), env=environment, capture_output=True, text=True,
-                          timeout=200, check=False)
+    done = subprocess.run(
+        command("replay", log, "--json"), env=environment, capture_output=True, text=True, timeout=200, check=False
+    )
     assert done.returncode == 0, done.stderr
     rms = {name: channel["rms"] for name, channel in json.loads(done.stdout)["channels"].items()}
     sensors = read_log(log).rig().sensors
@@ -97,17 +103,27 @@ def test_an_interrupted_run_keeps_its_log(environment, wait_for_bytes, tmp_path)
     assert f"wrote {log}" in out
 
 
-@pytest.mark.parametrize(("arguments", "expected"), [
-    (["--rig", "no_such.yaml"], "no_such.yaml: no such rig file"),
-    (["--speed", "fast"], "'fast' is neither a number nor max"),
-    (["--duration", "-1"], "--duration = -1.0: must be above 0"),
-    (["--target", "nan"], "--target = nan: must be a finite number"),
-    (["--record", "/dev/null/x"], "/dev/null/x: cannot make this folder for logs"),
-    (["--controller", "nowhere:Mine", "--elements", "20"], "controller = 'nowhere:Mine': cannot be imported"),
-])
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["--rig", "no_such.yaml"], "no_such.yaml: no such rig file"),
+        (["--speed", "fast"], "'fast' is neither a number nor max"),
+        (["--duration", "-1"], "--duration = -1.0: must be above 0"),
+        (["--target", "nan"], "--target = nan: must be a finite number"),
+        (["--record", "/dev/null/x"], "/dev/null/x: cannot make this folder for logs"),
+        (["--controller", "nowhere:Mine", "--elements", "20"], "controller = 'nowhere:Mine': cannot be imported"),
+    ],
+)
 def test_a_mistake_is_one_line_and_exit_code_2(arguments, expected, environment, tmp_path):
-    done = subprocess.run(command("run", *arguments), env=environment, cwd=tmp_path, capture_output=True, text=True,
-                          timeout=100, check=False)
+    done = subprocess.run(
+        command("run", *arguments),
+        env=environment,
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=100,
+        check=False,
+    )
     assert done.returncode == 2
     lines = [line for line in done.stderr.splitlines() if line.strip() and not line.startswith("[INFO]")]
     assert len(lines) == 1 and expected in lines[0], done.stderr
@@ -116,9 +132,11 @@ def test_a_mistake_is_one_line_and_exit_code_2(arguments, expected, environment,
 
 def test_a_full_disk_is_one_line(recorded, environment, tmp_path):
     """A limit on the size of files stands for a full disk; what was written before it is there and can be read."""
-    code = ("import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
-            "resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000));"
-            "from slider_drilling.cli import main; main()")
+    code = (
+        "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000));"
+        "from slider_drilling.cli import main; main()"
+    )
     arguments = [sys.executable, "-c", code, "run", "--duration", "60", "--elements", "20", "--record", str(tmp_path)]
     done = subprocess.run(arguments, env=environment, capture_output=True, text=True, timeout=200, check=False)
     assert done.returncode == 2, done.stderr
@@ -169,7 +187,14 @@ cli.run_group(click.Group("g", commands={"act": click.Command("act", callback=ac
 def test_a_start_that_is_interrupted_leaves_no_log_and_says_so(number, when, environment, tmp_path):
     """Python ended it by SIGINT, whichever signal it was; a log without a message stayed, unfinished."""
     (tmp_path / "starting.py").write_text(STARTING.replace("{number}", number))
-    done = subprocess.run([sys.executable, "-m", "starting", when], cwd=tmp_path, env=environment, capture_output=True,
-                          text=True, timeout=200, check=False)
+    done = subprocess.run(
+        [sys.executable, "-m", "starting", when],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=200,
+        check=False,
+    )
     assert done.returncode == 128 + signal.Signals[number], done.stderr
     assert "interrupted" in done.stderr and not list(tmp_path.rglob("*.mcap"))

@@ -14,7 +14,7 @@ from slider_drilling.control import FixedRocking
 from slider_drilling.drillstring import VirtualRig
 from slider_drilling.errors import InputError
 from slider_drilling.log import read_log
-from slider_drilling.nodes.session import Plan, run
+from slider_drilling.nodes.session import SessionOptions, run_session
 from slider_drilling.rig import load_rig
 
 ELEMENTS = 20
@@ -35,20 +35,40 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
         patch.setenv("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
-        plans = [Plan(duration=25.0, record=tmp_path_factory.mktemp("log"), target=0.3, controller=FIXED,
-                      elements=ELEMENTS) for _ in range(2)]
-        outcomes = [run(plan) for plan in plans]
+        plans = [
+            SessionOptions(
+                duration=25.0, record=tmp_path_factory.mktemp("log"), target=0.3, controller=FIXED, elements=ELEMENTS
+            )
+            for _ in range(2)
+        ]
+        outcomes = [run_session(plan) for plan in plans]
     assert all(not outcome.signal and outcome.simulated == 25.0 for outcome in outcomes)
     return [outcome.log for outcome in outcomes if outcome.log is not None]
 
 
 def test_lockstep_repeats_bit_for_bit(runs):
     first, second = map(payloads, runs)
-    assert set(first) == set(second) == {
-        "/top_drive/command", "/top_drive/joint_states", "/draw_works/command", "/draw_works/joint_states",
-        "/standpipe_pressure", "/mud_pump/joint_states", "/mud_pump/command", "/mwd/tool_face", "/tool_face/target",
-        "/truth/bit", "/truth/weight_on_bit", "/truth/depth", "/diagnostics", "/rig_description", "/clock",
-    }
+    assert (
+        set(first)
+        == set(second)
+        == {
+            "/top_drive/command",
+            "/top_drive/joint_states",
+            "/draw_works/command",
+            "/draw_works/joint_states",
+            "/standpipe_pressure",
+            "/mud_pump/joint_states",
+            "/mud_pump/command",
+            "/mwd/tool_face",
+            "/tool_face/target",
+            "/truth/bit",
+            "/truth/weight_on_bit",
+            "/truth/depth",
+            "/diagnostics",
+            "/rig_description",
+            "/clock",
+        }
+    )
     for topic, messages in first.items():
         differing = [k for k, pair in enumerate(zip(messages, second[topic], strict=True)) if pair[0] != pair[1]]
         assert not differing, (topic, differing[:5])
@@ -81,7 +101,9 @@ def test_dds_changes_nothing(runs, repository):
 
 def test_real_time_gives_the_same_run(runs, alone, tmp_path):
     """The command for a sample drives the rig to the next one, whoever moves time: up to the first late command."""
-    outcome = run(Plan(duration=4.0, speed=1.0, record=tmp_path, target=0.3, controller=FIXED, elements=ELEMENTS))
+    outcome = run_session(
+        SessionOptions(duration=4.0, speed=1.0, record=tmp_path, target=0.3, controller=FIXED, elements=ELEMENTS)
+    )
     assert outcome.wall > 3.9
     paced, lockstep = read_log(outcome.log), read_log(runs[0])
     np.testing.assert_allclose(paced.top_drive.time, 0.1 * np.arange(41), atol=1e-9)
@@ -107,31 +129,35 @@ def test_a_controller_that_fails_is_named_and_the_log_kept(how, alone, tmp_path,
         "import math\nfrom slider_drilling.control.interface import RigCommand\n"
         "class Mine:\n    def __init__(self, rig): pass\n"
         f"    def step(self, measurements):\n        if measurements.time > 0.95:\n            {body}\n"
-        "        return RigCommand(0.0, 0.0, 0.0, 12.0)\n")
+        "        return RigCommand(0.0, 0.0, 0.0, 12.0)\n"
+    )
     monkeypatch.chdir(tmp_path)
-    plan = Plan(duration=5.0, record=tmp_path / "log", controller=f"{module}:Mine", elements=ELEMENTS)
+    plan = SessionOptions(duration=5.0, record=tmp_path / "log", controller=f"{module}:Mine", elements=ELEMENTS)
     with pytest.raises(InputError, match=expected):
-        run(plan)
+        run_session(plan)
     (path,) = (tmp_path / "log").glob("*.mcap")
     assert read_log(path).top_drive.time[-1] == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize(("change", "expected"), [
-    ({"controller": "no_such_module:Mine"}, "cannot be imported: ModuleNotFoundError"),
-    ({"controller": "math"}, "must be module:Class"),
-    ({"controller": "fractions:Fraction"}, "has no method step|raised TypeError"),
-    ({"rig": "no_such_rig.yaml"}, r"no_such_rig\.yaml: no such rig file"),
-])
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({"controller": "no_such_module:Mine"}, "cannot be imported: ModuleNotFoundError"),
+        ({"controller": "math"}, "must be module:Class"),
+        ({"controller": "fractions:Fraction"}, "has no method step|raised TypeError"),
+        ({"rig": "no_such_rig.yaml"}, r"no_such_rig\.yaml: no such rig file"),
+    ],
+)
 def test_what_cannot_begin_leaves_nothing(change, expected, alone, tmp_path):
     with pytest.raises(InputError, match=expected):
-        run(Plan(duration=5.0, record=tmp_path, elements=ELEMENTS, **change))
+        run_session(SessionOptions(duration=5.0, record=tmp_path, elements=ELEMENTS, **change))
     assert list(tmp_path.iterdir()) == []
 
 
 def test_unreachable_folder(alone, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match=re.escape(f"{tmp_path}/file/log: cannot make this folder")):
-        run(Plan(duration=5.0, record=tmp_path / "file" / "log", elements=ELEMENTS))
+        run_session(SessionOptions(duration=5.0, record=tmp_path / "file" / "log", elements=ELEMENTS))
 
 
 def test_target_is_held_as_given(runs):
@@ -146,7 +172,9 @@ def test_the_default_executor_gives_the_same_run(runs, alone, tmp_path, monkeypa
     from slider_drilling.nodes import spin
 
     monkeypatch.setattr(spin, "make_executor", SingleThreadedExecutor)
-    outcome = run(Plan(duration=5.0, record=tmp_path, target=0.3, controller=FIXED, elements=ELEMENTS))
+    outcome = run_session(
+        SessionOptions(duration=5.0, record=tmp_path, target=0.3, controller=FIXED, elements=ELEMENTS)
+    )
     first, second = payloads(outcome.log), payloads(runs[0])
     for topic in ("/top_drive/joint_states", "/top_drive/command", "/standpipe_pressure", "/truth/bit"):
         assert [data for _, data in first[topic]] == [data for _, data in second[topic]][:51], topic

@@ -13,7 +13,7 @@ from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import FINALISTS, Arm
 from slider_drilling.gap.search.screen import STARTS, Candidate, Scan, cheapest_first, scanned, screen, screen_pairs
 from slider_drilling.gap.search.wide import wide
-from slider_drilling.process.parallel_map import at_once
+from slider_drilling.process.parallel_map import parallel_map
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ def places_of(state: State, effects: Sequence[Effect]) -> list[Place]:
         base = fit(problem, known.fit.parameters, begin, iterations=iterations)
         return Place(way, scanned(problem, base, effects), 1 if tuned else STARTS)
 
-    return at_once(place, [(way, tuned) for way in state.open_ways for tuned in (True, False)])
+    return parallel_map(place, [(way, tuned) for way in state.open_ways for tuned in (True, False)])
 
 
 def arms_of(
@@ -61,7 +61,7 @@ def arms_of(
     known = state.current
     arms: list[Arm] = []
     promised: dict[str, float] = {}
-    for place, candidates in zip(places, at_once(lambda place: screen(place.scan), places), strict=True):
+    for place, candidates in zip(places, parallel_map(lambda place: screen(place.scan), places), strict=True):
         by_name = {candidate.effect.name: candidate for candidate in candidates}
         for candidate in candidates:
             promised[candidate.effect.name] = max(promised.get(candidate.effect.name, 0.0), candidate.promise)
@@ -77,7 +77,7 @@ def arms_of(
 
 def arms_of_pairs(places: Sequence[Place], enough: float) -> list[Arm]:
     """The most promising pairs of effects beside re-tuning alone that may leave no more than enough, E."""
-    found = at_once(lambda place: screen_pairs(place.scan, FINALISTS, enough), places)
+    found = parallel_map(lambda place: screen_pairs(place.scan, FINALISTS, enough), places)
     return [
         Arm(pair.effects, place.way, pair.start, place.base)
         for place, pairs in zip(places, found, strict=True) for pair in pairs

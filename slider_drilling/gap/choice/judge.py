@@ -42,7 +42,7 @@ from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.finish import corrected, finished
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import Arm, finalists
-from slider_drilling.process.parallel_map import at_once
+from slider_drilling.process.parallel_map import parallel_map
 
 
 def judge(
@@ -55,7 +55,7 @@ def judge(
     scored anew in it.
     """
     sets, ways = finalists(ran), state.open_ways
-    led = dict(zip(ways, at_once(lambda one: corrected(*reached(state, sets[0], one)), ways), strict=True))
+    led = dict(zip(ways, parallel_map(lambda one: corrected(*reached(state, sets[0], one)), ways), strict=True))
     way = min(led, key=lambda one: led[one][1].cost)
     leader = led[way][1].cost
     before = state
@@ -67,12 +67,12 @@ def judge(
         ended = finished(*near, leader=None if arms is sets[0] else leader)
         return unseen(*ended, arms[0].effects, state.blocks.folds)
 
-    found = at_once(refit, sets)
+    found = parallel_map(refit, sets)
     known = state.current
     state = at_its_best(state, min(found, key=lambda one: one.fit.cost), left, seed)
     if state.tuned is not before.tuned and state.tuned_enough is before.tuned_enough:
         state = replace(state, tuned_enough=tested(state.tuned, seed))
-    found = at_once(lambda one: no_less_likely(state, one), found)
+    found = parallel_map(lambda one: no_less_likely(state, one), found)
     judged = [_verdict(state, one, left, seed) for one in found]
     judged.sort(key=lambda one: one.explained.score.surprise)
     told = told_in_other_runs_first(beside_other_forms(state, judged))

@@ -15,7 +15,7 @@ from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.finish import corrected, fine, finished
 from slider_drilling.gap.search.least_squares import TOLERANCE, Fit, fit, pace
 from slider_drilling.gap.search.race import Arm
-from slider_drilling.process.parallel_map import at_once
+from slider_drilling.process.parallel_map import parallel_map
 
 
 def scored(problem: Problem, effects: Sequence[Effect], found: Fit, folds: Folds) -> Explained:
@@ -49,7 +49,7 @@ def refitted(problem: Problem, known: Explained, folds: Folds) -> Explained:
 def scored_in(problem: Problem, state: State, others: Sequence[Explained] = ()) -> tuple[State, list[Explained]]:
     """The state with what is known fitted and scored again in another problem, and others likewise."""
     known = [state.tuned] if state.current is state.tuned else [state.tuned, state.current]
-    again = at_once(lambda one: refitted(problem, one, state.blocks.folds), [*known, *others])
+    again = parallel_map(lambda one: refitted(problem, one, state.blocks.folds), [*known, *others])
     tuned, current = again[0], again[len(known) - 1]
     return replace(state, tuned=tuned, current=current, nominal=as_given(problem, tuned)), again[len(known) :]
 

@@ -14,7 +14,7 @@ from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import parameters_of
 from slider_drilling.gap.search.screen import STARTS
-from slider_drilling.process.parallel_map import at_once
+from slider_drilling.process.parallel_map import parallel_map
 
 _SCATTERED = 32  # points
 # Standard deviations of what rigs are off by: none is looked for farther out, and a re-tuned parameter that goes there
@@ -25,7 +25,7 @@ FAR_OFF = 2.5
 def tuned_from(problem: Problem, starts: Sequence[Values], freed: Sequence[Parameter] | None = None) -> Fit:
     """The best re-tuned fit of those that begin at the starts; freed: the model's nuisance by default."""
     parameters = parameters_of(problem, ()) if freed is None else freed
-    found = at_once(lambda start: fit(problem, parameters, start), starts)
+    found = parallel_map(lambda start: fit(problem, parameters, start), starts)
     return min(found, key=lambda one: one.cost)
 
 

@@ -19,7 +19,7 @@ from slider_drilling.gap.problem.missed_steps import missed_steps
 from slider_drilling.gap.problem.noise import DIFFERENCE_SPREAD
 from slider_drilling.gap.problem.problem import STEP_SIZE, Problem
 from slider_drilling.gap.search.least_squares import Fit
-from slider_drilling.process.parallel_map import at_once
+from slider_drilling.process.parallel_map import parallel_map
 
 _NUMBER = 8
 _WIDEST = 1e3
@@ -66,7 +66,7 @@ def replicates(problem: Problem, found: Fit, generator: np.random.Generator) -> 
         own = replace(problem, model=cast(Model, fed), correction=np.zeros(problem.size))
         return problem.wrapped(sample - own.simulate([found.values], how)[0])
 
-    return at_once(left, samples)
+    return parallel_map(left, samples)
 
 
 def _tuned_to(problem: Problem, found: Fit, sample: Array, others: Array) -> Array:

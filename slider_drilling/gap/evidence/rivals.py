@@ -27,7 +27,7 @@ from slider_drilling.gap.search.least_squares import (
     prior_weights,
     room,
 )
-from slider_drilling.process.parallel_map import at_once
+from slider_drilling.process.parallel_map import parallel_map
 
 _KNOTS = 8
 # Weights on the bends of a curve that are tried, of a typical coefficient's own in the log: from free to straight.
@@ -123,7 +123,7 @@ def _all_solved(
         return _solved(explained, one, folds)
 
     # One that stays at nothing is the nuisance, fitted once more.
-    found = [rival for rival in at_once(solved, asked) if np.any(rival.y)]
+    found = [rival for rival in parallel_map(solved, asked) if np.any(rival.y)]
     return sorted(found, key=lambda rival: rival.score.surprise)
 
 

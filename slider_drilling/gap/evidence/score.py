@@ -12,7 +12,7 @@ from slider_drilling.gap.problem.cycles import block_length
 from slider_drilling.gap.problem.missed_steps import missed_steps
 from slider_drilling.gap.problem.problem import STEP_SIZE, Problem
 from slider_drilling.gap.search.least_squares import Fit, fit
-from slider_drilling.process.parallel_map import at_once
+from slider_drilling.process.parallel_map import parallel_map
 
 FOLDS = 6
 
@@ -84,7 +84,7 @@ def held_out(problem: Problem, found: Fit, folds: Folds) -> Score:
 
     residual = np.empty(problem.size)
     missing = 0
-    for fold, refit in enumerate(at_once(without, range(FOLDS))):
+    for fold, refit in enumerate(parallel_map(without, range(FOLDS))):
         inside = folds.of == fold
         residual[inside] = refit.residual[inside]
         missing += not refit.settled and refit.values == found.values
@@ -102,7 +102,7 @@ def held_out_runs(problem: Problem, found: Fit) -> Score:
         refit = fit(rest, own, found.values, simulated=found.simulated, known=known)
         return problem.of_runs([run]).residuals([refit.values])[0]
 
-    return score_of(problem, np.sum(at_once(left_of, runs), axis=0), found)
+    return score_of(problem, np.sum(parallel_map(left_of, runs), axis=0), found)
 
 
 def _of_the_rig(found: Fit) -> list[Parameter]:

@@ -14,7 +14,7 @@ from slider_drilling.gap.model import Array, Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import ITERATIONS, TOLERANCE, Fit, fit, pace
 from slider_drilling.gap.search.screen import STARTS, cheapest_first, scanned, screen
-from slider_drilling.process.parallel_map import at_once
+from slider_drilling.process.parallel_map import parallel_map
 
 # Explanations that are judged.
 FINALISTS = 3
@@ -78,7 +78,7 @@ def _furthered(problems: Sequence[Problem], running: Sequence[Arm], iterations: 
         least = pace(arm.cost - leader, iterations) if arm.fit is not None else TOLERANCE
         return _advanced(problems[arm.way].showing(arm.effects), arm, iterations, least)
 
-    return sorted(at_once(advance, running), key=lambda arm: arm.cost)
+    return sorted(parallel_map(advance, running), key=lambda arm: arm.cost)
 
 
 def begun_again(problems: Sequence[Problem], ran: Sequence[Arm], added: int = 1) -> list[Arm]:
@@ -91,7 +91,7 @@ def begun_again(problems: Sequence[Problem], ran: Sequence[Arm], added: int = 1)
     leader = next((arm for arm in ran if arm.physical), ran[0])
     problem = problems[leader.way].showing(leader.effects)
     arms = [arm for effect in leader.effects[-added:] for arm in _sought_anew(problem, leader, effect)]
-    found = at_once(lambda arm: _advanced(problem, arm, ITERATIONS), arms)
+    found = parallel_map(lambda arm: _advanced(problem, arm, ITERATIONS), arms)
     return sorted([*ran, *found], key=lambda arm: arm.cost)
 
 

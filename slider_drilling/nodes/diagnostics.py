@@ -9,13 +9,13 @@ from rclpy.node import Node
 from slider_drilling.messages import cdr
 from slider_drilling.messages.health import Level, Status
 from slider_drilling.messages.topics import DIAGNOSTICS, Topic
-from slider_drilling.nodes import raw_topics as link
+from slider_drilling.nodes import raw_topics
 
 PERIOD_NS = 1_000_000_000
 AGGREGATED = Topic("/diagnostics", DIAGNOSTICS.type)  # where diagnostic_aggregator and rqt look
 
 
-class Health:
+class DiagnosticsPublisher:
     """Publishes a node's statuses, every one under the node's name, at most once a second of the rig's clock.
 
     On the rig's own topic `diagnostics`, and on /diagnostics where that is another one. rig: the rig file's name; with
@@ -25,7 +25,7 @@ class Health:
     def __init__(self, node: Node, rig: str = "") -> None:
         namespace = node.get_namespace().strip("/")
         topics = [DIAGNOSTICS, AGGREGATED] if namespace else [DIAGNOSTICS]
-        self._publishers = [link.publisher(node, topic) for topic in topics]
+        self._publishers = [raw_topics.publisher(node, topic) for topic in topics]
         self._name = f"{namespace}/{node.get_name()}" if namespace else node.get_name()
         self._hardware_id = " ".join(filter(None, [namespace, rig])) or "slider_drilling"
         self._next_ns = 0
@@ -37,11 +37,13 @@ class Health:
     def publish(self, stamp_ns: int, statuses: Iterable[Status]) -> None:
         """stamp_ns: ns of the rig's clock."""
         self._next_ns = stamp_ns - stamp_ns % PERIOD_NS + PERIOD_NS
-        rows = [(int(one.level), f"{self._name}: {one.name}", one.message, self._hardware_id, one.values)
-                for one in statuses]
+        rows = [
+            (int(one.level), f"{self._name}: {one.name}", one.message, self._hardware_id, one.values)
+            for one in statuses
+        ]
         data = cdr.encode_diagnostic_array(stamp_ns, rows)
         for publisher in self._publishers:
             publisher.publish(data)
 
 
-__all__ = ["PERIOD_NS", "Health", "Level", "Status"]
+__all__ = ["PERIOD_NS", "DiagnosticsPublisher", "Level", "Status"]

@@ -8,26 +8,26 @@ from dataclasses import dataclass
 from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS
-from slider_drilling.nodes import raw_topics as link
+from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.played_log import PlayedLog
 
-COMMANDS = (link.PUMP_COMMAND, TOPICS["draw_works_command"], TOPICS["top_drive_command"])
+COMMANDS = (raw_topics.PUMP_COMMAND, TOPICS["draw_works_command"], TOPICS["top_drive_command"])
 STANDS_STILL = {
-    link.PUMP_COMMAND.name: "the pump goes on as it begins",
+    raw_topics.PUMP_COMMAND.name: "the pump goes on as it begins",
     TOPICS["draw_works_command"].name: "the block stands still",
 }
 LONGEST = 1.0  # s for which the top drive goes on at a command's speed until the next command
 
 
 @dataclass(frozen=True)
-class Series:
+class CommandSeries:
     """One topic's commands: s since the rig's first sample, ascending; position and velocity, NaN where not given."""
 
     times: list[float]
     values: list[tuple[float, float]]
 
 
-class CommandsOfLog:
+class LoggedCommands:
     """What the log's controller commanded, by the time since the rig's first sample.
 
     Raises InputError for a log without commands for a top drive.
@@ -35,20 +35,25 @@ class CommandsOfLog:
 
     def __init__(self, played: PlayedLog, source: str) -> None:
         begin_ns = _first_sample(played)
-        self._series: dict[str, Series] = {}
+        self._series: dict[str, CommandSeries] = {}
         for topic in COMMANDS:
             found = sorted(
                 (_stamp(message.data, message.time_ns), *cdr.decode_joint_state(message.data, topic.joint)[1:3])
-                for message in played.messages if message.topic == topic.name)
+                for message in played.messages
+                if message.topic == topic.name
+            )
             if found:
-                self._series[topic.name] = Series([(stamp - begin_ns) / 1e9 for stamp, _, _ in found],
-                                                  [(position, velocity) for _, position, velocity in found])
+                self._series[topic.name] = CommandSeries(
+                    [(stamp - begin_ns) / 1e9 for stamp, _, _ in found],
+                    [(position, velocity) for _, position, velocity in found],
+                )
         if TOPICS["top_drive_command"].name not in self._series:
             raise InputError(f"{source}: has no {TOPICS['top_drive_command'].name}: no commands to drive a rig with")
         self.end = max(series.times[-1] for series in self._series.values())
         self.begin_ns = begin_ns
-        self.missing = [f"no {topic} in the log: {what}" for topic, what in STANDS_STILL.items()
-                        if topic not in self._series]
+        self.missing = [
+            f"no {topic} in the log: {what}" for topic, what in STANDS_STILL.items() if topic not in self._series
+        ]
 
     @property
     def topics(self) -> list[str]:
@@ -62,7 +67,7 @@ class CommandsOfLog:
         index = bisect.bisect_right(series.times, time + 1e-6) - 1
         if index < 0:
             position, velocity = series.values[0]
-            return position, velocity if topic == link.PUMP_COMMAND.name else 0.0
+            return position, velocity if topic == raw_topics.PUMP_COMMAND.name else 0.0
         position, velocity = series.values[index]
         return position + velocity * min(max(time - series.times[index], 0.0), LONGEST), velocity
 

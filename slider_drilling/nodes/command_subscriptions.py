@@ -10,26 +10,27 @@ from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
 from slider_drilling.messages.health import Level, Status
 from slider_drilling.messages.topics import TOPICS
-from slider_drilling.nodes import raw_topics as link
+from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.command_inbox import BLOCK, PUMP, TOP_DRIVE, CommandInbox
 
 COMMANDS = (TOP_DRIVE, BLOCK, PUMP)
 RIVALRY = 2.0  # s of the rig's clock for which a second controller is remembered
 
 
-class CommandPort:
+class CommandSubscriptions:
     """Subscribes to the command topics and puts what comes into the inbox; `taken` is called after each one taken."""
 
     def __init__(self, node: Node, inbox: CommandInbox, taken: Callable[[], None]) -> None:
         self._node = node
         self._inbox = inbox
         self._taken = taken
-        self._errors: dict[str, str] = {}       # topic -> reason of refusals that no status has told yet
+        self._errors: dict[str, str] = {}  # topic -> reason of refusals that no status has told yet
         self._silent: list[str] = []
         self._unanswered = self._told_unanswered = 0
-        topics = (TOPICS["top_drive_command"], TOPICS["draw_works_command"], link.PUMP_COMMAND)
+        topics = (TOPICS["top_drive_command"], TOPICS["draw_works_command"], raw_topics.PUMP_COMMAND)
         self._subscriptions = {
-            topic.name: link.subscription(node, topic, self._receiver(topic.name, topic.joint)) for topic in topics
+            topic.name: raw_topics.subscription(node, topic, self._receiver(topic.name, topic.joint))
+            for topic in topics
         }
 
     def absent(self) -> list[str]:
@@ -56,8 +57,10 @@ class CommandPort:
         self._silent = silent
 
     def _told_silent(self, topics: list[str]) -> str:
-        return (f"no command on {' and '.join(topics)} for {self._inbox.timeout:g} s (command_timeout): the top drive "
-                "stands, the block is stopped, the pump goes on")
+        return (
+            f"no command on {' and '.join(topics)} for {self._inbox.timeout:g} s (command_timeout): the top drive "
+            "stands, the block is stopped, the pump goes on"
+        )
 
     def _receiver(self, topic: str, joint: str) -> Callable[[bytes], None]:
         def receive(data: bytes) -> None:
@@ -103,8 +106,11 @@ class CommandPort:
         if rivals:
             self._node.get_logger().warning(rivals, throttle_duration_sec=5.0)
         # All of them: a refusal is often why a topic is silent, and it is told once.
-        faults = [*([rivals] if rivals else []), *([self._told_silent(self._silent)] if self._silent else []),
-                  *(f"{topic}: refused: {reason}" for topic, reason in errors.items())]
+        faults = [
+            *([rivals] if rivals else []),
+            *([self._told_silent(self._silent)] if self._silent else []),
+            *(f"{topic}: refused: {reason}" for topic, reason in errors.items()),
+        ]
         if faults:
             return Status(Level.ERROR, "commands", "; ".join(faults), values)
         if unanswered:

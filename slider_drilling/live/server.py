@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from slider_drilling.errors import InputError
-from slider_drilling.live.access import Door, is_own
-from slider_drilling.live.desk import Desk
+from slider_drilling.live.access import AccessControl, is_loopback
+from slider_drilling.live.page_requests import RequestQueue
 from slider_drilling.live.state import LiveState
 
 LOCAL, PORT = "127.0.0.1", 8765
-_PATIENCE = 30.0   # s for the server to stand, on a busy machine
+_PATIENCE = 30.0  # s for the server to stand, on a busy machine
 
 
 @dataclass(frozen=True)
@@ -32,15 +32,15 @@ class Address:
             raise InputError(f"live page: port = {self.port}: must be within 0 to 65535; 0 takes a free one")
         if self.token and not (8 <= len(self.token) <= 200 and self.token.isascii() and self.token.isalnum()):
             raise InputError("live page: token: must be 8 to 200 letters and digits")
-        if is_own(self.host):
+        if is_loopback(self.host):
             return self
         return Address(self.host, self.port, self.token or secrets.token_hex(16))
 
 
-class Server:
+class PageServer:
     """Serves the page until `stop`. Raises InputError where NiceGUI is not installed or the address is taken."""
 
-    def __init__(self, state: LiveState, desk: Desk, address: Address) -> None:
+    def __init__(self, state: LiveState, desk: RequestQueue, address: Address) -> None:
         address = address.checked()
         try:
             import uvicorn
@@ -48,9 +48,10 @@ class Server:
             from nicegui import ui
         except ImportError:
             raise InputError(
-                "the live page needs NiceGUI; install it with `pip install 'slider_drilling[live]'`") from None
+                "the live page needs NiceGUI; install it with `pip install 'slider_drilling[live]'`"
+            ) from None
 
-        from slider_drilling.live.page import TITLE, put_up
+        from slider_drilling.live.page import TITLE, register_page
 
         listening = _listen(address)
         host = address.host if address.host not in ("0.0.0.0", "::") else socket.gethostname()
@@ -58,14 +59,29 @@ class Server:
         if address.token:
             self.url += f"?token={address.token}"
         application = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
-        put_up(state, desk)
-        ui.run_with(application, title=TITLE, dark=None, tailwind=False, show_welcome_message=False,
-                    binding_refresh_interval=None, reconnect_timeout=30.0, message_history_length=50)
-        settings = uvicorn.Config(Door(application, address.token or None), log_level="error", access_log=False,
-                                  lifespan="on", ws="auto", timeout_graceful_shutdown=1)
+        register_page(state, desk)
+        ui.run_with(
+            application,
+            title=TITLE,
+            dark=None,
+            tailwind=False,
+            show_welcome_message=False,
+            binding_refresh_interval=None,
+            reconnect_timeout=30.0,
+            message_history_length=50,
+        )
+        settings = uvicorn.Config(
+            AccessControl(application, address.token or None),
+            log_level="error",
+            access_log=False,
+            lifespan="on",
+            ws="auto",
+            timeout_graceful_shutdown=1,
+        )
         self._server = uvicorn.Server(settings)
-        self._thread = threading.Thread(target=self._server.run, kwargs={"sockets": [listening]}, daemon=True,
-                                        name="live page")
+        self._thread = threading.Thread(
+            target=self._server.run, kwargs={"sockets": [listening]}, daemon=True, name="live page"
+        )
         self._thread.start()
         deadline = time.monotonic() + _PATIENCE
         while not self._server.started:
@@ -88,6 +104,8 @@ def _listen(address: Address) -> Any:
         listening.bind((address.host, address.port))
     except OSError as error:
         listening.close()
-        raise InputError(f"live page: {address.host}:{address.port}: {error.strerror or error}; "
-                         "choose another --live-host or --live-port") from None
+        raise InputError(
+            f"live page: {address.host}:{address.port}: {error.strerror or error}; "
+            "choose another --live-host or --live-port"
+        ) from None
     return listening

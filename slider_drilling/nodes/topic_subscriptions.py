@@ -16,13 +16,13 @@ from rclpy.subscription import Subscription
 from slider_drilling.errors import InputError
 from slider_drilling.log.bag import RecordedTopic
 from slider_drilling.messages.topics import Topic
-from slider_drilling.nodes import raw_topics as link
-from slider_drilling.nodes.definitions import definition, offered
-from slider_drilling.nodes.sequence import SequenceWatch
+from slider_drilling.nodes import raw_topics
+from slider_drilling.nodes.message_definitions import message_definition, qos_as_metadata
+from slider_drilling.nodes.message_sequence import SequenceWatch
 
 
 @dataclass(frozen=True)
-class Heard:
+class ReceivedMessage:
     """One message. number: counts the topic's messages, lost ones too; described: what its topic is, the first time."""
 
     topic: str
@@ -31,7 +31,7 @@ class Heard:
     described: RecordedTopic | None
 
 
-class Wanted:
+class TopicFilter:
     """Which topics to listen to beside those that are expected. Raises InputError for an expression that is none."""
 
     def __init__(self, topics: tuple[str, ...], regex: str, everything: bool, exclude: str) -> None:
@@ -57,7 +57,7 @@ def _compiled(name: str, expression: str) -> re.Pattern[str] | None:
 
 
 @dataclass
-class Channel:
+class SubscribedTopic:
     """A topic that is listened to. received: messages, lost ones too; described: whether its Recorded is out."""
 
     kind: str
@@ -67,15 +67,15 @@ class Channel:
     described: bool = False
 
 
-class Listening:
+class TopicSubscriptions:
     """The subscriptions of one node. `look_around` is to be called now and then: it finds topics and their quality."""
 
-    def __init__(self, node: Node, wanted: Wanted, receive: Callable[[Heard], None]) -> None:
+    def __init__(self, node: Node, wanted: TopicFilter, receive: Callable[[ReceivedMessage], None]) -> None:
         self._node = node
         self._wanted = wanted
         self._named = {node.resolve_topic_name(name) for name in wanted.named}
         self._receive = receive
-        self._channels: dict[str, Channel] = {}
+        self._channels: dict[str, SubscribedTopic] = {}
         self._refused: set[str] = set()
 
     @property
@@ -96,8 +96,9 @@ class Listening:
         """Listen before anybody publishes: the first message counts. Once: another subscription would hear it twice."""
         name = self._node.resolve_topic_name(topic.name)
         if name not in self._channels and not self._wanted.is_excluded(name):
-            self._channels[name] = Channel(
-                topic.type, self._subscribe(name, topic.type, quality), SequenceWatch())
+            self._channels[name] = SubscribedTopic(
+                topic.type, self._subscribe(name, topic.type, quality), SequenceWatch()
+            )
 
     def look_around(self) -> None:
         """Listen to what turned up; where a publisher offers less than a subscription asks for, ask for less."""
@@ -116,7 +117,7 @@ class Listening:
         if quality is None:
             return
         try:
-            definition(kinds[0])
+            message_definition(kinds[0])
             subscription = self._subscribe(topic, kinds[0], quality)
         except (ImportError, AttributeError) as error:
             self._refused.add(topic)
@@ -124,7 +125,7 @@ class Listening:
             return
         if len(kinds) > 1:
             self._node.get_logger().warning(f"{topic} has several types: {', '.join(kinds)}; the first is recorded")
-        self._channels[topic] = Channel(kinds[0], subscription, SequenceWatch())
+        self._channels[topic] = SubscribedTopic(kinds[0], subscription, SequenceWatch())
 
     def _quality(self, topic: str) -> QoSProfile | None:
         """What every publisher of the topic offers; None where there is none."""
@@ -134,7 +135,7 @@ class Listening:
         reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in profiles)
         lasting = all(one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in profiles)
         return QoSProfile(
-            depth=link.DEPTH,
+            depth=raw_topics.DEPTH,
             reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
             durability=DurabilityPolicy.TRANSIENT_LOCAL if lasting else DurabilityPolicy.VOLATILE,
         )
@@ -150,7 +151,8 @@ class Listening:
         # A publisher that cannot be heard is found, and heard, by look_around: no need for a warning at once.
         events = SubscriptionEventCallbacks(incompatible_qos=lambda event: None)
         return self._node.create_subscription(
-            link.message_class(kind), topic, receive, quality, event_callbacks=events, raw=True)
+            raw_topics.message_class(kind), topic, receive, quality, event_callbacks=events, raw=True
+        )
 
     def _on_message(self, topic: str, data: bytes, information: dict[str, Any]) -> None:
         channel = self._channels[topic]
@@ -161,11 +163,16 @@ class Listening:
         if not channel.described:
             channel.described = True
             described = self._describe(topic, channel.kind)
-        self._receive(Heard(topic, data, channel.received, described))
+        self._receive(ReceivedMessage(topic, data, channel.received, described))
         channel.received += 1
 
     def _describe(self, topic: str, kind: str) -> RecordedTopic:
         publishers = self._node.get_publishers_info_by_topic(topic)
         hashes = [str(one.topic_type_hash) for one in publishers]
-        return RecordedTopic(topic, kind, definition(kind), tuple(offered(one.qos_profile) for one in publishers),
-                        hashes[0] if hashes else "")
+        return RecordedTopic(
+            topic,
+            kind,
+            message_definition(kind),
+            tuple(qos_as_metadata(one.qos_profile) for one in publishers),
+            hashes[0] if hashes else "",
+        )

@@ -6,7 +6,7 @@ import queue
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-MOST_WAITING = 100
+MAX_REQUESTS = 100
 
 
 @dataclass(frozen=True)
@@ -26,29 +26,29 @@ class SetTarget:
 
 
 @dataclass(frozen=True)
-class Rock:
+class SetRocking:
     """Start or stop rocking."""
 
     on: bool
 
 
 @dataclass(frozen=True)
-class Record:
+class SetRecording:
     """Go on or pause recording."""
 
     on: bool
 
 
-Wish = SetParameter | SetTarget | Rock | Record
+PageRequest = SetParameter | SetTarget | SetRocking | SetRecording
 
 
-class Desk:
+class RequestQueue:
     """Wishes in the order in which they came; more than fit are refused."""
 
     def __init__(self) -> None:
-        self._waiting: queue.Queue[Wish] = queue.Queue(MOST_WAITING)
+        self._waiting: queue.Queue[PageRequest] = queue.Queue(MAX_REQUESTS)
 
-    def ask(self, wish: Wish) -> bool:
+    def put(self, wish: PageRequest) -> bool:
         """Leave a wish; False where nobody has taken the ones before."""
         try:
             self._waiting.put_nowait(wish)
@@ -56,7 +56,7 @@ class Desk:
             return False
         return True
 
-    def take(self) -> Iterator[Wish]:
+    def take(self) -> Iterator[PageRequest]:
         """The wishes that wait, each once."""
         while True:
             try:

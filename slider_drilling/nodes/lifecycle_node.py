@@ -7,9 +7,9 @@ from collections.abc import Callable
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 
 from slider_drilling.errors import InputError
-from slider_drilling.nodes.parameters import Declared
+from slider_drilling.nodes.parameters import NodeParameter
 
-AUTOSTART = Declared("autostart", True, "configure and activate at once; false: a lifecycle manager does it")
+AUTOSTART = NodeParameter("autostart", True, "configure and activate at once; false: a lifecycle manager does it")
 
 
 class Transitions:

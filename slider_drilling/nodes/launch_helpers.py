@@ -17,10 +17,10 @@ from launch.event_handlers import OnProcessExit
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from slider_drilling.process.parent_death import END_WITH_PARENT
+from slider_drilling.process.parent_death import PARENT_PID_VARIABLE
 
 PACKAGE = "slider_drilling"
-MISTAKE = 2          # the exit code of what a user can mend: starting it again would not
+MISTAKE = 2  # the exit code of what a user can mend: starting it again would not
 RESPAWN_DELAY = 1.0  # s
 # Every argument is empty by default: what is not given is left to the parameter file, and to the nodes themselves.
 ARGUMENTS = {
@@ -39,7 +39,7 @@ ARGUMENTS = {
 }
 RANGES = {"": None, "localhost": None, "subnet": "SUBNET", "off": "OFF"}
 
-Given = Mapping[str, str]
+LaunchArguments = Mapping[str, str]
 
 
 def description(names: Iterable[str], entities: Any) -> LaunchDescription:
@@ -47,15 +47,16 @@ def description(names: Iterable[str], entities: Any) -> LaunchDescription:
     chosen = tuple(names)
 
     def make(context: LaunchContext) -> list[LaunchDescriptionEntity]:
-        made: list[LaunchDescriptionEntity] = entities({
-            name: LaunchConfiguration(name).perform(context) for name in chosen})
+        made: list[LaunchDescriptionEntity] = entities(
+            {name: LaunchConfiguration(name).perform(context) for name in chosen}
+        )
         return made
 
     declared = [DeclareLaunchArgument(name, default_value="", description=ARGUMENTS[name]) for name in chosen]
     return LaunchDescription([*declared, OpaqueFunction(function=make)])
 
 
-def number(given: Given, name: str) -> float | None:
+def number(given: LaunchArguments, name: str) -> float | None:
     """An argument as a number, None where it was not given. Raises ValueError naming the argument."""
     if not given.get(name):
         return None
@@ -65,19 +66,23 @@ def number(given: Given, name: str) -> float | None:
         raise ValueError(f"{name}:={given[name]}: must be a number") from None
 
 
-def speed(given: Given) -> float | None:
+def speed(given: LaunchArguments) -> float | None:
     """The argument `speed`, 0 for `max`."""
     return 0.0 if given.get("speed") == "max" else number(given, "speed")
 
 
-def target(given: Given) -> float | None:
+def target(given: LaunchArguments) -> float | None:
     """The argument `target_deg` in rad within (-pi, pi]."""
     degrees = number(given, "target_deg")
     return None if degrees is None else math.remainder(math.radians(degrees), 2.0 * math.pi)
 
 
 def process(
-    executable: str, given: Given, defaults: Mapping[str, Any], wanted: Mapping[str, Any], namespace: str | None = None
+    executable: str,
+    given: LaunchArguments,
+    defaults: Mapping[str, Any],
+    wanted: Mapping[str, Any],
+    namespace: str | None = None,
 ) -> Node:
     """One node as a process. defaults: parameters that the file may change; wanted: those that win, None left out."""
     file = given.get("parameters", "")
@@ -87,9 +92,18 @@ def process(
     space = given.get("namespace", "") if namespace is None else namespace
     respawn = executable in ("recorder", "rocking_controller") and is_true(given, "respawn", True)
     return Node(
-        package=PACKAGE, executable=executable, exec_name=executable, name=executable, namespace=space,
-        output="screen", parameters=[*([file] if file else []), *([own] if own else [])], respawn=respawn,
-        respawn_delay=RESPAWN_DELAY, prefix=_waiting_signals(), additional_env=_environment(given))
+        package=PACKAGE,
+        executable=executable,
+        exec_name=executable,
+        name=executable,
+        namespace=space,
+        output="screen",
+        parameters=[*([file] if file else []), *([own] if own else [])],
+        respawn=respawn,
+        respawn_delay=RESPAWN_DELAY,
+        prefix=_waiting_signals(),
+        additional_env=_environment(given),
+    )
 
 
 def _mentioned(file: str, node: str) -> set[str]:
@@ -107,13 +121,14 @@ def _mentioned(file: str, node: str) -> set[str]:
         if not isinstance(branch, dict):
             return set()
         found = set(branch.get("ros__parameters") or ()) if here in (node, "*", "**") else set()
-        return found.union(*(names(below, str(key).rpartition("/")[2]) for key, below in branch.items()
-                             if key != "ros__parameters"))
+        return found.union(
+            *(names(below, str(key).rpartition("/")[2]) for key, below in branch.items() if key != "ros__parameters")
+        )
 
     return names(tree, "")
 
 
-def is_true(given: Given, name: str, otherwise: bool = False) -> bool:
+def is_true(given: LaunchArguments, name: str, otherwise: bool = False) -> bool:
     """An argument that is true or false, `otherwise` where it was not given. Raises ValueError naming it."""
     text = given.get(name) or str(otherwise)
     if text.lower() not in ("true", "false"):
@@ -121,7 +136,7 @@ def is_true(given: Given, name: str, otherwise: bool = False) -> bool:
     return text.lower() == "true"
 
 
-def dashboard(given: Given, namespace: str | None = None, port: int | None = None) -> list[Node]:
+def dashboard(given: LaunchArguments, namespace: str | None = None, port: int | None = None) -> list[Node]:
     """The live page's process where it is asked for. port: that it takes unless the parameter file gives one."""
     defaults = {} if port is None else {"port": port}
     return [process("dashboard", given, defaults, {}, namespace)] if is_true(given, "dashboard") else []
@@ -133,15 +148,15 @@ def _waiting_signals() -> str | None:
     return "env --block-signal=INT,TERM" if has_env else None
 
 
-def _environment(given: Given) -> dict[str, str]:
+def _environment(given: LaunchArguments) -> dict[str, str]:
     wanted = given.get("discovery", "").lower()
     if wanted not in RANGES:
         raise ValueError(f"discovery:={wanted}: must be localhost, subnet or off")
     found = RANGES[wanted]
-    return {END_WITH_PARENT: str(os.getpid())} | ({} if found is None else {"ROS_AUTOMATIC_DISCOVERY_RANGE": found})
+    return {PARENT_PID_VARIABLE: str(os.getpid())} | ({} if found is None else {"ROS_AUTOMATIC_DISCOVERY_RANGE": found})
 
 
-def ended_together(
+def shut_down_together(
     ending: Sequence[Node], others: Iterable[Node], needed: Iterable[Node] = ()
 ) -> list[LaunchDescriptionEntity]:
     """The nodes, and what their ends mean: the launch ends with the last of `ending`, and fails where any node failed.

@@ -16,7 +16,7 @@ _NAMES = {"boolean": "bool", "octet": "byte", "float": "float32", "double": "flo
 _BOUND = re.compile(r"(sequence)<(.+?)(?:, (\d+))?>|(.+)\[(\d+)\]|(w?string)<(\d+)>")
 
 
-def definition(kind: str) -> str:
+def message_definition(kind: str) -> str:
     """The ros2msg definition of `package/msg/Name` with those it uses. Raises ImportError, AttributeError."""
     if kind in SCHEMAS:
         return SCHEMAS[kind]
@@ -56,7 +56,7 @@ def _field(idl: str) -> tuple[str, str]:
     return base, f"{written}[<={bound}]" if bound else f"{written}[]"
 
 
-def offered(profile: QoSProfile) -> dict[str, Any]:
+def qos_as_metadata(profile: QoSProfile) -> dict[str, Any]:
     """A publisher's quality of service as metadata.yaml writes it."""
     return {
         "history": profile.history.short_key,
