@@ -12,7 +12,7 @@ from slider_drilling.process.parallel_map import idle_threads, parallel_map
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_what_is_made_comes_in_the_order_of_what_was_given(threads, monkeypatch):
-    monkeypatch.setattr(module, "threads", lambda: threads)
+    monkeypatch.setattr(module, "available_threads", lambda: threads)
     second = threading.Event()
 
     def slow_first(number: int) -> int:
@@ -27,13 +27,13 @@ def test_what_is_made_comes_in_the_order_of_what_was_given(threads, monkeypatch)
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_what_fails_is_raised(threads, monkeypatch):
-    monkeypatch.setattr(module, "threads", lambda: threads)
+    monkeypatch.setattr(module, "available_threads", lambda: threads)
     with pytest.raises(ZeroDivisionError):
         parallel_map(lambda number: 1 / number, [2, 1, 0, 3])
 
 
 def test_what_fails_first_in_their_order_is_raised(monkeypatch):
-    monkeypatch.setattr(module, "threads", lambda: 2)
+    monkeypatch.setattr(module, "available_threads", lambda: 2)
     later = threading.Event()
 
     def fails(number: int) -> None:
@@ -50,7 +50,7 @@ def test_what_fails_first_in_their_order_is_raised(monkeypatch):
 
 def test_work_within_work_calls_those_who_have_nothing_to_do(monkeypatch):
     """Two pieces on three threads: one of them, which asks for two more, has the third thread's help."""
-    monkeypatch.setattr(module, "threads", lambda: 3)
+    monkeypatch.setattr(module, "available_threads", lambda: 3)
     both, helped, over, seen = threading.Barrier(2), threading.Barrier(2), threading.Event(), set()
 
     def inner(number: int) -> None:
@@ -72,7 +72,7 @@ def test_work_within_work_calls_those_who_have_nothing_to_do(monkeypatch):
 
 
 def test_no_more_are_at_work_than_there_are_cores_for(monkeypatch):
-    monkeypatch.setattr(module, "threads", lambda: 2)
+    monkeypatch.setattr(module, "available_threads", lambda: 2)
     lock, now, most = threading.Lock(), [0], [0]
 
     def innermost(number: int) -> int:
@@ -93,7 +93,7 @@ def test_no_more_are_at_work_than_there_are_cores_for(monkeypatch):
 def test_the_answer_does_not_hang_on_the_threads(monkeypatch):
     answers = []
     for threads in (1, 2):
-        monkeypatch.setattr(module, "threads", lambda threads=threads: threads)
+        monkeypatch.setattr(module, "available_threads", lambda threads=threads: threads)
         answers.append(explain(toy({"level": 2.0, "slope": -1.5, "saw": 4.0}, 7)))
     told = [(one.effects, one.closed, one.interval, one.parameters) for one in answers]
     assert told[0] == told[1]
