@@ -10,13 +10,13 @@ import pytest
 from click.testing import CliRunner
 from rich.console import Console
 
-from slider_drilling.closed_loop import SCENARIOS, WELLS, Trace, every_effect, run_scenario, score
-from slider_drilling.closed_loop.contenders import UNDER_TEST, believed_rig, build, seen
+from slider_drilling.closed_loop import SCENARIOS, WELLS, SlideTrace, every_effect, run_scenario, score_slide
+from slider_drilling.closed_loop.contenders import UNDER_TEST, believed_rig, build_contender, measurements_for
 from slider_drilling.closed_loop.faulty_rig import FaultyRig
 from slider_drilling.closed_loop.page import closed_loop_page
-from slider_drilling.closed_loop.report import as_json, costs, stops
-from slider_drilling.closed_loop.run import Outcome
-from slider_drilling.closed_loop.scenarios import unknown
+from slider_drilling.closed_loop.report import as_json, information_costs, interlock_stops
+from slider_drilling.closed_loop.run import ScenarioResult
+from slider_drilling.closed_loop.scenarios import effects_with
 from slider_drilling.commands.closed_loop import _print, command
 from slider_drilling.control.interface import RigCommand
 from slider_drilling.drillstring import VirtualRig
@@ -35,11 +35,11 @@ def trace_of(error_deg, duration=900.0):
     zero = np.zeros_like(time)
     target = np.full_like(time, math.radians(170.0))
     tool_face = target + np.radians(error)
-    return Trace(time, target, tool_face, zero, 1e3 * np.sin(time), zero + 8e4, zero + 0.0025, 0.0025 * time, ())
+    return SlideTrace(time, target, tool_face, zero, 1e3 * np.sin(time), zero + 8e4, zero + 0.0025, 0.0025 * time, ())
 
 
 def test_score_of_a_constant_error_across_the_half_turn():
-    figures = score(HOLD, trace_of(lambda t: 355.0 if t > 100.0 else 90.0))
+    figures = score_slide(HOLD, trace_of(lambda t: 355.0 if t > 100.0 else 90.0))
     assert figures.mean_abs_error_deg == pytest.approx(5.0)
     assert figures.within_15_deg == 1.0
     assert figures.time_to_set_s == pytest.approx(100.1)
@@ -48,14 +48,14 @@ def test_score_of_a_constant_error_across_the_half_turn():
 
 
 def test_a_minute_within_is_needed_to_count_as_set():
-    figures = score(HOLD, trace_of(lambda t: 20.0 if t % 50.0 < 1.0 else 0.0))
+    figures = score_slide(HOLD, trace_of(lambda t: 20.0 if t % 50.0 < 1.0 else 0.0))
     assert figures.time_to_set_s is None
     assert figures.within_15_deg == pytest.approx(0.98, abs=2e-3)
 
 
 def test_after_a_new_target_four_minutes_are_not_scored():
     steps = dataclasses.replace(HOLD, targets=((0.0, 0.0), (450.0, 45.0)))
-    figures = score(steps, trace_of(lambda t: 50.0 if 450.0 <= t < 600.0 else 2.0))
+    figures = score_slide(steps, trace_of(lambda t: 50.0 if 450.0 <= t < 600.0 else 2.0))
     assert figures.mean_abs_error_deg == pytest.approx(2.0)
     assert figures.time_to_set_s == pytest.approx(150.0)
 
@@ -102,15 +102,15 @@ def test_friction_by_angle_follows_each_pipe():
 
 
 def test_oracle_sees_the_truth_and_is_told_it():
-    softer = dataclasses.replace(HOLD, effects=unknown(torsional_compliance={"extra": 0.13}))
+    softer = dataclasses.replace(HOLD, effects=effects_with(torsional_compliance={"extra": 0.13}))
     assert believed_rig("controller", softer).effects.torsional_compliance.extra == 0.0
     assert believed_rig("oracle", softer).effects.torsional_compliance.extra == 0.13
     assert believed_rig("informed", softer).sensors.mwd == softer.believed_rig().sensors.mwd
     rig = FaultyRig(softer, seed=3, elements=20)
     measured = rig.step(RigCommand(0.0, 0.0, 0.0, 12.3))
     truth = dataclasses.replace(rig.rig.truth, tool_face=7.0)
-    assert seen("controller", measured, truth).mwd == ()
-    assert seen("oracle", measured, truth).mwd[0].tool_face == pytest.approx(7.0 - 2.0 * math.pi)
+    assert measurements_for("controller", measured, truth).mwd == ()
+    assert measurements_for("oracle", measured, truth).mwd[0].tool_face == pytest.approx(7.0 - 2.0 * math.pi)
 
 
 def test_controller_sets_and_holds_the_tool_face_on_a_coarse_string():
@@ -151,11 +151,11 @@ def test_a_controller_that_does_nothing_is_not_praised():
     time = np.arange(0.0, scenario.duration, 1.0)
     still = np.zeros_like(time)
     target = np.full_like(time, scenario.targets[0][1])
-    trace = Trace(time, target, target, still, still, still, still, still + 4000.0, ())
-    idle = score(scenario, trace)
+    trace = SlideTrace(time, target, target, still, still, still, still, still + 4000.0, ())
+    idle = score_slide(scenario, trace)
     assert idle.nothing_drilled and idle.drilled_m == 0.0
     assert math.isnan(idle.mean_abs_error_deg) and math.isnan(idle.within_15_deg) and idle.time_to_set_s is None
-    row = {UNDER_TEST: Outcome(scenario, UNDER_TEST, idle, trace)}
+    row = {UNDER_TEST: ScenarioResult(scenario, UNDER_TEST, idle, trace)}
     figures = as_json([row], "module:Idle", 0, 200)["scenarios"][0]
     assert figures["mean_abs_error_deg"] is None and figures["within_15_deg"] is None
     page = closed_loop_page([row], "module:Idle", 0, 200)
@@ -168,8 +168,8 @@ def test_what_stopped_a_slide_and_one_that_was_not_held_are_said():
     events = ((0.1, "WARN", "tool_face", "no MWD"), (329.4, "ERROR", "lock_up", lock), (436.0, "WARN", "lock_up", ""),
               (700.0, "ERROR", "lock_up", "again"), (800.0, "ERROR", "clock", "stamps stand still"))
     trace = dataclasses.replace(trace_of(lambda t: 20.0 if t > 800.0 else 1.0), events=events)
-    row = {UNDER_TEST: Outcome(HOLD, UNDER_TEST, score(HOLD, trace), trace)}
-    assert stops(row) == [(329.4, "lock_up", lock), (800.0, "clock", "stamps stand still")]
+    row = {UNDER_TEST: ScenarioResult(HOLD, UNDER_TEST, score_slide(HOLD, trace), trace)}
+    assert interlock_stops(row) == [(329.4, "lock_up", lock), (800.0, "clock", "stamps stand still")]
     assert as_json([row], "a:B", 0, 200)["scenarios"][0]["interlocks"][0] == {
         "time_s": 329.4, "name": "lock_up", "message": lock}
     lead = closed_loop_page([row], "a:B", 0, 200).headline
@@ -180,7 +180,7 @@ def test_what_stopped_a_slide_and_one_that_was_not_held_are_said():
 
 def test_the_terminal_says_what_stopped_a_slide(monkeypatch):
     trace = dataclasses.replace(trace_of(lambda t: 1.0), events=((329.4, "ERROR", "lock_up", "weight [kN] hangs"),))
-    outcome = Outcome(HOLD, UNDER_TEST, score(HOLD, trace), trace)
+    outcome = ScenarioResult(HOLD, UNDER_TEST, score_slide(HOLD, trace), trace)
     monkeypatch.setattr("slider_drilling.closed_loop.run_all", lambda *args: iter([outcome]))
     said = CliRunner().invoke(command, ["--only", HOLD.name], catch_exceptions=False).stdout
     assert f"{HOLD.name}, 329 s: lock_up: weight [kN] hangs" in " ".join(said.split())
@@ -191,17 +191,17 @@ def outcomes_of(scenario, *means):
     found = {}
     for contender, mean in zip(("controller", "informed", "oracle"), means, strict=True):
         trace = trace_of(lambda t, mean=mean: mean, 300.0)
-        found[contender] = Outcome(scenario, contender, score(scenario, trace), trace)
+        found[contender] = ScenarioResult(scenario, contender, score_slide(scenario, trace), trace)
     return found
 
 
 def test_what_mwd_and_not_knowing_the_rig_cost_is_said():
     brief = dataclasses.replace(HOLD, targets=((0.0, 170.0),), duration=300.0)
     rows = [outcomes_of(brief, 3.0, 2.0, 0.5), outcomes_of(brief, 4.0, 2.5, 1.5), outcomes_of(brief, 9.0, 6.0, 5.5)]
-    said = costs(rows)
+    said = information_costs(rows)
     assert "below 4.00 deg, 2.50 with the true rig file, 1.50 with the true toolface" in said
     assert "costs +1.50 deg" in said and "alone +1.00 deg" in said
-    assert costs([{UNDER_TEST: rows[0][UNDER_TEST]}]) == "" == costs(rows[:1])
+    assert information_costs([{UNDER_TEST: rows[0][UNDER_TEST]}]) == "" == information_costs(rows[:1])
 
 
 def test_every_effect_of_the_catalogue_comes_at_two_sizes_on_three_wells_and_two_at_once():
@@ -223,8 +223,8 @@ def test_every_effect_of_the_catalogue_comes_at_two_sizes_on_three_wells_and_two
 
 
 def test_settings_reach_the_controller_under_test_and_a_wrong_one_is_refused(tmp_path):
-    assert build("controller", HOLD, settings={"gain": 1.25}).settings.gain == 1.25
-    assert build("oracle", HOLD, settings={"gain": 1.25}).settings.gain == 1.25
+    assert build_contender("controller", HOLD, settings={"gain": 1.25}).settings.gain == 1.25
+    assert build_contender("oracle", HOLD, settings={"gain": 1.25}).settings.gain == 1.25
     for wrong in ("gane=1", "gain=99", "gain"):
         with pytest.raises(InputError, match=r"--set|gain"):
             CliRunner().invoke(command, ["--only", "hold, 2.6", "--set", wrong], catch_exceptions=False)

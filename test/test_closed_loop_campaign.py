@@ -14,21 +14,21 @@ from click.testing import CliRunner
 
 from slider_drilling.cli import group
 from slider_drilling.closed_loop.campaign import (
-    Setting,
-    Slide,
+    CampaignOptions,
+    ScoredSlide,
+    compare_paired,
     noise_seed,
-    paired,
     repeat_command,
     run_slide,
     slide_job,
     slide_of,
-    spread,
+    summarise,
     worst,
 )
 from slider_drilling.closed_loop.campaign_page import as_json, campaign_page, pair_sentences
 from slider_drilling.closed_loop.drawn import draw_slide
-from slider_drilling.closed_loop.score import Score
-from slider_drilling.control.load import DEFAULT
+from slider_drilling.closed_loop.score import SlideScore
+from slider_drilling.control.controller_loader import DEFAULT_CONTROLLER
 from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
 from slider_drilling.files.installed_files import installed_file
@@ -42,8 +42,8 @@ RIG = installed_file("config/rig.example.yaml")
 @pytest.fixture
 def brief(monkeypatch):
     """Slides of a command that end once the toolface is set and some metres are drilled: a third of their time."""
-    made = partial(Setting, duration=300.0)
-    monkeypatch.setattr("slider_drilling.closed_loop.campaign.Setting", made)
+    made = partial(CampaignOptions, duration=300.0)
+    monkeypatch.setattr("slider_drilling.closed_loop.campaign.CampaignOptions", made)
     return made
 
 
@@ -54,7 +54,8 @@ def drawn():
 
 
 def slide(number, error, after=100.0, within=1.0, drilled=2.0):
-    return Slide(number, "3 km", "", Score(error, 2 * error, within, after, 8e3, 8e3, 5e3, 1e3, 9.0, drilled))
+    score = SlideScore(error, 2 * error, within, after, 8e3, 8e3, 5e3, 1e3, 9.0, drilled)
+    return ScoredSlide(number, "3 km", "", score)
 
 
 def test_the_same_slide_is_drawn_again_and_another_seed_draws_another(drawn):
@@ -102,7 +103,7 @@ def test_a_slide_that_drilled_nothing_is_the_worst_and_never_set():
     slides = [slide(1, 5.0), slide(2, 9.0, after=None), idle, *(slide(k, 1.0) for k in range(10, 20))]
     assert [one.number for one in worst(slides)][:3] == [3, 2, 1]
     assert len(worst(slides)) == 10
-    found = spread(slides)
+    found = summarise(slides)
     assert (found.slides, found.idle, found.set_in_time, found.held) == (13, 1, 11, 12)
     assert found.error[0] == 1.0 and found.error[-1] == math.inf and found.time_to_set[-1] == math.inf
 
@@ -110,22 +111,23 @@ def test_a_slide_that_drilled_nothing_is_the_worst_and_never_set():
 def test_two_controllers_are_compared_on_the_slides_that_both_drilled():
     first = [slide(k, 2.0 + 0.1 * k) for k in range(20)]
     second = [slide(k, 5.0 + 0.1 * k) for k in range(19)] + [slide(19, math.nan, drilled=0.0)]
-    found = paired(first, second)
+    found = compare_paired(first, second)
     assert (found.better, found.of) == (19, 19)
     assert found.low == pytest.approx(0.025 ** (1 / 19)) and found.high == 1.0
     assert found.difference == pytest.approx(-3.0) and found.interval == pytest.approx((-3.0, -3.0))
-    assert paired(first, []) is None
-    even = paired(first, first)
+    assert compare_paired(first, []) is None
+    even = compare_paired(first, first)
     assert even.better == 0 and even.difference == 0.0
     assert "by 3.0 deg on average [3.0, 3.0]" in pair_sentences({"a": first, "b": second})[0]
 
 
 def test_the_page_and_the_json_name_the_worst_slides_with_the_command_that_repeats_each():
-    setting = Setting(RIG, seed=4, elements=60)
-    slides = {DEFAULT: [slide(k, 2.0 + k) for k in range(12)], "fixed_rocking": [slide(k, math.inf) for k in range(12)]}
+    setting = CampaignOptions(RIG, seed=4, elements=60)
+    slides = {DEFAULT_CONTROLLER: [slide(k, 2.0 + k) for k in range(12)],
+              "fixed_rocking": [slide(k, math.inf) for k in range(12)]}
     repeat = {name: lambda number, name=name: repeat_command(number, name, setting, False) for name in slides}
     tree = as_json(slides, setting, "code", repeat)
-    own = tree["controllers"][DEFAULT]
+    own = tree["controllers"][DEFAULT_CONTROLLER]
     assert [row["number"] for row in own["worst"]] == list(range(11, 1, -1))
     command = own["worst"][0]["command"]
     assert shlex.split(command)[1:] == ["closed-loop", "--slide", "11", "--seed", "4", "--elements", "60", "-o",
@@ -138,7 +140,7 @@ def test_a_users_controller_is_part_of_what_a_result_depends_on(tmp_path, monkey
     path = tmp_path / "holds_still_in_a_campaign.py"
     path.write_text("class Still:\n    def __init__(self, rig): pass\n    def step(self, measurements): ...\n")
     monkeypatch.syspath_prepend(str(tmp_path))
-    setting = Setting(RIG)
+    setting = CampaignOptions(RIG)
     name = "holds_still_in_a_campaign:Still"
     key = slide_job(0, name, setting).key()
     path.write_text(path.read_text() + "# edited\n")
@@ -148,7 +150,7 @@ def test_a_users_controller_is_part_of_what_a_result_depends_on(tmp_path, monkey
 
 
 def test_what_a_job_returns_is_read_back(tmp_path):
-    tree = run_slide(slide_job(2, "no_rocking", Setting(RIG, elements=20, duration=260.0)))
+    tree = run_slide(slide_job(2, "no_rocking", CampaignOptions(RIG, elements=20, duration=260.0)))
     assert json.loads(json.dumps(tree, allow_nan=False)) == tree
     found = slide_of(tree)
     assert found.number == 2 and found.score.peak_torque_n_m > 0.0
@@ -161,7 +163,7 @@ def test_the_command_goes_on_from_its_files(tmp_path, brief):
     first = CliRunner().invoke(group, [*arguments, "--json"])
     assert first.exit_code == 0, first.output
     tree = json.loads((tmp_path / "closed_loop_campaign.json").read_text())
-    assert list(tree["controllers"]) == [DEFAULT, "no_rocking"]
+    assert list(tree["controllers"]) == [DEFAULT_CONTROLLER, "no_rocking"]
     before = sorted(path.stat().st_mtime_ns for path in (tmp_path / "results").iterdir())
     assert len(before) == 2
     assert CliRunner().invoke(group, arguments).exit_code == 0
@@ -174,6 +176,6 @@ def test_one_slide_of_a_campaign_is_run_again_with_its_traces(tmp_path, brief):
     result = CliRunner().invoke(group, arguments)
     assert result.exit_code == 0, result.output
     again = json.loads((tmp_path / "closed_loop.json").read_text())["scenarios"][0]
-    own = slide_of(run_slide(slide_job(4, DEFAULT, brief(RIG, seed=1, elements=20)))).score
+    own = slide_of(run_slide(slide_job(4, DEFAULT_CONTROLLER, brief(RIG, seed=1, elements=20)))).score
     assert again["name"] == "slide 4"
     assert again["mean_abs_error_deg"] == pytest.approx(own.mean_abs_error_deg, abs=1e-4)

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slider_drilling.control.approach import Approach
-from slider_drilling.control.auto_driller import AutoDriller
-from slider_drilling.control.block_slip import BlockSlip
-from slider_drilling.control.differential_pressure import DifferentialPressure
-from slider_drilling.control.drag import DragMonitor
-from slider_drilling.control.heave import HeaveCompensator
-from slider_drilling.control.lock_up import Lock, LockUp
-from slider_drilling.control.lowering import followed
+from slider_drilling.control.block.auto_driller import AutoDriller
+from slider_drilling.control.block.block_control import load_share_for_tool_face
+from slider_drilling.control.block.heave_compensation import HeaveCompensator
+from slider_drilling.control.block.return_to_bottom import ReturnToBottom
+from slider_drilling.control.estimation.differential_pressure import DifferentialPressure
+from slider_drilling.control.estimation.drag_monitor import DragMonitor
+from slider_drilling.control.interlocks.block_slip import BlockSlipInterlock
+from slider_drilling.control.interlocks.lock_up import LockUpInterlock, LockUpState
 from slider_drilling.effects import BucklingContact
 from slider_drilling.rig import load_rig
 
@@ -107,7 +107,7 @@ def test_drag_is_certain_less_what_motor_and_bit_leave_open_of_the_weight():
 @pytest.mark.parametrize(("falling", "lifted"), [(0.2, True), (0.03, True), (0.0, False), (-0.2, False)])
 def test_a_block_that_comes_down_by_itself_is_lifted_back_to_where_it_should_be(falling, lifted):
     """Beside 2.5 mm/s that are asked for it falls (m/s) for 10 s; what is lifted is lifted at 0.2 m/s."""
-    slip, block, furthest = BlockSlip(), 0.0, 0.0
+    slip, block, furthest = BlockSlipInterlock(), 0.0, 0.0
     for k in range(400):
         lift = slip.update(block, 0.0025, 0.1)
         block += 0.1 * (0.0025 + (falling if 100 <= k < 200 else 0.0) - (0.2 if lift else 0.0))
@@ -119,7 +119,7 @@ def test_a_block_that_comes_down_by_itself_is_lifted_back_to_where_it_should_be(
 
 
 def test_a_sensor_that_leaps_drops_out_or_lags_is_no_block_that_slips():
-    slip = BlockSlip()
+    slip = BlockSlipInterlock()
     waves = [0.2 * math.sin(2.0 * math.pi * 0.1 * k / 8.0) for k in range(200)]   # asked for, and made 0.2 s later
     readings = [5.0, math.nan, 0.3, 0.0, *(waves[max(k - 2, 0)] for k in range(200))]
     told = [0.0, 0.0, 0.0, 0.0, 0.0, *(np.diff(waves) / 0.1)]
@@ -135,31 +135,31 @@ def lock_up_after(lock, drag, pressure, seconds):
 
 
 def test_lock_up_lets_go_with_less_weight_each_time_and_then_latches():
-    lock = LockUp()
-    assert lock_up_after(lock, 0.7, 1.7e6, 600.0) is Lock.FREE, "weight that arrives is no lock-up"
-    assert lock_up_after(lock, 0.3, 0.9e6, 600.0) is Lock.FREE, "pipe that hardly drags holds no weight"
+    lock = LockUpInterlock()
+    assert lock_up_after(lock, 0.7, 1.7e6, 600.0) is LockUpState.FREE, "weight that arrives is no lock-up"
+    assert lock_up_after(lock, 0.3, 0.9e6, 600.0) is LockUpState.FREE, "pipe that hardly drags holds no weight"
     for trip, share in ((1, 0.9), (2, 0.81)):
-        assert lock_up_after(lock, 0.7, 0.9e6, 21.0) is Lock.HELD and lock.stops
+        assert lock_up_after(lock, 0.7, 0.9e6, 21.0) is LockUpState.HELD and lock.stops
         assert lock.share_left == pytest.approx(share) and lock.trips == trip
-        assert lock_up_after(lock, 0.5, 0.9e6, 60.0) is Lock.HELD, "not freed yet"
-        assert lock_up_after(lock, 0.2, 0.9e6, 20.0) is Lock.HELD, "not freed for long enough"
-        assert lock_up_after(lock, 0.2, 0.9e6, 11.0) is Lock.LESS and not lock.stops
-    assert lock_up_after(lock, 0.7, 0.9e6, 21.0) is Lock.LATCHED
-    assert lock_up_after(lock, 0.0, 1.8e6, 3600.0) is Lock.LATCHED and lock.stops, "drag that is gone tells nothing now"
+        assert lock_up_after(lock, 0.5, 0.9e6, 60.0) is LockUpState.HELD, "not freed yet"
+        assert lock_up_after(lock, 0.2, 0.9e6, 20.0) is LockUpState.HELD, "not freed for long enough"
+        assert lock_up_after(lock, 0.2, 0.9e6, 11.0) is LockUpState.LESS and not lock.stops
+    assert lock_up_after(lock, 0.7, 0.9e6, 21.0) is LockUpState.LATCHED
+    assert lock_up_after(lock, 0.0, 1.8e6, 3600.0) is LockUpState.LATCHED and lock.stops, "a latch stays without drag"
     lock.release()
-    assert lock.state is Lock.FREE and lock.share_left == 1.0
+    assert lock.state is LockUpState.FREE and lock.share_left == 1.0
 
 
 def test_lock_up_that_rocking_does_not_free_latches():
-    lock = LockUp()
-    assert lock_up_after(lock, 0.7, 0.9e6, 300.0) is Lock.LATCHED
+    lock = LockUpInterlock()
+    assert lock_up_after(lock, 0.7, 0.9e6, 300.0) is LockUpState.LATCHED
     assert lock.never_freed and lock.trips == 1
 
 
 def test_weight_that_arrives_too_slowly_is_lock_up_too():
-    assert lock_up_after(LockUp(), 0.45, 0.9e6, 170.0) is Lock.FREE
-    assert lock_up_after(LockUp(), 0.45, 0.9e6, 181.0) is Lock.HELD
-    assert lock_up_after(LockUp(), math.nan, 0.9e6, 600.0) is Lock.FREE
+    assert lock_up_after(LockUpInterlock(), 0.45, 0.9e6, 170.0) is LockUpState.FREE
+    assert lock_up_after(LockUpInterlock(), 0.45, 0.9e6, 181.0) is LockUpState.HELD
+    assert lock_up_after(LockUpInterlock(), math.nan, 0.9e6, 600.0) is LockUpState.FREE
 
 
 def test_nothing_is_lowered_that_would_hang_on_the_wall():
@@ -176,7 +176,7 @@ def test_nothing_is_lowered_that_would_hang_on_the_wall():
 def test_load_waits_for_a_tool_face_that_reactive_torque_has_turned_away_and_is_taken_back():
     """Only to the left: what is right of its target the reactive torque brings back."""
     degrees = (-90.0, 0.0, 8.0, 10.5, 13.0, 18.0, 90.0)
-    shares = [followed(math.radians(behind)) for behind in degrees]
+    shares = [load_share_for_tool_face(math.radians(behind)) for behind in degrees]
     assert shares == pytest.approx([1.0, 1.0, 1.0, 0.5, 0.0, -1.0, -1.0])
     driller = AutoDriller(RIG, 20.0, 0.1)
     risen = [driller.update(0.5e6, 1.8e6, 1e5, 0.1) for _ in range(100)]
@@ -197,7 +197,7 @@ def test_pressure_is_tared_off_bottom_but_not_while_drilling():
 
 def test_approach_knows_where_the_bit_touches_and_a_slip_hardly_moves_it():
     """Drilling at 80 kN on 1e5 N/m the bit would touch 0.8 m higher; a block that slips 0.6 m shows before pressure."""
-    approach, pressure = Approach(1e5, 0.04), 2e6
+    approach, pressure = ReturnToBottom(1e5, 0.04), 2e6
     for k in range(3000):
         approach.drilling(10.0 + 2.5e-4 * k, pressure, 0.1)
     end = 10.0 + 2.5e-4 * 3000
@@ -214,7 +214,7 @@ def test_approach_knows_where_the_bit_touches_and_a_slip_hardly_moves_it():
 
 
 def test_approach_that_knows_no_bottom_creeps():
-    assert Approach(1e5, 0.04).speed(0.0, 0.1, 0.0, 0.1) < 0.01
+    assert ReturnToBottom(1e5, 0.04).speed(0.0, 0.1, 0.0, 0.1) < 0.01
 
 
 def test_heave_is_found_and_taken_out_of_the_block():

@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slider_drilling.control.amplitude import LANDING, AmplitudeFinder
-from slider_drilling.control.drive import Motion, RockingDrive, Wish
-from slider_drilling.control.reach import Reach
+from slider_drilling.control.estimation.breakover_test import SLOW_DOWN_TRAVEL_TIMES, BreakoverTest
+from slider_drilling.control.estimation.cycle_average import CycleAverager
+from slider_drilling.control.estimation.rocking_phase import RockingPhase, period_with_distinct_phases
+from slider_drilling.control.estimation.torque_and_drag import TorqueAndDrag
 from slider_drilling.control.rocking import Rocking
-from slider_drilling.control.stroke_means import StrokeMeans
-from slider_drilling.control.stroke_phase import StrokePhase, apart
-from slider_drilling.control.torque_and_drag import TorqueAndDrag
-from slider_drilling.control.torque_limited_reversal import TorqueTurn
+from slider_drilling.control.top_drive.amplitude_adaptation import AmplitudeAdaptation
+from slider_drilling.control.top_drive.rocking_reference import DriveMode, RockingReference, RockingSetpoint
+from slider_drilling.control.top_drive.torque_limited_reversal import TorqueLimitedReversal
 from slider_drilling.rig import load_rig
 
 CONFIG = Path(__file__).resolve().parents[1] / "config"
@@ -27,10 +27,10 @@ def test_drive_draws_the_ideal_trajectory():
     """With everything constant: the slopes, the turning points and the period of the paper's Fig. 22."""
     acceleration = 16.0
     rocking = Rocking(10.0, 10.0, 4.0 / acceleration)
-    drive = RockingDrive(12.0, acceleration)
+    drive = RockingReference(12.0, acceleration)
     angles, speeds = [], []
     for _ in range(4000):
-        drive.advance(0.01, Wish(0.0, 10.0, 10.0))
+        drive.advance(0.01, RockingSetpoint(0.0, 10.0, 10.0))
         angles.append(drive.angle)
         speeds.append(drive.speed)
     assert max(angles) == pytest.approx(rocking.turning_angle, abs=1e-3)
@@ -40,13 +40,13 @@ def test_drive_draws_the_ideal_trajectory():
     assert np.diff(peaks) * 0.01 == pytest.approx(10.0, abs=0.02)
 
 
-WISHES = st.builds(Wish, st.floats(-50.0, 50.0), st.floats(0.0, 40.0), st.floats(2.0, 40.0),
+WISHES = st.builds(RockingSetpoint, st.floats(-50.0, 50.0), st.floats(0.0, 40.0), st.floats(2.0, 40.0),
                    st.sampled_from([0.0, 1.0, 3.0]))
 
 
-@given(st.lists(st.tuples(WISHES, st.sampled_from(list(Motion)), st.integers(1, 30)), min_size=1, max_size=8))
+@given(st.lists(st.tuples(WISHES, st.sampled_from(list(DriveMode)), st.integers(1, 30)), min_size=1, max_size=8))
 def test_drive_never_jumps_whatever_is_wished(wishes):
-    drive = RockingDrive(12.0, 16.0, 3.0)
+    drive = RockingReference(12.0, 16.0, 3.0)
     for wish, motion, count in wishes:
         for _ in range(count):
             angle, speed = drive.angle, drive.speed
@@ -57,15 +57,15 @@ def test_drive_never_jumps_whatever_is_wished(wishes):
 
 
 def test_phase_is_half_a_turn_a_stroke_and_goes_on_where_old_strokes_are_dropped():
-    phase = StrokePhase()
+    phase = RockingPhase()
     assert math.isnan(phase.at(0.0))
     for k in range(60):
-        phase.reversal(4.0 * k)
+        phase.add_reversal(4.0 * k)
     assert math.isnan(phase.at(1.0)), "too long ago"
     assert phase.at(201.0) - phase.at(199.0) == pytest.approx(0.5 * math.pi)
     assert phase.at(238.0) - phase.at(234.0) == pytest.approx(math.pi), "the stroke that is under way"
     before = phase.at(230.0)
-    phase.reversal(240.0)
+    phase.add_reversal(240.0)
     assert phase.at(230.0) == pytest.approx(before)
 
 
@@ -75,39 +75,40 @@ def test_period_is_chosen_so_that_samples_meet_unlike_phases():
         return min(cycles / 0.2, (0.5 - cycles) / 0.05, 1.0)
 
     for period, sampling in itertools.product((6.0, 8.1, 11.2, 11.3), (8.0, 12.0, 20.0)):
-        chosen = apart(period, sampling)
+        chosen = period_with_distinct_phases(period, sampling)
         assert 0.969 <= chosen / period <= 1.121
         assert clear(chosen, sampling) >= clear(period, sampling) - 1e-9
     # A little shorter only where a little longer does not do.
-    assert apart(11.2, 12.0) == pytest.approx(0.97 * 11.2) and apart(6.0, 12.0) == pytest.approx(1.12 * 6.0)
+    assert period_with_distinct_phases(11.2, 12.0) == pytest.approx(0.97 * 11.2)
+    assert period_with_distinct_phases(6.0, 12.0) == pytest.approx(1.12 * 6.0)
     # Every second sample at nearly the same phase shows the swing at once.
-    assert apart(8.3, 12.0) == 8.3
+    assert period_with_distinct_phases(8.3, 12.0) == 8.3
 
 
 def test_reach_goes_deeper_for_drag_and_less_deep_for_swing():
     def after(drag, swing, pull=0.0, error=0.3, doubt=0.0):
-        reach = Reach()
+        reach = AmplitudeAdaptation()
         for k in range(1000):
-            reach.answer(pull, 60.0, 0.0, error, 0.1)
+            reach.check_response(pull, 60.0, 0.0, error, 0.1)
             reach.update(drag, drag - doubt, swing, 0.01, 0.1)
-            assert 0.65 <= reach.share <= 1.8, k
+            assert 0.65 <= reach.factor <= 1.8, k
         return reach
 
-    assert after(0.5, 0.0).share > 1.2
-    assert after(0.5, 0.0, doubt=0.25).share == 1.0, "drag that may be an error of the weight asks for nothing"
-    assert after(0.5, 0.1, doubt=0.25).share < 0.9, "and keeps the swing from nothing"
-    assert after(0.2, 0.1).share < 0.9
-    assert after(0.19, 0.02).share == 1.0
-    assert after(0.3, 0.0).share < after(0.3, 0.0, pull=2.0).share
-    assert after(0.3, 0.0, pull=2.0).stuck and not after(0.3, 0.0).stuck
-    assert after(0.3, 0.0, pull=2.0).urge > 0.9 and after(0.3, 0.0).urge == 0.0
-    assert not after(0.3, 0.0, pull=2.0, error=-0.3).stuck, "a pull that no error asked for is the sensors'"
-    assert after(0.1, 0.0, pull=2.0).share <= 1.0, "pipe that does not drag does not hold the bit"
+    assert after(0.5, 0.0).factor > 1.2
+    assert after(0.5, 0.0, doubt=0.25).factor == 1.0, "drag that may be an error of the weight asks for nothing"
+    assert after(0.5, 0.1, doubt=0.25).factor < 0.9, "and keeps the swing from nothing"
+    assert after(0.2, 0.1).factor < 0.9
+    assert after(0.19, 0.02).factor == 1.0
+    assert after(0.3, 0.0).factor < after(0.3, 0.0, pull=2.0).factor
+    assert after(0.3, 0.0, pull=2.0).bit_stuck and not after(0.3, 0.0).bit_stuck
+    assert after(0.3, 0.0, pull=2.0).gain_boost > 0.9 and after(0.3, 0.0).gain_boost == 0.0
+    assert not after(0.3, 0.0, pull=2.0, error=-0.3).bit_stuck, "a pull that no error asked for is the sensors'"
+    assert after(0.1, 0.0, pull=2.0).factor <= 1.0, "pipe that does not drag does not hold the bit"
 
 
 def test_means_over_whole_strokes_leave_no_rocking():
     """Friction that opposes either stroke alike and a mean torque, on strokes of unlike speed."""
-    means, cycles, strokes = StrokeMeans(), [], 0
+    means, cycles, strokes = CycleAverager(), [], 0
     for k in range(1, 401):
         if k % 40 == 0:
             strokes += 1
@@ -121,7 +122,7 @@ def test_means_over_whole_strokes_leave_no_rocking():
 
 
 def test_a_stroke_that_was_not_measured_gives_no_mean():
-    means, cycles = StrokeMeans(), []
+    means, cycles = CycleAverager(), []
     for k in range(400):
         torque = math.nan if 80 <= k < 120 else 0.0
         cycles.append(means.update(0.1, 0.0, torque, 0.0, k // 40))
@@ -133,8 +134,8 @@ def test_a_stroke_that_was_not_measured_gives_no_mean():
 def test_breakover_test_finds_friction_through_a_sensor_that_lags(friction, lag):
     """On a string without inertia: loaded along the closed form, unloaded and loaded again along twice of it."""
     belief = TorqueAndDrag(RIG, 0.235, 0.0)
-    finder, drive = AmplitudeFinder(belief, 10.0), RockingDrive(12.0, 16.0)
-    wish = Wish(0.0, 14.0, 9.0, LANDING * belief.travel_time)
+    finder, drive = BreakoverTest(belief, 10.0), RockingReference(12.0, 16.0)
+    wish = RockingSetpoint(0.0, 14.0, 9.0, SLOW_DOWN_TRAVEL_TIMES * belief.travel_time)
     from_angle, from_torque, sensed, side, twice = 0.0, 0.0, 0.0, 1.0, 1.0
     for _ in range(3000):
         drive.advance(0.1, wish)
@@ -144,16 +145,16 @@ def test_breakover_test_finds_friction_through_a_sensor_that_lags(friction, lag)
             from_angle, from_torque, side, twice = drive.angle, torque, drive.side, 2.0
         sensed += (1.0 - math.exp(-0.1 / lag) if lag else 1.0) * (torque - sensed)
         finder.update(drive.angle, sensed, drive.strokes, lag / 0.1)
-    assert not finder.testing
-    assert finder.scale == pytest.approx(friction, rel=0.03 if lag else 0.01)
+    assert not finder.running
+    assert finder.friction_scale == pytest.approx(friction, rel=0.03 if lag else 0.01)
 
 
 def test_torque_turn_ends_strokes_and_bumps():
     """On 200 N m per rad with limits of 2 and 1 kN m; a centre wanted 1 rad right goes a rad beyond the right one."""
-    turn, angle, side, ends = TorqueTurn(2000.0, 1000.0), 0.0, 1.0, []
+    turn, angle, side, ends = TorqueLimitedReversal(2000.0, 1000.0), 0.0, 1.0, []
     for _ in range(4000):
         angle += side * 0.05
-        if turn.must_turn(angle, 200.0 * angle, side, 2.5 if len(ends) < 4 else 3.5):
+        if turn.must_reverse(angle, 200.0 * angle, side, 2.5 if len(ends) < 4 else 3.5):
             ends.append(angle)
             side = -side
     assert ends[0] == pytest.approx(10.0, abs=0.11) and ends[1] == pytest.approx(-5.0, abs=0.11)

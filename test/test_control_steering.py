@@ -1,5 +1,6 @@
 """How hard the controller pulls, and what it takes a torque reading for."""
 
+import dataclasses
 import math
 from pathlib import Path
 
@@ -7,21 +8,22 @@ import numpy as np
 import pytest
 
 from slider_drilling.control import SlideController, SlideSettings
+from slider_drilling.control.estimation.cycle_average import CycleAverage
+from slider_drilling.control.estimation.string_kalman_filter import StringKalmanFilter
+from slider_drilling.control.estimation.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
+from slider_drilling.control.estimation.torque_sensor_model import TorqueSensorModel
 from slider_drilling.control.interface import MwdSample
-from slider_drilling.control.steering import Answer, bearable_gain, lead
-from slider_drilling.control.string_filter import StringFilter
-from slider_drilling.control.stroke_means import CycleMean
-from slider_drilling.control.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
-from slider_drilling.control.torque_reading import TorqueReading
+from slider_drilling.control.top_drive.centre_lead import ToolFaceResponse, centre_lead, stable_gain
 from slider_drilling.rig import load_rig
 
 CONFIG = Path(__file__).resolve().parents[1] / "config"
-LOOSE = Answer(response_time=60.0, cycle=8.0, mwd=18.0, spread=0.0, freeing=24.0)
+LOOSE = ToolFaceResponse(
+    response_time=60.0, rocking_period=8.0, mwd_delay=18.0, tool_face_sigma=0.0, breakover_amplitude=24.0)
 
 
 def turns_too_far(gain, answer):
     """Whether the toolface, following what pulls late by a cycle and a half, passes its target by more than half."""
-    step, late = 0.1, round(1.5 * answer.cycle / 0.1)
+    step, late = 0.1, round(1.5 * answer.rocking_period / 0.1)
     off = [1.0] * (late + 1)
     for _ in range(6000):
         off.append(off[-1] - step * (1.0 + gain) * off[-1 - late] / answer.response_time)
@@ -30,8 +32,8 @@ def turns_too_far(gain, answer):
 
 @pytest.mark.parametrize("response_time", [8.0, 20.0, 60.0, 300.0])
 def test_gain_is_what_a_late_loop_bears(response_time):
-    answer = Answer(response_time, cycle=8.0, mwd=18.0, spread=0.0, freeing=24.0)
-    gain = lead(0.1, 3.0, 5.0, answer) / 0.1
+    answer = dataclasses.replace(LOOSE, response_time=response_time)
+    gain = centre_lead(0.1, 3.0, 5.0, answer) / 0.1
     assert 0.5 <= gain < 3.001
     # Three would have gone round in a string that answers within 20 s; what is left does not.
     assert turns_too_far(3.0, answer) == (response_time <= 20.0)
@@ -39,18 +41,19 @@ def test_gain_is_what_a_late_loop_bears(response_time):
 
 
 def test_a_held_string_gets_the_whole_gain_and_slow_mwd_less():
-    assert bearable_gain(Answer(300.0, 8.0, 18.0, 0.0, 24.0)) > 3.0
-    assert bearable_gain(Answer(60.0, 8.0, 36.0, 0.0, 24.0)) < bearable_gain(LOOSE)
+    assert stable_gain(ToolFaceResponse(300.0, 8.0, 18.0, 0.0, 24.0)) > 3.0
+    assert stable_gain(ToolFaceResponse(60.0, 8.0, 36.0, 0.0, 24.0)) < stable_gain(LOOSE)
 
 
 def test_no_lead_breaks_the_string_free():
-    assert lead(math.pi, 3.0, 5.0, LOOSE) == 5.0
-    short = Answer(60.0, 6.0, 18.0, 0.0, freeing=5.0)
-    assert lead(-math.pi, 3.0, 5.0, short) == pytest.approx(-1.5)
+    assert centre_lead(math.pi, 3.0, 5.0, LOOSE) == 5.0
+    short = ToolFaceResponse(60.0, 6.0, 18.0, 0.0, breakover_amplitude=5.0)
+    assert centre_lead(-math.pi, 3.0, 5.0, short) == pytest.approx(-1.5)
 
 
 def test_an_angle_that_may_be_any_is_worth_no_pull():
-    sure, unsure = (lead(1.0, 1.0, 5.0, Answer(60.0, 8.0, 18.0, spread, 24.0)) for spread in (0.05, 3.0))
+    sure, unsure = (centre_lead(1.0, 1.0, 5.0, dataclasses.replace(LOOSE, tool_face_sigma=sigma))
+                    for sigma in (0.05, 3.0))
     assert sure == pytest.approx(1.0, abs=0.01)
     assert unsure < 0.02
 
@@ -76,7 +79,7 @@ def strokes(inertia, lag=0.0, friction=5e3, noise=150.0, seconds=60.0):
 
 @pytest.mark.parametrize(("inertia", "lag"), [(0.0, 0.0), (300.0, 0.0), (1500.0, 0.0), (1500.0, 0.05)])
 def test_what_speeds_the_drive_up_is_no_torque_of_the_pipe(inertia, lag):
-    reading = TorqueReading(IMPEDANCE, 150.0, 0.1)
+    reading = TorqueSensorModel(IMPEDANCE, 150.0, 0.1)
     off, read = [], []
     for speed, pipe, torque in strokes(inertia, lag):
         off.append(reading.pipe_torque(speed, torque, 0.1) - pipe)
@@ -88,7 +91,7 @@ def test_what_speeds_the_drive_up_is_no_torque_of_the_pipe(inertia, lag):
 
 @pytest.mark.parametrize("lag", [0.0, 0.4, 0.8])
 def test_a_torque_that_comes_late_is_known_by_the_drives_own_changes_of_speed(lag):
-    reading = TorqueReading(IMPEDANCE, 150.0, 0.1)
+    reading = TorqueSensorModel(IMPEDANCE, 150.0, 0.1)
     for speed, _, torque in strokes(0.0, lag):
         reading.pipe_torque(speed, torque, 0.1)
     assert reading.inertia == 0.0
@@ -96,7 +99,7 @@ def test_a_torque_that_comes_late_is_known_by_the_drives_own_changes_of_speed(la
 
 
 def test_a_torque_that_is_missing_stays_so_and_teaches_nothing():
-    reading = TorqueReading(IMPEDANCE, 150.0, 0.1)
+    reading = TorqueSensorModel(IMPEDANCE, 150.0, 0.1)
     before = reading.lag
     for speed, _, _ in strokes(0.0, seconds=20.0):
         assert math.isnan(reading.pipe_torque(speed, math.nan, 0.1))
@@ -104,18 +107,18 @@ def test_a_torque_that_is_missing_stays_so_and_teaches_nothing():
     assert reading.pipe_torque(1.0, 500.0, 0.0) == 500.0
     for speed in (1e30, -1e30, math.inf, math.nan, 0.0):
         assert reading.pipe_torque(speed, 500.0, 0.1) == 500.0
-        assert reading.arriving(500.0) == 500.0 and reading.speed == 0.0
+        assert reading.torque_from_below(500.0) == 500.0 and reading.speed == 0.0
 
 
 def test_response_time_stays_within_what_strings_do():
     """A toolface that leaps about must not teach that the string answers at once."""
-    string = StringFilter(0.0042, 60.0)
-    string.place(0.0, 0.0, 0.01)
+    string = StringKalmanFilter(0.0042, 60.0)
+    string.reset_tool_face(0.0, 0.0, 0.01)
     random = np.random.default_rng(2)
     for _ in range(300):
         string.advance(6.0, 1500.0, 500.0, 1.0, 0.01, 0.003)
-        string.sample(float(random.normal(0.0, 1.5)), math.nan, 0.003, 1.0)
-    assert 20.0 <= string.learnt.response_time <= 181.0
+        string.update_with_mwd(float(random.normal(0.0, 1.5)), math.nan, 0.003, 1.0)
+    assert 20.0 <= string.estimate.response_time <= 181.0
 
 
 def followed(every, seconds=120.0):
@@ -125,10 +128,11 @@ def followed(every, seconds=120.0):
     for k in range(1, round(seconds * 10)):
         time = 0.1 * k
         if k % 40 == 0:
-            estimator.observe(time, CycleMean(0.0, 0.0, 0.0, 8.0), 0.75, 0.0)
+            estimator.update_with_cycle(time, CycleAverage(0.0, 0.0, 0.0, 8.0), 0.75, 0.0)
         estimator.advance(time)
         if k % samples == 0:
-            estimator.correct(MwdSample(time, time, math.radians(10.0) * math.sin(2.0 * math.pi * time / 8.0)), 0.0)
+            read = math.radians(10.0) * math.sin(2.0 * math.pi * time / 8.0)
+            estimator.update_with_mwd(MwdSample(time, time, read), 0.0)
         held.append(estimator.tool_face)
     return math.degrees(np.max(np.abs(held[-80:])))
 
@@ -139,12 +143,12 @@ def test_samples_within_half_a_cycle_are_worth_one():
 
 
 def test_swing_is_found_in_samples_at_ten_hertz():
-    filter_ = StringFilter(0.0042, 60.0)
+    filter_ = StringKalmanFilter(0.0042, 60.0)
     for k in range(600):
         phase = 2.0 * math.pi * 0.1 * k / 8.0
         filter_.advance(0.1, 0.0, 0.0, 1.0, 0.0, 0.0)
         read = math.radians(5.0) * math.sin(phase)
-        filter_.sample(read - filter_.mean[0] - filter_.swing_at(phase), phase, math.radians(1.5) ** 2, 1.0)
+        filter_.update_with_mwd(read - filter_.mean[0] - filter_.swing_at(phase), phase, math.radians(1.5) ** 2, 1.0)
     assert filter_.swing == pytest.approx(math.radians(5.0), rel=0.05)
 
 
@@ -156,11 +160,11 @@ def doubt(noise, until, every, reading):
     for k in range(1, until):
         time = 0.5 * k
         if k % 16 == 0:
-            estimator.observe(time, CycleMean(0.0, 0.0, 0.0, 8.0), 0.75, 0.0)
+            estimator.update_with_cycle(time, CycleAverage(0.0, 0.0, 0.0, 8.0), 0.75, 0.0)
         estimator.advance(time)
         if k % every == 0 and (read := reading(k)) is not None:
-            estimator.correct(MwdSample(time, time, math.radians(read)), 0.0)
-    return math.degrees(estimator.spread)
+            estimator.update_with_mwd(MwdSample(time, time, math.radians(read)), 0.0)
+    return math.degrees(estimator.sigma)
 
 
 def surprised(jump):
@@ -191,11 +195,11 @@ def thrown_by(second, first):
     for k in range(1, 302):
         time = 0.5 * k
         if k % 16 == 0:
-            estimator.observe(time, CycleMean(0.0, 0.0, 0.0, 8.0), 0.75, 0.0)
+            estimator.update_with_cycle(time, CycleAverage(0.0, 0.0, 0.0, 8.0), 0.75, 0.0)
         estimator.advance(time)
         read = {40: 0.0, 60: 0.0, 90: 0.0, 240: first, 300: second}.get(k)
         if read is not None:
-            estimator.correct(MwdSample(time, time, math.radians(read)), 0.0)
+            estimator.update_with_mwd(MwdSample(time, time, math.radians(read)), 0.0)
     return abs(math.degrees(estimator.tool_face))
 
 
@@ -208,9 +212,9 @@ def test_a_sample_after_a_wrong_one_is_believed_less_unless_it_agrees_with_the_s
 def test_a_sample_that_may_be_wrong_moves_the_tool_face_by_as_much_as_it_is_likely_and_leaves_the_doubt():
     outcome = {}
     for genuine in (1.0, 0.5, 0.0):
-        string = StringFilter(0.0042, 60.0)
-        string.place(0.0, 0.0, 1.0)
-        outcome[genuine] = (string.sample(2.0, math.nan, 1e-4, genuine), string.spread)
+        string = StringKalmanFilter(0.0042, 60.0)
+        string.reset_tool_face(0.0, 0.0, 1.0)
+        outcome[genuine] = (string.update_with_mwd(2.0, math.nan, 1e-4, genuine), string.tool_face_sigma)
     assert outcome[1.0] == pytest.approx((2.0, 0.01), rel=1e-3)
     assert outcome[0.5] == pytest.approx((1.0, math.sqrt(0.5 * 1.0 + 0.25 * 2.0**2)), rel=1e-3)
     assert outcome[0.0] == (0.0, 1.0)
@@ -232,7 +236,7 @@ def status_value(controller, name, key):
 def test_pipe_that_drags_raises_no_gain(monkeypatch):
     own = SlideController(load_rig(CONFIG / "rig.short.yaml"))
     monkeypatch.setattr(SlideController, "error", 0.2)
-    monkeypatch.setattr(ToolFaceEstimator, "spread", 0.05)
+    monkeypatch.setattr(ToolFaceEstimator, "sigma", 0.05)
     free = own._lead()
     own._estimator.mobility = 0.1
     assert own._lead() == free != 0.0

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slider_drilling.control.circular_belief import CircularBelief
+from slider_drilling.control.estimation.calibrated_rig import calibrated_rig, with_worn_motor
+from slider_drilling.control.estimation.circular_histogram import CircularHistogram
+from slider_drilling.control.estimation.cycle_average import CycleAverage
+from slider_drilling.control.estimation.string_kalman_filter import StringEstimate
+from slider_drilling.control.estimation.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
+from slider_drilling.control.estimation.torque_and_drag import TorqueAndDrag
 from slider_drilling.control.interface import MwdSample
-from slider_drilling.control.learnt_rig import corrected, with_worn_motor
-from slider_drilling.control.string_filter import Learnt
-from slider_drilling.control.stroke_means import CycleMean
-from slider_drilling.control.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
-from slider_drilling.control.torque_and_drag import TorqueAndDrag
 from slider_drilling.rig import dump_rig, load_rig, parse_rig
 
 CONFIG = Path(__file__).resolve().parents[1] / "config"
@@ -53,18 +53,18 @@ def feed(estimator, twist, offset, until, samples):
         estimator.advance(time)
         if time > 8.0 and time % 4.0 == 0.0:
             torque = twist(time - 4.0) / S
-            estimator.observe(time, CycleMean(0.0, torque, torque, 8.0), 1.0, 0.0)
+            estimator.update_with_cycle(time, CycleAverage(0.0, torque, torque, 8.0), 1.0, 0.0)
         if time in samples:
             angle = offset - twist(time - 6.0) if samples[time] is None else samples[time]
-            estimator.correct(MwdSample(time - 6.0, time, math.remainder(angle, 2.0 * math.pi)), 0.0)
+            estimator.update_with_mwd(MwdSample(time - 6.0, time, math.remainder(angle, 2.0 * math.pi)), 0.0)
 
 
 def test_torque_tells_the_tool_face_between_samples():
     """After four samples off bottom none come any more, and the reactive torque winds the string up by a turn."""
     estimator, x = slide(following=0.0, last_sample=54.0, duration=190.0)
     assert x < -2.0 * math.pi
-    assert estimator.tool_face == pytest.approx(x, abs=2.0 * estimator.spread)
-    assert estimator.spread < 1.5
+    assert estimator.tool_face == pytest.approx(x, abs=2.0 * estimator.sigma)
+    assert estimator.sigma < 1.5
 
 
 def test_one_wrong_sample_hardly_counts_and_what_repeats_is_believed():
@@ -94,11 +94,12 @@ def slide(softer=0.0, motor=0.0, bias=0.0, following=1.0, last_sample=math.inf, 
         estimator.settled = time > 130.0
         estimator.advance(time, shown)
         if time > 8.0 and time % 4.0 == 0.0:
-            estimator.observe(time, CycleMean(centre, torque + bias + random.normal(0.0, 17.0), shown, 8.0), 1.0, 0.0)
+            cycle = CycleAverage(centre, torque + bias + random.normal(0.0, 17.0), shown, 8.0)
+            estimator.update_with_cycle(time, cycle, 1.0, 0.0)
         if time % 12.0 == 0.0 and time <= last_sample:
             samples.append(MwdSample(time, time + 6.0, math.remainder(x + random.normal(0.0, 0.02), 2.0 * math.pi)))
         while samples and samples[0].arrived_at <= time:
-            estimator.correct(samples.pop(0), 0.0)
+            estimator.update_with_mwd(samples.pop(0), 0.0)
     return estimator, x
 
 
@@ -107,7 +108,7 @@ def slide(softer=0.0, motor=0.0, bias=0.0, following=1.0, last_sample=math.inf, 
 def test_string_is_learnt_while_sliding(softer, motor, bias):
     """Compliance, motor and sensor at once, within what their stated one-sigma allows; the toolface is right."""
     estimator, x = slide(softer, motor, bias)
-    learnt = estimator.filter.learnt
+    learnt = estimator.filter.estimate
     assert estimator.tool_face == pytest.approx(x, abs=math.radians(3.0))
     assert learnt.compliance == pytest.approx(softer, abs=3.0 * learnt.compliance_sigma)
     assert learnt.motor == pytest.approx(motor, abs=3.0 * learnt.motor_sigma)
@@ -120,25 +121,25 @@ def test_string_is_learnt_while_sliding(softer, motor, bias):
 def swung(amplitude, period, every=12.0, seed=1):
     """A string at rest whose bit swings with rocking of `period` s, as MWD every `every` s shows it over 400 s."""
     random, estimator = np.random.default_rng(seed), ToolFaceEstimator(S, 60.0, NOISE)
-    cycle = CycleMean(0.0, 0.0, 0.0, period)
+    cycle = CycleAverage(0.0, 0.0, 0.0, period)
     estimator.settled = True
     for k in range(1, 801):
         time = 0.5 * k
         estimator.advance(time, 0.0)
         if time % 6.0 == 0.0:
-            estimator.observe(time, cycle, 1.0, 0.0)
+            estimator.update_with_cycle(time, cycle, 1.0, 0.0)
         if time % every == 0.0:
             phase = 2.0 * math.pi * (time - 6.0) / period
             angle = 0.3 + amplitude * math.sin(phase + 0.7) + random.normal(0.0, 0.02)
-            estimator.correct(MwdSample(time - 6.0, time, angle), 0.0, phase)
+            estimator.update_with_mwd(MwdSample(time - 6.0, time, angle), 0.0, phase)
     return estimator
 
 
 @pytest.mark.parametrize("amplitude", [0.0, 0.05, 0.15])
 def test_swing_of_rocking_is_told_from_the_tool_face(amplitude):
     estimator = swung(amplitude, 8.3)
-    assert estimator.filter.swing == pytest.approx(amplitude, abs=3.0 * estimator.filter.swing_spread)
-    assert estimator.filter.swing_spread < 0.042
+    assert estimator.filter.swing == pytest.approx(amplitude, abs=3.0 * estimator.filter.swing_sigma)
+    assert estimator.filter.swing_sigma < 0.042
     assert estimator.tool_face == pytest.approx(0.3, abs=0.04)
     assert estimator.filter.swing_at(math.nan) == 0.0
 
@@ -154,10 +155,11 @@ def learnt_lag(quickest, seed):
         x += 0.5 * pull / 60.0
         estimator.advance(time, 0.0)
         if time % 8.0 == 0.0:
-            estimator.observe(time, CycleMean(x + pull, pull / S + random.normal(0.0, 30.0), 0.0, 8.0), 1.0, 0.0)
+            cycle = CycleAverage(x + pull, pull / S + random.normal(0.0, 30.0), 0.0, 8.0)
+            estimator.update_with_cycle(time, cycle, 1.0, 0.0)
         if time % 30.0 == 0.0:
-            estimator.correct(MwdSample(time, time, x + random.normal(0.0, math.radians(3.0))), 0.0)
-    return estimator.filter.learnt.response_time
+            estimator.update_with_mwd(MwdSample(time, time, x + random.normal(0.0, math.radians(3.0))), 0.0)
+    return estimator.filter.estimate.response_time
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -171,14 +173,14 @@ def test_few_samples_make_no_string_quicker_than_torsion_spreads(seed):
 def test_a_swing_that_samples_meet_at_one_phase_stays_in_doubt():
     """It cannot be told from the toolface, and both say so."""
     same, unlike = swung(0.1, 12.0), swung(0.1, 8.3)
-    assert same.filter.swing_spread > 1.3 * unlike.filter.swing_spread
-    assert same.spread > 1.2 * unlike.spread
-    assert same.tool_face == pytest.approx(0.3, abs=3.0 * same.spread)
+    assert same.filter.swing_sigma > 1.3 * unlike.filter.swing_sigma
+    assert same.sigma > 1.2 * unlike.sigma
+    assert same.tool_face == pytest.approx(0.3, abs=3.0 * same.sigma)
 
 
 def test_what_was_learnt_is_a_rig_file():
-    learnt = Learnt(0.1, 0.02, -0.2, 0.05, 250.0, 80.0, 70.0)
-    again = parse_rig(dump_rig(corrected(RIG, learnt)))
+    learnt = StringEstimate(0.1, 0.02, -0.2, 0.05, 250.0, 80.0, 70.0)
+    again = parse_rig(dump_rig(calibrated_rig(RIG, learnt)))
     assert again.effects.torsional_compliance.extra == pytest.approx(0.1)
     assert again.effects.motor_wear.torque_loss == pytest.approx(0.2)
     assert again.effects.torque_sensor_bias.bias == pytest.approx(250.0)
@@ -196,15 +198,15 @@ def test_a_wrong_first_sample_is_outvoted():
                                     MwdSample(1e9, 1e9, 0.0), MwdSample(-200.0, 1.0, 0.0)])
 def test_estimator_refuses_nonsense(sample):
     estimator = ToolFaceEstimator(S, 60.0, NOISE)
-    assert not estimator.correct(sample, 0.0)
-    estimator.observe(10.0, CycleMean(0.0, 0.0, 0.0, 8.0), 1.0, 0.0)
-    assert not estimator.correct(sample, 0.0)
+    assert not estimator.update_with_mwd(sample, 0.0)
+    estimator.update_with_cycle(10.0, CycleAverage(0.0, 0.0, 0.0, 8.0), 1.0, 0.0)
+    assert not estimator.update_with_mwd(sample, 0.0)
     assert not estimator.known
 
 
 def test_circular_belief_is_bayes_of_normal_samples():
     """Across the half turn; variances add as for the normal distribution, and spread by what it may have moved."""
-    belief = CircularBelief(0.05)
+    belief = CircularHistogram(0.05)
     for off in (-0.02, 0.06):
         belief.update(math.remainder(math.pi + off, 2.0 * math.pi), 0.01)
     assert abs(math.remainder(belief.mean - (math.pi + 0.02), 2.0 * math.pi)) < 2e-3

@@ -24,7 +24,7 @@ def test_code_of_the_log_page_runs(repository: Path, tmp_path: Path, monkeypatch
 
 
 def test_controller_of_the_nodes_page_slides(repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from slider_drilling.control.load import load_controller, step_checked
+    from slider_drilling.control.controller_loader import checked_step, load_controller
     from slider_drilling.drillstring import VirtualRig
     from slider_drilling.rig import load_rig
 
@@ -35,15 +35,15 @@ def test_controller_of_the_nodes_page_slides(repository: Path, tmp_path: Path, m
     rig = load_rig(installed_file("config/rig.example.yaml"))
     controller, virtual = load_controller("hold_of_the_page:Hold", rig), VirtualRig(rig, elements=20)
     for _ in range(20):
-        virtual.step(step_checked(controller, virtual.measurements))
+        virtual.step(checked_step(controller, virtual.measurements))
     assert virtual.measurements.block_position > 0.004
 
 
 def test_controller_of_the_control_page_turns_towards_its_target(
     repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    from slider_drilling.control.controller_loader import checked_step, load_controller
     from slider_drilling.control.interface import Measurements, MwdSample
-    from slider_drilling.control.load import load_controller, step_checked
     from slider_drilling.rig import load_rig
 
     (code,) = re.findall(r"```python\n(.*?)```", (repository / "docs" / "control.md").read_text(), re.DOTALL)
@@ -55,8 +55,8 @@ def test_controller_of_the_control_page_turns_towards_its_target(
     left = (MwdSample(0.0, 0.1, -1.0),)
     for k in range(1, 400):
         at = Measurements(0.1 * k, 0.0, 0.0, 0.0, 0.0, 0.0, 6e5, 1.8e7, 12.3)
-        first = step_checked(plain, at)
-        second = step_checked(turned, Measurements(*list(vars(at).values())[:-1], left if k == 1 else ()))
+        first = checked_step(plain, at)
+        second = checked_step(turned, Measurements(*list(vars(at).values())[:-1], left if k == 1 else ()))
     assert second.top_drive_angle - first.top_drive_angle == pytest.approx(0.1, rel=0.01)
 
 

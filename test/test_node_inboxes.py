@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from slider_drilling.control.protocol import Level
+from slider_drilling.control.interface import Level
 from slider_drilling.nodes.command_inbox import BLOCK, PUMP, TOP_DRIVE, CommandInbox
 from slider_drilling.nodes.late_joiners import FIRST_RESEND_AFTER, RESEND_PERIOD, LateJoiners
 from slider_drilling.nodes.own_echoes import OwnEchoes

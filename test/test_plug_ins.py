@@ -12,8 +12,15 @@ import numpy as np
 import pytest
 
 from slider_drilling.cli import group
+from slider_drilling.control.controller_loader import (
+    checked_step,
+    configure,
+    load_controller,
+    set_tool_face_target,
+    settings_of,
+    statuses_of,
+)
 from slider_drilling.control.interface import Measurements
-from slider_drilling.control.load import configure, load_controller, set_target, settings_of, statuses_of, step_checked
 from slider_drilling.diagnosis import user_effects
 from slider_drilling.diagnosis.user_effects import GuardedEffect, installed_effects, load_effect, try_effects
 from slider_drilling.drillstring import Commands
@@ -28,7 +35,7 @@ COUNT = itertools.count()
 CONTROLLER = """\
 import dataclasses
 import numpy as np
-from slider_drilling.control.protocol import Level, Status
+from slider_drilling.control.interface import Level, Status
 from slider_drilling.control.settings import setting
 from slider_drilling.control.interface import RigCommand
 
@@ -75,8 +82,8 @@ def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], st
 def use(name: str) -> None:
     """All that a run does with a controller."""
     controller = load_controller(f"{name}:Mine", RIG)
-    set_target(controller, 0.5)
-    step_checked(controller, SAMPLE)
+    set_tool_face_target(controller, 0.5)
+    checked_step(controller, SAMPLE)
     statuses_of(controller)
     settings = settings_of(controller)
     if settings is not None:
@@ -137,7 +144,7 @@ def test_a_property_that_raises_gets_one_line(write: Callable[[str], str], name:
 
 def test_any_real_number_is_taken_as_a_command(write: Callable[[str], str]) -> None:
     name = write(CONTROLLER.replace("(0.0, 0.0, 0.001, 12.3)", "(np.float32(0.5), np.int64(1), 0, np.float64(2.0))"))
-    command = step_checked(load_controller(f"{name}:Mine", RIG), SAMPLE)
+    command = checked_step(load_controller(f"{name}:Mine", RIG), SAMPLE)
     assert command.top_drive_angle == 0.5 and type(command.top_drive_angle) is float
     assert (command.top_drive_speed, command.block_speed, command.pump_speed) == (1.0, 0.0, 2.0)
 
@@ -149,7 +156,7 @@ def test_a_right_controller_is_used(write: Callable[[str], str]) -> None:
 def test_a_target_that_is_no_number_is_refused() -> None:
     controller = load_controller("slider_drilling.control:SlideController", RIG)
     with pytest.raises(InputError, match="tool_face_target = nan: must be a finite number"):
-        set_target(controller, float("nan"))
+        set_tool_face_target(controller, float("nan"))
 
 
 @pytest.mark.parametrize("name", ["", ":", "a:", ":B", "a b:C", "a:1", "../a:B", "a:B:C", "os:path", "math:pi", "a\n:"])

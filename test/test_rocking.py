@@ -37,7 +37,7 @@ def test_half_period_antisymmetry(rocking, share):
 @given(ROCKINGS)
 def test_speed_is_the_slope_and_acceleration_is_bounded(rocking):
     time = np.linspace(-0.1 * rocking.period, 1.5 * rocking.period, 801)
-    angle, speed = np.array([rocking.start(t) for t in time]).T
+    angle, speed = np.array([rocking.from_rest(t) for t in time]).T
     step = time[1] - time[0]
     trapezoid = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * step)])
     assert np.max(np.abs(angle - trapezoid)) < 1e-3 * rocking.amplitude + rocking.acceleration * step**2
@@ -48,8 +48,8 @@ def test_speed_is_the_slope_and_acceleration_is_bounded(rocking):
 
 def test_start_is_from_rest():
     rocking = Rocking(20.0, 24.0, 0.25)
-    assert rocking.start(0.0) == (0.0, 0.0)
-    assert rocking.start(-1.0) == (0.0, 0.0)
+    assert rocking.from_rest(0.0) == (0.0, 0.0)
+    assert rocking.from_rest(-1.0) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("values", [(-1.0, 10.0, 0.2), (10.0, 0.0, 0.2), (10.0, 10.0, 0.0), (10.0, 10.0, 1.7),

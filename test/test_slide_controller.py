@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slider_drilling.control import Level, SlideController, SlideSettings
+from slider_drilling.control.estimation.torque_and_drag import TorqueAndDrag
 from slider_drilling.control.interface import Measurements, MwdSample
-from slider_drilling.control.torque_and_drag import TorqueAndDrag
 from slider_drilling.errors import InputError
 from slider_drilling.rig import load_rig
 

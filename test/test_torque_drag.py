@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from slider_drilling.contact import friction_coefficient_of_direction
-from slider_drilling.control.torque_and_drag import TorqueAndDrag
+from slider_drilling.control.estimation.torque_and_drag import TorqueAndDrag
 from slider_drilling.drillstring import Commands, simulate
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig, load_rig

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from slider_drilling.closed_loop import SCENARIOS
-from slider_drilling.closed_loop.contenders import UNDER_TEST, build
+from slider_drilling.closed_loop.contenders import UNDER_TEST, build_contender
 from slider_drilling.closed_loop.faulty_rig import FaultyRig
-from slider_drilling.closed_loop.scenarios import unknown
-from slider_drilling.control.limits import Interlocks, StallGuard
-from slider_drilling.control.stroke_torque import Stroke
+from slider_drilling.closed_loop.scenarios import effects_with
+from slider_drilling.control.interlocks.slide_interlocks import Interlocks, StallGuard
+from slider_drilling.control.interlocks.torque_prediction import Stroke
 
 MAKE_UP, BACK_OFF = 25e3, 15e3
 SLIDES = {scenario.name: scenario for scenario in SCENARIOS}
@@ -21,7 +21,7 @@ TIGHT = dataclasses.replace(SLIDES["hold, 2.6 km"], friction=1.1, make_up_limit=
 
 def pipe_torque(scenario, seconds):
     """N m, to the right, that the uppermost pipe takes after each sample; the controller."""
-    rig, controller = FaultyRig(scenario, seed=0, elements=60), build(UNDER_TEST, scenario)
+    rig, controller = FaultyRig(scenario, seed=0, elements=60), build_contender(UNDER_TEST, scenario)
     measurements, torque = rig.rig.measurements, []
     for _ in range(round(seconds / rig.rig.interval)):
         measurements = rig.step(controller.step(measurements))
@@ -41,7 +41,7 @@ def pipe_torque(scenario, seconds):
     ids=lambda effect: "+".join(effect) or "none",
 )
 def test_pipe_torque_never_passes_its_limits(effect):
-    torque, controller = pipe_torque(dataclasses.replace(TIGHT, effects=unknown(**effect)), 90.0)
+    torque, controller = pipe_torque(dataclasses.replace(TIGHT, effects=effects_with(**effect)), 90.0)
     assert np.max(torque) <= TIGHT.make_up_limit
     assert -np.min(torque) <= TIGHT.back_off_limit
     # Nor are they kept by not rocking.
@@ -59,7 +59,7 @@ def first_turn(arriving, stroke, noise=0.0):
     """s after which a stroke is ended on what arrives from below, a function of time (s)."""
     limits, random = interlocks(), np.random.default_rng(0)
     for k in range(1, 600):
-        if limits.must_turn(stroke.side * (arriving(0.1 * k) + random.normal(0.0, noise)), stroke, 0.1):
+        if limits.must_reverse(stroke.side * (arriving(0.1 * k) + random.normal(0.0, noise)), stroke, 0.1):
             return 0.1 * k
     return math.inf
 

@@ -17,7 +17,7 @@ from slider_drilling.api.checks import check_commands, check_elements, check_see
 from slider_drilling.api.simulate import UNITS, Run, simulate
 from slider_drilling.api.simulated_log import build_log, sample_sensors
 from slider_drilling.columns import Columns
-from slider_drilling.control.protocol import Controller
+from slider_drilling.control.interface import Controller
 from slider_drilling.drillstring import ELEMENTS, Commands, Response
 from slider_drilling.drillstring.recorded_channels import finite
 from slider_drilling.errors import InputError

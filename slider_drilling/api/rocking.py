@@ -38,7 +38,7 @@ def rocking(
     wave = Rocking(amplitude, period, rounding)
     step = 1.0 / rig.sensors.rate if interval is None else interval
     time = step * np.arange(round(duration / step) + 1, dtype=np.float64)
-    angle, speed = np.array([wave.start(t) for t in time]).T
+    angle, speed = np.array([wave.from_rest(t) for t in time]).T
     # A smooth step: no speed at either end.
     share = np.clip(time / period, 0.0, 1.0)
     angle = angle + centre * share**2 * (3.0 - 2.0 * share)

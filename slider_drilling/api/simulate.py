@@ -14,9 +14,8 @@ from slider_drilling import drillstring
 from slider_drilling.api.checks import check_commands, check_run
 from slider_drilling.api.simulated_log import SensorReadings, build_log, sample_sensors
 from slider_drilling.columns import Columns, SampledQuantity, join_samples
-from slider_drilling.control.interface import MwdSample
-from slider_drilling.control.load import load_controller, set_target, step_checked
-from slider_drilling.control.protocol import Controller
+from slider_drilling.control.controller_loader import checked_step, load_controller, set_tool_face_target
+from slider_drilling.control.interface import Controller, MwdSample
 from slider_drilling.drillstring import ELEMENTS, Commands, Response, Start, VirtualRig
 from slider_drilling.drillstring.recorded_channels import finite
 from slider_drilling.errors import InputError
@@ -156,11 +155,11 @@ def _slide(
     rig: Rig, told: Rig, controller: Controller, duration: float, target: float, seed: int, elements: int, start: Start
 ) -> Run:
     virtual = VirtualRig(rig, seed, elements, start)
-    set_target(controller, target)
+    set_tool_face_target(controller, target)
     measurements, truths = [virtual.measurements], [virtual.truth]
     samples: list[MwdSample] = []
     for _ in range(round(duration / virtual.interval)):
-        measurements.append(virtual.step(step_checked(controller, measurements[-1])))
+        measurements.append(virtual.step(checked_step(controller, measurements[-1])))
         truths.append(virtual.truth)
         samples += measurements[-1].mwd
     commands = Commands(*(np.array([getattr(one, field.name) for one in measurements]) for field in fields(Commands)))

@@ -16,8 +16,8 @@ from slider_drilling.campaign.job import Job
 from slider_drilling.closed_loop.contenders import BASELINES, UNDER_TEST
 from slider_drilling.closed_loop.drawn import draw_slide
 from slider_drilling.closed_loop.run import run_scenario
-from slider_drilling.closed_loop.score import ALLOWED, HELD_SHARE, Score
-from slider_drilling.control.load import DEFAULT
+from slider_drilling.closed_loop.score import ALLOWED, HELD_SHARE, SlideScore
+from slider_drilling.control.controller_loader import DEFAULT_CONTROLLER
 from slider_drilling.rig import load_rig
 from slider_drilling.user_code import import_reference
 
@@ -28,7 +28,7 @@ _RESAMPLES = 2000
 
 
 @dataclass(frozen=True)
-class Setting:
+class CampaignOptions:
     """What every job of a campaign shares. rig: file that wells, string and fluids are drawn from."""
 
     rig: Path
@@ -38,14 +38,14 @@ class Setting:
 
 
 @dataclass(frozen=True)
-class Slide:
+class ScoredSlide:
     """One controller in one slide. error: mean of its magnitude after setting, deg, infinite where nothing was
     drilled."""
 
     number: int
     well: str
     about: str
-    score: Score
+    score: SlideScore
 
     @property
     def error(self) -> float:
@@ -58,11 +58,11 @@ class Slide:
         return not self.score.nothing_drilled and after is not None and after <= ALLOWED
 
 
-def slide_job(number: int, controller: str, setting: Setting) -> Job:
+def slide_job(number: int, controller: str, setting: CampaignOptions) -> Job:
     """The job of one slide. controller: a baseline's name or ``module:Class``. Raises InputError."""
     inputs = {"rig": str(setting.rig)}
-    if controller not in BASELINES and controller != DEFAULT:
-        import_reference(controller, f"controller = {controller!r}", DEFAULT)
+    if controller not in BASELINES and controller != DEFAULT_CONTROLLER:
+        import_reference(controller, f"controller = {controller!r}", DEFAULT_CONTROLLER)
         inputs["controller"] = str(sys.modules[controller.partition(":")[0]].__file__)
     options = {"number": number, "controller": controller, "elements": setting.elements, "duration": setting.duration}
     call = "slider_drilling.closed_loop.campaign:run_slide"
@@ -74,7 +74,7 @@ def run_slide(job: Job) -> dict[str, Any]:
     options = job.options
     scenario = draw_slide(options["number"], job.seed, load_rig(job.inputs["rig"]), options["duration"])
     name = options["controller"]
-    contender, under_test = (name, DEFAULT) if name in BASELINES else (UNDER_TEST, name)
+    contender, under_test = (name, DEFAULT_CONTROLLER) if name in BASELINES else (UNDER_TEST, name)
     noise = noise_seed(job.seed, options["number"])
     outcome = run_scenario(scenario, contender, noise, options["elements"], under_test)
     figures = {key: None if value is None or not math.isfinite(value) else value
@@ -87,17 +87,17 @@ def noise_seed(seed: int, number: int) -> int:
     return int(np.random.default_rng((seed, number, 1)).integers(2**31))
 
 
-def slide_of(tree: dict[str, Any]) -> Slide:
+def slide_of(tree: dict[str, Any]) -> ScoredSlide:
     """From what `run_slide` returned."""
     figures = tree["score"]
-    known = {field.name: figures[field.name] for field in fields(Score)}
+    known = {field.name: figures[field.name] for field in fields(SlideScore)}
     # Only a time may be missing; a figure that does not exist is not a number.
     known = {key: math.nan if value is None and key != "time_to_set_s" else value for key, value in known.items()}
-    return Slide(tree["number"], tree["well"], tree["about"], Score(**known))
+    return ScoredSlide(tree["number"], tree["well"], tree["about"], SlideScore(**known))
 
 
 @dataclass(frozen=True)
-class Spread:
+class ScoreSummary:
     """How a controller's slides are spread: quantiles at `QUANTILES` of the mean error deg, the time to set s
     (infinite where it never was) and the peak torque N m; set_in_time, held (95 % of the time within 15 deg), idle
     (nothing drilled): slides."""
@@ -111,14 +111,14 @@ class Spread:
     idle: int
 
 
-def spread(slides: Sequence[Slide]) -> Spread:
+def summarise(slides: Sequence[ScoredSlide]) -> ScoreSummary:
     """The spread of at least one slide."""
 
     def quantiles(values: list[float]) -> tuple[float, ...]:
         return tuple(float(value) for value in np.quantile(values, QUANTILES, method="higher"))
 
     times = [math.inf if one.score.time_to_set_s is None else one.score.time_to_set_s for one in slides]
-    return Spread(
+    return ScoreSummary(
         slides=len(slides), error=quantiles([one.error for one in slides]), time_to_set=quantiles(times),
         peak_torque=quantiles([one.score.peak_torque_n_m for one in slides]),
         set_in_time=sum(one.set_in_time for one in slides),
@@ -128,7 +128,7 @@ def spread(slides: Sequence[Slide]) -> Spread:
 
 
 @dataclass(frozen=True)
-class Paired:
+class PairedComparison:
     """Two controllers on the same slides. better: slides in which the first has the smaller error; low, high: 95 % of
     that chance; difference: mean of first minus second, deg, with its 95 % interval by resampling the slides; of:
     slides in which both drilled."""
@@ -141,7 +141,7 @@ class Paired:
     interval: tuple[float, float]
 
 
-def paired(first: Sequence[Slide], second: Sequence[Slide]) -> Paired | None:
+def compare_paired(first: Sequence[ScoredSlide], second: Sequence[ScoredSlide]) -> PairedComparison | None:
     """Compare two controllers over the slides that both have drilled; None where there are none."""
     other = {one.number: one.error for one in second}
     pairs = [(one.error, other[one.number]) for one in first if one.number in other]
@@ -155,19 +155,19 @@ def paired(first: Sequence[Slide], second: Sequence[Slide]) -> Paired | None:
     picks = np.random.default_rng(0).integers(len(off), size=(_RESAMPLES, len(off)))
     low, high = np.quantile(off[picks].mean(axis=1), (0.025, 0.975))
     interval = float(low), float(high)
-    return Paired(better, len(off), float(chance.low), float(chance.high), float(off.mean()), interval)
+    return PairedComparison(better, len(off), float(chance.low), float(chance.high), float(off.mean()), interval)
 
 
-def worst(slides: Sequence[Slide]) -> list[Slide]:
+def worst(slides: Sequence[ScoredSlide]) -> list[ScoredSlide]:
     """The slides with the largest error first, at most `WORST`."""
     return sorted(slides, key=lambda one: (-one.error, one.number))[:WORST]
 
 
-def repeat_command(number: int, controller: str, setting: Setting, own_rig: bool) -> str:
+def repeat_command(number: int, controller: str, setting: CampaignOptions, own_rig: bool) -> str:
     """The command that runs one slide again, with its traces on a page."""
     words = ["slider-drilling closed-loop --slide", str(number), "--seed", str(setting.seed), "--elements",
              str(setting.elements)]  # fmt: skip
-    if controller != DEFAULT and controller not in BASELINES:
+    if controller != DEFAULT_CONTROLLER and controller not in BASELINES:
         words += ["--controller", controller]
     if own_rig:
         words += ["--rig", str(setting.rig)]

@@ -10,7 +10,15 @@ from typing import Any
 import numpy as np
 
 from slider_drilling.closed_loop import campaign
-from slider_drilling.closed_loop.campaign import QUANTILES, Paired, Setting, Slide, Spread, spread, worst
+from slider_drilling.closed_loop.campaign import (
+    QUANTILES,
+    CampaignOptions,
+    PairedComparison,
+    ScoredSlide,
+    ScoreSummary,
+    summarise,
+    worst,
+)
 from slider_drilling.closed_loop.score import ALLOWED, HELD, WITHIN_DEG
 from slider_drilling.pages import Chart, Headline, Line, Page, Panel, Section, Table
 
@@ -24,7 +32,7 @@ Repeat = Callable[[int], str]
 
 
 def as_json(
-    slides: Mapping[str, Sequence[Slide]], setting: Setting, code: str, repeat: Mapping[str, Repeat]
+    slides: Mapping[str, Sequence[ScoredSlide]], setting: CampaignOptions, code: str, repeat: Mapping[str, Repeat]
 ) -> dict[str, Any]:
     """The tree of closed_loop_campaign.json. slides, repeat: by controller, the one under test first."""
     found = {}
@@ -32,7 +40,7 @@ def as_json(
         rows = [{"number": one.number, "well": one.well, "effects": one.about, **asdict(one.score)} for one in of]
         again = [{"number": one.number, "error_deg": one.error, "command": repeat[name](one.number)}
                  for one in worst(of)]  # fmt: skip
-        found[name] = {"spread": asdict(spread(of)), "worst": again, "slides": rows}
+        found[name] = {"spread": asdict(summarise(of)), "worst": again, "slides": rows}
     compared = {f"{first} minus {second}": asdict(one) for (first, second), one in _pairs(slides).items()}
     tree = {"schema": campaign.SCHEMA, "code": code, "seed": setting.seed, "elements": setting.elements,
             "duration_s": setting.duration, "rig": str(setting.rig), "quantiles": list(QUANTILES),
@@ -49,14 +57,14 @@ def _finite(tree: Any) -> Any:
     return None if isinstance(tree, float) and not math.isfinite(tree) else tree
 
 
-def _pairs(slides: Mapping[str, Sequence[Slide]]) -> dict[tuple[str, str], Paired]:
+def _pairs(slides: Mapping[str, Sequence[ScoredSlide]]) -> dict[tuple[str, str], PairedComparison]:
     """The controller under test beside each of the others."""
     names = list(slides)
-    found = {(names[0], other): campaign.paired(slides[names[0]], slides[other]) for other in names[1:]}
+    found = {(names[0], other): campaign.compare_paired(slides[names[0]], slides[other]) for other in names[1:]}
     return {pair: one for pair, one in found.items() if one is not None}
 
 
-def spread_cells(name: str, found: Spread) -> tuple[str, ...]:
+def spread_cells(name: str, found: ScoreSummary) -> tuple[str, ...]:
     """One controller's line: a cell for each of `HEADS`."""
     torque = [value / 1e3 for value in found.peak_torque]
     return (name, str(found.slides), *(_number(value, 1) for value in found.error), str(found.held),
@@ -64,14 +72,14 @@ def spread_cells(name: str, found: Spread) -> tuple[str, ...]:
             f"{torque[0]:.1f}", f"{torque[-1]:.1f}", str(found.idle))  # fmt: skip
 
 
-def brief_cells(name: str, found: Spread) -> tuple[str, ...]:
+def brief_cells(name: str, found: ScoreSummary) -> tuple[str, ...]:
     """One line of the terminal's table, which fits 80 columns: a cell for each of `BRIEF`."""
     errors = dict(zip(QUANTILES, found.error, strict=True))
     return (name.rpartition(":")[2], str(found.slides), *(_number(errors[share], 1) for share in (0.5, 0.9, 0.95)),
             str(found.held), str(found.set_in_time), str(found.idle))  # fmt: skip
 
 
-def pair_sentences(slides: Mapping[str, Sequence[Slide]]) -> list[str]:
+def pair_sentences(slides: Mapping[str, Sequence[ScoredSlide]]) -> list[str]:
     """Each comparison in a sentence."""
     return [
         f"{first} has the smaller error than {second} in {one.better} of {one.of} slides (chance {one.low:.0%} to "
@@ -85,14 +93,14 @@ def _number(value: float, digits: int) -> str:
 
 
 def campaign_page(
-    slides: Mapping[str, Sequence[Slide]], setting: Setting, code: str, repeat: Mapping[str, Repeat]
+    slides: Mapping[str, Sequence[ScoredSlide]], setting: CampaignOptions, code: str, repeat: Mapping[str, Repeat]
 ) -> Page:
     """The page. slides, repeat: by controller, the one under test first."""
     name, own = next(iter(slides.items()))
-    found = spread(own)
+    found = summarise(own)
     lead = (f"Half of {found.slides} random rigs: mean toolface error below {_number(found.error[0], 1)} deg, 95 % "
             f"below {_number(found.error[-1], 1)} deg; set within {ALLOWED:.0f} s in {found.set_in_time}.")  # fmt: skip
-    rows = tuple(spread_cells(one, spread(of)) for one, of in slides.items())
+    rows = tuple(spread_cells(one, summarise(of)) for one, of in slides.items())
     return Page(
         kind="Closed-loop campaign", title=f"{name} on {found.slides} random rigs",
         facts=(("seed", str(setting.seed)), ("elements", str(setting.elements)), ("code", code)),
@@ -108,7 +116,7 @@ def campaign_page(
     )  # fmt: skip
 
 
-def _worst_rows(slides: Sequence[Slide], repeat: Repeat) -> tuple[tuple[str, ...], ...]:
+def _worst_rows(slides: Sequence[ScoredSlide], repeat: Repeat) -> tuple[tuple[str, ...], ...]:
     return tuple(
         (str(one.number), one.well, one.about, _number(one.error, 1), f"{100.0 * one.score.within_15_deg:.0f}",
          "never" if one.score.time_to_set_s is None else f"{one.score.time_to_set_s:.0f}", repeat(one.number))
@@ -116,7 +124,7 @@ def _worst_rows(slides: Sequence[Slide], repeat: Repeat) -> tuple[tuple[str, ...
     )  # fmt: skip
 
 
-def _curves(slides: Mapping[str, Sequence[Slide]]) -> Chart:
+def _curves(slides: Mapping[str, Sequence[ScoredSlide]]) -> Chart:
     """How many slides stay below an error."""
     lines = []
     for name, of in slides.items():

@@ -8,10 +8,9 @@ from collections.abc import Mapping
 
 from slider_drilling.closed_loop.scenario import Scenario
 from slider_drilling.control import FixedRocking, SlideController, SlideSettings
+from slider_drilling.control.controller_loader import DEFAULT_CONTROLLER, configure, load_controller, settings_of
 from slider_drilling.control.fixed_rocking import settings_for
-from slider_drilling.control.interface import Measurements, MwdSample
-from slider_drilling.control.load import DEFAULT, configure, load_controller, settings_of
-from slider_drilling.control.protocol import Controller
+from slider_drilling.control.interface import Controller, Measurements, MwdSample
 from slider_drilling.drillstring import Truth
 from slider_drilling.rig import Mwd, Rig
 
@@ -33,8 +32,8 @@ ABOUT = {
 }
 
 
-def build(
-    contender: str, scenario: Scenario, name: str = DEFAULT, settings: Mapping[str, float] | None = None
+def build_contender(
+    contender: str, scenario: Scenario, name: str = DEFAULT_CONTROLLER, settings: Mapping[str, float] | None = None
 ) -> Controller:
     """The contender for this scenario; `name` is the module:Class under test, settings change some of its own. Raises
     InputError."""
@@ -46,7 +45,7 @@ def build(
         return FixedRocking(rig, dataclasses.replace(fixed, shift_gain=0.0))
     if contender == SHIFTED_ROCKING:
         return FixedRocking(rig, fixed)
-    if name != DEFAULT:
+    if name != DEFAULT_CONTROLLER:
         controller = load_controller(name, rig)
         if settings:
             configure(controller, dataclasses.replace(settings_of(controller), **settings))
@@ -67,7 +66,7 @@ def believed_rig(contender: str, scenario: Scenario) -> Rig:
     return dataclasses.replace(rig, sensors=dataclasses.replace(rig.sensors, mwd=prompt))
 
 
-def seen(contender: str, measurements: Measurements, truth: Truth) -> Measurements:
+def measurements_for(contender: str, measurements: Measurements, truth: Truth) -> Measurements:
     """What the contender is shown of a sample: the oracle sees the true toolface in each."""
     if contender != ORACLE:
         return measurements

@@ -10,7 +10,7 @@ import numpy as np
 
 from slider_drilling.blind.wells import DRAWN, WELLS
 from slider_drilling.closed_loop.scenario import Scenario
-from slider_drilling.closed_loop.scenarios import unknown
+from slider_drilling.closed_loop.scenarios import effects_with
 from slider_drilling.effects import Effects
 from slider_drilling.rig import Rig, Sensors, check_rig
 
@@ -89,7 +89,7 @@ def _effects(random: Random, rig: Rig, duration: float) -> tuple[Effects, list[s
     chance = random.uniform()
     count = 2 if chance < _TWO_EFFECTS else 1 if chance < _TWO_EFFECTS + _ONE_EFFECT else 0
     names = [str(name) for name in random.choice(sorted(_BLOCKS), size=count, replace=False)]
-    return unknown(**{name: _BLOCKS[name](random, rig, duration) for name in names}), names
+    return effects_with(**{name: _BLOCKS[name](random, rig, duration) for name in names}), names
 
 
 def _bed(random: Random, rig: Rig, duration: float) -> dict[str, float]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from slider_drilling.closed_loop.scenario import WELLS, Scenario
-from slider_drilling.closed_loop.scenarios import unknown
+from slider_drilling.closed_loop.scenarios import effects_with
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.rig import load_rig
 
@@ -68,4 +68,4 @@ def _one(names: tuple[str, ...], size: str, well: str, length: float) -> Scenari
     blocks = {name: CATALOGUE[name].of(size, length) for name in names}
     words = " and ".join(name.replace("_", " ") for name in names)
     about = "; ".join(f"{key} {value:g}" for block in blocks.values() for key, value in block.items())
-    return Scenario(f"{words}, {size}, {well}", well, about, duration=DURATION_S, effects=unknown(**blocks))
+    return Scenario(f"{words}, {size}, {well}", well, about, duration=DURATION_S, effects=effects_with(**blocks))

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from slider_drilling.closed_loop.contenders import ABOUT, BASELINES, INFORMED, LIMITS, ORACLE, UNDER_TEST
-from slider_drilling.closed_loop.report import costs
-from slider_drilling.closed_loop.run import Outcome
-from slider_drilling.closed_loop.score import ALLOWED, HELD, HELD_SHARE, WITHIN_DEG, Score, error_deg
+from slider_drilling.closed_loop.report import information_costs
+from slider_drilling.closed_loop.run import ScenarioResult
+from slider_drilling.closed_loop.score import ALLOWED, HELD, HELD_SHARE, WITHIN_DEG, SlideScore, error_deg
 from slider_drilling.pages import Bars, Chart, Headline, Line, Page, Panel, Section, Table, Tag
 from slider_drilling.pages.colours import AMBER, BLUE, GREEN, GREY, PURPLE, RED, SKY
 from slider_drilling.pages.page import Cell
@@ -23,13 +23,13 @@ _COLOURS = {UNDER_TEST: BLUE, INFORMED: PURPLE, ORACLE: GREEN, "no_rocking": GRE
 _POINTS = 300  # of a line: enough for the outline of a slide
 
 
-def closed_loop_page(rows: Sequence[dict[str, Outcome]], name: str, seed: int, elements: int) -> Page:
+def closed_loop_page(rows: Sequence[dict[str, ScenarioResult]], name: str, seed: int, elements: int) -> Page:
     """Contender -> outcome for each scenario; `name` is the controller under test."""
     table = Section("Every scenario", (
         f"Error of the toolface on truth, mean of its magnitude, from {ALLOWED:.0f} s after the start and after each "
         f"new target. Set: within {WITHIN_DEG:.0f} deg for {HELD:.0f} s without a break. Peak torque: of either sign. "
         + " ".join(f"{key.replace('_', ' ').capitalize()}: {ABOUT[key]}." for key in (*LIMITS, *BASELINES)),
-        Table(HEADS, tuple(cells(row) for row in rows)), costs(rows), _means(rows),
+        Table(HEADS, tuple(cells(row) for row in rows)), information_costs(rows), _means(rows),
     ))  # fmt: skip
     scenarios = tuple(_scenario(row) for row in rows)
     facts = (("seed", str(seed)), ("elements", str(elements)))
@@ -38,7 +38,7 @@ def closed_loop_page(rows: Sequence[dict[str, Outcome]], name: str, seed: int, e
                 _lead(rows))  # fmt: skip
 
 
-def cells(row: dict[str, Outcome]) -> tuple[Cell, ...]:
+def cells(row: dict[str, ScenarioResult]) -> tuple[Cell, ...]:
     """One line of the table: a cell for each of `HEADS`."""
     scenario, own = row[UNDER_TEST].scenario, row[UNDER_TEST].score
     others = tuple(row[key].score.mean_abs_error_deg if key in row else None for key in (*LIMITS, *BASELINES))
@@ -49,12 +49,12 @@ def cells(row: dict[str, Outcome]) -> tuple[Cell, ...]:
             own.rop_m_h)  # fmt: skip
 
 
-def set_after(own: Score) -> str:
+def set_after(own: SlideScore) -> str:
     """Seconds, or that it never was."""
     return "never" if own.time_to_set_s is None else f"{own.time_to_set_s:.0f}"
 
 
-def _lead(rows: Sequence[dict[str, Outcome]]) -> Headline | None:
+def _lead(rows: Sequence[dict[str, ScenarioResult]]) -> Headline | None:
     own = [row[UNDER_TEST].score for row in rows]
     idle = sum(score.nothing_drilled for score in own)
     errors = [score.mean_abs_error_deg for score in own if not score.nothing_drilled]
@@ -71,7 +71,7 @@ def _lead(rows: Sequence[dict[str, Outcome]]) -> Headline | None:
     return Headline(" ".join(said), "bad" if idle or unset or lost else "good") if said else None
 
 
-def _means(rows: Sequence[dict[str, Outcome]]) -> Chart:
+def _means(rows: Sequence[dict[str, ScenarioResult]]) -> Chart:
     shown = [row for row in rows if not row[UNDER_TEST].score.nothing_drilled]
     names = tuple(row[UNDER_TEST].scenario.name for row in shown)
     means = np.array([row[UNDER_TEST].score.mean_abs_error_deg for row in shown])
@@ -80,7 +80,7 @@ def _means(rows: Sequence[dict[str, Outcome]]) -> Chart:
     return Chart("Mean error of the controller under test", "mean error, deg", (panel,), wide=True)
 
 
-def _scenario(row: dict[str, Outcome]) -> Section:
+def _scenario(row: dict[str, ScenarioResult]) -> Section:
     scenario = row[UNDER_TEST].scenario
     items: list[str | Chart | Table] = [scenario.about, _traces(row)]
     events = row[UNDER_TEST].trace.events
@@ -90,7 +90,7 @@ def _scenario(row: dict[str, Outcome]) -> Section:
     return Section(scenario.name, tuple(items), collapsed=True)
 
 
-def _traces(row: dict[str, Outcome]) -> Chart:
+def _traces(row: dict[str, ScenarioResult]) -> Chart:
     """Every contender's error; top drive, torque and weight of the one under test."""
     errors = []
     for contender, outcome in row.items():

@@ -10,7 +10,7 @@ from slider_drilling.effects import Effects
 _SHORT, _MIDDLE, _LONG = WELLS
 
 
-def unknown(**blocks: dict[str, float]) -> Effects:
+def effects_with(**blocks: dict[str, float]) -> Effects:
     """Effects by block and parameter, the rest neutral."""
     neutral = Effects()
     return dataclasses.replace(neutral, **{
@@ -30,7 +30,7 @@ DAILY: tuple[Scenario, ...] = (
     Scenario("target +45 deg", "4.0 km", "a new target 45 degrees to the right", ((0.0, -70.0), (450.0, -25.0))),
     Scenario("target +180 deg", "4.0 km", "a new target half a turn away", ((0.0, -70.0), (450.0, 110.0))),
     Scenario("formation change", "4.0 km", "rock 60 % harder",
-             effects=unknown(formation_change={"factor": 1.6, "time": 450.0})),
+             effects=effects_with(formation_change={"factor": 1.6, "time": 450.0})),
     Scenario("motor stall", "4.0 km", "the block slips 0.6 m and a weak motor stalls", slip=(450.0, 0.6),
              stall_pressure=3.2e6),
     Scenario("MWD 12 s, faulty", "4.0 km", "a fifth of the samples lost, one in twenty wrong", lost=0.2, outliers=0.05),
@@ -39,31 +39,31 @@ DAILY: tuple[Scenario, ...] = (
     Scenario("sensor lag", "4.0 km", "torque 0.5 s late, pressure 3 s", torque_lag=0.5, pressure_lag=3.0),
     Scenario("circulation +2 %", "4.0 km", "off bottom 3.6 bar more than believed", circulation=1.02),
     Scenario("torque sensor bias", "4.0 km", "surface torque reads 0.5 kN m too high",
-             effects=unknown(torque_sensor_bias={"bias": 500.0})),
+             effects=effects_with(torque_sensor_bias={"bias": 500.0})),
     Scenario("weak pipe", "4.0 km", "connections that bear little torque", make_up_limit=7.5e3, back_off_limit=5.0e3),
 )
 
 UNKNOWN: tuple[Scenario, ...] = (
     Scenario("string 13 % softer", _MIDDLE, "the pipe twists 13 % more than its sections say", duration=1200.0,
-             effects=unknown(torsional_compliance={"extra": 0.13})),
+             effects=effects_with(torsional_compliance={"extra": 0.13})),
     Scenario("string 6 % softer", _LONG, "the pipe twists 6 % more than its sections say", duration=1200.0,
-             effects=unknown(torsional_compliance={"extra": 0.06})),
+             effects=effects_with(torsional_compliance={"extra": 0.06})),
     Scenario("heave", _MIDDLE, "the block heaves by 0.2 m every 11 s", duration=1200.0,
-             effects=unknown(heave={"amplitude": 0.2, "period": 11.0})),
+             effects=effects_with(heave={"amplitude": 0.2, "period": 11.0})),
     Scenario("cuttings bed", _LONG, "friction 4.2 times higher over 450 m", duration=1200.0,
-             effects=unknown(cuttings_bed={"factor": 4.2, "top": 3600.0, "bottom": 4050.0})),
+             effects=effects_with(cuttings_bed={"factor": 4.2, "top": 3600.0, "bottom": 4050.0})),
     Scenario("friction by angle", _MIDDLE, "friction of each pipe 60 % higher to one side than on average",
              duration=1200.0, angle_friction=0.6),
     Scenario("Stribeck", _LONG, "friction 60 % higher at rest than at speed", duration=1200.0,
-             effects=unknown(stribeck={"drop": 0.6})),
+             effects=effects_with(stribeck={"drop": 0.6})),
     Scenario("motor 25 % weak", _MIDDLE, "the motor gives a quarter less torque per pressure", duration=1200.0,
-             effects=unknown(motor_wear={"torque_loss": 0.25})),
+             effects=effects_with(motor_wear={"torque_loss": 0.25})),
     Scenario("torque sensor -500 N m", _LONG, "surface torque reads 0.5 kN m too low", duration=1200.0,
-             effects=unknown(torque_sensor_bias={"bias": -500.0})),
+             effects=effects_with(torque_sensor_bias={"bias": -500.0})),
     Scenario("target +90 deg", _MIDDLE, "a new target 90 degrees to the right", ((0.0, -70.0), (600.0, 20.0)),
              duration=1200.0),
     Scenario("buckling", _LONG, "pipe that buckles presses on the wall with the square of its compression",
-             duration=1200.0, effects=unknown(buckling_contact={"factor": 1.0})),
+             duration=1200.0, effects=effects_with(buckling_contact={"factor": 1.0})),
 )
 
 SCENARIOS: tuple[Scenario, ...] = (*DAILY, *UNKNOWN)

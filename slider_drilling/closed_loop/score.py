@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slider_drilling.closed_loop.scenario import Scenario
-from slider_drilling.closed_loop.trace import Array, Trace
+from slider_drilling.closed_loop.trace import Array, SlideTrace
 
 WITHIN_DEG = 15.0
 HELD_SHARE = 0.95  # of the scored time within, to count as held
@@ -23,7 +23,7 @@ LEAST = 0.01      # m of hole; less is nothing drilled
 
 
 @dataclass(frozen=True)
-class Score:
+class SlideScore:
     """mean_abs_error_deg, p95_abs_error_deg, within_15_deg (share of time): after setting; time_to_set_s: the slowest
     of the scenario's targets, None where one was never set; peak_torque_n_m: of either sign; make_up_n_m, back_off_n_m:
     the most to the right and to the left; weight_spread_n: one standard deviation after setting; rop_m_h: likewise;
@@ -47,13 +47,13 @@ class Score:
         return self.drilled_m < LEAST
 
 
-def error_deg(trace: Trace) -> Array:
+def error_deg(trace: SlideTrace) -> Array:
     """Toolface minus target, deg in [-180, 180)."""
     off: Array = (np.degrees(trace.tool_face - trace.target) + 180.0) % 360.0 - 180.0
     return off
 
 
-def score(scenario: Scenario, trace: Trace) -> Score:
+def score_slide(scenario: Scenario, trace: SlideTrace) -> SlideScore:
     """The figures of one run."""
     error = error_deg(trace)
     starts = [since for since, _ in scenario.targets]
@@ -68,7 +68,7 @@ def score(scenario: Scenario, trace: Trace) -> Score:
     span = trace.time[scored]
     drilled = float(np.max(trace.bit_depth) - trace.bit_depth[0])
     off = np.abs(error[scored]) if drilled >= LEAST else np.array([math.nan])
-    return Score(
+    return SlideScore(
         mean_abs_error_deg=float(np.mean(off)),
         p95_abs_error_deg=float(np.percentile(off, 95.0)),
         within_15_deg=float(np.mean(off <= WITHIN_DEG)) if drilled >= LEAST else math.nan,

@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Trace:
+class SlideTrace:
     """At the sensors' rate: time s; target, tool_face rad (unwrapped truth); top_drive_angle rad; surface_torque N m
     without noise; weight_on_bit N; rate_of_penetration m/s; bit_depth m; events: (s, level, name, message) of each
     change of an interlock."""

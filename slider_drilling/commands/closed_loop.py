@@ -12,7 +12,7 @@ from slider_drilling.commands.campaign_options import scheduler_option
 from slider_drilling.commands.options import print_listing, units_option, write_and_print
 
 if TYPE_CHECKING:
-    from slider_drilling.closed_loop import Outcome, Scenario
+    from slider_drilling.closed_loop import Scenario, ScenarioResult
     from slider_drilling.units import Units
 
 EXAMPLES = """\
@@ -62,12 +62,12 @@ def command(
     """
     from slider_drilling.campaign.run import Where
     from slider_drilling.closed_loop import report
-    from slider_drilling.closed_loop.campaign import Setting
+    from slider_drilling.closed_loop.campaign import CampaignOptions
     from slider_drilling.closed_loop.page import closed_loop_page
     from slider_drilling.commands.closed_loop_campaign import drawn_scenario, run_campaign
     from slider_drilling.commands.overrides import parse_settings
     from slider_drilling.console.streams import stderr
-    from slider_drilling.control.load import DEFAULT
+    from slider_drilling.control.controller_loader import DEFAULT_CONTROLLER
     from slider_drilling.errors import InputError
     from slider_drilling.files.installed_files import installed_file
     from slider_drilling.files.output_files import check_outputs, make_folder, write_atomically
@@ -79,13 +79,13 @@ def command(
         print_listing((scenario.name, scenario.about) for scenario in _known(every))
         return 0
     if slides is not None or slide is not None:
-        setting = Setting(rig_path or installed_file("config/rig.example.yaml"), seed, elements)
+        setting = CampaignOptions(rig_path or installed_file("config/rig.example.yaml"), seed, elements)
     if slides is not None:
         if output is None:
             raise InputError("--campaign: give the folder for its results with -o; it is where it goes on from")
         if sets:
             raise InputError("--set: not with --campaign; give it a class of your own that has these settings")
-        names = list(dict.fromkeys((name or DEFAULT, *against)))
+        names = list(dict.fromkeys((name or DEFAULT_CONTROLLER, *against)))
         where = Where(jobs, scheduler)
         return run_campaign(names, slides, setting, where, output, rig_path is not None, as_json_text, units)
     scenarios = _chosen(only, every)
@@ -95,7 +95,7 @@ def command(
     if output is not None:
         make_folder(output)
         check_outputs((output / "closed_loop.json", output / "closed_loop.html"))
-    name = name or DEFAULT
+    name = name or DEFAULT_CONTROLLER
     settings = parse_settings(sets, name, scenarios[0].believed_rig())
     outcomes = _run(scenarios, seed, elements, name, jobs, settings)
     rows = report.by_scenario(outcomes, scenarios)
@@ -134,13 +134,13 @@ def _chosen(only: tuple[str, ...], every: bool) -> list[Scenario]:
 
 def _run(
     scenarios: list[Scenario], seed: int, elements: int, name: str, jobs: int, settings: dict[str, float]
-) -> list[Outcome]:
-    from slider_drilling.closed_loop import run_all, tasks
+) -> list[ScenarioResult]:
+    from slider_drilling.closed_loop import contender_pairs, run_all
     from slider_drilling.console.streams import progress_bar
 
-    outcomes: list[Outcome] = []
+    outcomes: list[ScenarioResult] = []
     with progress_bar("{task.description}", "{task.completed}/{task.total}") as progress:
-        pairs = tasks(scenarios)
+        pairs = contender_pairs(scenarios)
         task = progress.add_task("slides", total=len(pairs))
         try:
             for outcome in run_all(pairs, seed, elements, name, jobs, settings):
@@ -152,11 +152,11 @@ def _run(
     return outcomes
 
 
-def _print(rows: list[dict[str, Outcome]], units: Units) -> None:
+def _print(rows: list[dict[str, ScenarioResult]], units: Units) -> None:
     from rich.table import Table
 
     from slider_drilling.closed_loop.contenders import UNDER_TEST
-    from slider_drilling.closed_loop.report import brief_cells, brief_heads, costs, stops
+    from slider_drilling.closed_loop.report import brief_cells, brief_heads, information_costs, interlock_stops
     from slider_drilling.console.streams import stdout
 
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
@@ -166,7 +166,7 @@ def _print(rows: list[dict[str, Outcome]], units: Units) -> None:
         table.add_row(*brief_cells(row, units))
     stdout().print(table)
     for row in rows:
-        for time, name, message in stops(row):
+        for time, name, message in interlock_stops(row):
             stdout().print(f"{row[UNDER_TEST].scenario.name}, {time:.0f} s: {name}: {message}", markup=False)
-    if said := costs(rows):
+    if said := information_costs(rows):
         stdout().print(said)

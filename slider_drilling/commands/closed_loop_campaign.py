@@ -12,7 +12,7 @@ from slider_drilling.commands.options import write_and_print
 
 if TYPE_CHECKING:
     from slider_drilling.campaign.run import Where
-    from slider_drilling.closed_loop.campaign import Setting, Slide
+    from slider_drilling.closed_loop.campaign import CampaignOptions, ScoredSlide
     from slider_drilling.closed_loop.scenario import Scenario
     from slider_drilling.units import Units
 
@@ -20,8 +20,8 @@ FILE, PAGE, RESULTS = "closed_loop_campaign.json", "closed_loop_campaign.html", 
 
 
 def run_campaign(
-    controllers: Sequence[str], slides: int, setting: Setting, where: Where, output: Path, own_rig: bool, as_json: bool,
-    units: Units,
+    controllers: Sequence[str], slides: int, setting: CampaignOptions, where: Where, output: Path, own_rig: bool,
+    as_json: bool, units: Units,
 ) -> int:
     """Every controller through every slide; the exit code. The first controller is the one under test."""
     from slider_drilling.campaign.code import code_version
@@ -35,7 +35,7 @@ def run_campaign(
     check_outputs((output / FILE, output / PAGE), (setting.rig,))
     jobs = [slide_job(number, name, setting) for number in range(slides) for name in controllers]
     ran = run_shown("sliding", jobs, output / RESULTS, where)
-    found: dict[str, list[Slide]] = {name: [] for name in controllers}
+    found: dict[str, list[ScoredSlide]] = {name: [] for name in controllers}
     for job, key in zip(jobs, ran.keys, strict=True):
         if (result := ran.result(key)) is not None:
             found[job.options["controller"]].append(slide_of(result.tree))
@@ -54,7 +54,7 @@ def run_campaign(
     return ran.code
 
 
-def drawn_scenario(number: int, setting: Setting) -> tuple[Scenario, int]:
+def drawn_scenario(number: int, setting: CampaignOptions) -> tuple[Scenario, int]:
     """One slide of a campaign, and the seed of its noise."""
     from slider_drilling.closed_loop.campaign import noise_seed
     from slider_drilling.closed_loop.drawn import draw_slide
@@ -63,16 +63,16 @@ def drawn_scenario(number: int, setting: Setting) -> tuple[Scenario, int]:
     return draw_slide(number, setting.seed, load_rig(setting.rig), setting.duration), noise_seed(setting.seed, number)
 
 
-def _print(found: Mapping[str, Sequence[Slide]]) -> None:
+def _print(found: Mapping[str, Sequence[ScoredSlide]]) -> None:
     from rich.table import Table
 
-    from slider_drilling.closed_loop.campaign import spread
+    from slider_drilling.closed_loop.campaign import summarise
     from slider_drilling.closed_loop.campaign_page import BRIEF, brief_cells, pair_sentences
     from slider_drilling.console.streams import stdout
 
     table = Table(*BRIEF, title="mean error, deg, that this share of slides stays below; slides held, set, idle")
     for name, slides in found.items():
-        table.add_row(*brief_cells(name, spread(slides)))
+        table.add_row(*brief_cells(name, summarise(slides)))
     stdout().print(table)
     for sentence in pair_sentences(found):
         stdout().print(sentence)

@@ -85,13 +85,13 @@ def parse_settings(sets: Sequence[str], controller: str | None, rig: Rig) -> dic
 
 
 def _check_settings(settings: dict[str, float], controller: str | None, rig: Rig, hint: str) -> None:
-    from slider_drilling.control.load import DEFAULT, load_controller
-    from slider_drilling.control.protocol import AdjustableController
+    from slider_drilling.control.controller_loader import DEFAULT_CONTROLLER, load_controller
+    from slider_drilling.control.interface import AdjustableController
     from slider_drilling.control.settings import limits_of
 
     if not settings:
         return
-    name = controller or DEFAULT
+    name = controller or DEFAULT_CONTROLLER
     built = load_controller(name, rig)
     known = limits_of(built.settings) if isinstance(built, AdjustableController) else {}
     for one in settings:

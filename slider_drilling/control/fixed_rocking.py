@@ -8,8 +8,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from slider_drilling.control.interface import Measurements, MwdSample, RigCommand
-from slider_drilling.control.protocol import Level, Status
+from slider_drilling.control.interface import Level, Measurements, MwdSample, RigCommand, Status
 from slider_drilling.control.rocking import Rocking
 from slider_drilling.control.settings import check, setting
 from slider_drilling.errors import InputError
@@ -101,9 +100,9 @@ class FixedRocking:
 
     def _carry_over(self, rocking: Rocking) -> None:
         """Keep the phase in its cycle; what the new wave lacks in angle the centre takes and works off."""
-        offset, _ = self._rocking.start(self._elapsed)
+        offset, _ = self._rocking.from_rest(self._elapsed)
         self._elapsed *= rocking.period / self._rocking.period
-        jump = offset - rocking.start(self._elapsed)[0]
+        jump = offset - rocking.from_rest(self._elapsed)[0]
         self._centre += jump
         self._pending -= jump
 
@@ -118,7 +117,8 @@ class FixedRocking:
             step = 0.0
         self._time = measurements.time
         if not math.isfinite(measurements.top_drive_angle):
-            return RigCommand(self._centre + self._rocking.start(self._elapsed)[0], 0.0, 0.0, self._settings.pump_speed)
+            held = self._centre + self._rocking.from_rest(self._elapsed)[0]
+            return RigCommand(held, 0.0, 0.0, self._settings.pump_speed)
         for sample in measurements.mwd:
             self._correct(sample)
         self._elapsed += step
@@ -126,7 +126,7 @@ class FixedRocking:
             self._turn_on_torque(measurements.surface_torque)
         # A bump needs a torque limit to go beyond; a stroke that ends at the amplitude moves its centre.
         centre_speed = 0.0 if self._limit_was_met else self._move_centre(step)
-        offset, speed = self._rocking.start(self._elapsed)
+        offset, speed = self._rocking.from_rest(self._elapsed)
         return RigCommand(self._centre + offset, speed + centre_speed,
                           self._settings.block_speed, self._settings.pump_speed)
 
@@ -149,7 +149,7 @@ class FixedRocking:
 
     def _turn_on_torque(self, surface_torque: float) -> None:
         """End the stroke where torque has met its limit, or beyond it where a shift waits on that side."""
-        offset, speed = self._rocking.start(self._elapsed)
+        offset, speed = self._rocking.from_rest(self._elapsed)
         angle = self._centre + offset
         if speed * self._side < 0.0:
             self._end_stroke(angle)
@@ -184,7 +184,7 @@ class FixedRocking:
         rocking = self._rocking
         peak = (1.25 if side > 0.0 else 1.75) * rocking.period
         self._elapsed = peak - rocking.rounding / 2.0
-        self._centre = angle - rocking.start(self._elapsed)[0]
+        self._centre = angle - rocking.from_rest(self._elapsed)[0]
 
     def status(self) -> tuple[Status, ...]:
         """Toolface, its error and the centre, for diagnostics."""

@@ -64,7 +64,7 @@ class Rocking:
         angle = self.turning_angle - 0.5 * self.acceleration * from_peak * from_peak
         return side * angle, -side * self.acceleration * from_peak
 
-    def start(self, elapsed: float) -> tuple[float, float]:
+    def from_rest(self, elapsed: float) -> tuple[float, float]:
         """The wave entered from rest: angle and speed `elapsed` s after the start.
 
         The first `rounding` seconds speed up at the peaks' acceleration; from there it is

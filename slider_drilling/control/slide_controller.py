@@ -6,27 +6,32 @@ import math
 from typing import TYPE_CHECKING
 
 from slider_drilling.control import slide_status
-from slider_drilling.control.amplitude import LANDING, AmplitudeFinder
-from slider_drilling.control.differential_pressure import DifferentialPressure
-from slider_drilling.control.drive import Motion, RockingDrive, Wish
-from slider_drilling.control.heave import HeaveCompensator
-from slider_drilling.control.interface import Measurements, RigCommand
-from slider_drilling.control.learnt_rig import corrected, with_worn_motor
-from slider_drilling.control.limits import HOLD_AFTER, Interlocks, Permission, Stall, StallGuard
-from slider_drilling.control.lowering import Lowering
-from slider_drilling.control.protocol import Status
-from slider_drilling.control.reach import Reach
+from slider_drilling.control.block.block_control import BlockControl
+from slider_drilling.control.block.heave_compensation import HeaveCompensator
+from slider_drilling.control.estimation.breakover_test import SLOW_DOWN_TRAVEL_TIMES, BreakoverTest
+from slider_drilling.control.estimation.calibrated_rig import calibrated_rig, with_worn_motor
+from slider_drilling.control.estimation.cycle_average import CycleAverager
+from slider_drilling.control.estimation.differential_pressure import DifferentialPressure
+from slider_drilling.control.estimation.rocking_phase import RockingPhase, period_with_distinct_phases
+from slider_drilling.control.estimation.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
+from slider_drilling.control.estimation.torque_and_drag import TorqueAndDrag
+from slider_drilling.control.estimation.torque_sensor_model import TorqueSensorModel
+from slider_drilling.control.interface import Measurements, RigCommand, Status
+from slider_drilling.control.interlocks.measurement_monitor import MeasurementMonitor
+from slider_drilling.control.interlocks.slide_interlocks import (
+    HOLD_AFTER,
+    Interlocks,
+    Permission,
+    StallGuard,
+    StallState,
+)
+from slider_drilling.control.interlocks.torque_prediction import stroke_of
 from slider_drilling.control.settings import check
 from slider_drilling.control.slide_settings import SlideSettings
-from slider_drilling.control.steering import Answer, lead
-from slider_drilling.control.stroke_means import StrokeMeans
-from slider_drilling.control.stroke_phase import StrokePhase, apart
-from slider_drilling.control.stroke_torque import stroke_of
-from slider_drilling.control.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
-from slider_drilling.control.torque_and_drag import TorqueAndDrag
-from slider_drilling.control.torque_limited_reversal import TorqueTurn
-from slider_drilling.control.torque_reading import TorqueReading
-from slider_drilling.control.watch import Watch
+from slider_drilling.control.top_drive.amplitude_adaptation import AmplitudeAdaptation
+from slider_drilling.control.top_drive.centre_lead import ToolFaceResponse, centre_lead
+from slider_drilling.control.top_drive.rocking_reference import DriveMode, RockingReference, RockingSetpoint
+from slider_drilling.control.top_drive.torque_limited_reversal import TorqueLimitedReversal
 from slider_drilling.wellbore.zones import Zones
 
 if TYPE_CHECKING:
@@ -72,9 +77,9 @@ class SlideController:
         check(s)
         self._interval = 1.0 / rig.sensors.rate
         self._reference_pump = rig.hydraulics.reference_flow / rig.mud_pump.displacement
-        self._watch = Watch()
+        self._watch = MeasurementMonitor()
         self._pressure = DifferentialPressure(rig, s.off_bottom_pressure, _QUICK, _SMOOTH)
-        self._lowering = Lowering(rig, s)
+        self._lowering = BlockControl(rig, s)
         self._believe(s)
         mwd = rig.sensors.mwd
         sample = math.sqrt(mwd.noise**2 + mwd.resolution**2 / 12.0 + _UNEXPLAINED**2)
@@ -83,20 +88,20 @@ class SlideController:
         self._estimator = ToolFaceEstimator(
             self._belief.compliance, self._response_time(), noise, bias=rig.effects.torque_sensor_bias.bias,
             quickest=_QUICKEST_SHARE * self._spreading_time())
-        self._means = StrokeMeans()
-        self._phase = StrokePhase()
-        self._reach = Reach()
+        self._means = CycleAverager()
+        self._phase = RockingPhase()
+        self._reach = AmplitudeAdaptation()
         self._heave = HeaveCompensator(rig.string.axial_stiffness, s.compensation_speed)
         sensor = rig.sensors.surface_torque
-        self._reading = TorqueReading(self._belief.impedance, sensor.noise, self._interval, sensor.lag)
+        self._reading = TorqueSensorModel(self._belief.impedance, sensor.noise, self._interval, sensor.lag)
         self._torque = math.nan      # N m that the pipe takes, this sample; NaN where there is none
         self._strokes = 0            # of the drive, that the swing knows of
         stall = StallGuard(s.stall_share * rig.motor.max_pressure, _RELEASED_SHARE * self._lowering.wanted)
         self._interlocks = Interlocks(s.make_up_torque_limit, s.back_off_torque_limit, stall,
                                       _LEAST_FLOW_SHARE * self._reference_pump)
-        self._torque_turn = TorqueTurn(s.right_torque_turn, s.left_torque_turn)
+        self._torque_turn = TorqueLimitedReversal(s.right_reversal_torque, s.left_reversal_torque)
         self._permission = Permission(False, False, True)
-        self._drive: RockingDrive | None = None
+        self._drive: RockingReference | None = None
         self._centre = 0.0           # rad, wished middle of rocking
         self._aim = 0.0              # rad, of the centre before the reactive twist
         self._trim = 0.0             # rad
@@ -123,11 +128,11 @@ class SlideController:
         stall.limit = s.stall_share * self._rig.motor.max_pressure
         stall.released = _RELEASED_SHARE * self._lowering.wanted
         self._interlocks.make_up, self._interlocks.back_off = s.make_up_torque_limit, s.back_off_torque_limit
-        self._torque_turn.right, self._torque_turn.left = s.right_torque_turn, s.left_torque_turn
+        self._torque_turn.right, self._torque_turn.left = s.right_reversal_torque, s.left_reversal_torque
         if friction_changed:
             self._believe(s)
         if self._drive is not None:
-            self._drive.limit(self._max_speed(), self._max_acceleration())
+            self._drive.set_limits(self._max_speed(), self._max_acceleration())
 
     def _keep_reach(self, step: float) -> None:
         """Rock as deep as drag and swing ask for, while the bit is loaded; see whether weight arrives."""
@@ -135,21 +140,21 @@ class SlideController:
         if self._testing():
             lowering.drag.tare(hook_load, step)
             return
-        lowering.weigh(hook_load, pressure, self._estimator.filter.learnt, self._finder.scale, step)
+        lowering.weigh(hook_load, pressure, self._estimator.filter.estimate, self._finder.friction_scale, step)
         if lowering.approach.under_way or not self._permission.lower:
             return
         lowering.judge(pressure, step)
         estimator = self._estimator
-        self._reach.answer(estimator.pull, self._response_time(), estimator.tool_face, self.error, step)
+        self._reach.check_response(estimator.pull, self._response_time(), estimator.tool_face, self.error, step)
         if pressure > _HALF_LOADED * lowering.wanted:
             share, string = lowering.drag.share if math.isfinite(lowering.drag.share) else 0.0, estimator.filter
             estimator.mobility = min(max(1.0 - (share - _HOLDS[0]) / _HOLDS[1], _LEAST_MOBILITY), 1.0)
-            self._reach.update(share, lowering.drag.certain, string.swing, string.swing_spread, step)
+            self._reach.update(share, lowering.drag.certain, string.swing, string.swing_sigma, step)
 
     def _believe(self, s: SlideSettings) -> None:
         """Torque and drag from the rig file, to be corrected by the breakover test."""
         self._belief = TorqueAndDrag(self._rig, s.friction_factor, self._lowering.weight_wanted)
-        self._finder = AmplitudeFinder(TorqueAndDrag(self._rig, s.friction_factor, 0.0), _PRIOR_SPREAD)
+        self._finder = BreakoverTest(TorqueAndDrag(self._rig, s.friction_factor, 0.0), _PRIOR_SPREAD)
 
     def _response_time(self) -> float:
         """s, as believed before it is learnt."""
@@ -186,18 +191,18 @@ class SlideController:
         lower = self._lowering.held(self._lower(), self._fresh("block_position") - self._heave.moved, watch.step)
         return RigCommand(drive.angle, drive.speed, lower + wave, pump_speed)
 
-    def _started(self) -> RockingDrive:
+    def _started(self) -> RockingReference:
         """The reference, which begins at the angle that the top drive has."""
         if self._drive is None:
             angle = self._watch.value["top_drive_angle"]
             self._centre = self._aim = angle if math.isfinite(angle) else 0.0
-            self._drive = RockingDrive(self._max_speed(), self._max_acceleration(), self._centre)
+            self._drive = RockingReference(self._max_speed(), self._max_acceleration(), self._centre)
         return self._drive
 
-    def _estimate(self, m: Measurements, drive: RockingDrive) -> None:
+    def _estimate(self, m: Measurements, drive: RockingReference) -> None:
         watch, estimator = self._watch, self._estimator
         if watch.jumped:
-            estimator.restamp(watch.time)
+            estimator.reset_clock(watch.time)
         self._mwd_age += watch.step
         estimator.sliding = self._lowering.approach.fast
         estimator.settled = self._drilling()
@@ -205,13 +210,13 @@ class SlideController:
             estimator.advance(watch.time, self._pressure.reactive_torque)
             if drive.strokes != self._strokes:
                 self._strokes = drive.strokes
-                self._phase.reversal(watch.time)
+                self._phase.add_reversal(watch.time)
             cycle = self._means.update(watch.step, self._fresh("top_drive_angle"), self._torque,
                                        self._pressure.quick_reactive_torque, drive.strokes)
             if cycle is not None:
-                estimator.observe(watch.time, cycle, self._carried(), self.tool_face_target)
+                estimator.update_with_cycle(watch.time, cycle, self._carried(), self.tool_face_target)
         for sample in m.mwd:
-            if estimator.correct(sample, self.tool_face_target, self._phase.at(sample.measured_at)):
+            if estimator.update_with_mwd(sample, self.tool_face_target, self._phase.at(sample.measured_at)):
                 self._mwd_age = max(watch.time - sample.measured_at, 0.0)
         self._choose_turn()
 
@@ -246,26 +251,26 @@ class SlideController:
 
     def zones(self) -> Zones:
         """The three zones as believed now: how deep rocking reaches, how far up the reactive torque."""
-        return self._belief.zones(self._amplitude, self._pressure.reactive_torque, self._finder.scale)
+        return self._belief.zones(self._amplitude, self._pressure.reactive_torque, self._finder.friction_scale)
 
-    def _rock(self, drive: RockingDrive) -> None:
+    def _rock(self, drive: RockingReference) -> None:
         step = self._watch.step
         self._keep_reach(step)
         if self._may_shift():
             self._steer(step)
         self._amplitude = self._borne(self._wished_amplitude(), step)
-        landing = LANDING * self._belief.travel_time if self._testing() else 0.0
-        wish = Wish(self._centre, self._amplitude, self._period_now(), landing)
+        landing = SLOW_DOWN_TRAVEL_TIMES * self._belief.travel_time if self._testing() else 0.0
+        wish = RockingSetpoint(self._centre, self._amplitude, self._period_now(), landing)
         if self._must_turn(drive, wish):
-            drive.turn()
+            drive.reverse()
         drive.advance(step, wish, self._motion())
-        if self._motion() is Motion.ROCK:
+        if self._motion() is DriveMode.ROCK:
             late = self._reading.likeliest_lag / self._interval
             self._finder.update(drive.angle, self._torque, drive.strokes, late)
 
     def _borne(self, wished: float, step: float) -> float:
         """Amplitude (rad) that the torque limits bear; it and the pressure that they bear are regained slowly."""
-        hold = self._amplitude_for(self._settings.reach_share)
+        hold = self._amplitude_for(self._settings.holding_amplitude_share)
         self._bearable = max(self._bearable, _LEAST_BEARABLE * hold) * (1.0 + _REGAINED * step)
         self._lowering.regain(step)
         return min(wished, self._bearable)
@@ -273,29 +278,30 @@ class SlideController:
     def _may_shift(self) -> bool:
         """The centre is held while a measurement is missing or the drive parks, and during the breakover test."""
         missing = max(*self._watch.age.values(), self._watch.clock_age) > HOLD_AFTER
-        return self._motion() is Motion.ROCK and not missing and not self._testing()
+        return self._motion() is DriveMode.ROCK and not missing and not self._testing()
 
     def _testing(self) -> bool:
-        return self._finder.testing and self._settings.amplitude == 0.0
+        return self._finder.running and self._settings.amplitude == 0.0
 
-    def _must_turn(self, drive: RockingDrive, wish: Wish) -> bool:
+    def _must_turn(self, drive: RockingReference, wish: RockingSetpoint) -> bool:
         stroke, reading = stroke_of(drive, wish, self._max_acceleration(), self._reading), self._reading
         trips = self._interlocks.torque_trips
         # A bias that was learnt of the sensor counts where it hides torque, not where it would leave room for more.
-        hidden = stroke.side * max(-stroke.side * self._estimator.filter.learnt.bias, 0.0)
-        limited = self._interlocks.must_turn(reading.arriving(self._torque) + hidden, stroke, self._watch.step)
+        hidden = stroke.side * max(-stroke.side * self._estimator.filter.estimate.bias, 0.0)
+        from_below = reading.torque_from_below(self._torque) + hidden
+        limited = self._interlocks.must_reverse(from_below, stroke, self._watch.step)
         if self._interlocks.torque_trips > trips:
             # Less of the reactive torque leaves room to rock.
             self._bearable = _CUT * self._amplitude
             self._lowering.ease()
         if stroke.speed <= 0.0:
             return False
-        return self._torque_turn.must_turn(drive.angle, self._torque, drive.side, self._centre) or limited
+        return self._torque_turn.must_reverse(drive.angle, self._torque, drive.side, self._centre) or limited
 
-    def _motion(self) -> Motion:
+    def _motion(self) -> DriveMode:
         if not self._permission.rock:
-            return Motion.FREEZE
-        return Motion.PARK if self._settings.rocking < 0.5 else Motion.ROCK
+            return DriveMode.FREEZE
+        return DriveMode.PARK if self._settings.rocking < 0.5 else DriveMode.ROCK
 
     def _steer(self, step: float) -> None:
         """Move the centre: the reactive twist at once, what the toolface asks for within a period of rocking."""
@@ -315,9 +321,9 @@ class SlideController:
             # While the string slides fast it turns freely, and means over a stroke say little.
             return 0.0
         s, estimator, mwd = self._settings, self._estimator, self._rig.sensors.mwd
-        response, cycle = estimator.filter.learnt.response_time, self._period_now()
-        answer = Answer(response, cycle, mwd.period + mwd.latency, estimator.spread, self._amplitude_for(1.0))
-        return lead(self.error, (1.0 + self._reach.urge) * s.gain, s.max_lead, answer)
+        response, cycle = estimator.filter.estimate.response_time, self._period_now()
+        answer = ToolFaceResponse(response, cycle, mwd.period + mwd.latency, estimator.sigma, self._amplitude_for(1.0))
+        return centre_lead(self.error, (1.0 + self._reach.gain_boost) * s.gain, s.max_lead, answer)
 
     def _trim_pull(self, step: float) -> None:
         """What friction leaves of a pull where the toolface has come to rest: slow, bounded, near the target only."""
@@ -338,24 +344,26 @@ class SlideController:
         if s.amplitude > 0.0:
             return s.amplitude
         if self._testing():
-            return self._amplitude_for(s.reach_share)
+            return self._amplitude_for(s.holding_amplitude_share)
         if self._lowering.approach.fast:
-            return self._amplitude_for(_MOVING_SHARE * s.reach_share)
+            return self._amplitude_for(_MOVING_SHARE * s.holding_amplitude_share)
         if self._lowering.approach.under_way:
-            return self._amplitude_for(s.setting_share)
-        share = min(max((abs(self.error) - _NEAR) / (_FAR - _NEAR), 0.0), 1.0)
-        return self._amplitude_for(s.reach_share + (s.setting_share - s.reach_share) * share)
+            return self._amplitude_for(s.setting_amplitude_share)
+        weight = min(max((abs(self.error) - _NEAR) / (_FAR - _NEAR), 0.0), 1.0)
+        holding, setting = s.holding_amplitude_share, s.setting_amplitude_share
+        return self._amplitude_for(holding + (setting - holding) * weight)
 
     def _amplitude_for(self, share: float) -> float:
         """rad; `share` of the amplitude that frees the whole string, as its friction is known."""
-        return share * self._reach.share * self._belief.full_amplitude(1.0 if self._testing() else self._finder.scale)
+        scale = 1.0 if self._testing() else self._finder.friction_scale
+        return share * self._reach.factor * self._belief.full_amplitude(scale)
 
     def _period_now(self) -> float:
         """s; longer than the best one where the drive could not make the amplitude in it."""
         wanted = self._settings.period
         if wanted <= 0.0:
             wanted = max(_PERIOD_PER_TRAVEL * self._belief.travel_time, _SHORTEST_PERIOD)
-            wanted = apart(wanted, self._rig.sensors.mwd.period)
+            wanted = period_with_distinct_phases(wanted, self._rig.sensors.mwd.period)
             if self._testing():
                 wanted = max(wanted, 4.0 * self._amplitude / _TEST_SPEED)
         return max(wanted, 4.0 * self._amplitude / self._max_speed())
@@ -364,9 +372,9 @@ class SlideController:
         """Block speed, m/s."""
         if self._permission.pick_up:
             return self._lowering.pick_up()
-        if self._interlocks.stall.state is not Stall.NONE:
+        if self._interlocks.stall.state is not StallState.NONE:
             return self._lowering.rest()
-        if not self._permission.lower or self._testing() or self._motion() is not Motion.ROCK:
+        if not self._permission.lower or self._testing() or self._motion() is not DriveMode.ROCK:
             return 0.0
         return self._lowering.speed(self._pressure, self._watch.value["block_position"], self.error, self._watch.step)
 
@@ -385,4 +393,4 @@ class SlideController:
 
     def corrected_rig(self) -> Rig:
         """The rig file with what was learnt of the string so far."""
-        return corrected(self._given_rig, self._estimator.filter.learnt)
+        return calibrated_rig(self._given_rig, self._estimator.filter.estimate)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from slider_drilling.control.torque_and_drag import TorqueAndDrag
+from slider_drilling.control.estimation.torque_and_drag import TorqueAndDrag
 from slider_drilling.live.state import LiveState, StripSample
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.course import Course
@@ -91,7 +91,7 @@ class StringView:
         """The three zones, m, and rad at each station: half-amplitude left, and lag by the reactive torque."""
         known = tuple(state.status_value(what, key) for what, key in (
             ("reach", "rocking_m"), ("reach", "reactive_from_m"), ("reach", "amplitude_rad"),
-            ("tool_face", "reactive_torque_n_m"), ("reach", "friction_over_belief")))  # fmt: skip
+            ("tool_face", "reactive_torque_n_m"), ("reach", "friction_over_assumed")))  # fmt: skip
         if known == self._turning[0]:
             return self._turning[1]
         rocked_to, reactive_from, amplitude, torque, scale = known

@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from slider_drilling.control.differential_pressure import DifferentialPressure
+from slider_drilling.control.estimation.differential_pressure import DifferentialPressure
 from slider_drilling.messages.health import Level, Status
 from slider_drilling.rig import Rig
 

@@ -13,16 +13,16 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 
-from slider_drilling.control.interface import Measurements, RigCommand
-from slider_drilling.control.load import (
-    DEFAULT,
+from slider_drilling.control.controller_loader import (
+    DEFAULT_CONTROLLER,
+    checked_step,
     configure,
     load_controller,
-    set_target,
+    set_tool_face_target,
     settings_of,
     statuses_of,
-    step_checked,
 )
+from slider_drilling.control.interface import Measurements, RigCommand
 from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS
@@ -40,7 +40,7 @@ from slider_drilling.nodes.watchdog import Watchdog
 
 PARAMETERS = (
     RIG_PARAMETER,
-    NodeParameter("controller", DEFAULT, "the controller, as module:Class"),
+    NodeParameter("controller", DEFAULT_CONTROLLER, "the controller, as module:Class"),
     NodeParameter(
         "tool_face_target",
         0.0,
@@ -128,7 +128,7 @@ class RockingController(LifecycleNode):
 
     def _build_controller(self) -> None:
         self._controller = load_controller(self._values["controller"], self._rig)
-        set_target(self._controller, self._target)
+        set_tool_face_target(self._controller, self._target)
 
     def _declare_settings(self) -> None:
         self._settings: tuple[str, ...] = ()
@@ -244,7 +244,7 @@ class RockingController(LifecycleNode):
             return
         self._stamp_ns = stamp_ns = round(measurements.time * 1e9)
         try:
-            command = self._halt.run_interruptible(lambda: step_checked(self._controller, measurements))
+            command = self._halt.run_interruptible(lambda: checked_step(self._controller, measurements))
         except InputError as error:
             self._halt.fail(error)
             return
@@ -326,7 +326,7 @@ class RockingController(LifecycleNode):
                 self._publish_target(self._stamp_ns)
 
     def _set_target(self, target: float) -> None:
-        set_target(self._controller, target)
+        set_tool_face_target(self._controller, target)
         self._target = target
 
     def _publish_target(self, stamp_ns: int) -> None:

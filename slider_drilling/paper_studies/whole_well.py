@@ -45,7 +45,7 @@ def slide(rig: Rig, duration: float, rate_m_per_h: float, amplitude: float = 0.0
     angle, speed = np.zeros(time.size), np.zeros(time.size)
     if amplitude > 0.0:
         wave = Rocking(amplitude, period, ROUNDING)
-        angle, speed = np.array([wave.start(t) for t in time]).T
+        angle, speed = np.array([wave.from_rest(t) for t in time]).T
     lowering = np.full(time.size, rate_m_per_h / HOUR)
     block = time * rate_m_per_h / HOUR
     pump = np.full_like(time, rig.hydraulics.reference_flow / rig.mud_pump.displacement)

@@ -11,7 +11,14 @@ from pathlib import Path
 import numpy as np
 from tally import Tally
 
-from slider_drilling.control.load import configure, load_controller, set_target, settings_of, statuses_of, step_checked
+from slider_drilling.control.controller_loader import (
+    checked_step,
+    configure,
+    load_controller,
+    set_tool_face_target,
+    settings_of,
+    statuses_of,
+)
 from slider_drilling.diagnosis.user_effects import load_effect, try_effects
 from slider_drilling.drillstring import Commands, VirtualRig
 from slider_drilling.rig import load_rig
@@ -56,7 +63,7 @@ DO = [
 CONTROLLER = """\
 import dataclasses
 import numpy as np
-from slider_drilling.control.protocol import Level, Status
+from slider_drilling.control.interface import Level, Status
 from slider_drilling.control.settings import setting
 from slider_drilling.control.interface import RigCommand
 {top}
@@ -120,8 +127,8 @@ def fuzz(cases: int, seed: int) -> int:
 
 def _controller(name: str, plant: VirtualRig) -> str:
     controller = load_controller(f"{name}:Mine", RIG)
-    set_target(controller, 0.3)
-    plant.step(step_checked(controller, plant.measurements))
+    set_tool_face_target(controller, 0.3)
+    plant.step(checked_step(controller, plant.measurements))
     statuses_of(controller)
     settings = settings_of(controller)
     if settings is not None:

@@ -12,7 +12,7 @@ import time
 
 from slider_drilling.api.rigs import load_rig
 from slider_drilling.control import SlideController
-from slider_drilling.control.protocol import Status
+from slider_drilling.control.interface import Status
 from slider_drilling.drillstring import VirtualRig
 from slider_drilling.live.page_requests import RequestQueue, SetParameter, SetTarget
 from slider_drilling.live.server import Address, PageServer

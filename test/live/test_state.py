@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from slider_drilling.api.rigs import load_rig
-from slider_drilling.control.protocol import Level, Status
-from slider_drilling.control.torque_and_drag import TorqueAndDrag
+from slider_drilling.control.estimation.torque_and_drag import TorqueAndDrag
+from slider_drilling.control.interface import Level, Status
 from slider_drilling.live.frame import MAX_SAMPLES_PER_FRAME, StringView, dial_json, rocking_json, samples_json
 from slider_drilling.live.page_requests import MAX_REQUESTS, RequestQueue, SetRocking, SetTarget
 from slider_drilling.live.state import (
@@ -30,7 +30,7 @@ REACH = (
     ("reactive_from_m", "3432"),
     ("amplitude_rad", "12.0"),
     ("period_s", "8.0"),
-    ("friction_over_belief", "1.0"),
+    ("friction_over_assumed", "1.0"),
 )
 
 

@@ -13,7 +13,7 @@ _CENTRES = (np.arange(_BINS) + 0.5) * (2.0 * math.pi / _BINS) - math.pi
 _ORDERS = np.arange(_BINS // 2 + 1)
 
 
-class CircularBelief:
+class CircularHistogram:
     """Begins knowing nothing. outliers: the share of samples that may be any angle; it keeps a doubt everywhere."""
 
     def __init__(self, outliers: float):

@@ -18,10 +18,10 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-from slider_drilling.control.circular_belief import CircularBelief
+from slider_drilling.control.estimation.circular_histogram import CircularHistogram
+from slider_drilling.control.estimation.cycle_average import CycleAverage
+from slider_drilling.control.estimation.string_kalman_filter import StringKalmanFilter
 from slider_drilling.control.interface import MwdSample
-from slider_drilling.control.string_filter import StringFilter
-from slider_drilling.control.stroke_means import CycleMean
 
 _STEP = 0.5                # s between the instants that are kept
 _OUTLIERS = 0.1            # share of MWD samples that may be any angle
@@ -70,10 +70,10 @@ class ToolFaceEstimator:
         self._memory = memory
         self._past: deque[_Instant] = deque()
         self._waiting: list[tuple[MwdSample, float]] = []
-        self._offset = CircularBelief(_OUTLIERS)
-        self.filter = StringFilter(compliance, response_time, bias, quickest)
+        self._offset = CircularHistogram(_OUTLIERS)
+        self.filter = StringKalmanFilter(compliance, response_time, bias, quickest)
         self._angle = math.nan   # rad, mean of the last cycle
-        self._cycle: CycleMean | None = None
+        self._cycle: CycleAverage | None = None
         self._reactive = math.nan   # N m, at the last advance
         self._carried = 1.0         # w of the last cycle
         self._surprise = 1.0     # mean square of what samples are off by, over what it should be; never below
@@ -99,9 +99,9 @@ class ToolFaceEstimator:
         return float(self.filter.mean[0]) if self._past else math.nan
 
     @property
-    def spread(self) -> float:
+    def sigma(self) -> float:
         """One standard deviation of the toolface, rad."""
-        return self.filter.spread if self._past else math.inf
+        return self.filter.tool_face_sigma if self._past else math.inf
 
     def at(self, time: float) -> float:
         """x (rad) as held for `time` (s)."""
@@ -114,7 +114,7 @@ class ToolFaceEstimator:
         step = time - self._past[-1].time
         if math.isfinite(reactive):
             if math.isfinite(self._reactive):
-                self.filter.let_through(reactive - self._reactive, self._carried)
+                self.filter.follow_torque_step(reactive - self._reactive, self._carried)
             self._reactive = reactive
         drift = math.sqrt(self._noise.drift**2 + (self._noise.pull_share * self.pull) ** 2 / self.filter.response_time)
         if self._cycle is not None:
@@ -129,7 +129,7 @@ class ToolFaceEstimator:
         while len(self._past) > 2 and self._past[0].time < time - self._memory:
             self._past.popleft()
 
-    def observe(self, time: float, cycle: CycleMean, carried: float, reference: float) -> None:
+    def update_with_cycle(self, time: float, cycle: CycleAverage, carried: float, reference: float) -> None:
         """Take the mean of the cycle that ended at `time` (s); carried: w; reference: rad, the turn that the first
         samples get."""
         noise = self._noise
@@ -142,16 +142,17 @@ class ToolFaceEstimator:
             variance += _SLIDING_DOUBT**2
         if not self._past:
             shown = cycle.angle - self.filter.twist(cycle.torque, cycle.reactive_torque, carried)
-            self.filter.place(shown, 0.0, math.pi**2)
+            self.filter.reset_tool_face(shown, 0.0, math.pi**2)
             self._past.append(_Instant(time, shown, shown))
             for sample, phase in self._waiting:
-                self.correct(sample, reference, phase)
+                self.update_with_mwd(sample, reference, phase)
             self._waiting.clear()
             return
         self.advance(time)
         held = [instant.tool_face for instant in self._past if instant.time > time - cycle.duration]
         middle = sum(held) / len(held) if held else self.tool_face
-        change = self.filter.string(cycle.angle, middle, cycle.torque, cycle.reactive_torque, carried, 2.0 * variance)
+        change = self.filter.update_with_cycle(
+            cycle.angle, middle, cycle.torque, cycle.reactive_torque, carried, 2.0 * variance)
         self._shift(time - cycle.duration, change)
 
     def _shift(self, since: float, change: float) -> None:
@@ -161,7 +162,7 @@ class ToolFaceEstimator:
                 instant.tool_face += change
                 instant.string = instant.tool_face - float(self.filter.mean[1])
 
-    def restamp(self, time: float) -> None:
+    def reset_clock(self, time: float) -> None:
         """The clock has jumped to `time` (s): what is known stays, the past goes."""
         self._waiting.clear()
         if self._past:
@@ -170,7 +171,7 @@ class ToolFaceEstimator:
             last.time = time
             self._past.append(last)
 
-    def correct(self, sample: MwdSample, reference: float, phase: float = math.nan) -> bool:
+    def update_with_mwd(self, sample: MwdSample, reference: float, phase: float = math.nan) -> bool:
         """Take one MWD sample; reference: rad, the turn that the first ones get; phase: rad, of rocking when it was
         read. False where it was refused, or has to wait for the first cycle of rocking."""
         if not (math.isfinite(sample.tool_face) and math.isfinite(sample.measured_at)):
@@ -182,7 +183,7 @@ class ToolFaceEstimator:
             return False
         then = self._past[self._index_at(sample.measured_at)]
         variance = self._noise.sample**2 * self._alike(sample.measured_at)
-        doubt = variance + (_STRING_DOUBT**2 if not self.known else self.filter.doubt(phase))
+        doubt = variance + (_STRING_DOUBT**2 if not self.known else self.filter.mwd_variance(phase))
         read = sample.tool_face - self.filter.swing_at(phase)
         self._offset.diffuse(self._moved)
         self._moved = 0.0
@@ -213,21 +214,22 @@ class ToolFaceEstimator:
         for instant in self._past:
             instant.tool_face = instant.string + offset
         x = self._past[-1].tool_face
-        self.filter.place(x, offset, self._offset.spread**2 + _STRING_DOUBT**2)
+        self.filter.reset_tool_face(x, offset, self._offset.spread**2 + _STRING_DOUBT**2)
         cycle = self._cycle
         if cycle is not None:
             shown = x - offset + self.filter.twist(cycle.torque, cycle.reactive_torque, self._carried)
-            self.filter.string(shown, x, cycle.torque, cycle.reactive_torque, self._carried, _STRING_DOUBT**2)
+            self.filter.update_with_cycle(
+                shown, x, cycle.torque, cycle.reactive_torque, self._carried, _STRING_DOUBT**2)
 
     def _take(self, beyond: float, phase: float, variance: float) -> bool:
         off = math.remainder(beyond, 2.0 * math.pi)
-        expected = variance + self.filter.doubt(phase)
+        expected = variance + self.filter.mwd_variance(phase)
         genuine = _genuine(off, expected, self._outliers)
         self._outliers = genuine * _OUTLIERS + (1.0 - genuine) * _IN_A_ROW
         # A wrong sample says nothing of how the string moves: it must not open the door to the next one.
         self._surprise += _NOTICED * genuine * (min(off * off / expected, _MOST_SURPRISE) - self._surprise)
         self._surprise = max(self._surprise, 1.0)
-        self._shift(-math.inf, self.filter.sample(off, phase, variance, genuine))
+        self._shift(-math.inf, self.filter.update_with_mwd(off, phase, variance, genuine))
         if genuine < _TAKEN:
             self.rejections += 1
             self._find_again()

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from slider_drilling.control.torque_and_drag import TorqueAndDrag
+from slider_drilling.control.estimation.torque_and_drag import TorqueAndDrag
 
 _AVERAGED, _LINE = 10, 20   # samples at the end of a stroke: for the mean, for how torque rises
 _MEASUREMENT_SPREAD = 0.06   # of ln(scale): what inertia leaves of the closed form at the test's slow ends
 _STROKES = 3             # of the test: two differences between ends
-LANDING = 2.0            # travel times of torsion: with which the test's strokes slow down towards their ends
+SLOW_DOWN_TRAVEL_TIMES = 2.0   # time constant of the slow-down at stroke ends, in travel times of torsion
 
 
-class AmplitudeFinder:
+class BreakoverTest:
     """Corrects the torque-and-drag belief by the torque at which the first strokes end.
 
     The test's strokes come to their ends slowly, for the closed form has no inertia, and so that a torque sensor that
@@ -36,7 +36,7 @@ class AmplitudeFinder:
         self.breakover_torque = math.nan   # N m, half the difference of the last two ends
 
     @property
-    def scale(self) -> float:
+    def friction_scale(self) -> float:
         """Friction over its belief: prior and measurements weighed by their spreads."""
         if not self._measured:
             return 1.0
@@ -45,12 +45,12 @@ class AmplitudeFinder:
         return math.exp(mean * measured / (prior + measured))
 
     @property
-    def testing(self) -> bool:
+    def running(self) -> bool:
         """Whether the slow strokes are still being made."""
         return self._made < _STROKES
 
     @property
-    def spread(self) -> float:
+    def log_sigma(self) -> float:
         """One standard deviation of ln(scale)."""
         weight = self._prior_spread**-2 + (_MEASUREMENT_SPREAD**-2 if self._measured else 0.0)
         return weight**-0.5
@@ -71,14 +71,14 @@ class AmplitudeFinder:
         if len(self._latest) < _AVERAGED:
             return
         angles, torques = zip(*self._latest, strict=True)
-        hidden = late * _rise(torques) if self.testing else 0.0
+        hidden = late * _rise(torques) if self.running else 0.0
         self._end = (sum(angles[-_AVERAGED:]) / _AVERAGED, sum(torques[-_AVERAGED:]) / _AVERAGED + hidden)
         if before is None:
             return
         side = math.copysign(1.0, self._end[0] - before[0])
         amplitude, torque = 0.5 * abs(self._end[0] - before[0]), 0.5 * side * (self._end[1] - before[1])
         self.breakover_torque = torque
-        if self.testing and amplitude > 0.5 and torque > 0.0:
+        if self.running and amplitude > 0.5 and torque > 0.0:
             self._measured.append(math.log(self._belief.scale_from(amplitude, torque)))
 
 

@@ -30,7 +30,7 @@ _LARGEST = 2e4              # kg m2
 _SHORTEST, _LONGEST = 0.5, 1.5    # of a sample's interval, between samples that are held against each other
 
 
-class TorqueReading:
+class TorqueSensorModel:
     """impedance: N m s/rad, of the uppermost pipe; noise: N m, of one sample of torque; interval: s between samples;
     lag: s, of the sensor as the rig file has it."""
 
@@ -75,7 +75,7 @@ class TorqueReading:
         """rad/s, of the drive at the last sample, 0 where there is none that a drive could have."""
         return self._last[0] if abs(self._last[0]) < _ABSURD else 0.0
 
-    def arriving(self, torque: float) -> float:
+    def torque_from_below(self, torque: float) -> float:
         """What of the pipe's torque (N m) is there whatever the drive does now: all but ``Z v``, `lag` s ago."""
         return torque - self.impedance * float(self._passed[0, self._picked])
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from slider_drilling.control.approach import Approach
-from slider_drilling.control.auto_driller import AutoDriller
-from slider_drilling.control.block_slip import BlockSlip
-from slider_drilling.control.differential_pressure import DifferentialPressure
-from slider_drilling.control.drag import DragMonitor
-from slider_drilling.control.lock_up import LockUp
+from slider_drilling.control.block.auto_driller import AutoDriller
+from slider_drilling.control.block.return_to_bottom import ReturnToBottom
+from slider_drilling.control.estimation.differential_pressure import DifferentialPressure
+from slider_drilling.control.estimation.drag_monitor import DragMonitor
+from slider_drilling.control.interlocks.block_slip import BlockSlipInterlock
+from slider_drilling.control.interlocks.lock_up import LockUpInterlock
 from slider_drilling.control.slide_settings import SlideSettings
 
 if TYPE_CHECKING:
-    from slider_drilling.control.string_filter import Learnt
+    from slider_drilling.control.estimation.string_kalman_filter import StringEstimate
     from slider_drilling.rig import Rig
 
 _LOADED_SHARE = 0.8          # of the pressure asked for, from which on the string slides steadily
@@ -23,14 +23,14 @@ _LOADS, _RESTS = math.radians(8.0), math.radians(13.0)   # of the toolface behin
 _EASED, _LEAST_SHARE, _RESTORED = 0.04, 0.6, 0.0002   # of the pressure wanted: at a torque limit, the least, per s
 
 
-class Lowering:
+class BlockControl:
     """wanted: Pa across the motor, by the settings; asked: what torque limits and lock-up leave of it."""
 
     def __init__(self, rig: Rig, settings: SlideSettings):
         self.driller = AutoDriller(rig, settings.auto_driller_time, settings.max_block_speed)
-        self.approach = Approach(rig.string.axial_stiffness, self.driller.weight_per_pressure)
-        self.lock_up = LockUp()
-        self.slip = BlockSlip()
+        self.approach = ReturnToBottom(rig.string.axial_stiffness, self.driller.weight_per_pressure)
+        self.lock_up = LockUpInterlock()
+        self.slip = BlockSlipInterlock()
         self._told = 0.0         # m/s
         self.borne_share = 1.0   # of the pressure wanted, that torque limits leave
         self.following = 1.0     # share of the load that the toolface lets be put on
@@ -66,7 +66,7 @@ class Lowering:
         """`step` s without: what was taken back returns slowly."""
         self.borne_share = min(self.borne_share + _RESTORED * step, 1.0)
 
-    def weigh(self, hook_load: float, pressure: float, string: Learnt, friction: float, step: float) -> None:
+    def weigh(self, hook_load: float, pressure: float, string: StringEstimate, friction: float, step: float) -> None:
         """Take a sample: N, NaN where there is none; Pa across the motor; what is learnt of string and motor; friction
         over its belief; s since the last one."""
         weight = self.driller.weight_per_pressure * (1.0 + string.motor) * max(pressure, 0.0)
@@ -98,7 +98,7 @@ class Lowering:
         self.approach.touched()
         self.approach.drilling(position, pressure.quick, step)
         ramp = self.wanted / self._settings.pressure_ramp_time
-        self.following = followed(behind)
+        self.following = load_share_for_tool_face(behind)
         return self.driller.update(pressure.smooth, self.asked, ramp, step, self.drag.arriving * self.following)
 
     def held(self, speed: float, position: float, step: float) -> float:
@@ -112,7 +112,7 @@ class Lowering:
         return -self._settings.pick_up_speed if lift else speed
 
 
-def followed(behind: float) -> float:
+def load_share_for_tool_face(behind: float) -> float:
     """Share of the load that may be put on, for a toolface that is `behind` (rad, left of its target): 1 to -1, what
     is taken back.
 

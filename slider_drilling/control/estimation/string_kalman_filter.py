@@ -37,7 +37,7 @@ _WALK = {"compliance": 2e-4, "motor": 2e-3, "bias": 12.0, "mobility": 4e-2}   # 
 
 
 @dataclass(frozen=True)
-class Learnt:
+class StringEstimate:
     """What is learnt of a string, each with one standard deviation. compliance, motor: shares beyond the rig file's;
     bias: N m; response_time: s."""
 
@@ -50,7 +50,7 @@ class Learnt:
     response_time: float
 
 
-class StringFilter:
+class StringKalmanFilter:
     """compliance: rad/(N m), S0; response_time: s, tau0; bias: N m, beta as believed; quickest: s, that tau is at
     least."""
 
@@ -64,7 +64,7 @@ class StringFilter:
             [1.0, 1.0, _PRIOR["compliance"] ** 2, _PRIOR["motor"] ** 2, _PRIOR["bias"] ** 2, _PRIOR["mobility"] ** 2,
              _SWING**2, _SWING**2])
 
-    def place(self, tool_face: float, offset: float, variance: float) -> None:
+    def reset_tool_face(self, tool_face: float, offset: float, variance: float) -> None:
         """The toolface (rad) is known anew, with this variance (rad2), the offset roughly; what was learnt stays.
         `string` then ties the offset to it, and to what is in doubt of the string."""
         self.mean[_X], self.mean[_B] = tool_face, offset
@@ -74,11 +74,11 @@ class StringFilter:
             self._covariance[row, row] = own
 
     @property
-    def learnt(self) -> Learnt:
+    def estimate(self) -> StringEstimate:
         """As it stands."""
         sigma = np.sqrt(np.diag(self._covariance))
         m = self.mean
-        return Learnt(float(m[_S]), float(sigma[_S]), float(m[_K]), float(sigma[_K]), float(m[_BETA]),
+        return StringEstimate(float(m[_S]), float(sigma[_S]), float(m[_K]), float(sigma[_K]), float(m[_BETA]),
                       float(sigma[_BETA]), self.response_time * math.exp(float(m[_TAU])))
 
     def _least_log_time(self) -> float:
@@ -98,7 +98,7 @@ class StringFilter:
         return 1.0 + float(self.mean[_K])
 
     @property
-    def spread(self) -> float:
+    def tool_face_sigma(self) -> float:
         """One standard deviation of the toolface, rad."""
         return math.sqrt(float(self._covariance[_X, _X]))
 
@@ -111,7 +111,7 @@ class StringFilter:
         own = carried * (torque - float(self.mean[_BETA])) + (1.0 - carried) * self.motor_gain * reactive
         return self.compliance * own
 
-    def let_through(self, change: float, carried: float) -> None:
+    def follow_torque_step(self, change: float, carried: float) -> None:
         """Reactive torque (as pressure shows it) has changed by N m: what the pipe near the bit gives, it gives at
         once."""
         moved = self.compliance * self.motor_gain * change
@@ -136,7 +136,7 @@ class StringFilter:
         noise[_C:] = (1.0 - kept * kept) * _SWING**2
         self._covariance = rate @ self._covariance @ rate.T + np.diag(noise)
 
-    def string(self, angle: float, mean_tool_face: float, torque: float, reactive: float, carried: float,
+    def update_with_cycle(self, angle: float, mean_tool_face: float, torque: float, reactive: float, carried: float,
                variance: float) -> float:
         """Take the mean of a cycle: rad, N m; mean_tool_face: rad, x as held over it; variance: rad2. Returns by how
         much x changes."""
@@ -149,12 +149,12 @@ class StringFilter:
         row[_BETA] = -self.compliance * carried
         return self._correct(row, angle - expected, variance)
 
-    def sample(self, innovation: float, phase: float, variance: float, genuine: float) -> float:
+    def update_with_mwd(self, innovation: float, phase: float, variance: float, genuine: float) -> float:
         """Take an MWD sample: rad beyond x and swing as held when it was read; phase: rad, of rocking then; variance:
         rad2; genuine: probability that it is no outlier. Returns the change of x."""
         return self._correct(_read_at(phase), innovation, variance, genuine)
 
-    def doubt(self, phase: float) -> float:
+    def mwd_variance(self, phase: float) -> float:
         """rad2, of what MWD would read at this phase (rad), beside its own noise."""
         row = _read_at(phase)
         return float(row @ self._covariance @ row)
@@ -166,11 +166,11 @@ class StringFilter:
     @property
     def swing(self) -> float:
         """rad, its amplitude, less what noise adds to it."""
-        known = float(self.mean[_C] ** 2 + self.mean[_D] ** 2) - 2.0 * self.swing_spread**2
+        known = float(self.mean[_C] ** 2 + self.mean[_D] ** 2) - 2.0 * self.swing_sigma**2
         return math.sqrt(max(known, 0.0))
 
     @property
-    def swing_spread(self) -> float:
+    def swing_sigma(self) -> float:
         """rad, one standard deviation of that."""
         return math.sqrt(0.5 * float(self._covariance[_C, _C] + self._covariance[_D, _D]))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from slider_drilling.control.string_filter import Learnt
+from slider_drilling.control.estimation.string_kalman_filter import StringEstimate
 from slider_drilling.rig import Rig
 
 
@@ -15,7 +15,7 @@ def with_worn_motor(rig: Rig) -> Rig:
     return dataclasses.replace(rig, motor=motor)
 
 
-def corrected(rig: Rig, learnt: Learnt) -> Rig:
+def calibrated_rig(rig: Rig, learnt: StringEstimate) -> Rig:
     """The rig file with what a slide has shown of it, in its effects: compliance, motor and torque sensor."""
     effects = rig.effects
     extra = (1.0 + effects.torsional_compliance.extra) * (1.0 + learnt.compliance) - 1.0

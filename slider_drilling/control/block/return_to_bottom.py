@@ -17,7 +17,7 @@ _FREE = 0.2       # share of the drag of a string that does not turn
 _LONGEST = 40.0   # s
 
 
-class Approach:
+class ReturnToBottom:
     """stiffness: N/m, of the string between block and bit; weight_per_pressure: N/Pa, of the bit and the motor."""
 
     def __init__(self, stiffness: float, weight_per_pressure: float):

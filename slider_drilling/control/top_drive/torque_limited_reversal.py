@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 
-class TorqueTurn:
+class TorqueLimitedReversal:
     """right, left: N m at which a stroke to that side ends; 0 leaves that side to the amplitude.
 
     A stroke towards the side on which the centre is wanted goes on beyond the limit by the missing shift: the bump
@@ -17,7 +17,7 @@ class TorqueTurn:
         self._met: float | None = None          # rad, where this stroke met its limit
         self._turned: dict[float, float] = {}   # side -> rad, where its last stroke met its limit
 
-    def must_turn(self, angle: float, torque: float, side: float, centre: float) -> bool:
+    def must_reverse(self, angle: float, torque: float, side: float, centre: float) -> bool:
         """Whether the stroke towards `side` ends here. angle, wanted centre: rad; torque: N m, NaN if unknown."""
         if side != self._side:
             self._side, self._met = side, None

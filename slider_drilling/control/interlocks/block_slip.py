@@ -14,7 +14,7 @@ _FASTEST = 1.0                 # m/s; a position that leaps is a sensor's
 _MOST = 1.0                    # m, that may have slipped; more is somebody else's doing
 
 
-class BlockSlip:
+class BlockSlipInterlock:
     """below: m, of the block under where it was told to be; slips: how many there were."""
 
     def __init__(self) -> None:

@@ -21,7 +21,7 @@ _AT_REST = 0.005         # rad from the centre
 _REST_SPEED = 0.3        # rad/s
 
 
-class Motion(enum.Enum):
+class DriveMode(enum.Enum):
     """What the drive is asked for: rocking, coming to rest at the centre, or coming to rest where it is."""
 
     ROCK = "rocking"
@@ -30,17 +30,17 @@ class Motion(enum.Enum):
 
 
 @dataclass(frozen=True)
-class Wish:
+class RockingSetpoint:
     """centre: rad; amplitude: rad and period: s, of the triangle wave whose peaks are rounded; landing: s, the time
     constant with which a stroke slows down towards its end, 0 for none."""
 
     centre: float
     amplitude: float
     period: float
-    landing: float = 0.0
+    slow_down_time: float = 0.0
 
 
-class RockingDrive:
+class RockingReference:
     """Angle (rad) and speed (rad/s) of the reference, advanced in time. max_speed: rad/s; acceleration: rad/s2."""
 
     def __init__(self, max_speed: float, acceleration: float, angle: float = 0.0):
@@ -51,40 +51,40 @@ class RockingDrive:
         self.side = 1.0       # +1 while the stroke goes clockwise
         self.strokes = 0      # reversals so far
 
-    def advance(self, step: float, wish: Wish, motion: Motion = Motion.ROCK) -> None:
+    def advance(self, step: float, wish: RockingSetpoint, motion: DriveMode = DriveMode.ROCK) -> None:
         """Move on by `step` s. The turn begins where braking must, to the instant, not to the sample."""
         left = step
         while left > 1e-9:
             left -= self._advance_piece(left, wish, motion)
 
-    def limit(self, max_speed: float, acceleration: float) -> None:
+    def set_limits(self, max_speed: float, acceleration: float) -> None:
         """Other limits from now on; a speed above is braked down to."""
         self._max_speed = max_speed
         self._acceleration = acceleration
 
-    def turn(self) -> None:
+    def reverse(self) -> None:
         """End this stroke now: brake and go the other way."""
         self.side = -self.side
         self.strokes += 1
 
-    def cruise(self, wish: Wish) -> float:
+    def cruise_speed(self, wish: RockingSetpoint) -> float:
         """rad/s, of a stroke between its reversals."""
         return min(4.0 * wish.amplitude / wish.period, self._max_speed)
 
-    def _advance_piece(self, left: float, wish: Wish, motion: Motion) -> float:
+    def _advance_piece(self, left: float, wish: RockingSetpoint, motion: DriveMode) -> float:
         """One stretch of constant acceleration; returns its length in s."""
-        if motion is Motion.FREEZE:
+        if motion is DriveMode.FREEZE:
             return self._ramp_to(0.0, left)
-        if motion is Motion.PARK:
+        if motion is DriveMode.PARK:
             return self._park(left, wish.centre)
         room = self._room(wish)
-        landed = _LANDED * wish.amplitude if wish.landing > 0.0 else 0.0
+        landed = _LANDED * wish.amplitude if wish.slow_down_time > 0.0 else 0.0
         if room <= max(self._braking_distance(), landed) and self.side * self.speed >= 0.0:
-            self.turn()
+            self.reverse()
             room = self._room(wish)
-        cruise = self.cruise(wish)
-        if wish.landing > 0.0:
-            return self._land(left, cruise, room, wish.landing)
+        cruise = self.cruise_speed(wish)
+        if wish.slow_down_time > 0.0:
+            return self._land(left, cruise, room, wish.slow_down_time)
         if self.speed != self.side * cruise:
             return self._ramp_to(self.side * cruise, left)
         if cruise == 0.0:
@@ -92,9 +92,9 @@ class RockingDrive:
         until_turn = max((room - self._braking_distance()) / cruise, 1e-6)
         return self._move(min(left, until_turn), 0.0)
 
-    def _room(self, wish: Wish) -> float:
+    def _room(self, wish: RockingSetpoint) -> float:
         """Way left (rad) to where this stroke turns: inside the triangle's corner by what rounds it."""
-        rounded = 0.5 * self.cruise(wish) ** 2 / self._acceleration
+        rounded = 0.5 * self.cruise_speed(wish) ** 2 / self._acceleration
         return self.side * (wish.centre - self.angle) + max(wish.amplitude - rounded, 0.0)
 
     def _braking_distance(self) -> float:

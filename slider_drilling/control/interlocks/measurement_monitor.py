@@ -14,7 +14,7 @@ _PLAUSIBLE = {"top_drive_angle": 1e6, "surface_torque": 2e5, "block_position": 1
 
 
 @dataclass
-class Watch:
+class MeasurementMonitor:
     """Last believable value and age (s) of each channel; `step` is how far control's own clock moved.
 
     A stamp that repeats or runs backwards moves nothing; its sample is stale. After a second of stamps that go

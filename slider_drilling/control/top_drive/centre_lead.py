@@ -19,27 +19,27 @@ _LEAD_SHARE = 0.3      # of the amplitude that frees the whole string
 
 
 @dataclass(frozen=True)
-class Answer:
+class ToolFaceResponse:
     """How the toolface answers. response_time: s, in which it follows what pulls; cycle: s, of rocking; mwd: s, the
     period and the latency of MWD together; spread: rad, one standard deviation of the toolface; freeing: rad, the
     amplitude that frees the whole string."""
 
     response_time: float
-    cycle: float
-    mwd: float
-    spread: float
-    freeing: float
+    rocking_period: float
+    mwd_delay: float
+    tool_face_sigma: float
+    breakover_amplitude: float
 
 
-def bearable_gain(answer: Answer) -> float:
+def stable_gain(answer: ToolFaceResponse) -> float:
     """Centre shift per error that the loop bears."""
-    late = _CYCLES_LATE * answer.cycle + _MWD_LATE * answer.mwd
+    late = _CYCLES_LATE * answer.rocking_period + _MWD_LATE * answer.mwd_delay
     return max(answer.response_time / late - 1.0, _LEAST_GAIN)
 
 
-def lead(error: float, gain: float, most: float, answer: Answer) -> float:
+def centre_lead(error: float, gain: float, most: float, answer: ToolFaceResponse) -> float:
     """rad that the centre leads by for an error (rad): gain and most (rad) as wished."""
     # The mean of the sine of an angle that is normal about its estimate: one that may be any is worth no pull.
-    certain = math.exp(-0.5 * min(answer.spread, math.pi) ** 2)
-    most = min(most, _LEAD_SHARE * answer.freeing)
-    return min(max(certain * min(gain, bearable_gain(answer)) * error, -most), most)
+    certain = math.exp(-0.5 * min(answer.tool_face_sigma, math.pi) ** 2)
+    most = min(most, _LEAD_SHARE * answer.breakover_amplitude)
+    return min(max(certain * min(gain, stable_gain(answer)) * error, -most), most)

@@ -10,9 +10,9 @@ import enum
 import math
 from dataclasses import dataclass
 
-from slider_drilling.control.protocol import Level, Status
-from slider_drilling.control.stroke_torque import Stroke, StrokeTorque
-from slider_drilling.control.watch import Watch
+from slider_drilling.control.interface import Level, Status
+from slider_drilling.control.interlocks.measurement_monitor import MeasurementMonitor
+from slider_drilling.control.interlocks.torque_prediction import Stroke, TorquePredictor
 
 HOLD_AFTER = 1.0      # s without a channel: stop lowering, hold the centre
 STOP_AFTER = 10.0     # s without it: stop rocking
@@ -25,7 +25,7 @@ _LETTING_GO = 2.0        # s
 _PICK_UP_TIMEOUT = 120.0  # s
 
 
-class Stall(enum.Enum):
+class StallState(enum.Enum):
     """Where the handling of a motor stall stands."""
 
     NONE = "no stall"
@@ -49,7 +49,7 @@ class StallGuard:
     def __init__(self, limit: float, released: float):
         self.limit = limit
         self.released = released
-        self.state = Stall.NONE
+        self.state = StallState.NONE
         self.count = 0
         self._since = 0.0
 
@@ -58,20 +58,20 @@ class StallGuard:
         self._since += step
         if not known:
             return
-        if self.state is Stall.NONE and pressure >= self.limit:
-            self._enter(Stall.SUSPECTED)
-        elif self.state is Stall.SUSPECTED:
+        if self.state is StallState.NONE and pressure >= self.limit:
+            self._enter(StallState.SUSPECTED)
+        elif self.state is StallState.SUSPECTED:
             if pressure < 0.9 * self.limit:
-                self._enter(Stall.NONE)
+                self._enter(StallState.NONE)
             elif self._since >= _STALL_CONFIRMED:
                 self.count += 1
-                self._enter(Stall.PICKING_UP)
-        elif self.state is Stall.PICKING_UP and (pressure <= self.released or self._since >= _PICK_UP_TIMEOUT):
-            self._enter(Stall.LETTING_GO)
-        elif self.state is Stall.LETTING_GO and self._since >= _LETTING_GO:
-            self._enter(Stall.NONE)
+                self._enter(StallState.PICKING_UP)
+        elif self.state is StallState.PICKING_UP and (pressure <= self.released or self._since >= _PICK_UP_TIMEOUT):
+            self._enter(StallState.LETTING_GO)
+        elif self.state is StallState.LETTING_GO and self._since >= _LETTING_GO:
+            self._enter(StallState.NONE)
 
-    def _enter(self, state: Stall) -> None:
+    def _enter(self, state: StallState) -> None:
         self.state, self._since = state, 0.0
 
 
@@ -84,12 +84,14 @@ class Interlocks:
         self.stall = stall
         self._least_pump_speed = least_pump_speed
         self._good_for = 0.0
-        self._trend = StrokeTorque()
+        self._trend = TorquePredictor()
         self.torque_trips = 0
         self._trip_side = 0.0
         self._reasons: list[tuple[Level, str, str]] = []
 
-    def update(self, watch: Watch, step: float, pressure: float, mwd_age: float, behind: float) -> Permission:
+    def update(
+        self, watch: MeasurementMonitor, step: float, pressure: float, mwd_age: float, behind: float
+    ) -> Permission:
         """Judge one sample. step: s; pressure: Pa across the motor; mwd_age: s since a toolface was read; behind: rad
         between the top drive and what it was told."""
         self._reasons = []
@@ -105,14 +107,14 @@ class Interlocks:
         self._report_stall(pressure)
         healthy = worst <= HOLD_AFTER and circulating and follows
         self._good_for = self._good_for + step if healthy else 0.0
-        lower = self._good_for >= RESUME_AFTER and self.stall.state is Stall.NONE and mwd_age <= MWD_HOLD_AFTER
-        return Permission(lower, self.stall.state is Stall.PICKING_UP, worst <= STOP_AFTER)
+        lower = self._good_for >= RESUME_AFTER and self.stall.state is StallState.NONE and mwd_age <= MWD_HOLD_AFTER
+        return Permission(lower, self.stall.state is StallState.PICKING_UP, worst <= STOP_AFTER)
 
-    def must_turn(self, arriving: float, stroke: Stroke, step: float) -> bool:
+    def must_reverse(self, arriving: float, stroke: Stroke, step: float) -> bool:
         """Whether a stroke must end, or meet its torque limit. arriving: N m, of the torque, that comes from below: all
         but what the pipe takes at the speed that it is turned with; step: s since the last sample. A stroke that does
         not move to its side yet is only watched."""
-        side, ahead = stroke.side, self._trend.foretell(arriving, stroke, step)
+        side, ahead = stroke.side, self._trend.predict_peak(arriving, stroke, step)
         if stroke.speed <= 0.0:
             return False
         limit = self.make_up if side > 0.0 else self.back_off
@@ -131,7 +133,7 @@ class Interlocks:
              ("strokes_cut_short", str(self.torque_trips))))
         return (torque, *(Status(level, name, message) for level, name, message in self._reasons))
 
-    def _stale(self, watch: Watch) -> float:
+    def _stale(self, watch: MeasurementMonitor) -> float:
         worst = 0.0
         for name, age in watch.age.items():
             worst = max(worst, age)
@@ -169,6 +171,6 @@ class Interlocks:
 
     def _report_stall(self, pressure: float) -> None:
         state = self.stall.state
-        level = Level.OK if state is Stall.NONE else Level.ERROR
+        level = Level.OK if state is StallState.NONE else Level.ERROR
         message = f"{state.value} ({pressure / 1e5:.1f} bar across the motor, limit {self.stall.limit / 1e5:.1f}, "
         self._reasons.append((level, "motor_stall", message + f"{self.stall.count} stalls so far)"))

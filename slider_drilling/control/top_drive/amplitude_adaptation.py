@@ -27,18 +27,18 @@ _URGED = 20.0              # s, in which the urge comes and goes
 _ASKED = math.radians(6.0)         # of error, which the pull is meant to mend
 
 
-class Reach:
+class AmplitudeAdaptation:
     """share: amplitude over the one that the breakover test found."""
 
     def __init__(self) -> None:
-        self.share = 1.0
-        self.stuck = False       # what pulls does not turn the bit
-        self.urge = 0.0          # 0 to 1: how long that has been so
+        self.factor = 1.0
+        self.bit_stuck = False       # what pulls does not turn the bit
+        self.gain_boost = 0.0          # 0 to 1: how long that has been so
         self._expected = 0.0     # rad/s, of the toolface, by what pulls
         self._turning = 0.0      # rad/s, as estimated
         self._tool_face = math.nan
 
-    def answer(self, pull: float, response_time: float, tool_face: float, error: float, step: float) -> None:
+    def check_response(self, pull: float, response_time: float, tool_face: float, error: float, step: float) -> None:
         """Take what pulls (rad), the time (s) in which the toolface should follow it, the toolface and by how much it
         should turn (rad). A pull that no error asked for says more of the sensors than of the string."""
         moved = tool_face - self._tool_face if math.isfinite(self._tool_face) else 0.0
@@ -50,8 +50,9 @@ class Reach:
         self._turning += kept * (moved / step - self._turning)
         along = math.copysign(self._turning, self._turning * self._expected)
         asked = error * self._expected > 0.0 and abs(error) > _ASKED
-        self.stuck = asked and abs(self._expected) * _WINDOW > _PULLED and along < _TURNED_SHARE * abs(self._expected)
-        self.urge += (1.0 - math.exp(-step / _URGED)) * (float(self.stuck) - self.urge)
+        expected = abs(self._expected)
+        self.bit_stuck = asked and expected * _WINDOW > _PULLED and along < _TURNED_SHARE * expected
+        self.gain_boost += (1.0 - math.exp(-step / _URGED)) * (float(self.bit_stuck) - self.gain_boost)
 
     def update(self, drag: float, certain: float, swing: float, swing_sigma: float, step: float) -> None:
         """Take the share of drag, as read and for certain, and the swing (rad) with its one-sigma. Deeper is asked for
@@ -62,11 +63,11 @@ class Reach:
         rate = _DEEPER * min(beyond, _MOST_OFF) if beyond > 0.0 else _LESS * min(max(below, _LEAST_OFF), 0.0)
         # Drag may be believed here without being certain, but less of it than is aimed at holds no bit: what is rocked
         # deeper on its account is still there when the bit lets go, and throws it.
-        if self.stuck and drag > _DRAG:
+        if self.bit_stuck and drag > _DRAG:
             rate = max(rate, _STUCK)
         elif beyond < _NEAR:
             if swing - swing_sigma > _SWING:
                 rate = min(rate, -min(_PER_SWING * (swing - swing_sigma - _SWING), _FASTEST_LESS))
             elif swing - 0.5 * swing_sigma > _ENOUGH:
                 rate = min(rate, 0.0)
-        self.share = min(max(self.share * (1.0 + rate * step), _SMALLEST), _LARGEST)
+        self.factor = min(max(self.factor * (1.0 + rate * step), _SMALLEST), _LARGEST)

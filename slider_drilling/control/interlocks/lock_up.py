@@ -20,7 +20,7 @@ _BACK_OFF = 0.9        # of the weight that was asked for, at each trip
 _TRIPS = 3
 
 
-class Lock(enum.Enum):
+class LockUpState(enum.Enum):
     """Where it stands."""
 
     FREE = "weight arrives at the bit"
@@ -29,7 +29,7 @@ class Lock(enum.Enum):
     LATCHED = "lowering stays stopped"
 
 
-class LockUp:
+class LockUpInterlock:
     """share_left: of the pressure wanted, that may be asked for."""
 
     def __init__(self) -> None:
@@ -37,7 +37,7 @@ class LockUp:
 
     def release(self) -> None:
         """An operator has asked for something else: begin again."""
-        self.state = Lock.FREE
+        self.state = LockUpState.FREE
         self.trips = 0
         self.share_left = 1.0
         self.never_freed = False    # whether it latched because rocking did not free the string
@@ -46,21 +46,21 @@ class LockUp:
     @property
     def stops(self) -> bool:
         """Whether the block must not be lowered."""
-        return self.state in (Lock.HELD, Lock.LATCHED)
+        return self.state in (LockUpState.HELD, LockUpState.LATCHED)
 
     def update(self, drag: float, pressure: float, asked: float, step: float) -> None:
         """Take a sample of sliding. drag: share of that of a string that does not turn, NaN where unknown; pressure: Pa
         across the motor, asked: Pa that is wanted in the end; step: s since the last one."""
-        if self.state is Lock.LATCHED:
+        if self.state is LockUpState.LATCHED:
             return
-        if self.state is Lock.HELD:
+        if self.state is LockUpState.HELD:
             self._held_for += step
             self._freed_for = self._freed_for + step if drag < _FREED else 0.0
             if self._freed_for >= _FREED_FOR:
-                self._enter(Lock.LESS)
+                self._enter(LockUpState.LESS)
             elif self._held_for >= _LONGEST:
                 self.never_freed = True
-                self._enter(Lock.LATCHED)
+                self._enter(LockUpState.LATCHED)
             return
         behind = pressure < _ARRIVES * asked
         self._locked_for = self._locked_for + step if behind and drag > _LOCKED else 0.0
@@ -68,8 +68,8 @@ class LockUp:
         if self._locked_for >= _LOCKED_FOR or self._hanging_for >= _HANGING_FOR:
             self.trips += 1
             self.share_left *= _BACK_OFF
-            self._enter(Lock.LATCHED if self.trips >= _TRIPS else Lock.HELD)
+            self._enter(LockUpState.LATCHED if self.trips >= _TRIPS else LockUpState.HELD)
 
-    def _enter(self, state: Lock) -> None:
+    def _enter(self, state: LockUpState) -> None:
         self.state = state
         self._locked_for = self._hanging_for = self._held_for = self._freed_for = 0.0

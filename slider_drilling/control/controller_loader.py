@@ -10,15 +10,14 @@ import math
 import numbers
 from typing import Any
 
-from slider_drilling.control.interface import Measurements, RigCommand
-from slider_drilling.control.protocol import Controller, Level, Status
+from slider_drilling.control.interface import Controller, Level, Measurements, RigCommand, Status
 from slider_drilling.control.settings import limits_of
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
 from slider_drilling.schema.yaml_tree import shown
 from slider_drilling.user_code import call_user_code, import_reference
 
-DEFAULT = "slider_drilling.control:SlideController"
+DEFAULT_CONTROLLER = "slider_drilling.control:SlideController"
 _COMMANDED = tuple(field.name for field in dataclasses.fields(RigCommand))
 
 
@@ -29,7 +28,7 @@ def load_controller(name: str, rig: Rig) -> Controller:
     constructor that raises, an object without `step`, and settings or a status that cannot be used.
     """
     where = f"controller = {name!r}"
-    kind: Any = import_reference(name, where, DEFAULT)
+    kind: Any = import_reference(name, where, DEFAULT_CONTROLLER)
     controller = call_user_code(lambda: kind(rig), f"{where}: {name.partition(':')[2]}(rig)")
     if not callable(call_user_code(lambda: getattr(controller, "step", None), f"{where}: step")):
         raise InputError(f"{where}: has no method step(measurements) -> RigCommand")
@@ -37,7 +36,7 @@ def load_controller(name: str, rig: Rig) -> Controller:
     return controller
 
 
-def step_checked(controller: Controller, measurements: Measurements) -> RigCommand:
+def checked_step(controller: Controller, measurements: Measurements) -> RigCommand:
     """One step. Raises InputError where the controller raises, or its command is not finite numbers."""
     what = _named(controller, f"step at {measurements.time:g} s")
     command = call_user_code(lambda: controller.step(measurements), what)
@@ -51,7 +50,7 @@ def step_checked(controller: Controller, measurements: Measurements) -> RigComma
     return RigCommand(**values)  # type: ignore[arg-type]
 
 
-def set_target(controller: Controller, target: float) -> None:
+def set_tool_face_target(controller: Controller, target: float) -> None:
     """Tell a controller that holds a toolface which, rad; others are left alone. Raises InputError."""
     if not math.isfinite(target):
         raise InputError(f"tool_face_target = {target}: must be a finite number of rad")

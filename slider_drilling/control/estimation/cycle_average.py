@@ -11,7 +11,7 @@ _LEAST_SHARE = 0.8    # of a stroke that must have been measured
 
 
 @dataclass(frozen=True)
-class CycleMean:
+class CycleAverage:
     """angle: rad, of the top drive; torque: N m at surface; reactive_torque: N m of the motor; duration: s, of the
     two strokes that the means were taken over."""
 
@@ -30,7 +30,7 @@ class _Sums:
     reactive_torque: float = 0.0
 
 
-class StrokeMeans:
+class CycleAverager:
     """Gives the mean over the last two strokes, to either side, each time a stroke has ended."""
 
     def __init__(self) -> None:
@@ -40,7 +40,7 @@ class StrokeMeans:
 
     def update(
         self, step: float, angle: float, torque: float, reactive_torque: float, strokes: int
-    ) -> CycleMean | None:
+    ) -> CycleAverage | None:
         """Take one sample: s since the last one, rad, N m (NaN where there is none), N m, reversals so far."""
         cycle = None
         if strokes != self._strokes or self._now.elapsed >= _LONGEST:
@@ -54,7 +54,7 @@ class StrokeMeans:
             self._now.reactive_torque += step * reactive_torque
         return cycle
 
-    def _end_stroke(self) -> CycleMean | None:
+    def _end_stroke(self) -> CycleAverage | None:
         stroke, self._now = self._now, _Sums()
         if stroke.measured <= 0.0 or stroke.measured < _LEAST_SHARE * stroke.elapsed:
             self._whole.clear()
@@ -63,6 +63,6 @@ class StrokeMeans:
         if len(self._whole) < 2:
             return None
         duration = sum(one.measured for one in self._whole)
-        return CycleMean(sum(one.angle for one in self._whole) / duration,
+        return CycleAverage(sum(one.angle for one in self._whole) / duration,
                          sum(one.torque for one in self._whole) / duration,
                          sum(one.reactive_torque for one in self._whole) / duration, duration)

@@ -11,8 +11,8 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-from slider_drilling.control.drive import RockingDrive, Wish
-from slider_drilling.control.torque_reading import TorqueReading
+from slider_drilling.control.estimation.torque_sensor_model import TorqueSensorModel
+from slider_drilling.control.top_drive.rocking_reference import RockingReference, RockingSetpoint
 
 _TREND = 1.0             # s
 _LINE, _TELLS = 3, 8     # samples that make a straight line, that tell how rough it is
@@ -33,16 +33,18 @@ class Stroke:
     delay: float
 
 
-def stroke_of(drive: RockingDrive, wish: Wish, acceleration: float, reading: TorqueReading) -> Stroke:
+def stroke_of(
+    drive: RockingReference, wish: RockingSetpoint, acceleration: float, reading: TorqueSensorModel
+) -> Stroke:
     """The stroke that the drive makes towards this wish. acceleration: rad/s2, with which it brakes."""
     speed = drive.side * drive.speed
-    next_one = min(speed + acceleration * reading.interval, drive.cruise(wish))
+    next_one = min(speed + acceleration * reading.interval, drive.cruise_speed(wish))
     fastest = max(next_one, speed, drive.side * reading.speed) if speed > 0.0 else 0.0
     # A sample passes before the next one can end the stroke, another one until the drive has followed.
     return Stroke(drive.side, fastest, acceleration, reading.impedance, 2.0 * reading.interval + reading.lag)
 
 
-class StrokeTorque:
+class TorquePredictor:
     """A straight line through what arrived in the last second, and how far off it torque may be: noise must not cut
     strokes short, and what is no straight line must not go unseen."""
 
@@ -52,7 +54,7 @@ class StrokeTorque:
         self._rough = 0.0    # N2 m2, mean square of what is no straight line
         self._seen: deque[tuple[float, float]] = deque()   # s, N m
 
-    def foretell(self, arriving: float, stroke: Stroke, step: float) -> float:
+    def predict_peak(self, arriving: float, stroke: Stroke, step: float) -> float:
         """The most torque (N m) to its side that a stroke may still meet where it is ended now; NaN where nothing of it
         was measured. arriving: N m, of the torque, that comes from below."""
         side = stroke.side

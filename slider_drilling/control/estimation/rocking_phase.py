@@ -17,14 +17,14 @@ _NEAR, _NEAR_HALF = 0.2, 0.05
 _LONGER, _SHORTER, _TRIED = 0.12, 0.03, 0.01   # shares by which the period may be changed, and of one trial
 
 
-class StrokePhase:
+class RockingPhase:
     """The phase of rocking: half a turn a stroke."""
 
     def __init__(self) -> None:
         self._reversals: deque[float] = deque(maxlen=_KEPT)   # s
         self._first = 0            # number of the oldest one kept
 
-    def reversal(self, time: float) -> None:
+    def add_reversal(self, time: float) -> None:
         """A stroke has ended at `time` (s)."""
         if len(self._reversals) == _KEPT:
             self._first += 1
@@ -43,7 +43,7 @@ class StrokePhase:
 
 
 @functools.lru_cache(maxsize=64)
-def apart(period: float, sampling: float) -> float:
+def period_with_distinct_phases(period: float, sampling: float) -> float:
     """The period of rocking (s) next to `period` at which samples every `sampling` (s) meet unlike phases."""
     best, widest = period, -1.0
     # Longer first: faster strokes reach less deep, and swing the bit more.

@@ -1,0 +1,1 @@
+"""Block control: auto-driller, return to bottom and heave compensation."""

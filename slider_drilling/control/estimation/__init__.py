@@ -1,0 +1,1 @@
+"""Estimators: toolface, string compliance, friction, drag, motor pressure and torque-sensor errors."""

@@ -1,0 +1,1 @@
+"""Top-drive control: rocking reference, amplitude and the centre of rocking."""
