@@ -136,9 +136,16 @@ class Units:
         first, last = (number(self.value(one, unit), digits) for one in (low, high))
         return f"{first} to {last} {self.unit(unit)}".rstrip()
 
-    def sentence(self, text: str) -> str:
-        """Text with its numbers of SI units told in these: "between 2663 and 3213 m" becomes "between 8737 and
-        10541 ft". Numbers keep their digits."""
+    def sentence(self, text: str | Sentence) -> str:
+        """A text with its quantities in these units.
+
+        Of a plain `str`, numbers that an SI unit follows are converted: "between 2663 and 3213 m" becomes "between
+        8737 and 10541 ft". They keep their digits.
+        """
+        if isinstance(text, Sentence):
+            return "".join(
+                part if isinstance(part, str) else self.text(part.value, part.unit, part.digits) for part in text.parts
+            )
         if self.name == "si":
             return text
 
@@ -158,6 +165,46 @@ class Units:
         """A heading or an axis's label, "name, unit", with the unit it is told in."""
         name, unit = unit_of(label)
         return f"{name}, {self.unit(unit)}" if unit else label
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A value with its unit, shown as "12.3 kN m".
+
+    Attributes:
+        value: In `unit`; None and NaN are shown as "-".
+        unit: One of `KINDS`, or "" for a plain number.
+        digits: Significant digits that are shown.
+    """
+
+    value: float | None
+    unit: str = ""
+    digits: int = 3
+
+
+@dataclass(frozen=True)
+class Sentence:
+    """Text with quantities in it. Units are chosen when it is written: `Units.sentence`; `str` gives SI.
+
+    Attributes:
+        parts: Words and quantities in their order; see `sentence`.
+    """
+
+    parts: tuple[str | Quantity, ...]
+
+    def __str__(self) -> str:
+        return SI.sentence(self)
+
+
+Text = str | Sentence
+
+
+def sentence(*parts: Text | Quantity) -> Sentence:
+    """One text of several parts: ``sentence("the block moved ", Quantity(0.32, "m"))``."""
+    flat: list[str | Quantity] = []
+    for part in parts:
+        flat += part.parts if isinstance(part, Sentence) else [part]
+    return Sentence(tuple(flat))
 
 
 SI = Units("si")

@@ -1,4 +1,4 @@
-"""The first look refuses what cannot be used, masks what no rig makes, and lets every valid log pass."""
+"""Log checks: unusable logs are refused, glitches masked, and every valid log passes unchanged."""
 
 from __future__ import annotations
 
@@ -69,14 +69,14 @@ def changed(log: RigLog, series: str, **columns) -> RigLog:
     return replace(log, **{series: replace(own, **{k: f(getattr(own, k).copy()) for k, f in columns.items()})})
 
 
-def refused(log: RigLog, rig: Rig) -> str:
+def error_of(log: RigLog, rig: Rig) -> str:
     with pytest.raises(InputError) as caught:
         check_log(log, rig).raise_if_unusable()
     assert "\n" not in str(caught.value)
     return str(caught.value)
 
 
-def test_a_sound_log_passes_untouched(log, rig):
+def test_sound_log_passes_unchanged(log, rig):
     assert check_log(log, rig) == LogChecks(log, ())
 
 
@@ -94,8 +94,8 @@ def test_a_sound_log_passes_untouched(log, rig):
         ("standpipe_pressure", "value", "pressure", "MPa", "standpipe_pressure"),
     ],
 )
-def test_a_channel_in_another_unit_is_refused_and_the_unit_named(log, rig, series, column, kind, unit, channel):
-    text = refused(changed(log, series, **{column: lambda x: x / KINDS[kind][unit]}), rig)
+def test_channel_in_wrong_unit_is_unusable_and_unit_named(log, rig, series, column, kind, unit, channel):
+    text = error_of(changed(log, series, **{column: lambda x: x / KINDS[kind][unit]}), rig)
     assert channel in text
     assert unit in text
     assert "with that unit" in text
@@ -108,104 +108,104 @@ def test_a_channel_in_another_unit_is_refused_and_the_unit_named(log, rig, serie
         ("velocity", 180.0 / np.pi, "speed looks like deg/s"),
         ("position", 180.0 / np.pi, "angle looks like deg"),
         ("position", 0.5 / np.pi, "angle looks like rev"),
-        ("velocity", -1.0, "sign turned"),
+        ("velocity", -1.0, "wrong sign"),
         ("velocity", 3.0, "not in rad and s"),
     ],
 )
-def test_angle_and_speed_that_disagree_are_refused(log, rig, column, factor, says):
+def test_angle_that_contradicts_speed_is_unusable(log, rig, column, factor, says):
     with pytest.raises(InputError, match=says):
         check_log(changed(log, "top_drive", **{column: lambda x: factor * x}), rig).raise_if_unusable()
 
 
-def test_a_block_in_feet_and_a_pump_in_strokes_a_minute_are_refused(log, rig):
-    assert "the position looks like ft" in refused(changed(log, "draw_works", position=lambda x: x / 0.3048), rig)
-    assert "the speed looks like m/h" in refused(changed(log, "draw_works", velocity=lambda x: 3600.0 * x), rig)
-    strokes = refused(changed(log, "mud_pump", velocity=lambda x: 30.0 / np.pi * x), rig)
+def test_block_in_feet_and_pump_in_spm_are_unusable(log, rig):
+    assert "the position looks like ft" in error_of(changed(log, "draw_works", position=lambda x: x / 0.3048), rig)
+    assert "the speed looks like m/h" in error_of(changed(log, "draw_works", velocity=lambda x: 3600.0 * x), rig)
+    strokes = error_of(changed(log, "mud_pump", velocity=lambda x: 30.0 / np.pi * x), rig)
     assert "mud_pump turns at 117.5 rad/s" in strokes
-    assert "strokes a minute" in strokes
+    assert "strokes per minute" in strokes
 
 
-def test_a_drive_beyond_its_limit_is_refused(log, rig):
+def test_drive_faster_than_its_limit_is_unusable(log, rig):
     both = changed(log, "top_drive", position=lambda x: 60.0 * x, velocity=lambda x: 60.0 * x)
-    assert "max_speed is 12.6" in refused(both, rig)
-    assert "deg/s" in refused(both, rig)
+    assert "max_speed is 12.6" in error_of(both, rig)
+    assert "deg/s" in error_of(both, rig)
 
 
-def test_tool_face_in_degrees_is_refused(log, rig):
-    assert "looks like deg" in refused(changed(log, "mwd_tool_face", position=lambda x: np.degrees(x) + 90.0), rig)
+def test_toolface_in_degrees_is_unusable(log, rig):
+    assert "looks like deg" in error_of(changed(log, "mwd_tool_face", position=lambda x: np.degrees(x) + 90.0), rig)
 
 
-def test_turned_signs_are_refused(log, rig):
-    against = refused(changed(log, "top_drive", effort=lambda x: -x), rig)
-    assert "surface_torque runs against the rotation" in against
-    against = refused(changed(log, "top_drive", position=lambda x: -x, velocity=lambda x: -x), rig)
-    assert "surface_torque runs against the rotation" in against
-    assert "hook_load is negative" in refused(changed(log, "draw_works", effort=lambda x: -x), rig)
-    assert "standpipe_pressure is negative" in refused(changed(log, "standpipe_pressure", value=lambda x: -x), rig)
+def test_wrong_signs_are_unusable(log, rig):
+    against = error_of(changed(log, "top_drive", effort=lambda x: -x), rig)
+    assert "surface_torque opposes the rotation" in against
+    against = error_of(changed(log, "top_drive", position=lambda x: -x, velocity=lambda x: -x), rig)
+    assert "surface_torque opposes the rotation" in against
+    assert "hook_load is negative" in error_of(changed(log, "draw_works", effort=lambda x: -x), rig)
+    assert "standpipe_pressure is negative" in error_of(changed(log, "standpipe_pressure", value=lambda x: -x), rig)
     turned = changed(log, "draw_works", position=lambda x: -x, velocity=lambda x: -x)
-    assert "the block rises by 0.32 m" in refused(turned, rig)
+    assert "the block rises by 0.32 m" in error_of(turned, rig)
 
 
-def test_a_block_that_really_rises_is_left_alone(rig):
+def test_block_that_really_rises_passes(rig):
     assert check_log(recorded(rig, rocking(lowering=-0.004)), rig).messages("unusable") == ()
 
 
-def test_an_encoder_that_wraps_is_refused(log, rig):
+def test_wrapping_encoder_is_unusable(log, rig):
     wrapped = changed(log, "top_drive", position=lambda x: np.mod(x, 2.0 * np.pi))
-    assert "encoder that wraps" in refused(wrapped, rig)
+    assert "encoder that wraps" in error_of(wrapped, rig)
 
 
-def test_another_rigs_file_is_refused(log, rig):
+def test_other_rigs_file_is_unusable(log, rig):
     heavy = replace(rig, string=replace(rig.string, density=3.0 * rig.string.density))
-    assert "hook_load starts at" in refused(log, heavy)
-    assert "cannot belong together" in refused(log, heavy)
+    assert "hook_load starts at" in error_of(log, heavy)
+    assert "do not belong together" in error_of(log, heavy)
     wide = replace(rig, hydraulics=replace(rig.hydraulics, reference_pressure=1e7, reference_flow=0.01))
-    assert "standpipe_pressure" in refused(log, wide)
+    assert "standpipe_pressure" in error_of(log, wide)
 
 
-def test_a_pressure_that_a_worn_motor_and_a_mistuned_flow_explain_is_not_refused(log, rig):
+def test_pressure_within_calibration_range_passes(log, rig):
     for factor in (0.7, 1.4):
         assert not check_log(changed(log, "standpipe_pressure", value=lambda x, f=factor: f * x), rig).messages(
             "unusable"
         )
 
 
-def test_a_stamp_that_steps_back_and_a_clock_that_was_set_are_refused(log, rig):
+def test_backward_stamp_and_set_clock_are_unusable(log, rig):
     def back(time):
         time[300] = time[298]
         return time
 
-    assert "stamps do not ascend at 1 places" in refused(changed(log, "top_drive", time=back), rig)
+    assert "stamps do not ascend at 1 places" in error_of(changed(log, "top_drive", time=back), rig)
 
     def set_forward(time):
         time[400:] += 3600.0
         return time
 
     leapt = replace(log, top_drive=replace(log.top_drive, time=set_forward(log.top_drive.time.copy())))
-    assert "stamps leap by +3600.0 s" in refused(leapt, rig)
+    assert "stamps jump by +3600.0 s" in error_of(leapt, rig)
 
 
-def test_dropped_samples_are_said_and_unknown_motion_stops(log, rig):
+def test_dropped_samples_are_noted_and_unknown_motion_uninformative(log, rig):
     def without(series, begin, end):
         keep = np.r_[0:begin, end : series.time.size]
         return type(series)(*(getattr(series, f.name)[keep] for f in dataclasses.fields(series)))
 
-    look = check_log(replace(log, standpipe_pressure=without(log.standpipe_pressure, 100, 130)), rig)
-    assert any("standpipe_pressure: 30 samples (3.8 %)" in text for text in look.messages("note"))
-    assert not look.messages("uninformative")
+    checks = check_log(replace(log, standpipe_pressure=without(log.standpipe_pressure, 100, 130)), rig)
+    assert any("standpipe_pressure: 30 samples (3.8 %)" in text for text in checks.messages("note"))
+    assert not checks.messages("uninformative")
     unlucky = check_log(replace(log, top_drive=without(log.top_drive, 200, 500)), rig)
-    assert any("its motion there is not known" in text for text in unlucky.messages("uninformative"))
+    assert any("its motion there is unknown" in text for text in unlucky.messages("uninformative"))
 
 
-def test_a_drive_that_hardly_turns_stops(rig):
-    look = check_log(recorded(rig, rocking(amplitude=0.01)), rig)
-    assert any("too little" in text for text in look.messages("uninformative"))
-    assert not look.messages("unusable")
+def test_drive_that_hardly_turns_is_uninformative(rig):
+    checks = check_log(recorded(rig, rocking(amplitude=0.01)), rig)
+    assert any("too little" in text for text in checks.messages("uninformative"))
+    assert not checks.messages("unusable")
 
 
-def test_a_motor_that_stands_still_stops(log, rig):
-    look = check_log(changed(log, "mud_pump", velocity=lambda x: 0.01 * x), rig)
-    assert any("the motor would not turn" in text for text in look.messages("uninformative"))
+def test_lowering_without_flow_is_uninformative(log, rig):
+    checks = check_log(changed(log, "mud_pump", velocity=lambda x: 0.01 * x), rig)
+    assert any("neither motor nor bit turns" in text for text in checks.messages("uninformative"))
 
 
 @pytest.mark.parametrize(
@@ -220,22 +220,22 @@ def test_a_motor_that_stands_still_stops(log, rig):
         ("mud_pump", "velocity", 0.0),
     ],
 )
-def test_a_single_glitch_is_masked_and_said_and_nothing_else_changes(log, rig, series, column, value):
+def test_single_glitch_is_masked_and_noted(log, rig, series, column, value):
     def spoil(values):
         values[417] = value
         return values
 
-    look = check_log(changed(log, series, **{column: spoil}), rig)
-    assert [finding.severity for finding in look.issues] == ["note"]
-    assert "1 of 800 samples is no reading of a rig" in look.issues[0].text
-    assert "at 41.7 s" in look.issues[0].text
-    masked = getattr(getattr(look.log, series), column)
+    checks = check_log(changed(log, series, **{column: spoil}), rig)
+    assert [issue.severity for issue in checks.issues] == ["note"]
+    assert "1 of 800 samples is a glitch" in str(checks.issues[0].text)
+    assert "at 41.7 s" in str(checks.issues[0].text)
+    masked = getattr(getattr(checks.log, series), column)
     whole = getattr(getattr(log, series), column)
     assert np.flatnonzero(np.isnan(masked) & ~np.isnan(whole)).tolist() == [417]
     assert np.array_equal(np.delete(masked, 417), np.delete(whole, 417))
 
 
-def test_a_glitch_reaches_neither_the_channels_nor_the_commands_of_a_fit(log, rig):
+def test_glitch_reaches_neither_channels_nor_commands(log, rig):
     """What is fitted differs from the sound log by one missing sample, so that no verdict can hang on it."""
 
     def spoiled(value):
@@ -246,14 +246,14 @@ def test_a_glitch_reaches_neither_the_channels_nor_the_commands_of_a_fit(log, ri
         return spoil
 
     bad = changed(changed(log, "top_drive", effort=spoiled(1e6)), "top_drive", position=spoiled(300.0))
-    look = check_log(bad, rig)
-    sound, masked = measured_channels(log, rig), measured_channels(look.log, rig)
+    checks = check_log(bad, rig)
+    sound, masked = measured_channels(log, rig), measured_channels(checks.log, rig)
     assert np.array_equal(masked["surface_torque"].measured, np.delete(sound["surface_torque"].measured, 417))
-    driven, by = (commands_from_log(one, rig).commands for one in (log, look.log))
+    driven, by = (commands_from_log(one, rig).commands for one in (log, checks.log))
     assert by.top_drive_angle == pytest.approx(driven.top_drive_angle, abs=0.05)
 
 
-def test_what_a_signal_does_itself_is_no_glitch():
+def test_signal_features_are_not_glitches():
     random = np.random.default_rng(3)
     time, noise = np.arange(4000.0), random.normal(size=4000)
     steps = np.repeat(random.normal(size=40), 100)
@@ -279,7 +279,7 @@ def test_what_a_signal_does_itself_is_no_glitch():
     assert np.flatnonzero(find_glitches(time, gaps)).tolist() == [78]
 
 
-def test_what_moved_while_samples_were_lost_is_no_glitch():
+def test_motion_across_missing_samples_is_not_a_glitch():
     """Three samples about a reversal, those before and behind them lost: the drive had the time to get there."""
     time = 0.1 * np.arange(1200.0)
     angle = 20.0 * np.abs((0.06 * time) % 2.0 - 1.0)
@@ -293,13 +293,13 @@ def test_what_moved_while_samples_were_lost_is_no_glitch():
 
 def test_every_shared_log_passes(shared_data):
     paths = [*sorted((shared_data / "logs").glob("*.mcap")), *sorted((shared_data / "field").glob("*.mcap"))]
-    assert len(paths) == 14
+    assert len(paths) >= 14
     for path in paths:
         log = read_log(path)
         assert check_log(log, log.rig()) == LogChecks(log, ()), path.name
 
 
-def test_a_real_log_with_a_rig_file_that_is_not_its_own_ends_at_once(shared_data, tmp_path):
+def test_real_log_with_other_rig_file_is_refused(shared_data, tmp_path):
     """No well or string of this recording is known; the example's are another rig's."""
 
     def run(*arguments: object) -> subprocess.CompletedProcess[str]:
@@ -310,7 +310,7 @@ def test_a_real_log_with_a_rig_file_that_is_not_its_own_ends_at_once(shared_data
     made = run("import", table, "--mapping", mapping, "--rows", "14245:15583", "-o", tmp_path / "1.mcap")
     assert made.returncode == 0, made.stderr
     rig_file = installed_file("config/rig.example.yaml")
-    outcome = run("diagnose", tmp_path / "1.mcap", "--rig", rig_file, "-o", tmp_path / "out")
-    assert outcome.returncode == 2
-    assert "standpipe_pressure is 35.1 bar, by the rig file 289 bar" in outcome.stderr
-    assert len(outcome.stderr.strip().splitlines()) == 1
+    process = run("diagnose", tmp_path / "1.mcap", "--rig", rig_file, "-o", tmp_path / "out")
+    assert process.returncode == 2
+    assert "standpipe_pressure is 35.1 bar, but the rig file gives 289 bar" in process.stderr
+    assert len(process.stderr.strip().splitlines()) == 1

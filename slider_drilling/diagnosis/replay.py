@@ -96,7 +96,7 @@ def replay(
     """Simulate the log's run from its first sample and compare channel by channel; start: by default as the log's first
     second shows it (`start_of`). Values that are held between renewals are left out. Raises InputError.
     """
-    log, held = mask_repeated_samples(log)
+    log, repeats = mask_repeated_samples(log)
     driven = commands_from_log(log, rig)
     start = start or start_of(log, rig, driven.commands)
     channels = measured_channels(log, rig)
@@ -106,5 +106,5 @@ def replay(
     for name, channel in channels.items():
         simulated = np.interp(channel.time, response.time, getattr(response, name))
         compared[name] = Comparison(channel, simulated, channel.residual(simulated))
-    assumed = (*(one.text for one in held), *driven.assumed, *([AT_WORK] if start.at_work else []))
+    assumed = (*(str(issue.text) for issue in repeats), *driven.assumed, *([AT_WORK] if start.at_work else []))
     return Replay(driven.commands, response, compared, assumed)

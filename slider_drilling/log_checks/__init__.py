@@ -1,4 +1,7 @@
-"""The first look at a log, in seconds and before any fit: can it be used, and does it belong to this rig file?"""
+"""Quality control of a log before any fit: is it usable, and does it belong to this rig file?
+
+One module per check; `run_checks` calls them in order.
+"""
 
 from slider_drilling.log_checks.issue import LogIssue
 from slider_drilling.log_checks.run_checks import LogChecks, check_log

@@ -1,4 +1,4 @@
-"""What the rig file lets a channel be: from static loads, from the flow, and from a replay of the log's own motions."""
+"""The level of each channel by the rig file: from static loads, from the flow, and from a simulation of the log."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slider_drilling.drillstring import simulate
-from slider_drilling.drillstring.recorded_channels import Commands, Response
+from slider_drilling.drillstring.recorded_channels import Response
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import Array
 from slider_drilling.log_inputs.drives_from_log import commands_from_log
@@ -15,28 +15,32 @@ from slider_drilling.rig import Rig
 from slider_drilling.wellbore.static_loads import static_loads
 
 _ELEMENTS = 32
-_LONGEST_S = 1200.0  # of a replay; a longer log is replayed in its first part
-_FIRST = 0.05  # share of the log that tells how the string hangs at the start
-_ON = 0.3  # of the fastest that the pump ran
+_MAX_SIMULATED = 1200.0  # s; only the first part of a longer log is simulated
+_START_SHARE = 0.05  # of the log: shows how the string hangs at the start
+_PUMPING = 0.3  # of the highest flow in the log
 
-# What a channel may be over what the rig file gives, and still be a matter of tuning or of a known effect. Torque:
-# friction factors (0.4 to 2.5; from 0.15 in a log of torque alone) and a sensor's gain (0.4 to 2.5) at their ends
-# together. Pressure: a flow off by two thirds, as 1.66**1.8. Hook load: drag of a string just raised or lowered in a
-# long horizontal hole.
+# Measured over expected level that calibration or a catalogued effect can still explain.
+# Torque: friction factors (0.4 to 2.5; from 0.15 with torque alone) and a sensor's gain (0.4 to 2.5) at their limits.
+# Pressure: a flow that is wrong by two thirds, 1.66**1.8. Hook load: drag in a long horizontal hole.
 TORQUE, TORQUE_ALONE, PRESSURE, HOOK_LOAD = (0.16, 6.25), (0.06, 6.25), (0.4, 2.5), (0.4, 2.0)
 
-# N/m: an off-bottom bit; the plant's rig file has no "not on bottom", but rock this soft takes no weight.
+# N/m. A rig file cannot say "off bottom", but rock this soft takes no weight.
 OFF_BOTTOM_STIFFNESS = 1.0
 
 
 @dataclass(frozen=True)
 class ExpectedLevel:
-    """measured: the level that the log shows; by_file: what the rig file gives; low, high: what could be tuned to.
+    """A channel's level as measured and as the rig file gives it, in the channel's SI unit.
 
-    All in the channel's SI unit; what: how the level is called in a sentence.
+    Attributes:
+        verb: Joins the channel's name and the level in a sentence ("starts at").
+        measured: Level in the log.
+        expected: Level by the rig file.
+        low: Lowest level that calibration can reach.
+        high: Highest level that calibration can reach.
     """
 
-    what: str
+    verb: str
     measured: float
     expected: float
     low: float
@@ -44,79 +48,84 @@ class ExpectedLevel:
 
     @property
     def fits(self) -> bool:
+        """Whether calibration can reach the measured level."""
         return self.low <= self.measured <= self.high
 
 
-def simulate_as_given(log: RigLog, rig: Rig) -> tuple[Commands, Response] | None:
-    """The log's first part driven through the plant as the rig file gives it; None where nothing drives it."""
+def simulate_as_given(log: RigLog, rig: Rig) -> Response | None:
+    """Simulate the first part of the log with the rig file as given; None if the log drives nothing."""
     commands = commands_from_log(log, rig).commands
-    inside = commands.time <= commands.time[0] + _LONGEST_S
+    inside = commands.time <= commands.time[0] + _MAX_SIMULATED
     if np.count_nonzero(inside) < 3:
         return None
-    commands = commands.part(inside)
-    return commands, simulate(rig, commands, _ELEMENTS)
+    return simulate(rig, commands.part(inside), _ELEMENTS)
 
 
 def hook_load(log: RigLog, rig: Rig) -> ExpectedLevel | None:
-    """Of the string as it hangs at the start, against its buoyed weight."""
+    """Hook load at the start of the log, against the string's buoyed weight."""
     if log.draw_works is None:
         return None
     values = log.draw_works.effort[np.isfinite(log.draw_works.effort)]
     if values.size == 0:
         return None
-    measured = float(np.median(values[: max(int(_FIRST * values.size), 1)]))
+    measured = float(np.median(values[: max(int(_START_SHARE * values.size), 1)]))
     hanging = static_loads(rig, elements=100).hook_load
     return ExpectedLevel("starts at", measured, hanging, HOOK_LOAD[0] * hanging, HOOK_LOAD[1] * hanging)
 
 
 def standpipe_pressure(log: RigLog, rig: Rig, pump_unit: float = 1.0) -> ExpectedLevel | None:
-    """While the pump runs, against what its flow needs through the string, and the motor's pressure on top.
+    """Pressure while the pump runs, against the pressure loss at its flow; the motor may add its maximum.
 
-    pump_unit: of the pump's speed, in rad/s.
+    Args:
+        log: The log.
+        rig: Its rig file.
+        pump_unit: Unit of the pump's speed, in rad/s.
     """
-    pipe, pump, hydraulics = log.standpipe_pressure, log.mud_pump, rig.hydraulics
-    if pipe is None:
+    pressure, pump, hydraulics = log.standpipe_pressure, log.mud_pump, rig.hydraulics
+    if pressure is None:
         return None
-    flow = np.full(pipe.time.size, hydraulics.reference_flow)
+    flow = np.full(pressure.time.size, hydraulics.reference_flow)
     if pump is not None and np.isfinite(pump.velocity).any():
         known = np.isfinite(pump.velocity)
-        flow = np.interp(pipe.time, pump.time[known], pump_unit * pump.velocity[known]) * rig.mud_pump.displacement
-    running = np.isfinite(pipe.value) & (flow > _ON * flow.max()) & (flow > 0.0)
+        speed = np.interp(pressure.time, pump.time[known], pump_unit * pump.velocity[known])
+        flow = speed * rig.mud_pump.displacement
+    running = np.isfinite(pressure.value) & (flow > _PUMPING * flow.max()) & (flow > 0.0)
     if not running.any():
         return None
-    needed = rig.circulating_pressure * (flow[running] / hydraulics.reference_flow) ** 1.8
-    by_file, measured = float(np.median(needed)), float(np.median(pipe.value[running]))
-    if by_file <= 0.0:
+    # Turbulent loss, model.md: proportional to flow to the power of 1.8.
+    loss = rig.circulating_pressure * (flow[running] / hydraulics.reference_flow) ** 1.8
+    expected, measured = float(np.median(loss)), float(np.median(pressure.value[running]))
+    if expected <= 0.0:
         return None
-    high = PRESSURE[1] * by_file + rig.motor.max_pressure
-    return ExpectedLevel("is", measured, by_file, PRESSURE[0] * by_file, high)
+    high = PRESSURE[1] * expected + rig.motor.max_pressure
+    return ExpectedLevel("is", measured, expected, PRESSURE[0] * expected, high)
 
 
 def surface_torque(log: RigLog, response: Response) -> ExpectedLevel | None:
-    """How large it is nearly always (95 %), against the replay of the same motion."""
+    """The 95 % quantile of the torque's size, against the simulation of the same motion."""
     drive = log.top_drive
     if drive is None or not np.isfinite(drive.effort).any():
         return None
     inside = np.isfinite(drive.effort) & (drive.time <= response.time[-1])
     if np.count_nonzero(inside) < 10:
         return None
-    measured, by_file = _sizes(drive.effort[inside]), _sizes(response.surface_torque)
-    # A sensor that is off by a constant shows a size but no spread, a string turned steadily hardly a spread.
-    ratios = [m / f for m, f in zip(measured, by_file, strict=True) if f > 0.0]
+    measured, expected = _size_and_spread(drive.effort[inside]), _size_and_spread(response.surface_torque)
+    # A sensor with an offset has a wrong size but the right spread; a string turned steadily has hardly a spread.
+    ratios = [m / e for m, e in zip(measured, expected, strict=True) if e > 0.0]
     if not ratios:
         return None
     ratio = min(ratios, key=lambda r: abs(np.log(max(r, 1e-12))))
-    least, most = TORQUE_ALONE if log.draw_works is None and log.standpipe_pressure is None else TORQUE
-    return ExpectedLevel("reaches", ratio * by_file[0], by_file[0], least * by_file[0], most * by_file[0])
+    low, high = TORQUE_ALONE if log.draw_works is None and log.standpipe_pressure is None else TORQUE
+    return ExpectedLevel("reaches", ratio * expected[0], expected[0], low * expected[0], high * expected[0])
 
 
-def _sizes(values: Array) -> tuple[float, float]:
+def _size_and_spread(values: Array) -> tuple[float, float]:
     low, high = np.quantile(values, (0.05, 0.95))
     return float(np.quantile(np.abs(values), 0.95)), float(high - low)
 
 
 def rig_off_bottom(log: RigLog, rig: Rig) -> Rig:
-    """The rig with rock that takes no weight where the log holds neither drawworks nor standpipe pressure."""
+    """The rig with rock that takes no weight if the log holds neither drawworks nor standpipe pressure."""
     if log.draw_works is not None or log.standpipe_pressure is not None:
         return rig
     return replace(rig, bit=replace(rig.bit, depth_of_cut_stiffness=OFF_BOTTOM_STIFFNESS))

@@ -1,4 +1,4 @@
-"""Single samples that no rig makes: found, masked and said."""
+"""Check for glitches: up to three samples that jump away and back faster than a rig can; mask them."""
 
 from __future__ import annotations
 
@@ -15,40 +15,54 @@ from slider_drilling.log.series import Array, JointSeries, ScalarSeries
 from slider_drilling.log_checks.issue import LogIssue
 from slider_drilling.log_inputs.fill_drive_gaps import too_seldom
 from slider_drilling.rig import Rig
+from slider_drilling.units import Quantity, sentence
 from slider_drilling.wellbore.static_loads import static_loads
 
 Series = TypeVar("Series", JointSeries, ScalarSeries)
 
-_WINDOW, _LONGEST = 7, 3  # samples of the running median; of one glitch
-# A glitch stands out of its neighbourhood by this many times the usual scatter there, and leaves it and returns in one
-# sample each by this share of the range that nine tenths of the samples have. Waves in a string take several tenths of
-# a second to do that; where samples are farther apart it may be the rig, and only a leap by the rig's own size counts.
+# Samples of the running median, and of the longest glitch.
+_WINDOW, _MAX_LENGTH = 7, 3
+# A glitch departs from the running median by this many times the usual departure, and by this share of the range of
+# nine tenths of the samples. Waves in a string take several tenths of a second for that. With samples farther apart
+# the rig itself may do it: then only a departure of the rig's own size counts.
 _SCATTERS, _RANGE = 12.0, 0.5
-_LEVEL = 0.05  # of the channel's own level, where it is constant otherwise
-_MOST = 0.01  # of the samples; what happens more often is no glitch
-_FASTEST_BLOCK = 5.0  # m/s
+_LEVEL = 0.05  # of the channel's level, if it is constant otherwise
+_MAX_SHARE = 0.01  # of the samples: what happens more often is signal
+_MAX_BLOCK_SPEED = 5.0  # m/s
 
 
 @dataclass(frozen=True)
 class _Column:
-    """One array of a series. leap: the smallest that no rig makes in one sample, where the motion's limits tell;
-    size: of what the rig does in this channel, both in its unit; caused: (n,) where a leap has a cause in the log."""
+    """One array of a series.
+
+    Attributes:
+        name: In words.
+        unit: Of its values.
+        field: Name in the series.
+        size: Largest change that the rig makes in this channel.
+        min_jump: Smallest jump that no rig makes in one sample; None if motion limits do not say.
+        explained: (n,) where another channel explains a jump.
+    """
 
     name: str
     unit: str
     field: str
     size: float
-    leap: float | None = None
-    caused: NDArray[np.bool_] | None = None
+    min_jump: float | None = None
+    explained: NDArray[np.bool_] | None = None
 
 
 def mask_glitches(log: RigLog, rig: Rig) -> tuple[RigLog, list[LogIssue]]:
-    """The log with glitches of its surface channels made NaN, and a note for each channel that had some."""
+    """Make glitches of the surface channels NaN.
+
+    Returns:
+        The masked log, and a note for each channel that had glitches.
+    """
     drive, hydraulics = rig.top_drive, rig.hydraulics
     hanging = static_loads(rig, elements=50).hook_load
     pressure = hydraulics.reference_pressure + rig.motor.max_pressure
     pump = hydraulics.reference_flow / rig.mud_pump.displacement
-    found: list[LogIssue] = []
+    issues: list[LogIssue] = []
 
     def masked(series: Series | None, columns: Callable[[float], Sequence[_Column]]) -> Series | None:
         if series is None or series.time.size <= _WINDOW:
@@ -59,7 +73,7 @@ def mask_glitches(log: RigLog, rig: Rig) -> tuple[RigLog, list[LogIssue]]:
             values, note = _masked(column, series.time, getattr(series, column.field))
             if note is not None:
                 changed[column.field] = values
-                found.append(note)
+                issues.append(note)
         return replace(series, **changed)
 
     log = replace(
@@ -67,11 +81,11 @@ def mask_glitches(log: RigLog, rig: Rig) -> tuple[RigLog, list[LogIssue]]:
         top_drive=masked(log.top_drive, lambda dt: (
             _Column("top-drive angle", "rad", "position", 0.0, 2.0 * drive.max_speed * dt),
             _Column("top-drive speed", "rad/s", "velocity", 0.0, drive.max_acceleration * dt),
-            _Column("surface_torque", "N m", "effort", drive.max_torque, caused=_speeding(log.top_drive)),
+            _Column("surface_torque", "N m", "effort", drive.max_torque, explained=_accelerating(log.top_drive)),
         )),
         draw_works=masked(log.draw_works, lambda dt: (
-            _Column("block position", "m", "position", 0.0, _FASTEST_BLOCK * dt),
-            _Column("block speed", "m/s", "velocity", 0.0, _FASTEST_BLOCK),
+            _Column("block position", "m", "position", 0.0, _MAX_BLOCK_SPEED * dt),
+            _Column("block speed", "m/s", "velocity", 0.0, _MAX_BLOCK_SPEED),
             _Column("hook_load", "N", "effort", hanging),
         )),
         standpipe_pressure=masked(
@@ -79,11 +93,11 @@ def mask_glitches(log: RigLog, rig: Rig) -> tuple[RigLog, list[LogIssue]]:
         ),
         mud_pump=masked(log.mud_pump, lambda dt: (_Column("pump speed", "rad/s", "velocity", pump),)),
     )  # fmt: skip
-    return log, found
+    return log, issues
 
 
-def _speeding(drive: JointSeries | None) -> NDArray[np.bool_] | None:
-    """(n,) where the top drive changes its speed: a torque that is read at its motor leaps with that."""
+def _accelerating(drive: JointSeries | None) -> NDArray[np.bool_] | None:
+    """(n,) where the top drive changes its speed: torque read at its motor jumps there."""
     if drive is None or drive.velocity.size < 2 or not np.isfinite(drive.velocity).any():
         return None
     change = np.abs(np.diff(drive.velocity, prepend=drive.velocity[:1])) > 0.1 * np.nanmax(np.abs(drive.velocity))
@@ -91,47 +105,56 @@ def _speeding(drive: JointSeries | None) -> NDArray[np.bool_] | None:
 
 
 def _masked(column: _Column, time: Array, values: Array) -> tuple[Array, LogIssue | None]:
-    where = find_glitches(time, values, column.size if too_seldom(time) and column.leap is None else column.leap)
-    if column.caused is not None:
-        where = where & ~column.caused
+    # Samples may be so far apart that a real change looks like a jump: it must then be as large as the rig's own.
+    min_jump = column.size if too_seldom(time) and column.min_jump is None else column.min_jump
+    where = find_glitches(time, values, min_jump)
+    if column.explained is not None:
+        where = where & ~column.explained
     if not where.any():
         return values, None
     worst = int(np.flatnonzero(where)[np.argmax(np.abs(values[where] - np.nanmedian(values)))])
     count = int(np.count_nonzero(where))
-    text = (
-        f"{column.name}: {count} of {values.size} samples {'is' if count == 1 else 'are'} no reading of a rig "
-        f"({values[worst]:.4g} {column.unit} at {time[worst]:.1f} s) and left out"
-    )
+    text = sentence(
+        f"{column.name}: {count} of {values.size} samples {'is a glitch' if count == 1 else 'are glitches'} and left "
+        f"out (the largest at {time[worst]:.1f} s: ", Quantity(float(values[worst]), column.unit, 4), ")",
+    )  # fmt: skip
     return np.where(where, np.nan, values), LogIssue("note", column.name, text)
 
 
-def find_glitches(time: Array, values: Array, least: float | None = None) -> NDArray[np.bool_]:
-    """(n,) whether each sample is a glitch: up to three that leave their neighbourhood and return to it at once.
+def find_glitches(time: Array, values: Array, min_jump: float | None = None) -> NDArray[np.bool_]:
+    """Find up to three samples in a row that depart from their neighbourhood and return to it at once.
 
-    least: the smallest departure that counts, in the values' unit, by default half of their range; where samples were
-    lost as many times as large as intervals passed, for which the rig had the time. None are where more than a
-    hundredth of the samples would be: what happens that often is the signal's own.
+    Args:
+        time: (n,) s, ascending.
+        values: (n,); NaN where a sample is missing.
+        min_jump: Smallest departure that counts, in the unit of the values; by default half of their range. Across
+            missing samples it grows with the number of intervals, in which the rig had time to move.
+
+    Returns:
+        (n,) True at glitches; nowhere if more than one sample in a hundred would be one.
     """
-    nothing = np.zeros(values.shape, dtype=bool)
+    is_glitch = np.zeros(values.shape, dtype=bool)
     known = np.flatnonzero(np.isfinite(values))
     if known.size <= _WINDOW:
-        return nothing
-    own, passed = values[known], np.diff(time[known])
-    passed = np.maximum(passed / np.median(passed), 1.0)
-    departure = np.abs(own - median_filter(own, _WINDOW, mode="nearest"))
-    if least is None:
-        low, high = np.quantile(own, (0.05, 0.95))
-        least = max(_RANGE * (high - low), _LEVEL * float(np.median(np.abs(own))))
-    least = max(_SCATTERS * 1.4826 * float(np.median(departure)), least)
-    apart = departure > least * maximum_filter1d(np.maximum(np.r_[1.0, passed], np.r_[passed, 1.0]), _WINDOW)
-    if not apart.any() or np.count_nonzero(apart) > _MOST * own.size:
-        return nothing
+        return is_glitch
+    samples, intervals = values[known], np.diff(time[known])
+    intervals = np.maximum(intervals / np.median(intervals), 1.0)
+    departure = np.abs(samples - median_filter(samples, _WINDOW, mode="nearest"))
+    if min_jump is None:
+        low, high = np.quantile(samples, (0.05, 0.95))
+        min_jump = max(_RANGE * (high - low), _LEVEL * float(np.median(np.abs(samples))))
+    # 1.4826 times the median departure is a robust standard deviation.
+    min_jump = max(_SCATTERS * 1.4826 * float(np.median(departure)), min_jump)
+    nearby = maximum_filter1d(np.maximum(np.r_[1.0, intervals], np.r_[intervals, 1.0]), _WINDOW)
+    apart = departure > min_jump * nearby
+    if not apart.any() or np.count_nonzero(apart) > _MAX_SHARE * samples.size:
+        return is_glitch
     edges = np.flatnonzero(np.diff(np.r_[False, apart, False].astype(int)))
-    for begin, end in zip(edges[::2], edges[1::2], strict=True):
-        around = slice(max(begin - 1, 0), end + 1)
-        steps = np.abs(np.diff(own[around])) / passed[around.start : around.stop - 1]
-        left_and_returned = min(steps[0], steps[-1]) > 0.8 * least
-        if end - begin > _LONGEST or not left_and_returned:
-            apart[begin:end] = False
-    nothing[known[apart]] = True
-    return nothing
+    for start, end in zip(edges[::2], edges[1::2], strict=True):
+        around = slice(max(start - 1, 0), end + 1)
+        steps = np.abs(np.diff(samples[around])) / intervals[around.start : around.stop - 1]
+        left_and_returned = min(steps[0], steps[-1]) > 0.8 * min_jump
+        if end - start > _MAX_LENGTH or not left_and_returned:
+            apart[start:end] = False
+    is_glitch[known[apart]] = True
+    return is_glitch

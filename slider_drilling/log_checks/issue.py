@@ -1,19 +1,26 @@
-"""One thing noticed of a log before any fit, and how much hangs on it."""
+"""What a check reports about a log."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Literal
 
-# refuse: the log, or the log with this rig file, cannot be used before somebody mends it.
-# stop: nothing is wrong, but no fit could say anything. note: the diagnosis goes on, the reader should know.
+from slider_drilling.units import Text
+
 Severity = Literal["unusable", "uninformative", "note"]
 
 
 @dataclass(frozen=True)
 class LogIssue:
-    """channel: of the log (`standpipe_pressure`, ...), or `clock`; text: one sentence without its full stop."""
+    """One problem of a log.
+
+    Attributes:
+        severity: ``unusable``: the log, or the log with this rig file, must be corrected first. ``uninformative``: the
+            log is valid, but no fit could conclude anything from it. ``note``: the diagnosis goes on.
+        channel: Name in the log, such as ``standpipe_pressure``, or ``clock``.
+        text: One sentence without its full stop.
+    """
 
     severity: Severity
     channel: str
-    text: str
+    text: Text

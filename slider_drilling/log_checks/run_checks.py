@@ -1,4 +1,4 @@
-"""Every check in the order in which one makes the next meaningful."""
+"""All checks of a log, in the order in which each result makes the next check meaningful."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from slider_drilling.errors import InputError
 from slider_drilling.log import RigLog
-from slider_drilling.log_checks import expected_levels as expected
+from slider_drilling.log_checks import expected_levels
 from slider_drilling.log_checks.excitation import check_excitation
 from slider_drilling.log_checks.glitches import mask_glitches
 from slider_drilling.log_checks.issue import LogIssue, Severity
@@ -21,53 +21,65 @@ from slider_drilling.rig import Rig
 
 @dataclass(frozen=True)
 class LogChecks:
-    """log: the log with repeats, glitches, and pressure of an unknown flow, masked (NaN); findings: what was noticed,
-    in the order of the checks.
+    """A checked log.
+
+    Attributes:
+        log: The log with repeated samples, glitches, and pressure measured at an unknown flow masked (NaN).
+        issues: What the checks report, in their order.
     """
 
     log: RigLog
     issues: tuple[LogIssue, ...]
 
     def messages(self, severity: Severity) -> tuple[str, ...]:
-        """The sentences of one weight."""
-        return tuple(finding.text for finding in self.issues if finding.severity == severity)
+        """The sentences of one severity, in SI units."""
+        return tuple(str(issue.text) for issue in self.issues if issue.severity == severity)
 
     def raise_if_unusable(self) -> None:
-        """Raise InputError, one line, where the log cannot be used as it is or not with this rig file."""
+        """Raise InputError, one line, if the log is unusable as it is or with this rig file."""
         reasons = self.messages("unusable")
         if reasons:
             raise InputError(f"{self.log.source}: {'; '.join(reasons)}")
 
 
 def check_log(log: RigLog, rig: Rig) -> LogChecks:
-    """Look at a log and the rig file that it is said to belong to; takes well under a second for a log of 400 s.
+    """Check a log against itself and against its rig file. Takes less than a second for a log of 400 s.
 
-    Nothing is fitted: stamps against each other, angle against speed, levels against what friction and flow of the
-    rig file allow, signs against energy and one replay of the log's own motions. Raises InputError for a log without
-    a top drive, which nothing could drive.
+    Nothing is fitted. The checks compare time stamps with each other, angle with speed, levels with what the rig file's
+    friction and flow allow, and signs with the energy balance and with one simulation of the logged motion.
+
+    Args:
+        log: The log as recorded.
+        rig: The rig that the log is said to come from.
+
+    Raises:
+        InputError: The log holds no top drive, so that nothing drives the plant.
     """
     if log.top_drive is None:
         raise InputError(f"{log.source}: holds no top_drive/joint_states; without it nothing drives the plant")
-    clock = check_time_stamps(log, rig)
-    if _refused(clock):
-        return LogChecks(log, tuple(clock))
+    stamps = check_time_stamps(log, rig)
+    if _any_unusable(stamps):
+        return LogChecks(log, tuple(stamps))
     log, repeats = mask_repeated_samples(log)
     log, glitches = mask_glitches(log, rig)
     log, unknown = mask_pressure_of_unknown_flow(log)
-    found = [*clock, *repeats, *glitches, *unknown, *check_position_and_speed(log, rig), *check_tool_face_unit(log)]
-    rig = expected.rig_off_bottom(log, rig)
-    found += check_level("hook_load", expected.hook_load(log, rig))
-    found += check_pump_unit(log, rig) or check_level("standpipe_pressure", expected.standpipe_pressure(log, rig))
+    motion = check_position_and_speed(log, rig)
+    issues = [*stamps, *repeats, *glitches, *unknown, *motion, *check_tool_face_unit(log)]
+    rig = expected_levels.rig_off_bottom(log, rig)
+    issues += check_level("hook_load", expected_levels.hook_load(log, rig))
+    issues += check_pump_unit(log, rig) or check_level(
+        "standpipe_pressure", expected_levels.standpipe_pressure(log, rig)
+    )
     idle = check_excitation(log, rig)
-    if _refused(found) or idle:
-        return LogChecks(log, (*found, *check_signs(log, rig, None), *idle))
-    run = expected.simulate_as_given(log, rig)
-    response = None if run is None else run[1]
+    if _any_unusable(issues) or idle:
+        # Without a usable motion there is no simulation to compare signs with.
+        return LogChecks(log, (*issues, *check_signs(log, rig, None), *idle))
+    response = expected_levels.simulate_as_given(log, rig)
     if response is not None:
-        found += check_level("surface_torque", expected.surface_torque(log, response))
-    found += check_signs(log, rig, response)
-    return LogChecks(log, tuple(found))
+        issues += check_level("surface_torque", expected_levels.surface_torque(log, response))
+    issues += check_signs(log, rig, response)
+    return LogChecks(log, tuple(issues))
 
 
-def _refused(findings: list[LogIssue]) -> bool:
-    return any(finding.severity == "unusable" for finding in findings)
+def _any_unusable(issues: list[LogIssue]) -> bool:
+    return any(issue.severity == "unusable" for issue in issues)

@@ -1,4 +1,4 @@
-"""Channels whose sign is turned: against the conventions of a log, against energy, against the replay."""
+"""Check the signs of the channels: against the log's conventions, the energy balance, and a simulation."""
 
 from __future__ import annotations
 
@@ -12,23 +12,31 @@ from slider_drilling.log.series import Array
 from slider_drilling.log_checks.expected_levels import simulate_as_given
 from slider_drilling.log_checks.issue import LogIssue
 from slider_drilling.rig import Rig
+from slider_drilling.units import Quantity, sentence
 
-_OPPOSITE = -0.5  # correlation of the torque with the replay's
+_OPPOSITE = -0.5  # correlation of measured and simulated torque
 _RAISED = 0.2  # m
-_BETTER = 0.5  # RMS of what is left with a turned sign over that as logged
+_BETTER = 0.5  # scatter of the residual with the opposite sign, over the scatter with the logged sign
+_MIN_SAMPLES = 10
 
 
 def check_signs(log: RigLog, rig: Rig, response: Response | None) -> list[LogIssue]:
-    """Everything about signs; response: the replay of the log as it is."""
-    found = _positive(log)
-    if response is not None and not found:
-        found += _torque(log, response)
-        found += _block(log, rig, response)
-    return found
+    """Every channel with a wrong sign.
+
+    Args:
+        log: The log.
+        rig: Its rig file.
+        response: The simulation of the log as it is; without one only conventions are checked.
+    """
+    issues = _negative_levels(log)
+    if response is not None and not issues:
+        issues += _torque(log, response)
+        issues += _block(log, rig, response)
+    return issues
 
 
-def _positive(log: RigLog) -> list[LogIssue]:
-    """Loads, pressures and pump speeds of a rig are positive."""
+def _negative_levels(log: RigLog) -> list[LogIssue]:
+    """Hook load, pressure and pump speed must be positive."""
     levels = []
     if log.draw_works is not None:
         levels.append(("hook_load", log.draw_works.effort, "tension is positive"))
@@ -36,71 +44,70 @@ def _positive(log: RigLog) -> list[LogIssue]:
         levels.append(("standpipe_pressure", log.standpipe_pressure.value, "pressure is positive"))
     if log.mud_pump is not None:
         levels.append(("mud_pump", log.mud_pump.velocity, "its speed is positive"))
-    found = []
+    issues = []
     for name, values, rule in levels:
         known = values[np.isfinite(values)]
         if known.size and float(np.quantile(known, 0.9)) < 0.0:
             text = f"{name} is negative ({float(np.median(known)):.4g}): {rule}; import it with sign: -1"
-            found.append(LogIssue("unusable", name, text))
-    return found
+            issues.append(LogIssue("unusable", name, text))
+    return issues
 
 
 def _torque(log: RigLog, response: Response) -> list[LogIssue]:
-    """A drive that turns a string with friction does work on it; torque of the other sign would take work out of it."""
+    """A drive does work against friction: negative work, and torque opposite to the simulated one, is a wrong sign."""
     drive = log.top_drive
     if drive is None:
         return []
     inside = np.isfinite(drive.effort) & np.isfinite(drive.position) & (drive.time <= response.time[-1])
-    if np.count_nonzero(inside) < 10 or np.ptp(drive.position[inside]) == 0.0:
+    if np.count_nonzero(inside) < _MIN_SAMPLES or np.ptp(drive.position[inside]) == 0.0:
         return []
     torque = drive.effort[inside]
     work = float(np.trapezoid(torque, drive.position[inside]))
     simulated = np.interp(drive.time[inside], response.time, response.surface_torque)
     if np.std(torque) == 0.0 or np.std(simulated) == 0.0:
         return []
-    alike = float(np.corrcoef(torque, simulated)[0, 1])
-    if work >= 0.0 or alike > _OPPOSITE:
+    correlation = float(np.corrcoef(torque, simulated)[0, 1])
+    if work >= 0.0 or correlation > _OPPOSITE:
         return []
-    text = (
-        f"surface_torque runs against the rotation (the drive would gain {-work / 1e3:.3g} kJ from a string that "
-        "rubs): one of the two has its sign turned; import it with sign: -1"
-    )
+    text = sentence(
+        "surface_torque opposes the rotation: the drive would gain ", Quantity(-work / 1e3, "kJ"),
+        " from friction; one of the two has the wrong sign; import it with sign: -1",
+    )  # fmt: skip
     return [LogIssue("unusable", "surface_torque", text)]
 
 
 def _block(log: RigLog, rig: Rig, response: Response) -> list[LogIssue]:
-    """Positive lowers: a block that rises while everything else is as if it went down."""
+    """Positive lowers the block: one that rises, while hook load and pressure fit a lowered block, has a wrong sign."""
     works = log.draw_works
     if works is None:
         return []
     position = works.position[np.isfinite(works.position)]
     if position.size < 2 or position[-1] - position[0] > -_RAISED:
         return []
-    turned = simulate_as_given(
-        replace(log, draw_works=replace(works, position=-works.position, velocity=-works.velocity)), rig
-    )
-    if turned is None:
+    turned = replace(log, draw_works=replace(works, position=-works.position, velocity=-works.velocity))
+    opposite = simulate_as_given(turned, rig)
+    if opposite is None:
         return []
     ratios = []
     if np.isfinite(works.effort).any():
-        ratios.append(_left(works.time, works.effort, turned[1], "hook_load", response))
-    pipe = log.standpipe_pressure
-    if pipe is not None and np.isfinite(pipe.value).any():
-        ratios.append(_left(pipe.time, pipe.value, turned[1], "standpipe_pressure", response))
+        ratios.append(_scatter_ratio(works.time, works.effort, opposite, "hook_load", response))
+    pressure = log.standpipe_pressure
+    if pressure is not None and np.isfinite(pressure.value).any():
+        ratios.append(_scatter_ratio(pressure.time, pressure.value, opposite, "standpipe_pressure", response))
     if not ratios or max(ratios) > _BETTER:
         return []
-    text = (
-        f"the block rises by {position[0] - position[-1]:.2f} m while hook load and pressure are those of a block that "
-        "goes down: positive lowers; import it with sign: -1"
-    )
+    text = sentence(
+        "the block rises by ", Quantity(float(position[0] - position[-1]), "m", 2),
+        " while hook load and pressure are those of a lowered block: positive lowers; import it with sign: -1",
+    )  # fmt: skip
     return [LogIssue("unusable", "draw_works", text)]
 
 
-def _left(time: Array, values: Array, turned: Response, name: str, as_logged: Response) -> float:
-    """Scatter of the residual with the turned sign over that without."""
+def _scatter_ratio(time: Array, values: Array, opposite: Response, name: str, as_logged: Response) -> float:
+    """Scatter of the residual with the opposite sign over that with the logged sign."""
     known = np.isfinite(values) & (time >= 0.0) & (time <= as_logged.time[-1])
-    if np.count_nonzero(known) < 10:
+    if np.count_nonzero(known) < _MIN_SAMPLES:
         return 1.0
     time, values = time[known], values[known]
-    left = [float(np.std(values - np.interp(time, r.time, getattr(r, name)))) for r in (turned, as_logged)]
-    return left[0] / left[1] if left[1] > 0.0 else 1.0
+    scatter = [float(np.std(values - np.interp(time, r.time, getattr(r, name)))) for r in (opposite, as_logged)]
+    return scatter[0] / scatter[1] if scatter[1] > 0.0 else 1.0

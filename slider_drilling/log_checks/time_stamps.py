@@ -1,4 +1,4 @@
-"""The log's clock: stamps that do not ascend, jumps, gaps and rates."""
+"""Check the time stamps: they ascend, no clock was set, few samples are missing, the rate is high enough."""
 
 from __future__ import annotations
 
@@ -9,74 +9,78 @@ from slider_drilling.log.series import Array, JointSeries, ScalarSeries
 from slider_drilling.log_checks.issue import LogIssue
 from slider_drilling.rig import Rig
 
-# A gap is this many intervals long, or this many seconds where samples are dense.
+# A gap is this many sampling intervals long, and at least this many seconds.
 _GAP_INTERVALS, _GAP_S = 10.0, 1.0
-# Share of the log in which the drive's motion may be unknown, and the turn (rad) that makes a gap one of those.
-_MOST_UNKNOWN, _TURNED = 0.1, 0.5
+# The drive moved during a gap if it turned by more than this, rad. Such gaps may fill this share of the log.
+_TURNED, _MAX_UNKNOWN = 0.5, 0.1
 _JUMP_S = 1.0
-_SLOW = 0.5  # of the declared rate
-_DROPPED = 1.5  # intervals
+_MIN_RATE = 0.5  # of the rate that the rig file declares
+_DROPPED = 1.5  # sampling intervals: samples are missing between two stamps that are farther apart
+_MIN_COVERAGE = 0.9  # of the top drive's log
 
 
 def check_time_stamps(log: RigLog, rig: Rig) -> list[LogIssue]:
-    """Every finding about the stamps of the surface channels."""
+    """Every issue with the stamps of the surface channels."""
     series = surface_series(log)
-    found = [why for name, own in series.items() if (why := _stamps(name, own.time))]
-    if found:
-        return found
-    for name, own in series.items():
-        found += _jump(name, own.time, own.arrival)
-    found += _alike({name: _dropped(own.time) for name, own in series.items()})
-    found += _alike({name: _rate(own.time, rig.sensors.rate) for name, own in series.items()})
-    found += _unknown_motion(log)
-    return found + _coverage(series)
+    issues = [issue for name, channel in series.items() if (issue := _not_ascending(name, channel.time))]
+    if issues:
+        return issues
+    for name, channel in series.items():
+        issues += _clock_set(name, channel.time, channel.arrival)
+    issues += _one_note_per_text({name: _dropped(channel.time) for name, channel in series.items()})
+    issues += _one_note_per_text({name: _slow(channel.time, rig.sensors.rate) for name, channel in series.items()})
+    issues += _unknown_motion(log)
+    return issues + _coverage(series)
 
 
 def surface_series(log: RigLog) -> dict[str, JointSeries | ScalarSeries]:
-    """The series sampled at the surface that a diagnosis reads, by the log's names."""
+    """The surface channels that a diagnosis reads, by their names in the log; those of one sample are left out."""
     named = {
         "top_drive": log.top_drive,
         "draw_works": log.draw_works,
         "standpipe_pressure": log.standpipe_pressure,
         "mud_pump": log.mud_pump,
     }
-    return {name: own for name, own in named.items() if own is not None and own.time.size > 1}
+    return {name: series for name, series in named.items() if series is not None and series.time.size > 1}
 
 
-def _stamps(name: str, time: Array) -> LogIssue | None:
+def _not_ascending(name: str, time: Array) -> LogIssue | None:
     if not np.isfinite(time).all():
-        return LogIssue("unusable", "clock", f"{name}: {np.count_nonzero(~np.isfinite(time))} stamps are no numbers")
-    back = int(np.count_nonzero(np.diff(time) <= 0.0))
-    if back == 0:
+        return LogIssue("unusable", "clock", f"{name}: {np.count_nonzero(~np.isfinite(time))} stamps are not numbers")
+    backward = np.flatnonzero(np.diff(time) <= 0.0)
+    if backward.size == 0:
         return None
-    at = float(time[np.flatnonzero(np.diff(time) <= 0.0)[0]])
-    return LogIssue("unusable", "clock", f"{name}: stamps do not ascend at {back} places, first after {at:.2f} s")
+    first = float(time[backward[0]])
+    return LogIssue(
+        "unusable", "clock", f"{name}: stamps do not ascend at {backward.size} places, first after {first:.2f} s"
+    )
 
 
-def _jump(name: str, time: Array, arrival: Array) -> list[LogIssue]:
-    """A stamp that leaps while the recorder's own clock goes on: the rig's clock was set during the log."""
+def _clock_set(name: str, time: Array, arrival: Array) -> list[LogIssue]:
+    """Whether the rig's clock was set: stamps jump while the recorder's clock runs on."""
     if arrival.shape != time.shape or not np.isfinite(arrival).all():
         return []
-    leap = np.diff(time) - np.diff(arrival)
-    at = int(np.argmax(np.abs(leap)))
-    late = arrival - time
-    lasting = float(np.median(late[: at + 1]) - np.median(late[at + 1 :]))
-    if abs(leap[at]) < _JUMP_S or abs(lasting) < 0.5 * abs(leap[at]):
+    jump = np.diff(time) - np.diff(arrival)
+    at = int(np.argmax(np.abs(jump)))
+    delay = arrival - time
+    # A message that arrived late jumps too, but the delay after it is what it was before.
+    lasting = float(np.median(delay[: at + 1]) - np.median(delay[at + 1 :]))
+    if abs(jump[at]) < _JUMP_S or abs(lasting) < 0.5 * abs(jump[at]):
         return []
     text = (
-        f"{name}: stamps leap by {leap[at]:+.1f} s at {time[at]:.1f} s while the recorder's clock goes on: "
+        f"{name}: stamps jump by {jump[at]:+.1f} s at {time[at]:.1f} s while the recorder's clock runs on: "
         "a clock was set; use the log before or after that"
     )
     return [LogIssue("unusable", "clock", text)]
 
 
-def _alike(notes: dict[str, str | None]) -> list[LogIssue]:
-    """One note for the channels of which the same is to be said: as a rule they were logged together."""
-    together: dict[str, list[str]] = {}
-    for name, text in notes.items():
+def _one_note_per_text(texts: dict[str, str | None]) -> list[LogIssue]:
+    """One note for all channels with the same text: channels are usually logged together."""
+    channels: dict[str, list[str]] = {}
+    for name, text in texts.items():
         if text is not None:
-            together.setdefault(text, []).append(name)
-    return [LogIssue("note", names[0], f"{', '.join(names)}: {text}") for text, names in together.items()]
+            channels.setdefault(text, []).append(name)
+    return [LogIssue("note", names[0], f"{', '.join(names)}: {text}") for text, names in channels.items()]
 
 
 def _dropped(time: Array) -> str | None:
@@ -88,23 +92,23 @@ def _dropped(time: Array) -> str | None:
     longest = int(np.argmax(steps))
     share = 100.0 * missing / (missing + time.size)
     return (
-        f"{missing} samples ({share:.2g} %) are missing, the longest gap is {steps[longest]:.1f} s "
+        f"{missing} samples ({share:.2g} %) are missing; the longest gap is {steps[longest]:.1f} s, "
         f"at {time[longest]:.1f} s"
     )
 
 
-def _rate(time: Array, declared: float) -> str | None:
+def _slow(time: Array, declared: float) -> str | None:
     rate = 1.0 / float(np.median(np.diff(time)))
-    if rate >= _SLOW * declared:
+    if rate >= _MIN_RATE * declared:
         return None
     return (
-        f"{rate:.3g} samples a second where the rig file's sensors.rate is {declared:g} Hz; what happens between two "
-        "of them is not known"
+        f"{rate:.3g} samples per second, but the rig file's sensors.rate is {declared:g} Hz; faster changes are not "
+        "in the log"
     )
 
 
 def _unknown_motion(log: RigLog) -> list[LogIssue]:
-    """Gaps of the top drive through which it turned: what drives the simulation is made up there."""
+    """Gaps in which the top drive turned: the motion that drives the simulation is unknown there."""
     drive = log.top_drive
     if drive is None or drive.time.size < 2 or not np.isfinite(drive.position).any():
         return []
@@ -120,21 +124,21 @@ def _unknown_motion(log: RigLog) -> list[LogIssue]:
         return []
     worst = int(np.argmax(np.where(gaps, steps, 0.0)))
     text = (
-        f"the top drive turned through gaps of {unknown:.1f} s in all, the longest {steps[worst]:.1f} s at "
-        f"{time[worst]:.1f} s: its motion there is not known"
+        f"the top drive turned during gaps of {unknown:.1f} s in total, the longest {steps[worst]:.1f} s at "
+        f"{time[worst]:.1f} s: its motion there is unknown"
     )
     share = unknown / float(time[-1] - time[0])
-    return [LogIssue("uninformative" if share > _MOST_UNKNOWN else "note", "top_drive", text)]
+    return [LogIssue("uninformative" if share > _MAX_UNKNOWN else "note", "top_drive", text)]
 
 
 def _coverage(series: dict[str, JointSeries | ScalarSeries]) -> list[LogIssue]:
-    """Channels that hold only part of the time that the top drive was logged."""
+    """Channels that cover only part of the top drive's log."""
     if "top_drive" not in series:
         return []
-    begin, end = series["top_drive"].time[[0, -1]]
-    found = []
-    for name, own in series.items():
-        inside = max(min(own.time[-1], end) - max(own.time[0], begin), 0.0) / max(end - begin, 1e-9)
-        if inside < 0.9:
-            found.append(LogIssue("note", name, f"{name}: covers {100.0 * inside:.0f} % of the top drive's log"))
-    return found
+    start, end = series["top_drive"].time[[0, -1]]
+    issues = []
+    for name, channel in series.items():
+        covered = max(min(channel.time[-1], end) - max(channel.time[0], start), 0.0) / max(end - start, 1e-9)
+        if covered < _MIN_COVERAGE:
+            issues.append(LogIssue("note", name, f"{name}: covers {100.0 * covered:.0f} % of the top drive's log"))
+    return issues

@@ -1,4 +1,4 @@
-"""Pressure that was measured while the pump changed its speed and nobody logged how: it tells when, and is masked."""
+"""Check that the flow is known wherever pressure was measured; mask the pressure where it is not."""
 
 from __future__ import annotations
 
@@ -12,8 +12,12 @@ from slider_drilling.log_inputs.reconstruct_flow import lost_changes, with_lost_
 
 
 def mask_pressure_of_unknown_flow(log: RigLog) -> tuple[RigLog, list[LogIssue]]:
-    """The log with standpipe pressure made NaN wherever the pump's samples were lost while its speed changed, and with
-    the pump's speed about the moment of the change where that pressure tells it.
+    """Mask standpipe pressure while pump samples are missing and the pump changed its speed.
+
+    The pressure still shows when the speed changed, so the pump gets samples around that moment.
+
+    Returns:
+        The log with these pressures as NaN, and a note if there are any.
     """
     pump, pressure = log.mud_pump, log.standpipe_pressure
     if pump is None or pressure is None:
@@ -29,25 +33,23 @@ def mask_pressure_of_unknown_flow(log: RigLog) -> tuple[RigLog, list[LogIssue]]:
     first = float(pressure.time[unknown][0])
     text = (
         f"standpipe_pressure: {np.count_nonzero(unknown)} samples, the first at {first:.1f} s, are left out: the pump "
-        "changed its speed meanwhile and its own samples are missing"
+        "changed its speed there and its own samples are missing"
     )
-    value = np.where(unknown, np.nan, pressure.value)
-    found = _with_speeds(pump, *with_lost_flow(time, speed, pressure.time, pressure.value))
-    return replace(log, mud_pump=found, standpipe_pressure=replace(pressure, value=value)), [
-        LogIssue("note", "standpipe_pressure", text)
-    ]
+    masked = replace(pressure, value=np.where(unknown, np.nan, pressure.value))
+    filled = _with_speeds(pump, *with_lost_flow(time, speed, pressure.time, pressure.value))
+    return replace(log, mud_pump=filled, standpipe_pressure=masked), [LogIssue("note", "standpipe_pressure", text)]
 
 
 def _with_speeds(pump: JointSeries, time: Array, speed: Array) -> JointSeries:
-    """A pump with samples of its speed (n,), s, rad/s, of which it may have some already."""
+    """The pump with samples of its speed added: time (n,) s, speed (n,) rad/s. Times that it has stay as they are."""
     new = ~np.isin(time, pump.time)
-    nothing = np.full(np.count_nonzero(new), np.nan)
+    missing = np.full(np.count_nonzero(new), np.nan)
     order = np.argsort(np.concatenate([pump.time, time[new]]), kind="stable")
 
-    def joined(own: Array, added: Array) -> Array:
-        return np.concatenate([own, added])[order]
+    def merged(values: Array, added: Array) -> Array:
+        return np.concatenate([values, added])[order]
 
     return JointSeries(
-        joined(pump.time, time[new]), joined(pump.arrival, time[new]), joined(pump.position, nothing),
-        joined(pump.velocity, speed[new]), joined(pump.effort, nothing),
+        merged(pump.time, time[new]), merged(pump.arrival, time[new]), merged(pump.position, missing),
+        merged(pump.velocity, speed[new]), merged(pump.effort, missing),
     )  # fmt: skip

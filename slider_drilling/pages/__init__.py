@@ -32,18 +32,8 @@ A page is described without its units and written in those of the reader:
 """
 
 from slider_drilling.pages.figures import Bars, Chart, HeatMap, Line, Panel, line
-from slider_drilling.pages.page import (
-    BulletList,
-    Headline,
-    Link,
-    Page,
-    Quantity,
-    Section,
-    Table,
-    Tag,
-    page_html,
-    write_page,
-)
+from slider_drilling.pages.page import BulletList, Headline, Link, Page, Section, Table, Tag, page_html, write_page
+from slider_drilling.units import Quantity
 
 __all__ = [
     "Bars",

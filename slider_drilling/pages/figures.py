@@ -12,6 +12,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from slider_drilling.units import Text
+
 Array = NDArray[np.float64]
 Style = Literal["line", "dashed", "dotted", "dots", "steps"]
 
@@ -79,7 +81,7 @@ class Chart:
     title: str
     x_label: str
     panels: tuple[Panel, ...]
-    caption: str = ""
+    caption: Text = ""
     vertical_lines: tuple[tuple[float, str], ...] = ()
     x_limits: tuple[float, float] | None = None
     x_log: bool = False
@@ -103,7 +105,7 @@ class HeatMap:
     value: Array
     categories: tuple[str, ...] = ()
     log: bool = False
-    caption: str = ""
+    caption: Text = ""
 
 
 Figure = Chart | HeatMap

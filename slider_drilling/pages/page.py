@@ -16,7 +16,7 @@ from slider_drilling.files.output_files import write_atomically
 from slider_drilling.pages.colours import DARK, LIGHT
 from slider_drilling.pages.figures import Chart, HeatMap
 from slider_drilling.pages.plotly_js import plotly_spec
-from slider_drilling.units import Units, number, unit_of
+from slider_drilling.units import Quantity, Sentence, Text, Units, number, unit_of
 
 Tone = Literal["good", "plain", "bad"]
 SCRIPT = "plotly-cartesian.min.js.gz"
@@ -26,19 +26,10 @@ _NUMERIC = re.compile(r"^(never|-|[-+]?[\d.]+(e-?\d+)?( (to|of) [-+]?[\d.]+)?( [
 
 
 @dataclass(frozen=True)
-class Quantity:
-    """A number with its own unit, in a cell: "12.3 kN m"."""
-
-    value: float | None
-    unit: str = ""
-    digits: int = 3
-
-
-@dataclass(frozen=True)
 class Tag:
     """A word with a tone, in a cell: a verdict."""
 
-    text: str
+    text: Text
     tone: Tone = "plain"
 
 
@@ -50,7 +41,7 @@ class Link:
     href: str
 
 
-Cell = str | float | int | None | Quantity | Tag | Link | tuple["str | Quantity | Tag | Link", ...]
+Cell = Text | float | int | None | Quantity | Tag | Link | tuple["Text | Quantity | Tag | Link", ...]
 
 
 @dataclass(frozen=True)
@@ -59,7 +50,7 @@ class Table:
 
     header: tuple[str, ...]
     rows: tuple[tuple[Cell, ...], ...]
-    caption: str = ""
+    caption: Text = ""
     digits: int = 3
 
 
@@ -67,14 +58,14 @@ class Table:
 class BulletList:
     """Sentences, one a line."""
 
-    lines: tuple[str, ...]
+    lines: tuple[Text, ...]
 
 
 @dataclass(frozen=True)
 class Headline:
     """The sentence that a reader came for, with a tone; word: what stands above it, a verdict."""
 
-    text: str
+    text: Text
     tone: Tone = "plain"
     label: str = ""
 
@@ -84,7 +75,7 @@ class Section:
     """A heading and what stands under it: text, bullets, tables and figures, in order. folded: closed until opened."""
 
     title: str
-    items: tuple[str | BulletList | Table | Chart | HeatMap, ...]
+    items: tuple[Text | BulletList | Table | Chart | HeatMap, ...]
     collapsed: bool = False
 
 
@@ -98,7 +89,7 @@ class Page:
     sections: tuple[Section, ...]
     facts: tuple[tuple[str, str], ...] = ()
     headline: Headline | None = None
-    notes: tuple[str, ...] = ()
+    notes: tuple[Text, ...] = ()
 
 
 def write_page(path: Path, page: Page, units: Units) -> None:
@@ -136,14 +127,14 @@ def _packed(content: bytes) -> str:
 
 
 def _item(
-    item: str | BulletList | Table | Chart | HeatMap, units: Units, drawings: list[dict[str, Any]]
+    item: Text | BulletList | Table | Chart | HeatMap, units: Units, drawings: list[dict[str, Any]]
 ) -> dict[str, Any]:
-    if isinstance(item, str):
+    if isinstance(item, (str, Sentence)):
         return {"kind": "text", "text": units.sentence(item)}
     if isinstance(item, BulletList):
         return {"kind": "bullets", "lines": [units.sentence(line) for line in item.lines]}
     if isinstance(item, Table):
-        return {"kind": "table", "caption": item.caption, **_table(item, units)}
+        return {"kind": "table", "caption": units.sentence(item.caption), **_table(item, units)}
     drawn = plotly_spec(item, units)
     drawings.append({"data": drawn["data"], "layout": drawn["layout"], "height": drawn["height"]})
     wide = isinstance(item, Chart) and (item.wide or len(item.panels) > 1)
@@ -193,7 +184,7 @@ def _cell(cell: Cell, unit: str, units: Units, digits: int) -> list[dict[str, st
         return [{"text": units.text(cell.value, cell.unit, cell.digits)}]
     if cell is None:
         return [{"text": "-"}]
-    if isinstance(cell, str):
+    if isinstance(cell, (str, Sentence)):
         return [{"text": units.sentence(cell)}]
     if isinstance(cell, int) and not unit:
         return [{"text": f"{cell}"}]
