@@ -25,7 +25,7 @@ _FACE = {
     "RigCommand": "control.interface",
     "RigLog": "log",
     "Run": "api.simulate",
-    "Start": "drillstring",
+    "InitialState": "drillstring",
     "StudyResult": "api.study",
     "batch": "api.batch",
     "diagnose": "api.diagnose",

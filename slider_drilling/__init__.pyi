@@ -14,7 +14,7 @@ from slider_drilling.api.with_effect import with_effect as with_effect
 from slider_drilling.control.interface import Measurements as Measurements
 from slider_drilling.control.interface import RigCommand as RigCommand
 from slider_drilling.drillstring import Commands as Commands
-from slider_drilling.drillstring import Start as Start
+from slider_drilling.drillstring import InitialState as InitialState
 from slider_drilling.errors import InputError as InputError
 from slider_drilling.log import RigLog as RigLog
 from slider_drilling.log import read_log as read_log

@@ -113,30 +113,30 @@ class Units:
 
     name: str
 
-    def unit(self, unit: str) -> str:
+    def display_unit(self, unit: str) -> str:
         """What a quantity told in `unit` is told in here."""
         return _OF_THE_FIELD.get(unit, unit) if self.name == "field" else unit
 
-    def value(self, value: Number, unit: str) -> Number:
+    def convert(self, value: Number, unit: str) -> Number:
         """A number or an array of `unit`, told in `self.unit(unit)`."""
-        shown = self.unit(unit)
+        shown = self.display_unit(unit)
         if shown == unit:
             return value
         (factor,) = {known[unit] / known[shown] for known in KINDS.values() if unit in known and shown in known}
         return value * factor
 
-    def text(self, value: float | None, unit: str, digits: int = 3) -> str:
+    def format(self, value: float | None, unit: str, digits: int = 3) -> str:
         """A number of `unit` with the unit it is told in: "12.3 kN m" or "9070 ft lbf"; "-" for None and NaN."""
         if value is None or math.isnan(value):
             return "-"
-        return f"{number(self.value(value, unit), digits)} {self.unit(unit)}".rstrip()
+        return f"{format_number(self.convert(value, unit), digits)} {self.display_unit(unit)}".rstrip()
 
-    def span(self, low: float, high: float, unit: str, digits: int = 3) -> str:
+    def format_range(self, low: float, high: float, unit: str, digits: int = 3) -> str:
         """Two numbers of `unit` and the unit they are told in once: "-4.10 to 12.3 kN m"."""
-        first, last = (number(self.value(one, unit), digits) for one in (low, high))
-        return f"{first} to {last} {self.unit(unit)}".rstrip()
+        first, last = (format_number(self.convert(one, unit), digits) for one in (low, high))
+        return f"{first} to {last} {self.display_unit(unit)}".rstrip()
 
-    def sentence(self, text: str | Sentence) -> str:
+    def convert_text(self, text: str | Sentence) -> str:
         """A text with its quantities in these units.
 
         Of a plain `str`, numbers that an SI unit follows are converted: "between 2663 and 3213 m" becomes "between
@@ -152,19 +152,19 @@ class Units:
         def told(match: re.Match[str]) -> str:
             unit = match["unit"]
             numbers = re.sub(_NUMBER, lambda found: self._again(found[0], unit), match["numbers"])
-            return f"{numbers} {self.unit(unit)}"
+            return f"{numbers} {self.display_unit(unit)}"
 
         return _QUANTITY.sub(told, text)
 
     def _again(self, written: str, unit: str) -> str:
         digits = len(written.lstrip("+-0.").replace(".", "").partition("e")[0])
         sign = "+" if written.startswith("+") else ""
-        return sign + number(self.value(float(written), unit), max(digits, 2))
+        return sign + format_number(self.convert(float(written), unit), max(digits, 2))
 
-    def label(self, label: str) -> str:
+    def convert_label(self, label: str) -> str:
         """A heading or an axis's label, "name, unit", with the unit it is told in."""
-        name, unit = unit_of(label)
-        return f"{name}, {self.unit(unit)}" if unit else label
+        name, unit = split_label(label)
+        return f"{name}, {self.display_unit(unit)}" if unit else label
 
 
 @dataclass(frozen=True)
@@ -212,13 +212,13 @@ FIELD = Units("field")
 UNITS = {units.name: units for units in (SI, FIELD)}
 
 
-def unit_of(label: str) -> tuple[str, str]:
+def split_label(label: str) -> tuple[str, str]:
     """Name and unit of a label "name, unit"; the unit is "" where what follows the comma is none."""
     name, _, unit = label.rpartition(", ")
     return (name, unit) if any(unit in known for known in KINDS.values()) else (label, "")
 
 
-def number(value: float, digits: int = 3) -> str:
+def format_number(value: float, digits: int = 3) -> str:
     """A number for reading: this many significant digits, none lost before the point, and rounding noise as 0."""
     if not math.isfinite(value):
         return "-" if math.isnan(value) else f"{value}"
@@ -231,7 +231,7 @@ def number(value: float, digits: int = 3) -> str:
     return f"{value:.{max(digits - 1 - exponent, 0)}f}"
 
 
-def si_value(unit: str, kind: str, where: str) -> float:
+def si_factor(unit: str, kind: str, where: str) -> float:
     """What one of this unit is in the SI unit of its kind (N m, not ft lbf).
 
     A dot, hyphen or asterisk between two units means what a space does. Raises InputError, starting with ``where``,

@@ -13,7 +13,7 @@ from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import JointSeries
 from slider_drilling.log_inputs.drives_from_log import commands_from_log
-from slider_drilling.log_inputs.fuse_position_and_speed import _smoothed, agreed_motion
+from slider_drilling.log_inputs.fuse_position_and_speed import _smoothed, fuse_position_and_speed
 from slider_drilling.rig import load_rig
 
 TIME = 0.1 * np.arange(1200)
@@ -39,7 +39,7 @@ def in_steps(values, step):
     (np.zeros(TIME.size), np.zeros(TIME.size)),
 ])  # fmt: skip
 def test_a_motion_whose_measurements_agree_stays_as_it_is(motion):
-    angle, speed = agreed_motion(TIME, *motion)
+    angle, speed = fuse_position_and_speed(TIME, *motion)
     assert angle is motion[0] and speed is motion[1]
 
 
@@ -49,7 +49,7 @@ def test_a_coarse_encoder_turns_as_the_drive_did(degrees, rpm):
     true_angle, true_speed = rocked()
     angle = in_steps(true_angle, np.radians(degrees))
     speed = in_steps(true_speed, rpm * 2.0 * np.pi / 60.0)
-    found, turning = agreed_motion(TIME, angle, speed)
+    found, turning = fuse_position_and_speed(TIME, angle, speed)
     assert np.std(found - true_angle) < 0.85 * np.std(angle - true_angle)
     assert np.max(np.abs(found - true_angle)) < 1.2 * np.radians(degrees)
 
@@ -66,7 +66,7 @@ def test_a_coarse_encoder_turns_as_the_drive_did(degrees, rpm):
 def test_a_motion_that_was_lost_meanwhile_is_no_disagreement():
     angle, speed = rocked()
     kept = np.r_[0:400, 431:1200]
-    found = agreed_motion(TIME[kept], angle[kept], speed[kept])
+    found = fuse_position_and_speed(TIME[kept], angle[kept], speed[kept])
     assert found[0] is not None and np.array_equal(found[0], angle[kept]) and np.array_equal(found[1], speed[kept])
 
 
@@ -101,7 +101,7 @@ def test_whatever_is_measured_a_motion_comes_out(seed, count, angle_step, speed_
         speed = in_steps(speed, speed_step)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = agreed_motion(time, angle, speed)
+        found = fuse_position_and_speed(time, angle, speed)
     assert all(np.isfinite(one).all() and one.shape == (count,) for one in found)
 
 
@@ -112,7 +112,7 @@ def test_a_replay_says_what_it_takes():
 
     def assumed(angle):
         drive = JointSeries(TIME, TIME, angle, speed, nothing)
-        return commands_from_log(RigLog("run.mcap", 0, top_drive=drive), rig).assumed
+        return commands_from_log(RigLog("run.mcap", 0, top_drive=drive), rig).assumptions
 
     (said,) = (sentence for sentence in assumed(in_steps(angle, 0.03)) if "agree" in sentence)
     assert "the top drive's angle and its speed do not quite agree" in said and "rad and" in said

@@ -192,7 +192,7 @@ def test_a_problem_at_a_place_is_exact_there_and_the_one_it_came_from_is_not_tou
     before = problem.simulate([values])[0]
     exact = problem.at(values, 1).simulate([values])[0]
     torque = next(piece for piece in problem.pieces if piece.name == "surface_torque")
-    (response,) = simulate_batch([rig_with(rig, values)], model.inputs[0].commands, 40, single=True)
+    (response,) = simulate_batch([rig_with(rig, values)], model.inputs[0].commands, 40, single_precision=True)
     fine = response.surface_torque
     assert exact[torque.rows] == pytest.approx(fine, abs=1e-6)
     assert np.array_equal(problem.simulate([values])[0], before)

@@ -15,7 +15,7 @@ import slider_drilling as sd
 from slider_drilling.cli import COMMANDS, group
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.rig import load_rig
-from slider_drilling.schema.fields import build
+from slider_drilling.schema.fields import build_dataclass
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
@@ -124,7 +124,7 @@ def test_yaml_of_pages_is_read(desk: Path) -> None:
     assert effects
     kind = type(load_rig(desk / "rig.yaml").effects)
     for tree in effects:
-        build(kind, tree, "page")
+        build_dataclass(kind, tree, "page")
 
 
 def test_links_of_pages_lead_somewhere() -> None:

@@ -12,8 +12,8 @@ import pytest
 from numba import njit
 
 from slider_drilling.contact import friction_coefficient_of_direction
-from slider_drilling.drillstring import Commands, Modifiers, Start, assemble, kernel, simulate, simulate_batch
-from slider_drilling.drillstring.start import initial_state
+from slider_drilling.drillstring import Commands, InitialState, Modifiers, assemble, kernel, simulate, simulate_batch
+from slider_drilling.drillstring.start import initial_kernel_state
 from slider_drilling.effects import Effects, FrictionDrift, StaticAging, Stribeck
 from slider_drilling.rig import load_rig
 from slider_drilling.wellbore.mesh import GRAVITY, build_mesh
@@ -36,7 +36,7 @@ def plain_torque(rig, commands: Commands, count: int, substeps: int) -> np.ndarr
     e = assemble.elements([rig], mesh, dt, [Modifiers()])
     c = assemble.lanes([rig], mesh, dt)
     rows = commands.rows()
-    s = initial_state([rig], mesh, e, c, assemble.friction_curve(rig.contact), dt, rows[0], [Start()])
+    s = initial_kernel_state([rig], mesh, e, c, assemble.friction_curve(rig.contact), dt, rows[0], [InitialState()])
     x, phi = s.position[: count + 2].copy(), s.rotation[: count + 2].copy()
     v, w, za, zt = (np.zeros(count) for _ in range(4))
     ka, kt = springs.axial, springs.torsional
@@ -122,9 +122,9 @@ def test_every_lane_of_any_batch_is_its_single_run(lanes, effects, single):
     shares = np.linspace(0.4, 0.6, lanes)
     bits = [dataclasses.replace(RIG.bit, aggressiveness=share) for share in shares]
     rigs = [dataclasses.replace(RIG, effects=effects, bit=bit) for bit in bits]
-    batch = simulate_batch(rigs, turning(3.0), elements=13, single=single)
+    batch = simulate_batch(rigs, turning(3.0), elements=13, single_precision=single)
     for k in (0, lanes // 2, lanes - 1):
-        (alone,) = simulate_batch([rigs[k]], turning(3.0), elements=13, single=single)
+        (alone,) = simulate_batch([rigs[k]], turning(3.0), elements=13, single_precision=single)
         assert np.array_equal(alone.surface_torque, batch[k].surface_torque)
         assert np.array_equal(alone.tool_face, batch[k].tool_face)
 
@@ -150,7 +150,9 @@ def test_single_precision_is_far_below_any_sensors_noise(effects, elements, expo
     contact = dataclasses.replace(RIG.contact, dahl_exponent=exponent)
     rig = dataclasses.replace(RIG, effects=effects, contact=contact)
     commands = turning(60.0)
-    (double,), (single,) = (simulate_batch([rig], commands, elements, single=which) for which in (False, True))
+    (double,), (single,) = (
+        simulate_batch([rig], commands, elements, single_precision=which) for which in (False, True)
+    )
     for channel, limit in LIMITS.items():
         there, here = getattr(double, channel), getattr(single, channel)
         assert 0.0 < np.sqrt(np.mean((there - here) ** 2)) < limit, channel
@@ -160,7 +162,7 @@ def test_single_precision_is_far_below_any_sensors_noise(effects, elements, expo
 def test_frictionless_contact_stays_finite_at_any_speed(single):
     free = dataclasses.replace(RIG, well=dataclasses.replace(RIG.well, friction_intervals=()))
     (response,) = simulate_batch(
-        [free], turning(5.0), elements=20, modifiers=[Modifiers(friction_factor=0.0)], single=single
+        [free], turning(5.0), elements=20, modifiers=[Modifiers(friction_factor=0.0)], single_precision=single
     )
     assert np.all(np.isfinite(response.surface_torque))
     assert math.isfinite(response.tool_face[-1])

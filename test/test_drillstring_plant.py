@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from slider_drilling.drillstring import Commands, Observer, Plant, Start, assemble, simulate, simulate_batch
+from slider_drilling.drillstring import Commands, InitialState, Observer, Plant, assemble, simulate, simulate_batch
 from slider_drilling.effects import Effects, StaticAging, Stribeck
 from slider_drilling.rig import FrictionInterval, Rig, load_rig
 
@@ -74,7 +74,7 @@ def test_torque_front_travels_at_the_shear_wave_speed_and_meets_the_pipe_impedan
 def test_undamped_string_without_friction_keeps_its_energy():
     """Free torsion of a fixed-free pipe: the first mode swings at c / 4 L and does not die."""
     rig = one_pipe(without_friction(RIG))
-    response = simulate(rig, motion(60.0), elements=100, start=Start(twist=1.0))
+    response = simulate(rig, motion(60.0), elements=100, start=InitialState(twist=1.0))
     period = 4.0 * 4000.0 / math.sqrt(rig.string.shear_modulus / rig.string.density)
     falling = np.flatnonzero((response.tool_face[:-1] > 0) & (response.tool_face[1:] <= 0))
     measured = np.diff(response.time[falling]).mean()
@@ -138,13 +138,13 @@ def test_a_batch_on_no_worker_is_run_by_who_asks_and_one_of_no_rigs_is_empty():
 def test_start_offset_turns_the_tool_face_and_twists_nothing():
     commands = rocking(10.0)
     plain = simulate(RIG, commands, elements=60)
-    turned = simulate(RIG, commands, elements=60, start=Start(offset=0.7))
+    turned = simulate(RIG, commands, elements=60, start=InitialState(tool_face_offset=0.7))
     assert np.array_equal(turned.surface_torque, plain.surface_torque)
     assert turned.tool_face - plain.tool_face == pytest.approx(0.7)
 
 
 def test_start_twist_is_held_by_a_constant_torque():
-    held = simulate(RIG, motion(1.0), elements=60, start=Start(twist=-0.5))
+    held = simulate(RIG, motion(1.0), elements=60, start=InitialState(twist=-0.5))
     stiffness = 7.92e10 * math.pi / 32.0 / (3940.0 / (0.127**4 - 0.1086**4) + 60.0 / (0.165**4 - 0.0714**4))
     assert held.surface_torque[0] == pytest.approx(0.5 * stiffness, rel=0.02)
     assert held.tool_face[0] == pytest.approx(-0.5)
@@ -171,7 +171,7 @@ def test_uneven_samples_give_the_run_of_even_ones():
     even = rocking(20.0)
     time = np.sort(np.concatenate([even.time[::3], even.time[1::3] + 0.013]))
     time = time[time <= 20.0]
-    response = simulate(RIG, even.at(time), elements=60)
+    response = simulate(RIG, even.resampled(time), elements=60)
     reference = simulate(RIG, even, elements=60)
     error = response.surface_torque - np.interp(time, even.time, reference.surface_torque)
     assert np.sqrt(np.mean(error**2)) < 0.02 * np.std(reference.surface_torque)
@@ -252,7 +252,7 @@ def test_where_torque_was_lost_nothing_pulls():
     )
     assert np.abs(lost).max() < 1.1 * np.abs(seen).max()
     assert np.abs(drawn).max() > 5.0 * np.abs(lost).max()
-    at = Observer(time[come], own[come]).at(np.array([-1.0, 0.0, 7.35, 8.0, 10.05, 10.15, 99.0]))
+    at = Observer(time[come], own[come]).measured_at(np.array([-1.0, 0.0, 7.35, 8.0, 10.05, 10.15, 99.0]))
     assert np.isnan(at).tolist() == [True, False, False, True, True, False, True]
 
 
@@ -282,7 +282,7 @@ def test_friction_multiplied_over_time_is_the_rig_files_multiplied_where_it_is_c
     rougher = dataclasses.replace(rig, well=dataclasses.replace(rig.well, friction_intervals=tuple(rubs)))
     commands = rocking(60.0)
     (expected,) = simulate_batch([rougher], commands, 40)
-    (found,) = simulate_batch([rig], commands, 40, friction=np.full(commands.time.size, 1.3))
+    (found,) = simulate_batch([rig], commands, 40, friction_factor=np.full(commands.time.size, 1.3))
     np.testing.assert_allclose(found.surface_torque, expected.surface_torque, rtol=1e-9, atol=1e-6)
 
 
@@ -290,7 +290,7 @@ def test_bit_torque_multiplied_over_time_is_the_rig_files_multiplied_where_it_is
     blunt = dataclasses.replace(RIG, bit=dataclasses.replace(RIG.bit, aggressiveness=0.7 * RIG.bit.aggressiveness))
     commands = rocking(60.0)
     (expected,) = simulate_batch([blunt], commands, 40)
-    (found,) = simulate_batch([RIG], commands, 40, bite=np.full(commands.time.size, 0.7))
+    (found,) = simulate_batch([RIG], commands, 40, bit_torque_factor=np.full(commands.time.size, 0.7))
     assert expected.bit_torque.max() > 0.0
     np.testing.assert_allclose(found.bit_torque, expected.bit_torque, rtol=1e-9, atol=1e-6)
     np.testing.assert_allclose(found.standpipe_pressure, expected.standpipe_pressure, rtol=1e-9)
@@ -302,7 +302,7 @@ def test_friction_that_drifts_by_its_law_is_friction_multiplied_over_time():
     drifting = dataclasses.replace(RIG.effects, friction_drift=drift)
     commands = rocking(60.0)
     (expected,) = simulate_batch([dataclasses.replace(RIG, effects=drifting)], commands, 40)
-    (found,) = simulate_batch([RIG], commands, 40, friction=1.0 + rate * commands.time)
+    (found,) = simulate_batch([RIG], commands, 40, friction_factor=1.0 + rate * commands.time)
     plain = simulate(RIG, commands, 40)
     moved = np.abs(expected.surface_torque - plain.surface_torque).max()
     assert np.abs(found.surface_torque - expected.surface_torque).max() < 1e-3 * moved

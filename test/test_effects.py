@@ -31,7 +31,7 @@ from slider_drilling.effects import (
     Tortuosity,
     ViscousDrag,
 )
-from slider_drilling.rig import FrictionInterval, Rig, Section
+from slider_drilling.rig import FrictionInterval, Rig, StringSection
 
 
 def horizontal(length: float = 200.0, friction: float = 1.0) -> Rig:
@@ -323,7 +323,7 @@ def test_harder_formation_takes_more_weight_from_its_time_on():
 
 def test_sections_of_another_size_do_not_change_what_an_effect_acts_on():
     """A bottom-hole assembly in the open hole is part of what a cuttings bed lies on."""
-    collar = Section("collar", 50.0, 0.165, 0.0714)
+    collar = StringSection("collar", 50.0, 0.165, 0.0714)
     rig = horizontal()
     pipe = dataclasses.replace(rig.string.sections[0], length=150.0)
     rig = dataclasses.replace(rig, string=dataclasses.replace(rig.string, sections=(pipe, collar)))

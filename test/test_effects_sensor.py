@@ -10,7 +10,7 @@ import pytest
 from steady import EXAMPLE, PUMP, commands, with_effect
 
 from slider_drilling.diagnosis.replay import replay
-from slider_drilling.drillstring import Commands, Start, simulate
+from slider_drilling.drillstring import Commands, InitialState, simulate
 from slider_drilling.drillstring.to_log import write_simulated
 from slider_drilling.effects import TorqueAtMotor, TorqueSensorBias, TorqueSensorGain, TorqueSensorLag
 from slider_drilling.log import read_log
@@ -20,7 +20,7 @@ def test_lagging_torque_sensor_is_a_first_order_filter_of_the_torque():
     run = commands(30.0, speed=1.0, rise=0.5)
     lag = 0.8
     fine = dataclasses.replace(EXAMPLE, sensors=dataclasses.replace(EXAMPLE.sensors, rate=100.0))
-    dense = run.at(np.arange(0.0, 30.0, 0.01))
+    dense = run.resampled(np.arange(0.0, 30.0, 0.01))
     true = simulate(fine, dense, 40)
     sensed = simulate(with_effect(fine, torque_sensor_lag=TorqueSensorLag(lag)), dense, 40)
     gain = 1.0 - math.exp(-0.01 / lag)
@@ -52,7 +52,7 @@ def test_a_torque_sensor_with_a_wrong_gain_scales_its_reading_and_nothing_else()
 
 def test_what_is_read_of_a_torque_passes_gain_then_bias_then_lag():
     """Of a wound string: the first reading is settled, so the lag must begin at the scaled torque."""
-    run, start = commands(10.0, speed=1.0), Start(twist=-3.0)
+    run, start = commands(10.0, speed=1.0), InitialState(twist=-3.0)
     lagging = with_effect(EXAMPLE, torque_sensor_lag=TorqueSensorLag(0.7))
     gain, bias = 0.25, 300.0
     all_three = with_effect(

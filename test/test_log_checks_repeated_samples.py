@@ -13,7 +13,7 @@ from slider_drilling.log import RigLog
 from slider_drilling.log.series import JointSeries, ScalarSeries
 from slider_drilling.log_checks.position_and_speed import check_position_and_speed
 from slider_drilling.log_checks.repeated_samples import mask_repeated_samples
-from slider_drilling.log_inputs.drives_from_log import commands_from_log, unfilled
+from slider_drilling.log_inputs.drives_from_log import commands_from_log, unfilled_field
 from slider_drilling.rig import load_rig
 
 RIG = load_rig(installed_file("config/rig.example.yaml"))
@@ -76,7 +76,7 @@ def test_renewals_at_another_rate_are_found():
 def test_all_zero_column_is_computed_and_noted(column):
     log = log_of()
     drive = replace(log.top_drive, **{column: np.zeros(900)})
-    assert unfilled(log.top_drive) is None and unfilled(drive) == column
+    assert unfilled_field(log.top_drive) is None and unfilled_field(drive) == column
     own, given = (commands_from_log(replace(log, top_drive=one), RIG).commands for one in (log.top_drive, drive))
     assert own.top_drive_speed[100:150] == pytest.approx(given.top_drive_speed[100:150], abs=0.3)
     assert np.ptp(own.top_drive_angle) == pytest.approx(np.ptp(given.top_drive_angle), rel=0.05)
@@ -85,7 +85,7 @@ def test_all_zero_column_is_computed_and_noted(column):
 
 
 def test_zero_speed_at_rest_counts_as_filled():
-    assert unfilled(JointSeries(TIME, TIME, np.full(900, 3.0), np.zeros(900), np.zeros(900))) is None
+    assert unfilled_field(JointSeries(TIME, TIME, np.full(900, 3.0), np.zeros(900), np.zeros(900))) is None
 
 
 def test_slow_coarse_sensor_is_not_masked():

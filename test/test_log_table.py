@@ -18,7 +18,7 @@ from slider_drilling.commands.import_table import command
 from slider_drilling.errors import InputError
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log import read_log, read_table, save_log
-from slider_drilling.units import KINDS, si_value
+from slider_drilling.units import KINDS, si_factor
 
 BASE: dict[str, Any] = {
     "schema": "slider_drilling/csv/1",
@@ -55,7 +55,7 @@ def table_file(folder: Path, text: str) -> Path:
     ],
 )
 def test_units_against_their_definitions(unit: str, kind: str, value: float) -> None:
-    assert si_value(unit, kind, "here") == pytest.approx(value, rel=1e-9)
+    assert si_factor(unit, kind, "here") == pytest.approx(value, rel=1e-9)
 
 
 def test_first_unit_of_every_kind_is_si() -> None:
@@ -67,9 +67,9 @@ def test_first_unit_of_every_kind_is_si() -> None:
 
 def test_wrong_unit_names_its_kind() -> None:
     with pytest.raises(InputError, match="'psi': is a unit of pressure, not of force"):
-        si_value("psi", "force", "map.yaml: channels.hook_load")
+        si_factor("psi", "force", "map.yaml: channels.hook_load")
     with pytest.raises(InputError, match="did you mean 'klbf'"):
-        si_value("klb", "force", "here")
+        si_factor("klb", "force", "here")
 
 
 def test_every_channel_and_option(tmp_path: Path) -> None:

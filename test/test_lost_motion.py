@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from slider_drilling.benchmarks.log_defects import lacking
 from slider_drilling.drillstring import Commands
-from slider_drilling.drillstring.sample_gaps import inside_lost
+from slider_drilling.drillstring.sample_gaps import times_in_gaps
 from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
 from slider_drilling.log_checks.unknown_flow import mask_pressure_of_unknown_flow
 from slider_drilling.log_inputs.drives_from_log import commands_from_log
-from slider_drilling.log_inputs.fill_drive_gaps import with_lost_motion
-from slider_drilling.log_inputs.reconstruct_flow import lost_changes, with_lost_flow
+from slider_drilling.log_inputs.fill_drive_gaps import fill_drive_gaps
+from slider_drilling.log_inputs.reconstruct_flow import fill_pump_gaps, hidden_flow_changes
 from slider_drilling.rig import load_rig
 
 NAN = np.nan
@@ -63,12 +63,12 @@ def test_a_lost_reversal_reaches_the_peak_that_the_drive_reached(log, begin, end
 
     def worst(time, angle, speed):
         still = np.zeros_like(time)
-        found = Commands(time, angle, speed, still, still, still).at(log.top_drive.time[here])
+        found = Commands(time, angle, speed, still, still, still).resampled(log.top_drive.time[here])
         return np.max(np.abs(found.top_drive_angle - true))
 
     plain = (kept.time, kept.position, kept.velocity)
-    assert worst(*with_lost_motion(*plain, 20.0)) < 0.1
-    assert worst(*plain) > 4.0 * worst(*with_lost_motion(*plain, 20.0))
+    assert worst(*fill_drive_gaps(*plain, 20.0)) < 0.1
+    assert worst(*plain) > 4.0 * worst(*fill_drive_gaps(*plain, 20.0))
 
 
 @pytest.mark.parametrize("by_time", [True, False])
@@ -85,15 +85,15 @@ def test_a_lost_change_of_speed_takes_as_long_as_those_like_it(by_time, lost_tur
         now = then
     angle = np.concatenate([[0.0], np.cumsum(0.05 * (speed[1:] + speed[:-1]))])
     come = np.abs(time - lost_turn) > 0.65
-    found = with_lost_motion(time[come], angle[come], speed[come], 20.0)
+    found = fill_drive_gaps(time[come], angle[come], speed[come], 20.0)
     still = np.zeros_like(found[0])
-    driven = Commands(*found, still, still, still).at(time).top_drive_angle
+    driven = Commands(*found, still, still, still).resampled(time).top_drive_angle
     assert driven == pytest.approx(angle, abs=0.03)
 
 
 def test_motion_that_was_logged_whole_is_left_as_it_is(log):
     drive = log.top_drive
-    found = with_lost_motion(drive.time, drive.position, drive.velocity, 20.0)
+    found = fill_drive_gaps(drive.time, drive.position, drive.velocity, 20.0)
     assert all(np.array_equal(a, b) for a, b in zip(found, (drive.time, drive.position, drive.velocity), strict=True))
 
 
@@ -101,7 +101,7 @@ def test_what_no_single_change_of_speed_explains_is_left_to_the_cubic():
     time = np.r_[np.arange(0.0, 5.0, 0.1), np.arange(7.0, 12.0, 0.1)]
     speed = np.where(time < 6.0, 1.0, 2.0)
     angle = np.where(time < 6.0, time, 4.9 + 2.0 * (time - 7.0) - 3.0)  # it went back meanwhile
-    found = with_lost_motion(time, angle, speed, 20.0)
+    found = fill_drive_gaps(time, angle, speed, 20.0)
     assert found[0].size == time.size
 
 
@@ -118,7 +118,7 @@ def test_corners_lie_inside_and_keep_both_ends(first, second, share, length, ram
     angle = np.r_[before * first, start + turned + second * after]
     speed = np.r_[np.full(20, first), np.full(20, second)]
     speed[0] = first - ramp
-    moved = with_lost_motion(time, angle, speed, 20.0)
+    moved = fill_drive_gaps(time, angle, speed, 20.0)
     assert np.all(np.diff(moved[0]) > 0.0)
     assert np.isin(time, moved[0]).all()
     inside = (moved[0] > before[-1]) & (moved[0] < end)
@@ -141,7 +141,7 @@ def test_the_pump_is_followed_where_the_drive_alone_was_lost(log, rig):
 
 def test_times_inside_what_was_lost():
     time = np.array([0.0, 0.1, 0.2, 1.2, 1.3])
-    assert inside_lost(time, np.array([0.15, 0.2, 0.5, 1.0, 1.2, 1.25])).tolist() == [0.5, 1.0]
+    assert times_in_gaps(time, np.array([0.15, 0.2, 0.5, 1.0, 1.2, 1.25])).tolist() == [0.5, 1.0]
 
 
 def test_pressure_of_an_unknown_flow_is_left_out_and_said(log):
@@ -164,7 +164,7 @@ def test_pressure_tells_when_the_flow_changed(lag, moment, flows):
     noise = np.random.default_rng(3).normal(0.0, 4e4, time.size)
     pressure = level[0] + (level[1] - level[0]) * share + noise
     came = ~((time > 29.15) & (time < 30.55))
-    found, speed = with_lost_flow(time[came], pump[came], time, pressure)
+    found, speed = fill_pump_gaps(time[came], pump[came], time, pressure)
     fine = np.arange(29.0, 31.0, 0.01)
     off = np.interp(fine, found, speed) - np.where(fine < moment, *flows)
     assert abs(float(np.sum(off)) * 0.01) < 0.12 * abs(flows[1] - flows[0])
@@ -177,7 +177,7 @@ def test_a_flow_of_which_pressure_tells_nothing_is_joined_by_a_line(log):
     flat, gone = np.full(600, 2e7), np.full(600, NAN)
     against = log.standpipe_pressure.value[::-1]
     for pressure in (flat, gone, against):
-        found = with_lost_flow(pump.time, pump.velocity, log.standpipe_pressure.time, pressure)
+        found = fill_pump_gaps(pump.time, pump.velocity, log.standpipe_pressure.time, pressure)
         assert np.array_equal(found, (pump.time, pump.velocity))
 
 
@@ -209,7 +209,9 @@ def test_a_drive_whose_samples_come_too_seldom_turns_round_between_them(log, rig
     true = log.top_drive.position[whole]
     plain = few.top_drive
     still = np.zeros_like(plain.time)
-    cubic = Commands(plain.time, plain.position, plain.velocity, still, still, still).at(log.top_drive.time[whole])
+    cubic = Commands(plain.time, plain.position, plain.velocity, still, still, still).resampled(
+        log.top_drive.time[whole]
+    )
     off = np.abs(np.interp(log.top_drive.time[whole], commands.time, commands.top_drive_angle) - true)
     assert off.max() < 0.03
     assert off.max() < 0.5 * np.abs(cubic.top_drive_angle - true).max()
@@ -218,10 +220,10 @@ def test_a_drive_whose_samples_come_too_seldom_turns_round_between_them(log, rig
 def test_a_drive_that_turns_smoothly_is_left_to_the_cubic(rig):
     time = np.arange(0.0, 120.0, 1.0)
     angle, speed = 30.0 * np.sin(0.1 * time), 3.0 * np.cos(0.1 * time)
-    found = with_lost_motion(time, angle, speed, 20.0)
+    found = fill_drive_gaps(time, angle, speed, 20.0)
     still = np.zeros_like(found[0])
     fine = np.arange(5.0, 110.0, 0.1)
-    moved = Commands(*found, still, still, still).at(fine).top_drive_angle
+    moved = Commands(*found, still, still, still).resampled(fine).top_drive_angle
     assert moved == pytest.approx(30.0 * np.sin(0.1 * fine), abs=0.02)
 
 
@@ -252,6 +254,6 @@ def test_a_pump_that_jitters_is_set_to_another_flow_where_it_changes_by_more(log
     jitter = np.random.default_rng(5).normal(0.0, 0.05, log.mud_pump.time.size)
     pump = replace(log.mud_pump, velocity=log.mud_pump.velocity + jitter)
     few = lacking("samples=10", replace(log, mud_pump=pump)).mud_pump
-    assert few.time[lost_changes(few.time, few.velocity)].tolist() == [29.0]
+    assert few.time[hidden_flow_changes(few.time, few.velocity)].tolist() == [29.0]
     holed = without(pump, 40.15, 41.55)
-    assert lost_changes(holed.time, holed.velocity).size == 0
+    assert hidden_flow_changes(holed.time, holed.velocity).size == 0

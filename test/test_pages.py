@@ -95,8 +95,8 @@ def test_figures_are_told_in_the_readers_units(units: Any, torque: float, angle:
     first, _, third = drawn["data"]
     assert first["y"][0] == pytest.approx(torque, rel=1e-4) and third["y"][-1] == pytest.approx(angle, rel=1e-4)
     names = [note["text"] for note in drawn["layout"]["annotations"]]
-    assert names[0] == f"Surface torque, {units.unit('kN m')}"
-    assert names[1] == f"Top drive, {units.unit('rad')} · dotted: half"
+    assert names[0] == f"Surface torque, {units.display_unit('kN m')}"
+    assert names[1] == f"Top drive, {units.display_unit('rad')} · dotted: half"
     half = [shape["y0"] for shape in drawn["layout"]["shapes"] if shape.get("xref") == "paper"]
     assert half == [pytest.approx(angle / 2)]
 

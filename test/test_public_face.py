@@ -246,7 +246,7 @@ def test_study(tmp_path: Path) -> None:
         ({"duration": 1e-3}, r"simulate: duration = 0.001 s: makes 0.01 samples"),
         ({"duration": None}, r"simulate: duration is missing"),
         ({"target": float("nan")}, r"simulate: target = nan: must be a finite number of rad"),
-        ({"start": sd.Start(twist=float("inf"))}, r"simulate: start\.twist = inf: must be a finite"),
+        ({"start": sd.InitialState(twist=float("inf"))}, r"simulate: start\.twist = inf: must be a finite"),
         ({"seed": -1}, r"simulate: seed = -1: must be a whole number"),
         ({"elements": 3}, r"simulate: elements = 3: must be within 10 to 5000"),
         ({"rig": sd.load_rig().with_({"effects.friction_drift.rate": -0.01}), "duration": 120.0},

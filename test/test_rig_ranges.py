@@ -21,7 +21,7 @@ from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.diagnosis.drill_string import rig_with
 from slider_drilling.diagnosis.nuisance import nuisance_parameters
 from slider_drilling.drillstring import VirtualRig
-from slider_drilling.drillstring.recorded_channels import Response, finite
+from slider_drilling.drillstring.recorded_channels import Response, require_finite
 from slider_drilling.drillstring.sensors import quantise
 from slider_drilling.effects import Effects, FrictionDrift
 from slider_drilling.errors import InputError
@@ -29,12 +29,12 @@ from slider_drilling.log import read_log
 from slider_drilling.rig import check_duration, check_rig, load_rig, parse_rig
 from slider_drilling.rig.parts import Rig
 from slider_drilling.rig.table import ranges_markdown
-from slider_drilling.schema.fields import Row, rows
+from slider_drilling.schema.fields import NumberField, number_fields
 
 CONFIG = Path(__file__).parents[1] / "config"
 EXAMPLE = CONFIG / "rig.example.yaml"
 TREE_OF_EXAMPLE = yaml.safe_load(EXAMPLE.read_text())
-NUMBERS = {row.key: row for row in rows(Rig)}
+NUMBERS = {row.key: row for row in number_fields(Rig)}
 
 
 def with_value(key: str, value: float) -> str:
@@ -55,7 +55,7 @@ def with_value(key: str, value: float) -> str:
     return yaml.safe_dump(tree)
 
 
-def ends(row: Row) -> list[float]:
+def ends(row: NumberField) -> list[float]:
     """The outermost values that a range allows."""
     limits = row.range
     low = limits.at_least if math.isfinite(limits.at_least) else math.nextafter(limits.above, math.inf)
@@ -275,10 +275,10 @@ def test_numbers_that_do_not_go_together_are_refused_or_leave_finite_numbers(cha
 
 def test_a_run_that_leaves_finite_numbers_says_so() -> None:
     columns = [np.linspace(0.0, 1.0, 11) for _ in fields(Response)]
-    finite(Response(*columns))
+    require_finite(Response(*columns))
     columns[3] = np.where(columns[0] > 0.45, np.nan, columns[3])
     with pytest.raises(InputError, match=r"no finite numbers from 0\.5 s on: the rig file's numbers"):
-        finite(Response(*columns))
+        require_finite(Response(*columns))
 
 
 def test_table_for_the_documentation_holds_every_number() -> None:

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from slider_drilling.benchmarks.meshes import TURN, static_loads_of, stationed
 from slider_drilling.drillstring import Commands, simulate_batch
 from slider_drilling.rig import Rig, load_rig
-from slider_drilling.wellbore.course import Course
+from slider_drilling.wellbore.course import WellPath
 from slider_drilling.wellbore.mesh import build_mesh
-from slider_drilling.wellbore.side_force import Lying, lying_of_elements
+from slider_drilling.wellbore.side_force import SideForceGeometry, side_force_geometry
 
 RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
 
@@ -44,10 +44,10 @@ def test_a_string_that_turns_in_a_crooked_hole_needs_no_fine_mesh():
 
 
 def test_where_nothing_changes_an_element_lies_as_its_middle_does():
-    course = Course.from_survey(((0.0, 20.0, 30.0), (1000.0, 50.0, 60.0)))
+    course = WellPath.from_survey(((0.0, 20.0, 30.0), (1000.0, 50.0, 60.0)))
     edges = np.linspace(0.0, 1000.0, 41)
-    middle = Lying.between(course, edges)
-    whole = lying_of_elements(course, edges, np.ones(40), np.diff(course.at(edges)[1][:, 2]))
+    middle = SideForceGeometry.between(course, edges)
+    whole = side_force_geometry(course, edges, np.ones(40), np.diff(course.interpolate(edges)[1][:, 2]))
     np.testing.assert_allclose(whole.sine, middle.sine, rtol=1e-4)
     np.testing.assert_allclose(whole.vertical, middle.vertical, rtol=2e-3)
     np.testing.assert_allclose(np.abs(whole.lateral), np.abs(middle.lateral), rtol=2e-3)
@@ -55,10 +55,10 @@ def test_where_nothing_changes_an_element_lies_as_its_middle_does():
 
 def test_pipe_on_the_low_side_before_a_station_and_on_the_high_side_behind_it_presses_on_both():
     # 100 m at 60 degrees, then a build that lifts the pipe that hangs on 2000 m more to the high side.
-    course = Course.from_survey(((0.0, 60.0, 0.0), (50.0, 60.0, 0.0), (100.0, 64.0, 0.0), (4100.0, 64.0, 0.0)))
+    course = WellPath.from_survey(((0.0, 60.0, 0.0), (50.0, 60.0, 0.0), (100.0, 64.0, 0.0), (4100.0, 64.0, 0.0)))
     edges = np.array([0.0, 100.0, 4100.0])
-    falls = np.diff(course.at(edges)[1][:, 2])
-    whole = lying_of_elements(course, edges, np.ones(2), falls)
+    falls = np.diff(course.interpolate(edges)[1][:, 2])
+    whole = side_force_geometry(course, edges, np.ones(2), falls)
     tension = falls[1] + 0.5 * falls[0]
     curvature = np.radians(4.0) / 50.0
     straight, bent = np.sin(np.radians(60.0)), tension * curvature - np.sin(np.radians(62.0))

@@ -11,18 +11,18 @@ import pytest
 
 from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.replay import replay
-from slider_drilling.drillstring import Commands, Start, simulate, simulate_batch
+from slider_drilling.drillstring import Commands, InitialState, simulate, simulate_batch
 from slider_drilling.drillstring.to_log import write_simulated
 from slider_drilling.log import read_log
 from slider_drilling.log.time_window import cut_time_window
 from slider_drilling.log_inputs.drives_from_log import commands_from_log
-from slider_drilling.log_inputs.infer_initial_state import forgotten, start_of
+from slider_drilling.log_inputs.infer_initial_state import infer_initial_state, initial_transient_end
 from slider_drilling.rig import load_rig
 from slider_drilling.wellbore.static_loads import static_loads
 
 RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
 ELEMENTS, PERIOD = 40, 16.0
-AT_WORK = Start(weight=4e4, drag=0.3, hold=0.2, torque=6e3)
+AT_WORK = InitialState(weight_on_bit=4e4, axial_friction_share=0.3, tangential_friction_share=0.2, surface_torque=6e3)
 
 
 def rocking(duration, lowering=0.003):
@@ -61,16 +61,20 @@ def test_a_string_at_work_is_in_balance():
 
 def test_the_hook_carries_what_neither_bit_nor_friction_does():
     hanging = simulate(RIG, still(), ELEMENTS).hook_load[0]
-    assert simulate(RIG, still(), ELEMENTS, Start(weight=3e4)).hook_load[0] == pytest.approx(hanging - 3e4)
+    assert simulate(RIG, still(), ELEMENTS, InitialState(weight_on_bit=3e4)).hook_load[0] == pytest.approx(
+        hanging - 3e4
+    )
     for speed in (1.0, -1.0):
-        own = simulate(RIG, still(), ELEMENTS, Start(weight=3e4, drag=speed)).hook_load[0]
+        own = simulate(RIG, still(), ELEMENTS, InitialState(weight_on_bit=3e4, axial_friction_share=speed)).hook_load[0]
         soft_string = static_loads(RIG, speed, weight_on_bit=3e4, elements=ELEMENTS).hook_load
         assert hanging - own == pytest.approx(hanging - soft_string, rel=0.02)
 
 
 def test_pressure_and_torque_are_those_of_the_weight():
     lever = RIG.bit.aggressiveness * RIG.bit.diameter / 3.0
-    before, now = (simulate(RIG, still(), ELEMENTS, start) for start in (Start(), Start(weight=4e4)))
+    before, now = (
+        simulate(RIG, still(), ELEMENTS, start) for start in (InitialState(), InitialState(weight_on_bit=4e4))
+    )
     motor = lever * 4e4 / RIG.motor.torque_per_pressure
     assert now.standpipe_pressure[0] - before.standpipe_pressure[0] == pytest.approx(motor)
     assert now.surface_torque[0] == pytest.approx(lever * 4e4)
@@ -78,21 +82,21 @@ def test_pressure_and_torque_are_those_of_the_weight():
 
 def test_a_lane_beside_one_at_work_begins_as_it_would_alone():
     alone = simulate(RIG, still(), ELEMENTS)
-    beside = simulate_batch([RIG, RIG], still(), ELEMENTS, [Start(), AT_WORK])[0]
+    beside = simulate_batch([RIG, RIG], still(), ELEMENTS, [InitialState(), AT_WORK])[0]
     assert beside.hook_load == pytest.approx(alone.hook_load, rel=1e-9)
     assert beside.surface_torque == pytest.approx(alone.surface_torque, abs=1e-3)
 
 
 def test_a_log_that_begins_at_rest_does(begun_late):
     whole, _ = begun_late
-    assert start_of(whole, RIG, commands_from_log(whole, RIG).commands) == Start()
+    assert infer_initial_state(whole, RIG, commands_from_log(whole, RIG).commands) == InitialState()
 
 
 def test_a_log_that_begins_at_work_is_replayed_from_there(begun_late):
     whole, late = begun_late
-    start = start_of(late, RIG, commands_from_log(late, RIG).commands)
-    assert start.at_work and start.torque is not None and start.weight > 0.0
-    own, hanging = replay(late, RIG, ELEMENTS), replay(late, RIG, ELEMENTS, Start())
+    start = infer_initial_state(late, RIG, commands_from_log(late, RIG).commands)
+    assert start.loaded and start.surface_torque is not None and start.weight_on_bit > 0.0
+    own, hanging = replay(late, RIG, ELEMENTS), replay(late, RIG, ELEMENTS, InitialState())
     for name in ("surface_torque", "standpipe_pressure", "hook_load"):
         assert own.channels[name].rms < 0.7 * hanging.channels[name].rms, name
     assert replay(whole, RIG, ELEMENTS).channels["surface_torque"].rms < 1.0
@@ -101,7 +105,7 @@ def test_a_log_that_begins_at_work_is_replayed_from_there(begun_late):
 def test_what_the_string_did_before_is_fitted_and_left_out(begun_late):
     _, late = begun_late
     prepared = build_model([late], RIG)
-    begin = forgotten(RIG, commands_from_log(late, RIG).commands)
+    begin = initial_transient_end(RIG, commands_from_log(late, RIG).commands)
     assert PERIOD < begin <= 0.2 * 130.0
     assert all(channel.time[0] >= begin for channel in prepared.model.runs[0].channels)
     assert {"start_weight", "start_drag", "start_hold"} <= {one.name for one in prepared.model.nuisance}
@@ -113,6 +117,6 @@ def test_a_loaded_string_at_rest_was_at_work(begun_late):
     run = commands_from_log(whole, RIG).commands
     resting = replace(run, top_drive_speed=np.zeros_like(run.time))
     lighter = replace(whole, draw_works=replace(whole.draw_works, effort=whole.draw_works.effort - 6e4))
-    assert start_of(whole, RIG, resting) == Start()
-    assert start_of(lighter, RIG, resting).at_work
-    assert start_of(replace(whole, draw_works=None), RIG, resting) == Start()
+    assert infer_initial_state(whole, RIG, resting) == InitialState()
+    assert infer_initial_state(lighter, RIG, resting).loaded
+    assert infer_initial_state(replace(whole, draw_works=None), RIG, resting) == InitialState()

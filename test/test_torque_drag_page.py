@@ -16,7 +16,7 @@ from slider_drilling.log.series import JointSeries, RigLog
 from slider_drilling.pages import page_html
 from slider_drilling.rig import Rig, load_rig
 from slider_drilling.units import FIELD
-from slider_drilling.wellbore.broomstick import broomstick, shortened
+from slider_drilling.wellbore.broomstick import broomstick, with_bit_at
 from slider_drilling.wellbore.static_loads import static_loads
 from slider_drilling.wellbore.survey_table import read_survey
 
@@ -56,14 +56,14 @@ def test_each_metre_of_horizontal_pipe_adds_its_own_drag_and_torque(rig: Rig) ->
 def test_at_total_depth_it_is_the_whole_string(rig: Rig) -> None:
     found = broomstick(rig, None, [4000.0])
     assert found.slack_off[0] == static_loads(rig, 1.0).hook_load
-    assert shortened(rig, 4000.0).string == rig.string
+    assert with_bit_at(rig, 4000.0).string == rig.string
 
 
 def test_a_string_shorter_than_its_bottom_hole_assembly(rig: Rig) -> None:
-    (left,) = shortened(rig, 20.0).string.sections
+    (left,) = with_bit_at(rig, 20.0).string.sections
     assert left.name == "bottom-hole assembly" and left.length == 20.0
     with pytest.raises(InputError, match="bit depth = 4100 m"):
-        shortened(rig, 4100.0)
+        with_bit_at(rig, 4100.0)
 
 
 def a_log(block_speed: float, turn: float, swing: float = 0.0, effort: float = 4e5) -> RigLog:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from slider_drilling.units import _OF_THE_FIELD, FIELD, KINDS, SI, number, unit_of
+from slider_drilling.units import _OF_THE_FIELD, FIELD, KINDS, SI, format_number, split_label
 
 
 @pytest.mark.parametrize(
@@ -25,9 +25,9 @@ from slider_drilling.units import _OF_THE_FIELD, FIELD, KINDS, SI, number, unit_
     ],
 )
 def test_the_fields_units(value: float, unit: str, told: float, in_unit: str) -> None:
-    assert FIELD.unit(unit) == in_unit
-    assert FIELD.value(value, unit) == pytest.approx(told, rel=1e-14)
-    assert SI.unit(unit) == unit and SI.value(value, unit) == value
+    assert FIELD.display_unit(unit) == in_unit
+    assert FIELD.convert(value, unit) == pytest.approx(told, rel=1e-14)
+    assert SI.display_unit(unit) == unit and SI.convert(value, unit) == value
 
 
 def test_every_unit_of_the_field_measures_the_same_kind() -> None:
@@ -36,17 +36,17 @@ def test_every_unit_of_the_field_measures_the_same_kind() -> None:
 
 
 def test_arrays_and_labels() -> None:
-    np.testing.assert_allclose(FIELD.value(np.array([0.3048, 3.048]), "m"), [1.0, 10.0])
-    assert FIELD.label("surface torque, kN m") == "surface torque, ft lbf"
-    assert FIELD.label("E, noise floors") == SI.label("E, noise floors") == "E, noise floors"
-    assert unit_of("hook load, kN") == ("hook load", "kN") and unit_of("friction") == ("friction", "")
+    np.testing.assert_allclose(FIELD.convert(np.array([0.3048, 3.048]), "m"), [1.0, 10.0])
+    assert FIELD.convert_label("surface torque, kN m") == "surface torque, ft lbf"
+    assert FIELD.convert_label("E, noise floors") == SI.convert_label("E, noise floors") == "E, noise floors"
+    assert split_label("hook load, kN") == ("hook load", "kN") and split_label("friction") == ("friction", "")
 
 
 def test_text() -> None:
-    assert SI.text(12.345, "kN m") == "12.3 kN m" and FIELD.text(12.345, "kN m") == "9105 ft lbf"
-    assert SI.text(None, "m") == SI.text(math.nan, "m") == "-"
-    assert SI.span(-4.1, 12.345, "kN") == "-4.10 to 12.3 kN"
-    assert SI.text(0.5, "") == "0.500"
+    assert SI.format(12.345, "kN m") == "12.3 kN m" and FIELD.format(12.345, "kN m") == "9105 ft lbf"
+    assert SI.format(None, "m") == SI.format(math.nan, "m") == "-"
+    assert SI.format_range(-4.1, 12.345, "kN") == "-4.10 to 12.3 kN"
+    assert SI.format(0.5, "") == "0.500"
 
 
 @pytest.mark.parametrize(
@@ -55,7 +55,7 @@ def test_text() -> None:
      (2.5e9, "2.50e9"), (math.nan, "-")],
 )  # fmt: skip
 def test_numbers_for_reading(value: float, read: str) -> None:
-    assert number(value) == read
+    assert format_number(value) == read
 
 
 @pytest.mark.parametrize(
@@ -69,4 +69,4 @@ def test_numbers_for_reading(value: float, read: str) -> None:
     ],
 )  # fmt: skip
 def test_sentences_in_the_fields_units(si: str, field: str) -> None:
-    assert FIELD.sentence(si) == field and SI.sentence(si) == si
+    assert FIELD.convert_text(si) == field and SI.convert_text(si) == si

@@ -16,7 +16,7 @@ from slider_drilling.drillstring.to_log import write_simulated
 from slider_drilling.gap.model import How
 from slider_drilling.log import read_log
 from slider_drilling.log_inputs.drives_from_log import commands_from_log
-from slider_drilling.log_inputs.reconstruct_block import block_by_pressure, stretches
+from slider_drilling.log_inputs.reconstruct_block import rate_knots, reconstruct_block
 from slider_drilling.rig import load_rig
 
 RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
@@ -41,7 +41,7 @@ def test_a_block_that_is_lower_is_one_that_was_lowered():
                                            - run.block_position[-2]) / 0.1)  # fmt: skip
     still = replace(run, block_position=np.zeros_like(run.time), block_speed=np.zeros_like(run.time))
     both = np.stack([run.block_position, 0.5 * run.block_position])
-    own = simulate_batch([RIG, RIG], still, ELEMENTS, lowered=both)
+    own = simulate_batch([RIG, RIG], still, ELEMENTS, block_offset=both)
     by_commands = simulate(RIG, run, ELEMENTS)
     assert own[0].hook_load == pytest.approx(by_commands.hook_load, abs=300.0)
     assert own[0].standpipe_pressure == pytest.approx(by_commands.standpipe_pressure, abs=5e3)
@@ -51,7 +51,7 @@ def test_a_block_that_is_lower_is_one_that_was_lowered():
 def test_a_block_that_begins_lower_hangs_there():
     """No wave runs through a string whose block was lower from the first sample on."""
     run = drilling((0.0, 0.0))
-    own = simulate_batch([RIG], run, ELEMENTS, lowered=np.full((1, run.time.size), -0.5))[0]
+    own = simulate_batch([RIG], run, ELEMENTS, block_offset=np.full((1, run.time.size), -0.5))[0]
     assert np.ptp(own.hook_load[run.time < 2.0]) < 10.0
 
 
@@ -59,12 +59,12 @@ def test_pressure_tells_how_the_block_was_lowered():
     run = drilling((0.003, 0.003, 0.004, 0.002))
     felt = simulate(RIG, run, ELEMENTS).standpipe_pressure
     turning = run.top_drive_speed != 0.0
-    position, speed = block_by_pressure(run.time, turning, run.pump_speed, run.time, felt, RIG)
+    position, speed = reconstruct_block(run.time, turning, run.pump_speed, run.time, felt, RIG)
     assert 0.2 * run.block_position[-1] < position[-1] < 1.1 * run.block_position[-1]
     assert np.ptp(speed) == 0.0 and position == pytest.approx(speed * run.time)
     slower = drilling((0.0015, 0.0015, 0.002, 0.001))
     felt = simulate(RIG, slower, ELEMENTS).standpipe_pressure
-    assert block_by_pressure(run.time, turning, run.pump_speed, run.time, felt, RIG)[1][0] < 0.7 * speed[0]
+    assert reconstruct_block(run.time, turning, run.pump_speed, run.time, felt, RIG)[1][0] < 0.7 * speed[0]
 
 
 def test_weight_that_friction_keeps_while_nothing_turns_raises_no_block():
@@ -75,17 +75,17 @@ def test_weight_that_friction_keeps_while_nothing_turns_raises_no_block():
     still = replace(run, top_drive_angle=angle, top_drive_speed=np.where(rests, 0.0, run.top_drive_speed))
     felt = simulate(RIG, still, ELEMENTS).standpipe_pressure
     turning = still.top_drive_speed != 0.0
-    told = block_by_pressure(run.time, turning, run.pump_speed, run.time, felt, RIG)[1][0]
-    taken_in = block_by_pressure(run.time, np.ones_like(turning), run.pump_speed, run.time, felt, RIG)[1][0]
+    told = reconstruct_block(run.time, turning, run.pump_speed, run.time, felt, RIG)[1][0]
+    taken_in = reconstruct_block(run.time, np.ones_like(turning), run.pump_speed, run.time, felt, RIG)[1][0]
     first = run.time <= 120.0
-    before = block_by_pressure(run.time[first], turning[first], run.pump_speed[first], run.time, felt, RIG)[1][0]
+    before = reconstruct_block(run.time[first], turning[first], run.pump_speed[first], run.time, felt, RIG)[1][0]
     assert told == pytest.approx(before, rel=0.05) and taken_in < 0.9 * told
 
 
 def test_a_pump_that_is_off_lowers_nothing():
     run = drilling((0.0, 0.0))
     turning = run.top_drive_speed != 0.0
-    position, _ = block_by_pressure(run.time, turning, 0.0 * run.time, run.time, 0.0 * run.time, RIG)
+    position, _ = reconstruct_block(run.time, turning, 0.0 * run.time, run.time, 0.0 * run.time, RIG)
     assert not position.any()
 
 
@@ -95,15 +95,17 @@ def test_a_log_without_draw_works_is_fitted_with_the_rates_of_its_block(tmp_path
     whole = read_log(tmp_path / "run.mcap")
     log = replace(whole, draw_works=None)
     driven = commands_from_log(log, RIG)
-    assert driven.lowered and "the block is lowered as the standpipe pressure tells" in driven.assumed[0]
-    assert not commands_from_log(whole, RIG).lowered
+    assert (
+        driven.block_from_pressure and "the block is lowered as the standpipe pressure tells" in driven.assumptions[0]
+    )
+    assert not commands_from_log(whole, RIG).block_from_pressure
     assert not commands_from_log(replace(log, standpipe_pressure=None), RIG).commands.block_position.any()
 
     model = replace(build_model([log], RIG).model, meshes=(ELEMENTS,))
     names = [one.name for one in model.nuisance if one.name.startswith("block_rate_")]
     assert names == [f"block_rate_{k + 1}" for k in range(6)]
-    missing = np.diff(np.interp(stretches(run.time), run.time, run.block_position - driven.commands.block_position))
-    truth = dict(zip(names, missing / np.diff(stretches(run.time)), strict=True))
+    missing = np.diff(np.interp(rate_knots(run.time), run.time, run.block_position - driven.commands.block_position))
+    truth = dict(zip(names, missing / np.diff(rate_knots(run.time)), strict=True))
     found = model.simulate(0, [{}, truth], How())["standpipe_pressure"]
     errors = np.sqrt(np.mean((found - model.runs[0].channels[1].measured) ** 2, axis=1))
     assert model.runs[0].channels[1].name == "standpipe_pressure" and errors[1] < 0.1 * errors[0]

@@ -18,7 +18,7 @@ from slider_drilling.gap.model import How
 from slider_drilling.log import read_log
 from slider_drilling.log.series import JointSeries
 from slider_drilling.log_inputs.drives_from_log import commands_from_log
-from slider_drilling.log_inputs.reconstruct_pump import flow_share, flow_steps, slower
+from slider_drilling.log_inputs.reconstruct_pump import flow_fraction, flow_reduced, pressure_steps
 from slider_drilling.rig import load_rig
 
 RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
@@ -55,27 +55,27 @@ def noisy(values):
 def test_an_even_flow_has_no_steps():
     run = pumped(np.ones(1200))
     felt = noisy(simulate(RIG, run, ELEMENTS).standpipe_pressure)
-    assert flow_steps(run.time, felt, RIG) == ()
-    assert (flow_share(run.time, felt, (), RIG) == 1.0).all()
-    assert not slower(run.time, felt, RIG).any()
+    assert pressure_steps(run.time, felt, RIG) == ()
+    assert (flow_fraction(run.time, felt, (), RIG) == 1.0).all()
+    assert not flow_reduced(run.time, felt, RIG).any()
 
 
 @pytest.mark.parametrize("share", [0.8, 0.93])
 def test_a_flow_that_is_changed_and_set_back_is_found(share):
     run = pumped(less_between(50.0, 80.0, share))
     felt = noisy(simulate(RIG, run, ELEMENTS).standpipe_pressure)
-    (begin, down), (end, up) = flow_steps(run.time, felt, RIG)
+    (begin, down), (end, up) = pressure_steps(run.time, felt, RIG)
     assert (begin, end) == pytest.approx((50.0, 80.0), abs=0.5)
     assert down < 0.0 < up
-    found = flow_share(run.time, felt, flow_steps(run.time, felt, RIG), RIG)
+    found = flow_fraction(run.time, felt, pressure_steps(run.time, felt, RIG), RIG)
     assert found[650] == pytest.approx(share, abs=0.02) and found[300] == found[1000] == 1.0
 
 
 def test_a_pump_that_is_off_is_seen_by_what_circulation_needs():
     run = pumped(less_between(50.0, 80.0, 0.0))
     felt = simulate(RIG, run, ELEMENTS).standpipe_pressure
-    assert flow_share(run.time, felt, flow_steps(run.time, felt, RIG), RIG)[700] == pytest.approx(0.0, abs=0.02)
-    near = slower(run.time, felt, RIG)
+    assert flow_fraction(run.time, felt, pressure_steps(run.time, felt, RIG), RIG)[700] == pytest.approx(0.0, abs=0.02)
+    near = flow_reduced(run.time, felt, RIG)
     assert near[700] and near[805] and not near[300] and not near[1100]
 
 

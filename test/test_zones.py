@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from slider_drilling.drillstring import Commands, Plant
-from slider_drilling.drillstring.zones import turning_friction, zones_from_motion
+from slider_drilling.drillstring.zones import friction_torque, zones_from_motion
 from slider_drilling.rig import load_rig
 from slider_drilling.wellbore.zones import zones_in_closed_form
 
@@ -61,6 +61,6 @@ def test_more_torque_than_friction_leaves_no_static_zone():
 def test_slow_rocking_reaches_as_deep_as_the_closed_form_says(amplitude):
     plant, rotation, torque, surface = rocked(amplitude, period=120.0)
     profile = plant.profile()
-    predicted = zones_in_closed_form(profile.length, turning_friction(plant, profile), 0.5 * np.ptp(surface), 1.0)
+    predicted = zones_in_closed_form(profile.length, friction_torque(plant, profile), 0.5 * np.ptp(surface), 1.0)
     measured = zones_from_motion(profile.measured_depth, rotation, torque, 1.0)
     assert measured.rocked_to == pytest.approx(predicted.rocked_to, rel=0.03)

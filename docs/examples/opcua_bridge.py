@@ -22,7 +22,7 @@ from asyncua import Client, Node, ua
 
 from slider_drilling.errors import InputError
 from slider_drilling.nodes import environment
-from slider_drilling.units import si_value
+from slider_drilling.units import si_factor
 
 # What a rig gives: name -> topic key, place in (position, velocity, effort), kind of quantity.
 READ = {
@@ -76,7 +76,7 @@ def load_mapping(path: Path) -> Mapping:
             unknown = set(found) - set(known)
             if unknown:
                 raise InputError(f"{path}: {part}: unknown {', '.join(sorted(unknown))}; known are {', '.join(known)}")
-            points[part] = {name: Point(one["node"], si_value(one["unit"], known[name][2], f"{path}: {part}.{name}"))
+            points[part] = {name: Point(one["node"], si_factor(one["unit"], known[name][2], f"{path}: {part}.{name}"))
                             for name, one in found.items()}
         mapping = Mapping(str(tree["url"]), float(tree.get("period", 0.1)), str(tree.get("heartbeat", "")),
                           points["read"], points["write"])

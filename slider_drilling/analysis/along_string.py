@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from slider_drilling.analysis.cycles import Cycle
+from slider_drilling.analysis.cycles import RockingCycle
 from slider_drilling.contact import friction_coefficient_of_direction
-from slider_drilling.drillstring import Commands, Plant, Profile, Start
-from slider_drilling.drillstring.zones import turning_friction, zones_from_motion
+from slider_drilling.drillstring import Commands, DepthProfile, InitialState, Plant
+from slider_drilling.drillstring.zones import friction_torque, zones_from_motion
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.mesh import friction_factors
 from slider_drilling.wellbore.zones import Zones, zones_in_closed_form
@@ -43,7 +43,7 @@ class StringHistory:
     friction_coefficient: Array
     beta_v: Array
     turning: Array
-    last: Profile
+    last: DepthProfile
 
     @property
     def turning_torque(self) -> float:
@@ -68,19 +68,19 @@ def without_rocking(commands: Commands) -> Commands:
 
 
 def follow(
-    rig: Rig, start: Start, commands: Commands, elements: int, progress: Callable[[float], None] | None = None
+    rig: Rig, start: InitialState, commands: Commands, elements: int, progress: Callable[[float], None] | None = None
 ) -> StringHistory:
     """Drive the plant through a record and look at the string every half second; progress(share done)."""
     interval = 0.1
     count = int((commands.time[-1] - commands.time[0]) / interval) + 1
     grid = commands.time[0] + interval * np.arange(count)
     plant = Plant(rig, elements, interval, start)
-    sampled = commands.at(grid)
+    sampled = commands.resampled(grid)
     stride = round(SNAPSHOT / interval)
     rows: list[tuple] = []
-    profiles: list[Profile] = []
+    profiles: list[DepthProfile] = []
     for first in range(0, count, stride):
-        response = plant.advance(sampled.part(slice(first, min(first + stride, count))))
+        response = plant.advance(sampled.samples(slice(first, min(first + stride, count))))
         profiles.append(plant.profile())
         rows.append((response.time[-1], response.weight_on_bit[-1], response.bit_torque[-1]))
         if progress is not None:
@@ -99,12 +99,12 @@ def follow(
         torque=np.array([p.torque for p in profiles]),
         friction_coefficient=np.array([p.friction_coefficient for p in profiles]),
         beta_v=np.array([p.beta_v for p in profiles]),
-        turning=turning_friction(plant, profiles[-1]),
+        turning=friction_torque(plant, profiles[-1]),
         last=profiles[-1],
     )
 
 
-def zones_over_time(history: StringHistory, cycles: list[Cycle]) -> list[tuple[float, Zones]]:
+def zones_over_time(history: StringHistory, cycles: list[RockingCycle]) -> list[tuple[float, Zones]]:
     """The three zones in every rocking cycle: (time of its middle s, zones).
 
     How far the rocking reaches is seen in the motion; the reactive torque in closed form, since the mean torque along

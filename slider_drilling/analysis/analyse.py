@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
 from slider_drilling.analysis.along_string import StringHistory, follow, without_rocking, zones_over_time
-from slider_drilling.analysis.cycles import Breakover, Cycle, breakover, rocking_cycles
+from slider_drilling.analysis.cycles import Breakover, RockingCycle, breakover, rocking_cycles
 from slider_drilling.analysis.friction import ELEMENTS, FrictionFit, fit_friction
 from slider_drilling.errors import InputError
 from slider_drilling.gap.progress import Progress
@@ -34,7 +34,7 @@ class Analysis:
     time: Array
     angle: Array
     torque: Array
-    cycles: list[Cycle]
+    cycles: list[RockingCycle]
     breakover: Breakover | None
     fit: FrictionFit | None
     rocked: StringHistory | None
@@ -104,7 +104,7 @@ def _surface(log: RigLog) -> tuple[Array, Array, Array, Array]:
     return time, angle, speed, drive.effort[keep]
 
 
-def _missing_at_surface(cycles: list[Cycle], broke: Breakover | None) -> list[str]:
+def _missing_at_surface(cycles: list[RockingCycle], broke: Breakover | None) -> list[str]:
     missing = []
     if not cycles:
         missing.append("friction work per rocking cycle: the log holds no full rocking cycle")

@@ -17,7 +17,7 @@ ROTATING = 0.5
 
 
 @dataclass(frozen=True)
-class Cycle:
+class RockingCycle:
     """One rocking cycle, from one clockwise turning point to the next.
 
     start, end: s; swing: rad, peak to peak; work: J, area of the torque-angle loop (closed by a
@@ -43,7 +43,7 @@ class Breakover:
     at: float
 
 
-def rocking_cycles(time: Array, angle: Array, torque: Array) -> list[Cycle]:
+def rocking_cycles(time: Array, angle: Array, torque: Array) -> list[RockingCycle]:
     """Every full cycle in a record: time (n,) s, angle (n,) rad, torque (n,) N m, all finite."""
     tops = _tops(angle)
     cycles = []
@@ -53,7 +53,7 @@ def rocking_cycles(time: Array, angle: Array, torque: Array) -> list[Cycle]:
         # The centre may have been shifted: a straight line closes the loop, or the shift would count as work.
         work = along - 0.5 * (torque[first] + torque[last]) * float(angle[last] - angle[first])
         cycles.append(
-            Cycle(
+            RockingCycle(
                 float(time[first]),
                 float(time[last]),
                 float(np.ptp(angle[part])),

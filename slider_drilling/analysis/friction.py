@@ -21,7 +21,7 @@ from scipy import optimize, stats
 
 from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.diagnosis.replay import measured_channels
-from slider_drilling.drillstring import Response, Start, simulate_batch
+from slider_drilling.drillstring import InitialState, Response, simulate_batch
 from slider_drilling.effects import CuttingsBed, TopDriveBacklash, TorsionalCompliance
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Channel
@@ -71,7 +71,7 @@ class IntervalFriction:
 
 
 @dataclass(frozen=True)
-class Bed:
+class FittedBed:
     """A stretch of hole, measured depths in m, whose friction is factor times its interval's (95 % interval)."""
 
     top: float
@@ -85,13 +85,13 @@ class FrictionFit:
     """The fitted rig, what it starts with, and how well it follows the log (RMS per channel, engineering units)."""
 
     rig: Rig
-    start: Start
+    start: InitialState
     intervals: tuple[IntervalFriction, ...]
     channels: tuple[str, ...]
     rms: dict[str, float]
     rms_before: dict[str, float]
     driven: LogCommands
-    bed: Bed | None = None
+    bed: FittedBed | None = None
 
 
 def fit_friction(
@@ -108,7 +108,7 @@ def fit_friction(
         channels = [c for c in channels if c.name == "surface_torque"]
     if not channels:
         raise InputError(f"{log.source}: holds neither surface torque nor hook load; friction shows in nothing else")
-    runs = Runs(rig, driven, tuple(channels), min(COARSE, elements), progress)
+    runs = FrictionMisfit(rig, driven, tuple(channels), min(COARSE, elements), progress)
     guess = _first_guess(runs)
     point = _with_slack(runs, guess, _fitted(runs, guess))
     bed = _find_bed(runs, point) if len(channels) > 1 else None
@@ -128,12 +128,12 @@ def fit_friction(
         rms=runs.rms(final),
         rms_before=runs.rms(runs.residual(runs.nominal)),
         driven=driven,
-        bed=None if bed is None else Bed(*bed, float(point[-1]), (
+        bed=None if bed is None else FittedBed(*bed, float(point[-1]), (
             max(float(point[-1] - reach * errors[-1]), 0.0), float(point[-1] + reach * errors[-1]))),
     )  # fmt: skip
 
 
-def _first_guess(runs: Runs) -> Array:
+def _first_guess(runs: FrictionMisfit) -> Array:
     """The rig file's own friction, or a multiple of it where a field rig's guess is far off."""
     guesses = [runs.nominal.copy() for _ in range(5)]
     for guess, scale in zip(guesses, (1.0, 0.5, 0.7, 1.4, 2.0), strict=True):
@@ -142,7 +142,7 @@ def _first_guess(runs: Runs) -> Array:
     return guesses[int(np.argmin(misfits))]
 
 
-def _with_slack(runs: Runs, guess: Array, point: Array) -> Array:
+def _with_slack(runs: FrictionMisfit, guess: Array, point: Array) -> Array:
     """The fit with slack between drive and string, where that takes a tenth of the misfit away.
 
     Tried at several widths, since at zero the misfit has no slope and between widths several valleys, and from the
@@ -157,7 +157,7 @@ def _with_slack(runs: Runs, guess: Array, point: Array) -> Array:
     return fitted if float(np.sum(runs.residual(fitted) ** 2)) < 0.9 * before else point
 
 
-def _fitted(runs: Runs, first: Array, most: int = 12) -> Array:
+def _fitted(runs: FrictionMisfit, first: Array, most: int = 12) -> Array:
     """Least squares from a first point over all that is not held: a slack of zero stays zero."""
     free = np.ones(first.size, dtype=bool)
     free[runs.intervals + SLACK] = first[runs.intervals + SLACK] > 0.0
@@ -177,7 +177,7 @@ def _fitted(runs: Runs, first: Array, most: int = 12) -> Array:
     return whole(fit.x)
 
 
-def _find_bed(runs: Runs, point: Array) -> tuple[float, float] | None:
+def _find_bed(runs: FrictionMisfit, point: Array) -> tuple[float, float] | None:
     """The stretch where extra friction would take the most out of the misfit; None where it would take little.
 
     A twelfth of the hole at a time, by the part of its effect that the other parameters cannot imitate.
@@ -200,7 +200,7 @@ def _find_bed(runs: Runs, point: Array) -> tuple[float, float] | None:
 
 
 @dataclass(frozen=True)
-class Nuisance:
+class FitParameter:
     """Something other than friction that the fit may change.
 
     nominal: its value in the rig file; spread: how far off it may well be (a prior); low, high: bounds; nudge: step of
@@ -217,12 +217,12 @@ class Nuisance:
 
 TWIST, SLACK, BIT, DAMPING, COMPLIANCE, DENSITY = range(6)
 NUISANCES = (
-    Nuisance(0.0, 20.0, -60.0, 60.0, 0.05, 1.0),
-    Nuisance(0.0, 0.5, 0.0, 3.0, 0.02, 0.1),
-    Nuisance(1.0, 0.3, 0.2, 3.0, 0.02, 0.1),
-    Nuisance(1.0, 0.3, 0.0, 6.0, 0.05, 0.2),
-    Nuisance(0.0, 0.05, -0.3, 0.5, 0.005, 0.03),
-    Nuisance(1.0, 0.03, 0.8, 1.2, 0.005, 0.02),
+    FitParameter(0.0, 20.0, -60.0, 60.0, 0.05, 1.0),
+    FitParameter(0.0, 0.5, 0.0, 3.0, 0.02, 0.1),
+    FitParameter(1.0, 0.3, 0.2, 3.0, 0.02, 0.1),
+    FitParameter(1.0, 0.3, 0.0, 6.0, 0.05, 0.2),
+    FitParameter(0.0, 0.05, -0.3, 0.5, 0.005, 0.03),
+    FitParameter(1.0, 0.03, 0.8, 1.2, 0.005, 0.02),
 )
 SLACKS = (0.05, 0.1, 0.2, 0.3, 0.45, 0.6)
 """rad; widths that are tried."""
@@ -231,7 +231,7 @@ torsional compliance, as a share; density of the pipe over the rig file's (tool 
 last two, which set the torque of a reversal, pass for a quarter of the cased hole's friction."""
 
 
-class Runs:
+class FrictionMisfit:
     """The log simulated at points of the search: factors of the intervals, NUISANCES, then a bed's factor if any.
 
     Residuals are of the chosen channels, in noise units, joined.
@@ -278,14 +278,14 @@ class Runs:
             effects=effects,
         )
 
-    def start_at(self, point: Array) -> Start:
-        return Start(twist=float(point[self.intervals + TWIST]))
+    def start_at(self, point: Array) -> InitialState:
+        return InitialState(twist=float(point[self.intervals + TWIST]))
 
     def residuals(self, points: list[Array], beds: list[tuple[float, float]] | None = None) -> list[Array]:
         places: list[tuple[float, float] | None] = [*beds] if beds else [self.bed] * len(points)
         rigs = [self.rig_at(point, bed) for point, bed in zip(points, places, strict=True)]
         starts = [self.start_at(point) for point in points]
-        faster = self.driven.acceleration_in(self.rig)
+        faster = self.driven.acceleration_for(self.rig)
         responses = simulate_batch(rigs, self.driven.commands, self.elements, starts, acceleration=faster)
         self.count += len(points)
         if self.progress is not None:

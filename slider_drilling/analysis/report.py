@@ -11,7 +11,7 @@ from slider_drilling import __version__
 from slider_drilling.analysis.along_string import StringHistory
 from slider_drilling.analysis.analyse import Analysis
 from slider_drilling.log.run_page import log_title
-from slider_drilling.paper_studies.study import Chart, Study, Table, line
+from slider_drilling.paper_studies.study import Study, StudyChart, StudyTable, study_line
 from slider_drilling.units import SI, Units
 
 SCHEMA = "slider_drilling/analysis/1"
@@ -36,7 +36,7 @@ def findings(found: Analysis) -> dict[str, Any]:
         ],
         "along_the_string": _along(found.rocked),
         "not_found": list(found.not_found),
-        "notes": [*found.log.notes, *(found.fit.driven.assumed if found.fit else ())],
+        "notes": [*found.log.notes, *(found.fit.driven.assumptions if found.fit else ())],
     }
 
 
@@ -157,19 +157,23 @@ def page(found: Analysis, units: Units = SI) -> Study:
         name="analysis",
         about="Friction",
         title=log_title(found.log, units),
-        settings={"log": Path(found.log.source).name, "samples": found.time.size,
-                  "length_s": float(np.ptp(found.time))},
+        settings={
+            "log": Path(found.log.source).name,
+            "samples": found.time.size,
+            "length_s": float(np.ptp(found.time)),
+        },
         figures=(*_surface_figures(found), *_string_figures(found)),
         claims=(),
         notes=tuple(f"Not found: {sentence}." for sentence in found.not_found)
         + tuple(
-            f"Note: {sentence}." for sentence in (*found.log.notes, *(found.fit.driven.assumed if found.fit else ()))
+            f"Note: {sentence}."
+            for sentence in (*found.log.notes, *(found.fit.driven.assumptions if found.fit else ()))
         ),
         tables=_tables(found, units),
     )
 
 
-def _tables(found: Analysis, units: Units) -> tuple[Table, ...]:
+def _tables(found: Analysis, units: Units) -> tuple[StudyTable, ...]:
     tables = []
     if found.fit is not None:
         header = ("hole", "friction factor (95 %)", "in the rig file", "coefficient along", "coefficient around")
@@ -177,26 +181,26 @@ def _tables(found: Analysis, units: Units) -> tuple[Table, ...]:
         for row in found.fit.intervals:
             low, high = row.factor_interval
             factor = f"{row.factor:.3f} ({low:.3f} to {high:.3f})" + ("" if row.determined else ", not determined")
-            hole = f"{row.kind}, {units.span(row.top, row.bottom, 'm', 4)}"
+            hole = f"{row.kind}, {units.format_range(row.top, row.bottom, 'm', 4)}"
             rows.append((hole, factor, f"{row.in_rig_file:.3f}", f"{row.axial:.3f}", f"{row.tangential:.3f}"))
-        tables.append(Table("Apparent friction", header, tuple(rows)))
+        tables.append(StudyTable("Apparent friction", header, tuple(rows)))
     said = (*_torque_rows(found, units), *_axial_rows(found, units), *_bed_rows(found, units))
-    tables.append(Table("What the log says", ("", ""), said))
+    tables.append(StudyTable("What the log says", ("", ""), said))
     return tuple(tables)
 
 
 def _torque_rows(found: Analysis, units: Units) -> list[tuple[str, str]]:
-    rows = [("largest surface torque in the log", units.text(np.abs(found.torque).max() / 1e3, "kN m"))]
+    rows = [("largest surface torque in the log", units.format(np.abs(found.torque).max() / 1e3, "kN m"))]
     if found.breakover is not None:
-        peak, steady = (units.text(one / 1e3, "kN m") for one in (found.breakover.peak, found.breakover.steady))
+        peak, steady = (units.format(one / 1e3, "kN m") for one in (found.breakover.peak, found.breakover.steady))
         value = f"{peak}, then {steady}"
         rows.append(("breakover torque, measured", value))
     if found.rocked is not None:
-        rows.append(("torque that turns the whole string", units.text(found.rocked.turning_torque / 1e3, "kN m")))
+        rows.append(("torque that turns the whole string", units.format(found.rocked.turning_torque / 1e3, "kN m")))
     rocking = _rocking(found)
     if rocking is not None:
         low, middle, high = (rocking["friction_work_per_cycle"][key] / 1e3 for key in ("lowest", "median", "highest"))
-        value = f"{units.text(middle, 'kJ')} ({units.span(low, high, 'kJ')})"
+        value = f"{units.format(middle, 'kJ')} ({units.format_range(low, high, 'kJ')})"
         value += f" in {rocking['cycles']} cycles of {rocking['period']:.1f} s"
         rows.append(("friction work per rocking cycle", value))
     return rows
@@ -209,10 +213,10 @@ def _axial_rows(found: Analysis, units: Units) -> list[tuple[str, str]]:
     rows = []
     for name in ("with_rocking", "without_rocking"):
         words, share = name.replace("_", " "), transfer[name]["share_reaching_the_bit"]
-        friction = f"{units.text(axial[name]['mean'] / 1e3, 'kN')}, {axial[name]['over_coulomb']:.3f} of Coulomb"
+        friction = f"{units.format(axial[name]['mean'] / 1e3, 'kN')}, {axial[name]['over_coulomb']:.3f} of Coulomb"
         reaches = "no weight let down" if share is None else f"{100 * share:.0f} % of the weight let down"
         rows.append((f"axial friction {words}", friction))
-        weight = units.text(transfer[name]["weight_on_bit_mean"] / 1e3, "kN")
+        weight = units.format(transfer[name]["weight_on_bit_mean"] / 1e3, "kN")
         rows.append((f"weight on bit {words}", f"{weight}, {reaches}"))
     return rows
 
@@ -222,21 +226,21 @@ def _bed_rows(found: Analysis, units: Units) -> list[tuple[str, str]]:
     if bed is None:
         return []
     low, high = bed["factor_interval"]
-    place = f"extra friction from {units.span(bed['from'], bed['to'], 'm', 4)}"
+    place = f"extra friction from {units.format_range(bed['from'], bed['to'], 'm', 4)}"
     return [(place, f"times {bed['factor']:.2f} ({low:.2f} to {high:.2f})")]
 
 
-def _surface_figures(found: Analysis) -> tuple[Chart, ...]:
-    figures = [Chart("Torque-angle loop", "top-drive angle, rad", "surface torque, kN m",
-                     (line("loop", found.angle, found.torque / 1e3),))]  # fmt: skip
+def _surface_figures(found: Analysis) -> tuple[StudyChart, ...]:
+    figures = [StudyChart("Torque-angle loop", "top-drive angle, rad", "surface torque, kN m",
+                     (study_line("loop", found.angle, found.torque / 1e3),))]  # fmt: skip
     if found.cycles:
         middle = [0.5 * (c.start + c.end) for c in found.cycles]
-        figures.append(Chart("Friction work per rocking cycle", "time, s", "work, kJ",
-                             (line("work", middle, [c.work / 1e3 for c in found.cycles]),)))  # fmt: skip
+        figures.append(StudyChart("Friction work per rocking cycle", "time, s", "work, kJ",
+                             (study_line("work", middle, [c.work / 1e3 for c in found.cycles]),)))  # fmt: skip
     return tuple(figures)
 
 
-def _string_figures(found: Analysis) -> tuple[Chart, ...]:
+def _string_figures(found: Analysis) -> tuple[StudyChart, ...]:
     history = found.rocked
     if history is None:
         return ()
@@ -244,27 +248,27 @@ def _string_figures(found: Analysis) -> tuple[Chart, ...]:
     assert along is not None
     depth = along["measured_depth"]
     figures = [
-        Chart("Friction coefficient along the string (second half of the log)", "friction coefficient",
-              "measured depth, m", (line("mean", along["friction_coefficient"], depth),), depth_down=True),
-        Chart("Direction of slip along the string: 0 along the hole, 90 around it", "direction of slip, deg",
-              "measured depth, m", (line("mean", np.degrees(along["beta_v"]), depth),), depth_down=True),
+        StudyChart("Friction coefficient along the string (second half of the log)", "friction coefficient",
+              "measured depth, m", (study_line("mean", along["friction_coefficient"], depth),), depth_down=True),
+        StudyChart("Direction of slip along the string: 0 along the hole, 90 around it", "direction of slip, deg",
+              "measured depth, m", (study_line("mean", np.degrees(along["beta_v"]), depth),), depth_down=True),
     ]  # fmt: skip
     if found.zones:
         time = [t for t, _ in found.zones]
-        figures.append(Chart("Three zones: rocked above, turned by the reactive torque below, static between",
+        figures.append(StudyChart("Three zones: rocked above, turned by the reactive torque below, static between",
                              "time, s",
-                             "measured depth, m", (line("rocked to", time, [z.rocked_to for _, z in found.zones]),
-                                                   line("reactive from", time,
+                             "measured depth, m", (study_line("rocked to", time, [z.rocked_to for _, z in found.zones]),
+                                                   study_line("reactive from", time,
                                                         [z.reactive_from for _, z in found.zones])),
                              depth_down=True))  # fmt: skip
     if found.still is not None:
         figures += [
-            Chart("Axial friction", "time, s", "axial friction, kN", (
-                line("with rocking", history.time, history.axial_friction / 1e3),
-                line("without rocking", found.still.time, found.still.axial_friction / 1e3),
-                line("Coulomb", history.time, history.coulomb_friction / 1e3, True))),
-            Chart("Weight on bit", "time, s", "weight on bit, kN", (
-                line("with rocking", history.time, history.weight_on_bit / 1e3),
-                line("without rocking", found.still.time, found.still.weight_on_bit / 1e3))),
+            StudyChart("Axial friction", "time, s", "axial friction, kN", (
+                study_line("with rocking", history.time, history.axial_friction / 1e3),
+                study_line("without rocking", found.still.time, found.still.axial_friction / 1e3),
+                study_line("Coulomb", history.time, history.coulomb_friction / 1e3, True))),
+            StudyChart("Weight on bit", "time, s", "weight on bit, kN", (
+                study_line("with rocking", history.time, history.weight_on_bit / 1e3),
+                study_line("without rocking", found.still.time, found.still.weight_on_bit / 1e3))),
         ]  # fmt: skip
     return tuple(figures)

@@ -16,7 +16,7 @@ from slider_drilling.pages.titles import well_name
 from slider_drilling.rig import Rig
 from slider_drilling.units import SI, Units
 from slider_drilling.wellbore.broomstick import Broomstick
-from slider_drilling.wellbore.course import Course
+from slider_drilling.wellbore.course import WellPath
 from slider_drilling.wellbore.static_loads import static_loads
 
 WINDOW = 30.0  # s of a log that make one point
@@ -102,8 +102,8 @@ def torque_drag_page(
         Section("Along the string, bit at total depth", along_charts(rig)),
         Section("Well path", path_charts(rig)),
     )  # fmt: skip
-    facts = (("string", units.text(rig.string.length, "m", 4)),
-             ("mud", units.text(rig.mud.density, "kg/m3", 4)))  # fmt: skip
+    facts = (("string", units.format(rig.string.length, "m", 4)),
+             ("mud", units.format(rig.mud.density, "kg/m3", 4)))  # fmt: skip
     return Page("Torque and drag", well_name(rig, units), sections, facts, notes=tuple(notes))
 
 
@@ -175,7 +175,7 @@ def path_charts(rig: Rig) -> tuple[Chart, ...]:
     """The course from the side and from above, and its angles."""
     rows = np.asarray(rig.well.survey)
     depth = np.linspace(0.0, rows[-1, 0], 400)
-    tangents, positions = Course.from_survey(rig.well.survey).at(depth)
+    tangents, positions = WellPath.from_survey(rig.well.survey).interpolate(depth)
     away = np.cumsum(np.hypot(*np.diff(positions[:, :2], axis=0, prepend=positions[:1, :2]).T))
     inclination = np.degrees(np.arccos(np.clip(tangents[:, 2], -1.0, 1.0)))
     turned = np.degrees(np.arccos(np.clip(np.sum(tangents[1:] * tangents[:-1], axis=1), -1.0, 1.0)))

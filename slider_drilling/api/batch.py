@@ -19,7 +19,7 @@ from slider_drilling.api.simulated_log import build_log, sample_sensors
 from slider_drilling.columns import Columns
 from slider_drilling.control.interface import Controller
 from slider_drilling.drillstring import ELEMENTS, Commands, Response
-from slider_drilling.drillstring.recorded_channels import finite
+from slider_drilling.drillstring.recorded_channels import require_finite
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
 
@@ -150,7 +150,7 @@ def _side_by_side(rigs: list[Rig], commands: Commands, seed: int, elements: int,
     responses: dict[int, Response] = {}
     for indices in alike.values():
         found = drillstring.simulate_batch([rigs[i] for i in indices], commands, elements, workers=workers)
-        responses.update(zip(indices, map(finite, found), strict=True))
+        responses.update(zip(indices, map(require_finite, found), strict=True))
     return tuple(_run(rig, commands, responses[k], seed + k, f"run {k}") for k, rig in enumerate(rigs))
 
 

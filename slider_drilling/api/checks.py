@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from slider_drilling.drillstring import Commands, Start
+from slider_drilling.drillstring import Commands, InitialState
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig, check_duration
 
@@ -13,7 +13,9 @@ MAX_SAMPLES = 5_000_000
 MIN_ELEMENTS, MAX_ELEMENTS = 10, 5000
 
 
-def check_run(rig: Rig, duration: float, target: float, seed: int, elements: int, start: Start, caller: str) -> None:
+def check_run(
+    rig: Rig, duration: float, target: float, seed: int, elements: int, start: InitialState, caller: str
+) -> None:
     """Raises InputError naming the argument that a run of ``duration`` s cannot have; ``what``: the function."""
     if not (math.isfinite(duration) and duration > 0.0):
         raise InputError(f"{caller}: duration = {duration} s: must be finite and above 0")
@@ -24,7 +26,7 @@ def check_run(rig: Rig, duration: float, target: float, seed: int, elements: int
             f"a run has 1 to {MAX_SAMPLES}"
         )
     check_duration(rig, duration, caller)
-    for name, value in (("target", target), ("start.twist", start.twist), ("start.offset", start.offset)):
+    for name, value in (("target", target), ("start.twist", start.twist), ("start.offset", start.tool_face_offset)):
         if not math.isfinite(value):
             raise InputError(f"{caller}: {name} = {value}: must be a finite number of rad")
     check_seed(seed, caller)

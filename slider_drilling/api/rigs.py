@@ -8,7 +8,7 @@ from typing import Any
 
 from slider_drilling import rig as rig_file
 from slider_drilling.files.installed_files import installed_file
-from slider_drilling.rig import Rig, parse_rig, rig_of_tree
+from slider_drilling.rig import Rig, parse_rig, rig_from_tree
 
 WELLS = {"example": "config/rig.example.yaml", "short": "config/rig.short.yaml", "long": "config/rig.long.yaml"}
 
@@ -22,7 +22,7 @@ def load_rig(source: str | os.PathLike[str] | Mapping[str, Any] | None = None) -
     if source is None:
         source = "example"
     if isinstance(source, Mapping):
-        return rig_of_tree(dict(source), "rig")
+        return rig_from_tree(dict(source), "rig")
     if isinstance(source, str) and source in WELLS:
         source = installed_file(WELLS[source])
     if isinstance(source, str) and "\n" in source:

@@ -16,8 +16,8 @@ from slider_drilling.api.simulated_log import SensorReadings, build_log, sample_
 from slider_drilling.columns import Columns, SampledQuantity, join_samples
 from slider_drilling.control.controller_loader import checked_step, load_controller, set_tool_face_target
 from slider_drilling.control.interface import Controller, MwdSample
-from slider_drilling.drillstring import ELEMENTS, Commands, Response, Start, VirtualRig
-from slider_drilling.drillstring.recorded_channels import finite
+from slider_drilling.drillstring import ELEMENTS, Commands, InitialState, Response, VirtualRig
+from slider_drilling.drillstring.recorded_channels import require_finite
 from slider_drilling.errors import InputError
 from slider_drilling.log import RigLog, save_log
 from slider_drilling.rig import Rig
@@ -113,7 +113,7 @@ def simulate(
     target: float = 0.0,
     seed: int = 0,
     elements: int = ELEMENTS,
-    start: Start = Start(),
+    start: InitialState = InitialState(),
     nominal: Rig | None = None,
 ) -> Run:
     """Simulate a slide on `rig`.
@@ -129,7 +129,7 @@ def simulate(
             raise InputError("simulate: duration: commands have their own; leave it out, or cut the commands")
         check_commands(rig, drive, "simulate")
         check_run(rig, float(drive.time[-1] - drive.time[0]), target, seed, elements, start, "simulate")
-        response = finite(drillstring.simulate(rig, drive, elements, start))
+        response = require_finite(drillstring.simulate(rig, drive, elements, start))
         log = build_log(told, drive, response, sample_sensors(rig, response, seed), (), "simulation")
         return Run(rig, drive, response, log, "commands")
     if duration is None:
@@ -152,7 +152,14 @@ def build_controller(drive: Controller | Callable[[Rig], Controller] | str, rig:
 
 
 def _slide(
-    rig: Rig, told: Rig, controller: Controller, duration: float, target: float, seed: int, elements: int, start: Start
+    rig: Rig,
+    told: Rig,
+    controller: Controller,
+    duration: float,
+    target: float,
+    seed: int,
+    elements: int,
+    start: InitialState,
 ) -> Run:
     virtual = VirtualRig(rig, seed, elements, start)
     set_tool_face_target(controller, target)

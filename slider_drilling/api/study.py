@@ -11,7 +11,7 @@ import numpy as np
 
 from slider_drilling.columns import Columns
 from slider_drilling.paper_studies.catalogue import run_study
-from slider_drilling.paper_studies.study import Chart, Claim, Study
+from slider_drilling.paper_studies.study import Claim, Study, StudyChart
 
 if TYPE_CHECKING:
     import pandas
@@ -36,7 +36,7 @@ class StudyResult:
     def columns(self) -> Columns:
         """Every point of every curve: figure, series, x and y, whose labels carry their units."""
         rows = [(chart.title, line.name, chart.x_label, chart.y_label, line)
-                for chart in self.study.figures if isinstance(chart, Chart) for line in chart.lines]
+                for chart in self.study.figures if isinstance(chart, StudyChart) for line in chart.lines]
         lengths = [len(row[-1].x) for row in rows]
         names = ("figure", "series", "x_label", "y_label")
         text = {name: np.repeat(np.array([row[k] for row in rows], dtype=object), lengths)

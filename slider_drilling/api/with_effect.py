@@ -8,7 +8,7 @@ from dataclasses import fields
 from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
-from slider_drilling.schema.changes import number
+from slider_drilling.schema.changes import parse_number
 
 USUAL_SIZES: dict[str, Callable[[float], dict[str, float]]] = {
     "stribeck": lambda length: {"drop": 0.3, "speed": 0.05},
@@ -51,5 +51,5 @@ def with_effect(rig: Rig, effect: str) -> Rig:
         key, equals, text = pair.partition("=")
         if not equals:
             raise InputError(f"effect = {effect!r}: {pair!r} is not KEY=VALUE")
-        values[key.strip()] = number(text, f"effect {name}: {key.strip()}")
+        values[key.strip()] = parse_number(text, f"effect {name}: {key.strip()}")
     return rig.with_({f"effects.{name}": values})

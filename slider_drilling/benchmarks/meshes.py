@@ -11,7 +11,7 @@ from slider_drilling.benchmarks.timing import processor_seconds
 from slider_drilling.benchmarks.workload import example_rig, rocking_commands
 from slider_drilling.drillstring import Plant, Response, simulate, simulate_batch
 from slider_drilling.rig import Rig
-from slider_drilling.wellbore.course import Course
+from slider_drilling.wellbore.course import WellPath
 from slider_drilling.wellbore.static_loads import static_loads
 
 Survey = tuple[tuple[float, float, float], ...]
@@ -81,7 +81,9 @@ def single_precision(counts: tuple[int, ...] = (32, 100, 200)) -> str:
     commands = rocking_commands(rig, DURATION)
     lines = ["| elements | surface torque | hook load | standpipe pressure | toolface |", "|---|---|---|---|---|"]
     for elements in counts:
-        (double,), (single,) = (simulate_batch([rig], commands, elements, single=which) for which in (False, True))
+        (double,), (single,) = (
+            simulate_batch([rig], commands, elements, single_precision=which) for which in (False, True)
+        )
         off = {
             name: _rms(getattr(single, name) - getattr(double, name))
             for name in ("surface_torque", "hook_load", "standpipe_pressure", "tool_face")
@@ -117,9 +119,9 @@ def _holes() -> dict[str, Rig]:
 
 def stationed(survey: Survey) -> Survey:
     """The same course with a station every 30 m, each off by half a degree."""
-    course, off = Course.from_survey(survey), np.random.default_rng(0)
+    course, off = WellPath.from_survey(survey), np.random.default_rng(0)
     depth = np.append(np.arange(0.0, course.depth[-1], 30.0), course.depth[-1])
-    north, east, down = course.at(depth)[0].T
+    north, east, down = course.interpolate(depth)[0].T
     inclination, azimuth = np.degrees(np.arccos(np.clip(down, -1.0, 1.0))), np.degrees(np.arctan2(east, north))
     inclination += 0.5 * off.normal(size=depth.size) * (inclination > 3.0)
     azimuth += 0.5 * off.normal(size=depth.size)

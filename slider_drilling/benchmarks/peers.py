@@ -17,7 +17,7 @@ import numpy as np
 from slider_drilling.benchmarks.timing import wall_seconds
 from slider_drilling.benchmarks.workload import example_rig
 from slider_drilling.rig import Rig
-from slider_drilling.wellbore.course import Course
+from slider_drilling.wellbore.course import WellPath
 from slider_drilling.wellbore.mesh import build_mesh
 from slider_drilling.wellbore.static_loads import static_loads
 
@@ -63,7 +63,7 @@ def stations(rig: Rig) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     Where the hole is vertical its azimuth is that of the first build: a jump there would be a bend to both peers.
     """
     depth = np.arange(0.0, rig.string.length + 0.5 * STATION, STATION)
-    direction, _ = Course.from_survey(rig.well.survey).at(depth)
+    direction, _ = WellPath.from_survey(rig.well.survey).interpolate(depth)
     inclination = np.arctan2(np.hypot(direction[:, 0], direction[:, 1]), direction[:, 2])
     azimuth = np.arctan2(direction[:, 1], direction[:, 0])
     first = np.flatnonzero(inclination > 1e-6)[0]

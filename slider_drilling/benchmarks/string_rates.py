@@ -28,8 +28,8 @@ def string_rates() -> list[BenchmarkResult]:
     rigs, commands = variants(rig, BATCH), rocking_commands(rig, 20.0)
 
     def batch(narrow: bool) -> float:
-        simulate_batch(rigs[:1], rocking_commands(rig, 0.1), single=narrow)
-        taken = processor_seconds(lambda: simulate_batch(rigs, commands, single=narrow), repeats=3)
+        simulate_batch(rigs[:1], rocking_commands(rig, 0.1), single_precision=narrow)
+        taken = processor_seconds(lambda: simulate_batch(rigs, commands, single_precision=narrow), repeats=3)
         return taken / (BATCH * plant.element_steps(20.0))
 
     double, narrow = batch(False), batch(True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from slider_drilling.blind.law import Law, Moment
 from slider_drilling.diagnosis.drill_string import rig_with
-from slider_drilling.drillstring import Commands, Modifiers, Plant, Response, Start
+from slider_drilling.drillstring import Commands, InitialState, Modifiers, Plant, Response
 from slider_drilling.drillstring.layout import Array
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.mesh import build_mesh
@@ -27,7 +27,7 @@ class Hidden:
     elements: int = 260
     finer_step: float = 1.33
     nuisance: dict[str, float] = field(default_factory=dict)
-    start: Start = Start()
+    start: InitialState = InitialState()
 
 
 def random_hidden(generator: np.random.Generator) -> Hidden:
@@ -35,7 +35,7 @@ def random_hidden(generator: np.random.Generator) -> Hidden:
     spread = {"friction_1": 0.06, "friction_2": 0.06, "torsional_damping": 0.15, "axial_damping": 0.15,
               "bit_stiffness": 0.07, "motor_gain": 0.03, "pressure_gain": 0.015, "pressure_lag": 0.1}  # fmt: skip
     nuisance = {name: float(np.exp(generator.normal(0.0, sigma))) for name, sigma in spread.items()}
-    start = Start(float(generator.normal(0.0, 1.0)), float(generator.normal(0.0, 0.3)))
+    start = InitialState(float(generator.normal(0.0, 1.0)), float(generator.normal(0.0, 0.3)))
     return Hidden(int(generator.integers(200, 300)), float(generator.uniform(1.2, 1.8)), nuisance, start)
 
 
@@ -57,7 +57,7 @@ def run_sealed(rig: Rig, hidden: Hidden, law: Law, commands: Commands) -> Respon
         plant = Plant(tuned, hidden.elements, INTERVAL_S, hidden.start, modifiers, substeps)
         if state is not None:
             plant.restore(state)
-        pieces.append(plant.advance(actual.part(part)))
+        pieces.append(plant.advance(actual.samples(part)))
         state = plant.save()
     joined = [np.concatenate([getattr(piece, name) for piece in pieces]) for name in Response.__dataclass_fields__]
     return law.sensors(Response(*joined))

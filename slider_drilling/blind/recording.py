@@ -13,7 +13,7 @@ from slider_drilling.blind.lack import Lack
 from slider_drilling.blind.plant import INTERVAL_S
 from slider_drilling.drillstring import Commands, Response
 from slider_drilling.drillstring.layout import Array
-from slider_drilling.drillstring.sensors import quantise, wrap
+from slider_drilling.drillstring.sensors import quantise, wrap_angle
 from slider_drilling.log.write import LogWriter
 from slider_drilling.messages.topics import TOPICS
 from slider_drilling.rig import Rig, dump_rig
@@ -124,7 +124,7 @@ def _write_mwd(
     mwd, topic = rig.sensors.mwd, TOPICS["mwd_tool_face"]
     for measured in np.arange(mwd.period, response.time[-1], mwd.period):
         angle = float(np.interp(measured, response.time, response.tool_face)) + generator.normal(0.0, mwd.noise)
-        shown = wrap(quantise(wrap(angle), mwd.resolution))
+        shown = wrap_angle(quantise(wrap_angle(angle), mwd.resolution))
         time = float(measured) - begun
         if generator.uniform() >= recorder.mwd_lost and time >= 0.0:
             writer.joint_state(topic.name, time, topic.joint, position=shown, log_time_s=time + mwd.latency)

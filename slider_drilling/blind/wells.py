@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from slider_drilling.rig import FrictionInterval, Rig, Section
+from slider_drilling.rig import FrictionInterval, Rig, StringSection
 
 _ASSEMBLY_M = 60.0
 
@@ -45,8 +45,8 @@ def _well(generator: np.random.Generator, base: Rig, landing: float, end: float,
     survey = ((0.0, 0.0, 10.0), (kick, 0.0, 10.0), (kick + build, landing, 14.0), (length, end, 14.0))
     pipe, assembly = base.string.sections[0], base.string.sections[-1]
     sections = (
-        Section(pipe.name, length - _ASSEMBLY_M, pipe.outer_diameter, pipe.inner_diameter),
-        Section(assembly.name, _ASSEMBLY_M, assembly.outer_diameter, assembly.inner_diameter),
+        StringSection(pipe.name, length - _ASSEMBLY_M, pipe.outer_diameter, pipe.inner_diameter),
+        StringSection(assembly.name, _ASSEMBLY_M, assembly.outer_diameter, assembly.inner_diameter),
     )
     intervals = (FrictionInterval(kick + build, 0.8), FrictionInterval(length, 1.0))
     well = replace(base.well, survey=survey, friction_intervals=intervals)

@@ -11,7 +11,7 @@ from slider_drilling.control import FixedRocking, SlideController, SlideSettings
 from slider_drilling.control.controller_loader import DEFAULT_CONTROLLER, configure, load_controller, settings_of
 from slider_drilling.control.fixed_rocking import settings_for
 from slider_drilling.control.interface import Controller, Measurements, MwdSample
-from slider_drilling.drillstring import Truth
+from slider_drilling.drillstring import GroundTruth
 from slider_drilling.rig import Mwd, Rig
 
 UNDER_TEST = "controller"
@@ -66,7 +66,7 @@ def believed_rig(contender: str, scenario: Scenario) -> Rig:
     return dataclasses.replace(rig, sensors=dataclasses.replace(rig.sensors, mwd=prompt))
 
 
-def measurements_for(contender: str, measurements: Measurements, truth: Truth) -> Measurements:
+def measurements_for(contender: str, measurements: Measurements, truth: GroundTruth) -> Measurements:
     """What the contender is shown of a sample: the oracle sees the true toolface in each."""
     if contender != ORACLE:
         return measurements

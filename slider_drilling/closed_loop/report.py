@@ -12,7 +12,7 @@ from slider_drilling.closed_loop.contenders import BASELINES, LIMITS, UNDER_TEST
 from slider_drilling.closed_loop.run import ScenarioResult
 from slider_drilling.closed_loop.scenario import Scenario
 from slider_drilling.closed_loop.score import SlideScore
-from slider_drilling.units import Units, number
+from slider_drilling.units import Units, format_number
 
 BRIEF = ("scenario", "mean", "95 %", "in 15", "set s", "informed", "oracle")
 
@@ -46,13 +46,16 @@ def _figures(score: SlideScore) -> dict[str, float | None]:
 
 def brief_heads(units: Units) -> tuple[str, ...]:
     """Over the columns of `brief_cells`."""
-    return (*BRIEF, units.unit("kN m"), units.unit("m/h"))
+    return (*BRIEF, units.display_unit("kN m"), units.display_unit("m/h"))
 
 
 def brief_cells(row: dict[str, ScenarioResult], units: Units) -> list[str]:
     """One line of the terminal's table, which fits 80 columns: a cell for each of `brief_heads`."""
     own = row[UNDER_TEST].score
-    end = [number(units.value(own.peak_torque_n_m / 1e3, "kN m"), 2), number(units.value(own.rop_m_h, "m/h"), 2)]
+    end = [
+        format_number(units.convert(own.peak_torque_n_m / 1e3, "kN m"), 2),
+        format_number(units.convert(own.rop_m_h, "m/h"), 2),
+    ]
     if own.nothing_drilled:
         return [row[UNDER_TEST].scenario.name, "idle", "-", "-", "-", *(_mean(row, key) for key in LIMITS), *end]
     set_after = "never" if own.time_to_set_s is None else f"{own.time_to_set_s:.0f}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 
-from slider_drilling.drillstring import Start
+from slider_drilling.drillstring import InitialState
 from slider_drilling.effects import Effects
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.rig import Rig, load_rig
@@ -49,8 +49,8 @@ class Scenario:
     rigs: tuple[Rig, Rig] | None = None
 
     @property
-    def start(self) -> Start:
-        return Start(twist=self.start_twist)
+    def start(self) -> InitialState:
+        return InitialState(twist=self.start_twist)
 
     def believed_rig(self) -> Rig:
         """What the controller is told. Raises InputError where the installation lacks the rig file."""

@@ -11,7 +11,7 @@ import click
 from slider_drilling.commands.options import json_option, units_option, write_and_print
 
 if TYPE_CHECKING:
-    from slider_drilling.paper_studies.study import Table
+    from slider_drilling.paper_studies.study import StudyTable
     from slider_drilling.units import Units
 
 
@@ -46,7 +46,7 @@ def command(log: Path, output: Path, rig_path: Path | None, elements: int, units
                     lambda: write_study(shown, output, tree, units))  # fmt: skip
 
 
-def _print(tables: Sequence[Table]) -> None:
+def _print(tables: Sequence[StudyTable]) -> None:
     from rich.table import Table as Lines
 
     from slider_drilling.console.streams import stdout

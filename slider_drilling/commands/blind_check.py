@@ -189,5 +189,5 @@ def _print_totals(cases: Sequence[Scored], units: Units) -> None:
 
     table = Table("", "count, share, 95 % interval")
     for name, value in total_rows(tally(cases)):
-        table.add_row(name, units.sentence(value))
+        table.add_row(name, units.convert_text(value))
     stdout().print(table)

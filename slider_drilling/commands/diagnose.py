@@ -108,15 +108,15 @@ def _print(diagnosis: Diagnosis, units: Units) -> None:
     from slider_drilling.diagnosis import sentences
 
     origin = diagnosis.rig_source
-    stdout().print(Text(units.sentence(diagnosis.driller), "bold"))
-    stdout().print(units.sentence(diagnosis.sentence))
+    stdout().print(Text(units.convert_text(diagnosis.driller), "bold"))
+    stdout().print(units.convert_text(diagnosis.sentence))
     stdout().print(f"rig file: {origin.name} ({origin.source})")
     _print_ranking(diagnosis.outcome, units)
     _print_simulated(diagnosis.outcome, units)
     for sentence in sentences.prediction_horizon(diagnosis.outcome):
-        stdout().print(units.sentence(sentence))
+        stdout().print(units.convert_text(sentence))
     for sentence in diagnosis.remarks:
-        stderr().print(f"note: {units.sentence(sentence)}")
+        stderr().print(f"note: {units.convert_text(sentence)}")
 
 
 def _print_ranking(outcome: Outcome, units: Units) -> None:
@@ -141,7 +141,7 @@ def _print_ranking(outcome: Outcome, units: Units) -> None:
         standing = Text(sentences.candidate_status_by_number(one, reasons), "green" if one.in_answer else "")
         group = [", ".join(one.group)] if grouped else []
         shares = sentences.share_cells(one, closes)
-        table.add_row(one.effect, one.site, *shares, units.sentence(settings), *group, standing)
+        table.add_row(one.effect, one.site, *shares, units.convert_text(settings), *group, standing)
     if fitted:
         stdout().print(table)
     for number, why in enumerate(reasons, 1):
@@ -160,6 +160,6 @@ def _print_simulated(outcome: Outcome, units: Units) -> None:
     heads, rows = simulated_rows(outcome)
     table = Table(*heads, title="RMS error of one simulation of the log, nothing fed back or held out")
     for row in rows:
-        table.add_row(*(units.text(cell.value, cell.unit) if isinstance(cell, Quantity) else str(cell) for cell in row))
+        table.add_row(*(units.format(cell.value, cell.unit) if isinstance(cell, Quantity) else str(cell) for cell in row))
     if rows:
         stdout().print(table)

@@ -66,11 +66,13 @@ def command(
     from slider_drilling.files.output_files import check_outputs
     from slider_drilling.paper_studies.render import study_files, write_study
     from slider_drilling.rig import Contact
-    from slider_drilling.schema.fields import build, plain
+    from slider_drilling.schema.fields import build_dataclass, to_tree
 
     check_outputs(study_files("identify", output), (data,))
     held = replace(PAPER.asperity, height=1e-6 * height_um, shape_factor=shape_factor)
-    base = build(Contact, plain(replace(PAPER, asperity=held, shear_factor=shear_factor)), "identify: contact held")
+    base = build_dataclass(
+        Contact, to_tree(replace(PAPER, asperity=held, shear_factor=shear_factor)), "identify: contact held"
+    )
     friction_table(shear_factor, held)
     measured = read_measured(data)
     columns = (*Progress.get_default_columns(), TextColumn("misfit {task.fields[misfit]}"))
@@ -119,7 +121,7 @@ def _page(path: Path, data: Data, found: Identification) -> Study:
     import numpy as np
 
     from slider_drilling.contact.measured import AgainstTime
-    from slider_drilling.paper_studies.study import Chart, Study, Table, line
+    from slider_drilling.paper_studies.study import Study, StudyChart, StudyTable, study_line
 
     if isinstance(data, AgainstTime):
         axis, label, against = data.time, "time, s", "samples of friction against time"
@@ -139,14 +141,14 @@ def _page(path: Path, data: Data, found: Identification) -> Study:
             "largest_error_over_peak": found.largest_error,
         },
         figures=(
-            Chart("Axial friction (Fig. 13)", label, "friction, N",
-                  (line("measured", axis, measured, colour=6), line("model", axis, predicted, colour=0))),
-            Chart("Error (Fig. 14)", label, "error, % of the largest friction",
-                  (line("model - measured", axis, 100.0 * (predicted - measured) / peak),)),
+            StudyChart("Axial friction (Fig. 13)", label, "friction, N",
+                  (study_line("measured", axis, measured, colour=6), study_line("model", axis, predicted, colour=0))),
+            StudyChart("Error (Fig. 14)", label, "error, % of the largest friction",
+                  (study_line("model - measured", axis, 100.0 * (predicted - measured) / peak),)),
         ),
         claims=(),
         notes=found.degeneracies,
-        tables=(Table("Parameters, with 95 % intervals", ("parameter", "value", "interval", "unit"), _rows(found)),),
+        tables=(StudyTable("Parameters, with 95 % intervals", ("parameter", "value", "interval", "unit"), _rows(found)),),
     )  # fmt: skip
 
 

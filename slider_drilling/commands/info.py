@@ -82,7 +82,7 @@ def _assumed(record: RigLog) -> list[str]:
     from slider_drilling.log_inputs.drives_from_log import commands_from_log
 
     try:
-        return list(commands_from_log(record, record.rig()).assumed)
+        return list(commands_from_log(record, record.rig()).assumptions)
     except InputError:
         return []  # what is missing says why
 
@@ -129,13 +129,13 @@ def _print(
     say(table)
     say(f"attachments: {', '.join(found.attachments) or 'none'}; metadata: {', '.join(found.metadata) or 'none'}")
     for note in notes:
-        say(f"note: {units.sentence(note)}")
+        say(f"note: {units.convert_text(note)}")
     for use, reasons in missing.items():
         say(f"{use}: ready" if not reasons else f"{use}: not possible")
         for reason in reasons:
-            say(f"  {units.sentence(reason)}")
+            say(f"  {units.convert_text(reason)}")
     for sentence in assumed:
-        say(f"  in a replay {units.sentence(sentence)}")
+        say(f"  in a replay {units.convert_text(sentence)}")
 
 
 def _number(value: float, form: str) -> str:

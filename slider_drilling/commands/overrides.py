@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slider_drilling.errors import InputError
-from slider_drilling.schema.changes import number
+from slider_drilling.schema.changes import parse_number
 
 if TYPE_CHECKING:
     from slider_drilling.rig import Rig
@@ -43,7 +43,7 @@ def apply_changes(
     rig = load_rig(rig_path)
     pairs = dict(_pair(text) for text in sets)
     keys = {name: value for name, value in pairs.items() if "." in name}
-    own = {name: number(value, f"--set {name}") for name, value in pairs.items() if "." not in name}
+    own = {name: parse_number(value, f"--set {name}") for name, value in pairs.items() if "." not in name}
     if keys:
         rig = rig.with_({name: _value(value) for name, value in keys.items()})
         given = _write(rig, folder / "rig.set.yaml")
@@ -79,7 +79,7 @@ def _value(text: str) -> object:
 def parse_settings(sets: Sequence[str], controller: str | None, rig: Rig) -> dict[str, float]:
     """Settings of the controller from ``NAME=VALUE``, tried on this rig. Raises InputError."""
     pairs = dict(_pair(text) for text in sets)
-    settings = {name: number(value, f"--set {name}") for name, value in pairs.items()}
+    settings = {name: parse_number(value, f"--set {name}") for name, value in pairs.items()}
     _check_settings(settings, controller, rig, "")
     return settings
 

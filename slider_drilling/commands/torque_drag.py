@@ -115,10 +115,10 @@ def _print(sticks: Sequence[Broomstick], units: Units) -> None:
 
     from slider_drilling.console.streams import stdout
 
-    force, torque = units.unit("kN"), units.unit("kN m")
+    force, torque = units.display_unit("kN"), units.display_unit("kN m")
     table = Table("at total depth", f"slack off {force}", f"turning {force}", f"pick up {force}", f"to turn {torque}")
     for one in sticks:
         name = "rig's contact" if one.friction is None else f"friction {one.friction:g}"
-        loads = (units.value(float(v[-1]) / 1e3, "kN") for v in (one.slack_off, one.rotating, one.pick_up))
-        table.add_row(name, *(f"{load:.1f}" for load in loads), f"{units.value(one.torque[-1] / 1e3, 'kN m'):.4g}")
+        loads = (units.convert(float(v[-1]) / 1e3, "kN") for v in (one.slack_off, one.rotating, one.pick_up))
+        table.add_row(name, *(f"{load:.1f}" for load in loads), f"{units.convert(one.torque[-1] / 1e3, 'kN m'):.4g}")
     stdout().print(table)

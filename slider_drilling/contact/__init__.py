@@ -16,14 +16,14 @@ from slider_drilling.contact.asperity import (
     friction_coefficient_of_direction,
     friction_table,
 )
-from slider_drilling.contact.multiscale import FrictionHistory, Means, friction_history
+from slider_drilling.contact.multiscale import FrictionHistory, FrictionMeans, friction_history
 from slider_drilling.wear_modes import WearMode, friction_coefficient, wear_mode
 
 __all__ = [
     "PAPER",
     "TABLE_SIZE",
     "FrictionHistory",
-    "Means",
+    "FrictionMeans",
     "WearMode",
     "effective_attack_angle",
     "friction_coefficient",

@@ -24,7 +24,7 @@ from scipy import optimize, stats
 from slider_drilling.contact.asperity import PAPER, friction_table
 from slider_drilling.contact.dahl import advance_on_table, compiled
 from slider_drilling.contact.measured import AgainstTime, AgainstVelocity
-from slider_drilling.contact.multiscale import trace
+from slider_drilling.contact.multiscale import integrate_deformation
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Contact
 
@@ -47,7 +47,7 @@ Data = AgainstTime | AgainstVelocity
 
 
 @dataclass(frozen=True)
-class Estimate:
+class ParameterEstimate:
     """A parameter and its 95 % interval; determined is False where the data says nothing of it (interval None)."""
 
     value: float
@@ -61,7 +61,7 @@ class Identification:
     friction; degeneracies are sentences on what the data cannot tell apart."""
 
     contact: Contact
-    estimates: dict[str, Estimate]
+    estimates: dict[str, ParameterEstimate]
     measured: Series
     predicted: Series
     residual_rms: float
@@ -79,7 +79,7 @@ def predict(data: Data, contact: Contact) -> Series:
         return contact.stiffness * settled_deformation(
             data.feed, data.vibration, data.frequency, data.direction, compliance, table, contact.dahl_exponent, *axis
         )
-    m_x, m_y, _, _ = trace(
+    m_x, m_y, _, _ = integrate_deformation(
         data.axial, data.tangential, compliance, table, contact.dahl_exponent, *axis, 0.0, 0.0, False
     )
     return contact.stiffness * (np.concatenate([m_x, m_y]) if data.tangential_friction.size else m_x)
@@ -219,25 +219,27 @@ def _uncertainty(jacobian: Series, residual: Series) -> tuple[Series, Series]:
     return errors, covariance / np.outer(errors, errors)
 
 
-def _estimates(names: list[str], point: Series, errors: Series, freedom: int, contact: Contact) -> dict[str, Estimate]:
+def _estimates(
+    names: list[str], point: Series, errors: Series, freedom: int, contact: Contact
+) -> dict[str, ParameterEstimate]:
     reach = float(stats.t.ppf(0.975, freedom))
-    found: dict[str, Estimate] = {}
+    found: dict[str, ParameterEstimate] = {}
     for name, x, error in zip(names, point, errors, strict=True):
         known = error < UNDETERMINED
         wide = (math.exp(x - reach * error), math.exp(x + reach * error)) if known else None
-        found[name] = Estimate(math.exp(x), wide, bool(known))
+        found[name] = ParameterEstimate(math.exp(x), wide, bool(known))
     ratio = contact.asperity.height / contact.asperity.shape_factor
     for axis, slope in (("minor_axis", "axial_slope"), ("major_axis", "tangential_slope")):
         bounds = found[slope].interval if slope in found else None
         if bounds is not None:
-            found[axis] = Estimate(ratio / found[slope].value, (ratio / bounds[1], ratio / bounds[0]), True)
+            found[axis] = ParameterEstimate(ratio / found[slope].value, (ratio / bounds[1], ratio / bounds[0]), True)
         else:
-            found[axis] = Estimate(getattr(contact.asperity, axis), None, False)
+            found[axis] = ParameterEstimate(getattr(contact.asperity, axis), None, False)
     return found
 
 
 def _degeneracies(
-    names: list[str], free: Sequence[str], estimates: dict[str, Estimate], correlation: Series, base: Contact
+    names: list[str], free: Sequence[str], estimates: dict[str, ParameterEstimate], correlation: Series, base: Contact
 ) -> tuple[str, ...]:
     said = [
         "a, b, h and chi enter only as the slopes h/(chi a) and h/(chi b): no friction tells them apart further. "

@@ -24,7 +24,7 @@ Series = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Means:
+class FrictionMeans:
     """Time means over a stretch of a history, of the force and torque on the pipe.
 
     absolute_axial_force F_x (eq. 25) and absolute_torque M_y (eq. 26) are means of magnitudes; axial_force and
@@ -55,7 +55,7 @@ class FrictionHistory:
     friction_coefficient: Series
     beta_v: Series
 
-    def means(self, since: float = -math.inf, until: float = math.inf) -> Means:
+    def means(self, since: float = -math.inf, until: float = math.inf) -> FrictionMeans:
         """Means (trapezoidal in time) over the samples with since <= time <= until, s.
 
         Raises InputError where fewer than two samples lie there.
@@ -70,7 +70,7 @@ class FrictionHistory:
                 0.5 * np.sum((series[inside][1:] + series[inside][:-1]) * np.diff(time)) / (time[-1] - time[0])
             )
 
-        return Means(
+        return FrictionMeans(
             absolute_axial_force=mean(np.abs(self.axial_force)),
             axial_force=mean(self.axial_force),
             absolute_torque=mean(np.abs(self.torque)),
@@ -114,7 +114,7 @@ def friction_history(
     compliance = load / contact.stiffness
     if stiffness_follows_load:
         compliance = np.full_like(load, contact.reference_load / contact.stiffness)
-    m_x, m_y, friction, cosine = trace(
+    m_x, m_y, friction, cosine = integrate_deformation(
         x,
         y,
         compliance,
@@ -139,7 +139,7 @@ def friction_history(
 
 
 @compiled
-def trace(
+def integrate_deformation(
     axial: Series,
     tangential: Series,
     compliance: Series,

@@ -14,7 +14,7 @@ from slider_drilling.control.interface import Controller, Level, Measurements, R
 from slider_drilling.control.settings import limits_of
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
-from slider_drilling.schema.yaml_tree import shown
+from slider_drilling.schema.yaml_tree import shorten
 from slider_drilling.user_code import call_user_code, import_reference
 
 DEFAULT_CONTROLLER = "slider_drilling.control:SlideController"
@@ -45,7 +45,7 @@ def checked_step(controller: Controller, measurements: Measurements) -> RigComma
     values = {name: _number(getattr(command, name)) for name in _COMMANDED}
     for name, value in values.items():
         if value is None:
-            what = f"{name} = {shown(getattr(command, name))}"
+            what = f"{name} = {shorten(getattr(command, name))}"
             raise InputError(f"{_named(controller, f'step at {measurements.time:g} s')} returned {what}")
     return RigCommand(**values)  # type: ignore[arg-type]
 
@@ -68,7 +68,7 @@ def statuses_of(controller: Controller) -> tuple[Status, ...]:
     for one in found:
         if not (isinstance(one, Status) and isinstance(one.level, Level) and isinstance(one.name, str)
                 and isinstance(one.message, str) and _are_pairs(one.values)):  # fmt: skip
-            raise InputError(f"{_named(controller, 'status')} returned {shown(one)}, which is no Status of texts")
+            raise InputError(f"{_named(controller, 'status')} returned {shorten(one)}, which is no Status of texts")
     return tuple(found)
 
 
@@ -81,7 +81,7 @@ def settings_of(controller: Controller) -> Any:
         raise InputError(f"{_named(controller, 'settings')} are {type(settings).__name__}, not a dataclass of settings")
     for name, limits in limits_of(settings).items():
         if not limits.low <= (_number(getattr(settings, name)) or 0.0) <= limits.high:
-            what = f"settings.{name} = {shown(getattr(settings, name))}"
+            what = f"settings.{name} = {shorten(getattr(settings, name))}"
             raise InputError(f"{_named(controller, what)}: not in its range")
     return settings
 

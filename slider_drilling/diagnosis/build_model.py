@@ -19,7 +19,7 @@ from slider_drilling.gap.problem.lines import BY_CHANCE, evenly, stands_out
 from slider_drilling.log import RigLog
 from slider_drilling.log_checks.channel_usable import why_unusable
 from slider_drilling.log_checks.expected_levels import OFF_BOTTOM_STIFFNESS
-from slider_drilling.log_inputs.reconstruct_pump import slower
+from slider_drilling.log_inputs.reconstruct_pump import flow_reduced
 from slider_drilling.rig import Rig
 
 # Hz, above which neither rocking nor the sea moves a hook load; where tools vibrate.
@@ -108,7 +108,7 @@ def run_of(log: RigLog, rig: Rig, driven: RunInputs, remarks: list[str]) -> Run:
     for name, channel in measured_channels(log, rig).items():
         kept = channel.time >= driven.begin
         if name == "standpipe_pressure" and driven.flow_steps is not None:
-            kept &= ~slower(channel.time, channel.measured, rig)
+            kept &= ~flow_reduced(channel.time, channel.measured, rig)
         channel = replace(channel, time=channel.time[kept], measured=channel.measured[kept])
         why = why_unusable(channel)
         if why is None:

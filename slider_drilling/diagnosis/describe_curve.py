@@ -6,7 +6,7 @@ import numpy as np
 
 from slider_drilling.diagnosis.effect_phrases import display_unit, format_quantity
 from slider_drilling.gap.model import Array
-from slider_drilling.units import number
+from slider_drilling.units import format_number
 
 # Share of a curve's variance that a straight line, or one step, must explain to be named as such.
 _LIKE = 0.85
@@ -18,7 +18,7 @@ def describe_curve(words: str, x: Array, x_unit: str, y: Array, y_unit: str) -> 
     if x.size < 2 or spread == 0.0:
         mean = float(np.mean(y))
         if y_unit == "-" and mean > 1.0:
-            return f"{words}, by a factor of {number(1.0 + mean, 2)}"
+            return f"{words}, by a factor of {format_number(1.0 + mean, 2)}"
         return f"{words}, by {_amount(mean, y_unit)}"
     slope, offset = np.polyfit(x, y, 1)
     total = float(np.sum((y - np.mean(y)) ** 2))
@@ -47,7 +47,7 @@ def _step(y: Array) -> tuple[int, float]:
 def _rate(slope: float, x_unit: str, y_unit: str) -> str:
     """A slope as a driller reads it: a minute, not a second; of its own unit, a share."""
     if x_unit == y_unit and x_unit != "-":
-        return f"{number(100.0 * slope, 2)} % of itself"
+        return f"{format_number(100.0 * slope, 2)} % of itself"
     if x_unit == "s":
         return f"{_amount(60.0 * slope, y_unit)} a minute"
     read, factor = display_unit(x_unit)
@@ -55,8 +55,8 @@ def _rate(slope: float, x_unit: str, y_unit: str) -> str:
 
 
 def _amount(value: float, unit: str) -> str:
-    return f"{number(100.0 * value, 2)} %" if unit == "-" else format_quantity(value, unit, 2)
+    return f"{format_number(100.0 * value, 2)} %" if unit == "-" else format_quantity(value, unit, 2)
 
 
 def _place(value: float, unit: str) -> str:
-    return number(value, 3) if unit == "-" else format_quantity(value, unit, 3)
+    return format_number(value, 3) if unit == "-" else format_quantity(value, unit, 3)

@@ -21,7 +21,7 @@ from slider_drilling.diagnosis.run_inputs import RunInputs
 from slider_drilling.diagnosis.unlogged_block import lowered_blocks
 from slider_drilling.diagnosis.unlogged_flow import with_steps
 from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
-from slider_drilling.drillstring import Observer, Response, Start, simulate_batch
+from slider_drilling.drillstring import InitialState, Observer, Response, simulate_batch
 from slider_drilling.effects import Effects
 from slider_drilling.gap.model import Array, Disturbance, Effect, How, Manoeuvre, Parameter, Run, Values
 from slider_drilling.rig import FrictionInterval, Rig
@@ -102,7 +102,7 @@ class DrillString:
             runs.append(replace(run, time=run.time[inside], excitation=run.excitation[inside], channels=channels))
             own = self.inputs[index]
             faster = None if own.acceleration is None else own.acceleration[inside]
-            driven.append(replace(own, commands=own.commands.part(inside), acceleration=faster))
+            driven.append(replace(own, commands=own.commands.samples(inside), acceleration=faster))
         return replace(self, runs=tuple(runs), inputs=tuple(driven))
 
     def manoeuvres(self) -> list[Manoeuvre]:
@@ -164,10 +164,10 @@ class DrillString:
             commands = disturbed(self.inputs[run].commands, first)
             batch = simulate_batch(
                 rigs, commands, elements, [start_with(sets[index], self.inputs[run].start) for index in own],
-                workers=None, observer=observer, friction=friction_factor(commands, first),
+                workers=None, observer=observer, friction_factor=friction_factor(commands, first),
                 acceleration=self.inputs[run].acceleration,
-                bite=bite_factor(commands, first),
-                lowered=self._lowered(run, [sets[index] for index in own]), single=True,
+                bit_torque_factor=bite_factor(commands, first),
+                block_offset=self._lowered(run, [sets[index] for index in own]), single_precision=True,
             )  # fmt: skip
             found.update(zip(own, batch, strict=True))
         return [found[index] for index in range(len(sets))]
@@ -180,19 +180,20 @@ class DrillString:
         extra = combined_modifiers(users, rig, elements, values)
         return simulate_batch(
             [rig], commands, elements, [start_with(values, self.inputs[run].start)], [extra], observer=observer,
-            friction=friction_factor(commands, values), acceleration=self.inputs[run].acceleration,
-            bite=bite_factor(commands, values), lowered=self._lowered(run, [values]), single=True,
+            friction_factor=friction_factor(commands, values), acceleration=self.inputs[run].acceleration,
+            bit_torque_factor=bite_factor(commands, values), block_offset=self._lowered(run, [values]), single_precision=True,
         )[0]  # fmt: skip
 
 
-def start_with(values: Values, before: Start) -> Start:
+def start_with(values: Values, before: InitialState) -> InitialState:
     """How the run begins; before: without the values."""
-    start = replace(before, twist=values.get("start_twist", 0.0), offset=values.get("tool_face_offset", 0.0))
-    if not before.at_work:
+    start = replace(before, twist=values.get("start_twist", 0.0), tool_face_offset=values.get("tool_face_offset", 0.0))
+    if not before.loaded:
         return start
-    weight = max(before.weight + values.get("start_weight", 0.0), 0.0)
-    drag = min(max(before.drag + values.get("start_drag", 0.0), -1.0), 1.0)
-    return replace(start, weight=weight, drag=drag, hold=values.get("start_hold", 0.0))
+    weight = max(before.weight_on_bit + values.get("start_weight", 0.0), 0.0)
+    drag = min(max(before.axial_friction_share + values.get("start_drag", 0.0), -1.0), 1.0)
+    hold = values.get("start_hold", 0.0)
+    return replace(start, weight_on_bit=weight, axial_friction_share=drag, tangential_friction_share=hold)
 
 
 def rig_with(rig: Rig, values: Values) -> Rig:

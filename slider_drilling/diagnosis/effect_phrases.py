@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
-from slider_drilling.units import KINDS, number
+from slider_drilling.units import KINDS, format_number
 
 # Readings over true values where ft lbf were taken for N m, and the other way round.
 _FOOT_POUNDS = KINDS["torque"]["ft lbf"]
@@ -34,7 +34,7 @@ def display_unit(unit: str) -> tuple[str, float]:
 def format_quantity(value: float, unit: str, digits: int = 3) -> str:
     """A value of an SI unit in the unit that a driller reads: "12.3 kN m"."""
     read, factor = display_unit(unit)
-    return f"{number(value * factor, digits)} {'' if read == '-' else read}".rstrip()
+    return f"{format_number(value * factor, digits)} {'' if read == '-' else read}".rstrip()
 
 
 def effect_phrase(effect: str, values: Mapping[str, float]) -> str:
@@ -43,36 +43,36 @@ def effect_phrase(effect: str, values: Mapping[str, float]) -> str:
     """
     make = _PHRASES.get(effect)
     if make is None:
-        settings = ", ".join(f"{name} {number(value)}" for name, value in values.items())
+        settings = ", ".join(f"{name} {format_number(value)}" for name, value in values.items())
         return f"{effect.replace('_', ' ').capitalize()} ({settings})"
     return make(values)
 
 
 def _percent(share: float) -> str:
-    return f"{number(100.0 * abs(share), 2)} %"
+    return f"{format_number(100.0 * abs(share), 2)} %"
 
 
 def _stribeck(v: Mapping[str, float]) -> str:
     more = "more" if v["drop"] > 0.0 else "less"
-    where = f" (the change lies around {number(v['speed'], 2)} m/s)" if "speed" in v else ""
+    where = f" (the change lies around {format_number(v['speed'], 2)} m/s)" if "speed" in v else ""
     return f"Friction of a string that hardly moves is {_percent(v['drop'])} {more} than of one that slides fast{where}"
 
 
 def _static_aging(v: Mapping[str, float]) -> str:
     grows = "grows" if v["growth"] > 0.0 else "falls"
-    within = f", within some {number(v['time'], 2)} s" if "time" in v else ""
+    within = f", within some {format_number(v['time'], 2)} s" if "time" in v else ""
     return f"Friction {grows} by {_percent(v['growth'])} while the string rests{within}"
 
 
 def _cuttings_bed(v: Mapping[str, float]) -> str:
     # Of what is tuned there, which need not be the file's.
     where = f"between {v['top']:.0f} and {v['bottom']:.0f} m"
-    return f"Something makes friction {number(v['factor'])} times as high {where}"
+    return f"Something makes friction {format_number(v['factor'])} times as high {where}"
 
 
 def _tortuosity(v: Mapping[str, float]) -> str:
     degrees = math.degrees(v["curvature"]) * 30.0
-    return f"The open hole is more crooked than the survey shows, by {number(degrees, 2)} deg per 30 m"
+    return f"The open hole is more crooked than the survey shows, by {format_number(degrees, 2)} deg per 30 m"
 
 
 def _friction_drift(v: Mapping[str, float]) -> str:
@@ -86,14 +86,14 @@ def _compliance(v: Mapping[str, float]) -> str:
 
 
 def _oscillation_tool(v: Mapping[str, float]) -> str:
-    rate = f" at {number(v['frequency'])} Hz" if "frequency" in v else ""
+    rate = f" at {format_number(v['frequency'])} Hz" if "frequency" in v else ""
     depth = f", {v['depth']:.0f} m down" if "depth" in v else ""
     return f"Something shakes the string with {format_quantity(v['force'], 'N', 2)}{rate}{depth}"
 
 
 def _heave(v: Mapping[str, float]) -> str:
-    period = f" every {number(v['period'])} s" if "period" in v else ""
-    return f"The block moves {number(abs(v['amplitude']), 2)} m up and down{period}, which no command shows"
+    period = f" every {format_number(v['period'])} s" if "period" in v else ""
+    return f"The block moves {format_number(abs(v['amplitude']), 2)} m up and down{period}, which no command shows"
 
 
 def _motor_wear(v: Mapping[str, float]) -> str:
@@ -111,7 +111,7 @@ def _motor_wear(v: Mapping[str, float]) -> str:
 
 def _formation_change(v: Mapping[str, float]) -> str:
     begins = f"From {v['time']:.0f} s on the" if "time" in v else "The"
-    return f"{begins} rock takes {number(v['factor'])} times the weight for the same cut"
+    return f"{begins} rock takes {format_number(v['factor'])} times the weight for the same cut"
 
 
 def _sensor_gain(v: Mapping[str, float]) -> str:
@@ -131,16 +131,18 @@ def _at_motor(v: Mapping[str, float]) -> str:
     friction = f" and a friction of {format_quantity(v['friction'], 'N m')}" if v.get("friction", 0.0) > 0.0 else ""
     return (
         "The torque is read at the drive's motor and holds what turns the drive itself: an inertia of "
-        f"{number(v['inertia'])} kg m2{friction}"
+        f"{format_number(v['inertia'])} kg m2{friction}"
     )
 
 
 _PHRASES: dict[str, Callable[[Mapping[str, float]], str]] = {
     "stribeck": _stribeck,
-    "viscous_drag": lambda v: f"Mud drags at the moving pipe with {number(v['coefficient'])} N per metre and m/s",
+    "viscous_drag": lambda v: (
+        f"Mud drags at the moving pipe with {format_number(v['coefficient'])} N per metre and m/s"
+    ),
     "static_aging": _static_aging,
     "buckling_contact": lambda v: (
-        f"Pipe under compression presses on the wall with {number(v['factor'])} times the force of a helix"
+        f"Pipe under compression presses on the wall with {format_number(v['factor'])} times the force of a helix"
     ),
     "cuttings_bed": _cuttings_bed,
     "tortuosity": _tortuosity,
@@ -154,7 +156,7 @@ _PHRASES: dict[str, Callable[[Mapping[str, float]], str]] = {
     "motor_wear": _motor_wear,
     "formation_change": _formation_change,
     "torque_sensor_gain": _sensor_gain,
-    "torque_sensor_lag": lambda v: f"The torque reading follows {number(v['lag'], 2)} s late",
+    "torque_sensor_lag": lambda v: f"The torque reading follows {format_number(v['lag'], 2)} s late",
     "torque_sensor_bias": _sensor_bias,
     "torque_at_motor": _at_motor,
 }

@@ -12,7 +12,7 @@ from slider_drilling.diagnosis.result import ChannelTrace, Gap, RankedEffect, Re
 from slider_drilling.gap.model import Array
 from slider_drilling.pages import Bars, Chart, Line, Panel
 from slider_drilling.pages.colours import BLUE, GREEN, GREY, INK, RED
-from slider_drilling.units import unit_of
+from slider_drilling.units import split_label
 
 _COLOURS = {"nominal": GREY, "tuned": BLUE, "with_effect": GREEN}
 # Shares of a gap: an axis that shows what closes it; what reaches below is cut there, with its number beside it.
@@ -129,7 +129,7 @@ def shape(found: ResidualShape) -> Chart | str:
 
 def _converted(values: Array, label: str) -> tuple[Array, str]:
     """Values under a label "name, SI unit" in the unit that is read."""
-    name, unit = unit_of(label)
+    name, unit = split_label(label)
     read, factor = display_unit(unit)
     return factor * values, label if read == unit else f"{name}, {read}"
 

@@ -52,7 +52,7 @@ def run_parameters(channels: Sequence[str], runs: Sequence[RunInputs]) -> tuple[
         # Of the column of mud, which shows where the flow changes at once.
         found += (Parameter("pressure_lag", 1.0, 0.3, 3.0, 0.05, spread=0.2),)
         found += step_parameters([run.flow_steps or () for run in runs])
-    if any(run.start.at_work for run in runs):
+    if any(run.start.loaded for run in runs):
         found += work_parameters()
     return found
 

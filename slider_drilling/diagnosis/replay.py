@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slider_drilling.drillstring import ELEMENTS, Commands, Modifiers, Response, Start, simulate_batch
-from slider_drilling.drillstring.recorded_channels import finite
+from slider_drilling.drillstring import ELEMENTS, Commands, InitialState, Modifiers, Response, simulate_batch
+from slider_drilling.drillstring.recorded_channels import require_finite
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Array, Channel
 from slider_drilling.log.series import RigLog
 from slider_drilling.log_checks.repeated_samples import mask_repeated_samples
 from slider_drilling.log_inputs.drives_from_log import commands_from_log
-from slider_drilling.log_inputs.infer_initial_state import AT_WORK, start_of
+from slider_drilling.log_inputs.infer_initial_state import LOADED_START_NOTE, infer_initial_state
 from slider_drilling.rig import Mwd, Rig, Sensor
 
 
@@ -90,7 +90,7 @@ def replay(
     log: RigLog,
     rig: Rig,
     elements: int = ELEMENTS,
-    start: Start | None = None,
+    start: InitialState | None = None,
     modifiers: Modifiers = Modifiers(),
 ) -> Replay:
     """Simulate the log's run from its first sample and compare channel by channel; start: by default as the log's first
@@ -98,13 +98,15 @@ def replay(
     """
     log, repeats = mask_repeated_samples(log)
     driven = commands_from_log(log, rig)
-    start = start or start_of(log, rig, driven.commands)
+    start = start or infer_initial_state(log, rig, driven.commands)
     channels = measured_channels(log, rig)
-    faster = driven.acceleration_in(rig)
-    response = finite(simulate_batch([rig], driven.commands, elements, [start], [modifiers], acceleration=faster)[0])
+    faster = driven.acceleration_for(rig)
+    response = require_finite(
+        simulate_batch([rig], driven.commands, elements, [start], [modifiers], acceleration=faster)[0]
+    )
     compared = {}
     for name, channel in channels.items():
         simulated = np.interp(channel.time, response.time, getattr(response, name))
         compared[name] = Comparison(channel, simulated, channel.residual(simulated))
-    assumed = (*(str(issue.text) for issue in repeats), *driven.assumed, *([AT_WORK] if start.at_work else []))
+    assumed = (*(str(issue.text) for issue in repeats), *driven.assumptions, *([LOADED_START_NOTE] if start.loaded else []))
     return Replay(driven.commands, response, compared, assumed)

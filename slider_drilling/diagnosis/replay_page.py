@@ -15,7 +15,7 @@ from slider_drilling.log.series import RigLog
 from slider_drilling.pages import Chart, Line, Page, Panel, Section, Table
 from slider_drilling.pages.colours import BLUE, INK, RED
 from slider_drilling.pages.figures import wrap_degrees
-from slider_drilling.units import Units, number
+from slider_drilling.units import Units, format_number
 
 # Of a channel's SI unit: its value in the unit that pages start from, and that unit.
 SHOWN = {"N m": (1e-3, "kN m"), "N": (1e-3, "kN"), "Pa": (1e-5, "bar"), "rad": (180.0 / math.pi, "deg")}
@@ -28,8 +28,8 @@ def table_rows(run: Replay, units: Units) -> list[tuple[str, str, str, str]]:
     for name, one in run.channels.items():
         factor, unit = SHOWN[one.channel.unit]
         ratio = one.rms_over_noise
-        rows.append((name.replace("_", " "), str(len(one.residual)), units.text(one.rms * factor, unit),
-                     "-" if ratio is None else number(ratio)))  # fmt: skip
+        rows.append((name.replace("_", " "), str(len(one.residual)), units.format(one.rms * factor, unit),
+                     "-" if ratio is None else format_number(ratio)))  # fmt: skip
     return rows
 
 

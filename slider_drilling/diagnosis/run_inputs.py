@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from slider_drilling.drillstring import Commands, Start
+from slider_drilling.drillstring import Commands, InitialState
 from slider_drilling.gap.model import Array
 from slider_drilling.log import RigLog
 from slider_drilling.log_inputs.drives_from_log import commands_from_log
-from slider_drilling.log_inputs.infer_initial_state import forgotten, start_of
+from slider_drilling.log_inputs.infer_initial_state import infer_initial_state, initial_transient_end
 from slider_drilling.rig import Rig
 
 
@@ -21,7 +21,7 @@ class RunInputs:
 
     commands: Commands
     acceleration: Array | None = None
-    start: Start = Start()
+    start: InitialState = InitialState()
     flow_steps: tuple[float, ...] | None = None
     lowered: bool = False
     begin: float = 0.0
@@ -30,16 +30,18 @@ class RunInputs:
 def read_run_inputs(log: RigLog, rig: Rig, remarks: list[str]) -> RunInputs:
     """How this log drove the rig; what it does not hold and how that is made up for is added to the remarks."""
     driven = commands_from_log(log, rig)
-    said = [*driven.assumed]
-    if driven.flow_steps:
-        at = ", ".join(f"{step:.1f}" for step in driven.flow_steps)
+    said = [*driven.assumptions]
+    if driven.flow_step_times:
+        at = ", ".join(f"{step:.1f}" for step in driven.flow_step_times)
         said.append(f"pressure steps at {at} s: by how much the flow changed is fitted")
-    start, begin = start_of(log, rig, driven.commands), float(driven.commands.time[0])
-    if start.at_work:
-        begin = forgotten(rig, driven.commands)
+    start, begin = infer_initial_state(log, rig, driven.commands), float(driven.commands.time[0])
+    if start.loaded:
+        begin = initial_transient_end(rig, driven.commands)
         said.append(
             "begins while the string is at work: its state is fitted, and what was measured before "
             f"{begin:.1f} s is left out"
         )
     remarks += [f"{log.source}: {sentence}" for sentence in said]
-    return RunInputs(driven.commands, driven.acceleration, start, driven.flow_steps, driven.lowered, begin)
+    return RunInputs(
+        driven.commands, driven.acceleration, start, driven.flow_step_times, driven.block_from_pressure, begin
+    )

@@ -17,7 +17,7 @@ from slider_drilling.diagnosis.result import (
     ResidualShape,
 )
 from slider_drilling.gap.answer.sentence import but_not_noise
-from slider_drilling.units import number
+from slider_drilling.units import format_number
 
 _CLOSES, _UNSEEN, _LEFT_BY = "closes [95 %]", "of unseen runs", "of what is left by"  # heads of a ranking's shares
 _WHOLE = 0.995  # of the gap; a model in which luck leaves less than noise does closes more than all of it
@@ -231,7 +231,7 @@ def _tuned(outcome: Outcome) -> str:
     most = sorted(moved, key=lambda name: -abs(moved[name] - 1.0))[:_MOST_TUNED]
     if not most:
         return ""
-    return ": " + ", ".join(f"{plain_name(name)} is {number(moved[name])} times the file's" for name in most)
+    return ": " + ", ".join(f"{plain_name(name)} is {format_number(moved[name])} times the file's" for name in most)
 
 
 def _instead(outcome: Outcome) -> str:
@@ -249,8 +249,8 @@ def _as_near(gap: Gap) -> str:
     if gap.tuned <= gap.threshold:
         return "; re-tuned it matches the log as closely as noise lets anybody tell"
     return (
-        f"; re-tuned it leaves {number(gap.tuned)} times the noise, little more than noise can "
-        f"({number(gap.threshold)}), and no known effect takes that away"
+        f"; re-tuned it leaves {format_number(gap.tuned)} times the noise, little more than noise can "
+        f"({format_number(gap.threshold)}), and no known effect takes that away"
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from slider_drilling.drillstring import Commands
 from slider_drilling.gap.model import Array, Parameter, Values
-from slider_drilling.log_inputs.reconstruct_block import stretches
+from slider_drilling.log_inputs.reconstruct_block import rate_knots
 
 _RATE = "block_rate_"
 # m/s: what pressure tells of a rate is off by about as much, most of it while friction begins to hold the string back;
@@ -18,7 +18,7 @@ _SPREAD, _MOST = 0.001, 0.02
 
 def block_rates(runs: Sequence[Commands]) -> tuple[Parameter, ...]:
     """What is added to the block's rate in each stretch of a run, m/s; of the longest run where there are several."""
-    count = max(stretches(run.time).size for run in runs) - 1
+    count = max(rate_knots(run.time).size for run in runs) - 1
     return tuple(
         Parameter(f"{_RATE}{k + 1}", 0.0, -_MOST, _MOST, 0.1 * _SPREAD, "m/s", spread=_SPREAD, per_run=True)
         for k in range(count)

@@ -17,7 +17,7 @@ from slider_drilling.drillstring import Commands, Modifiers
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Array, Effect, Values
 from slider_drilling.rig import Rig
-from slider_drilling.schema.yaml_tree import shown
+from slider_drilling.schema.yaml_tree import shorten
 from slider_drilling.user_code import call_user_code, import_reference
 from slider_drilling.wellbore.mesh import build_mesh
 
@@ -84,11 +84,11 @@ def _made(kind: Any, where: str) -> UserEffect:
         if not call_user_code(lambda name=name: hasattr(made, name), f"{where}: {name}"):  # type: ignore[misc]
             raise InputError(f"{where}: has no `{name}`; see docs/user_effects.md")
     if not isinstance(made.effect, Effect):
-        raise InputError(f"{where}: `effect` is {shown(made.effect)}, not a slider_drilling.gap.Effect")
+        raise InputError(f"{where}: `effect` is {shorten(made.effect)}, not a slider_drilling.gap.Effect")
     named = [made.effect.name, made.effect.site, *(parameter.name for parameter in made.effect.parameters)]
     for name in named:
         if not isinstance(name, str):
-            raise InputError(f"{where}: `effect` has {shown(name)} for a name, which must be text")
+            raise InputError(f"{where}: `effect` has {shorten(name)} for a name, which must be text")
     return GuardedEffect(made.effect, made, where)
 
 
@@ -134,7 +134,7 @@ class GuardedEffect:
             raise InputError(f"{what} returned {type(given).__name__}, not channels by name")
         for name in given:
             if name not in channels:
-                raise InputError(f"{what} returned {shown(name)}; this log has {', '.join(channels)}")
+                raise InputError(f"{what} returned {shorten(name)}; this log has {', '.join(channels)}")
         return {name: _array(row, channels[name].shape, f"{what}: {name}") for name, row in given.items()}
 
 
@@ -151,7 +151,7 @@ def try_effects(users: Sequence[GuardedEffect], known: Sequence[str], rig: Rig, 
     """
     taken = set(known)
     depth = build_mesh(rig, 40).middle
-    short = commands.at(commands.time[:: max(commands.time.size // 100, 1)])
+    short = commands.resampled(commands.time[:: max(commands.time.size // 100, 1)])
     names = ("surface_torque", "hook_load", "standpipe_pressure", "tool_face")
     flat = {name: np.zeros_like(short.time) for name in names}
     for user in users:
@@ -173,7 +173,7 @@ def _array(value: Any, shape: tuple[int, ...], what: str, may_be_one: bool = Fal
     try:
         array = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise InputError(f"{what} is {shown(value)}, not an array of numbers") from None
+        raise InputError(f"{what} is {shorten(value)}, not an array of numbers") from None
     if array.shape != shape and not (may_be_one and array.shape == ()):
         raise InputError(f"{what} has shape {array.shape}, must have {shape}")
     if not np.all(np.isfinite(array)):

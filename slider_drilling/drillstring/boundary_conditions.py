@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from slider_drilling.drillstring.layout import Array, Elements, Lanes, State
+from slider_drilling.drillstring.layout import Array, Elements, KernelState, Lanes
 from slider_drilling.process.jit_cache import INLINED_JIT_OPTIONS, njit
 
 _STILL = 0.1  # rad/s, below which a drive's own friction fades: measured speeds are rarely zero
@@ -19,7 +19,7 @@ _LANES: dict[str, Any] = {**INLINED_JIT_OPTIONS, "fastmath": False}
 
 
 @njit(**_LANES)
-def drive_top(lanes, time, angle, block, heaving, lower: Array, lower_next: Array, u, c: Lanes, s: State):
+def drive_top(lanes, time, angle, block, heaving, lower: Array, lower_next: Array, u, c: Lanes, s: KernelState):
     """Row 0: the block with its heave, the top drive through its backlash.
 
     heaving: whether any block heaves; lower, lower_next: (lanes,) m by which the blocks are below `block` before and
@@ -41,7 +41,7 @@ def drive_top(lanes, time, angle, block, heaving, lower: Array, lower_next: Arra
 
 
 @njit(**_LANES)
-def shake(lanes, time, e: Elements, c: Lanes, s: State):
+def shake(lanes, time, e: Elements, c: Lanes, s: KernelState):
     """The push of the axial oscillation tools."""
     for k in range(lanes):
         if c.tool_force[k] > 0.0:
@@ -50,7 +50,7 @@ def shake(lanes, time, e: Elements, c: Lanes, s: State):
 
 
 @njit(**_LANES)
-def cut(lanes, elements, dt, time, pump, bite, e: Elements, c: Lanes, s: State):
+def cut(lanes, elements, dt, time, pump, bite, e: Elements, c: Lanes, s: KernelState):
     """Bit, rock and motor: what the bit takes from the speeds of the lowest element (`model.md` section 4).
 
     Weight on bit is proportional to the bit's speed, with a constant large against mass / dt, so it is solved for
@@ -86,7 +86,7 @@ def cut(lanes, elements, dt, time, pump, bite, e: Elements, c: Lanes, s: State):
 
 
 @njit(**_LANES)
-def pump_mud(lanes, pump, c: Lanes, s: State):
+def pump_mud(lanes, pump, c: Lanes, s: KernelState):
     """Standpipe pressure that this flow needs without the motor (`model.md` section 4)."""
     for k in range(lanes):
         flow = max(pump * c.pump_displacement[k], 0.0) / c.reference_flow[k]
@@ -94,7 +94,7 @@ def pump_mud(lanes, pump, c: Lanes, s: State):
 
 
 @njit(**_LANES)
-def circulate(lanes, steps, c: Lanes, s: State):
+def circulate(lanes, steps, c: Lanes, s: KernelState):
     """Standpipe pressure: that of circulation, and the motor's a sound travel time late, behind one lag."""
     delay = len(s.pulses) // lanes
     if delay == 0:
@@ -109,7 +109,7 @@ def circulate(lanes, steps, c: Lanes, s: State):
 
 
 @njit(**_LANES)
-def sense(lanes, elements, e: Elements, c: Lanes, s: State, out: Array):
+def sense(lanes, elements, e: Elements, c: Lanes, s: KernelState, out: Array):
     """One row of `layout.CHANNELS`, (channels, lanes)."""
     bit, place = (elements - 1) * lanes, elements * lanes
     for k in range(lanes):
@@ -126,7 +126,7 @@ def sense(lanes, elements, e: Elements, c: Lanes, s: State, out: Array):
 
 
 @njit(**_LANES)
-def sense_torque(lanes, speed, acceleration, e: Elements, c: Lanes, s: State):
+def sense_torque(lanes, speed, acceleration, e: Elements, c: Lanes, s: KernelState):
     """What the top drive feels, or its motor gives, through the torque sensor's gain and lag.
 
     `sense` adds the sensor's bias: a constant passes a lag that starts settled unchanged.
@@ -139,7 +139,7 @@ def sense_torque(lanes, speed, acceleration, e: Elements, c: Lanes, s: State):
 
 
 @njit(**_LANES)
-def pull(lanes, dt, measured, c: Lanes, s: State):
+def apply_observer(lanes, dt, measured, c: Lanes, s: KernelState):
     """The weak observer: a torque that was measured turns the drive a little towards the one that is simulated.
 
     ``offset' = gain (measured - sensed) / Z - offset / tau``, Z the string's wave impedance at the top: passive for

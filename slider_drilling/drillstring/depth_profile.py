@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.drillstring.layout import Array, Curve, Elements, State
+from slider_drilling.drillstring.layout import Array, Curve, Elements, KernelState
 from slider_drilling.wellbore.mesh import Mesh
 
 
 @dataclass(frozen=True)
-class Profile:
+class DepthProfile:
     """The string as it is now, each (n,), surface first.
 
     measured_depth: m, of element middles; tension: N, mean over the element; torque: N m, at its top; rotation: rad;
@@ -47,7 +47,7 @@ def per_friction(curve: Curve, direction: Array | float) -> Array:
     return np.asarray(np.interp(np.square(direction), places, curve.table))
 
 
-def profile_of(mesh: Mesh, e: Elements, curve: Curve, s: State) -> Profile:
+def profile_of(mesh: Mesh, e: Elements, curve: Curve, s: KernelState) -> DepthProfile:
     """The profile of a single run (one lane), by the formulas of the kernel's `push`."""
     n = mesh.count
     spring_pull = e.axial_spring[: n + 1] * np.diff(s.position[: n + 2])
@@ -60,7 +60,7 @@ def profile_of(mesh: Mesh, e: Elements, curve: Curve, s: State) -> Profile:
     onto_axis = curve.axial * along + curve.tangential * across
     direction = np.clip(np.abs(onto_axis) / np.maximum(np.hypot(along, across), 1e-15), 0.0, 1.0)
     friction = curve.grip / (s.yielding[:n] * per_friction(curve, direction))
-    return Profile(
+    return DepthProfile(
         measured_depth=mesh.middle,
         length=mesh.length,
         tension=tension,

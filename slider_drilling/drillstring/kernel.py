@@ -14,16 +14,16 @@ import numpy as np
 
 from slider_drilling.drillstring.arithmetic import exponential, per_root, reciprocal, root
 from slider_drilling.drillstring.boundary_conditions import (
+    apply_observer,
     circulate,
     cut,
     drive_top,
-    pull,
     pump_mud,
     sense,
     sense_torque,
     shake,
 )
-from slider_drilling.drillstring.layout import Array, Curve, Elements, Lanes, State
+from slider_drilling.drillstring.layout import Array, Curve, Elements, KernelState, Lanes
 from slider_drilling.process.jit_cache import INLINED_JIT_OPTIONS, JIT_OPTIONS, njit
 
 _TINY = 1e-30  # m2 or N2; a strain this small has no direction
@@ -207,7 +207,7 @@ def hermite(start, start_rate, end, end_rate, length, u):
 @njit(**JIT_OPTIONS)
 def advance(
     lanes, elements, substeps, dt, by_speed, by_rest, drive: Array, lowered: Array, e: Elements, curve: Curve, c: Lanes,
-    s: State, out: Array,
+    s: KernelState, out: Array,
 ):  # fmt: skip
     """Step every lane through the intervals of ``drive`` and fill ``out`` at the end of each, and before the first one
     where ``out`` has a row more.
@@ -282,7 +282,7 @@ def advance(
             circulate(lanes, int(s.clock[1]) + n, c, s)
             sense_torque(lanes, a[1] + u * (b[1] - a[1]), b[7], e, c, s)
             if pulled:
-                pull(lanes, dt, a[5] + u * (b[5] - a[5]), c, s)
+                apply_observer(lanes, dt, a[5] + u * (b[5] - a[5]), c, s)
         s.clock[0] += substeps * dt
         s.clock[1] += substeps
         sense(lanes, elements, e, c, s, out[first + m])

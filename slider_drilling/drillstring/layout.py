@@ -42,7 +42,7 @@ def aligned(values: Array, first: int = 0) -> Array:
     return copy
 
 
-def in_single(elements: Elements, state: State, lanes: int) -> tuple[Elements, State]:
+def in_single(elements: Elements, state: KernelState, lanes: int) -> tuple[Elements, KernelState]:
     """The same in single precision but for positions and rotations, whose differences would be lost in it, and what is
     a run's; more filling, for vectors hold twice as many such values.
     """
@@ -124,7 +124,7 @@ class Lanes(NamedTuple):
     pull_leak: Array  # 1/s, at which the observer forgets
 
 
-class State(NamedTuple):
+class KernelState(NamedTuple):
     """All that changes: per element (n * lanes + filling,), positions two rows longer, per run (lanes,)."""
 
     position: Array  # m, along the hole, from the unstretched string

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slider_drilling.drillstring.layout import Array
-from slider_drilling.drillstring.sample_gaps import is_lost
+from slider_drilling.drillstring.sample_gaps import in_gap
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Observer:
         if not 0.0 <= self.gain <= 1.0:
             raise ValueError(f"observer: gain {self.gain:g} must be 0 to 1")
 
-    def at(self, time: Array) -> Array:
+    def measured_at(self, time: Array) -> Array:
         """(m,) N m at other times, NaN where nothing was measured: outside the samples, and where some were lost."""
         known = np.interp(time, self.time, self.torque, left=np.nan, right=np.nan)
-        return np.where(is_lost(self.time, time), np.nan, known)
+        return np.where(in_gap(self.time, time), np.nan, known)

@@ -47,11 +47,11 @@ class Commands:
             rows[:, column] = getattr(self, name)
         return rows
 
-    def part(self, rows: slice | NDArray[Any]) -> Commands:
+    def samples(self, rows: slice | NDArray[Any]) -> Commands:
         """Some of the samples: a slice of them, or those that a mask (n,) is true for."""
         return Commands(*(getattr(self, name)[rows] for name in _COMMANDS))
 
-    def at(self, time: Array) -> Commands:
+    def resampled(self, time: Array) -> Commands:
         """The same motion sampled at other times (m,), held still outside its own."""
         inside = np.clip(time, self.time[0], self.time[-1])
         cell = np.clip(np.searchsorted(self.time, inside, side="right") - 1, 0, max(len(self.time) - 2, 0))
@@ -96,7 +96,7 @@ def _cubic(time: Array, value: Array, slope: Array, cell: NDArray[np.intp], at: 
     return position, rate / length
 
 
-def finite(response: Response) -> Response:
+def require_finite(response: Response) -> Response:
     """The response itself. Raises InputError where it holds anything but finite numbers, and says from when on.
 
     Each number of the rig file may be possible and all of them together not: a step can then outrun itself. Fits

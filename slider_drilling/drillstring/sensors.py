@@ -13,7 +13,7 @@ from slider_drilling.rig import Mwd, Sensor
 _RESOLVED = 2.0**52
 
 
-def wrap(angle: float) -> float:
+def wrap_angle(angle: float) -> float:
     """The same direction in (-pi, pi]."""
     return math.pi - (math.pi - angle) % (2.0 * math.pi)
 
@@ -59,7 +59,7 @@ class MwdSensor:
             share = (at - before[0]) / (now[0] - before[0])
             true = before[1] + share * (now[1] - before[1])
             noisy = true + random.normal(0.0, 1.0) * self.settings.noise
-            decoded = wrap(quantise(wrap(noisy), self.settings.resolution))
+            decoded = wrap_angle(quantise(wrap_angle(noisy), self.settings.resolution))
             self.on_the_way += (MwdSample(at, at + self.settings.latency, decoded),)
         arrived = tuple(sample for sample in self.on_the_way if sample.arrived_at <= now[0] + 1e-9)
         self.on_the_way = self.on_the_way[len(arrived) :]

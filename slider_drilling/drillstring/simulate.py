@@ -10,11 +10,11 @@ import numpy as np
 
 from slider_drilling.drillstring import assemble, kernel
 from slider_drilling.drillstring.assemble import Modifiers
-from slider_drilling.drillstring.depth_profile import Profile, profile_of
-from slider_drilling.drillstring.layout import CHANNELS, Array, State, in_single
+from slider_drilling.drillstring.depth_profile import DepthProfile, profile_of
+from slider_drilling.drillstring.layout import CHANNELS, Array, KernelState, in_single
 from slider_drilling.drillstring.observer import Observer
 from slider_drilling.drillstring.recorded_channels import Commands, Response
-from slider_drilling.drillstring.start import Start, initial_state
+from slider_drilling.drillstring.start import InitialState, initial_kernel_state
 from slider_drilling.process.jit_cache import announce_compilation
 from slider_drilling.process.parallel_map import idle_threads, parallel_map
 from slider_drilling.rig import Rig
@@ -29,7 +29,7 @@ _LANES_PER_BLOCK = 16  # runs side by side: their arrays of 200 elements just fi
 class PlantState:
     """A copy of everything that changes in a plant; see `Plant.restore`."""
 
-    arrays: State
+    arrays: KernelState
     last_command: Array
 
 
@@ -45,7 +45,7 @@ class Plant:
         rig: Rig,
         elements: int = ELEMENTS,
         interval: float | None = None,
-        start: Start = Start(),
+        start: InitialState = InitialState(),
         modifiers: Modifiers = Modifiers(),
         substeps: int | None = None,
     ) -> None:
@@ -95,7 +95,7 @@ class Plant:
         """Go back to a saved state; the next `advance` continues from there bit for bit."""
         self._bundle.restore(state)
 
-    def profile(self) -> Profile:
+    def profile(self) -> DepthProfile:
         """The string along its length; raises ValueError before the first `advance`."""
         return self._bundle.profile()
 
@@ -104,7 +104,7 @@ def simulate(
     rig: Rig,
     commands: Commands,
     elements: int = ELEMENTS,
-    start: Start = Start(),
+    start: InitialState = InitialState(),
     modifiers: Modifiers = Modifiers(),
     substeps: int | None = None,
 ) -> Response:
@@ -120,16 +120,16 @@ def simulate_batch(
     rigs: Sequence[Rig],
     commands: Commands,
     elements: int = ELEMENTS,
-    starts: Sequence[Start] | None = None,
+    starts: Sequence[InitialState] | None = None,
     modifiers: Sequence[Modifiers] | None = None,
     substeps: int | None = None,
     workers: int | None = 1,
     observer: Observer | None = None,
-    friction: Array | None = None,
+    friction_factor: Array | None = None,
     acceleration: Array | None = None,
-    bite: Array | None = None,
-    lowered: Array | None = None,
-    single: bool = False,
+    bit_torque_factor: Array | None = None,
+    block_offset: Array | None = None,
+    single_precision: bool = False,
 ) -> list[Response]:
     """`simulate` for many parameter sets of one well and string, vectorised across them.
 
@@ -147,16 +147,20 @@ def simulate_batch(
     if not rigs:
         return []
     grid = _even_grid(commands.time)
-    sampled = commands if grid is commands.time else commands.at(grid)
+    sampled = commands if grid is commands.time else commands.resampled(grid)
     interval = float((grid[-1] - grid[0]) / (len(grid) - 1)) if len(grid) > 1 else 1.0
-    starts = starts or [Start()] * len(rigs)
+    starts = starts or [InitialState()] * len(rigs)
     modifiers = modifiers or [Modifiers()] * len(rigs)
-    given = (friction, acceleration, bite)
-    friction, acceleration, bite = (
+    given = (friction_factor, acceleration, bit_torque_factor)
+    friction_factor, acceleration, bit_torque_factor = (
         None if values is None else np.interp(grid, commands.time, values) for values in given
     )
-    lower = None if lowered is None else np.stack([np.interp(grid, commands.time, row) for row in lowered], axis=1)
-    measured = None if observer is None else observer.at(grid)
+    lower = (
+        None
+        if block_offset is None
+        else np.stack([np.interp(grid, commands.time, row) for row in block_offset], axis=1)
+    )
+    measured = None if observer is None else observer.measured_at(grid)
     mesh = assemble.common_mesh(rigs, elements)
     substeps = substeps or _least_substeps(rigs, mesh, interval)
     shares = 1 + idle_threads() if workers is None else max(workers, 1)
@@ -164,9 +168,15 @@ def simulate_batch(
 
     def run(first: int) -> list[Array]:
         block = slice(first, first + width)
-        bundle = _Bundle(rigs[block], mesh, interval, starts[block], modifiers[block], substeps, observer, single)
+        bundle = _Bundle(
+            rigs[block], mesh, interval, starts[block], modifiers[block], substeps, observer, single_precision
+        )
         below = None if lower is None else lower[:, block]
-        channels = _joined(commands.time, grid, bundle.advance(sampled, measured, friction, acceleration, bite, below))
+        channels = _joined(
+            commands.time,
+            grid,
+            bundle.advance(sampled, measured, friction_factor, acceleration, bit_torque_factor, below),
+        )
         return [channels[:, :, lane] for lane in range(channels.shape[2])]
 
     blocks = parallel_map(run, range(0, len(rigs), width), workers)
@@ -181,7 +191,7 @@ class _Bundle:
         rigs: Sequence[Rig],
         mesh: assemble.Mesh,
         interval: float,
-        starts: Sequence[Start],
+        starts: Sequence[InitialState],
         modifiers: Sequence[Modifiers],
         substeps: int,
         observer: Observer | None = None,
@@ -196,7 +206,7 @@ class _Bundle:
         self.by_speed = bool(np.any(self.elements.stribeck_drop) or np.any(self.elements.drift_rate))
         self.by_rest = bool(np.any(self.elements.aging_growth))
         self.single = single
-        self.state: State | None = None
+        self.state: KernelState | None = None
         self.last: Array | None = None
 
     def advance(
@@ -224,7 +234,7 @@ class _Bundle:
         lower = np.zeros((len(rows), 0)) if lowered is None else np.ascontiguousarray(lowered)
         out = np.empty((len(rows), len(CHANNELS), width))
         if self.state is None:
-            self.state = initial_state(
+            self.state = initial_kernel_state(
                 self.rigs, self.mesh, self.elements, self.lanes, self.curve, self.dt, rows[0], self.starts,
                 0.0 if lowered is None else lower[0],
             )
@@ -261,16 +271,16 @@ class _Bundle:
 
     def save(self) -> PlantState:
         state, last = self._started()
-        return PlantState(State(*(array.copy() for array in state)), last.copy())
+        return PlantState(KernelState(*(array.copy() for array in state)), last.copy())
 
     def restore(self, saved: PlantState) -> None:
-        self.state = State(*(array.copy() for array in saved.arrays))
+        self.state = KernelState(*(array.copy() for array in saved.arrays))
         self.last = saved.last_command.copy()
 
-    def profile(self) -> Profile:
+    def profile(self) -> DepthProfile:
         return profile_of(self.mesh, self.elements, self.curve, self._started()[0])
 
-    def _started(self) -> tuple[State, Array]:
+    def _started(self) -> tuple[KernelState, Array]:
         if self.state is None or self.last is None:
             raise ValueError("plant: has no state before the first advance")
         return self.state, self.last

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slider_drilling.drillstring.depth_profile import contact_stiffness, per_friction
-from slider_drilling.drillstring.layout import Array, Curve, Elements, Lanes, State, aligned, padded
+from slider_drilling.drillstring.layout import Array, Curve, Elements, KernelState, Lanes, aligned, padded
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.mesh import Mesh
 
@@ -19,7 +19,7 @@ _PRESSING = ("side_weight", "vertical_bend", "lateral_bend", "extra_bend", "buck
 
 
 @dataclass(frozen=True)
-class Start:
+class InitialState:
     """How a run begins: by default at rest, hanging without friction, the bit just on bottom.
 
     twist: rad, of the bit ahead of the top drive, spread over the string as one constant torque would; offset: rad,
@@ -32,16 +32,21 @@ class Start:
     """
 
     twist: float = 0.0
-    offset: float = 0.0
-    weight: float = 0.0
-    drag: float = 0.0
-    hold: float = 0.0
-    torque: float | None = None
+    tool_face_offset: float = 0.0
+    weight_on_bit: float = 0.0
+    axial_friction_share: float = 0.0
+    tangential_friction_share: float = 0.0
+    surface_torque: float | None = None
 
     @property
-    def at_work(self) -> bool:
+    def loaded(self) -> bool:
         """Whether anything but the weight of the string and a constant torque acts."""
-        return self.weight != 0.0 or self.drag != 0.0 or self.hold != 0.0 or self.torque is not None
+        return (
+            self.weight_on_bit != 0.0
+            or self.axial_friction_share != 0.0
+            or self.tangential_friction_share != 0.0
+            or self.surface_torque is not None
+        )
 
 
 @dataclass(frozen=True)
@@ -57,10 +62,10 @@ class _Forces:
     turning: Array
 
 
-def initial_state(
+def initial_kernel_state(
     rigs: Sequence[Rig], mesh: Mesh, e: Elements, c: Lanes, curve: Curve, dt: float, drive: Array,
-    starts: Sequence[Start], lowered: Array | float = 0.0,
-) -> State:  # fmt: skip
+    starts: Sequence[InitialState], lowered: Array | float = 0.0,
+) -> KernelState:  # fmt: skip
     """The state in which each run begins, see `Start`.
 
     drive: (5,) top-drive angle rad and speed, block position m and speed, pump speed rad/s at the start; lowered:
@@ -70,14 +75,14 @@ def initial_state(
     weight, spring, torsional_spring = (
         array[: count * width].reshape(count, width) for array in (e.axial_force, e.axial_spring, e.torsional_spring)
     )
-    on_bit = np.array([start.weight for start in starts])
+    on_bit = np.array([start.weight_on_bit for start in starts])
     bit_torque = np.minimum(c.bit_lever * on_bit, c.torque_per_pressure * c.stall_pressure)
     motor = bit_torque / c.torque_per_pressure
     carried = np.cumsum(weight[::-1], axis=0)[::-1]
     compliance = np.cumsum(1.0 / torsional_spring, axis=0)
     twists = compliance / compliance[-1] * np.array([start.twist for start in starts])
     strain_axial, strain_tangential, turning = (aligned(np.zeros_like(e.radius)) for _ in range(3))
-    if any(start.at_work for start in starts):
+    if any(start.loaded for start in starts):
         forces = _at_work(starts, bit_torque - np.array([s.twist for s in starts]) / compliance[-1], weight, e, curve)
         carried, twists = forces.tension, -np.cumsum(forces.torque / torsional_spring, axis=0)
         strain_axial[: count * width] = forces.axial.ravel()
@@ -94,19 +99,19 @@ def initial_state(
     circulation = c.circulating_pressure * flow**1.8
     delay = round(rigs[0].string.length / rigs[0].mud.sound_speed / dt)
     zero, lane = (lambda: aligned(np.zeros_like(e.radius))), (lambda: np.zeros(width))
-    return State(
+    return KernelState(
         position=padded(position, count, 1), stretch=aligned(np.zeros_like(e.axial_spring)), speed=zero(),
         rotation=padded(rotation, count, 1), twist=aligned(np.zeros_like(e.axial_spring)), rotation_speed=turning,
         strain_axial=strain_axial, strain_tangential=strain_tangential, yielding=aligned(e.yielding), rest=zero(),
         bottom=position[-2].copy(), depth_offset=rigs[0].string.length - position[-2],
-        tool_face_offset=np.array([s.offset for s in starts], dtype=float), weight_on_bit=on_bit,
+        tool_face_offset=np.array([s.tool_face_offset for s in starts], dtype=float), weight_on_bit=on_bit,
         bit_torque=bit_torque, motor_pressure=motor, stalled=lane(), circulation=circulation,
         standpipe=circulation + motor, sensed_torque=torque, pulled=lane(),
         pulses=np.tile(motor, delay), clock=np.zeros(2),
     )  # fmt: skip
 
 
-def _at_work(starts: Sequence[Start], at_bit: Array, weight: Array, e: Elements, curve: Curve) -> _Forces:
+def _at_work(starts: Sequence[InitialState], at_bit: Array, weight: Array, e: Elements, curve: Curve) -> _Forces:
     """What acts along strings that were at work; at_bit: (lanes,) N m.
 
     From the bit up friction holds a share of what it can; from the top drive down it takes up all that the drive's
@@ -115,9 +120,9 @@ def _at_work(starts: Sequence[Start], at_bit: Array, weight: Array, e: Elements,
     count, width = weight.shape
     row = {name: getattr(e, name)[: count * width].reshape(count, width) for name in ("yielding", "radius", *_PRESSING)}
     along, around = (1.0 / (row["yielding"] * per_friction(curve, part)) for part in (curve.axial, curve.tangential))
-    drag = np.array([start.drag for start in starts])
+    drag = np.array([start.axial_friction_share for start in starts])
     tension, axial, normal = np.zeros((count, width)), np.zeros((count, width)), np.zeros((count, width))
-    below = -np.array([start.weight for start in starts])
+    below = -np.array([start.weight_on_bit for start in starts])
     for j in range(count - 1, -1, -1):
         normal[j] = contact_stiffness(below + 0.5 * weight[j], *(row[name][j] for name in _PRESSING))
         axial[j] = drag * along[j]
@@ -125,9 +130,9 @@ def _at_work(starts: Sequence[Start], at_bit: Array, weight: Array, e: Elements,
         below = tension[j]
     torque, tangential = np.empty((count, width)), np.zeros((count, width))
     most = row["radius"] * normal * around
-    held = np.array([start.hold for start in starts]) * most
+    held = np.array([start.tangential_friction_share for start in starts]) * most
     deep = at_bit + np.concatenate([np.cumsum(held[::-1], axis=0)[::-1], np.zeros((1, width))])
-    at_top = (start.torque for start in starts)
+    at_top = (start.surface_torque for start in starts)
     above = np.array([now if own is None else own for own, now in zip(at_top, deep[0], strict=True)])
     slides = np.zeros((count, width))
     share = (above - at_bit) / np.maximum(most.sum(axis=0), 1e-300)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from slider_drilling.drillstring.recorded_channels import Commands, Response
-from slider_drilling.drillstring.sensors import wrap
+from slider_drilling.drillstring.sensors import wrap_angle
 from slider_drilling.log.write import LogWriter
 from slider_drilling.messages.topics import TOPICS
 from slider_drilling.rig import Rig, dump_rig
@@ -57,4 +57,4 @@ def _mwd(rig: Rig, response: Response) -> list[tuple[float, float, float]]:
     first, last = response.time[0], response.time[-1]
     times = np.arange(first + settings.period, last + 1e-9, settings.period)
     angles = np.interp(times, response.time, response.tool_face)
-    return [(float(t), float(t + settings.latency), wrap(float(a))) for t, a in zip(times, angles, strict=True)]
+    return [(float(t), float(t + settings.latency), wrap_angle(float(a))) for t, a in zip(times, angles, strict=True)]

@@ -12,18 +12,18 @@ import numpy as np
 
 from slider_drilling.control.interface import Measurements, MwdSample, RigCommand
 from slider_drilling.drillstring.assemble import Modifiers
-from slider_drilling.drillstring.depth_profile import Profile
+from slider_drilling.drillstring.depth_profile import DepthProfile
 from slider_drilling.drillstring.drives import DriveState, follow
 from slider_drilling.drillstring.layout import Array
-from slider_drilling.drillstring.recorded_channels import Commands, Response, finite
+from slider_drilling.drillstring.recorded_channels import Commands, Response, require_finite
 from slider_drilling.drillstring.sensors import MwdSensor, SurfaceSensor
 from slider_drilling.drillstring.simulate import ELEMENTS, Plant, PlantState
-from slider_drilling.drillstring.start import Start
+from slider_drilling.drillstring.start import InitialState
 from slider_drilling.rig import Rig
 
 
 @dataclass(frozen=True)
-class Truth:
+class GroundTruth:
     """What only a simulation knows: rad unwrapped, rad/s, N m, N, Pa, m, m/s; surface channels without noise."""
 
     time: float
@@ -46,7 +46,7 @@ class VirtualRigState:
     plant: PlantState
     samples: int
     drives: DriveState
-    truth: Truth
+    truth: GroundTruth
     measurements: Measurements
     sensors: dict[str, SurfaceSensor]
     mwd: MwdSensor
@@ -66,7 +66,7 @@ class VirtualRig:
         rig: Rig,
         seed: int = 0,
         elements: int = ELEMENTS,
-        start: Start = Start(),
+        start: InitialState = InitialState(),
         modifiers: Modifiers = Modifiers(),
         pump_speed: float | None = None,
         substeps: int | None = None,
@@ -101,7 +101,7 @@ class VirtualRig:
         self.measurements = self._measure(self._mwd.read((before.time, before.tool_face), now, self._random))
         return self.measurements
 
-    def profile(self) -> Profile:
+    def profile(self) -> DepthProfile:
         """The string along its length, now."""
         return self._plant.profile()
 
@@ -129,7 +129,7 @@ class VirtualRig:
         self._mwd = saved.mwd.copy()
         self._random.bit_generator.state = copy.deepcopy(saved.random)
 
-    def _advance(self) -> Truth:
+    def _advance(self) -> GroundTruth:
         d = self._drives
         time = self._samples * self.interval
         row = (time, d.top_drive_angle, d.top_drive_speed, d.block_position, d.block_speed, d.pump_speed)
@@ -150,8 +150,8 @@ class VirtualRig:
         )
 
 
-def _truth(response: Response) -> Truth:
-    values = {name: float(getattr(response, name)[0]) for name in Truth.__dataclass_fields__}
+def _truth(response: Response) -> GroundTruth:
+    values = {name: float(getattr(response, name)[0]) for name in GroundTruth.__dataclass_fields__}
     if not math.isfinite(sum(values.values())):
-        finite(response)
-    return Truth(**values)
+        require_finite(response)
+    return GroundTruth(**values)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from slider_drilling.contact import friction_coefficient_of_direction
-from slider_drilling.drillstring.depth_profile import Profile
+from slider_drilling.drillstring.depth_profile import DepthProfile
 from slider_drilling.drillstring.layout import Array
 from slider_drilling.drillstring.simulate import Plant
 from slider_drilling.wellbore.mesh import friction_factors
@@ -15,7 +15,7 @@ PRE_SLIDING_SWING = 0.16
 """rad, by which 5 in pipe turns over the contact's pre-sliding length of 10 mm (mu / grip, model.md section 2)."""
 
 
-def turning_friction(plant: Plant, profile: Profile) -> Array:
+def friction_torque(plant: Plant, profile: DepthProfile) -> Array:
     """Torque (n,) N m that turns each element against friction at its present side force, axial slip being slow."""
     across = np.pi / 2.0 - plant.rig.contact.asperity.orientation
     friction = float(friction_coefficient_of_direction(plant.rig.contact, across))

@@ -12,7 +12,7 @@ import numpy as np
 from slider_drilling.control.estimation.torque_and_drag import TorqueAndDrag
 from slider_drilling.live.state import LiveState, StripSample
 from slider_drilling.rig import Rig
-from slider_drilling.wellbore.course import Course
+from slider_drilling.wellbore.course import WellPath
 
 MAX_SAMPLES_PER_FRAME = 400
 _STATIONS = 161  # along the hole
@@ -76,7 +76,7 @@ class StringView:
 
     def __init__(self, rig: Rig) -> None:
         self._depth = np.linspace(0.0, rig.string.length, _STATIONS)
-        _, position = Course.from_survey(rig.well.survey).at(self._depth)
+        _, position = WellPath.from_survey(rig.well.survey).interpolate(self._depth)
         sideways = np.hypot(np.diff(position[:, 0]), np.diff(position[:, 1]))
         self._away = np.concatenate([[0.0], np.cumsum(sideways)])
         self._down = position[:, 2]

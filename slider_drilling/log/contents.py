@@ -10,7 +10,7 @@ from rich.table import Table
 
 from slider_drilling.log.series import Array, JointSeries, RigLog
 from slider_drilling.messages.topics import TOPICS
-from slider_drilling.units import SI, Units, number
+from slider_drilling.units import SI, Units, format_number
 
 # Units of position, velocity and effort, or of the value.
 UNITS = {
@@ -52,9 +52,9 @@ def contents_table(log: RigLog, units: Units = SI) -> Table:
     for one in logged_quantities(log):
         gap = "-" if one.longest_gap is None else f"{one.longest_gap:.2f}"
         factor, unit = _SHOWN.get(one.unit, (1.0, one.unit))
-        low, high = (number(units.value(factor * value, unit), 5) for value in (one.lowest, one.highest))
+        low, high = (format_number(units.convert(factor * value, unit), 5) for value in (one.lowest, one.highest))
         table.add_row(one.topic, one.quantity, str(one.samples), f"{one.first:.1f} to {one.last:.1f}",
-                      f"{low} to {high}", units.unit(unit), gap)
+                      f"{low} to {high}", units.display_unit(unit), gap)
     return table
 
 

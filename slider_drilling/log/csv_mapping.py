@@ -8,9 +8,9 @@ from typing import Any
 
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import read_text
-from slider_drilling.schema.fields import build, quantity
+from slider_drilling.schema.fields import build_dataclass, quantity
 from slider_drilling.schema.yaml_tree import parse_yaml
-from slider_drilling.units import si_value
+from slider_drilling.units import si_factor
 
 SCHEMA = "slider_drilling/csv/1"
 ISO_TIME = "iso8601"
@@ -96,7 +96,7 @@ def parse_mapping(raw: Any, source: str) -> CsvMapping:
     """A mapping from what YAML gives. Raises InputError naming source, key and value."""
     if not isinstance(raw, dict):
         raise InputError(f"{source}: holds no keys; see config/import.example.yaml")
-    layout = build(TableLayout, {key: value for key, value in raw.items() if key != "channels"}, source)
+    layout = build_dataclass(TableLayout, {key: value for key, value in raw.items() if key != "channels"}, source)
     if layout.schema != SCHEMA:
         raise InputError(f"{source}: schema = {layout.schema!r}: this version reads {SCHEMA!r}")
     if len(layout.delimiter) != 1 or layout.delimiter in '\r\n" \x00':
@@ -105,13 +105,13 @@ def parse_mapping(raw: Any, source: str) -> CsvMapping:
         raise InputError(f"{source}: skip_lines = {layout.skip_lines}: must be at least 0")
     channels, scale = {}, {}
     for name, entry in _channel_entries(raw, source):
-        column = build(ColumnMapping, entry, source, f"channels.{name}")
+        column = build_dataclass(ColumnMapping, entry, source, f"channels.{name}")
         if column.sign not in (-1.0, 1.0):
             raise InputError(f"{source}: channels.{name}.sign = {column.sign:g}: must be 1 or -1")
         channels[name] = column
-        scale[name] = column.sign * si_value(column.unit, _kind(name, column, source), f"{source}: channels.{name}")
+        scale[name] = column.sign * si_factor(column.unit, _kind(name, column, source), f"{source}: channels.{name}")
     if layout.time.unit != ISO_TIME:
-        scale["time"] = si_value(layout.time.unit, "time", f"{source}: time")
+        scale["time"] = si_factor(layout.time.unit, "time", f"{source}: time")
     _check_targets(channels, source)
     return CsvMapping(source, layout, channels, scale)
 

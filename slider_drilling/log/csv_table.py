@@ -22,7 +22,7 @@ from slider_drilling.log.series import Array, JointSeries, RigLog, ScalarSeries
 from slider_drilling.log.value_limits import mask_impossible_values
 from slider_drilling.messages.topics import CLOCK_TOPICS, JOINT_STATE, TOPICS
 from slider_drilling.rig import parse_rig
-from slider_drilling.schema.yaml_tree import shown
+from slider_drilling.schema.yaml_tree import shorten
 
 LAST = 2.0**31  # s since the epoch that a message's stamp can hold: January 2038
 _MOST_CELLS = 10_000_000  # of the columns that are kept: a gigabyte, as text and as numbers
@@ -165,7 +165,7 @@ def _numbers(table: TextTable, name: str, layout: TableLayout) -> Array:
             numbers[index] = float(word) if word else math.nan
         except ValueError:
             raise InputError(
-                f"{table.source}: line {table.lines[index]}: column {name!r} = {shown(word)}: not a number"
+                f"{table.source}: line {table.lines[index]}: column {name!r} = {shorten(word)}: not a number"
             ) from None
     numbers[np.isin(numbers, layout.null_values) | np.isinf(numbers)] = math.nan
     return numbers
@@ -190,7 +190,7 @@ def _epoch_ns(text: str, where: str) -> int:
     try:
         moment = datetime.datetime.fromisoformat(written)
     except ValueError:
-        raise InputError(f"{where} = {shown(text)}: not a time; write 2024-05-01T12:00:00Z") from None
+        raise InputError(f"{where} = {shorten(text)}: not a time; write 2024-05-01T12:00:00Z") from None
     if moment.tzinfo is None:
         moment = moment.replace(tzinfo=datetime.timezone.utc)
     since = moment - datetime.datetime(1970, 1, 1, tzinfo=datetime.timezone.utc)

@@ -134,7 +134,7 @@ def _lead(summary: RunSummary, units: Units) -> Headline | None:
         return Headline("Nothing was drilled: the bit made no new hole.", "bad")
     said = []
     if found is not None and found.source != "block":
-        said.append(f"Drilled {units.text(found.length, 'm')} at {units.text(found.rate * 3600.0, 'm/h')}.")
+        said.append(f"Drilled {units.format(found.length, 'm')} at {units.format(found.rate * 3600.0, 'm/h')}.")
     if hold is not None:
         last = hold.targets[-1]
         held = f"never set: {NOT_SET}" if last.set_after is None else f"set {hold_sentence(last)}"

@@ -213,10 +213,10 @@ def summary_rows(summary: RunSummary, units: Units = SI) -> list[tuple[str, str]
         found += _hold_rows(summary.tool_face, summary.drilled_nothing)
     if summary.torque_peak is not None and summary.torque_range is not None:
         low, high = (one / 1e3 for one in summary.torque_range)
-        peak = units.text(summary.torque_peak / 1e3, "kN m")
-        found.append(("surface torque", f"{units.span(low, high, 'kN m')}, peak {peak}"))
+        peak = units.format(summary.torque_peak / 1e3, "kN m")
+        found.append(("surface torque", f"{units.format_range(low, high, 'kN m')}, peak {peak}"))
     if summary.rocking_range is not None:
-        found.append(("top drive", units.span(*summary.rocking_range, "rad")))
+        found.append(("top drive", units.format_range(*summary.rocking_range, "rad")))
     for name, value, scale, unit in (
         ("hook load", summary.hook_load, 1e3, "kN"),
         ("standpipe pressure", summary.standpipe_pressure, 1e5, "bar"),
@@ -224,21 +224,21 @@ def summary_rows(summary: RunSummary, units: Units = SI) -> list[tuple[str, str]
     ):
         if value is not None:
             low, mean, high = (one / scale for one in value)
-            found.append((name, f"{units.text(mean, unit, 4)} mean, {units.span(low, high, unit, 4)}"))
+            found.append((name, f"{units.format(mean, unit, 4)} mean, {units.format_range(low, high, unit, 4)}"))
     found.append(("MWD toolfaces", str(summary.mwd_samples)))
     return found
 
 
 def _drilled_rows(summary: RunSummary, units: Units) -> list[tuple[str, str]]:
     found, lowered = summary.drilled, summary.block_lowered
-    rows = [] if lowered is None else [("block lowered", units.text(lowered, "m"))]
+    rows = [] if lowered is None else [("block lowered", units.format(lowered, "m"))]
     if found is None or found.source == "block":
         return rows
     if summary.drilled_nothing:
         return [("drilled", "nothing: the bit made no new hole"), *rows]
-    rate = f"{units.text(found.rate * 3600.0, 'm/h')} while drilling"
-    made = f"{units.text(found.length, 'm')}, {rate} ({found.on_bottom or 0.0:.0f} s)"
-    return [("drilled", made), ("bit depth", units.span(found.start, found.end, "m", 6)), *rows]
+    rate = f"{units.format(found.rate * 3600.0, 'm/h')} while drilling"
+    made = f"{units.format(found.length, 'm')}, {rate} ({found.on_bottom or 0.0:.0f} s)"
+    return [("drilled", made), ("bit depth", units.format_range(found.start, found.end, "m", 6)), *rows]
 
 
 def _hold_rows(hold: ToolFaceHold, idle: bool) -> list[tuple[str, str]]:

@@ -58,7 +58,7 @@ def simulate_as_given(log: RigLog, rig: Rig) -> Response | None:
     inside = commands.time <= commands.time[0] + _MAX_SIMULATED
     if np.count_nonzero(inside) < 3:
         return None
-    return simulate(rig, commands.part(inside), _ELEMENTS)
+    return simulate(rig, commands.samples(inside), _ELEMENTS)
 
 
 def hook_load(log: RigLog, rig: Rig) -> ExpectedLevel | None:

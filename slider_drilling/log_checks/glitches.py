@@ -13,7 +13,7 @@ from scipy.ndimage import maximum_filter1d, median_filter
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import Array, JointSeries, ScalarSeries
 from slider_drilling.log_checks.issue import LogIssue
-from slider_drilling.log_inputs.fill_drive_gaps import too_seldom
+from slider_drilling.log_inputs.fill_drive_gaps import is_undersampled
 from slider_drilling.rig import Rig
 from slider_drilling.units import Quantity, sentence
 from slider_drilling.wellbore.static_loads import static_loads
@@ -106,7 +106,7 @@ def _accelerating(drive: JointSeries | None) -> NDArray[np.bool_] | None:
 
 def _masked(column: _Column, time: Array, values: Array) -> tuple[Array, LogIssue | None]:
     # Samples may be so far apart that a real change looks like a jump: it must then be as large as the rig's own.
-    min_jump = column.size if too_seldom(time) and column.min_jump is None else column.min_jump
+    min_jump = column.size if is_undersampled(time) and column.min_jump is None else column.min_jump
     where = find_glitches(time, values, min_jump)
     if column.explained is not None:
         where = where & ~column.explained

@@ -11,8 +11,8 @@ from scipy.integrate import cumulative_trapezoid
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import Array, JointSeries
 from slider_drilling.log_checks.issue import LogIssue
-from slider_drilling.log_inputs.drives_from_log import unfilled
-from slider_drilling.log_inputs.fuse_position_and_speed import rounding_step
+from slider_drilling.log_inputs.drives_from_log import unfilled_field
+from slider_drilling.log_inputs.fuse_position_and_speed import quantisation_step
 from slider_drilling.rig import Rig
 from slider_drilling.units import KINDS
 
@@ -71,7 +71,7 @@ def check_position_and_speed(log: RigLog, rig: Rig) -> list[LogIssue]:
 
 def _all_zero(series: JointSeries, axis: _Axis, channel: str) -> list[LogIssue]:
     """A note on a position or speed that is zero throughout and is computed from the other."""
-    empty = unfilled(series)
+    empty = unfilled_field(series)
     if empty is None:
         return []
     missing, given = ("speed", axis.position) if empty == "velocity" else (axis.position, "speed")
@@ -97,7 +97,7 @@ def _slope_and_speed(series: JointSeries, coarse: bool = False) -> tuple[Array, 
     every = 1
     if coarse:
         mean_step = float(np.mean(np.abs(np.diff(position))))
-        every = max(1, int(np.ceil(_MIN_STEPS * rounding_step(position) / mean_step))) if mean_step > 0.0 else 1
+        every = max(1, int(np.ceil(_MIN_STEPS * quantisation_step(position) / mean_step))) if mean_step > 0.0 else 1
     time, position, travelled = time[::every], position[::every], travelled[::every]
     return time[1:], np.diff(position) / np.diff(time), np.diff(travelled) / np.diff(time)
 
@@ -118,7 +118,7 @@ def _disagreement(series: JointSeries, axis: _Axis) -> str | None:
     if ratio < 0.0:
         return f"{finding}: one of the two has the wrong sign"
     # Rounding changes the speed by up to half of its step.
-    rounding = min(0.5 * rounding_step(series.velocity[np.isfinite(series.velocity)]) / fast, 1.0)
+    rounding = min(0.5 * quantisation_step(series.velocity[np.isfinite(series.velocity)]) / fast, 1.0)
     if 0.8 - rounding < ratio < 1.25 + rounding:
         return None
     speeds = [name for name, si in axis.speeds.items() if abs(ratio * si - 1.0) < _UNIT_TOLERANCE]

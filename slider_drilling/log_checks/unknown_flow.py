@@ -8,7 +8,7 @@ import numpy as np
 
 from slider_drilling.log.series import Array, JointSeries, RigLog
 from slider_drilling.log_checks.issue import LogIssue
-from slider_drilling.log_inputs.reconstruct_flow import lost_changes, with_lost_flow
+from slider_drilling.log_inputs.reconstruct_flow import fill_pump_gaps, hidden_flow_changes
 
 
 def mask_pressure_of_unknown_flow(log: RigLog) -> tuple[RigLog, list[LogIssue]]:
@@ -25,7 +25,7 @@ def mask_pressure_of_unknown_flow(log: RigLog) -> tuple[RigLog, list[LogIssue]]:
     known = np.isfinite(pump.velocity)
     time, speed = pump.time[known], pump.velocity[known]
     unknown = np.zeros(pressure.time.shape, dtype=bool)
-    for index in lost_changes(time, speed):
+    for index in hidden_flow_changes(time, speed):
         unknown |= (pressure.time > time[index]) & (pressure.time < time[index + 1])
     unknown &= np.isfinite(pressure.value)
     if not unknown.any():
@@ -36,7 +36,7 @@ def mask_pressure_of_unknown_flow(log: RigLog) -> tuple[RigLog, list[LogIssue]]:
         "changed its speed there and its own samples are missing"
     )
     masked = replace(pressure, value=np.where(unknown, np.nan, pressure.value))
-    filled = _with_speeds(pump, *with_lost_flow(time, speed, pressure.time, pressure.value))
+    filled = _with_speeds(pump, *fill_pump_gaps(time, speed, pressure.time, pressure.value))
     return replace(log, mud_pump=filled, standpipe_pressure=masked), [LogIssue("note", "standpipe_pressure", text)]
 
 

@@ -13,14 +13,14 @@ from scipy.integrate import cumulative_trapezoid
 
 from slider_drilling.drillstring.layout import Array
 from slider_drilling.drillstring.recorded_channels import Commands
-from slider_drilling.drillstring.sample_gaps import inside_lost
+from slider_drilling.drillstring.sample_gaps import times_in_gaps
 from slider_drilling.errors import InputError
 from slider_drilling.log.series import JointSeries, RigLog
-from slider_drilling.log_inputs.fill_drive_gaps import too_seldom, with_lost_motion
-from slider_drilling.log_inputs.fuse_position_and_speed import agreed_motion
-from slider_drilling.log_inputs.reconstruct_block import block_by_pressure
-from slider_drilling.log_inputs.reconstruct_flow import with_lost_flow
-from slider_drilling.log_inputs.reconstruct_pump import Steps, flow_share, flow_steps
+from slider_drilling.log_inputs.fill_drive_gaps import fill_drive_gaps, is_undersampled
+from slider_drilling.log_inputs.fuse_position_and_speed import fuse_position_and_speed
+from slider_drilling.log_inputs.reconstruct_block import reconstruct_block
+from slider_drilling.log_inputs.reconstruct_flow import fill_pump_gaps
+from slider_drilling.log_inputs.reconstruct_pump import PressureSteps, flow_fraction, pressure_steps
 from slider_drilling.rig import Rig, check_duration
 
 _TURNING = 0.05  # rad/s, from which a drive turns
@@ -37,10 +37,10 @@ class LogCommands:
     """
 
     commands: Commands
-    assumed: tuple[str, ...]
+    assumptions: tuple[str, ...]
     block_logged: bool = True
-    lowered: bool = False
-    flow_steps: tuple[float, ...] | None = None
+    block_from_pressure: bool = False
+    flow_step_times: tuple[float, ...] | None = None
 
     @cached_property
     def acceleration(self) -> Array:
@@ -49,7 +49,7 @@ class LogCommands:
 
         return drive_acceleration(self.commands.time, self.commands.top_drive_speed)
 
-    def acceleration_in(self, rig: Rig) -> Array | None:
+    def acceleration_for(self, rig: Rig) -> Array | None:
         """The same where the rig's torque holds it, None where nothing reads it: a long log takes seconds."""
         return self.acceleration if rig.effects.torque_at_motor.inertia > 0.0 else None
 
@@ -81,7 +81,7 @@ def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
     block_logged = works is not None and len(works.time) >= 2
     if works is not None and block_logged:
         motion = _motion(works, assumed, "the block's position", "m")
-        moved = Commands(works.time, *motion, *motion, np.zeros_like(works.time)).at(time)
+        moved = Commands(works.time, *motion, *motion, np.zeros_like(works.time)).resampled(time)
         block, block_speed = moved.block_position, moved.block_speed
     elif (lowered := _lowered(log, rig, time, speed, pump)) is not None:
         assumed.append("the log holds no drawworks: the block is lowered as the standpipe pressure tells")
@@ -97,20 +97,20 @@ def _turned(log: RigLog, drive: JointSeries, rig: Rig, assumed: list[str]) -> tu
     times at which the block's or the pump's came. Where samples come too seldom to show how it turns round, its motion
     is sampled finely between them.
     """
-    seldom, whole = too_seldom(drive.time), np.isfinite(drive.position).any() and np.isfinite(drive.velocity).any()
+    seldom, whole = is_undersampled(drive.time), np.isfinite(drive.position).any() and np.isfinite(drive.velocity).any()
     time, angle, speed = drive.time, *_motion(drive, assumed, "the top drive's angle", "rad")
     if whole or not seldom:
-        time, angle, speed = with_lost_motion(time, angle, speed, rig.top_drive.max_acceleration)
+        time, angle, speed = fill_drive_gaps(time, angle, speed, rig.top_drive.max_acceleration)
     if seldom:
         asked = _finely(drive.time)
     else:
         others = [series.time for series in (log.draw_works, log.mud_pump) if series is not None]
-        come = inside_lost(drive.time, np.concatenate([*others, np.empty(0)]))
+        come = times_in_gaps(drive.time, np.concatenate([*others, np.empty(0)]))
         if come.size == 0:
             return time, angle, speed
         asked = np.union1d(time, come)
     still = np.zeros_like(time)
-    found = Commands(time, angle, speed, still, still, still).at(asked)
+    found = Commands(time, angle, speed, still, still, still).resampled(asked)
     return found.time, found.top_drive_angle, found.top_drive_speed
 
 
@@ -123,7 +123,7 @@ def _finely(time: Array) -> Array:
     return np.concatenate([*pieces, time[-1:]])
 
 
-def unfilled(series: JointSeries) -> str | None:
+def unfilled_field(series: JointSeries) -> str | None:
     """"position" or "velocity" where one is zero in every sample although the other moves: nobody filled it."""
     known = np.isfinite(series.position) & np.isfinite(series.velocity)
     if np.count_nonzero(known) < 3:
@@ -135,7 +135,7 @@ def unfilled(series: JointSeries) -> str | None:
 
 def _usable(series: JointSeries) -> JointSeries:
     """Samples with a position or a velocity, without the one that nobody filled."""
-    if (empty := unfilled(series)) is not None:
+    if (empty := unfilled_field(series)) is not None:
         nothing: dict[str, Any] = {empty: np.full_like(series.time, np.nan)}
         series = replace(series, **nothing)
     keep = np.isfinite(series.position) | np.isfinite(series.velocity)
@@ -155,9 +155,9 @@ def _motion(series: JointSeries, assumed: list[str], words: str, unit: str) -> t
     position = np.interp(time, time[known], position[known])
     measured = np.isfinite(velocity)
     velocity = np.where(measured, velocity, np.gradient(position, time))
-    if not measured.any() or too_seldom(time):
+    if not measured.any() or is_undersampled(time):
         return position, velocity
-    likeliest, speed = agreed_motion(time, position, velocity)
+    likeliest, speed = fuse_position_and_speed(time, position, velocity)
     if likeliest is not position:
         off = (float(np.sqrt(np.mean(square**2))) for square in (likeliest - position, speed - velocity))
         apart = " and ".join(f"{rms:.2g} {one}" for rms, one in zip(off, (unit, f"{unit}/s"), strict=True))
@@ -173,7 +173,7 @@ def _lowered(log: RigLog, rig: Rig, time: Array, speed: Array, pump: Array) -> t
     if np.count_nonzero(known) < 2:
         return None
     seen, pressure = log.standpipe_pressure.time[known], log.standpipe_pressure.value[known]
-    return block_by_pressure(time, np.abs(speed) > _TURNING, pump, seen, pressure, rig)
+    return reconstruct_block(time, np.abs(speed) > _TURNING, pump, seen, pressure, rig)
 
 
 def _pump_speed(
@@ -186,7 +186,7 @@ def _pump_speed(
         if known.any():
             pumped, speed = log.mud_pump.time[known], log.mud_pump.velocity[known]
             if pressure is not None:
-                pumped, speed = with_lost_flow(pumped, speed, pressure.time, pressure.value)
+                pumped, speed = fill_pump_gaps(pumped, speed, pressure.time, pressure.value)
             return np.interp(time, pumped, speed), None
     if pressure is None:
         assumed.append("the log holds neither pump nor standpipe pressure: the pump is taken to be off")
@@ -194,11 +194,11 @@ def _pump_speed(
     assumed.append("the log holds no pump: the flow is taken to be the rig file's reference flow")
     known = np.isfinite(pressure.value)
     share = np.ones_like(time)
-    steps: Steps = ()
+    steps: PressureSteps = ()
     if known.any():
         seen, value = pressure.time[known], pressure.value[known]
-        steps = flow_steps(seen, value, rig)
-        share = np.interp(time, seen, flow_share(seen, value, steps, rig))
+        steps = pressure_steps(seen, value, rig)
+        share = np.interp(time, seen, flow_fraction(seen, value, steps, rig))
     if share.min() < 1.0:
         first = float(time[np.argmin(share > 0.5 * (1.0 + share.min()))])
         assumed[-1] += f", and down to {100.0 * share.min():.0f} % of it where pressure fell, first at {first:.0f} s"

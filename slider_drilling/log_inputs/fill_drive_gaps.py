@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slider_drilling.drillstring.layout import Array
-from slider_drilling.drillstring.sample_gaps import lost
+from slider_drilling.drillstring.sample_gaps import gap_indices
 
 _SELDOM_S = 0.25  # between samples, longer than which a reversal, or a wave in the string, does not show in them
 _SAME = 1e-6  # rad/s
@@ -14,7 +14,7 @@ _SHORTEST = 1e-4  # s, between two times of one motion
 _ALIKE, _EQUAL = float(np.log(2.0)), 0.1  # of the logarithms of two changes of speed
 
 
-def with_lost_motion(time: Array, angle: Array, speed: Array, steepest: float) -> tuple[Array, Array, Array]:
+def fill_drive_gaps(time: Array, angle: Array, speed: Array, steepest: float) -> tuple[Array, Array, Array]:
     """The samples (n,), s, rad, rad/s, and where some were lost, or come too seldom, the corners of the motion between.
 
     A cubic through a lost reversal cuts its peak in half, and friction remembers how far the string was wound. A drive
@@ -23,7 +23,7 @@ def with_lost_motion(time: Array, angle: Array, speed: Array, steepest: float) -
     fastest where none is, or as steepest (rad/s2) allows where none was met; a motion that no single change explains
     is left to the cubic.
     """
-    hidden, found = hidden_changes(time, speed), []
+    hidden, found = hidden_speed_changes(time, speed), []
     if hidden.size:
         sizes, slopes = _logged_changes(time, speed, hidden)
         if sizes.size == 0:
@@ -40,17 +40,17 @@ def with_lost_motion(time: Array, angle: Array, speed: Array, steepest: float) -
     return rows[:, 0], rows[:, 1], rows[:, 2]
 
 
-def too_seldom(time: Array) -> bool:
+def is_undersampled(time: Array) -> bool:
     """Whether a rig does things between two samples (n,): a drive turns round, a pump is set to another flow."""
     return bool(time.size > 1 and np.median(np.diff(time)) > _SELDOM_S)
 
 
-def hidden_changes(time: Array, speed: Array) -> NDArray[np.int_]:
+def hidden_speed_changes(time: Array, speed: Array) -> NDArray[np.int_]:
     """Indices of the samples (n,) after which the speed may have become another unseen: where some were lost, and where
     they come too seldom after each unless the speed was changing before and still is behind, half as fast at least.
     """
-    if not too_seldom(time):
-        return lost(time)
+    if not is_undersampled(time):
+        return gap_indices(time)
     slopes = np.diff(speed) / np.diff(time)
     before, behind = np.r_[0.0, slopes[:-1]], np.r_[slopes[1:], 0.0]
     return np.flatnonzero(np.minimum(before * slopes, behind * slopes) <= 0.5 * slopes**2)

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from slider_drilling.drillstring.layout import Array
-from slider_drilling.drillstring.sample_gaps import lost
+from slider_drilling.drillstring.sample_gaps import gap_indices
 
 # Samples over which errors of a speed add up and those of a position do not.
 _LONGER = 8
@@ -21,7 +21,7 @@ _CLOSEST = 0.01  # of the usual step, between two samples that no motion need be
 _EXACT = 1e-4  # of the common way between two samples: nobody calls that a disagreement
 
 
-def agreed_motion(time: Array, position: Array, speed: Array) -> tuple[Array, Array]:
+def fuse_position_and_speed(time: Array, position: Array, speed: Array) -> tuple[Array, Array]:
     """Position and speed (n,) at times s, (n,), ascending, as they are likeliest given both; as they are where they
     agree as well as those of a smooth motion do: then the arrays that were given.
 
@@ -35,7 +35,7 @@ def agreed_motion(time: Array, position: Array, speed: Array) -> tuple[Array, Ar
     """
     steps = np.diff(time)
     usual = float(np.median(steps)) if steps.size else 0.0
-    stretches = np.split(np.arange(time.size), lost(time) + 1)
+    stretches = np.split(np.arange(time.size), gap_indices(time) + 1)
     beyond = [_beyond(time[one], position[one], speed[one]) for one in stretches]
     pairs = np.concatenate([np.diff(one) for one in beyond])
     over = np.concatenate([one[_LONGER:] - one[:-_LONGER] for one in beyond])
@@ -43,7 +43,7 @@ def agreed_motion(time: Array, position: Array, speed: Array) -> tuple[Array, Ar
     common = float(np.mean(np.abs(speed)))
     if over.size < _LEAST or common == 0.0 or float(steps.min()) < _CLOSEST * usual:
         return position, speed
-    near, far, rounded = _variance(pairs), _variance(over), rounding_step(position) ** 2 / 12.0
+    near, far, rounded = _variance(pairs), _variance(over), quantisation_step(position) ** 2 / 12.0
     exact = (_EXACT * common * usual) ** 2
     even = _variance(changes)
     # An even motion may be a whole number of steps a sample: then only where it slips by one do they show.
@@ -51,7 +51,7 @@ def agreed_motion(time: Array, position: Array, speed: Array) -> tuple[Array, Ar
     if max(near, far) <= max(even * usual**2 / 12.0, exact) and not coarse:
         return position, speed
     adds_up = max(far - max(near, 2.0 * rounded), 0.0) / ((_LONGER - 0.5) * usual**2)
-    errs = max(adds_up, rounding_step(speed) ** 2 / 12.0, exact / usual**2)
+    errs = max(adds_up, quantisation_step(speed) ** 2 / 12.0, exact / usual**2)
     spread = max(float(np.mean(changes**2)) - min(2.0 * errs, even), _STIFFEST * near / usual**2) / usual
     sigmas = np.sqrt(max(0.5 * near - 0.25 * errs * usual**2, rounded, exact)), np.sqrt(errs)
     found = [_likeliest(time[one], position[one], speed[one], sigmas, spread) for one in stretches]
@@ -68,7 +68,7 @@ def _variance(values: Array) -> float:
     return _MEDIAN_TO_VARIANCE * float(np.median(values**2))
 
 
-def rounding_step(values: Array) -> float:
+def quantisation_step(values: Array) -> float:
     """The step that values (n,) are all multiples of, 0 where they are of none."""
     apart = np.diff(np.unique(values))
     least = 1e-9 * np.max(np.abs(values), initial=0.0)

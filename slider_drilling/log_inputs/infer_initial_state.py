@@ -6,12 +6,12 @@ import numpy as np
 
 from slider_drilling.drillstring.layout import Array
 from slider_drilling.drillstring.recorded_channels import Commands
-from slider_drilling.drillstring.start import Start
+from slider_drilling.drillstring.start import InitialState
 from slider_drilling.log.series import RigLog
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.static_loads import static_loads
 
-AT_WORK = (
+LOADED_START_NOTE = (
     "the log begins while the string is at work: its torque, its weight on the bit and its drag are those of the first "
     "second"
 )
@@ -22,7 +22,7 @@ _TURNS = 2  # of the drive, after which every part of the string that feels it h
 _ECHOES, _MOST = 8.0, 0.2  # round trips of a twist for a string that only turns one way; of a log
 
 
-def start_of(log: RigLog, rig: Rig, commands: Commands) -> Start:
+def infer_initial_state(log: RigLog, rig: Rig, commands: Commands) -> InitialState:
     """How a log's run begins, as its first second shows it; a string that hangs at rest where it shows nothing else.
 
     At work is a string whose drive turns at the first sample, or whose hook load is not that of its weight. Then the
@@ -34,13 +34,15 @@ def start_of(log: RigLog, rig: Rig, commands: Commands) -> Start:
     missing = _missing(log, rig)
     noise = _NOISES * rig.sensors.hook_load.noise
     if not turns and (missing is None or abs(missing[0]) < max(noise, _LOADED * missing[1])):
-        return Start()
+        return InitialState()
     torque = None if log.top_drive is None else _first(log.top_drive.time, log.top_drive.effort)
     weight = _weight(log, rig, commands)
     if weight is None:
         weight = 0.0 if missing is None else float(np.clip(missing[0], 0.0, _most(rig)))
     drag = 0.0 if missing is None else _drag(rig, weight, *missing)
-    return Start(weight=weight, drag=drag, torque=torque if torque is not None else 0.0)
+    return InitialState(
+        weight_on_bit=weight, axial_friction_share=drag, surface_torque=torque if torque is not None else 0.0
+    )
 
 
 def _weight(log: RigLog, rig: Rig, commands: Commands) -> float | None:
@@ -67,7 +69,7 @@ def _drag(rig: Rig, weight: float, missing: float, hanging: float) -> float:
     return float(np.clip(held / most, -1.0, 1.0)) if most > 0.0 else 0.0
 
 
-def forgotten(rig: Rig, commands: Commands) -> float:
+def initial_transient_end(rig: Rig, commands: Commands) -> float:
     """The time s from which a string that was at work when its log began moves as it has been moved since."""
     time, speed = commands.time, commands.top_drive_speed
     fast = np.abs(speed) > _TURNING * float(np.max(np.abs(speed), initial=0.0))

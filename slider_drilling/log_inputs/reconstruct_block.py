@@ -17,7 +17,7 @@ _STRETCH_S, _FEWEST, _MOST = 20.0, 3, 24
 _TURNING = 0.5  # of a stretch: where the drive turns less friction keeps the weight, and pressure tells of no block
 
 
-def block_by_pressure(
+def reconstruct_block(
     time: Array, turning: NDArray[np.bool_], pump: Array, seen: Array, pressure: Array, rig: Rig
 ) -> tuple[Array, Array]:
     """Position m and speed m/s (n,) of a block under which the motor would give about the pressure that was measured.
@@ -33,7 +33,7 @@ def block_by_pressure(
     bit = pump * rig.mud_pump.displacement / motor.displacement * (1.0 - motor.leak * share**2)  # rev/s
     drilled = weight * bit / rig.bit.depth_of_cut_stiffness
     position = cumulative_trapezoid(drilled, time, initial=0.0) + (weight - weight[0]) / rig.string.axial_stiffness
-    knots = stretches(time)
+    knots = rate_knots(time)
     rates = np.diff(np.interp(knots, time, position)) / np.diff(knots)
     within = np.clip(np.searchsorted(knots, time, side="right") - 1, 0, rates.size - 1)
     told = np.bincount(within, turning, rates.size) >= _TURNING * np.bincount(within, minlength=rates.size)
@@ -41,7 +41,7 @@ def block_by_pressure(
     return rate * (time - time[0]), np.full_like(time, rate)
 
 
-def stretches(time: Array) -> Array:
+def rate_knots(time: Array) -> Array:
     """(k + 1,) s: the ends of the k stretches, of equal length, in each of which such a block has one rate."""
     duration = float(time[-1] - time[0])
     count = int(np.clip(round(duration / _STRETCH_S), _FEWEST, _MOST))

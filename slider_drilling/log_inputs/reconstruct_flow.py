@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slider_drilling.drillstring.layout import Array
-from slider_drilling.log_inputs.fill_drive_gaps import hidden_changes
+from slider_drilling.log_inputs.fill_drive_gaps import hidden_speed_changes
 
 _CHANGED = 2e-3  # of the pump's speed
 _JITTERS = 5.0  # times what it commonly changes by between two samples
@@ -19,7 +19,7 @@ _CLEAR = 4.0
 _MOMENTS, _LAGS_S = 61, np.geomspace(0.02, 5.0, 60)
 
 
-def with_lost_flow(time: Array, speed: Array, seen: Array, pressure: Array) -> tuple[Array, Array]:
+def fill_pump_gaps(time: Array, speed: Array, seen: Array, pressure: Array) -> tuple[Array, Array]:
     """The pump's samples (n,), s, rad/s, and where some were lost, or come too seldom, the moment at which its speed
     changed.
 
@@ -30,7 +30,7 @@ def with_lost_flow(time: Array, speed: Array, seen: Array, pressure: Array) -> t
     known = np.isfinite(pressure)
     seen, pressure = seen[known], pressure[known]
     found: list[tuple[float, float]] = []
-    for index in lost_changes(time, speed):
+    for index in hidden_flow_changes(time, speed):
         before, after = float(speed[index]), float(speed[index + 1])
         moments = _moment(float(time[index]), float(time[index + 1]), seen, pressure, after > before)
         found += zip(moments, (before, after), strict=False)
@@ -41,11 +41,11 @@ def with_lost_flow(time: Array, speed: Array, seen: Array, pressure: Array) -> t
     return rows[:, 0], rows[:, 1]
 
 
-def lost_changes(time: Array, speed: Array) -> NDArray[np.int_]:
+def hidden_flow_changes(time: Array, speed: Array) -> NDArray[np.int_]:
     """Indices of the pump's samples (n,) after which its speed became another unseen, by more than it commonly varies:
     pressure goes with the square of the flow, and a sensor shows a thousandth of it.
     """
-    hidden, steps = hidden_changes(time, speed), np.abs(np.diff(speed))
+    hidden, steps = hidden_speed_changes(time, speed), np.abs(np.diff(speed))
     if hidden.size == 0:
         return hidden
     least = max(_CHANGED * float(np.max(np.abs(speed))), _JITTERS * float(np.median(steps)))
@@ -71,7 +71,7 @@ def _moment(begin: float, end: float, seen: Array, pressure: Array, rises: bool)
     return moment - half, moment + half
 
 
-def change_at(time: Array, pressure: Array) -> float:
+def locate_flow_change(time: Array, pressure: Array) -> float:
     """The moment s at which the likeliest change of the flow begins in a pressure (n,) that holds one."""
     moments = np.linspace(time[0], time[-1], _MOMENTS)[1:-1]
     return min((_explained(time, pressure, float(one))[0], float(one)) for one in moments)[1]

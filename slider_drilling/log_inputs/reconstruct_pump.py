@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slider_drilling.drillstring.layout import Array
-from slider_drilling.log_inputs.reconstruct_flow import change_at
+from slider_drilling.log_inputs.reconstruct_flow import locate_flow_change
 from slider_drilling.rig import Rig
 
 # Times s, and Pa by which pressure steps then.
-Steps = tuple[tuple[float, float], ...]
+PressureSteps = tuple[tuple[float, float], ...]
 # Of the pressure that circulation at the reference flow needs: below so much of it the pump is slower whatever the
 # motor does, for the file may be off by no more; and what a step is from.
 _SLOWER, _STEP = 0.7, 0.05
@@ -23,7 +23,7 @@ _FEWEST, _MOST = 3, 6  # samples on either side of a step; steps of a run, the l
 _BACK = 0.25  # of a step, by which the one back may differ: the motor's share has changed meanwhile
 
 
-def flow_share(seen: Array, pressure: Array, steps: Steps, rig: Rig) -> Array:
+def flow_fraction(seen: Array, pressure: Array, steps: PressureSteps, rig: Rig) -> Array:
     """(m,) of the reference flow at the times s of a pressure Pa, finite, with these `flow_steps`: less than 1 where
     circulation alone needs more, and between a step down and one up by as much, when the pump was set to another speed
     and back.
@@ -39,7 +39,7 @@ def flow_share(seen: Array, pressure: Array, steps: Steps, rig: Rig) -> Array:
     return share
 
 
-def slower(seen: Array, pressure: Array, rig: Rig) -> NDArray[np.bool_]:
+def flow_reduced(seen: Array, pressure: Array, rig: Rig) -> NDArray[np.bool_]:
     """(m,) where the pump runs much slower than at the reference flow, or had done so some lags before: how its speed
     changed there nothing tells.
     """
@@ -50,7 +50,7 @@ def slower(seen: Array, pressure: Array, rig: Rig) -> NDArray[np.bool_]:
     return np.asarray(behind > before)
 
 
-def flow_steps(seen: Array, pressure: Array, rig: Rig) -> Steps:
+def pressure_steps(seen: Array, pressure: Array, rig: Rig) -> PressureSteps:
     """Times s at which pressure (m,), Pa at s, finite, steps as it does where a pump is set to another speed, and by
     how much Pa.
 
@@ -67,7 +67,7 @@ def flow_steps(seen: Array, pressure: Array, rig: Rig) -> Steps:
     while len(found) < _MOST and size.any():
         peak = int(np.abs(size).argmax())
         around = slice(*np.searchsorted(seen, (time[peak], time[min(peak + 2 * reach, time.size - 1)])))
-        found.append((change_at(seen[around], pressure[around]), float(size[peak])))
+        found.append((locate_flow_change(seen[around], pressure[around]), float(size[peak])))
         size[max(peak - reach, 0) : peak + reach] = 0.0
     return tuple(sorted(found))
 

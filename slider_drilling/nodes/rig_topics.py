@@ -8,7 +8,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 
 from slider_drilling.control.interface import Measurements
-from slider_drilling.drillstring.virtual_rig import Truth
+from slider_drilling.drillstring.virtual_rig import GroundTruth
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS
 from slider_drilling.nodes import raw_topics
@@ -47,7 +47,7 @@ class RigTopics:
         start_ns: int,
         stamp_ns: int,
         measurements: Measurements,
-        truth: Truth,
+        truth: GroundTruth,
         before_the_beat: Callable[[], None],
     ) -> None:
         """start_ns: the stamp of the rig's time 0; before_the_beat is called before the top drive's reading goes."""

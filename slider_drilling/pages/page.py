@@ -16,7 +16,7 @@ from slider_drilling.files.output_files import write_atomically
 from slider_drilling.pages.colours import DARK, LIGHT
 from slider_drilling.pages.figures import Chart, HeatMap
 from slider_drilling.pages.plotly_js import plotly_spec
-from slider_drilling.units import Quantity, Sentence, Text, Units, number, unit_of
+from slider_drilling.units import Quantity, Sentence, Text, Units, format_number, split_label
 
 Tone = Literal["good", "plain", "bad"]
 SCRIPT = "plotly-cartesian.min.js.gz"
@@ -108,8 +108,8 @@ def page_html(page: Page, units: Units) -> str:
         for section in page.sections
     ]  # fmt: skip
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    headline = None if page.headline is None else replace(page.headline, text=units.sentence(page.headline.text))
-    told = replace(page, headline=headline, notes=tuple(units.sentence(note) for note in page.notes))
+    headline = None if page.headline is None else replace(page.headline, text=units.convert_text(page.headline.text))
+    told = replace(page, headline=headline, notes=tuple(units.convert_text(note) for note in page.notes))
     return environment.from_string(_file("page.html").decode()).render(
         page=told, sections=sections, style=_file("page.css").decode(), behaviour=_file("page.js").decode(),
         light=LIGHT, dark=DARK, themes=json.dumps({"light": LIGHT, "dark": DARK}), version=__version__,
@@ -130,16 +130,16 @@ def _item(
     item: Text | BulletList | Table | Chart | HeatMap, units: Units, drawings: list[dict[str, Any]]
 ) -> dict[str, Any]:
     if isinstance(item, (str, Sentence)):
-        return {"kind": "text", "text": units.sentence(item)}
+        return {"kind": "text", "text": units.convert_text(item)}
     if isinstance(item, BulletList):
-        return {"kind": "bullets", "lines": [units.sentence(line) for line in item.lines]}
+        return {"kind": "bullets", "lines": [units.convert_text(line) for line in item.lines]}
     if isinstance(item, Table):
-        return {"kind": "table", "caption": units.sentence(item.caption), **_table(item, units)}
+        return {"kind": "table", "caption": units.convert_text(item.caption), **_table(item, units)}
     drawn = plotly_spec(item, units)
     drawings.append({"data": drawn["data"], "layout": drawn["layout"], "height": drawn["height"]})
     wide = isinstance(item, Chart) and (item.wide or len(item.panels) > 1)
-    return {"kind": "figure", "place": len(drawings) - 1, "title": units.sentence(item.title),
-            "caption": units.sentence(item.caption), "legend": drawn["legend"],
+    return {"kind": "figure", "place": len(drawings) - 1, "title": units.convert_text(item.title),
+            "caption": units.convert_text(item.caption), "legend": drawn["legend"],
             "height": drawn["height"], "wide": wide}  # fmt: skip
 
 
@@ -155,7 +155,7 @@ def _grouped(items: list[dict[str, Any]]) -> list[list[dict[str, Any]]]:
 
 
 def _table(table: Table, units: Units) -> dict[str, Any]:
-    column_units = [unit_of(label)[1] for label in table.header]
+    column_units = [split_label(label)[1] for label in table.header]
     column_units += [""] * (max((len(row) for row in table.rows), default=0) - len(column_units))
     rows = [
         [_cell(cell, unit, units, table.digits) for cell, unit in zip(row, column_units, strict=False)]
@@ -164,7 +164,7 @@ def _table(table: Table, units: Units) -> dict[str, Any]:
     right = [all(_NUMERIC.match(_plain(row[k])) for row in rows if k < len(row) and _plain(row[k]))
              and any(k < len(row) and _plain(row[k]) for row in rows) for k in range(len(column_units))]  # fmt: skip
     longest = max((len(_plain(cell)) for row in rows for cell in row), default=0)
-    return {"header": [units.label(label) for label in table.header], "rows": rows, "right": right,
+    return {"header": [units.convert_label(label) for label in table.header], "rows": rows, "right": right,
             "prose": len(table.header) > 2 and longest > _PROSE}  # fmt: skip
 
 
@@ -177,15 +177,15 @@ def _cell(cell: Cell, unit: str, units: Units, digits: int) -> list[dict[str, st
     if isinstance(cell, tuple):
         return [part for one in cell for part in _cell(one, unit, units, digits)]
     if isinstance(cell, Tag):
-        return [{"text": units.sentence(cell.text), "tone": cell.tone}]
+        return [{"text": units.convert_text(cell.text), "tone": cell.tone}]
     if isinstance(cell, Link):
         return [{"text": cell.text, "href": cell.href}]
     if isinstance(cell, Quantity):
-        return [{"text": units.text(cell.value, cell.unit, cell.digits)}]
+        return [{"text": units.format(cell.value, cell.unit, cell.digits)}]
     if cell is None:
         return [{"text": "-"}]
     if isinstance(cell, (str, Sentence)):
-        return [{"text": units.sentence(cell)}]
+        return [{"text": units.convert_text(cell)}]
     if isinstance(cell, int) and not unit:
         return [{"text": f"{cell}"}]
-    return [{"text": number(units.value(float(cell), unit), digits)}]
+    return [{"text": format_number(units.convert(float(cell), unit), digits)}]

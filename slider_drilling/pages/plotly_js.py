@@ -8,7 +8,7 @@ import numpy as np
 
 from slider_drilling.pages.colours import AMBER, BLUE, GREEN, GREY, ORDER, SKY
 from slider_drilling.pages.figures import Array, Bars, Chart, Figure, HeatMap, Line, Panel, decimate
-from slider_drilling.units import Units, unit_of
+from slider_drilling.units import Units, split_label
 
 KINDS = (SKY, AMBER, GREEN, GREY, BLUE)  # colours of a map of categories
 _DASH = {"dashed": "dash", "dotted": "dot"}
@@ -30,13 +30,13 @@ def _chart(chart: Chart, units: Units) -> dict[str, Any]:
     total = sum(heights) + _BETWEEN * (len(heights) - 1)
     layout: dict[str, Any] = {"shapes": shapes, "annotations": notes, "barmode": "overlay", "bargap": 0.35,
                               "hoversubplots": "axis", "hovermode": _hover(chart)}  # fmt: skip
-    top, x_unit = total, unit_of(chart.x_label)[1]
+    top, x_unit = total, split_label(chart.x_label)[1]
     for place, (panel, height) in enumerate(zip(chart.panels, heights, strict=True), start=1):
         axis, domain = f"y{place if place > 1 else ''}", [max((top - height) / total, 0.0), top / total]
         for index, mark in enumerate(panel.marks):
             colour = _colour(mark, index)
             traces = _traces(mark, chart, panel, units, colour)
-            name = units.sentence(mark.name)
+            name = units.convert_text(mark.name)
             data += [{**trace, "yaxis": axis, "name": name} for trace in traces]
             if name:
                 legend.setdefault(name, {"name": name, **_entry(mark, colour)})
@@ -48,10 +48,10 @@ def _chart(chart: Chart, units: Units) -> dict[str, Any]:
         beside = f" · dotted: {reference[1]}" if reference is not None and reference[1] else ""
         notes.append(_heading(_said(panel.y_label, units) + beside, domain[1]))
         if panel.reference_line is not None:
-            shapes.append(_level(units.value(panel.reference_line[0], unit_of(panel.y_label)[1]), axis))
-        shapes += [_upright(units.value(at, x_unit), axis) for at, _ in chart.vertical_lines]
+            shapes.append(_level(units.convert(panel.reference_line[0], split_label(panel.y_label)[1]), axis))
+        shapes += [_upright(units.convert(at, x_unit), axis) for at, _ in chart.vertical_lines]
         top -= height + _BETWEEN
-    notes += [_upright_name(units.value(at, x_unit), name, chart.x_log) for at, name in chart.vertical_lines if name]
+    notes += [_upright_name(units.convert(at, x_unit), name, chart.x_log) for at, name in chart.vertical_lines if name]
     marks = tuple(mark for panel in chart.panels for mark in panel.marks)
     layout["xaxis"] = _axis(marks, chart.x_limits, chart.x_label, units, chart.x_log, False, flat=False)
     layout["xaxis"] |= {"anchor": axis, "title": {"text": _said(chart.x_label, units), "standoff": 6}}
@@ -78,7 +78,7 @@ def _colour(mark: Line | Bars, index: int) -> str:
 
 
 def _said(label: str, units: Units) -> str:
-    told = units.label(label)
+    told = units.convert_label(label)
     return told[:1].upper() + told[1:]
 
 
@@ -102,10 +102,10 @@ def _traces(mark: Line | Bars, chart: Chart, panel: Panel, units: Units, colour:
 
 
 def _line(mark: Line, chart: Chart, panel: Panel, units: Units, colour: str) -> list[dict[str, Any]]:
-    x_unit, y_unit = unit_of(chart.x_label)[1], unit_of(panel.y_label)[1]
+    x_unit, y_unit = split_label(chart.x_label)[1], split_label(panel.y_label)[1]
     x, y = (mark.x, mark.y) if mark.low is not None else decimate(mark.x, mark.y, chart.max_points)
     trace: dict[str, Any] = {
-        "type": "scatter", "x": rounded_numbers(units.value(x, x_unit)), "y": rounded_numbers(units.value(y, y_unit)),
+        "type": "scatter", "x": rounded_numbers(units.convert(x, x_unit)), "y": rounded_numbers(units.convert(y, y_unit)),
         "mode": "markers" if mark.style == "dots" else "lines",
         "line": {"color": colour, "width": 1.5, "dash": _DASH.get(mark.style, "solid"),
                  "shape": "hv" if mark.style == "steps" else "linear"},
@@ -114,9 +114,9 @@ def _line(mark: Line, chart: Chart, panel: Panel, units: Units, colour: str) -> 
     }  # fmt: skip
     if mark.low is None or mark.high is None:
         return [trace]
-    low, high = units.value(mark.low, y_unit), units.value(mark.high, y_unit)
+    low, high = units.convert(mark.low, y_unit), units.convert(mark.high, y_unit)
     if mark.style == "dots":
-        trace["error_y"] = _whiskers(low, units.value(mark.y, y_unit), high, colour)
+        trace["error_y"] = _whiskers(low, units.convert(mark.y, y_unit), high, colour)
         return [trace]
     edge = {**trace, "line": {"width": 0, "color": colour}, "hoverinfo": "skip"}
     return [{**edge, "y": rounded_numbers(low)},
@@ -125,9 +125,9 @@ def _line(mark: Line, chart: Chart, panel: Panel, units: Units, colour: str) -> 
 
 def _bars(mark: Bars, chart: Chart, panel: Panel, units: Units, colour: str) -> list[dict[str, Any]]:
     labels = (panel.y_label, chart.x_label) if mark.horizontal else (chart.x_label, panel.y_label)
-    at_unit, long_unit = (unit_of(label)[1] for label in labels)
-    at = list(mark.x) if isinstance(mark.x, tuple) else rounded_numbers(units.value(mark.x, at_unit))
-    along = rounded_numbers(units.value(mark.y, long_unit))
+    at_unit, long_unit = (split_label(label)[1] for label in labels)
+    at = list(mark.x) if isinstance(mark.x, tuple) else rounded_numbers(units.convert(mark.x, at_unit))
+    along = rounded_numbers(units.convert(mark.y, long_unit))
     colours = [f"@{name}" for name in mark.colours] if len(mark.colours) > 1 else colour
     trace: dict[str, Any] = {
         "type": "bar", "x": along if mark.horizontal else at, "y": at if mark.horizontal else along,
@@ -136,11 +136,11 @@ def _bars(mark: Bars, chart: Chart, panel: Panel, units: Units, colour: str) -> 
     if mark.text:
         trace |= {"text": list(mark.text), "textposition": "outside"}
     if mark.width is not None:
-        trace["width"] = rounded_numbers(units.value(mark.width, at_unit))
+        trace["width"] = rounded_numbers(units.convert(mark.width, at_unit))
     if mark.base is not None:
-        trace["base"] = rounded_numbers(units.value(mark.base, long_unit))
+        trace["base"] = rounded_numbers(units.convert(mark.base, long_unit))
     if mark.low is not None and mark.high is not None:
-        low, high, end = (units.value(values, long_unit) for values in (mark.low, mark.high, mark.y))
+        low, high, end = (units.convert(values, long_unit) for values in (mark.low, mark.high, mark.y))
         trace["error_x" if mark.horizontal else "error_y"] = _whiskers(low, end, high, "@ink")
     return [trace]
 
@@ -155,18 +155,18 @@ def _axis(
     flat: bool,
 ) -> dict[str, Any]:  # fmt: skip
     """An axis of its data: names read from the top down, tick marks of a logarithmic one at round numbers."""
-    unit = unit_of(label)[1]
+    unit = split_label(label)[1]
     if any(isinstance(mark, Bars) and mark.horizontal == flat and isinstance(mark.x, tuple) for mark in marks):
         return {"automargin": True, "type": "category", "autorange": "reversed" if flat else True}
     axis: dict[str, Any] = {"automargin": True, "type": "log" if log else "linear", "minexponent": 6}
     seen = limits or _extent(marks, flat)
     if log and seen is not None:
-        ticks = round_ticks(*(units.value(end, unit) for end in seen))
+        ticks = round_ticks(*(units.convert(end, unit) for end in seen))
         axis |= {"tickvals": ticks, "ticktext": [f"{tick:g}" for tick in ticks]}
     if limits is None and (flat or log or seen is None or any(isinstance(mark, Bars) for mark in marks)):
         return {**axis, "autorange": "reversed" if down else True}
     assert seen is not None
-    ends = [units.value(end, unit) for end in seen]
+    ends = [units.convert(end, unit) for end in seen]
     if limits is None:  # room for the dots at the ends
         room = 0.01 * (ends[1] - ends[0] or 1.0)
         ends = [ends[0] - room, ends[1] + room]
@@ -221,15 +221,15 @@ def _upright_name(at: float, name: str, log: bool) -> dict[str, Any]:
 
 
 def _map(figure: HeatMap, units: Units) -> dict[str, Any]:
-    told = units.value(figure.value, unit_of(figure.value_label)[1])
+    told = units.convert(figure.value, split_label(figure.value_label)[1])
     with np.errstate(divide="ignore", invalid="ignore"):
         value = np.log10(told) if figure.log else told
-    name = units.label(figure.value_label)
+    name = units.convert_label(figure.value_label)
     bar: dict[str, Any] = {"title": {"text": f"log10 of {name}" if figure.log else name, "side": "right"},
                            "thickness": 12, "outlinewidth": 0}  # fmt: skip
     trace: dict[str, Any] = {
-        "type": "heatmap", "x": rounded_numbers(units.value(figure.x, unit_of(figure.x_label)[1])),
-        "y": rounded_numbers(units.value(figure.y, unit_of(figure.y_label)[1])),
+        "type": "heatmap", "x": rounded_numbers(units.convert(figure.x, split_label(figure.x_label)[1])),
+        "y": rounded_numbers(units.convert(figure.y, split_label(figure.y_label)[1])),
         "z": [rounded_numbers(row) for row in value], "colorscale": "Viridis", "colorbar": bar,
     }  # fmt: skip
     legend = []

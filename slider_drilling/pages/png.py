@@ -14,7 +14,7 @@ from slider_drilling.pages.colours import LIGHT, ORDER
 from slider_drilling.pages.figures import Bars, Chart, Figure, HeatMap, Line, Panel, decimate
 from slider_drilling.pages.plotly_js import KINDS
 from slider_drilling.process.shutdown import defer_signals
-from slider_drilling.units import Units, unit_of
+from slider_drilling.units import Units, split_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -73,41 +73,41 @@ def _height(figure: Figure) -> float:
 
 
 def _draw(place: SubFigure, figure: Figure, units: Units) -> None:
-    place.suptitle(units.sentence(figure.title), fontsize=10.5, x=0.02, ha="left")
+    place.suptitle(units.convert_text(figure.title), fontsize=10.5, x=0.02, ha="left")
     if isinstance(figure, HeatMap):
         _map(place.subplots(), figure, units)
         return
     ratios = [panel.height for panel in figure.panels]
     drawn = np.atleast_1d(place.subplots(len(ratios), 1, sharex=True, height_ratios=ratios))
-    x_unit = unit_of(figure.x_label)[1]
+    x_unit = split_label(figure.x_label)[1]
     for axes, panel in zip(drawn, figure.panels, strict=True):
         _panel(axes, figure, panel, units)
         for at, _ in figure.vertical_lines:
-            axes.axvline(units.value(at, x_unit), color=LIGHT["grey"], lw=0.9, ls=":")
-    drawn[-1].set_xlabel(units.label(figure.x_label))
+            axes.axvline(units.convert(at, x_unit), color=LIGHT["grey"], lw=0.9, ls=":")
+    drawn[-1].set_xlabel(units.convert_label(figure.x_label))
     if figure.x_log:
         drawn[-1].set_xscale("log")
     if figure.x_limits is not None:
-        drawn[-1].set_xlim(*(units.value(end, x_unit) for end in figure.x_limits))
+        drawn[-1].set_xlim(*(units.convert(end, x_unit) for end in figure.x_limits))
 
 
 def _panel(axes: Axes, chart: Chart, panel: Panel, units: Units) -> None:
-    unit = unit_of(panel.y_label)[1]
+    unit = split_label(panel.y_label)[1]
     for number, mark in enumerate(panel.marks):
         if isinstance(mark, Bars):
             _bars(axes, mark, chart, panel, number, units)
         elif not mark.hidden:
-            _line(axes, mark, unit_of(chart.x_label)[1], unit, LIGHT[mark.colour or ORDER[number % len(ORDER)]], units)
+            _line(axes, mark, split_label(chart.x_label)[1], unit, LIGHT[mark.colour or ORDER[number % len(ORDER)]], units)
     if panel.reference_line is not None:
         value, name = panel.reference_line
-        axes.axhline(units.value(value, unit), color=LIGHT["grey"], lw=0.9, ls=":", label=name)
+        axes.axhline(units.convert(value, unit), color=LIGHT["grey"], lw=0.9, ls=":", label=name)
     if panel.y_log:
         axes.set_yscale("log")
     if panel.limits is not None:
-        axes.set_ylim(*(units.value(end, unit) for end in panel.limits))
+        axes.set_ylim(*(units.convert(end, unit) for end in panel.limits))
     if panel.inverted or any(isinstance(mark, Bars) and mark.horizontal for mark in panel.marks):
         axes.invert_yaxis()
-    axes.set_title(units.label(panel.y_label), loc="left", fontsize=9)
+    axes.set_title(units.convert_label(panel.y_label), loc="left", fontsize=9)
     if not panel.y_log and not any(isinstance(mark, Bars) for mark in panel.marks):
         axes.ticklabel_format(axis="y", useOffset=False)
     axes.grid(True, color=_RULE, linewidth=0.6)
@@ -120,31 +120,31 @@ def _panel(axes: Axes, chart: Chart, panel: Panel, units: Units) -> None:
 
 def _line(axes: Axes, mark: Line, x_unit: str, y_unit: str, colour: str, units: Units) -> None:
     x, y = (mark.x, mark.y) if mark.low is not None else decimate(mark.x, mark.y)
-    told = units.value(x, x_unit)
+    told = units.convert(x, x_unit)
     if mark.low is not None and mark.high is not None:
-        low, high, middle = (units.value(values, y_unit) for values in (mark.low, mark.high, mark.y))
+        low, high, middle = (units.convert(values, y_unit) for values in (mark.low, mark.high, mark.y))
         if mark.style == "dots":
             axes.errorbar(told, middle, [middle - low, high - middle], fmt="none", ecolor=colour, elinewidth=1.1)
         else:
             axes.fill_between(told, low, high, color=colour, alpha=0.2, linewidth=0.0)
-    name = units.sentence(mark.name) or None
-    axes.plot(told, units.value(y, y_unit), color=colour, linewidth=1.2, label=name, **_STYLES[mark.style])
+    name = units.convert_text(mark.name) or None
+    axes.plot(told, units.convert(y, y_unit), color=colour, linewidth=1.2, label=name, **_STYLES[mark.style])
 
 
 def _bars(axes: Axes, mark: Bars, chart: Chart, panel: Panel, number: int, units: Units) -> None:
     labels = (panel.y_label, chart.x_label) if mark.horizontal else (chart.x_label, panel.y_label)
-    at_unit, long_unit = (unit_of(label)[1] for label in labels)
-    at: Any = list(mark.x) if isinstance(mark.x, tuple) else units.value(mark.x, at_unit)
+    at_unit, long_unit = (split_label(label)[1] for label in labels)
+    at: Any = list(mark.x) if isinstance(mark.x, tuple) else units.convert(mark.x, at_unit)
     colours = [LIGHT[name] for name in mark.colours or (ORDER[number % len(ORDER)],)]
-    long = units.value(mark.y, long_unit)
-    width: Any = 0.65 if mark.width is None else units.value(mark.width, at_unit)
-    base: Any = 0.0 if mark.base is None else units.value(mark.base, long_unit)
+    long = units.convert(mark.y, long_unit)
+    width: Any = 0.65 if mark.width is None else units.convert(mark.width, at_unit)
+    base: Any = 0.0 if mark.base is None else units.convert(mark.base, long_unit)
     draw, rest = (axes.barh, {"left": base, "height": width}) if mark.horizontal else (
         axes.bar, {"bottom": base, "width": width})  # fmt: skip
-    name = units.sentence(mark.name) or None
+    name = units.convert_text(mark.name) or None
     drawn = draw(at, long, color=colours if len(colours) > 1 else colours[0], label=name, **rest)
     if mark.low is not None and mark.high is not None:
-        ends = [units.value(values, long_unit) for values in (mark.y - mark.low, mark.high - mark.y)]
+        ends = [units.convert(values, long_unit) for values in (mark.y - mark.low, mark.high - mark.y)]
         where = {"x": long, "y": at, "xerr": ends} if mark.horizontal else {"x": at, "y": long, "yerr": ends}
         axes.errorbar(**where, fmt="none", ecolor=LIGHT["ink"], elinewidth=1.1)
     if mark.text:
@@ -156,9 +156,9 @@ def _map(axes: Axes, figure: HeatMap, units: Units) -> None:
     from matplotlib.patches import Patch
 
     shown = ((figure.x, figure.x_label), (figure.y, figure.y_label), (figure.value, figure.value_label))
-    x, y, value = (units.value(values, unit_of(label)[1]) for values, label in shown)
-    axes.set_xlabel(units.label(figure.x_label))
-    axes.set_ylabel(units.label(figure.y_label))
+    x, y, value = (units.convert(values, split_label(label)[1]) for values, label in shown)
+    axes.set_xlabel(units.convert_label(figure.x_label))
+    axes.set_ylabel(units.convert_label(figure.y_label))
     if figure.categories:
         colours = [LIGHT[name] for name in KINDS[: len(figure.categories)]]
         axes.pcolormesh(x, y, value, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(colours) - 0.5)
@@ -167,4 +167,4 @@ def _map(axes: Axes, figure: HeatMap, units: Units) -> None:
         return
     norm = LogNorm() if figure.log else Normalize()
     mesh = axes.pcolormesh(x, y, value, cmap="viridis", shading="nearest", norm=norm)
-    axes.get_figure().colorbar(mesh, ax=axes, label=units.label(figure.value_label))  # type: ignore[union-attr]
+    axes.get_figure().colorbar(mesh, ax=axes, label=units.convert_label(figure.value_label))  # type: ignore[union-attr]

@@ -20,7 +20,7 @@ def well_name(rig: Rig | None, units: Units) -> str:
         return rig.well.name
     depth = rig.string.length
     inclination = next((row[1] for row in rig.well.survey if row[0] >= depth - 1e-6), rig.well.survey[-1][1])
-    return f"Well of {units.text(depth, 'm', 4)}, {inclination:.0f} deg at the bit"
+    return f"Well of {units.format(depth, 'm', 4)}, {inclination:.0f} deg at the bit"
 
 
 def utc_time(start: float, recorded: str = "") -> str:

@@ -10,23 +10,23 @@ from slider_drilling.paper_studies.study import Study
 
 
 @dataclass(frozen=True)
-class Entry:
+class StudyEntry:
     """Where a study is and what it is about."""
 
     module: str
     about: str
 
 
-STUDIES: dict[str, Entry] = {
-    "wear_modes": Entry("wear_modes", "asperity wear-mode diagram (Fig. 8, eq. 1-6)"),
-    "longitudinal": Entry("longitudinal", "NOV hydraulic oscillation system: shaking along the hole"),
-    "radial": Entry("radial", "radial hydraulic oscillator: normal force that comes and goes"),
-    "torsional": Entry("torsional", "3-D hydraulic oscillation system, torsional part"),
-    "three_d": Entry("three_d", "3-D hydraulic oscillation system, axial and torsional at once"),
-    "rocking": Entry("rocking", "slider drilling: rocking from the surface (Fig. 22-25)"),
-    "comparison": Entry("comparison", "all tools over the field's ranges"),
-    "zones": Entry("zones", "three zones along the string (Fig. 5)"),
-    "weight_transfer": Entry("weight_transfer", "slide of a whole well, with and without rocking and each tool"),
+STUDIES: dict[str, StudyEntry] = {
+    "wear_modes": StudyEntry("wear_modes", "asperity wear-mode diagram (Fig. 8, eq. 1-6)"),
+    "longitudinal": StudyEntry("longitudinal", "NOV hydraulic oscillation system: shaking along the hole"),
+    "radial": StudyEntry("radial", "radial hydraulic oscillator: normal force that comes and goes"),
+    "torsional": StudyEntry("torsional", "3-D hydraulic oscillation system, torsional part"),
+    "three_d": StudyEntry("three_d", "3-D hydraulic oscillation system, axial and torsional at once"),
+    "rocking": StudyEntry("rocking", "slider drilling: rocking from the surface (Fig. 22-25)"),
+    "comparison": StudyEntry("comparison", "all tools over the field's ranges"),
+    "zones": StudyEntry("zones", "three zones along the string (Fig. 5)"),
+    "weight_transfer": StudyEntry("weight_transfer", "slide of a whole well, with and without rocking and each tool"),
 }
 
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from slider_drilling.contact import PAPER
 from slider_drilling.control.rocking import Rocking
-from slider_drilling.paper_studies.motions import Motion, longitudinal, radial, rocking, three_d, torsional
+from slider_drilling.paper_studies.motions import ToolMotion, longitudinal, radial, rocking, three_d, torsional
 from slider_drilling.paper_studies.pipe import Pipe
-from slider_drilling.paper_studies.steady import Steady, steady
-from slider_drilling.paper_studies.study import Chart, Claim, Study, between, line, worded
+from slider_drilling.paper_studies.steady import SettledCycle, settle
+from slider_drilling.paper_studies.study import Claim, Study, StudyChart, between, display_name, study_line
 
 HOUR = 3600.0
 RPM = math.pi / 30.0
@@ -24,13 +24,13 @@ class Tool:
     """A tool's motions at one rate of penetration, from the weakest to the strongest the field uses."""
 
     name: str
-    motions: dict[int, tuple[Motion, ...]]
+    motions: dict[int, tuple[ToolMotion, ...]]
 
 
 def study() -> Study:
     """Friction of every tool, weakest to strongest setting, at 3-9 m/h."""
     runs = {
-        tool.name: {rate: [steady(m, PIPE, PAPER) for m in row] for rate, row in tool.motions.items()}
+        tool.name: {rate: [settle(m, PIPE, PAPER) for m in row] for rate, row in tool.motions.items()}
         for tool in _tools()
     }
     place = [0.0, 0.5, 1.0]
@@ -47,14 +47,17 @@ def study() -> Study:
             "rate_of_penetration_m_per_h": "3, 5, 7, 9",
         },
         figures=tuple(
-            Chart(
+            StudyChart(
                 f"{title} at {rate} m/h",
                 "setting, weakest (0) to strongest (1)",
                 "axial friction / Coulomb",
                 tuple(
                     # Nearly as the longitudinal tool alone: dashed, both are seen.
-                    line(
-                        worded(name), place, [max(getattr(s, attribute), 1e-5) for s in rows[rate]], name == "three_d"
+                    study_line(
+                        display_name(name),
+                        place,
+                        [max(getattr(s, attribute), 1e-5) for s in rows[rate]],
+                        name == "three_d",
                     )
                     for name, rows in runs.items()
                 ),
@@ -95,7 +98,7 @@ def _tools() -> tuple[Tool, ...]:
     )
 
 
-def _most(runs: dict[str, dict[int, list[Steady]]], attribute: str, measure: str) -> Claim:
+def _most(runs: dict[str, dict[int, list[SettledCycle]]], attribute: str, measure: str) -> Claim:
     table = {
         name: {rate: [getattr(s, attribute) for s in row] for rate, row in rows.items()} for name, rows in runs.items()
     }
@@ -125,7 +128,7 @@ def _most(runs: dict[str, dict[int, list[Steady]]], attribute: str, measure: str
     )
 
 
-def _all_reduce(runs: dict[str, dict[int, list[Steady]]]) -> Claim:
+def _all_reduce(runs: dict[str, dict[int, list[SettledCycle]]]) -> Claim:
     worst = {name: round(max(s.ratio for row in rows.values() for s in row), 4) for name, rows in runs.items()}
     holds = max(worst.values()) < 0.999
     return Claim(

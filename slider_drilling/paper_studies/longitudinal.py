@@ -9,8 +9,17 @@ import numpy as np
 from slider_drilling.contact import PAPER
 from slider_drilling.paper_studies.motions import longitudinal
 from slider_drilling.paper_studies.pipe import Pipe
-from slider_drilling.paper_studies.steady import Steady, coulomb_force, start, steady
-from slider_drilling.paper_studies.study import UNCHANGED, Chart, Claim, Line, Study, between, line, rounded
+from slider_drilling.paper_studies.steady import SettledCycle, coulomb_force, from_rest, settle
+from slider_drilling.paper_studies.study import (
+    UNCHANGED,
+    Claim,
+    Study,
+    StudyChart,
+    StudyLine,
+    between,
+    rounded,
+    study_line,
+)
 
 HOUR = 3600.0
 AMPLITUDES_MM = (2, 3, 4, 5, 6, 7)
@@ -36,33 +45,33 @@ def study() -> Study:
             "rate_of_penetration_m_per_h": "3, 5, 7, 9",
         },
         figures=(
-            Chart(
+            StudyChart(
                 "From rest at 7 m/h and 15 Hz (Fig. 15)",
                 "time, s",
                 "axial friction, N",
                 tuple(_onset(mm) for mm in (2, 4, 7)),
                 level=(coulomb_force(PIPE, PAPER), "Coulomb"),
             ),
-            Chart(
+            StudyChart(
                 "Mean magnitude (eq. 25) and signed mean at 7 m/h",
                 "velocity ratio va/v",
                 "axial friction / Coulomb",
                 (
-                    line("mean magnitude", ratios, [s.ratio for s in swept]),
-                    line("signed mean: what feeds the bit", ratios, [s.signed_ratio for s in swept]),
-                    line("rigid limit of the signed mean", ratios, rigid, dashed=True),
+                    study_line("mean magnitude", ratios, [s.ratio for s in swept]),
+                    study_line("signed mean: what feeds the bit", ratios, [s.signed_ratio for s in swept]),
+                    study_line("rigid limit of the signed mean", ratios, rigid, dashed=True),
                 ),
                 log_x=True,
                 log_y=True,
             ),
-            Chart(
+            StudyChart(
                 "Amplitude at 15 Hz: mean magnitude (full), signed mean (dashed)",
                 "amplitude, mm",
                 "axial friction / Coulomb",
                 _pairs(by_rate, "{} m/h"),
                 log_y=True,
             ),
-            Chart(
+            StudyChart(
                 "Frequency at 10 m/h: mean magnitude (full), signed mean (dashed)",
                 "amplitude, mm",
                 "axial friction / Coulomb",
@@ -74,28 +83,28 @@ def study() -> Study:
     )
 
 
-def _settled(rate: float, amplitude_mm: float, frequency: float) -> Steady:
-    return steady(longitudinal(rate / HOUR, 1e-3 * amplitude_mm, frequency), PIPE, PAPER)
+def _settled(rate: float, amplitude_mm: float, frequency: float) -> SettledCycle:
+    return settle(longitudinal(rate / HOUR, 1e-3 * amplitude_mm, frequency), PIPE, PAPER)
 
 
-def _onset(amplitude_mm: int) -> Line:
-    history = start(longitudinal(7 / HOUR, 1e-3 * amplitude_mm, 15.0), 0.6, PIPE, PAPER)
-    return line(f"{amplitude_mm} mm", history.time[::6], -history.axial_force[::6])
+def _onset(amplitude_mm: int) -> StudyLine:
+    history = from_rest(longitudinal(7 / HOUR, 1e-3 * amplitude_mm, 15.0), 0.6, PIPE, PAPER)
+    return study_line(f"{amplitude_mm} mm", history.time[::6], -history.axial_force[::6])
 
 
-def _pairs(runs: dict, label: str) -> tuple[Line, ...]:
+def _pairs(runs: dict, label: str) -> tuple[StudyLine, ...]:
     full = [
-        line(label.format(key), AMPLITUDES_MM, [s.ratio for s in row], colour=k)
+        study_line(label.format(key), AMPLITUDES_MM, [s.ratio for s in row], colour=k)
         for k, (key, row) in enumerate(runs.items())
     ]
     signed = [
-        line(label.format(key) + ", signed", AMPLITUDES_MM, [s.signed_ratio for s in row], True, k)
+        study_line(label.format(key) + ", signed", AMPLITUDES_MM, [s.signed_ratio for s in row], True, k)
         for k, (key, row) in enumerate(runs.items())
     ]
     return (*full, *signed)
 
 
-def _reduces(by_rate: dict[int, list[Steady]]) -> Claim:
+def _reduces(by_rate: dict[int, list[SettledCycle]]) -> Claim:
     magnitude = [s.ratio for row in by_rate.values() for s in row]
     signed = [s.signed_ratio for row in by_rate.values() for s in row]
     return Claim(
@@ -106,7 +115,7 @@ def _reduces(by_rate: dict[int, list[Steady]]) -> Claim:
     )
 
 
-def _little_change(by_rate: dict[int, list[Steady]]) -> Claim:
+def _little_change(by_rate: dict[int, list[SettledCycle]]) -> Claim:
     row = by_rate[7]
     magnitude, signed = [s.ratio for s in row], [s.signed_ratio for s in row]
     kappa = [round(2.0 * math.pi * 15.0 * 1e-3 * mm / (7 / HOUR)) for mm in AMPLITUDES_MM]
@@ -134,7 +143,7 @@ def _little_change(by_rate: dict[int, list[Steady]]) -> Claim:
     )
 
 
-def _no_frequency(by_frequency: dict[float, list[Steady]]) -> Claim:
+def _no_frequency(by_frequency: dict[float, list[SettledCycle]]) -> Claim:
     at_4_mm = [row[2] for row in by_frequency.values()]
     changes = [
         max(s.ratio for s in column) - min(s.ratio for s in column)
@@ -158,7 +167,7 @@ def _no_frequency(by_frequency: dict[float, list[Steady]]) -> Claim:
     )
 
 
-def _critical(ratios: np.ndarray, swept: list[Steady]) -> Claim:
+def _critical(ratios: np.ndarray, swept: list[SettledCycle]) -> Claim:
     below = [s.ratio for s, kappa in zip(swept, ratios, strict=True) if kappa <= 1.0]
     above = [s.ratio for s, kappa in zip(swept, ratios, strict=True) if 1.0 < kappa <= 30.0]
     return Claim(

@@ -22,7 +22,7 @@ Series = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Motion:
+class ToolMotion:
     """One period of a tool's motion, (n + 1,) samples of which the last repeats the first.
 
     time: s from 0 to the period; feed: m/s, the rate of penetration, which comes on top of axial: m; tangential:
@@ -51,16 +51,16 @@ class Motion:
         return time, axial + self.feed * time, tangential, load
 
 
-def longitudinal(rate_of_penetration: float, amplitude: float, frequency: float) -> Motion:
+def longitudinal(rate_of_penetration: float, amplitude: float, frequency: float) -> ToolMotion:
     """NOV's hydraulic oscillation system: the pipe shakes along the hole by +-amplitude (m) at frequency (Hz).
 
     rate_of_penetration: m/s.
     """
     time, sine = _harmonic(frequency)
-    return Motion(time, rate_of_penetration, amplitude * sine, 0.0 * time, 1.0 + 0.0 * time)
+    return ToolMotion(time, rate_of_penetration, amplitude * sine, 0.0 * time, 1.0 + 0.0 * time)
 
 
-def radial(rate_of_penetration: float, ratio: float, frequency: float) -> Motion:
+def radial(rate_of_penetration: float, ratio: float, frequency: float) -> ToolMotion:
     """Radial hydraulic oscillator: the normal force varies by +-ratio of its mean (0 <= ratio < 1).
 
     rate_of_penetration: m/s; frequency: Hz. Raises InputError for a ratio at which the pipe lifts off.
@@ -68,23 +68,23 @@ def radial(rate_of_penetration: float, ratio: float, frequency: float) -> Motion
     if not 0.0 <= ratio < 1.0:
         raise InputError(f"radial motion: ratio = {ratio}: must be in [0, 1), or the pipe lifts off the wall")
     time, sine = _harmonic(frequency)
-    return Motion(time, rate_of_penetration, 0.0 * time, 0.0 * time, 1.0 + ratio * sine)
+    return ToolMotion(time, rate_of_penetration, 0.0 * time, 0.0 * time, 1.0 + ratio * sine)
 
 
-def torsional(rate_of_penetration: float, speed_amplitude: float, frequency: float, radius: float) -> Motion:
+def torsional(rate_of_penetration: float, speed_amplitude: float, frequency: float, radius: float) -> ToolMotion:
     """3-D hydraulic oscillation system, torsional part: the pipe's rotation speed is a sine.
 
     rate_of_penetration: m/s; speed_amplitude: rad/s; frequency: Hz; radius: m.
     """
     time, sine = _harmonic(frequency)
-    return Motion(
+    return ToolMotion(
         time, rate_of_penetration, 0.0 * time, _swing(speed_amplitude, frequency, radius) * sine, 1.0 + 0.0 * time
     )
 
 
 def three_d(
     rate_of_penetration: float, amplitude: float, speed_amplitude: float, frequency: float, radius: float
-) -> Motion:
+) -> ToolMotion:
     """3-D hydraulic oscillation system: `longitudinal` and `torsional` at once, a quarter period apart.
 
     One turbine drives both: the valve pulses as the block leaves the wall; the phase between them is not in the
@@ -93,10 +93,10 @@ def three_d(
     time, sine = _harmonic(frequency)
     cosine = np.cos(2.0 * math.pi * frequency * time)
     swing = _swing(speed_amplitude, frequency, radius)
-    return Motion(time, rate_of_penetration, amplitude * sine, swing * cosine, 1.0 + 0.0 * time)
+    return ToolMotion(time, rate_of_penetration, amplitude * sine, swing * cosine, 1.0 + 0.0 * time)
 
 
-def rocking(rate_of_penetration: float, rocking: Rocking, radius: float) -> Motion:
+def rocking(rate_of_penetration: float, rocking: Rocking, radius: float) -> ToolMotion:
     """Slider drilling: the pipe turns to and fro along the rounded triangle of Fig. 22.
 
     rate_of_penetration: m/s; radius: m. A thirtieth of the rounding, or a 360th of the period, per sample.
@@ -104,7 +104,7 @@ def rocking(rate_of_penetration: float, rocking: Rocking, radius: float) -> Moti
     samples = max(SAMPLES, math.ceil(30.0 * rocking.period / rocking.rounding))
     time = np.linspace(0.0, rocking.period, samples + 1, dtype=np.float64)
     angle = np.array([rocking.point(t)[0] for t in time])
-    return Motion(time, rate_of_penetration, 0.0 * time, radius * angle, 1.0 + 0.0 * time)
+    return ToolMotion(time, rate_of_penetration, 0.0 * time, radius * angle, 1.0 + 0.0 * time)
 
 
 def _harmonic(frequency: float) -> tuple[Series, Series]:

@@ -7,8 +7,8 @@ from typing import Any
 
 from slider_drilling.pages import Chart, Headline, HeatMap, Line, Link, Page, Panel, Section, Table, Tag
 from slider_drilling.pages.colours import ORDER
-from slider_drilling.paper_studies.study import Chart as StudyChart
-from slider_drilling.paper_studies.study import Claim, Study, worded
+from slider_drilling.paper_studies.study import Claim, Study, display_name
+from slider_drilling.paper_studies.study import StudyChart as StudyChart
 from slider_drilling.units import SI, Units
 
 # How keys of settings and measurements end that have a unit; the longest first.
@@ -74,13 +74,13 @@ def _named(name: str, value: Any, units: Units) -> tuple[str, str, str]:
     """Name, unit and value, in words: ("axial friction", "kN", "1.20, 3.40")."""
     unit = next((unit for ending, unit in _ENDINGS.items() if name.endswith(ending)), "")
     bare = name if not unit else name[: -len(next(e for e, u in _ENDINGS.items() if u == unit and name.endswith(e)))]
-    told = unit if isinstance(value, str) else units.unit(unit)
-    return worded(bare), told, _words(value, unit, units)
+    told = unit if isinstance(value, str) else units.display_unit(unit)
+    return display_name(bare), told, _words(value, unit, units)
 
 
 def _words(value: Any, unit: str, units: Units) -> str:
     if isinstance(value, dict):
-        return "; ".join(f"{worded(str(name))} {_words(one, unit, units)}" for name, one in value.items())
+        return "; ".join(f"{display_name(str(name))} {_words(one, unit, units)}" for name, one in value.items())
     if isinstance(value, (list, tuple)):
         return ", ".join(_words(one, unit, units) for one in value)
     if isinstance(value, bool):
@@ -88,8 +88,8 @@ def _words(value: Any, unit: str, units: Units) -> str:
     if isinstance(value, int) and not unit:
         return str(value)
     if not isinstance(value, (int, float)):
-        return worded(str(value))
-    told = units.value(float(value), unit)
+        return display_name(str(value))
+    told = units.convert(float(value), unit)
     return "0" if abs(told) < 1e-12 else f"{told:.4g}"
 
 

@@ -7,8 +7,18 @@ import numpy as np
 from slider_drilling.contact import PAPER
 from slider_drilling.paper_studies.motions import radial
 from slider_drilling.paper_studies.pipe import Pipe
-from slider_drilling.paper_studies.steady import Steady, coulomb_force, start, steady
-from slider_drilling.paper_studies.study import UNCHANGED, Chart, Claim, Line, Study, between, falling, line, rounded
+from slider_drilling.paper_studies.steady import SettledCycle, coulomb_force, from_rest, settle
+from slider_drilling.paper_studies.study import (
+    UNCHANGED,
+    Claim,
+    Study,
+    StudyChart,
+    StudyLine,
+    between,
+    falling,
+    rounded,
+    study_line,
+)
 
 HOUR = 3600.0
 RATIOS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
@@ -19,8 +29,8 @@ PIPE = Pipe()
 
 def study() -> Study:
     """Load ratio 0.1-0.6 for 3-9 m/h at 15 Hz, and 5-20 Hz at 5 m/h."""
-    by_rate = {rate: [steady(radial(rate / HOUR, ratio, 15.0), PIPE, PAPER) for ratio in RATIOS] for rate in RATES}
-    by_frequency = {f: [steady(radial(5 / HOUR, ratio, f), PIPE, PAPER) for ratio in RATIOS] for f in FREQUENCIES}
+    by_rate = {rate: [settle(radial(rate / HOUR, ratio, 15.0), PIPE, PAPER) for ratio in RATIOS] for rate in RATES}
+    by_frequency = {f: [settle(radial(5 / HOUR, ratio, f), PIPE, PAPER) for ratio in RATIOS] for f in FREQUENCIES}
     harmonic = np.sqrt(1.0 - np.array(RATIOS) ** 2)
     return Study(
         name="radial",
@@ -32,36 +42,36 @@ def study() -> Study:
             "rate_of_penetration_m_per_h": "3, 5, 7, 9",
         },
         figures=(
-            Chart(
+            StudyChart(
                 "From rest, ratio 0.3, 15 Hz (Fig. 17)",
                 "time, s",
                 "axial friction, N",
                 tuple(_onset(rate) for rate in RATES),
                 level=(coulomb_force(PIPE, PAPER), "Coulomb"),
             ),
-            Chart(
+            StudyChart(
                 "One settled cycle, ratio 0.6, 15 Hz",
                 "time, s",
                 "axial friction, N",
                 tuple(
-                    line(f"{rate} m/h", row[-1].history.time, -row[-1].history.axial_force)
+                    study_line(f"{rate} m/h", row[-1].history.time, -row[-1].history.axial_force)
                     for rate, row in by_rate.items()
                 ),
             ),
-            Chart(
+            StudyChart(
                 "Ratio of radial vibration (Fig. 18)",
                 "load amplitude / mean load",
                 "axial friction / Coulomb",
                 (
-                    *(line(f"{rate} m/h", RATIOS, [s.ratio for s in row]) for rate, row in by_rate.items()),
-                    line("harmonic mean of the load, sqrt(1 - ratio^2)", RATIOS, harmonic, True),
+                    *(study_line(f"{rate} m/h", RATIOS, [s.ratio for s in row]) for rate, row in by_rate.items()),
+                    study_line("harmonic mean of the load, sqrt(1 - ratio^2)", RATIOS, harmonic, True),
                 ),
             ),
-            Chart(
+            StudyChart(
                 "Frequency, at 5 m/h",
                 "load amplitude / mean load",
                 "axial friction / Coulomb",
-                tuple(line(f"{f:g} Hz", RATIOS, [s.ratio for s in row]) for f, row in by_frequency.items()),
+                tuple(study_line(f"{f:g} Hz", RATIOS, [s.ratio for s in row]) for f, row in by_frequency.items()),
             ),
         ),
         claims=(
@@ -80,9 +90,9 @@ def study() -> Study:
     )
 
 
-def _onset(rate: int) -> Line:
-    history = start(radial(rate / HOUR, 0.3, 15.0), 60.0, PIPE, PAPER)
-    return line(f"{rate} m/h", history.time[::90], -history.axial_force[::90])
+def _onset(rate: int) -> StudyLine:
+    history = from_rest(radial(rate / HOUR, 0.3, 15.0), 60.0, PIPE, PAPER)
+    return study_line(f"{rate} m/h", history.time[::90], -history.axial_force[::90])
 
 
 def _independent(what: str, where: str, runs: dict) -> Claim:
@@ -98,7 +108,7 @@ def _independent(what: str, where: str, runs: dict) -> Claim:
     )
 
 
-def _falls(by_rate: dict[int, list[Steady]]) -> Claim:
+def _falls(by_rate: dict[int, list[SettledCycle]]) -> Claim:
     row = [s.ratio for s in by_rate[7]]
     return Claim(
         "Axial friction falls as the ratio of radial vibration grows.",
@@ -108,7 +118,7 @@ def _falls(by_rate: dict[int, list[Steady]]) -> Claim:
     )
 
 
-def _bounded(by_rate: dict[int, list[Steady]]) -> Claim:
+def _bounded(by_rate: dict[int, list[SettledCycle]]) -> Claim:
     most = 1.0 - min(s.ratio for row in by_rate.values() for s in row)
     return Claim(
         "Axial friction falls by less than about 20 %.",
@@ -119,7 +129,7 @@ def _bounded(by_rate: dict[int, list[Steady]]) -> Claim:
     )
 
 
-def _slight(by_rate: dict[int, list[Steady]]) -> Claim:
+def _slight(by_rate: dict[int, list[SettledCycle]]) -> Claim:
     swings = [float(np.ptp(row[2].history.axial_force)) / row[2].coulomb_force for row in by_rate.values()]
     return Claim(
         "Once settled the friction only fluctuates slightly within a cycle.",

@@ -16,7 +16,7 @@ from slider_drilling.files.output_files import make_folder, write_atomically
 from slider_drilling.pages import page_html, write_page
 from slider_drilling.pages.png import render_png
 from slider_drilling.paper_studies.page import drawn, index_page, study_page
-from slider_drilling.paper_studies.study import Chart, Study
+from slider_drilling.paper_studies.study import Study, StudyChart
 from slider_drilling.units import SI, Units
 
 SCHEMA = "slider_drilling/study/1"
@@ -75,7 +75,7 @@ def _csv(study: Study) -> str:
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(["figure", "series", "x_label", "x", "y_label", "y", "value"])
     for figure in study.figures:
-        if isinstance(figure, Chart):
+        if isinstance(figure, StudyChart):
             for one in figure.lines:
                 rows.writerows(
                     [figure.title, one.name, figure.x_label, f"{x:.9g}", figure.y_label, f"{y:.9g}", ""]

@@ -8,10 +8,10 @@ import numpy as np
 
 from slider_drilling.contact import PAPER
 from slider_drilling.control.rocking import Rocking
-from slider_drilling.paper_studies.motions import Motion, rocking
+from slider_drilling.paper_studies.motions import ToolMotion, rocking
 from slider_drilling.paper_studies.pipe import Pipe
-from slider_drilling.paper_studies.steady import Steady, start, steady
-from slider_drilling.paper_studies.study import Chart, Claim, Study, falling, line, rounded
+from slider_drilling.paper_studies.steady import SettledCycle, from_rest, settle
+from slider_drilling.paper_studies.study import Claim, Study, StudyChart, falling, rounded, study_line
 
 HOUR = 3600.0
 RATES = (1, 3, 5, 7)
@@ -24,9 +24,9 @@ PIPE = Pipe()
 
 def study() -> Study:
     """D_y = 10 rad, T = 10 s, delta = 0.2 s at 1-7 m/h; amplitude 0.25-30 rad."""
-    settled = {rate: steady(_motion(rate, AMPLITUDE), PIPE, PAPER) for rate in RATES}
-    sweep = {rate: [steady(_motion(rate, float(d)), PIPE, PAPER).ratio for d in AMPLITUDES] for rate in RATES}
-    onsets = {rate: start(_motion(rate, AMPLITUDE), 30.0, PIPE, PAPER) for rate in RATES}
+    settled = {rate: settle(_motion(rate, AMPLITUDE), PIPE, PAPER) for rate in RATES}
+    sweep = {rate: [settle(_motion(rate, float(d)), PIPE, PAPER).ratio for d in AMPLITUDES] for rate in RATES}
+    onsets = {rate: from_rest(_motion(rate, AMPLITUDE), 30.0, PIPE, PAPER) for rate in RATES}
     wave = _motion(5, AMPLITUDE)
     return Study(
         name="rocking",
@@ -39,50 +39,57 @@ def study() -> Study:
             "rate_of_penetration_m_per_h": "1, 3, 5, 7",
         },
         figures=(
-            Chart(
+            StudyChart(
                 "Trajectory (Fig. 22)",
                 "time, s",
                 "angle, rad",
-                (line("angle", wave.time, wave.tangential / PIPE.radius),),
+                (study_line("angle", wave.time, wave.tangential / PIPE.radius),),
             ),
-            Chart(
+            StudyChart(
                 "From rest (Fig. 23)",
                 "time, s",
                 "axial friction, N",
-                tuple(line(f"{rate} m/h", h.time, -h.axial_force) for rate, h in onsets.items()),
+                tuple(study_line(f"{rate} m/h", h.time, -h.axial_force) for rate, h in onsets.items()),
             ),
-            Chart(
+            StudyChart(
                 "One settled cycle (Fig. 23)",
                 "time, s",
                 "axial friction / Coulomb",
                 tuple(
-                    line(f"{rate} m/h", s.history.time, -s.history.axial_force / s.coulomb_force)
+                    study_line(f"{rate} m/h", s.history.time, -s.history.axial_force / s.coulomb_force)
                     for rate, s in settled.items()
                 ),
                 log_y=True,
             ),
-            Chart(
+            StudyChart(
                 "Friction coefficient (Fig. 24, left)",
                 "time, s",
                 "friction coefficient",
                 tuple(
-                    line(f"{rate} m/h", s.history.time, s.history.friction_coefficient) for rate, s in settled.items()
+                    study_line(f"{rate} m/h", s.history.time, s.history.friction_coefficient)
+                    for rate, s in settled.items()
                 ),
             ),
-            Chart(
+            StudyChart(
                 "Angle between slip and asperity axis (Fig. 24, right)",
                 "time, s",
                 "angle of slip, deg",
-                tuple(line(f"{rate} m/h", s.history.time, np.degrees(s.history.beta_v)) for rate, s in settled.items()),
+                tuple(
+                    study_line(f"{rate} m/h", s.history.time, np.degrees(s.history.beta_v))
+                    for rate, s in settled.items()
+                ),
             ),
-            Chart(
+            StudyChart(
                 "Amplitude (Fig. 25) and the rigid limit (dashed)",
                 "amplitude, rad",
                 "axial friction / Coulomb",
                 (
-                    *(line(f"{rate} m/h", AMPLITUDES, row, colour=k) for k, (rate, row) in enumerate(sweep.items())),
                     *(
-                        line(
+                        study_line(f"{rate} m/h", AMPLITUDES, row, colour=k)
+                        for k, (rate, row) in enumerate(sweep.items())
+                    ),
+                    *(
+                        study_line(
                             f"{rate} m/h, rigid", AMPLITUDES, [rigid_ratio(rate, float(d)) for d in AMPLITUDES], True, k
                         )
                         for k, rate in enumerate(RATES)
@@ -108,11 +115,11 @@ def rigid_ratio(rate_m_per_h: float, amplitude: float, period: float = PERIOD, r
     return (1.0 - rounded_share) * v / math.hypot(v, top) + rounded_share * v / top * math.asinh(top / v)
 
 
-def _motion(rate: float, amplitude: float) -> Motion:
+def _motion(rate: float, amplitude: float) -> ToolMotion:
     return rocking(rate / HOUR, Rocking(amplitude, PERIOD, ROUNDING), PIPE.radius)
 
 
-def _phases(settled: Steady) -> tuple[float, float]:
+def _phases(settled: SettledCycle) -> tuple[float, float]:
     """Axial over Coulomb friction: mean over the second half of the straight lines, peak near a reversal."""
     time, force = settled.history.time, -settled.history.axial_force / settled.coulomb_force
     straight = np.abs((time + 0.5 * PERIOD) % (0.5 * PERIOD) - 0.25 * PERIOD)
@@ -121,7 +128,7 @@ def _phases(settled: Steady) -> tuple[float, float]:
     return float(np.mean(plateau)), float(force[straight < 2.0 * ROUNDING].max())
 
 
-def _low_then_peaks(settled: dict[int, Steady]) -> Claim:
+def _low_then_peaks(settled: dict[int, SettledCycle]) -> Claim:
     low, peak = zip(*(_phases(s) for s in settled.values()), strict=True)
     return Claim(
         "Axial friction is low and steady while the rotation speed is constant, and peaks where it reverses.",
@@ -131,7 +138,7 @@ def _low_then_peaks(settled: dict[int, Steady]) -> Claim:
     )
 
 
-def _lower_at_lower_rate(settled: dict[int, Steady]) -> Claim:
+def _lower_at_lower_rate(settled: dict[int, SettledCycle]) -> Claim:
     low, peak = zip(*(_phases(s) for s in settled.values()), strict=True)
     means = [s.ratio for s in settled.values()]
     return Claim(
@@ -158,7 +165,7 @@ def _falls(sweep: dict[int, list[float]]) -> Claim:
     )
 
 
-def _steady_angle(settled: dict[int, Steady]) -> Claim:
+def _steady_angle(settled: dict[int, SettledCycle]) -> Claim:
     swings, means = {}, []
     for rate, s in settled.items():
         since_reversal = (s.history.time - 0.25 * PERIOD) % (0.5 * PERIOD)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.contact import FrictionHistory, Means, friction_coefficient_of_direction, friction_history
+from slider_drilling.contact import FrictionHistory, FrictionMeans, friction_coefficient_of_direction, friction_history
 from slider_drilling.errors import InputError
-from slider_drilling.paper_studies.motions import Motion
+from slider_drilling.paper_studies.motions import ToolMotion
 from slider_drilling.paper_studies.pipe import Pipe
 from slider_drilling.rig import Contact
 
@@ -20,7 +20,7 @@ BLOCK_SAMPLES = 20_000
 
 
 @dataclass(frozen=True)
-class Steady:
+class SettledCycle:
     """The last cycle of a motion that has settled.
 
     history: that cycle, time from 0; means: over it; coulomb_force: N, what plain sliding at the same mean load
@@ -29,7 +29,7 @@ class Steady:
     """
 
     history: FrictionHistory
-    means: Means
+    means: FrictionMeans
     coulomb_force: float
 
     @property
@@ -46,12 +46,12 @@ def coulomb_force(pipe: Pipe, contact: Contact) -> float:
     return float(friction_coefficient_of_direction(contact, contact.asperity.orientation)) * pipe.normal_force
 
 
-def start(motion: Motion, duration: float, pipe: Pipe, contact: Contact) -> FrictionHistory:
+def from_rest(motion: ToolMotion, duration: float, pipe: Pipe, contact: Contact) -> FrictionHistory:
     """The motion from rest, nothing deformed, for at least `duration` s in whole periods."""
     return _cycles(motion, math.ceil(duration / motion.period - 1e-9), pipe, contact, (0.0, 0.0))
 
 
-def steady(motion: Motion, pipe: Pipe, contact: Contact) -> Steady:
+def settle(motion: ToolMotion, pipe: Pipe, contact: Contact) -> SettledCycle:
     """The cycle that the motion settles to.
 
     Raises InputError where it does not settle within 2e7 samples (a motion that hardly slips takes for ever).
@@ -68,12 +68,12 @@ def steady(motion: Motion, pipe: Pipe, contact: Contact) -> Steady:
         deformation = float(m_x[-1]), float(m_y[-1])
         if change <= SETTLED * scale:
             last = _cycles(motion, 1, pipe, contact, deformation)
-            return Steady(last, last.means(), coulomb_force(pipe, contact))
+            return SettledCycle(last, last.means(), coulomb_force(pipe, contact))
     raise InputError(f"motion with a period of {motion.period:g} s: has not settled after {spent} samples")
 
 
 def _cycles(
-    motion: Motion, cycles: int, pipe: Pipe, contact: Contact, deformation: tuple[float, float]
+    motion: ToolMotion, cycles: int, pipe: Pipe, contact: Contact, deformation: tuple[float, float]
 ) -> FrictionHistory:
     time, axial, tangential, load = motion.repeated(cycles)
     return friction_history(

@@ -15,7 +15,7 @@ Series = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Line:
+class StudyLine:
     """One curve: x and y are (n,); dashed for a companion of another curve, whose colour it may share."""
 
     name: str
@@ -26,13 +26,13 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Chart:
+class StudyChart:
     """Curves over one pair of axes; labels carry the unit. level: a horizontal line to compare with, and its name."""
 
     title: str
     x_label: str
     y_label: str
-    lines: tuple[Line, ...]
+    lines: tuple[StudyLine, ...]
     log_x: bool = False
     log_y: bool = False
     level: tuple[float, str] | None = None
@@ -51,7 +51,7 @@ class Claim:
 
 
 @dataclass(frozen=True)
-class Table:
+class StudyTable:
     """Rows of text under a header, for a page."""
 
     title: str
@@ -70,19 +70,19 @@ class Study:
     name: str
     title: str
     settings: dict[str, Any]
-    figures: tuple[Chart | HeatMap, ...]
+    figures: tuple[StudyChart | HeatMap, ...]
     claims: tuple[Claim, ...]
     notes: tuple[str, ...] = field(default=())
-    tables: tuple[Table, ...] = field(default=())
+    tables: tuple[StudyTable, ...] = field(default=())
     about: str = "Study"
 
 
-def line(name: str, x: ArrayLike, y: ArrayLike, dashed: bool = False, colour: int | None = None) -> Line:
+def study_line(name: str, x: ArrayLike, y: ArrayLike, dashed: bool = False, colour: int | None = None) -> StudyLine:
     """A Line from anything that numpy takes."""
-    return Line(name, np.asarray(x, dtype=float), np.asarray(y, dtype=float), dashed, colour)
+    return StudyLine(name, np.asarray(x, dtype=float), np.asarray(y, dtype=float), dashed, colour)
 
 
-def worded(name: str) -> str:
+def display_name(name: str) -> str:
     """A name of the program's as a reader writes it."""
     return name.replace("three_d", "3-D").replace("coulomb", "Coulomb").replace("_", " ")
 

@@ -9,8 +9,8 @@ import numpy as np
 from slider_drilling.contact import PAPER
 from slider_drilling.paper_studies.motions import three_d
 from slider_drilling.paper_studies.pipe import Pipe
-from slider_drilling.paper_studies.steady import Steady, steady
-from slider_drilling.paper_studies.study import Chart, Claim, HeatMap, Study, line, rounded
+from slider_drilling.paper_studies.steady import SettledCycle, settle
+from slider_drilling.paper_studies.study import Claim, HeatMap, Study, StudyChart, rounded, study_line
 
 HOUR = 3600.0
 RPM = math.pi / 30.0
@@ -38,7 +38,7 @@ def study() -> Study:
         for rate, rows in runs.items()
     )
     pick = [0, 4, 8, 14]
-    lines = tuple(line(f"{AXIAL_MM[k]:g} mm", SPEED_RPM, [row[k].signed_ratio for row in runs[10]]) for k in pick)
+    lines = tuple(study_line(f"{AXIAL_MM[k]:g} mm", SPEED_RPM, [row[k].signed_ratio for row in runs[10]]) for k in pick)
     return Study(
         name="three_d",
         title="Axial and torsional oscillation at once: 3-D hydraulic oscillation system",
@@ -52,7 +52,7 @@ def study() -> Study:
         },
         figures=(
             *maps,
-            Chart("Signed mean at 10 m/h", "torsional speed amplitude, rpm", "axial friction / Coulomb", lines),
+            StudyChart("Signed mean at 10 m/h", "torsional speed amplitude, rpm", "axial friction / Coulomb", lines),
         ),
         claims=(_both(runs[10]),),
         notes=(
@@ -63,11 +63,11 @@ def study() -> Study:
     )
 
 
-def _settled(rate: int, amplitude_mm: float, speed_rpm: float) -> Steady:
-    return steady(three_d(rate / HOUR, 1e-3 * amplitude_mm, speed_rpm * RPM, FREQUENCY, PIPE.radius), PIPE, PAPER)
+def _settled(rate: int, amplitude_mm: float, speed_rpm: float) -> SettledCycle:
+    return settle(three_d(rate / HOUR, 1e-3 * amplitude_mm, speed_rpm * RPM, FREQUENCY, PIPE.radius), PIPE, PAPER)
 
 
-def _both(rows: list[list[Steady]]) -> Claim:
+def _both(rows: list[list[SettledCycle]]) -> Claim:
     axial, torsional, both = rows[0][8], rows[10][0], rows[10][8]
     lower = both.signed_ratio < min(axial.signed_ratio, torsional.signed_ratio)
     holds = max(axial.ratio, torsional.ratio, both.ratio) < 1.0

@@ -8,10 +8,10 @@ import numpy as np
 from scipy.special import ellipk
 
 from slider_drilling.contact import PAPER
-from slider_drilling.paper_studies.motions import Motion, torsional
+from slider_drilling.paper_studies.motions import ToolMotion, torsional
 from slider_drilling.paper_studies.pipe import Pipe
-from slider_drilling.paper_studies.steady import Steady, coulomb_force, harmonic_share, start, steady
-from slider_drilling.paper_studies.study import Chart, Claim, Study, falling, line, rounded
+from slider_drilling.paper_studies.steady import SettledCycle, coulomb_force, from_rest, harmonic_share, settle
+from slider_drilling.paper_studies.study import Claim, Study, StudyChart, falling, rounded, study_line
 
 HOUR = 3600.0
 RPM = math.pi / 30.0
@@ -29,7 +29,7 @@ def study() -> Study:
     sweep = {rate: [_settled(rate, rpm, FREQUENCY).ratio for rpm in SWEEP_RPM] for rate in RATES}
     frequencies = np.geomspace(0.1, 20.0, 16)
     by_frequency = {rpm: [_settled(10, rpm, f).ratio for f in frequencies] for rpm in SPEEDS_RPM}
-    onsets = {rpm: start(_motion(10, rpm, FREQUENCY), 10.0, PIPE, PAPER) for rpm in SPEEDS_RPM}
+    onsets = {rpm: from_rest(_motion(10, rpm, FREQUENCY), 10.0, PIPE, PAPER) for rpm in SPEEDS_RPM}
     return Study(
         name="torsional",
         title="Torsional oscillation: 3-D hydraulic oscillation system",
@@ -40,48 +40,50 @@ def study() -> Study:
             "rate_of_penetration_m_per_h": "10; 3, 5, 7, 9",
         },
         figures=(
-            Chart(
+            StudyChart(
                 "From rest at 10 m/h (Fig. 19)",
                 "time, s",
                 "axial friction, N",
-                tuple(line(f"{rpm} rpm", h.time[::15], -h.axial_force[::15]) for rpm, h in onsets.items()),
+                tuple(study_line(f"{rpm} rpm", h.time[::15], -h.axial_force[::15]) for rpm, h in onsets.items()),
                 level=(coulomb_force(PIPE, PAPER), "Coulomb"),
             ),
-            Chart(
+            StudyChart(
                 "Amplitude (Fig. 21)",
                 "amplitude of rotation speed, rpm",
                 "axial friction / Coulomb",
-                tuple(line(f"{rate} m/h", SWEEP_RPM, row) for rate, row in sweep.items()),
+                tuple(study_line(f"{rate} m/h", SWEEP_RPM, row) for rate, row in sweep.items()),
             ),
-            Chart(
+            StudyChart(
                 "Friction coefficient over a settled cycle (Fig. 20, left)",
                 "time, s",
                 "friction coefficient",
                 tuple(
-                    line(f"{rpm} rpm", s.history.time, s.history.friction_coefficient)
+                    study_line(f"{rpm} rpm", s.history.time, s.history.friction_coefficient)
                     for rpm, s in zip(SPEEDS_RPM, settled, strict=True)
                 ),
             ),
-            Chart(
+            StudyChart(
                 "Angle between slip and asperity axis (Fig. 20, right)",
                 "time, s",
                 "angle of slip, deg",
                 tuple(
-                    line(f"{rpm} rpm", s.history.time, np.degrees(s.history.beta_v))
+                    study_line(f"{rpm} rpm", s.history.time, np.degrees(s.history.beta_v))
                     for rpm, s in zip(SPEEDS_RPM, settled, strict=True)
                 ),
             ),
-            Chart(
+            StudyChart(
                 "Frequency at 10 m/h, and the rigid limit (dashed)",
                 "frequency, Hz",
                 "axial friction / Coulomb",
                 (
                     *(
-                        line(f"{rpm} rpm", frequencies, row, colour=k)
+                        study_line(f"{rpm} rpm", frequencies, row, colour=k)
                         for k, (rpm, row) in enumerate(by_frequency.items())
                     ),
                     *(
-                        line(f"{rpm} rpm, rigid", frequencies, np.full(frequencies.size, rigid_ratio(10, rpm)), True, k)
+                        study_line(
+                            f"{rpm} rpm, rigid", frequencies, np.full(frequencies.size, rigid_ratio(10, rpm)), True, k
+                        )
                         for k, rpm in enumerate(SPEEDS_RPM)
                     ),
                 ),
@@ -112,15 +114,15 @@ def rigid_ratio(rate_m_per_h: float, speed_rpm: float) -> float:
     return float(2.0 / math.pi * v / math.sqrt(squared) * ellipk(va * va / squared))
 
 
-def _motion(rate: float, speed_rpm: float, frequency: float) -> Motion:
+def _motion(rate: float, speed_rpm: float, frequency: float) -> ToolMotion:
     return torsional(rate / HOUR, speed_rpm * RPM, frequency, PIPE.radius)
 
 
-def _settled(rate: float, speed_rpm: float, frequency: float) -> Steady:
-    return steady(_motion(rate, speed_rpm, frequency), PIPE, PAPER)
+def _settled(rate: float, speed_rpm: float, frequency: float) -> SettledCycle:
+    return settle(_motion(rate, speed_rpm, frequency), PIPE, PAPER)
 
 
-def _lower_with_amplitude(settled: list[Steady]) -> Claim:
+def _lower_with_amplitude(settled: list[SettledCycle]) -> Claim:
     ratios = [s.ratio for s in settled]
     holds = falling([1.0 - 0.01, *ratios])
     return Claim(
@@ -175,7 +177,7 @@ def _larger_at_higher_rate(sweep: dict[int, list[float]]) -> Claim:
     )
 
 
-def _angle_range(settled: list[Steady]) -> Claim:
+def _angle_range(settled: list[SettledCycle]) -> Claim:
     angle = [float(np.degrees(np.ptp(s.history.beta_v))) for s in settled]
     friction = [float(np.ptp(s.history.friction_coefficient)) for s in settled]
     return Claim(
@@ -193,7 +195,7 @@ def _angle_range(settled: list[Steady]) -> Claim:
     )
 
 
-def _sine(settled: list[Steady]) -> Claim:
+def _sine(settled: list[SettledCycle]) -> Claim:
     signed = [np.arctan2(s.history.deformation_tangential, s.history.deformation_axial) for s in settled]
     shares = [harmonic_share(row) for row in signed]
     return Claim(

@@ -15,7 +15,7 @@ from slider_drilling.contact import (
     friction_coefficient_of_direction,
     wear_mode,
 )
-from slider_drilling.paper_studies.study import Chart, Claim, HeatMap, Study, line
+from slider_drilling.paper_studies.study import Claim, HeatMap, Study, StudyChart, study_line
 
 MODES = ("ploughing", "wedge formation", "cutting", "no steady solution")
 
@@ -57,12 +57,12 @@ def study() -> Study:
                 np.degrees(angle),
                 friction,
             ),
-            Chart(
+            StudyChart(
                 "Attack angle that the paper's asperity shows (eq. 6)",
                 "angle of slip, deg",
                 "effective attack angle, deg",
                 tuple(
-                    line(
+                    study_line(
                         f"chi = {label}",
                         np.degrees(beta_v),
                         np.degrees(effective_attack_angle(replace(PAPER.asperity, shape_factor=chi), beta_v)),
@@ -70,12 +70,12 @@ def study() -> Study:
                     for label, chi in (("1", 1.0), ("pi", math.pi))
                 ),
             ),
-            Chart(
+            StudyChart(
                 "Friction of the paper's asperity (chi = pi)",
                 "angle of slip, deg",
                 "friction coefficient",
                 tuple(
-                    line(
+                    study_line(
                         f"f = {f:g}",
                         np.degrees(beta_v),
                         friction_coefficient_of_direction(replace(PAPER, shear_factor=f), beta_v),

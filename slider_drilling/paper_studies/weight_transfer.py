@@ -15,10 +15,10 @@ import numpy as np
 from slider_drilling.contact import PAPER
 from slider_drilling.drillstring import Commands, Modifiers, Plant, simulate
 from slider_drilling.effects import AxialOscillationTool
-from slider_drilling.paper_studies.motions import Motion, radial, three_d, torsional
+from slider_drilling.paper_studies.motions import ToolMotion, radial, three_d, torsional
 from slider_drilling.paper_studies.pipe import Pipe
-from slider_drilling.paper_studies.steady import steady
-from slider_drilling.paper_studies.study import Chart, Claim, Study, Table, line, rounded
+from slider_drilling.paper_studies.steady import settle
+from slider_drilling.paper_studies.study import Claim, Study, StudyChart, StudyTable, rounded, study_line
 from slider_drilling.paper_studies.whole_well import ELEMENTS, HOUR, example_rig, longer, slide
 from slider_drilling.rig import Rig
 
@@ -35,7 +35,7 @@ LEAST_HOOK_LOAD = 0.05
 
 
 @dataclass(frozen=True)
-class Outcome:
+class SlideResult:
     """Last quarter of a slide: N, N, N, m/s; share of the weight let down that reaches the bit."""
 
     hook_load: float
@@ -68,8 +68,8 @@ def study() -> Study:
             *_charts("Rocking amplitude, period 24 s", "amplitude, rad", amplitudes, by_amplitude),
             *_charts("Rocking period, amplitude 15 rad", "period, s", periods, by_period),
             *_charts("Depth of the axial tool, 20 kN at 15 Hz", "measured depth, m", depths, by_depth),
-            Chart("How far one can still slide", "well length, m", "hook load, kN", tuple(
-                line(name, [rig.string.length + e for e in EXTRA], [o.hook_load / 1e3 for o in row])
+            StudyChart("How far one can still slide", "well length, m", "hook load, kN", tuple(
+                study_line(name, [rig.string.length + e for e in EXTRA], [o.hook_load / 1e3 for o in row])
                 for name, row in reach.items()), level=(LEAST_HOOK_LOAD * _hanging(rig) / 1e3,
                                                       "5 % of the hanging weight")),
         ),
@@ -83,12 +83,12 @@ def _cases(rig: Rig) -> dict[str, tuple]:
     """Commands, rig and local friction ratio of each case."""
     plain = slide(rig, DURATION, RATE)
     radius = Pipe().radius
-    motions: dict[str, Motion] = {
+    motions: dict[str, ToolMotion] = {
         "radial tool, ratio 0.6": radial(RATE / HOUR, 0.6, 15.0),
         "torsional tool, 20 rpm": torsional(RATE / HOUR, 20.0 * math.pi / 30.0, 15.0, radius),
         "3-D tool, 4 mm and 20 rpm": three_d(RATE / HOUR, 4e-3, 20.0 * math.pi / 30.0, 15.0, radius),
     }
-    ratios = {name: steady(motion, Pipe(), PAPER).signed_ratio for name, motion in motions.items()}
+    ratios = {name: settle(motion, Pipe(), PAPER).signed_ratio for name, motion in motions.items()}
     return {
         "without": (plain,),
         "rocking 10 rad": (slide(rig, DURATION, RATE, 10.0, 24.0),),
@@ -98,7 +98,7 @@ def _cases(rig: Rig) -> dict[str, tuple]:
     }
 
 
-def _run(rig: Rig, commands: Commands, axial_tool: float | None = None, ratio: float = 1.0) -> Outcome:
+def _run(rig: Rig, commands: Commands, axial_tool: float | None = None, ratio: float = 1.0) -> SlideResult:
     if axial_tool is not None:
         rig = _with_axial_tool(rig, axial_tool)
     modifiers = Modifiers()
@@ -110,7 +110,7 @@ def _run(rig: Rig, commands: Commands, axial_tool: float | None = None, ratio: f
     hook, weight = float(np.mean(response.hook_load[last])), response.weight_on_bit[last]
     let_down = response.hook_load[0] - hook
     drilled = float(response.bit_depth[last][-1] - response.bit_depth[last][0])
-    return Outcome(
+    return SlideResult(
         hook_load=hook,
         weight_on_bit=float(np.mean(weight)),
         spread=float(np.std(weight)),
@@ -124,7 +124,7 @@ def _with_axial_tool(rig: Rig, depth: float) -> Rig:
     return replace(rig, effects=replace(rig.effects, axial_oscillation_tool=tool))
 
 
-def _longer_run(rig: Rig, extra: float, name: str) -> Outcome:
+def _longer_run(rig: Rig, extra: float, name: str) -> SlideResult:
     well = longer(rig, extra)
     commands = slide(well, 2.0 * DURATION, RATE, 20.0 if name.startswith("rocking") else 0.0, 24.0)
     # The axial tool keeps its distance from the bit.
@@ -135,29 +135,29 @@ def _hanging(rig: Rig) -> float:
     return float(simulate(rig, slide(rig, 1.0, 0.0), ELEMENTS).hook_load[0])
 
 
-def _charts(title: str, label: str, x: tuple[float, ...], runs: list[Outcome]) -> tuple[Chart, Chart]:
+def _charts(title: str, label: str, x: tuple[float, ...], runs: list[SlideResult]) -> tuple[StudyChart, StudyChart]:
     loads = (
-        line("hook load", x, [o.hook_load / 1e3 for o in runs]),
-        line("weight on bit", x, [o.weight_on_bit / 1e3 for o in runs]),
+        study_line("hook load", x, [o.hook_load / 1e3 for o in runs]),
+        study_line("weight on bit", x, [o.weight_on_bit / 1e3 for o in runs]),
     )
     rates = (
-        line("spread of weight on bit, kN", x, [o.spread / 1e3 for o in runs]),
-        line("rate of penetration, m/h", x, [o.rate_of_penetration * HOUR for o in runs]),
+        study_line("spread of weight on bit, kN", x, [o.spread / 1e3 for o in runs]),
+        study_line("rate of penetration, m/h", x, [o.rate_of_penetration * HOUR for o in runs]),
     )
-    return Chart(title, label, "kN", loads), Chart(title, label, "kN or m/h", rates)
+    return StudyChart(title, label, "kN", loads), StudyChart(title, label, "kN or m/h", rates)
 
 
-def _table(outcomes: dict[str, Outcome]) -> Table:
+def _table(outcomes: dict[str, SlideResult]) -> StudyTable:
     header = ("case", "hook load", "weight on bit", "its spread", "rate of penetration", "weight let down that arrives")
     rows = tuple(
         (name, f"{o.hook_load / 1e3:.1f} kN", f"{o.weight_on_bit / 1e3:.1f} kN", f"{o.spread / 1e3:.1f} kN",
          f"{o.rate_of_penetration * HOUR:.2f} m/h", f"{100.0 * o.share:.0f} %")
         for name, o in outcomes.items()
     )  # fmt: skip
-    return Table("Last quarter of 900 s", header, rows)
+    return StudyTable("Last quarter of 900 s", header, rows)
 
 
-def _transfers(outcomes: dict[str, Outcome]) -> Claim:
+def _transfers(outcomes: dict[str, SlideResult]) -> Claim:
     measured = {name: [round(o.weight_on_bit / 1e3, 2), round(o.share, 3)] for name, o in outcomes.items()}
     base = outcomes["without"]
     better = {name: o.share > base.share for name, o in outcomes.items() if name != "without"}
@@ -170,7 +170,7 @@ def _transfers(outcomes: dict[str, Outcome]) -> Claim:
     )  # fmt: skip
 
 
-def _best(outcomes: dict[str, Outcome]) -> Claim:
+def _best(outcomes: dict[str, SlideResult]) -> Claim:
     share = {name: round(o.share, 3) for name, o in outcomes.items()}
     best = max(share, key=lambda name: share[name])
     return Claim("Rocking transfers more weight than any tool in the string.", "conclusions (for one contact)",
@@ -184,7 +184,7 @@ def _best(outcomes: dict[str, Outcome]) -> Claim:
                  "from where it sits; what a real tool loses in mud and couplings is not in the model.")  # fmt: skip
 
 
-def _amplitude(amplitudes: tuple[float, ...], runs: list[Outcome]) -> Claim:
+def _amplitude(amplitudes: tuple[float, ...], runs: list[SlideResult]) -> Claim:
     hook = [o.hook_load for o in runs]
     return Claim("The larger the rocking amplitude, the less friction holds the string back.",
                  "section 5.3 (for one contact)",
@@ -193,7 +193,7 @@ def _amplitude(amplitudes: tuple[float, ...], runs: list[Outcome]) -> Claim:
                  bool(np.all(np.diff([o.share for o in runs]) > -0.01)))  # fmt: skip
 
 
-def _further(rig: Rig, reach: dict[str, list[Outcome]]) -> Claim:
+def _further(rig: Rig, reach: dict[str, list[SlideResult]]) -> Claim:
     least = LEAST_HOOK_LOAD * _hanging(rig)
     limits = {}
     for name, row in reach.items():

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slider_drilling.drillstring import Plant
-from slider_drilling.drillstring.zones import turning_friction, zones_from_motion
-from slider_drilling.paper_studies.study import Chart, Claim, Study, line, rounded
+from slider_drilling.drillstring.zones import friction_torque, zones_from_motion
+from slider_drilling.paper_studies.study import Claim, Study, StudyChart, rounded, study_line
 from slider_drilling.paper_studies.whole_well import ELEMENTS, INTERVAL, example_rig, slide
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.zones import Zones, zones_in_closed_form
@@ -21,7 +21,7 @@ AGGRESSIVENESS = (0.2, 0.5, 1.0, 1.5)
 
 
 @dataclass(frozen=True)
-class Reach:
+class ZoneCase:
     """One settled rocking cycle: zones by motion and in closed form, what drove them, and the toolface's swing."""
 
     surface_torque: float
@@ -47,21 +47,21 @@ def study() -> Study:
         settings={"rig": "example, 4000 m", "rate_m_per_h": RATE, "period_s": PERIOD, "amplitude_rad": "2 to 26",
                   "bit_aggressiveness": "0.2 to 1.5", "elements": ELEMENTS},
         figures=(
-            Chart("How far the surface torque reaches", "surface torque amplitude, kN m", "measured depth, m",
-                  (line("rocked to, by motion", torque, [r.motion.rocked_to for r in by_amplitude]),
-                   line("rocked to, closed form", torque, [r.closed_form.rocked_to for r in by_amplitude], True, 0),
-                   line("reactive from, closed form", torque, [r.closed_form.reactive_from for r in by_amplitude],
+            StudyChart("How far the surface torque reaches", "surface torque amplitude, kN m", "measured depth, m",
+                  (study_line("rocked to, by motion", torque, [r.motion.rocked_to for r in by_amplitude]),
+                   study_line("rocked to, closed form", torque, [r.closed_form.rocked_to for r in by_amplitude], True, 0),
+                   study_line("reactive from, closed form", torque, [r.closed_form.reactive_from for r in by_amplitude],
                         True, 1)),
                   depth_down=True),
-            Chart("How far the reactive torque reaches (12 rad)", "reactive torque, kN m", "measured depth, m",
-                  (line("reactive from, closed form", reactive, [r.closed_form.reactive_from for r in by_bit], True, 1),
-                   line("rocked to, by motion", reactive, [r.motion.rocked_to for r in by_bit], colour=0)),
+            StudyChart("How far the reactive torque reaches (12 rad)", "reactive torque, kN m", "measured depth, m",
+                  (study_line("reactive from, closed form", reactive, [r.closed_form.reactive_from for r in by_bit], True, 1),
+                   study_line("rocked to, by motion", reactive, [r.motion.rocked_to for r in by_bit], colour=0)),
                   depth_down=True),
-            Chart("Swing of the string in one cycle", "rotation, peak to peak, rad", "measured depth, m",
-                  tuple(line(f"{a:g} rad", np.maximum(r.swing, 1e-4), r.depth)
+            StudyChart("Swing of the string in one cycle", "rotation, peak to peak, rad", "measured depth, m",
+                  tuple(study_line(f"{a:g} rad", np.maximum(r.swing, 1e-4), r.depth)
                         for a, r in zip(AMPLITUDES, by_amplitude, strict=True)), log_x=True, depth_down=True),
-            Chart("Mean torque held in one cycle", "torque, kN m", "measured depth, m",
-                  tuple(line(f"{a:g} rad", r.held / 1e3, r.depth) for a, r in zip(AMPLITUDES, by_amplitude,
+            StudyChart("Mean torque held in one cycle", "torque, kN m", "measured depth, m",
+                  tuple(study_line(f"{a:g} rad", r.held / 1e3, r.depth) for a, r in zip(AMPLITUDES, by_amplitude,
                                                                                  strict=True)),
                   depth_down=True),
         ),
@@ -72,15 +72,15 @@ def study() -> Study:
     )  # fmt: skip
 
 
-def _reach(rig: Rig, amplitude: float) -> Reach:
+def _reach(rig: Rig, amplitude: float) -> ZoneCase:
     commands = slide(rig, CYCLES * PERIOD, RATE, amplitude, PERIOD)
     plant = Plant(rig, ELEMENTS, INTERVAL)
     count = round((CYCLES - 1) * PERIOD / INTERVAL)
-    plant.advance(commands.part(slice(0, count)))
+    plant.advance(commands.samples(slice(0, count)))
     stride = round(PERIOD / 48.0 / INTERVAL)
     rotation, torque, surface, bit, face = [], [], [], [], []
     for first in range(count, commands.time.size - stride + 1, stride):
-        response = plant.advance(commands.part(slice(first, first + stride)))
+        response = plant.advance(commands.samples(slice(first, first + stride)))
         profile = plant.profile()
         rotation.append(profile.rotation)
         torque.append(profile.torque)
@@ -89,12 +89,12 @@ def _reach(rig: Rig, amplitude: float) -> Reach:
         face += response.tool_face.tolist()
     reactive = float(np.mean(bit))
     amplitude_of_torque = 0.5 * float(np.ptp(surface))
-    return Reach(
+    return ZoneCase(
         surface_torque=amplitude_of_torque,
         reactive_torque=reactive,
         motion=zones_from_motion(profile.measured_depth, np.array(rotation), np.array(torque), reactive),
         closed_form=zones_in_closed_form(
-            profile.length, turning_friction(plant, profile), amplitude_of_torque, reactive),
+            profile.length, friction_torque(plant, profile), amplitude_of_torque, reactive),
         depth=profile.measured_depth,
         swing=np.ptp(np.array(rotation), axis=0),
         held=np.mean(np.array(torque), axis=0),
@@ -102,7 +102,7 @@ def _reach(rig: Rig, amplitude: float) -> Reach:
     )
 
 
-def _three(runs: list[Reach]) -> Claim:
+def _three(runs: list[ZoneCase]) -> Claim:
     static = [r.closed_form.reactive_from - r.motion.rocked_to for r in runs]
     some = [s > 0.0 for s in static]
     return Claim(
@@ -119,7 +119,7 @@ def _three(runs: list[Reach]) -> Claim:
     )  # fmt: skip
 
 
-def _deeper(runs: list[Reach]) -> Claim:
+def _deeper(runs: list[ZoneCase]) -> Claim:
     depth = [r.motion.rocked_to for r in runs]
     return Claim(
         "There is a maximum depth to which a surface torque can twist the string, set by its amplitude.", "section 2.2",
@@ -129,7 +129,7 @@ def _deeper(runs: list[Reach]) -> Claim:
     )  # fmt: skip
 
 
-def _stable(runs: list[Reach]) -> Claim:
+def _stable(runs: list[ZoneCase]) -> Claim:
     swing = [float(np.degrees(r.tool_face_swing)) for r in runs]
     static = [r.closed_form.reactive_from - r.motion.rocked_to > 0.0 for r in runs]
     kept = [s for s, has in zip(swing, static, strict=True) if has]
@@ -144,7 +144,7 @@ def _stable(runs: list[Reach]) -> Claim:
     )  # fmt: skip
 
 
-def _reactive(runs: list[Reach]) -> Claim:
+def _reactive(runs: list[ZoneCase]) -> Claim:
     reach = [r.closed_form.reactive_from for r in runs]
     return Claim(
         "The reactive torque of the motor is counteracted by friction from the bit upwards.",

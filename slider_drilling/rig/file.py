@@ -11,7 +11,7 @@ from slider_drilling.effects import Effects
 from slider_drilling.files.output_files import read_text
 from slider_drilling.rig.parts import Rig
 from slider_drilling.rig.relations import check_relations
-from slider_drilling.schema.fields import build, plain
+from slider_drilling.schema.fields import build_dataclass, to_tree
 from slider_drilling.schema.yaml_tree import parse_yaml
 
 LONGEST = 1_000_000
@@ -25,12 +25,12 @@ def load_rig(path: str | os.PathLike[str]) -> Rig:
 
 def parse_rig(text: str, source: str = "rig") -> Rig:
     """A rig from YAML text; ``source`` names it in errors. Raises InputError."""
-    return rig_of_tree(parse_yaml(text, source), source)
+    return rig_from_tree(parse_yaml(text, source), source)
 
 
-def rig_of_tree(tree: Any, source: str = "rig") -> Rig:
+def rig_from_tree(tree: Any, source: str = "rig") -> Rig:
     """A rig from keys and values as YAML gives them; ``source`` names it in errors. Raises InputError."""
-    rig = build(Rig, tree, source)
+    rig = build_dataclass(Rig, tree, source)
     check_relations(rig, source)
     return rig
 
@@ -40,14 +40,14 @@ def check_rig(rig: Rig, source: str = "rig") -> Rig:
 
     A rig made in code is not checked: fits try numbers that no file may hold, thousands of times a second.
     """
-    rig_of_tree(plain(rig), source)
+    rig_from_tree(to_tree(rig), source)
     return rig
 
 
 def dump_rig(rig: Rig) -> str:
     """The rig as YAML that `parse_rig` takes back unchanged; effects that are all neutral are left out."""
-    tree = plain(rig)
-    effects = {name: block for name, block in tree.pop("effects").items() if block != plain(getattr(Effects(), name))}
+    tree = to_tree(rig)
+    effects = {name: block for name, block in tree.pop("effects").items() if block != to_tree(getattr(Effects(), name))}
     if effects:
         tree["effects"] = effects
     if not rig.well.name:

@@ -11,8 +11,8 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from slider_drilling.effects import Effects
-from slider_drilling.schema.changes import changed
-from slider_drilling.schema.fields import Range, block, plain, quantity, rows_of
+from slider_drilling.schema.changes import apply_changes
+from slider_drilling.schema.fields import Range, nested, quantity, table, to_tree
 
 SCHEMA = "slider_drilling/rig/1"
 DEEPEST = 20_000.0
@@ -41,7 +41,7 @@ class FrictionInterval:
 class Well:
     """Survey rows are (measured depth m, inclination deg, azimuth deg); name: what pages call the well."""
 
-    survey: tuple[tuple[float, float, float], ...] = rows_of(
+    survey: tuple[tuple[float, float, float], ...] = table(
         **{
             "measured depth": _depth(),
             "inclination": Range("deg", at_least=0.0, at_most=180.0, why="0 is straight down, 90 horizontal"),
@@ -60,7 +60,7 @@ class Mud:
 
 
 @dataclass(frozen=True)
-class Section:
+class StringSection:
     name: str
     length: float = quantity("m", at_least=0.3, at_most=DEEPEST, why="from the shortest sub to the longest well")
     outer_diameter: float = quantity("m", at_least=0.02, at_most=1.2, why="tubing to casing; 5 in is 0.127")
@@ -71,7 +71,7 @@ class Section:
 class String:
     """Sections from the surface down; their lengths add up to the bit's measured depth."""
 
-    sections: tuple[Section, ...]
+    sections: tuple[StringSection, ...]
     density: float = quantity("kg/m3", at_least=1500.0, at_most=20_000.0, why="carbon fibre to tungsten; steel 7850")
     youngs_modulus: float = quantity("Pa", at_least=1e10, at_most=5e11, why="in Pa, not GPa; steel 2.06e+11")
     shear_modulus: float = quantity("Pa", at_least=2e9, at_most=3e11, why="in Pa, not GPa; steel 7.92e+10")
@@ -180,9 +180,9 @@ class Mwd:
 @dataclass(frozen=True)
 class Sensors:
     mwd: Mwd
-    surface_torque: Sensor = block(**_reading("N m", 1e5, "a top drive's torque"))
-    hook_load: Sensor = block(**_reading("N", 2e6, "the string's weight"))
-    standpipe_pressure: Sensor = block(**_reading("Pa", 2e7, "a pump's pressure"))
+    surface_torque: Sensor = nested(**_reading("N m", 1e5, "a top drive's torque"))
+    hook_load: Sensor = nested(**_reading("N", 2e6, "the string's weight"))
+    standpipe_pressure: Sensor = nested(**_reading("Pa", 2e7, "a pump's pressure"))
     rate: float = quantity("Hz", at_least=0.1, at_most=1000.0, why="of the surface channels: 1 to 100")
 
 
@@ -216,9 +216,9 @@ class Rig:
         changes: path -> value, such as ``{"mud.density": 1100.0, "string.sections[0].length": 3900.0}``; blocks: the
         same as nested mappings, such as ``mud={"density": 1100.0}``. Raises InputError naming key, value and range.
         """
-        from slider_drilling.rig.file import rig_of_tree
+        from slider_drilling.rig.file import rig_from_tree
 
-        return rig_of_tree(changed(plain(self), {**(changes or {}), **blocks}, "rig"))
+        return rig_from_tree(apply_changes(to_tree(self), {**(changes or {}), **blocks}, "rig"))
 
     def __repr__(self) -> str:
         on = [field.name for field in fields(Effects) if getattr(self.effects, field.name) != field.default]

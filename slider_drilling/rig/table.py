@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from slider_drilling.rig.parts import Rig
-from slider_drilling.schema.fields import rows
+from slider_drilling.schema.fields import number_fields
 
 HEAD = ("key", "unit", "range", "default", "what the range is of")
 
@@ -12,7 +12,7 @@ def ranges_table() -> list[tuple[str, ...]]:
     """A row of `HEAD` for every number of the rig file."""
     return [
         (row.key, row.range.unit, str(row.range), "" if row.default is None else f"{row.default:g}", row.range.why)
-        for row in rows(Rig)
+        for row in number_fields(Rig)
     ]
 
 

@@ -9,13 +9,13 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from slider_drilling.errors import InputError
-from slider_drilling.schema.fields import plain
+from slider_drilling.schema.fields import to_tree
 
 _STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 _PATH = re.compile(r"[^.\[\]]+(?:\[\d+\])*(?:\.[^.\[\]]+(?:\[\d+\])*)*")
 
 
-def changed(tree: Mapping[str, Any], changes: Mapping[str, Any], source: str) -> dict[str, Any]:
+def apply_changes(tree: Mapping[str, Any], changes: Mapping[str, Any], source: str) -> dict[str, Any]:
     """A copy of ``tree`` with ``changes`` made; neither is touched.
 
     A key of ``changes`` is a key or a path (``mud.density``, ``string.sections[0].length``). A mapping changes keys
@@ -52,7 +52,7 @@ def _as_yaml(value: Any) -> Any:
         return {str(key): _as_yaml(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
         return [_as_yaml(item) for item in value]
-    return plain(value)
+    return to_tree(value)
 
 
 def _steps(path: str, source: str) -> list[str | int]:
@@ -77,7 +77,7 @@ def _below(here: Any, step: str | int, path: str, source: str) -> Any:
     return here[step]
 
 
-def number(text: str, what: str) -> float:
+def parse_number(text: str, what: str) -> float:
     """A number as typed on a command line; ``what`` names it in errors. Raises InputError."""
     try:
         return float(text)

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, TypeVar
 
 from slider_drilling.errors import InputError
-from slider_drilling.schema.yaml_tree import shown
+from slider_drilling.schema.yaml_tree import shorten
 
 T = TypeVar("T")
 
@@ -56,18 +56,18 @@ def quantity(unit: str = "-", default: Any = dataclasses.MISSING, why: str = "",
     return dataclasses.field(default=default, metadata={"range": Range(unit, why=why, **limits)})
 
 
-def rows_of(**columns: Range) -> Any:
+def table(**columns: Range) -> Any:
     """A dataclass field that holds rows of numbers, each column with its range."""
     return dataclasses.field(metadata={"columns": columns})
 
 
-def block(**ranges: Range) -> Any:
+def nested(**ranges: Range) -> Any:
     """A dataclass field that holds a dataclass some of whose numbers have these ranges here, by name."""
     return dataclasses.field(metadata={"ranges": ranges})
 
 
 @dataclasses.dataclass(frozen=True)
-class Row:
+class NumberField:
     """One number of a schema: its key from the top, its range, its default or None where it must be given."""
 
     key: str
@@ -75,7 +75,7 @@ class Row:
     default: float | None
 
 
-def rows(cls: type, path: str = "", ranges: Mapping[str, Range] | None = None) -> Iterator[Row]:
+def number_fields(cls: type, path: str = "", ranges: Mapping[str, Range] | None = None) -> Iterator[NumberField]:
     """Every number that a dataclass and those within it declare, in order; ``[]`` marks items of a list."""
     hints = typing.get_type_hints(cls)
     for field in dataclasses.fields(cls):
@@ -83,22 +83,24 @@ def rows(cls: type, path: str = "", ranges: Mapping[str, Range] | None = None) -
         if typing.get_origin(hint) is tuple and dataclasses.is_dataclass(typing.get_args(hint)[0]):
             where, hint = f"{where}[]", typing.get_args(hint)[0]
         if dataclasses.is_dataclass(hint):
-            yield from rows(typing.cast(type, hint), where, field.metadata.get("ranges"))
+            yield from number_fields(typing.cast(type, hint), where, field.metadata.get("ranges"))
         for name, limits in field.metadata.get("columns", {}).items():
-            yield Row(f"{where}[] {name}", limits, None)
+            yield NumberField(f"{where}[] {name}", limits, None)
         if hint in (float, int):
             limits = (ranges or {}).get(field.name) or field.metadata.get("range") or Range()
-            yield Row(where, limits, None if field.default is dataclasses.MISSING else field.default)
+            yield NumberField(where, limits, None if field.default is dataclasses.MISSING else field.default)
 
 
-def build(cls: type[T], raw: Any, source: str, path: str = "", ranges: Mapping[str, Range] | None = None) -> T:
+def build_dataclass(
+    cls: type[T], raw: Any, source: str, path: str = "", ranges: Mapping[str, Range] | None = None
+) -> T:
     """Make the dataclass ``cls`` from a mapping as YAML gives it; ``ranges`` replace those of its fields, by name.
 
     Raises InputError, naming source, key and value, for a key that is unknown or missing, a value of the wrong
     type, or a number outside its declared range.
     """
     if not isinstance(raw, dict):
-        raise InputError(f"{source}: {path or 'top level'} = {shown(raw)}: expected keys and values, found none")
+        raise InputError(f"{source}: {path or 'top level'} = {shorten(raw)}: expected keys and values, found none")
     fields = {f.name: f for f in dataclasses.fields(cls) if f.init}  # type: ignore[arg-type]
     for key in raw:
         if key not in fields:
@@ -117,12 +119,12 @@ def build(cls: type[T], raw: Any, source: str, path: str = "", ranges: Mapping[s
     return cls(**values)
 
 
-def plain(value: Any) -> Any:
+def to_tree(value: Any) -> Any:
     """Dataclasses and tuples as the dicts and lists that YAML writes; the inverse of `build`."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value) if f.init}
+        return {f.name: to_tree(getattr(value, f.name)) for f in dataclasses.fields(value) if f.init}
     if isinstance(value, tuple):
-        return [plain(item) for item in value]
+        return [to_tree(item) for item in value]
     return value
 
 
@@ -132,7 +134,7 @@ def _join(path: str, key: str) -> str:
 
 def _convert(raw: Any, hint: Any, limits: Range | None, metadata: Mapping[str, Any], source: str, where: str) -> Any:
     if dataclasses.is_dataclass(hint):
-        return build(typing.cast(type, hint), raw, source, where, metadata.get("ranges"))
+        return build_dataclass(typing.cast(type, hint), raw, source, where, metadata.get("ranges"))
     if typing.get_origin(hint) is tuple:
         return _convert_list(raw, hint, limits, metadata, source, where)
     if hint is float:
@@ -144,7 +146,7 @@ def _convert(raw: Any, hint: Any, limits: Range | None, metadata: Mapping[str, A
         return raw
     if hint is str and isinstance(raw, str):
         return raw
-    raise InputError(f"{source}: {where} = {shown(raw)}: expected {_KINDS.get(hint, hint)}")
+    raise InputError(f"{source}: {where} = {shorten(raw)}: expected {_KINDS.get(hint, hint)}")
 
 
 _KINDS = {bool: "true or false", int: "a whole number", str: "text (put it in quotes)"}
@@ -155,7 +157,7 @@ def _convert_list(
 ) -> tuple[Any, ...]:
     kinds = typing.get_args(hint)
     if not isinstance(raw, list):
-        raise InputError(f"{source}: {where} = {shown(raw)}: expected a list")
+        raise InputError(f"{source}: {where} = {shorten(raw)}: expected a list")
     if len(raw) > _LONGEST:
         raise InputError(f"{source}: {where}: {len(raw)} entries; at most {_LONGEST} are read")
     columns = metadata.get("columns")
@@ -165,7 +167,7 @@ def _convert_list(
     if kinds[-1] is Ellipsis:
         kinds = (kinds[0],) * len(raw)
     if len(kinds) != len(raw):
-        raise InputError(f"{source}: {where} = {shown(raw)}: expected {len(kinds)} numbers, found {len(raw)}")
+        raise InputError(f"{source}: {where} = {shorten(raw)}: expected {len(kinds)} numbers, found {len(raw)}")
     pairs = enumerate(zip(raw, kinds, strict=True))
     return tuple(_convert(item, kind, limits, metadata, source, f"{where}[{index}]") for index, (item, kind) in pairs)
 
@@ -175,7 +177,7 @@ _LONGEST = 10_000  # entries of a list: surveys have a thousand stations at most
 
 def _convert_columns(raw: Any, columns: Mapping[str, Range], source: str, where: str) -> tuple[float, ...]:
     if not isinstance(raw, list) or len(raw) != len(columns):
-        raise InputError(f"{source}: {where} = {shown(raw)}: expected {len(columns)} numbers: {', '.join(columns)}")
+        raise InputError(f"{source}: {where} = {shorten(raw)}: expected {len(columns)} numbers: {', '.join(columns)}")
     pairs = zip(raw, columns.items(), strict=True)
     return tuple(_convert_number(item, limits, source, f"{where} {name}") for item, (name, limits) in pairs)
 
@@ -185,18 +187,18 @@ def _convert_number(raw: Any, limits: Range, source: str, where: str) -> float:
         try:
             float(raw)
         except ValueError:
-            raise InputError(f"{source}: {where} = {shown(raw)}: expected a number in {limits.unit}") from None
+            raise InputError(f"{source}: {where} = {shorten(raw)}: expected a number in {limits.unit}") from None
         raise InputError(
-            f"{source}: {where} = {shown(raw)}: YAML reads this as text; write it unquoted, without leading zeros "
+            f"{source}: {where} = {shorten(raw)}: YAML reads this as text; write it unquoted, without leading zeros "
             "or underscores, an exponent as 1.0e+5"
         )
     if isinstance(raw, bool) or not isinstance(raw, (int, float)):
-        raise InputError(f"{source}: {where} = {shown(raw)}: expected a number in {limits.unit}")
+        raise InputError(f"{source}: {where} = {shorten(raw)}: expected a number in {limits.unit}")
     try:
         number = float(raw)
     except OverflowError:
         number = math.inf
     complaint = limits.complaint(number)
     if complaint:
-        raise InputError(f"{source}: {where} = {shown(raw)}: {complaint}")
+        raise InputError(f"{source}: {where} = {shorten(raw)}: {complaint}")
     return number

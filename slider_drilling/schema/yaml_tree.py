@@ -30,7 +30,7 @@ def parse_yaml(text: str, source: str) -> Any:
         raise InputError(f"{source}: not usable: lists or keys nested too deeply") from None
 
 
-def shown(value: Any) -> str:
+def shorten(value: Any) -> str:
     """A value for an error message: on one line, cut where it is long."""
     shortened = reprlib.Repr()
     shortened.maxstring = shortened.maxother = shortened.maxlong = _SHOWN
@@ -65,7 +65,7 @@ def _mapping(node: yaml.Node, source: str, known: dict[int, Any], above: set[int
             raise InputError(f"{_line(key_node, source)}: <<: merging keys is not supported; write them out")
         key = key_node.value
         if key in found:
-            raise InputError(f"{_line(key_node, source)}: {shown(key)[1:-1]}: given twice; keep one")
+            raise InputError(f"{_line(key_node, source)}: {shorten(key)[1:-1]}: given twice; keep one")
         found[key] = _value(value_node, source, known, above)
     return found
 
@@ -83,7 +83,9 @@ def _scalar(node: yaml.ScalarNode, source: str) -> Any:
         return _float(text)
     if kind in ("str", "timestamp", "value"):
         return text
-    raise InputError(f"{_line(node, source)}: {shown(text)}: the tag {shown(node.tag)} is not supported; leave it out")
+    raise InputError(
+        f"{_line(node, source)}: {shorten(text)}: the tag {shorten(node.tag)} is not supported; leave it out"
+    )
 
 
 def _float(text: str) -> float | str:
@@ -97,7 +99,7 @@ def _float(text: str) -> float | str:
 
 def _check_tag(node: yaml.Node, kind: str, source: str) -> None:
     if node.tag != f"{_PREFIX}{kind}":
-        raise InputError(f"{_line(node, source)}: the tag {shown(node.tag)} is not supported; leave it out")
+        raise InputError(f"{_line(node, source)}: the tag {shorten(node.tag)} is not supported; leave it out")
 
 
 def _line(node: yaml.Node, source: str) -> str:

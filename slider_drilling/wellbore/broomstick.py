@@ -34,7 +34,7 @@ class Broomstick:
     torque: Array
 
 
-def shortened(rig: Rig, depth: float) -> Rig:
+def with_bit_at(rig: Rig, depth: float) -> Rig:
     """The rig while its bit is at this depth, m: pipe taken off at the top. Raises InputError outside the string."""
     if not 0.0 < depth <= rig.string.length + 1e-6:
         raise InputError(f"bit depth = {depth:g} m: must be above 0 and at most the string's {rig.string.length:g} m")
@@ -59,7 +59,7 @@ def broomstick(
     at = np.linspace(length / 40.0, length, 40) if depths is None else np.asarray(depths, dtype=float)
     rows = []
     for depth in at:
-        here = shortened(rig, float(depth))
+        here = with_bit_at(rig, float(depth))
         mesh = build_mesh(here, elements)
         up, down, turned = (
             static_loads(here, axial, turn, friction_coefficient=friction, mesh=mesh)

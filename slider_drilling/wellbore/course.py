@@ -17,7 +17,7 @@ def tangent(inclination: Array, azimuth: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Course:
+class WellPath:
     """Stations of a survey: measured depth (n,) m, tangents (n, 3), positions (n, 3) m north, east, down."""
 
     depth: Array
@@ -25,7 +25,7 @@ class Course:
     position: Array
 
     @classmethod
-    def from_survey(cls, survey: tuple[tuple[float, float, float], ...]) -> Course:
+    def from_survey(cls, survey: tuple[tuple[float, float, float], ...]) -> WellPath:
         """From rows of measured depth m, inclination deg, azimuth deg, depth increasing."""
         rows = np.asarray(survey, dtype=float)
         directions = tangent(np.radians(rows[:, 1]), np.radians(rows[:, 2]))
@@ -34,7 +34,7 @@ class Course:
         position = np.vstack([np.zeros(3), np.cumsum(steps, axis=0)])
         return cls(rows[:, 0], directions, position)
 
-    def at(self, depth: Array) -> tuple[Array, Array]:
+    def interpolate(self, depth: Array) -> tuple[Array, Array]:
         """Tangents and positions, each (m, 3), at measured depths (m,) within the survey.
 
         Between two stations the tangent turns along the great circle at a constant rate (minimum curvature).

@@ -8,9 +8,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from slider_drilling.rig import Rig, Section
-from slider_drilling.wellbore.course import Array, Course
-from slider_drilling.wellbore.side_force import lying_of_elements
+from slider_drilling.rig import Rig, StringSection
+from slider_drilling.wellbore.course import Array, WellPath
+from slider_drilling.wellbore.side_force import side_force_geometry
 
 GRAVITY = 9.81  # m/s2; the reference logs' hanging weight tells 9.81 from 9.80665
 
@@ -59,7 +59,10 @@ def build_mesh(rig: Rig, elements: int) -> Mesh:
 
 @lru_cache(maxsize=16)
 def _mesh(
-    survey: tuple[tuple[float, float, float], ...], sections: tuple[Section, ...], hole_diameter: float, elements: int
+    survey: tuple[tuple[float, float, float], ...],
+    sections: tuple[StringSection, ...],
+    hole_diameter: float,
+    elements: int,
 ) -> Mesh:
     """The same mesh for all rigs of a well and string: its arrays are not to be written to."""
     counts = _elements_per_section([section.length for section in sections], elements)
@@ -70,9 +73,9 @@ def _mesh(
     outer = np.repeat([section.outer_diameter for section in sections], counts)
     inner = np.repeat([section.inner_diameter for section in sections], counts)
     quartic, area = math.pi / 64.0 * (outer**4 - inner**4), math.pi / 4.0 * (outer**2 - inner**2)
-    course = Course.from_survey(survey)
-    falls = np.diff(course.at(boundaries)[1][:, 2])
-    lying = lying_of_elements(course, boundaries, area, falls)
+    course = WellPath.from_survey(survey)
+    falls = np.diff(course.interpolate(boundaries)[1][:, 2])
+    lying = side_force_geometry(course, boundaries, area, falls)
     mesh = Mesh(
         top=boundaries[:-1],
         bottom=boundaries[1:],
@@ -91,7 +94,7 @@ def _mesh(
     return mesh
 
 
-def average_over_elements(mesh: Mesh, top: float, bottom: float) -> Array:
+def covered_share(mesh: Mesh, top: float, bottom: float) -> Array:
     """Share (n,) of each element's length that lies between two measured depths."""
     overlap = np.minimum(mesh.bottom, bottom) - np.maximum(mesh.top, top)
     return np.clip(overlap, 0.0, None) / mesh.length
@@ -101,13 +104,13 @@ def friction_factors(rig: Rig, mesh: Mesh) -> Array:
     """What multiplies the contact's friction (n,): the well's interval and a cuttings bed, averaged where one ends
     inside an element."""
     bed = rig.effects.cuttings_bed
-    covered = 1.0 + (bed.factor - 1.0) * average_over_elements(mesh, bed.top, bed.bottom)
+    covered = 1.0 + (bed.factor - 1.0) * covered_share(mesh, bed.top, bed.bottom)
     if not rig.well.friction_intervals:
         return covered
     factors = np.zeros(mesh.count)
     above = 0.0
     for interval in rig.well.friction_intervals:
-        factors += interval.factor * average_over_elements(mesh, above, interval.to)
+        factors += interval.factor * covered_share(mesh, above, interval.to)
         above = interval.to
     return factors * covered
 
@@ -122,7 +125,7 @@ def open_hole_share(rig: Rig, mesh: Mesh) -> Array:
     """Share (n,) of each element that lies in the last friction interval, the open hole."""
     intervals = rig.well.friction_intervals
     cased_to = intervals[-2].to if len(intervals) > 1 else 0.0
-    return average_over_elements(mesh, cased_to, math.inf)
+    return covered_share(mesh, cased_to, math.inf)
 
 
 def _elements_per_section(lengths: list[float], elements: int) -> list[int]:

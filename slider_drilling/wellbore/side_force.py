@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slider_drilling.wellbore.course import Array, Course
+from slider_drilling.wellbore.course import Array, WellPath
 
 _PARTS = 8  # of an element, beside those that stations make
 _DRAGS = 0.3 * np.linspace(-1.0, 1.0, 5)  # friction by which a string may be raised and lowered
@@ -29,7 +29,7 @@ _TINY = 1e-12
 
 
 @dataclass(frozen=True)
-class Lying:
+class SideForceGeometry:
     """How pieces of hole lie, each (m,): sine of the inclination at the middle; d inclination / ds; sin(inclination)
     d azimuth / ds, rad/m.
     """
@@ -39,10 +39,10 @@ class Lying:
     lateral: Array
 
     @classmethod
-    def between(cls, course: Course, boundaries: Array) -> Lying:
+    def between(cls, course: WellPath, boundaries: Array) -> SideForceGeometry:
         """Of the pieces between measured depths (m + 1,)."""
-        direction, _ = course.at(boundaries)
-        middle, _ = course.at(0.5 * (boundaries[:-1] + boundaries[1:]))
+        direction, _ = course.interpolate(boundaries)
+        middle, _ = course.interpolate(0.5 * (boundaries[:-1] + boundaries[1:]))
         curvature = np.diff(direction, axis=0) / np.diff(boundaries)[:, None]
         cosine, sine = middle[:, 2], np.hypot(middle[:, 0], middle[:, 1])
         flat = sine < 1e-9
@@ -57,7 +57,7 @@ class Lying:
         return np.hypot(self.sine - tension * self.vertical, tension * self.lateral)
 
 
-def lying_of_elements(course: Course, boundaries: Array, area: Array, falls: Array) -> Lying:
+def side_force_geometry(course: WellPath, boundaries: Array, area: Array, falls: Array) -> SideForceGeometry:
     """How elements lie as far as their side force goes; boundaries: (n + 1,) m; area: (n,) m2 of steel; falls: (n,) m
     of true vertical depth. Those without a station inside lie as their middle does.
     """
@@ -66,7 +66,7 @@ def lying_of_elements(course: Course, boundaries: Array, area: Array, falls: Arr
     inside = course.depth[(course.depth > boundaries[0]) & (course.depth < boundaries[-1])]
     edges = np.unique(np.concatenate([even.ravel(), boundaries[-1:], inside]))
     owner = _owner(boundaries, 0.5 * (edges[:-1] + edges[1:]))
-    pieces, share = Lying.between(course, edges), np.diff(edges) / length[owner]
+    pieces, share = SideForceGeometry.between(course, edges), np.diff(edges) / length[owner]
 
     def mean(of: Array) -> Array:
         return np.asarray(np.bincount(owner, share * of, count), dtype=np.float64)
@@ -77,9 +77,9 @@ def lying_of_elements(course: Course, boundaries: Array, area: Array, falls: Arr
     pressing = np.stack([mean(pieces.pressing(tension[owner])) for tension in tensions])
     vertical, lateral = _bends(sine, curved, tensions, pressing)
     lateral = np.where(mean(pieces.lateral) < 0.0, -lateral, lateral)
-    turns, middle = np.zeros(count, dtype=bool), Lying.between(course, boundaries)
+    turns, middle = np.zeros(count, dtype=bool), SideForceGeometry.between(course, boundaries)
     turns[_owner(boundaries, inside[~np.isin(inside, boundaries)])] = True
-    return Lying(
+    return SideForceGeometry(
         np.where(turns, sine, middle.sine), np.where(turns, vertical, middle.vertical),
         np.where(turns, lateral, middle.lateral),
     )  # fmt: skip

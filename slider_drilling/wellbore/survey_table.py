@@ -9,7 +9,7 @@ from pathlib import Path
 
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import read_text
-from slider_drilling.units import si_value
+from slider_drilling.units import si_factor
 
 # What a head is for, by how its words begin; the unit stands behind in brackets, or after the last underscore.
 _COLUMNS = {"depth": ("md", "measured depth", "measured_depth", "depth"), "inclination": ("inc",), "azimuth": ("azi",)}
@@ -62,8 +62,8 @@ def _factor(head: str, what: str, path: Path) -> float:
     if unit is None:
         raise InputError(f"{path}: column {head!r}: has no unit; write {head}_m or {head}_ft")
     if what == "depth":
-        return si_value(unit, "length", f"{path}: column {head!r}")
-    return si_value(unit, "angle", f"{path}: column {head!r}") / si_value("deg", "angle", "")
+        return si_factor(unit, "length", f"{path}: column {head!r}")
+    return si_factor(unit, "angle", f"{path}: column {head!r}") / si_factor("deg", "angle", "")
 
 
 def _number(cells: list[str], place: int, heads: list[str], where: str) -> float:

@@ -13,13 +13,13 @@ from tally import Tally
 
 from slider_drilling.control import SlideController
 from slider_drilling.drillstring import VirtualRig
-from slider_drilling.rig import Rig, dump_rig, parse_rig, rig_of_tree
+from slider_drilling.rig import Rig, dump_rig, parse_rig, rig_from_tree
 from slider_drilling.rig.parts import Rig as Parts
-from slider_drilling.schema.fields import rows
+from slider_drilling.schema.fields import number_fields
 
 EXAMPLE = (Path(__file__).parents[2] / "config" / "rig.example.yaml").read_text()
 TREE = yaml.safe_load(EXAMPLE)
-NUMBERS = [row for row in rows(Parts) if not row.key.startswith("well.survey")]
+NUMBERS = [row for row in number_fields(Parts) if not row.key.startswith("well.survey")]
 WILD: list[Any] = [
     0,
     -1,
@@ -94,7 +94,7 @@ def _within(draw: random.Random) -> Rig:
             )
         )
         _set(tree, row.key, value)
-    return rig_of_tree(tree)
+    return rig_from_tree(tree)
 
 
 def _wild(draw: random.Random) -> Rig:
@@ -115,7 +115,7 @@ def _wild(draw: random.Random) -> Rig:
             node[key] *= draw.choice((-1.0, 1e-3, 1e3, 1e6, 57.3, 0.3048, 2.0))
         else:
             node[key] = copy.deepcopy(draw.choice(WILD))
-    return rig_of_tree(tree)
+    return rig_from_tree(tree)
 
 
 def _torn(draw: random.Random) -> Rig:
