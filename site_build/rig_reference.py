@@ -8,7 +8,7 @@ import inspect
 from slider_drilling.effects import Effects
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.rig import Rig
-from slider_drilling.rig.table import HEAD, ranges_table
+from slider_drilling.rig.ranges_table import HEAD, ranges_table
 
 INTRODUCTION = """\
 # Rig file

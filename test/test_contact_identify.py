@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from slider_drilling.cli import group
 from slider_drilling.contact import PAPER
 from slider_drilling.contact.identify import identify, predict
-from slider_drilling.contact.measured import AgainstTime, AgainstVelocity, read_measured
+from slider_drilling.contact.measured_friction import AgainstTime, AgainstVelocity, read_measured
 from slider_drilling.errors import InputError
 
 LOAD = 55.0

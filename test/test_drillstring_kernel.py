@@ -13,7 +13,7 @@ from numba import njit
 
 from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.drillstring import Commands, InitialState, Modifiers, assemble, kernel, simulate, simulate_batch
-from slider_drilling.drillstring.start import initial_kernel_state
+from slider_drilling.drillstring.initial_state import initial_kernel_state
 from slider_drilling.effects import Effects, FrictionDrift, StaticAging, Stribeck
 from slider_drilling.rig import load_rig
 from slider_drilling.wellbore.mesh import GRAVITY, build_mesh

@@ -10,7 +10,7 @@ import pytest
 from steady import EXAMPLE, commands, with_effect
 
 from slider_drilling.drillstring import Commands, Plant, simulate
-from slider_drilling.drillstring.arithmetic import exponential
+from slider_drilling.drillstring.fast_arithmetic import exponential
 from slider_drilling.effects import (
     AxialOscillationTool,
     BucklingContact,

@@ -11,7 +11,7 @@ from steady import EXAMPLE, PUMP, commands, with_effect
 
 from slider_drilling.diagnosis.replay import replay
 from slider_drilling.drillstring import Commands, InitialState, simulate
-from slider_drilling.drillstring.to_log import write_simulated
+from slider_drilling.drillstring.simulated_log import write_simulated
 from slider_drilling.effects import TorqueAtMotor, TorqueSensorBias, TorqueSensorGain, TorqueSensorLag
 from slider_drilling.log import read_log
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from slider_drilling.cli import group
-from slider_drilling.contact.measured import read_measured
+from slider_drilling.contact.measured_friction import read_measured
 from slider_drilling.errors import InputError
 from slider_drilling.log import LogWriter, read_log, read_table
 from slider_drilling.log.value_limits import MOST

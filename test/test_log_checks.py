@@ -19,7 +19,7 @@ from slider_drilling.log import RigLog, read_log
 from slider_drilling.log.series import JointSeries, ScalarSeries
 from slider_drilling.log_checks import LogChecks, check_log
 from slider_drilling.log_checks.glitches import find_glitches
-from slider_drilling.log_inputs.drives_from_log import commands_from_log
+from slider_drilling.log_inputs.commands_from_log import commands_from_log
 from slider_drilling.rig import Rig
 from slider_drilling.units import KINDS
 

@@ -13,7 +13,7 @@ from slider_drilling.log import RigLog
 from slider_drilling.log.series import JointSeries, ScalarSeries
 from slider_drilling.log_checks.position_and_speed import check_position_and_speed
 from slider_drilling.log_checks.repeated_samples import mask_repeated_samples
-from slider_drilling.log_inputs.drives_from_log import commands_from_log, unfilled_field
+from slider_drilling.log_inputs.commands_from_log import commands_from_log, unfilled_field
 from slider_drilling.rig import load_rig
 
 RIG = load_rig(installed_file("config/rig.example.yaml"))

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from slider_drilling.commands.replay import command
 from slider_drilling.diagnosis.replay import replay
 from slider_drilling.drillstring import Commands, simulate
-from slider_drilling.drillstring.to_log import write_simulated
+from slider_drilling.drillstring.simulated_log import write_simulated
 from slider_drilling.log import read_log
 from slider_drilling.rig import load_rig
 

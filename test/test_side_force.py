@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from slider_drilling.benchmarks.meshes import TURN, static_loads_of, stationed
 from slider_drilling.drillstring import Commands, simulate_batch
 from slider_drilling.rig import Rig, load_rig
-from slider_drilling.wellbore.course import WellPath
 from slider_drilling.wellbore.mesh import build_mesh
 from slider_drilling.wellbore.side_force import SideForceGeometry, side_force_geometry
+from slider_drilling.wellbore.well_path import WellPath
 
 RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
 

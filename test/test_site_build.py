@@ -8,7 +8,7 @@ import pytest
 
 from slider_drilling.cli import COMMANDS
 from slider_drilling.messages.topics import TOPICS
-from slider_drilling.rig.table import ranges_table
+from slider_drilling.rig.ranges_table import ranges_table
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from slider_drilling.analysis.cycles import RockingCycle
 from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.drillstring import Commands, DepthProfile, InitialState, Plant
-from slider_drilling.drillstring.zones import friction_torque, zones_from_motion
+from slider_drilling.drillstring.zones_from_motion import friction_torque, zones_from_motion
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.mesh import friction_factors
 from slider_drilling.wellbore.zones import Zones, zones_in_closed_form

@@ -27,7 +27,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Channel
 from slider_drilling.gap.problem.noise import difference_noise
 from slider_drilling.log.series import RigLog
-from slider_drilling.log_inputs.drives_from_log import LogCommands, commands_from_log
+from slider_drilling.log_inputs.commands_from_log import LogCommands, commands_from_log
 from slider_drilling.rig import FrictionInterval, Rig
 
 Array = NDArray[np.float64]

@@ -16,8 +16,8 @@ from slider_drilling.pages.titles import well_name
 from slider_drilling.rig import Rig
 from slider_drilling.units import SI, Units
 from slider_drilling.wellbore.broomstick import Broomstick
-from slider_drilling.wellbore.course import WellPath
 from slider_drilling.wellbore.static_loads import static_loads
+from slider_drilling.wellbore.well_path import WellPath
 
 WINDOW = 30.0  # s of a log that make one point
 _MOVES = {"lowered": 2e-4, "raised": 2e-3}  # m/s of the block; drilling is slower than tripping

@@ -11,7 +11,7 @@ from slider_drilling.api.simulate import Run
 from slider_drilling.columns import Columns, SampledQuantity, join_samples
 from slider_drilling.diagnosis import replay as engine
 from slider_drilling.drillstring import ELEMENTS
-from slider_drilling.drillstring.to_log import write_simulated
+from slider_drilling.drillstring.simulated_log import write_simulated
 from slider_drilling.log import RigLog, read_log
 from slider_drilling.rig import Rig
 

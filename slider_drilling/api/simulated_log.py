@@ -10,7 +10,7 @@ import numpy as np
 
 from slider_drilling.control.interface import MwdSample
 from slider_drilling.drillstring import Commands, Response
-from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.drillstring.sensors import MwdSensor, SurfaceSensor
 from slider_drilling.log import JointSeries, RigLog, ScalarSeries
 from slider_drilling.rig import Rig, dump_rig

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from slider_drilling.drillstring import Commands, Plant
-from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.rig import Rig, load_rig
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from slider_drilling.drillstring import Commands, Response
-from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.rig import Rig
 
 # s, between two looks at a law that changes with time, and at one that changes with the pipe's angle.

@@ -8,7 +8,7 @@ import numpy as np
 
 from slider_drilling.blind.law import SLOWLY, Law, Make, Moment
 from slider_drilling.drillstring import Commands, Response
-from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.rig import Rig
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from slider_drilling.blind.plant import INTERVAL_S
 from slider_drilling.drillstring import Commands
-from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.rig import Rig
 
 # Block speed m/s: 8 to 13 m/h.

@@ -9,7 +9,7 @@ import numpy as np
 from slider_drilling.blind.law import Law, Moment
 from slider_drilling.diagnosis.drill_string import rig_with
 from slider_drilling.drillstring import Commands, InitialState, Modifiers, Plant, Response
-from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.mesh import build_mesh
 

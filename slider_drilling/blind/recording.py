@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from slider_drilling.blind.lack import Lack
 from slider_drilling.blind.plant import INTERVAL_S
 from slider_drilling.drillstring import Commands, Response
-from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.drillstring.sensors import quantise, wrap_angle
 from slider_drilling.log.write import LogWriter
 from slider_drilling.messages.topics import TOPICS

@@ -62,7 +62,7 @@ def command(
     from slider_drilling.console.streams import progress_bar
     from slider_drilling.contact import PAPER, friction_table
     from slider_drilling.contact.identify import identify
-    from slider_drilling.contact.measured import read_measured
+    from slider_drilling.contact.measured_friction import read_measured
     from slider_drilling.files.output_files import check_outputs
     from slider_drilling.paper_studies.render import study_files, write_study
     from slider_drilling.rig import Contact
@@ -120,7 +120,7 @@ def _plain(contact: Contact) -> dict[str, Any]:
 def _page(path: Path, data: Data, found: Identification) -> Study:
     import numpy as np
 
-    from slider_drilling.contact.measured import AgainstTime
+    from slider_drilling.contact.measured_friction import AgainstTime
     from slider_drilling.paper_studies.study import Study, StudyChart, StudyTable, study_line
 
     if isinstance(data, AgainstTime):
@@ -148,7 +148,8 @@ def _page(path: Path, data: Data, found: Identification) -> Study:
         ),
         claims=(),
         notes=found.degeneracies,
-        tables=(StudyTable("Parameters, with 95 % intervals", ("parameter", "value", "interval", "unit"), _rows(found)),),
+        tables=(StudyTable("Parameters, with 95 % intervals", ("parameter", "value", "interval", "unit"),
+                           _rows(found)),),
     )  # fmt: skip
 
 

@@ -54,7 +54,7 @@ def _missing(record: RigLog, use: str) -> list[str]:
     """What keeps the log from this use, a sentence each; empty where nothing does."""
     from slider_drilling.diagnosis.replay import measured_channels
     from slider_drilling.errors import InputError
-    from slider_drilling.log_inputs.drives_from_log import commands_from_log
+    from slider_drilling.log_inputs.commands_from_log import commands_from_log
 
     try:
         rig = record.rig()
@@ -79,7 +79,7 @@ def _missing(record: RigLog, use: str) -> list[str]:
 def _assumed(record: RigLog) -> list[str]:
     """What a replay takes in place of what the log lacks."""
     from slider_drilling.errors import InputError
-    from slider_drilling.log_inputs.drives_from_log import commands_from_log
+    from slider_drilling.log_inputs.commands_from_log import commands_from_log
 
     try:
         return list(commands_from_log(record, record.rig()).assumptions)

@@ -9,6 +9,7 @@ A friction history of any motion, in three lines::
 Arrays are in s and m; see `friction_history`.
 """
 
+from slider_drilling.asperity_friction.wear_regimes import WearMode, friction_coefficient, wear_mode
 from slider_drilling.contact.asperity import (
     PAPER,
     TABLE_SIZE,
@@ -16,8 +17,7 @@ from slider_drilling.contact.asperity import (
     friction_coefficient_of_direction,
     friction_table,
 )
-from slider_drilling.contact.multiscale import FrictionHistory, FrictionMeans, friction_history
-from slider_drilling.wear_modes import WearMode, friction_coefficient, wear_mode
+from slider_drilling.contact.friction_history import FrictionHistory, FrictionMeans, friction_history
 
 __all__ = [
     "PAPER",

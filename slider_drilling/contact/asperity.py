@@ -14,9 +14,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from slider_drilling.asperity_friction.wear_regimes import friction_coefficient
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Asperity, Contact
-from slider_drilling.wear_modes import friction_coefficient
 
 TABLE_SIZE = 257
 """Entries of a friction table: linear interpolation is then within 2e-7 for the paper's asperity."""

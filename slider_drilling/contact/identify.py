@@ -23,8 +23,8 @@ from scipy import optimize, stats
 
 from slider_drilling.contact.asperity import PAPER, friction_table
 from slider_drilling.contact.dahl import advance_on_table, compiled
-from slider_drilling.contact.measured import AgainstTime, AgainstVelocity
-from slider_drilling.contact.multiscale import integrate_deformation
+from slider_drilling.contact.friction_history import integrate_deformation
+from slider_drilling.contact.measured_friction import AgainstTime, AgainstVelocity
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Contact
 

@@ -19,7 +19,7 @@ from slider_drilling.gap.problem.lines import BY_CHANCE, evenly, stands_out
 from slider_drilling.log import RigLog
 from slider_drilling.log_checks.channel_usable import why_unusable
 from slider_drilling.log_checks.expected_levels import OFF_BOTTOM_STIFFNESS
-from slider_drilling.log_inputs.reconstruct_pump import flow_reduced
+from slider_drilling.log_inputs.reconstruct_flow import flow_reduced
 from slider_drilling.rig import Rig
 
 # Hz, above which neither rocking nor the sea moves a hook load; where tools vibrate.

@@ -181,7 +181,8 @@ class DrillString:
         return simulate_batch(
             [rig], commands, elements, [start_with(values, self.inputs[run].start)], [extra], observer=observer,
             friction_factor=friction_factor(commands, values), acceleration=self.inputs[run].acceleration,
-            bit_torque_factor=bite_factor(commands, values), block_offset=self._lowered(run, [values]), single_precision=True,
+            bit_torque_factor=bite_factor(commands, values), block_offset=self._lowered(run, [values]),
+            single_precision=True,
         )[0]  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Array, Channel
 from slider_drilling.log.series import RigLog
 from slider_drilling.log_checks.repeated_samples import mask_repeated_samples
-from slider_drilling.log_inputs.drives_from_log import commands_from_log
+from slider_drilling.log_inputs.commands_from_log import commands_from_log
 from slider_drilling.log_inputs.infer_initial_state import LOADED_START_NOTE, infer_initial_state
 from slider_drilling.rig import Mwd, Rig, Sensor
 

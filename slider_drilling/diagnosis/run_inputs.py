@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from slider_drilling.drillstring import Commands, InitialState
 from slider_drilling.gap.model import Array
 from slider_drilling.log import RigLog
-from slider_drilling.log_inputs.drives_from_log import commands_from_log
+from slider_drilling.log_inputs.commands_from_log import commands_from_log
 from slider_drilling.log_inputs.infer_initial_state import infer_initial_state, initial_transient_end
 from slider_drilling.rig import Rig
 

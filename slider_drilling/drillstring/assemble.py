@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from slider_drilling.contact import friction_table
-from slider_drilling.drillstring.layout import Array, Curve, Elements, Lanes, padded
+from slider_drilling.drillstring.kernel_arrays import Array, Curve, Elements, Lanes, padded
 from slider_drilling.drillstring.observer import Observer
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Contact, Rig

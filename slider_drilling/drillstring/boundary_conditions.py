@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from slider_drilling.drillstring.layout import Array, Elements, KernelState, Lanes
+from slider_drilling.drillstring.kernel_arrays import Array, Elements, KernelState, Lanes
 from slider_drilling.process.jit_cache import INLINED_JIT_OPTIONS, njit
 
 _STILL = 0.1  # rad/s, below which a drive's own friction fades: measured speeds are rarely zero

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.drillstring.layout import Array, Curve, Elements, KernelState
+from slider_drilling.drillstring.kernel_arrays import Array, Curve, Elements, KernelState
 from slider_drilling.wellbore.mesh import Mesh
 
 

@@ -12,7 +12,6 @@ import math
 
 import numpy as np
 
-from slider_drilling.drillstring.arithmetic import exponential, per_root, reciprocal, root
 from slider_drilling.drillstring.boundary_conditions import (
     apply_observer,
     circulate,
@@ -23,7 +22,8 @@ from slider_drilling.drillstring.boundary_conditions import (
     sense_torque,
     shake,
 )
-from slider_drilling.drillstring.layout import Array, Curve, Elements, KernelState, Lanes
+from slider_drilling.drillstring.fast_arithmetic import exponential, per_root, reciprocal, root
+from slider_drilling.drillstring.kernel_arrays import Array, Curve, Elements, KernelState, Lanes
 from slider_drilling.process.jit_cache import INLINED_JIT_OPTIONS, JIT_OPTIONS, njit
 
 _TINY = 1e-30  # m2 or N2; a strain this small has no direction

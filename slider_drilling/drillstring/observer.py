@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.drillstring.sample_gaps import in_gap
 
 

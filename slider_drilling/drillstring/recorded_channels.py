@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.errors import InputError
 
 _COMMANDS = ("time", "top_drive_angle", "top_drive_speed", "block_position", "block_speed", "pump_speed")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.kernel_arrays import Array
 
 _LOST_INTERVALS = 3.0  # samples were lost where two are this many median intervals apart
 

@@ -11,10 +11,10 @@ import numpy as np
 from slider_drilling.drillstring import assemble, kernel
 from slider_drilling.drillstring.assemble import Modifiers
 from slider_drilling.drillstring.depth_profile import DepthProfile, profile_of
-from slider_drilling.drillstring.layout import CHANNELS, Array, KernelState, in_single
+from slider_drilling.drillstring.initial_state import InitialState, initial_kernel_state
+from slider_drilling.drillstring.kernel_arrays import CHANNELS, Array, KernelState, in_single
 from slider_drilling.drillstring.observer import Observer
 from slider_drilling.drillstring.recorded_channels import Commands, Response
-from slider_drilling.drillstring.start import InitialState, initial_kernel_state
 from slider_drilling.process.jit_cache import announce_compilation
 from slider_drilling.process.parallel_map import idle_threads, parallel_map
 from slider_drilling.rig import Rig

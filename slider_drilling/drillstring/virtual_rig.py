@@ -14,11 +14,11 @@ from slider_drilling.control.interface import Measurements, MwdSample, RigComman
 from slider_drilling.drillstring.assemble import Modifiers
 from slider_drilling.drillstring.depth_profile import DepthProfile
 from slider_drilling.drillstring.drives import DriveState, follow
-from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.initial_state import InitialState
+from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.drillstring.recorded_channels import Commands, Response, require_finite
 from slider_drilling.drillstring.sensors import MwdSensor, SurfaceSensor
 from slider_drilling.drillstring.simulate import ELEMENTS, Plant, PlantState
-from slider_drilling.drillstring.start import InitialState
 from slider_drilling.rig import Rig
 
 

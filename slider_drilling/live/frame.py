@@ -12,7 +12,7 @@ import numpy as np
 from slider_drilling.control.estimation.torque_and_drag import TorqueAndDrag
 from slider_drilling.live.state import LiveState, StripSample
 from slider_drilling.rig import Rig
-from slider_drilling.wellbore.course import WellPath
+from slider_drilling.wellbore.well_path import WellPath
 
 MAX_SAMPLES_PER_FRAME = 400
 _STATIONS = 161  # along the hole

@@ -10,7 +10,7 @@ from slider_drilling.drillstring import simulate
 from slider_drilling.drillstring.recorded_channels import Response
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import Array
-from slider_drilling.log_inputs.drives_from_log import commands_from_log
+from slider_drilling.log_inputs.commands_from_log import commands_from_log
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.static_loads import static_loads
 

@@ -11,7 +11,7 @@ from scipy.integrate import cumulative_trapezoid
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import Array, JointSeries
 from slider_drilling.log_checks.issue import LogIssue
-from slider_drilling.log_inputs.drives_from_log import unfilled_field
+from slider_drilling.log_inputs.commands_from_log import unfilled_field
 from slider_drilling.log_inputs.fuse_position_and_speed import quantisation_step
 from slider_drilling.rig import Rig
 from slider_drilling.units import KINDS

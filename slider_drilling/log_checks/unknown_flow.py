@@ -8,7 +8,7 @@ import numpy as np
 
 from slider_drilling.log.series import Array, JointSeries, RigLog
 from slider_drilling.log_checks.issue import LogIssue
-from slider_drilling.log_inputs.reconstruct_flow import fill_pump_gaps, hidden_flow_changes
+from slider_drilling.log_inputs.fill_pump_gaps import fill_pump_gaps, hidden_flow_changes
 
 
 def mask_pressure_of_unknown_flow(log: RigLog) -> tuple[RigLog, list[LogIssue]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import BSpline, make_smoothing_spline
 
-from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.kernel_arrays import Array
 
 _TIMES_S = np.geomspace(0.002, 1.0, 19)  # s, over which a speed may be smoothed
 _SAMPLES = 1000  # the busiest, by which the time is chosen

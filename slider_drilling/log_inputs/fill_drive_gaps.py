@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.drillstring.sample_gaps import gap_indices
 
 _SELDOM_S = 0.25  # between samples, longer than which a reversal, or a wave in the string, does not show in them

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.drillstring.sample_gaps import gap_indices
 
 # Samples over which errors of a speed add up and those of a position do not.

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
-from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.rig import Rig
 
 _SMOOTH_S = 10.0  # over which pressure is averaged: weight on a bit follows a block no faster

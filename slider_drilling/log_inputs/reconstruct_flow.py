@@ -1,89 +1,87 @@
-"""When a pump changed its speed while its samples were lost: the standpipe pressure saw it."""
+"""A pump that nobody logged: what standpipe pressure tells of its flow."""
 
 from __future__ import annotations
+
+import itertools
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slider_drilling.drillstring.layout import Array
-from slider_drilling.log_inputs.fill_drive_gaps import hidden_speed_changes
+from slider_drilling.drillstring.kernel_arrays import Array
+from slider_drilling.log_inputs.fill_pump_gaps import locate_flow_change
+from slider_drilling.rig import Rig
 
-_CHANGED = 2e-3  # of the pump's speed
-_JITTERS = 5.0  # times what it commonly changes by between two samples
-# Samples of pressure on either side that say what it was before and what it goes to, not longer than s: the motor's
-# share of it changes too; and the fewest that do.
-_BESIDE, _BESIDE_S, _FEWEST = 10, 5.0, 3
-# A change of pressure shows where it is more than so many times what it leaves unexplained.
-_CLEAR = 4.0
-# Moments that are looked at in one stretch, and times s in which a column of mud takes up another flow.
-_MOMENTS, _LAGS_S = 61, np.geomspace(0.02, 5.0, 60)
+# Times s, and Pa by which pressure steps then.
+PressureSteps = tuple[tuple[float, float], ...]
+# Of the pressure that circulation at the reference flow needs: below so much of it the pump is slower whatever the
+# motor does, for the file may be off by no more; and what a step is from.
+_SLOWER, _STEP = 0.7, 0.05
+_SETTLED = 6.0  # lags in which pressure has gone to its new level
+_REACH = 4.0  # lags before and behind a moment that tell whether pressure steps there
+_STEPS = 0.8  # share of what a parabola leaves of that stretch, which a step explains
+_FEWEST, _MOST = 3, 6  # samples on either side of a step; steps of a run, the largest
+_BACK = 0.25  # of a step, by which the one back may differ: the motor's share has changed meanwhile
 
 
-def fill_pump_gaps(time: Array, speed: Array, seen: Array, pressure: Array) -> tuple[Array, Array]:
-    """The pump's samples (n,), s, rad/s, and where some were lost, or come too seldom, the moment at which its speed
-    changed.
-
-    seen, pressure: (m,), s, Pa, NaN where there is none. A straight line from one speed to the other is off by up to
-    half of the stretch, and what the motor does meanwhile lasts. Pressure begins to follow the flow at once: it tells
-    when one even flow became the other. Where it shows no such change the line stays.
+def flow_fraction(seen: Array, pressure: Array, steps: PressureSteps, rig: Rig) -> Array:
+    """(m,) of the reference flow at the times s of a pressure Pa, finite, with these `flow_steps`: less than 1 where
+    circulation alone needs more, and between a step down and one up by as much, when the pump was set to another speed
+    and back.
     """
-    known = np.isfinite(pressure)
-    seen, pressure = seen[known], pressure[known]
+    needed = rig.circulating_pressure
+    share = np.clip(pressure / needed, 0.0, None) ** (1.0 / 1.8)
+    share = np.where(pressure < _SLOWER * needed, share, 1.0)
+    for (begin, down), (end, up) in itertools.pairwise(steps):
+        size = 0.5 * (up - down)
+        if down < 0.0 < up and abs(up + down) < _BACK * size and size < needed:
+            between = (seen >= begin) & (seen < end)
+            share[between] = np.minimum(share[between], (1.0 - size / needed) ** (1.0 / 1.8))
+    return share
+
+
+def flow_reduced(seen: Array, pressure: Array, rig: Rig) -> NDArray[np.bool_]:
+    """(m,) where the pump runs much slower than at the reference flow, or had done so some lags before: how its speed
+    changed there nothing tells.
+    """
+    low = pressure < _SLOWER * rig.circulating_pressure
+    reach = _SETTLED * rig.hydraulics.lag
+    around = (np.searchsorted(seen[low], seen + side * reach) for side in (1.0, -1.0))
+    behind, before = around
+    return np.asarray(behind > before)
+
+
+def pressure_steps(seen: Array, pressure: Array, rig: Rig) -> PressureSteps:
+    """Times s at which pressure (m,), Pa at s, finite, steps as it does where a pump is set to another speed, and by
+    how much Pa.
+
+    So does what a motor does when a string breaks free: whether the pump did it a fit decides.
+    """
+    interval = float(np.median(np.diff(seen))) if seen.size > 1 else 0.0
+    reach = round(_REACH * rig.hydraulics.lag / interval) if interval > 0.0 else 0
+    if reach < _FEWEST or seen.size < 2 * reach + 1:
+        return ()
+    time = np.arange(seen[0], seen[-1], interval)
+    size, explained = _step_at_each(np.interp(time, seen, pressure), reach, interval / rig.hydraulics.lag)
+    size = np.where((np.abs(size) > _STEP * rig.circulating_pressure) & (explained > _STEPS), size, 0.0)
     found: list[tuple[float, float]] = []
-    for index in hidden_flow_changes(time, speed):
-        before, after = float(speed[index]), float(speed[index + 1])
-        moments = _moment(float(time[index]), float(time[index + 1]), seen, pressure, after > before)
-        found += zip(moments, (before, after), strict=False)
-    if not found:
-        return time, speed
-    rows = np.vstack([np.column_stack([time, speed]), found])
-    rows = rows[np.argsort(rows[:, 0])]
-    return rows[:, 0], rows[:, 1]
+    while len(found) < _MOST and size.any():
+        peak = int(np.abs(size).argmax())
+        around = slice(*np.searchsorted(seen, (time[peak], time[min(peak + 2 * reach, time.size - 1)])))
+        found.append((locate_flow_change(seen[around], pressure[around]), float(size[peak])))
+        size[max(peak - reach, 0) : peak + reach] = 0.0
+    return tuple(sorted(found))
 
 
-def hidden_flow_changes(time: Array, speed: Array) -> NDArray[np.int_]:
-    """Indices of the pump's samples (n,) after which its speed became another unseen, by more than it commonly varies:
-    pressure goes with the square of the flow, and a sensor shows a thousandth of it.
+def _step_at_each(pressure: Array, reach: int, per_lag: float) -> tuple[Array, Array]:
+    """For every stretch of so many samples before and behind a moment (n - 2 reach,): how far Pa pressure (n,), evenly
+    sampled so many lags apart, steps at that moment beside a parabola, and which share that explains of what the
+    parabola alone leaves.
     """
-    hidden, steps = hidden_speed_changes(time, speed), np.abs(np.diff(speed))
-    if hidden.size == 0:
-        return hidden
-    least = max(_CHANGED * float(np.max(np.abs(speed))), _JITTERS * float(np.median(steps)))
-    return hidden[steps[hidden] > least]
-
-
-def _moment(begin: float, end: float, seen: Array, pressure: Array, rises: bool) -> tuple[float, ...]:
-    """The times s, close together, between which the flow changed inside a stretch; empty where pressure does not show
-    that it was even before, and went closer and closer to another level on the right side from some moment on.
-    """
-    first, last = np.searchsorted(seen, begin, side="right"), np.searchsorted(seen, end)
-    if min(first, seen.size - last) < _FEWEST:
-        return ()
-    interval = float(np.median(np.diff(seen)))
-    beside = int(np.clip(_BESIDE_S / interval, _FEWEST, _BESIDE))
-    here = slice(max(first - beside, 0), last + beside)
-    moments = np.linspace(begin, end, _MOMENTS)[1:-1]
-    # One moment after the other: a stretch may be an hour of pressure.
-    left, change, moment = min((*_explained(seen[here], pressure[here], one), float(one)) for one in moments)
-    if not (change if rises else -change) > _CLEAR * left:
-        return ()
-    half = 0.5 * (end - begin) / _MOMENTS
-    return moment - half, moment + half
-
-
-def locate_flow_change(time: Array, pressure: Array) -> float:
-    """The moment s at which the likeliest change of the flow begins in a pressure (n,) that holds one."""
-    moments = np.linspace(time[0], time[-1], _MOMENTS)[1:-1]
-    return min((_explained(time, pressure, float(one))[0], float(one)) for one in moments)[1]
-
-
-def _explained(time: Array, pressure: Array, moment: float) -> tuple[float, float]:
-    """RMS that the likeliest change beginning at a moment leaves of a pressure (n,), and how large that change is."""
-    # A straight line through pressure against the share of the change that is done, for every lag.
-    done = -np.expm1(-np.maximum(time - moment, 0.0) / _LAGS_S[:, None])
-    done -= done.mean(axis=1, keepdims=True)
-    measured = pressure - pressure.mean()
-    changes = (done @ measured) / np.sum(done**2, axis=1)
-    left = np.sqrt(np.mean((measured - changes[:, None] * done) ** 2, axis=1))
-    best = int(np.argmin(left))
-    return float(left[best]), float(changes[best])
+    u = np.arange(-reach, reach + 1) * per_lag
+    smooth = np.linalg.qr(np.stack([np.ones_like(u), u, u**2], axis=1))[0]
+    step = -np.expm1(-np.maximum(u, 0.0))
+    step -= smooth @ (smooth.T @ step)
+    about = pressure - pressure.mean()
+    left = np.correlate(about**2, np.ones_like(u)) - sum(np.correlate(about, one) ** 2 for one in smooth.T)
+    size = np.correlate(about, step) / (step @ step)
+    return size, size**2 * (step @ step) / np.maximum(left, 1e-300)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from slider_drilling.contact import PAPER
 from slider_drilling.control.rocking import Rocking
-from slider_drilling.paper_studies.motions import ToolMotion, longitudinal, radial, rocking, three_d, torsional
 from slider_drilling.paper_studies.pipe import Pipe
-from slider_drilling.paper_studies.steady import SettledCycle, settle
+from slider_drilling.paper_studies.settled_cycle import SettledCycle, settle
 from slider_drilling.paper_studies.study import Claim, Study, StudyChart, between, display_name, study_line
+from slider_drilling.paper_studies.tool_motions import ToolMotion, longitudinal, radial, rocking, three_d, torsional
 
 HOUR = 3600.0
 RPM = math.pi / 30.0

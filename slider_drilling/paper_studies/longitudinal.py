@@ -7,9 +7,8 @@ import math
 import numpy as np
 
 from slider_drilling.contact import PAPER
-from slider_drilling.paper_studies.motions import longitudinal
 from slider_drilling.paper_studies.pipe import Pipe
-from slider_drilling.paper_studies.steady import SettledCycle, coulomb_force, from_rest, settle
+from slider_drilling.paper_studies.settled_cycle import SettledCycle, coulomb_force, from_rest, settle
 from slider_drilling.paper_studies.study import (
     UNCHANGED,
     Claim,
@@ -20,6 +19,7 @@ from slider_drilling.paper_studies.study import (
     rounded,
     study_line,
 )
+from slider_drilling.paper_studies.tool_motions import longitudinal
 
 HOUR = 3600.0
 AMPLITUDES_MM = (2, 3, 4, 5, 6, 7)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from slider_drilling.contact import PAPER
-from slider_drilling.paper_studies.motions import radial
 from slider_drilling.paper_studies.pipe import Pipe
-from slider_drilling.paper_studies.steady import SettledCycle, coulomb_force, from_rest, settle
+from slider_drilling.paper_studies.settled_cycle import SettledCycle, coulomb_force, from_rest, settle
 from slider_drilling.paper_studies.study import (
     UNCHANGED,
     Claim,
@@ -19,6 +18,7 @@ from slider_drilling.paper_studies.study import (
     rounded,
     study_line,
 )
+from slider_drilling.paper_studies.tool_motions import radial
 
 HOUR = 3600.0
 RATIOS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)

@@ -8,10 +8,10 @@ import numpy as np
 
 from slider_drilling.contact import PAPER
 from slider_drilling.control.rocking import Rocking
-from slider_drilling.paper_studies.motions import ToolMotion, rocking
 from slider_drilling.paper_studies.pipe import Pipe
-from slider_drilling.paper_studies.steady import SettledCycle, from_rest, settle
+from slider_drilling.paper_studies.settled_cycle import SettledCycle, from_rest, settle
 from slider_drilling.paper_studies.study import Claim, Study, StudyChart, falling, rounded, study_line
+from slider_drilling.paper_studies.tool_motions import ToolMotion, rocking
 
 HOUR = 3600.0
 RATES = (1, 3, 5, 7)

@@ -7,10 +7,10 @@ import math
 import numpy as np
 
 from slider_drilling.contact import PAPER
-from slider_drilling.paper_studies.motions import three_d
 from slider_drilling.paper_studies.pipe import Pipe
-from slider_drilling.paper_studies.steady import SettledCycle, settle
+from slider_drilling.paper_studies.settled_cycle import SettledCycle, settle
 from slider_drilling.paper_studies.study import Claim, HeatMap, Study, StudyChart, rounded, study_line
+from slider_drilling.paper_studies.tool_motions import three_d
 
 HOUR = 3600.0
 RPM = math.pi / 30.0

@@ -8,10 +8,10 @@ import numpy as np
 from scipy.special import ellipk
 
 from slider_drilling.contact import PAPER
-from slider_drilling.paper_studies.motions import ToolMotion, torsional
 from slider_drilling.paper_studies.pipe import Pipe
-from slider_drilling.paper_studies.steady import SettledCycle, coulomb_force, from_rest, harmonic_share, settle
+from slider_drilling.paper_studies.settled_cycle import SettledCycle, coulomb_force, from_rest, harmonic_share, settle
 from slider_drilling.paper_studies.study import Claim, Study, StudyChart, falling, rounded, study_line
+from slider_drilling.paper_studies.tool_motions import ToolMotion, torsional
 
 HOUR = 3600.0
 RPM = math.pi / 30.0

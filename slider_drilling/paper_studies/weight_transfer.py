@@ -15,10 +15,10 @@ import numpy as np
 from slider_drilling.contact import PAPER
 from slider_drilling.drillstring import Commands, Modifiers, Plant, simulate
 from slider_drilling.effects import AxialOscillationTool
-from slider_drilling.paper_studies.motions import ToolMotion, radial, three_d, torsional
 from slider_drilling.paper_studies.pipe import Pipe
-from slider_drilling.paper_studies.steady import settle
+from slider_drilling.paper_studies.settled_cycle import settle
 from slider_drilling.paper_studies.study import Claim, Study, StudyChart, StudyTable, rounded, study_line
+from slider_drilling.paper_studies.tool_motions import ToolMotion, radial, three_d, torsional
 from slider_drilling.paper_studies.whole_well import ELEMENTS, HOUR, example_rig, longer, slide
 from slider_drilling.rig import Rig
 

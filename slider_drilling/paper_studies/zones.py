@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slider_drilling.drillstring import Plant
-from slider_drilling.drillstring.zones import friction_torque, zones_from_motion
+from slider_drilling.drillstring.zones_from_motion import friction_torque, zones_from_motion
 from slider_drilling.paper_studies.study import Claim, Study, StudyChart, rounded, study_line
 from slider_drilling.paper_studies.whole_well import ELEMENTS, INTERVAL, example_rig, slide
 from slider_drilling.rig import Rig
@@ -49,12 +49,14 @@ def study() -> Study:
         figures=(
             StudyChart("How far the surface torque reaches", "surface torque amplitude, kN m", "measured depth, m",
                   (study_line("rocked to, by motion", torque, [r.motion.rocked_to for r in by_amplitude]),
-                   study_line("rocked to, closed form", torque, [r.closed_form.rocked_to for r in by_amplitude], True, 0),
+                   study_line("rocked to, closed form", torque, [r.closed_form.rocked_to for r in by_amplitude],
+                              True, 0),
                    study_line("reactive from, closed form", torque, [r.closed_form.reactive_from for r in by_amplitude],
                         True, 1)),
                   depth_down=True),
             StudyChart("How far the reactive torque reaches (12 rad)", "reactive torque, kN m", "measured depth, m",
-                  (study_line("reactive from, closed form", reactive, [r.closed_form.reactive_from for r in by_bit], True, 1),
+                  (study_line("reactive from, closed form", reactive, [r.closed_form.reactive_from for r in by_bit],
+                              True, 1),
                    study_line("rocked to, by motion", reactive, [r.motion.rocked_to for r in by_bit], colour=0)),
                   depth_down=True),
             StudyChart("Swing of the string in one cycle", "rotation, peak to peak, rad", "measured depth, m",

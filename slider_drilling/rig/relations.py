@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
+from slider_drilling.asperity_friction.wear_regimes import WearMode, wear_mode
 from slider_drilling.errors import InputError
 from slider_drilling.rig.parts import SCHEMA, Rig
-from slider_drilling.wear_modes import WearMode, wear_mode
 
 _CLOSE = 1e-6  # m, by which lengths that should meet may miss
 _NEAREST = 0.01  # m, between two stations: nearer ones are one, written twice

@@ -14,9 +14,9 @@ import numpy as np
 
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
-from slider_drilling.wellbore.course import Array
 from slider_drilling.wellbore.mesh import build_mesh
 from slider_drilling.wellbore.static_loads import static_loads
+from slider_drilling.wellbore.well_path import Array
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from functools import lru_cache
 import numpy as np
 
 from slider_drilling.rig import Rig, StringSection
-from slider_drilling.wellbore.course import Array, WellPath
 from slider_drilling.wellbore.side_force import side_force_geometry
+from slider_drilling.wellbore.well_path import Array, WellPath
 
 GRAVITY = 9.81  # m/s2; the reference logs' hanging weight tells 9.81 from 9.80665
 

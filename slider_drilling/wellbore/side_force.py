@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from slider_drilling.wellbore.course import Array, WellPath
+from slider_drilling.wellbore.well_path import Array, WellPath
 
 _PARTS = 8  # of an element, beside those that stations make
 _DRAGS = 0.3 * np.linspace(-1.0, 1.0, 5)  # friction by which a string may be raised and lowered

@@ -24,8 +24,8 @@ from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.errors import InputError
 from slider_drilling.process.jit_cache import JIT_OPTIONS, njit
 from slider_drilling.rig import Rig
-from slider_drilling.wellbore.course import Array
 from slider_drilling.wellbore.mesh import GRAVITY, Mesh, build_mesh, friction_factors, open_hole_share
+from slider_drilling.wellbore.well_path import Array
 
 _ITERATIONS = 50
 _CLOSE = 1e-12  # relative; the midpoint's tension converges by a factor of mu * bend / 2 an iteration

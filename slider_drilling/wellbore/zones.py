@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.wellbore.course import Array
+from slider_drilling.wellbore.well_path import Array
 
 
 @dataclass(frozen=True)

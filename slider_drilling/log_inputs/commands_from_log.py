@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.drillstring.recorded_channels import Commands
 from slider_drilling.drillstring.sample_gaps import times_in_gaps
 from slider_drilling.errors import InputError
 from slider_drilling.log.series import JointSeries, RigLog
 from slider_drilling.log_inputs.fill_drive_gaps import fill_drive_gaps, is_undersampled
+from slider_drilling.log_inputs.fill_pump_gaps import fill_pump_gaps
 from slider_drilling.log_inputs.fuse_position_and_speed import fuse_position_and_speed
 from slider_drilling.log_inputs.reconstruct_block import reconstruct_block
-from slider_drilling.log_inputs.reconstruct_flow import fill_pump_gaps
-from slider_drilling.log_inputs.reconstruct_pump import PressureSteps, flow_fraction, pressure_steps
+from slider_drilling.log_inputs.reconstruct_flow import PressureSteps, flow_fraction, pressure_steps
 from slider_drilling.rig import Rig, check_duration
 
 _TURNING = 0.05  # rad/s, from which a drive turns

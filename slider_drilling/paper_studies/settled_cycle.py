@@ -9,8 +9,8 @@ import numpy as np
 
 from slider_drilling.contact import FrictionHistory, FrictionMeans, friction_coefficient_of_direction, friction_history
 from slider_drilling.errors import InputError
-from slider_drilling.paper_studies.motions import ToolMotion
 from slider_drilling.paper_studies.pipe import Pipe
+from slider_drilling.paper_studies.tool_motions import ToolMotion
 from slider_drilling.rig import Contact
 
 SETTLED = 1e-7

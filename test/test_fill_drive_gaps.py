@@ -12,9 +12,9 @@ from slider_drilling.drillstring import Commands
 from slider_drilling.drillstring.sample_gaps import times_in_gaps
 from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
 from slider_drilling.log_checks.unknown_flow import mask_pressure_of_unknown_flow
-from slider_drilling.log_inputs.drives_from_log import commands_from_log
+from slider_drilling.log_inputs.commands_from_log import commands_from_log
 from slider_drilling.log_inputs.fill_drive_gaps import fill_drive_gaps
-from slider_drilling.log_inputs.reconstruct_flow import fill_pump_gaps, hidden_flow_changes
+from slider_drilling.log_inputs.fill_pump_gaps import fill_pump_gaps, hidden_flow_changes
 from slider_drilling.rig import load_rig
 
 NAN = np.nan

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slider_drilling.drillstring.depth_profile import contact_stiffness, per_friction
-from slider_drilling.drillstring.layout import Array, Curve, Elements, KernelState, Lanes, aligned, padded
+from slider_drilling.drillstring.kernel_arrays import Array, Curve, Elements, KernelState, Lanes, aligned, padded
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.mesh import Mesh
 

@@ -12,10 +12,10 @@ import pytest
 from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.replay import replay
 from slider_drilling.drillstring import Commands, InitialState, simulate, simulate_batch
-from slider_drilling.drillstring.to_log import write_simulated
+from slider_drilling.drillstring.simulated_log import write_simulated
 from slider_drilling.log import read_log
 from slider_drilling.log.time_window import cut_time_window
-from slider_drilling.log_inputs.drives_from_log import commands_from_log
+from slider_drilling.log_inputs.commands_from_log import commands_from_log
 from slider_drilling.log_inputs.infer_initial_state import infer_initial_state, initial_transient_end
 from slider_drilling.rig import load_rig
 from slider_drilling.wellbore.static_loads import static_loads

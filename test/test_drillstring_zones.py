@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from slider_drilling.drillstring import Commands, Plant
-from slider_drilling.drillstring.zones import friction_torque, zones_from_motion
+from slider_drilling.drillstring.zones_from_motion import friction_torque, zones_from_motion
 from slider_drilling.rig import load_rig
 from slider_drilling.wellbore.zones import zones_in_closed_form
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.drillstring.depth_profile import DepthProfile
-from slider_drilling.drillstring.layout import Array
+from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.drillstring.simulate import Plant
 from slider_drilling.wellbore.mesh import friction_factors
 from slider_drilling.wellbore.zones import Zones

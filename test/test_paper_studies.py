@@ -14,11 +14,11 @@ from slider_drilling.contact import PAPER, friction_history
 from slider_drilling.control.rocking import Rocking
 from slider_drilling.errors import InputError
 from slider_drilling.paper_studies.catalogue import STUDIES, run_study
-from slider_drilling.paper_studies.motions import longitudinal, radial, rocking, three_d, torsional
 from slider_drilling.paper_studies.pipe import Pipe
 from slider_drilling.paper_studies.render import as_json, write_study
 from slider_drilling.paper_studies.rocking import rigid_ratio
-from slider_drilling.paper_studies.steady import coulomb_force, settle
+from slider_drilling.paper_studies.settled_cycle import coulomb_force, settle
+from slider_drilling.paper_studies.tool_motions import longitudinal, radial, rocking, three_d, torsional
 from slider_drilling.paper_studies.torsional import rigid_ratio as rigid_torsional_ratio
 
 HOUR = 3600.0

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import JointSeries
-from slider_drilling.log_inputs.drives_from_log import commands_from_log
+from slider_drilling.log_inputs.commands_from_log import commands_from_log
 from slider_drilling.log_inputs.fuse_position_and_speed import _smoothed, fuse_position_and_speed
 from slider_drilling.rig import load_rig
 

@@ -12,10 +12,10 @@ import pytest
 from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.unlogged_block import lowered_blocks
 from slider_drilling.drillstring import Commands, simulate, simulate_batch
-from slider_drilling.drillstring.to_log import write_simulated
+from slider_drilling.drillstring.simulated_log import write_simulated
 from slider_drilling.gap.model import How
 from slider_drilling.log import read_log
-from slider_drilling.log_inputs.drives_from_log import commands_from_log
+from slider_drilling.log_inputs.commands_from_log import commands_from_log
 from slider_drilling.log_inputs.reconstruct_block import rate_knots, reconstruct_block
 from slider_drilling.rig import load_rig
 

@@ -13,12 +13,12 @@ from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.run_inputs import read_run_inputs
 from slider_drilling.diagnosis.unlogged_flow import step_parameters, with_steps
 from slider_drilling.drillstring import Commands, simulate
-from slider_drilling.drillstring.to_log import write_simulated
+from slider_drilling.drillstring.simulated_log import write_simulated
 from slider_drilling.gap.model import How
 from slider_drilling.log import read_log
 from slider_drilling.log.series import JointSeries
-from slider_drilling.log_inputs.drives_from_log import commands_from_log
-from slider_drilling.log_inputs.reconstruct_pump import flow_fraction, flow_reduced, pressure_steps
+from slider_drilling.log_inputs.commands_from_log import commands_from_log
+from slider_drilling.log_inputs.reconstruct_flow import flow_fraction, flow_reduced, pressure_steps
 from slider_drilling.rig import load_rig
 
 RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
