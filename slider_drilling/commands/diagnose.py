@@ -160,6 +160,8 @@ def _print_simulated(outcome: Outcome, units: Units) -> None:
     heads, rows = simulated_rows(outcome)
     table = Table(*heads, title="RMS error of one simulation of the log, nothing fed back or held out")
     for row in rows:
-        table.add_row(*(units.format(cell.value, cell.unit) if isinstance(cell, Quantity) else str(cell) for cell in row))
+        table.add_row(
+            *(units.format(cell.value, cell.unit) if isinstance(cell, Quantity) else str(cell) for cell in row)
+        )
     if rows:
         stdout().print(table)

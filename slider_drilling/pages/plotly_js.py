@@ -105,7 +105,8 @@ def _line(mark: Line, chart: Chart, panel: Panel, units: Units, colour: str) -> 
     x_unit, y_unit = split_label(chart.x_label)[1], split_label(panel.y_label)[1]
     x, y = (mark.x, mark.y) if mark.low is not None else decimate(mark.x, mark.y, chart.max_points)
     trace: dict[str, Any] = {
-        "type": "scatter", "x": rounded_numbers(units.convert(x, x_unit)), "y": rounded_numbers(units.convert(y, y_unit)),
+        "type": "scatter",
+        "x": rounded_numbers(units.convert(x, x_unit)), "y": rounded_numbers(units.convert(y, y_unit)),
         "mode": "markers" if mark.style == "dots" else "lines",
         "line": {"color": colour, "width": 1.5, "dash": _DASH.get(mark.style, "solid"),
                  "shape": "hv" if mark.style == "steps" else "linear"},

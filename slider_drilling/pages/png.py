@@ -97,7 +97,9 @@ def _panel(axes: Axes, chart: Chart, panel: Panel, units: Units) -> None:
         if isinstance(mark, Bars):
             _bars(axes, mark, chart, panel, number, units)
         elif not mark.hidden:
-            _line(axes, mark, split_label(chart.x_label)[1], unit, LIGHT[mark.colour or ORDER[number % len(ORDER)]], units)
+            _line(
+                axes, mark, split_label(chart.x_label)[1], unit, LIGHT[mark.colour or ORDER[number % len(ORDER)]], units
+            )
     if panel.reference_line is not None:
         value, name = panel.reference_line
         axes.axhline(units.convert(value, unit), color=LIGHT["grey"], lw=0.9, ls=":", label=name)
