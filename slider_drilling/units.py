@@ -144,7 +144,7 @@ class Units:
         """
         if isinstance(text, Sentence):
             return "".join(
-                part if isinstance(part, str) else self.text(part.value, part.unit, part.digits) for part in text.parts
+                part if isinstance(part, str) else self.format(part.value, part.unit, part.digits) for part in text.parts
             )
         if self.name == "si":
             return text
@@ -184,7 +184,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Sentence:
-    """Text with quantities in it. Units are chosen when it is written: `Units.sentence`; `str` gives SI.
+    """Text with quantities in it. Units are chosen when it is written: `Units.convert_text`; `str` gives SI.
 
     Attributes:
         parts: Words and quantities in their order; see `sentence`.
@@ -193,7 +193,7 @@ class Sentence:
     parts: tuple[str | Quantity, ...]
 
     def __str__(self) -> str:
-        return SI.sentence(self)
+        return SI.convert_text(self)
 
 
 Text = str | Sentence

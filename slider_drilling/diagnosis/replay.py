@@ -108,5 +108,6 @@ def replay(
     for name, channel in channels.items():
         simulated = np.interp(channel.time, response.time, getattr(response, name))
         compared[name] = Comparison(channel, simulated, channel.residual(simulated))
-    assumed = (*(str(issue.text) for issue in repeats), *driven.assumptions, *([LOADED_START_NOTE] if start.loaded else []))
+    loaded = [LOADED_START_NOTE] if start.loaded else []
+    assumed = (*(str(issue.text) for issue in repeats), *driven.assumptions, *loaded)
     return Replay(driven.commands, response, compared, assumed)
