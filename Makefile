@@ -3,7 +3,7 @@
 # make install install everything into .venv: analysis, live page, tests
 # make test    install everything, then lint and the whole test suite
 # make lint    ruff, mypy and the import contract alone
-# make bench   speed, beside references and other programs, written to docs/benchmarks.md
+# make bench   speed, beside references and other programs, written to docs/reference/benchmarks.md
 # make docs    the pages of docs/ as a site in build/site
 #
 # VENV=DIR uses another environment, PYTHON=PROGRAM makes it with another interpreter.

@@ -42,7 +42,7 @@ def rig_page() -> str:
 
 def _about(name: str) -> str:
     if name == "effects":
-        return ("Optional; every effect is off until it is named. [Effects](../effects.md) has their laws. "
+        return ("Optional; every effect is off until it is named. [Effects](effects.md) has their laws. "
                 f"There are {len(dataclasses.fields(Effects))} of them.\n\n")  # fmt: skip
     kind = inspect.get_annotations(Rig, eval_str=True)[name]
     text = inspect.getdoc(kind) or ""

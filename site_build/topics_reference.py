@@ -12,4 +12,4 @@ def topics_page() -> str:
     text = README.read_text(encoding="utf-8")
     start = text.index("## Topics\n")
     section = text[start : text.index("\n## ", start + 1)].replace("(docs/", "(../")
-    return f"{section[1:]}\n[Nodes](../nodes.md) says how time passes and what else the nodes publish.\n"
+    return f"{section[1:]}\n[Nodes](../how_to/nodes.md) says how time passes and what else the nodes publish.\n"

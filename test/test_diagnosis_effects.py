@@ -32,7 +32,7 @@ def in_the_program() -> dict[str, tuple[str, str, str]]:
 
 
 def test_the_effects_page_states_every_parameter_with_its_unit_default_and_range(repository):
-    page = (repository / "docs" / "effects.md").read_text()
+    page = (repository / "docs" / "reference" / "effects.md").read_text()
     rows = re.findall(r"^\| `(\w+\.\w+)` \| ([^|]+) \| ([^|]+) \| ([^|]+) \|$", page, re.MULTILINE)
     stated = {name: tuple(cell.strip() for cell in cells) for name, *cells in rows}
     assert len(rows) == len(stated)
@@ -42,7 +42,7 @@ def test_the_effects_page_states_every_parameter_with_its_unit_default_and_range
 
 
 def test_the_effects_block_of_the_page_is_taken(repository):
-    (block,) = re.findall(r"```yaml\n(.*?)```", (repository / "docs" / "effects.md").read_text(), re.DOTALL)
+    (block,) = re.findall(r"```yaml\n(.*?)```", (repository / "docs" / "reference" / "effects.md").read_text(), re.DOTALL)
     given = yaml.safe_load(block)["effects"]
     rig = parse_rig(dump_rig(EXAMPLE) + block)
     for effect, parameters in given.items():

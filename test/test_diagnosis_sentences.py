@@ -221,7 +221,7 @@ def test_a_leak_is_told_where_the_log_tells_how_much(interval, told):
 def test_the_tree_is_plain_json_with_every_key_documented(repository):
     tree = to_json(diagnosis_of(worn_motor()))
     assert json.loads(json.dumps(tree, allow_nan=False)) == tree
-    page = (repository / "docs" / "diagnose.md").read_text()
+    page = (repository / "docs" / "reference" / "diagnosis.md").read_text()
     for key in tree:
         assert f"`{key}`" in page, key
     for block in (tree["gap"], tree["ranking"][0], tree["rig"]):

@@ -12,7 +12,7 @@ from slider_drilling.log import DIAGNOSTICS, TOPICS
 
 
 def test_code_of_the_log_page_runs(repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    blocks = re.findall(r"```python\n(.*?)```", (repository / "docs" / "logs.md").read_text(), re.DOTALL)
+    blocks = re.findall(r"```python\n(.*?)```", (repository / "docs" / "how_to" / "logs.md").read_text(), re.DOTALL)
     assert len(blocks) == 2
     reading, writing = blocks
     monkeypatch.chdir(tmp_path)
@@ -28,7 +28,7 @@ def test_controller_of_the_nodes_page_slides(repository: Path, tmp_path: Path, m
     from slider_drilling.drillstring import VirtualRig
     from slider_drilling.rig import load_rig
 
-    (code,) = re.findall(r"```python\n(.*?)```", (repository / "docs" / "nodes.md").read_text(), re.DOTALL)
+    (code,) = re.findall(r"```python\n(.*?)```", (repository / "docs" / "how_to" / "nodes.md").read_text(), re.DOTALL)
     (tmp_path / "hold_of_the_page.py").write_text(code)
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
@@ -46,7 +46,7 @@ def test_controller_of_the_control_page_turns_towards_its_target(
     from slider_drilling.control.interface import Measurements, MwdSample
     from slider_drilling.rig import load_rig
 
-    (code,) = re.findall(r"```python\n(.*?)```", (repository / "docs" / "control.md").read_text(), re.DOTALL)
+    (code,) = re.findall(r"```python\n(.*?)```", (repository / "docs" / "explanation" / "control.md").read_text(), re.DOTALL)
     (tmp_path / "tenth_of_the_page.py").write_text(code)
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
@@ -74,7 +74,7 @@ def test_readme_lists_every_topic(repository: Path) -> None:
         assert topic.type.replace("/msg/", "/") in text
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/logs.md", "docs/nodes.md", "docs/control.md"])
+@pytest.mark.parametrize("page", ["README.md", "docs/how_to/logs.md", "docs/how_to/nodes.md", "docs/explanation/control.md"])
 def test_files_that_pages_name_exist(repository: Path, page: str) -> None:
     text = (repository / page).read_text()
     named = re.findall(r"`((?:config|slider_drilling|launch)/[\w./]+\.\w+)`", text)

@@ -54,7 +54,7 @@ def test_every_equation_of_the_model_is_drawn() -> None:
     pytest.importorskip("mkdocs", reason="pip install '.[docs]'")
     from site_build.hooks import on_page_markdown
 
-    drawn = on_page_markdown((ROOT / "docs" / "model.md").read_text())
+    drawn = on_page_markdown((ROOT / "docs" / "explanation" / "model.md").read_text())
     assert drawn.count('<div class="equation"><math') == 7
     assert "$" not in drawn and "\\frac" not in drawn
 

@@ -11,7 +11,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.rig import load_rig
 
-PAGE = Path(__file__).parents[1] / "docs" / "user_effects.md"
+PAGE = Path(__file__).parents[1] / "docs" / "how_to" / "user_effects.md"
 
 
 @pytest.fixture

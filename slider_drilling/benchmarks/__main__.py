@@ -1,4 +1,4 @@
-"""Run everything and write docs/benchmarks.md."""
+"""Run everything and write docs/reference/benchmarks.md."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ HERE = Path(__file__).parent
 BUSY = """\
 **Others were using this machine while the figures were taken**: times on the wall are too long and
 factors of real time too low; ns per element-step are processor time and suffer less."""
-PAGE = HERE.parents[1] / "docs" / "benchmarks.md"
+PAGE = HERE.parents[1] / "docs" / "reference" / "benchmarks.md"
 
 
 def main() -> None:

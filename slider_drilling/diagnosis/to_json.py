@@ -17,7 +17,7 @@ SCHEMA = "slider_drilling/diagnosis/2"
 
 
 def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
-    """The tree of diagnosis.json: SI and rad, null for what is not known; docs/diagnose.md has every key."""
+    """The tree of diagnosis.json: SI and rad, null for what is not known; docs/reference/diagnosis.md has every key."""
     outcome, logs = diagnosis.outcome, diagnosis.logs
     tree = {
         "schema": SCHEMA,

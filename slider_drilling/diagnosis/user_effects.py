@@ -1,7 +1,7 @@
 """Effects that a user brings along: a class, named on the command line or by the entry point group.
 
 An installed package offers effects under ``slider_drilling.effects``; ``diagnose --effect module:Class`` takes one
-that is not installed. See docs/user_effects.md for an example.
+that is not installed. See docs/how_to/user_effects.md for an example.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def _made(kind: Any, where: str) -> UserEffect:
     made = call_user_code(lambda: kind(), f"{where}: {getattr(kind, '__name__', kind)}()")
     for name in ("effect", "commands", "modifiers", "channels"):
         if not call_user_code(lambda name=name: hasattr(made, name), f"{where}: {name}"):  # type: ignore[misc]
-            raise InputError(f"{where}: has no `{name}`; see docs/user_effects.md")
+            raise InputError(f"{where}: has no `{name}`; see docs/how_to/user_effects.md")
     if not isinstance(made.effect, Effect):
         raise InputError(f"{where}: `effect` is {shorten(made.effect)}, not a slider_drilling.gap.Effect")
     named = [made.effect.name, made.effect.site, *(parameter.name for parameter in made.effect.parameters)]

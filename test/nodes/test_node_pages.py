@@ -86,7 +86,7 @@ def node(request, alone, tmp_path) -> Node:
 
 def test_a_page_says_what_its_node_has(node, repository):
     name = node.get_name()
-    page = (repository / "docs" / "nodes" / f"{name}.md").read_text()
+    page = (repository / "docs" / "reference" / "nodes" / f"{name}.md").read_text()
     check_parameters(rows(page, "Parameters"), list(MODULES[name][0].PARAMETERS))
     services = {
         (f"~/{topic.rpartition('/')[2]}", kinds[0].replace("/srv/", "/"))
@@ -141,6 +141,6 @@ def test_the_policy_allows_a_node_its_own_topics_and_services_and_nothing_else(n
 
 
 def test_every_node_has_a_page_that_the_nodes_page_links(repository: Path):
-    text = (repository / "docs" / "nodes.md").read_text()
+    text = (repository / "docs" / "how_to" / "nodes.md").read_text()
     for name in MODULES:
         assert f"(nodes/{name}.md)" in text
