@@ -4,7 +4,6 @@ import json
 from dataclasses import fields
 
 from site_build.accuracy_table import CASES, COLUMNS, PAGE, fill, keep, table
-
 from slider_drilling.blind.score import Scored
 
 CASE = {

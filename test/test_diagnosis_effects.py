@@ -42,7 +42,8 @@ def test_the_effects_page_states_every_parameter_with_its_unit_default_and_range
 
 
 def test_the_effects_block_of_the_page_is_taken(repository):
-    (block,) = re.findall(r"```yaml\n(.*?)```", (repository / "docs" / "reference" / "effects.md").read_text(), re.DOTALL)
+    page = repository / "docs" / "reference" / "effects.md"
+    (block,) = re.findall(r"```yaml\n(.*?)```", page.read_text(), re.DOTALL)
     given = yaml.safe_load(block)["effects"]
     rig = parse_rig(dump_rig(EXAMPLE) + block)
     for effect, parameters in given.items():

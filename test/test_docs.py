@@ -46,7 +46,8 @@ def test_controller_of_the_control_page_turns_towards_its_target(
     from slider_drilling.control.interface import Measurements, MwdSample
     from slider_drilling.rig import load_rig
 
-    (code,) = re.findall(r"```python\n(.*?)```", (repository / "docs" / "explanation" / "control.md").read_text(), re.DOTALL)
+    page = repository / "docs" / "explanation" / "control.md"
+    (code,) = re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)
     (tmp_path / "tenth_of_the_page.py").write_text(code)
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
@@ -74,7 +75,9 @@ def test_readme_lists_every_topic(repository: Path) -> None:
         assert topic.type.replace("/msg/", "/") in text
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/how_to/logs.md", "docs/how_to/nodes.md", "docs/explanation/control.md"])
+@pytest.mark.parametrize(
+    "page", ["README.md", "docs/how_to/logs.md", "docs/how_to/nodes.md", "docs/explanation/control.md"]
+)
 def test_files_that_pages_name_exist(repository: Path, page: str) -> None:
     text = (repository / page).read_text()
     named = re.findall(r"`((?:config|slider_drilling|launch)/[\w./]+\.\w+)`", text)

@@ -53,7 +53,8 @@ def test_a_step_before_a_reset_is_an_error():
 
 
 def test_code_of_the_control_page_runs(repository):
-    (code,) = re.findall(r"```py\n(.*?)```", (repository / "docs" / "explanation" / "control.md").read_text(), re.DOTALL)
+    page = repository / "docs" / "explanation" / "control.md"
+    (code,) = re.findall(r"```py\n(.*?)```", page.read_text(), re.DOTALL)
     names = {}
     exec(code, names)
     assert names["environment"].observation_space.contains(names["observation"]) and not names["ended"]
