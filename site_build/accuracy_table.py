@@ -22,9 +22,10 @@ QUIET = ("none", "parameters")
 
 # Column of accuracy_cases.json -> key of a case in blind.json.
 COLUMNS = {
-    "log": "log", "kind": "kind", "truth": "truth", "sizes": "sizes", "well": "well", "manoeuvre": "manoeuvre",
-    "verdict": "verdict", "outcome": "outcome", "named": "named_truth", "site_right": "site_right",
-    "calibrated_gap": "tuned", "oracle_names": "nameable", "interval_covers": "covered",
+    "log": "log", "kind": "kind", "truth": "true_effects", "sizes": "sizes", "well": "well", "manoeuvre": "manoeuvre",
+    "verdict": "verdict", "outcome": "outcome", "named": "truth_named", "site_right": "site_correct",
+    "calibrated_gap": "calibrated_gap", "oracle_names": "identifiable",
+    "interval_covers": "interval_holds_oracle",
 }  # fmt: skip
 
 Case = Mapping[str, Any]
@@ -41,7 +42,7 @@ ROWS: dict[str, Callable[[Case], bool | None]] = {
     "two effects: both named": lambda case: case["named"] if case["kind"] == "two" else None,
     "no effect: false alarm": lambda case: case["verdict"] not in QUIET if case["kind"] == "none" else None,
     "law outside the catalogue: a wrong name and no doubt": lambda case: (
-        case["outcome"] == "bare name" if case["kind"] == "outside" else None
+        case["outcome"] == "false name" if case["kind"] == "outside" else None
     ),
     "law outside the catalogue, noticed: site right": lambda case: (
         bool(case["site_right"]) if case["kind"] == "outside" and case["verdict"] not in QUIET else None

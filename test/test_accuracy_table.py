@@ -4,12 +4,13 @@ import json
 from dataclasses import fields
 
 from site_build.accuracy_table import CASES, COLUMNS, PAGE, fill, keep, table
-from slider_drilling.blind.score import Scored
+from slider_drilling.blind.score import ScoredCase
 
 CASE = {
-    "log": "a.mcap", "kind": "two", "truth": ["heave", "stribeck"], "sizes": [1.43219, 1.6], "well": "horizontal",
-    "manoeuvre": "varied", "verdict": "effect", "outcome": "one of two", "named_truth": False, "site_right": True,
-    "tuned": 2.1, "nameable": True, "covered": None,
+    "log": "a.mcap", "kind": "two", "true_effects": ["heave", "stribeck"], "sizes": [1.43219, 1.6],
+    "well": "horizontal", "manoeuvre": "varied", "verdict": "effect", "outcome": "one of two",
+    "truth_named": False, "site_correct": True,
+    "calibrated_gap": 2.1, "identifiable": True, "interval_holds_oracle": None,
 }  # fmt: skip
 HEAD = {"options": {}, "code": "c", "date": "d"}
 
@@ -26,4 +27,4 @@ def test_page_table_matches_its_cases() -> None:
 
 
 def test_columns_are_keys_of_a_blind_check() -> None:
-    assert {*COLUMNS.values()} <= {field.name for field in fields(Scored)}
+    assert {*COLUMNS.values()} <= {field.name for field in fields(ScoredCase)}

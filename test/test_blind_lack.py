@@ -8,17 +8,17 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from slider_drilling.blind.answer import Answer
+from slider_drilling.blind.cases import CasePlan, draw_cases
 from slider_drilling.blind.label import Label
-from slider_drilling.blind.lack import LACKS, NOTHING, Lack
-from slider_drilling.blind.law import no_effect
+from slider_drilling.blind.log_defects import LOG_DEFECTS, NO_DEFECT, LogDefect
 from slider_drilling.blind.manoeuvres import MANOEUVRES
 from slider_drilling.blind.page import total_rows
-from slider_drilling.blind.plan import Plan, draw_cases
-from slider_drilling.blind.plant import Hidden, run_sealed
-from slider_drilling.blind.recording import Recorder, write_sealed
+from slider_drilling.blind.plant_law import no_effect
+from slider_drilling.blind.recorder import RecorderModel, write_sealed_log
+from slider_drilling.blind.reported_diagnosis import ReportedDiagnosis
 from slider_drilling.blind.score import score
-from slider_drilling.blind.tally import tally
+from slider_drilling.blind.sealed_plant import PlantPerturbation, simulate_sealed
+from slider_drilling.blind.totals import count_totals
 from slider_drilling.errors import InputError
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log import read_log
@@ -30,19 +30,21 @@ def recorded(tmp_path_factory):
     """What records one run, lacking something."""
     rig = load_rig(installed_file("config/rig.short.yaml"))
     commands = MANOEUVRES["varied"](np.random.default_rng(1), rig, 60.0)
-    response = run_sealed(rig, Hidden(elements=30), no_effect(np.random.default_rng(1), rig, 1.0), commands)
+    response = simulate_sealed(
+        rig, PlantPerturbation(elements=30), no_effect(np.random.default_rng(1), rig, 1.0), commands
+    )
     folder = tmp_path_factory.mktemp("logs")
 
     def record(lack):
         path = folder / "log.mcap"
-        write_sealed(path, rig, commands, response, np.random.default_rng(2), Recorder(lack=lack))
+        write_sealed_log(path, rig, commands, response, np.random.default_rng(2), RecorderModel(defect=lack))
         return read_log(path)
 
     return record
 
 
 def test_a_beginning_that_is_lost_leaves_the_rest_on_a_clock_of_its_own(recorded):
-    whole, late = recorded(Lack()), recorded(Lack(begun=0.25))
+    whole, late = recorded(LogDefect()), recorded(LogDefect(start_share=0.25))
     assert late.top_drive.time[0] == 0.0
     kept = whole.top_drive.time >= 15.0 - 1e-6
     assert np.allclose(late.top_drive.time, whole.top_drive.time[kept] - 15.0)
@@ -54,27 +56,27 @@ def test_a_beginning_that_is_lost_leaves_the_rest_on_a_clock_of_its_own(recorded
 
 @pytest.mark.parametrize("series", ["draw_works", "mud_pump"])
 def test_a_series_is_not_there_and_all_others_are(recorded, series):
-    whole, lacking = recorded(Lack()), recorded(Lack(without=(series,)))
+    whole, lacking = recorded(LogDefect()), recorded(LogDefect(missing_series=(series,)))
     assert getattr(lacking, series) is None
     for name in {"top_drive", "draw_works", "mud_pump"} - {series}:
         assert np.array_equal(getattr(lacking, name).velocity, getattr(whole, name).velocity)
 
 
 def test_one_of_ten_samples_is_kept(recorded):
-    whole, seldom = recorded(Lack()), recorded(Lack(every=10))
+    whole, seldom = recorded(LogDefect()), recorded(LogDefect(keep_every=10))
     assert np.array_equal(seldom.top_drive.effort, whole.top_drive.effort[::10])
     assert np.array_equal(seldom.top_drive.time, whole.top_drive.time[::10])
 
 
 def test_values_are_renewed_each_fifth_time_and_repeat_between(recorded):
-    whole, held = recorded(Lack()), recorded(Lack(renewed=5))
+    whole, held = recorded(LogDefect()), recorded(LogDefect(hold_samples=5))
     assert np.array_equal(held.top_drive.time, whole.top_drive.time)
     assert np.array_equal(held.draw_works.effort, np.repeat(whole.draw_works.effort[::5], 5))
     assert np.array_equal(held.top_drive.position, np.repeat(whole.top_drive.position[::5], 5))
 
 
 def test_an_encoder_has_steps(recorded):
-    whole, coarse = recorded(Lack()), recorded(Lack(angle=math.radians(1.0), speed=0.1))
+    whole, coarse = recorded(LogDefect()), recorded(LogDefect(angle_resolution=math.radians(1.0), speed_resolution=0.1))
     for name, step in (("position", math.radians(1.0)), ("velocity", 0.1)):
         value, exact = getattr(coarse.top_drive, name), getattr(whole.top_drive, name)
         assert np.allclose(value / step, np.round(value / step))
@@ -82,24 +84,24 @@ def test_an_encoder_has_steps(recorded):
     assert np.array_equal(coarse.top_drive.effort, whole.top_drive.effort)
 
 
-@pytest.mark.parametrize("name", LACKS)
+@pytest.mark.parametrize("name", LOG_DEFECTS)
 def test_a_draw_lacks_what_it_is_called_after(name):
-    lacks = [LACKS[name](np.random.default_rng(seed)) for seed in range(20)]
-    assert all(lack == Lack() for lack in lacks) == (name == NOTHING)
+    lacks = [LOG_DEFECTS[name](np.random.default_rng(seed)) for seed in range(20)]
+    assert all(lack == LogDefect() for lack in lacks) == (name == NO_DEFECT)
     for lack in lacks:
-        stamped, seen = lack.rows(1200)
+        stamped, seen = lack.sample_rows(1200)
         assert stamped.size == seen.size >= 60 and np.all(seen <= stamped) and stamped[0] == seen[0]
 
 
 def test_kinds_take_what_is_lacking_in_turn():
     lacking = ("beginning", "pump", "samples")
-    cases = draw_cases(Plan(effects=("none", "heave"), lacking=lacking), 24)
+    cases = draw_cases(CasePlan(effects=("none", "heave"), log_defects=lacking), 24)
     for kind in ("none", "single"):
-        count = Counter(case.lacking for case in cases if case.kind == kind)
+        count = Counter(case.log_defect for case in cases if case.kind == kind)
         assert set(count) == set(lacking) and max(count.values()) - min(count.values()) <= 1
-    assert {case.lacking for case in draw_cases(Plan(), 10)} == {NOTHING}
+    assert {case.log_defect for case in draw_cases(CasePlan(), 10)} == {NO_DEFECT}
     with pytest.raises(InputError, match="--lacking hook: not one of nothing, beginning, drawworks"):
-        Plan(lacking=("hook",))
+        CasePlan(log_defects=("hook",))
 
 
 def test_what_is_named_and_alarms_are_counted_by_what_was_lacking():
@@ -107,18 +109,20 @@ def test_what_is_named_and_alarms_are_counted_by_what_was_lacking():
         effects = ("heave",) if kind == "single" else ()
         label = Label("log.mcap", kind, effects, (), 4.0, (4.0,), "own", "varied", 1, None, {}, {}, lacking)
         nan = math.nan
-        return score(label, Answer(verdict, named, dict.fromkeys(named, ()), (), None, nan, nan, (nan, nan), {}))
+        return score(
+            label, ReportedDiagnosis(verdict, named, dict.fromkeys(named, ()), (), None, nan, nan, (nan, nan), {})
+        )
 
-    found = tally([case("single", "pump", "effect", "heave"), case("single", "pump", "parameters"),
-                   case("none", "pump", "unknown"), case("none", NOTHING, "parameters")])  # fmt: skip
-    assert (found.by_lacking["pump"].count, found.by_lacking["pump"].of) == (1, 2)
-    assert [found.alarms_by_lacking[name].count for name in (NOTHING, "pump")] == [0, 1]
+    found = count_totals([case("single", "pump", "effect", "heave"), case("single", "pump", "parameters"),
+                   case("none", "pump", "unknown"), case("none", NO_DEFECT, "parameters")])  # fmt: skip
+    assert (found.by_log_defect["pump"].count, found.by_log_defect["pump"].total) == (1, 2)
+    assert [found.false_alarms_by_log_defect[name].count for name in (NO_DEFECT, "pump")] == [0, 1]
     rows = dict(total_rows(found))
     assert rows["named, pump lacking"].startswith("1 of 2") and rows["false alarms, pump lacking"].startswith("1 of 1")
-    assert not any("lacking" in name for name, _ in total_rows(tally([case("none", NOTHING, "parameters")])))
+    assert not any("lacking" in name for name, _ in total_rows(count_totals([case("none", NO_DEFECT, "parameters")])))
 
 
-@pytest.mark.parametrize("option", ["manoeuvres", "lacking"])
-def test_a_plan_without_any_is_refused(option):
+@pytest.mark.parametrize(("option", "field"), [("manoeuvres", "manoeuvres"), ("lacking", "log_defects")])
+def test_a_plan_without_any_is_refused(option, field):
     with pytest.raises(InputError, match=f"--{option}: give one at least of "):
-        Plan(**{option: ()})
+        CasePlan(**{field: ()})

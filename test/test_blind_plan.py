@@ -7,23 +7,23 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from slider_drilling.blind.cases import CasePlan, case_from_json, draw_cases
+from slider_drilling.blind.catalogue_laws import CATALOGUE_LAWS
 from slider_drilling.blind.detection import detection_limit
-from slider_drilling.blind.laws import CATALOGUE
-from slider_drilling.blind.outside import OUTSIDE
-from slider_drilling.blind.plan import Plan, case_from, draw_cases
+from slider_drilling.blind.outside_laws import OUTSIDE_LAWS
 from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.errors import InputError
 
 
 def test_more_cases_begin_with_the_same_ones_and_another_seed_shares_none():
-    few, many = draw_cases(Plan(), 20), draw_cases(Plan(), 300)
+    few, many = draw_cases(CasePlan(), 20), draw_cases(CasePlan(), 300)
     assert many[:20] == few
-    assert len({case.file() for case in many}) == 300
-    assert not {case.file() for case in draw_cases(Plan(seed=2), 300)} & {case.file() for case in many}
+    assert len({case.file_stem() for case in many}) == 300
+    assert not {case.file_stem() for case in draw_cases(CasePlan(seed=2), 300)} & {case.file_stem() for case in many}
 
 
 def test_twenty_cases_are_a_balanced_sample():
-    cases = draw_cases(Plan(seed=7), 20)
+    cases = draw_cases(CasePlan(seed=7), 20)
     assert Counter(case.kind for case in cases) == {"single": 12, "outside": 3, "none": 3, "two": 2}
     single = [case for case in cases if case.kind == "single"]
     assert len({case.effects for case in single}) == 12
@@ -33,33 +33,33 @@ def test_twenty_cases_are_a_balanced_sample():
 
 
 def test_every_effect_meets_every_size_alike_in_a_large_plan():
-    cases = draw_cases(Plan(), 510)
+    cases = draw_cases(CasePlan(), 510)
     counts = Counter((case.effects[0], case.size) for case in cases if case.kind == "single")
-    assert {name for name, _ in counts} == set(CATALOGUE)
-    assert len(counts) == 3 * len(CATALOGUE)
+    assert {name for name, _ in counts} == set(CATALOGUE_LAWS)
+    assert len(counts) == 3 * len(CATALOGUE_LAWS)
     assert max(counts.values()) - min(counts.values()) <= 1
     outside = Counter(case.effects[0] for case in cases if case.kind == "outside")
-    assert set(outside) == set(OUTSIDE) and max(outside.values()) - min(outside.values()) <= 1
+    assert set(outside) == set(OUTSIDE_LAWS) and max(outside.values()) - min(outside.values()) <= 1
     assert all(case.size >= 1.5 for case in cases if case.kind == "two")
     assert all(len(case.effects) == 2 for case in cases if case.kind == "two")
 
 
 def test_the_catalogue_and_the_laws_of_its_effects_have_the_same_names_and_at_least_eight_are_in_neither():
-    assert set(CATALOGUE) == {effect.name for effect in catalogue(3000.0, 400.0)}
-    assert len(OUTSIDE) >= 8 and not set(OUTSIDE) & set(CATALOGUE)
+    assert set(CATALOGUE_LAWS) == {effect.name for effect in catalogue(3000.0, 400.0)}
+    assert len(OUTSIDE_LAWS) >= 8 and not set(OUTSIDE_LAWS) & set(CATALOGUE_LAWS)
 
 
 def test_a_plan_of_few_names_holds_these_only():
-    cases = draw_cases(Plan(effects=("heave", "none"), sizes=(2.0,), wells=("own",), manoeuvres=("steady",)), 9)
+    cases = draw_cases(CasePlan(effects=("heave", "none"), sizes=(2.0,), wells=("own",), manoeuvres=("steady",)), 9)
     assert {case.effects for case in cases} == {("heave",), ("none",)}
     assert {(case.well, case.manoeuvre) for case in cases} == {("own", "steady")}
     assert {case.size for case in cases} == {0.0, 2.0}
 
 
 def test_a_file_name_says_nothing_of_the_case():
-    for case in draw_cases(Plan(), 40):
-        assert set(case.file()) <= set("0123456789abcdef")
-        assert case_from(case.tree()) == case
+    for case in draw_cases(CasePlan(), 40):
+        assert set(case.file_stem()) <= set("0123456789abcdef")
+        assert case_from_json(case.to_json()) == case
 
 
 @pytest.mark.parametrize(
@@ -75,7 +75,7 @@ def test_a_file_name_says_nothing_of_the_case():
 )
 def test_a_plan_that_cannot_be_is_one_line(keywords, complaint):
     with pytest.raises(InputError, match=complaint):
-        Plan(**keywords)
+        CasePlan(**keywords)
 
 
 def test_the_detection_limit_is_found_within_its_interval_as_often_as_that_says():

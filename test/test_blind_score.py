@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import pytest
 
-from slider_drilling.blind.answer import answer_of, read_answer
 from slider_drilling.blind.check import as_json, score_answers
 from slider_drilling.blind.label import Label, read_label
-from slider_drilling.blind.oracle import Truth
+from slider_drilling.blind.oracle import OracleResult
+from slider_drilling.blind.reported_diagnosis import diagnosis_from_json, read_diagnosis
 from slider_drilling.blind.score import score
-from slider_drilling.blind.tally import share, tally
+from slider_drilling.blind.totals import count_totals, proportion
 from slider_drilling.errors import InputError
 
 
@@ -33,7 +33,7 @@ def tree(
 
 
 def scored(of, *arguments, oracle=None, named=None, **keywords):
-    return score(of, answer_of(tree(*arguments, **keywords), "answer"), Truth(oracle, named))
+    return score(of, diagnosis_from_json(tree(*arguments, **keywords), "answer"), OracleResult(oracle, named))
 
 
 OUTSIDE = {"kind": "outside", "effects": ("washout",), "sites": (("hydraulics", "sensor"),)}
@@ -44,27 +44,27 @@ TWO = {"kind": "two", "effects": ("stribeck", "motor_wear"), "sites": (("contact
 @pytest.mark.parametrize(
     ("truth", "said", "outcome"),
     [
-        ({}, ("effect", ["stribeck"], "contact"), "right"),
-        ({}, ("effect_and_unknown", ["stribeck"], "contact"), "right"),
-        ({}, ("effect", ["static_aging"], "contact", ["stribeck"]), "right"),
+        ({}, ("effect", ["stribeck"], "contact"), "correct"),
+        ({}, ("effect_and_unknown", ["stribeck"], "contact"), "correct"),
+        ({}, ("effect", ["static_aging"], "contact", ["stribeck"]), "correct"),
         ({}, ("effect", ["static_aging"], "contact"), "wrong name"),
         ({}, ("effect", ["stribeck", "motor_wear"], "contact"), "extra name"),
         ({}, ("unknown", [], "contact"), "unknown"),
         ({}, ("parameters",), "missed"),
         ({}, ("inconclusive", ["stribeck"], "contact"), "inconclusive"),
-        (NOTHING, ("none",), "right"),
-        (NOTHING, ("parameters",), "right"),
-        (NOTHING, ("unknown", [], "bit"), "alarm"),
-        (NOTHING, ("effect", ["heave"], "draw_works"), "alarm"),
+        (NOTHING, ("none",), "correct"),
+        (NOTHING, ("parameters",), "correct"),
+        (NOTHING, ("unknown", [], "bit"), "false alarm"),
+        (NOTHING, ("effect", ["heave"], "draw_works"), "false alarm"),
         (NOTHING, ("inconclusive",), "inconclusive"),
-        (OUTSIDE, ("unknown", [], "sensor"), "right"),
+        (OUTSIDE, ("unknown", [], "sensor"), "correct"),
         (OUTSIDE, ("unknown", [], "contact"), "wrong site"),
         (OUTSIDE, ("unknown", [], None), "wrong site"),
-        (OUTSIDE, ("effect_and_unknown", ["motor_wear"], "hydraulics"), "right"),
+        (OUTSIDE, ("effect_and_unknown", ["motor_wear"], "hydraulics"), "correct"),
         (OUTSIDE, ("effect_and_unknown", ["motor_wear"], "motor"), "wrong site"),
-        (OUTSIDE, ("effect", ["motor_wear"], "hydraulics"), "bare name"),
+        (OUTSIDE, ("effect", ["motor_wear"], "hydraulics"), "false name"),
         (OUTSIDE, ("parameters",), "missed"),
-        (TWO, ("effect", ["motor_wear", "stribeck"], "motor"), "right"),
+        (TWO, ("effect", ["motor_wear", "stribeck"], "motor"), "correct"),
         (TWO, ("effect", ["stribeck"], "contact"), "one of two"),
         (TWO, ("effect", ["stribeck", "heave"], "contact"), "one of two, extra name"),
         (TWO, ("effect", ["stribeck", "motor_wear", "heave"], "contact"), "extra name"),
@@ -75,15 +75,17 @@ def test_verdict_site_and_extra_names_decide_what_is_right(truth, said, outcome)
     verdict, effects, site, group = (*said, *(None,) * (4 - len(said)))
     result = scored(label(**truth), verdict, effects or (), site, group or ())
     assert result.outcome == outcome
-    assert result.right == (outcome == "right")
+    assert result.correct == (outcome == "correct")
 
 
 def test_one_group_stands_for_one_of_two_effects_only():
     both = label("two", ("stribeck", "static_aging"), (("contact",), ("contact",)))
-    assert scored(both, "effect", ["stribeck"], "contact", ["static_aging"]).extra == 0
-    assert scored(both, "effect", ["stribeck"], "contact", ["static_aging"]).named_truth
+    assert scored(both, "effect", ["stribeck"], "contact", ["static_aging"]).extra_names == 0
+    assert scored(both, "effect", ["stribeck"], "contact", ["static_aging"]).truth_named
     # Named in full: neither is extra, although each is in the other's group.
-    assert scored(both, "effect", ["static_aging", "stribeck"], "contact", ["stribeck", "static_aging"]).extra == 0
+    assert (
+        scored(both, "effect", ["static_aging", "stribeck"], "contact", ["stribeck", "static_aging"]).extra_names == 0
+    )
 
 
 def test_a_diagnosis_that_failed_is_wrong_whatever_was_sealed():
@@ -92,11 +94,11 @@ def test_a_diagnosis_that_failed_is_wrong_whatever_was_sealed():
 
 
 def test_coverage_is_asked_only_where_exactly_the_truth_was_named_and_the_oracle_is_a_number_of_its_own():
-    assert scored(label(), "effect", ["stribeck"], oracle=0.9).covered is True
-    assert scored(label(), "effect", ["stribeck"], oracle=0.96).covered is False
-    assert scored(label(), "effect", ["stribeck", "heave"], oracle=0.9).covered is None
-    assert scored(label(), "effect", ["static_aging"], group=["stribeck"], oracle=0.9).covered is True
-    assert scored(label(), "effect", ["stribeck"]).covered is None
+    assert scored(label(), "effect", ["stribeck"], oracle=0.9).interval_holds_oracle is True
+    assert scored(label(), "effect", ["stribeck"], oracle=0.96).interval_holds_oracle is False
+    assert scored(label(), "effect", ["stribeck", "heave"], oracle=0.9).interval_holds_oracle is None
+    assert scored(label(), "effect", ["static_aging"], group=["stribeck"], oracle=0.9).interval_holds_oracle is True
+    assert scored(label(), "effect", ["stribeck"]).interval_holds_oracle is None
 
 
 @pytest.mark.parametrize("schema", [1, 2])
@@ -107,46 +109,46 @@ def test_a_beds_ends_are_read_from_either_schema(schema):
                   for name, value in values.items()}  # fmt: skip
     bed = label(effects=("cuttings_bed",), interval=(1520.0, 1790.0))
     found = scored(bed, "effect", ["cuttings_bed"], "contact", parameters=values, schema=schema)
-    assert found.ends == (-20.0, 10.0)
-    assert scored(bed, "unknown", [], "contact", parameters=values, schema=schema).ends is None
+    assert found.bed_end_errors == (-20.0, 10.0)
+    assert scored(bed, "unknown", [], "contact", parameters=values, schema=schema).bed_end_errors is None
 
 
 def test_what_is_no_diagnosis_is_refused_in_one_line(tmp_path):
     (tmp_path / "a.json").write_text("{}")
     with pytest.raises(InputError, match=r"a\.json: not a diagnosis\.json"):
-        read_answer(tmp_path / "a.json")
+        read_diagnosis(tmp_path / "a.json")
     with pytest.raises(InputError, match="schema = 'other/1'"):
-        answer_of({**tree("none"), "schema": "other/1"}, "x")
+        diagnosis_from_json({**tree("none"), "schema": "other/1"}, "x")
     (tmp_path / "b.json").write_text('{"schema": "slider_drilling/blind_label/1"}')
     with pytest.raises(InputError, match=r"b\.json: not the label"):
         read_label(tmp_path / "b.json")
 
 
 def test_shares_have_exact_binomial_intervals():
-    assert share([True] * 20).low == pytest.approx(0.8316, abs=1e-4)  # 0.025 ** (1 / 20)
-    assert share([True] * 20).high == 1.0
-    half = share([True, False] * 5)
-    assert (half.count, half.of) == (5, 10)
+    assert proportion([True] * 20).low == pytest.approx(0.8316, abs=1e-4)  # 0.025 ** (1 / 20)
+    assert proportion([True] * 20).high == 1.0
+    half = proportion([True, False] * 5)
+    assert (half.count, half.total) == (5, 10)
     assert (half.low, half.high) == pytest.approx((0.1871, 0.8129), abs=1e-4)
-    assert share([None, None]).low is None
+    assert proportion([None, None]).low is None
 
 
 def test_a_log_counts_at_the_size_that_it_reached():
     asked = [scored(label(size=size), "effect", ["stribeck"], "contact") for size in (0.5, 1.5, 4.0)]
     short = scored(replace(label(size=4.0), sizes=(0.6,)), "parameters")
-    found = tally([*asked, short])
-    assert {size: (one.count, one.of) for size, one in found.by_size["stribeck"].items()} == {
+    found = count_totals([*asked, short])
+    assert {size: (one.count, one.total) for size, one in found.by_size["stribeck"].items()} == {
         "0.5": (1, 2), "1.5": (1, 1), "4": (1, 1),
     }  # fmt: skip
-    assert (found.named_from_1_5.count, found.named_from_1_5.of) == (2, 2)
+    assert (found.named_from_size_1_5.count, found.named_from_size_1_5.total) == (2, 2)
 
 
 def test_an_effect_that_hardly_moves_anything_is_none_of_those_from_a_size_on():
     reached = [scored(replace(label(size=1.5), sizes=(size,)), "parameters") for size in (0.1, 1.38, 1.6)]
     pairs = [scored(replace(label(**TWO), sizes=sizes), "effect", ["stribeck"]) for sizes in ((4.0, 0.1), (4.0, 1.6))]
-    found = tally([*reached, *pairs])
-    assert (found.named.of, found.named_from_1_5.of, found.told.of) == (3, 2, 2)
-    assert (found.both_named.of, found.both_from_1_5.of) == (2, 1)
+    found = count_totals([*reached, *pairs])
+    assert (found.named.total, found.named_from_size_1_5.total, found.named_or_suspected.total) == (3, 2, 2)
+    assert (found.both_named.total, found.both_from_size_1_5.total) == (2, 1)
 
 
 def test_a_tally_counts_each_kind_by_what_is_asked_of_it():
@@ -160,17 +162,17 @@ def test_a_tally_counts_each_kind_by_what_is_asked_of_it():
         scored(label(**OUTSIDE), "unknown", [], "hydraulics"),
         scored(label(**TWO), "effect", ["stribeck"], "contact"),
     ]
-    found = tally(cases)
-    assert (found.named.count, found.named.of) == (2, 3)
-    assert (found.named_from_1_5.count, found.named_from_1_5.of) == (2, 2)
-    assert (found.right["single"].count, found.both_named.count) == (1, 0)
-    assert (found.false_alarms.count, found.false_alarms.of) == (1, 2)
-    assert (found.bare_names.count, found.bare_names.of) == (1, 2)
-    assert (found.outside_sites.count, found.outside_sites.of) == (1, 2)
-    assert (found.coverage.count, found.coverage.of) == (1, 1)
-    assert found.against_oracle.median == pytest.approx(0.05)
+    found = count_totals(cases)
+    assert (found.named.count, found.named.total) == (2, 3)
+    assert (found.named_from_size_1_5.count, found.named_from_size_1_5.total) == (2, 2)
+    assert (found.correct["single"].count, found.both_named.count) == (1, 0)
+    assert (found.false_alarms.count, found.false_alarms.total) == (1, 2)
+    assert (found.false_names.count, found.false_names.total) == (1, 2)
+    assert (found.outside_site_correct.count, found.outside_site_correct.total) == (1, 2)
+    assert (found.interval_coverage.count, found.interval_coverage.total) == (1, 1)
+    assert found.closed_minus_oracle.median == pytest.approx(0.05)
     assert found.confusion["stribeck"] == {"parameters": 1, "stribeck": 1, "stribeck + heave": 1}
-    assert found.limits["stribeck"].size == pytest.approx(math.sqrt(0.5 * 1.5), rel=0.3)
+    assert found.detection_limits["stribeck"].size == pytest.approx(math.sqrt(0.5 * 1.5), rel=0.3)
     text = json.dumps(as_json(cases, {}), allow_nan=False)
     assert json.loads(text)["totals"]["false_alarms"]["count"] == 1
 
@@ -185,7 +187,7 @@ def test_answers_of_any_origin_are_scored_by_the_names_of_their_logs(tmp_path):
         (labels / f"{stem}.json").write_text(json.dumps(dataclasses.asdict(label())))
     (answers / "one.json").write_text(json.dumps(tree("effect", ["stribeck"], "contact")))
     (answers / "two" / "diagnosis.json").write_text(json.dumps(tree("unknown", [], "contact", schema=2)))
-    assert [case.outcome for case in score_answers(labels, answers)] == ["right", "unknown"]
+    assert [case.outcome for case in score_answers(labels, answers)] == ["correct", "unknown"]
     with pytest.raises(InputError, match="holds no answer"):
         score_answers(labels, labels / "none")
 
@@ -193,22 +195,22 @@ def test_answers_of_any_origin_are_scored_by_the_names_of_their_logs(tmp_path):
 def test_what_re_tuning_makes_up_for_leaves_nothing_to_name():
     cases = [scored(label(), "effect", ["stribeck"], "contact"), scored(label(), "unknown", tuned=1.5),
              scored(label(), "parameters", tuned=1.05)]  # fmt: skip
-    found = tally(cases)
-    assert (found.named_of_left.count, found.named_of_left.of) == (1, 2)
-    assert (found.named.count, found.named.of) == (1, 3)
+    found = count_totals(cases)
+    assert (found.named_where_gap_remains.count, found.named_where_gap_remains.total) == (1, 2)
+    assert (found.named.count, found.named.total) == (1, 3)
 
 
 def test_what_such_a_log_can_tell_at_all_is_what_the_truth_as_the_only_candidate_is_named_in():
     cases = [scored(label(), "effect", ["stribeck"], named=1.0), scored(label(), "parameters", named=2 / 3),
              scored(label(), "parameters", named=1 / 3), scored(label(), "parameters"),
              scored(label(**TWO), "effect", ["stribeck"], named=0.0)]  # fmt: skip
-    found = tally(cases)
-    assert (found.named_of_nameable.count, found.named_of_nameable.of) == (1, 2)
-    assert found.both_of_nameable.of == 0 and cases[3].nameable is None
+    found = count_totals(cases)
+    assert (found.named_where_identifiable.count, found.named_where_identifiable.total) == (1, 2)
+    assert found.both_where_identifiable.total == 0 and cases[3].identifiable is None
 
 
 def test_what_re_tuning_may_stand_for_is_counted_apart_from_names():
-    told = score(label(), answer_of({**tree("parameters", []), "instead": ["stribeck", "heave"]}, "here"))
-    found = tally([told, scored(label(), "parameters")])
-    assert told.outcome == "missed" and told.instead == ("stribeck", "heave") and not told.named_truth
-    assert (found.told.count, found.told.of, found.named.count) == (1, 2, 0)
+    told = score(label(), diagnosis_from_json({**tree("parameters", []), "instead": ["stribeck", "heave"]}, "here"))
+    found = count_totals([told, scored(label(), "parameters")])
+    assert told.outcome == "missed" and told.suspected == ("stribeck", "heave") and not told.truth_named
+    assert (found.named_or_suspected.count, found.named_or_suspected.total, found.named.count) == (1, 2, 0)

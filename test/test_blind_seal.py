@@ -12,17 +12,17 @@ import pytest
 from click.testing import CliRunner
 
 from slider_drilling.blind import check
-from slider_drilling.blind.answer import diagnose_job
+from slider_drilling.blind.cases import Case, CasePlan, draw_cases
+from slider_drilling.blind.catalogue_laws import CATALOGUE_LAWS
 from slider_drilling.blind.label import read_label, read_labels
-from slider_drilling.blind.law import both, no_effect
-from slider_drilling.blind.laws import CATALOGUE
 from slider_drilling.blind.manoeuvres import MANOEUVRES
-from slider_drilling.blind.plan import Case, Plan, draw_cases
-from slider_drilling.blind.plant import Hidden, random_hidden, run_sealed
-from slider_drilling.blind.recording import Recorder, random_recorder, write_sealed
+from slider_drilling.blind.plant_law import combine, no_effect
+from slider_drilling.blind.recorder import RecorderModel, random_recorder_model, write_sealed_log
+from slider_drilling.blind.reported_diagnosis import diagnose_job
 from slider_drilling.blind.seal import make
+from slider_drilling.blind.sealed_plant import PlantPerturbation, random_perturbation, simulate_sealed
 from slider_drilling.blind.wells import WELLS
-from slider_drilling.campaign.run import Where, run_jobs
+from slider_drilling.campaign.run import WorkerSettings, run_jobs
 from slider_drilling.campaign.worker import run_job
 from slider_drilling.cli import group
 from slider_drilling.diagnosis import build_model as situation
@@ -42,7 +42,7 @@ def case(name, size=3.0, **keywords):
 
 def run(what, jobs, folder):
     """As the command does, in this process."""
-    return run_jobs(jobs, folder, Where(1))
+    return run_jobs(jobs, folder, WorkerSettings(1))
 
 
 def test_the_same_case_is_the_same_file_and_the_same_label(tmp_path, base):
@@ -68,21 +68,23 @@ def test_a_log_says_nothing_of_what_is_in_it(tmp_path, base):
 
 
 def test_what_is_behind_the_seal_differs_from_the_file_in_all_that_it_should():
-    hidden = [random_hidden(np.random.default_rng(seed)) for seed in range(30)]
+    hidden = [random_perturbation(np.random.default_rng(seed)) for seed in range(30)]
     assert len({one.elements for one in hidden}) > 20 and min(one.elements for one in hidden) > 160
     assert all(one.finer_step > 1.1 for one in hidden)
     for name in hidden[0].nuisance:
         assert len({one.nuisance[name] for one in hidden}) == 30
-    recorders = [random_recorder(np.random.default_rng(seed)) for seed in range(30)]
-    assert any(one.colour > 0.2 for one in recorders) and any(one.lost > 0.0 for one in recorders)
+    recorders = [random_recorder_model(np.random.default_rng(seed)) for seed in range(30)]
+    assert any(one.slow_noise_share > 0.2 for one in recorders) and any(one.lost_share > 0.0 for one in recorders)
     assert {step for one in recorders for step in one.resolution} == {0.0, 0.25, 0.5, 1.0}
 
 
 def test_noise_has_the_declared_size_and_the_colour_and_steps_asked_for(tmp_path, base):
     commands = MANOEUVRES["steady"](np.random.default_rng(1), base, 120.0)
-    response = run_sealed(base, Hidden(elements=40), no_effect(np.random.default_rng(1), base, 1.0), commands)
-    recorder = Recorder(colour=0.5, memory=1.0, resolution=(0.5, 0.0, 0.0))
-    write_sealed(tmp_path / "log.mcap", base, commands, response, np.random.default_rng(2), recorder)
+    response = simulate_sealed(
+        base, PlantPerturbation(elements=40), no_effect(np.random.default_rng(1), base, 1.0), commands
+    )
+    recorder = RecorderModel(slow_noise_share=0.5, slow_noise_time=1.0, resolution=(0.5, 0.0, 0.0))
+    write_sealed_log(tmp_path / "log.mcap", base, commands, response, np.random.default_rng(2), recorder)
     log = read_log(tmp_path / "log.mcap")
     hook = log.draw_works.effort - response.hook_load
     assert np.std(hook) == pytest.approx(base.sensors.hook_load.noise, rel=0.1)
@@ -95,9 +97,11 @@ def test_noise_has_the_declared_size_and_the_colour_and_steps_asked_for(tmp_path
 
 def test_samples_are_lost_in_stretches_and_one_by_one(tmp_path, base):
     commands = MANOEUVRES["rotary"](np.random.default_rng(1), base, 120.0)
-    response = run_sealed(base, Hidden(elements=40), no_effect(np.random.default_rng(1), base, 1.0), commands)
-    recorder = Recorder(stretches=6.0, lost=0.02, mwd_lost=0.5)
-    write_sealed(tmp_path / "log.mcap", base, commands, response, np.random.default_rng(2), recorder)
+    response = simulate_sealed(
+        base, PlantPerturbation(elements=40), no_effect(np.random.default_rng(1), base, 1.0), commands
+    )
+    recorder = RecorderModel(outages=6.0, lost_share=0.02, mwd_lost_share=0.5)
+    write_sealed_log(tmp_path / "log.mcap", base, commands, response, np.random.default_rng(2), recorder)
     log = read_log(tmp_path / "log.mcap")
     assert 0.8 * commands.time.size < len(log.top_drive.time) < commands.time.size
     assert np.max(np.diff(log.standpipe_pressure.time)) > 0.35
@@ -113,18 +117,20 @@ def test_every_well_and_manoeuvre_drills(base, well, manoeuvre):
     assert commands.time[-1] == pytest.approx(59.9)
     assert np.all(np.diff(commands.block_position) >= 0.0)
     assert np.ptp(commands.top_drive_angle) > 5.0
-    response = run_sealed(rig, Hidden(elements=30), no_effect(generator, rig, 1.0), commands)
+    response = simulate_sealed(rig, PlantPerturbation(elements=30), no_effect(generator, rig, 1.0), commands)
     assert np.isfinite(response.surface_torque).all() and response.weight_on_bit.max() > 0.0
 
 
 def test_two_laws_at_once_do_what_each_does(base):
     generator = np.random.default_rng(3)
     commands = MANOEUVRES["varied"](generator, base, 60.0)
-    hidden = Hidden(elements=30)
-    bias, heave = (CATALOGUE[name](np.random.default_rng(1), base, 1.0) for name in ("torque_sensor_bias", "heave"))
-    plain = run_sealed(base, hidden, no_effect(generator, base, 1.0), commands)
-    together = run_sealed(base, hidden, both(bias, heave), commands)
-    alone = run_sealed(base, hidden, heave, commands)
+    hidden = PlantPerturbation(elements=30)
+    bias, heave = (
+        CATALOGUE_LAWS[name](np.random.default_rng(1), base, 1.0) for name in ("torque_sensor_bias", "heave")
+    )
+    plain = simulate_sealed(base, hidden, no_effect(generator, base, 1.0), commands)
+    together = simulate_sealed(base, hidden, combine(bias, heave), commands)
+    alone = simulate_sealed(base, hidden, heave, commands)
     assert np.array_equal(together.hook_load, alone.hook_load)
     assert np.std(alone.hook_load - plain.hook_load) > 1e3
     assert np.allclose(together.surface_torque - alone.surface_torque, 500.0 * (1.0 + commands.time / 4000.0))
@@ -150,19 +156,21 @@ def test_twins_are_the_same_run_with_other_noise_and_losses(tmp_path, base):
 
 def test_logs_and_labels_are_made_apart_and_only_once(tmp_path, base):
     rig = installed_file("config/rig.short.yaml")
-    cases = draw_cases(Plan(effects=("none", "torque_sensor_bias"), wells=("own",), duration=60.0), 2)
-    assert check.seal(cases, rig, tmp_path, run).code == 0
+    cases = draw_cases(CasePlan(effects=("none", "torque_sensor_bias"), wells=("own",), duration=60.0), 2)
+    assert check.seal(cases, rig, tmp_path, run).exit_code == 0
     logs = sorted(path.name for path in (tmp_path / "logs").rglob("*.mcap"))
-    assert logs == sorted(f"{one.file()}.mcap" for one in cases)
+    assert logs == sorted(f"{one.file_stem()}.mcap" for one in cases)
     twins = {path.stem for path in (tmp_path / "twins").iterdir()}
-    assert twins == {f"{one.file()}_{number}" for one in cases if one.kind == "single" for number in (1, 2, 3)}
+    assert twins == {f"{one.file_stem()}_{number}" for one in cases if one.kind == "single" for number in (1, 2, 3)}
     labels = read_labels(tmp_path / "labels")
-    assert {labels[one.file()].effects for one in cases} == {one.effects if one.kind != "none" else () for one in cases}
-    assert check.seal(cases, rig, tmp_path, run).kept == 2
+    assert {labels[one.file_stem()].effects for one in cases} == {
+        one.effects if one.kind != "none" else () for one in cases
+    }
+    assert check.seal(cases, rig, tmp_path, run).already_done == 2
     asked = check.seal(cases, rig, tmp_path, run, repeats=5)
-    assert asked.done == 2
+    assert asked.completed == 2
     twins = {path.stem for path in (tmp_path / "twins").iterdir()}
-    assert twins == {f"{one.file()}_{number}" for one in cases if one.kind == "single" for number in range(1, 6)}
+    assert twins == {f"{one.file_stem()}_{number}" for one in cases if one.kind == "single" for number in range(1, 6)}
     assert (tmp_path / "labels").stat().st_mode & 0o077 == 0
 
 
@@ -173,7 +181,7 @@ def test_with_the_labels_deleted_the_answers_are_the_same_and_with_them_there_th
     rig = installed_file("config/rig.short.yaml")
     sealed = Case(("torque_sensor_bias",), 4.0, "own", "steady", 2, 40.0)
     check.seal([sealed], rig, tmp_path, run)
-    log, labels = tmp_path / "logs" / f"{sealed.file()}.mcap", tmp_path / "labels"
+    log, labels = tmp_path / "logs" / f"{sealed.file_stem()}.mcap", tmp_path / "labels"
     job = diagnose_job(log, 0, ("torque_sensor_bias",), (str(labels),))
     with_labels = run_job(job).tree
     kept_out = dataclasses.replace(job, call="pathlib:Path", inputs={})
@@ -204,9 +212,9 @@ def test_the_command_seals_scores_answers_and_refuses_what_cannot_be(tmp_path):
     (answers / path.name).write_text(json.dumps(tree))
     scored = ["blind-check", "--logs", str(tmp_path), "--answers", str(answers), "-o", str(tmp_path / "scored")]
     result = runner.invoke(group, scored)
-    assert result.exit_code == 0 and "right: none" in result.output
+    assert result.exit_code == 0 and "correct: none" in result.output
     written = json.loads((tmp_path / "scored" / "blind.json").read_text())
-    assert written["totals"]["right"]["none"]["count"] == 1 and written["cases"][0]["outcome"] == "right"
+    assert written["totals"]["correct"]["none"]["count"] == 1 and written["cases"][0]["outcome"] == "correct"
     assert "Blind check" in (tmp_path / "scored" / "blind.html").read_text()
     for wrong in (["--sizes", "a"], ["--effects", "stribek"], ["--only", "stribek"], ["--answers", str(answers)]):
         refused = runner.invoke(group, ["blind-check", *wrong, "-o", str(tmp_path / "no")])

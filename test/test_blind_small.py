@@ -9,9 +9,9 @@ from __future__ import annotations
 import pytest
 
 from slider_drilling.blind import check
-from slider_drilling.blind.plan import Case
-from slider_drilling.blind.tally import tally
-from slider_drilling.campaign.run import Where, run_jobs
+from slider_drilling.blind.cases import Case
+from slider_drilling.blind.totals import count_totals
+from slider_drilling.campaign.run import WorkerSettings, run_jobs
 from slider_drilling.files.installed_files import installed_file
 
 CANDIDATES = ("torque_sensor_bias", "motor_wear")
@@ -27,12 +27,12 @@ def test_what_is_large_is_named_and_what_is_not_there_is_not(tmp_path):
     empty = [Case(("none",), 0.0, "own", "steady", seed, 40.0) for seed in range(10, 15)]
 
     def run(what, jobs, folder):
-        return run_jobs(jobs, folder, Where(1))
+        return run_jobs(jobs, folder, WorkerSettings(1))
 
-    assert check.seal([*sealed, *empty], installed_file("config/rig.short.yaml"), tmp_path, run).code == 0
-    checked = check.check(tmp_path, tmp_path, None, check.Asked(CANDIDATES, oracle=False), run)
+    assert check.seal([*sealed, *empty], installed_file("config/rig.short.yaml"), tmp_path, run).exit_code == 0
+    checked = check.check(tmp_path, tmp_path, None, check.DiagnosisRequest(CANDIDATES, oracle=False), run)
     assert checked.code == 0 and len(checked.cases) == 10
-    found = tally(checked.cases)
-    said = [(case.truth, case.outcome, case.named) for case in checked.cases]
+    found = count_totals(checked.cases)
+    said = [(case.true_effects, case.outcome, case.named_effects) for case in checked.cases]
     assert found.named.count >= LEAST_NAMED, said
     assert found.false_alarms.count <= MOST_ALARMS, said

@@ -13,12 +13,12 @@ from pathlib import Path
 
 import pytest
 
-from slider_drilling.campaign import code
-from slider_drilling.campaign.isolated import Processes
+from slider_drilling.campaign import code_version as code
 from slider_drilling.campaign.job import Job
-from slider_drilling.campaign.results import Results
-from slider_drilling.campaign.run import Where, run_jobs
+from slider_drilling.campaign.results import ResultFolder
+from slider_drilling.campaign.run import WorkerSettings, run_jobs
 from slider_drilling.campaign.worker import as_line, run_job
+from slider_drilling.campaign.worker_processes import WorkerProcesses
 from slider_drilling.errors import InputError
 
 KINDS = """
@@ -70,7 +70,7 @@ def jobs(tmp_path, monkeypatch):
 
 
 def squares(folder, keys):
-    return [Results(folder).read(key).tree["square"] for key in keys]
+    return [ResultFolder(folder).read(key).tree["square"] for key in keys]
 
 
 def times_run(job):
@@ -80,10 +80,10 @@ def times_run(job):
 def test_results_are_kept_and_what_has_one_is_not_run_again(tmp_path, jobs):
     work = jobs(4)
     first = run_jobs(work, tmp_path / "results")
-    assert (first.done, first.kept, first.code) == (4, 0, 0)
+    assert (first.completed, first.already_done, first.exit_code) == (4, 0, 0)
     assert squares(tmp_path / "results", first.keys) == [0, 1, 4, 9]
     again = run_jobs([*work, *jobs(5)], tmp_path / "results")
-    assert (again.done, again.kept) == (1, 4)
+    assert (again.completed, again.already_done) == (1, 4)
     assert [times_run(job) for job in work] == [1, 1, 1, 1]
 
 
@@ -119,11 +119,13 @@ def test_an_edit_of_the_package_is_another_code_version_but_not_one_of_its_comma
 def test_a_job_that_raises_or_is_killed_costs_itself_only(tmp_path, jobs):
     said = {}
     work = jobs(6, deeds={"1": "raise", "3": "die"})
-    ran = run_jobs(work, tmp_path / "results", Where(2), said=lambda job, key, why: said.update({job.name: why}))
-    assert (ran.done, len(ran.failed), ran.missing, ran.code) == (4, 2, 0, 1)
+    ran = run_jobs(
+        work, tmp_path / "results", WorkerSettings(2), on_job_end=lambda job, key, why: said.update({job.name: why})
+    )
+    assert (ran.completed, len(ran.failed), ran.not_run, ran.exit_code) == (4, 2, 0, 1)
     assert said["of 1"] == "ValueError: no such number"
     assert "SIGKILL" in said["of 3"]
-    results = Results(tmp_path / "results")
+    results = ResultFolder(tmp_path / "results")
     assert results.error(ran.keys[1]) == said["of 1"] and results.error(ran.keys[3]) == said["of 3"]
     assert "line" in (results.folder / f"{ran.keys[1]}.error").read_text()  # the traceback is kept
     assert squares(results.folder, [ran.keys[k] for k in (0, 2, 4, 5)]) == [0, 4, 16, 25]
@@ -134,8 +136,8 @@ def test_a_job_that_failed_is_tried_again_and_its_error_goes_when_it_has_a_resul
     first = run_jobs(work, tmp_path / "results")
     assert list(first.failed) == [first.keys[1]]
     second = run_jobs(work, tmp_path / "results")
-    assert (second.done, second.kept, second.failed) == (1, 1, {})
-    assert Results(tmp_path / "results").error(first.keys[1]) is None
+    assert (second.completed, second.already_done, second.failed) == (1, 1, {})
+    assert ResultFolder(tmp_path / "results").error(first.keys[1]) is None
     assert not list((tmp_path / "results").glob("*.error"))
 
 
@@ -145,7 +147,7 @@ def test_a_job_is_done_only_while_all_that_it_wrote_is_there(tmp_path, jobs):
     job = Job("squares_of_files:write_beside", "writes", outputs=(str(beside),))
     run_jobs([job], tmp_path / "results")
     beside.unlink()
-    assert run_jobs([job], tmp_path / "results").done == 1
+    assert run_jobs([job], tmp_path / "results").completed == 1
     assert beside.read_text() == "beside"
 
 
@@ -158,7 +160,7 @@ def test_a_job_can_open_nothing_in_a_closed_folder_but_its_own_files(tmp_path, j
     at = f"{closed}{way}/label"
     open_to_it = Job("squares_of_files:peep", "peeps", options={"at": at})
     assert run_job(open_to_it).tree == {"seen": "stribeck"}
-    kept_out = dataclasses.replace(open_to_it, closed=(str(closed),))
+    kept_out = dataclasses.replace(open_to_it, forbidden_folders=(str(closed),))
     ran = run_jobs([kept_out], tmp_path / "results")
     assert "sealed for this job" in ran.failed[ran.keys[0]]
     own = dataclasses.replace(kept_out, inputs={"label": str(closed / "label")})
@@ -172,11 +174,11 @@ def test_what_cannot_be_kept_ends_the_campaign_and_is_not_lost(tmp_path, jobs):
     ran = run_jobs(work, folder)
     assert ran.result(ran.keys[0]).tree == {"square": 0}
     assert ran.result(ran.keys[1]) is None
-    assert (ran.done, len(ran.unkept), ran.missing, ran.code) == (0, 1, 2, 2)
-    assert ran.sentence().startswith(f"1 run and not kept, 2 not run; {folder}/{ran.keys[0]}.json: cannot write")
+    assert (ran.completed, len(ran.unsaved), ran.not_run, ran.exit_code) == (0, 1, 2, 2)
+    assert ran.summary().startswith(f"1 run and not kept, 2 not run; {folder}/{ran.keys[0]}.json: cannot write")
     folder.unlink()
     again = run_jobs(jobs(3, folder=str(folder)), folder)
-    assert (again.done, again.code, squares(folder, again.keys)) == (3, 0, [0, 1, 4])
+    assert (again.completed, again.exit_code, squares(folder, again.keys)) == (3, 0, [0, 1, 4])
 
 
 def test_a_failure_that_cannot_be_written_down_ends_the_campaign(tmp_path, jobs):
@@ -185,8 +187,8 @@ def test_a_failure_that_cannot_be_written_down_ends_the_campaign(tmp_path, jobs)
     work = jobs(2, deeds={"0": "die"})
     (folder / f"{work[0].key()}.error").mkdir()
     ran = run_jobs(work, folder)
-    assert (ran.done, ran.unkept, ran.missing, ran.code) == (0, {}, 2, 2)
-    assert "SIGKILL; and " in ran.sentence() and "cannot write this file" in ran.sentence()
+    assert (ran.completed, ran.unsaved, ran.not_run, ran.exit_code) == (0, {}, 2, 2)
+    assert "SIGKILL; and " in ran.summary() and "cannot write this file" in ran.summary()
 
 
 def test_a_missing_input_or_a_folder_that_cannot_be_made_is_one_line(tmp_path, jobs):
@@ -203,8 +205,8 @@ def test_a_worker_of_other_code_refuses(tmp_path, jobs, monkeypatch):
     def of_other_code(*arguments):
         return json.dumps({**json.loads(as_line(*arguments)), "code": "0.0.0+other"})
 
-    monkeypatch.setattr("slider_drilling.campaign.isolated.as_line", of_other_code)
-    processes = Processes()
+    monkeypatch.setattr("slider_drilling.campaign.worker_processes.as_line", of_other_code)
+    processes = WorkerProcesses()
     why = processes.run(job, job.key(), tmp_path)
     processes.stop()
     assert "install the same code" in why
@@ -213,7 +215,7 @@ def test_a_worker_of_other_code_refuses(tmp_path, jobs, monkeypatch):
 def test_a_result_that_is_none_is_refused_in_one_line(tmp_path):
     (tmp_path / "abc.json").write_text('{"result": 1}')
     with pytest.raises(InputError, match=r"abc\.json: not a result of a campaign"):
-        Results(tmp_path).read("abc")
+        ResultFolder(tmp_path).read("abc")
 
 
 SCRIPT = """
@@ -221,15 +223,15 @@ import sys
 from pathlib import Path
 from slider_drilling.process.shutdown import raise_on_signals
 from slider_drilling.campaign.job import Job
-from slider_drilling.campaign.run import Where, run_jobs
+from slider_drilling.campaign.run import WorkerSettings, run_jobs
 raise_on_signals()
 folder = Path(sys.argv[1])
-where = Where(2, *sys.argv[2:3])
+workers = WorkerSettings(2, *sys.argv[2:3])
 jobs = [Job("squares_of_files:square", f"of {n}", {"number": str(folder / f"number_{n}")}, {"sleep": 0.4})
         for n in range(8)]
-ran = run_jobs(jobs, folder / "results", where, lambda job, key, why: print(job.name, why, flush=True))
-print(ran.sentence())
-sys.exit(ran.code)
+ran = run_jobs(jobs, folder / "results", workers, lambda job, key, why: print(job.name, why, flush=True))
+print(ran.summary())
+sys.exit(ran.exit_code)
 """
 
 

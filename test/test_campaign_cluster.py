@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from slider_drilling.campaign.job import Job
-from slider_drilling.campaign.run import Where, run_jobs
+from slider_drilling.campaign.run import WorkerSettings, run_jobs
 from slider_drilling.errors import InputError
 
 pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
@@ -122,8 +122,8 @@ def test_a_killed_worker_costs_its_case_and_a_lost_scheduler_only_time(cluster, 
             cluster.worker("c")
             cluster.worker("d")
 
-    ran = run_jobs(jobs, tmp_path / "results", Where(scheduler=cluster.address, patience=60.0), said)
-    assert (ran.done, ran.failed, ran.code) == (12, {}, 0)
+    ran = run_jobs(jobs, tmp_path / "results", WorkerSettings(scheduler=cluster.address, patience=60.0), said)
+    assert (ran.completed, ran.failed, ran.exit_code) == (12, {}, 0)
     assert sorted(ended) == sorted(job.name for job in jobs)
     results = [json.loads((tmp_path / "results" / f"{key}.json").read_text())["result"] for key in ran.keys]
     assert results == [{"square": number**2} for number in range(12)]
@@ -143,16 +143,16 @@ def test_a_scheduler_that_stays_away_ends_the_campaign_which_goes_on_from_its_fi
                 os.kill(pid, signal.SIGKILL)
             scheduler.wait()
 
-    ran = run_jobs(jobs, tmp_path / "results", Where(scheduler=cluster.address, patience=0.5), all_go)
-    assert ran.stopped == 3 and "no scheduler answers" in ran.why and ran.done >= 1
-    assert "the same command goes on from here" in ran.sentence()
-    here = run_jobs(jobs, tmp_path / "results", Where(2))
-    assert here.code == 0 and here.kept >= ran.done and here.kept + here.done == 6
+    ran = run_jobs(jobs, tmp_path / "results", WorkerSettings(scheduler=cluster.address, patience=0.5), all_go)
+    assert ran.stop_code == 3 and "no scheduler answers" in ran.stop_reason and ran.completed >= 1
+    assert "the same command goes on from here" in ran.summary()
+    here = run_jobs(jobs, tmp_path / "results", WorkerSettings(2))
+    assert here.exit_code == 0 and here.already_done >= ran.completed and here.already_done + here.completed == 6
 
 
 def test_a_scheduler_that_is_not_there_is_one_line(tmp_path, cluster):
     jobs = make_jobs(tmp_path, 1, 0.0)
     with pytest.raises(InputError, match=f"--scheduler {cluster.address}: no scheduler answers"):
-        run_jobs(jobs, tmp_path / "results", Where(scheduler=cluster.address))
+        run_jobs(jobs, tmp_path / "results", WorkerSettings(scheduler=cluster.address))
     with pytest.raises(InputError, match="--scheduler nowhere: not an address"):
-        run_jobs(jobs, tmp_path / "results", Where(scheduler="nowhere"))
+        run_jobs(jobs, tmp_path / "results", WorkerSettings(scheduler="nowhere"))

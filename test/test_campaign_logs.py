@@ -10,8 +10,17 @@ import pytest
 from click.testing import CliRunner
 
 from slider_drilling.blind.manoeuvres import MANOEUVRES
-from slider_drilling.blind.recording import write_sealed
-from slider_drilling.campaign.logs import Options, cells, find_logs, folder_names, log_job, page_of, row_of, source_of
+from slider_drilling.blind.recorder import write_sealed_log
+from slider_drilling.campaign.diagnose_logs import (
+    DiagnoseOptions,
+    cells,
+    find_logs,
+    folder_names,
+    log_job,
+    log_row,
+    logs_page,
+    user_effect_file,
+)
 from slider_drilling.cli import group
 from slider_drilling.drillstring import simulate
 from slider_drilling.errors import InputError
@@ -28,7 +37,7 @@ def write_idle(path, seed):
     still = np.zeros_like(commands.time)
     commands = replace(commands, top_drive_angle=still, top_drive_speed=still)
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_sealed(path, rig, commands, simulate(rig, commands, 30), np.random.default_rng(seed))
+    write_sealed_log(path, rig, commands, simulate(rig, commands, 30), np.random.default_rng(seed))
     return path
 
 
@@ -58,9 +67,9 @@ def test_an_answer_depends_on_the_rig_file_and_on_the_users_effect(tmp_path, mon
     )
     monkeypatch.syspath_prepend(str(tmp_path))
     reference = "my_effect_of_logs:Mine"
-    options = Options(rig, effects=((reference, source_of(reference)),))
+    options = DiagnoseOptions(rig, effects=((reference, user_effect_file(reference)),))
     key = log_job(log, options).key()
-    assert log_job(log, Options(rig)).key() != key
+    assert log_job(log, DiagnoseOptions(rig)).key() != key
     effect.write_text(effect.read_text() + "# edited\n")
     edited = log_job(log, options).key()
     rig.write_text("other rig")
@@ -105,8 +114,8 @@ def test_the_worst_channel_is_the_one_that_is_furthest_off_in_its_noise(tmp_path
            "rms": {"torque": errors, "hook_load": {**errors, "unit": "N", "nominal": 5e3}}}  # fmt: skip
     entry = {"effect": "heave", "in_answer": True, "group": ["stribeck"]}
     tree = {"verdict": "effect", "effects": ["heave"], "site": "draw_works", "gap": gap, "ranking": [entry]}
-    row = row_of(tmp_path / "<b>run</b>.mcap", "run", tree)
+    row = log_row(tmp_path / "<b>run</b>.mcap", "run", tree)
     shown = cells(row)
     assert shown[1:] == ("effect", "heave", "stribeck", "draw_works", "0.90 [0.80, 0.95]", "torque",
                          "600 N m, 4.0 times its noise", "")  # fmt: skip
-    assert "&lt;b&gt;run" in page_html(page_of([row]), SI) and "<b>run" not in page_html(page_of([row]), SI)
+    assert "&lt;b&gt;run" in page_html(logs_page([row]), SI) and "<b>run" not in page_html(logs_page([row]), SI)

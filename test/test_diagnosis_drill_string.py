@@ -8,11 +8,11 @@ import pytest
 from click.testing import CliRunner
 from short_well import short_rig
 
-from slider_drilling.blind.law import no_effect
-from slider_drilling.blind.laws import CATALOGUE
-from slider_drilling.blind.outside import OUTSIDE
-from slider_drilling.blind.plant import Hidden, run_sealed
-from slider_drilling.blind.recording import write_sealed
+from slider_drilling.blind.catalogue_laws import CATALOGUE_LAWS
+from slider_drilling.blind.outside_laws import OUTSIDE_LAWS
+from slider_drilling.blind.plant_law import no_effect
+from slider_drilling.blind.recorder import write_sealed_log
+from slider_drilling.blind.sealed_plant import PlantPerturbation, simulate_sealed
 from slider_drilling.diagnosis import build_model as situation
 from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.catalogue import catalogue
@@ -43,7 +43,7 @@ def rocking(duration, period=8.0, amplitude=5.0, lowering=0.002):
 
 def write_run(path, rig, commands, actual=None):
     response = simulate(rig if actual is None else actual, commands, 60)
-    write_sealed(path, replace(rig, effects=Effects()), commands, response, np.random.default_rng(4))
+    write_sealed_log(path, replace(rig, effects=Effects()), commands, response, np.random.default_rng(4))
     return path
 
 
@@ -146,7 +146,7 @@ def test_stuck_and_saturated_channels_are_left_out():
 
 def test_sealed_laws_cover_the_catalogue_and_every_scan_point_is_a_rig():
     names = {effect.name for effect in catalogue(3000.0, 400.0)}
-    assert names == set(CATALOGUE)
+    assert names == set(CATALOGUE_LAWS)
     rig = short_rig()
     for effect in catalogue(1000.0, 400.0):
         for point in effect.scan:
@@ -263,14 +263,14 @@ def test_the_contact_of_a_rival_is_the_file_s_at_zero_and_stays_one(orientation)
     assert contact_with(contact, {"moved.give": 1.0}).stiffness == pytest.approx(0.5 * contact.stiffness)
 
 
-@pytest.mark.parametrize("name", [*CATALOGUE, *OUTSIDE])
+@pytest.mark.parametrize("name", [*CATALOGUE_LAWS, *OUTSIDE_LAWS])
 def test_sealed_laws_change_what_the_sensors_see(name):
     rig = short_rig()
     commands = rocking(24.0)
     generator = np.random.default_rng(2)
-    plain = run_sealed(rig, Hidden(), no_effect(generator, rig, 1.0), commands)
-    law = {**CATALOGUE, **OUTSIDE}[name](generator, rig, 2.0)
-    changed = run_sealed(rig, Hidden(), law, commands)
+    plain = simulate_sealed(rig, PlantPerturbation(), no_effect(generator, rig, 1.0), commands)
+    law = {**CATALOGUE_LAWS, **OUTSIDE_LAWS}[name](generator, rig, 2.0)
+    changed = simulate_sealed(rig, PlantPerturbation(), law, commands)
     assert np.isfinite(changed.surface_torque).all()
     names = ("surface_torque", "hook_load", "standpipe_pressure")
     moved = max(np.max(np.abs(getattr(changed, channel) - getattr(plain, channel))) for channel in names)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from slider_drilling.diagnosis import sentences
-from slider_drilling.diagnosis.catalogue import catalogue, spoken
+from slider_drilling.diagnosis.catalogue import catalogue, to_user
 from slider_drilling.diagnosis.describe_curve import describe_curve
 from slider_drilling.diagnosis.effect_phrases import effect_phrase
 from slider_drilling.diagnosis.figures import shape
@@ -17,7 +17,7 @@ from slider_drilling.diagnosis.result import FittedParameter, RankedEffect, Resi
 
 @pytest.mark.parametrize("effect", catalogue(3000.0, 400.0), ids=lambda effect: effect.name)
 def test_every_effect_has_words_of_its_own(effect):
-    told = spoken(effect.values(effect.scan[0]), 3000.0)
+    told = to_user(effect.values(effect.scan[0]), 3000.0)
     text = effect_phrase(effect.name, {name.rpartition(".")[2]: value for name, value in told.items()})
     assert text[0].isupper()
     assert "_" not in text
@@ -44,7 +44,7 @@ def test_phrases_state_sign_size_and_unit(effect, values, says):
 
 @pytest.mark.parametrize("effect", catalogue(3000.0, 400.0), ids=lambda effect: effect.name)
 def test_what_a_log_does_not_tell_of_an_effect_is_left_out_of_its_words(effect):
-    told = spoken(effect.values(effect.scan[0]), 3000.0)
+    told = to_user(effect.values(effect.scan[0]), 3000.0)
     amplitude = next(iter(told))
     fitted = {
         name: FittedParameter(value, "-", 0.0, None if name == amplitude else (0.0, 10.0))

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from slider_drilling.diagnosis.catalogue import catalogue, spoken
+from slider_drilling.diagnosis.catalogue import catalogue, to_user
 from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
 from slider_drilling.rig import dump_rig, load_rig, parse_rig
@@ -75,7 +75,7 @@ def test_a_neutral_effect_needs_no_place(block):
 @pytest.mark.parametrize("middle", [0.0, 40.0, 1500.0, 3000.0])
 @pytest.mark.parametrize("excess", [-450.0, 0.0, 216.0, 3000.0])
 def test_a_bed_that_was_fitted_is_one_that_a_rig_file_may_hold(middle, excess):
-    bed = spoken({"cuttings_bed.excess": excess, "cuttings_bed.middle": middle, "cuttings_bed.length": 90.0}, 3000.0)
+    bed = to_user({"cuttings_bed.excess": excess, "cuttings_bed.middle": middle, "cuttings_bed.length": 90.0}, 3000.0)
     assert 0.0 <= bed["cuttings_bed.top"] < bed["cuttings_bed.bottom"] <= 3000.0
     assert bed["cuttings_bed.factor"] == pytest.approx(min(max(1.0 + excess / 90.0, 0.2), 20.0))
     assert not [name for name in bed if name.rpartition(".")[2] in ("excess", "middle", "length")]

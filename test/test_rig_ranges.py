@@ -14,7 +14,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from slider_drilling.blind.wells import DRAWN, WELLS
+from slider_drilling.blind.wells import DEFAULT_WELLS, WELLS
 from slider_drilling.closed_loop import SCENARIOS
 from slider_drilling.control import SlideController
 from slider_drilling.diagnosis.catalogue import catalogue
@@ -212,7 +212,7 @@ def test_no_text_gives_anything_but_a_rig_or_one_line(text: str) -> None:
 def test_rigs_that_are_shipped_drawn_or_put_into_scenarios_are_rigs(path: Path) -> None:
     base = load_rig(path)
     for seed in range(20):
-        for well in DRAWN:
+        for well in DEFAULT_WELLS:
             check_rig(WELLS[well](np.random.default_rng(seed), base))
     for scenario in SCENARIOS:
         check_rig(scenario.believed_rig())

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from slider_drilling.blind.lack import Lack
+from slider_drilling.blind.log_defects import LogDefect
 from slider_drilling.diagnosis.diagnose import diagnose
 from slider_drilling.diagnosis.to_json import to_json
 from slider_drilling.log import RigLog, read_log
@@ -45,9 +45,9 @@ def lacking(what: str, log: RigLog) -> RigLog:
     if name in _MISSING:
         return _changed(log, {_MISSING[name]: None})
     if name == "samples":
-        return _rows(log, Lack(every=int(value)))
+        return _rows(log, LogDefect(keep_every=int(value)))
     if name == "renewals":
-        return _rows(log, Lack(renewed=int(value)), ("time", "arrival"))
+        return _rows(log, LogDefect(hold_samples=int(value)), ("time", "arrival"))
     if log.top_drive is not None and name == "start":
         return cut_time_window(log, float(value) * float(log.top_drive.time[-1]), np.inf)
     if log.top_drive is not None and name == "speed":
@@ -58,13 +58,13 @@ def lacking(what: str, log: RigLog) -> RigLog:
     raise SystemExit(f"{what}: not among what a log may lack here, see {__file__}")
 
 
-def _rows(log: RigLog, lack: Lack, but: tuple[str, ...] = ()) -> RigLog:
+def _rows(log: RigLog, lack: LogDefect, but: tuple[str, ...] = ()) -> RigLog:
     """The log with the samples that a recorder which lacks this has; but: columns that stay."""
     found: dict[str, Any] = {}
     for name in _SERIES:
         series = getattr(log, name)
         if series is not None:
-            _, kept = lack.rows(series.time.size)
+            _, kept = lack.sample_rows(series.time.size)
             columns = [field.name for field in fields(series) if field.name not in but]
             found[name] = replace(series, **{column: getattr(series, column)[kept] for column in columns})
     return _changed(log, found)

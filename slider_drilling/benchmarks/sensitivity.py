@@ -17,9 +17,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import slider_drilling.gap
-from slider_drilling.blind.answer import answer_of
 from slider_drilling.blind.check import LABELS, LOGS
 from slider_drilling.blind.label import read_labels
+from slider_drilling.blind.reported_diagnosis import diagnosis_from_json
 from slider_drilling.blind.score import score
 from slider_drilling.diagnosis.diagnose import diagnose
 from slider_drilling.diagnosis.to_json import to_json
@@ -133,9 +133,9 @@ def sealed(folder: Path, most: int) -> Callable[[], SensitivityCounts]:
         for stem in chosen:
             log = read_log(folder / LOGS / f"{stem}.mcap")
             tree = to_json(diagnose([log], log.rig()))
-            scored = score(labels[stem], answer_of(tree, stem))
-            named += scored.named_truth
-            said += scored.extra > 0 or scored.outcome in ("alarm", "bare name")
+            scored = score(labels[stem], diagnosis_from_json(tree, stem))
+            named += scored.truth_named
+            said += scored.extra_names > 0 or scored.outcome in ("false alarm", "false name")
             spent += tree["counts"]["simulations"]
         return SensitivityCounts(len(chosen), named, said, spent)
 

@@ -20,17 +20,17 @@ _SLOPES = np.geomspace(0.3, 30.0, 60)
 
 
 @dataclass(frozen=True)
-class Limit:
+class DetectionLimit:
     """size: noise floors, named half the time, None where every size tried was named, or none; interval: 95 %, an end
     that lies beyond the sizes tried is None."""
 
     size: float | None
     interval: tuple[float | None, float | None]
     named: int
-    of: int
+    total: int
 
 
-def detection_limit(sizes: Sequence[float], named: Sequence[bool]) -> Limit:
+def detection_limit(sizes: Sequence[float], named: Sequence[bool]) -> DetectionLimit:
     """The size at which an effect is named half the time.
 
     Firth's penalised likelihood, which is finite where the sizes that were named and those that were not do not
@@ -38,7 +38,7 @@ def detection_limit(sizes: Sequence[float], named: Sequence[bool]) -> Limit:
     """
     count, total = int(sum(named)), len(named)
     if total == 0:
-        return Limit(None, (None, None), 0, 0)
+        return DetectionLimit(None, (None, None), 0, 0)
     x, y = np.log(np.asarray(sizes, dtype=float)), np.asarray(named, dtype=float)
     centres = np.linspace(x.min() - np.log(_BEYOND), x.max() + np.log(_BEYOND), _GRID)
     profile = _profile(x, y, centres)
@@ -48,8 +48,8 @@ def detection_limit(sizes: Sequence[float], named: Sequence[bool]) -> Limit:
         None if near[-1] >= x.max() + 1e-9 else float(np.exp(near[-1])),
     )
     if count in (0, total):
-        return Limit(None, ends, count, total)
-    return Limit(float(np.exp(centres[int(profile.argmax())])), ends, count, total)
+        return DetectionLimit(None, ends, count, total)
+    return DetectionLimit(float(np.exp(centres[int(profile.argmax())])), ends, count, total)
 
 
 def _profile(x: Array, y: Array, centres: Array) -> Array:

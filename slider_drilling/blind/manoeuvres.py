@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from slider_drilling.blind.plant import INTERVAL_S
+from slider_drilling.blind.sealed_plant import INTERVAL_S
 from slider_drilling.drillstring import Commands
 from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.rig import Rig

@@ -36,7 +36,7 @@ def own(generator: np.random.Generator, base: Rig) -> Rig:
 WELLS: dict[str, Callable[[np.random.Generator, Rig], Rig]] = {
     make.__name__: make for make in (horizontal, deviated, extended, own)
 }
-DRAWN = ("horizontal", "deviated", "extended")
+DEFAULT_WELLS = ("horizontal", "deviated", "extended")
 
 
 def _well(generator: np.random.Generator, base: Rig, landing: float, end: float, hold: float) -> Rig:

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from slider_drilling.campaign.isolated import run_here
 from slider_drilling.campaign.job import Job
+from slider_drilling.campaign.worker_processes import run_on_cluster_worker
 from slider_drilling.errors import InputError
 
 # s, for a first answer and for a first worker.
@@ -18,7 +18,7 @@ _ANSWER_S, _WORKER_S = 5.0, 30.0
 
 
 @contextmanager
-def connected(address: str, patience: float) -> Iterator[Any]:
+def connect(address: str, patience: float) -> Iterator[Any]:
     """A client of the scheduler, tried for patience s. Raises InputError where none answers or none works for it."""
     try:
         from distributed import Client
@@ -53,11 +53,11 @@ def _await_worker(client: Any, address: str, seconds: float) -> None:
         raise InputError(f"--scheduler {address}: it has no worker; start one with `dask worker {address}`") from None
 
 
-class LostError(Exception):
+class SchedulerLostError(Exception):
     """The scheduler is gone."""
 
 
-def results_of(client: Any, jobs: Mapping[str, Job], folder: Path) -> Iterator[tuple[str, str | None]]:
+def run_on_cluster(client: Any, jobs: Mapping[str, Job], folder: Path) -> Iterator[tuple[str, str | None]]:
     """Run jobs on the cluster; each one's key and why it has no result, or None, as they end. Raises LostError.
 
     A job whose worker died is given to another one, which dask does three times.
@@ -65,7 +65,7 @@ def results_of(client: Any, jobs: Mapping[str, Job], folder: Path) -> Iterator[t
     from distributed import CancelledError, KilledWorker, as_completed
     from distributed.comm.core import CommClosedError
 
-    keys = {client.submit(run_here, job, key, str(folder), pure=False): key for key, job in jobs.items()}
+    keys = {client.submit(run_on_cluster_worker, job, key, str(folder), pure=False): key for key, job in jobs.items()}
     try:
         for future in as_completed(list(keys)):
             try:
@@ -73,7 +73,7 @@ def results_of(client: Any, jobs: Mapping[str, Job], folder: Path) -> Iterator[t
             except KilledWorker:
                 yield keys[future], "every worker that took it died"
     except (CancelledError, CommClosedError, OSError):
-        raise LostError from None
+        raise SchedulerLostError from None
     finally:
         for future in keys:
             future.release()

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from slider_drilling.campaign.code import code_version
+from slider_drilling.campaign.code_version import code_version
 from slider_drilling.errors import InputError
 
 
@@ -30,9 +30,9 @@ class Job:
     options: Mapping[str, Any] = field(default_factory=dict)
     seed: int = 0
     outputs: tuple[str, ...] = ()
-    closed: tuple[str, ...] = ()
+    forbidden_folders: tuple[str, ...] = ()
 
-    def depends_on(self) -> dict[str, Any]:
+    def dependencies(self) -> dict[str, Any]:
         """All that the result depends on. Raises InputError where an input cannot be read."""
         return {
             "call": self.call,
@@ -44,7 +44,7 @@ class Job:
 
     def key(self) -> str:
         """The name of its result: a hash of `depends_on`. Raises InputError where an input cannot be read."""
-        return hashlib.sha256(json.dumps(self.depends_on(), sort_keys=True).encode()).hexdigest()[:24]
+        return hashlib.sha256(json.dumps(self.dependencies(), sort_keys=True).encode()).hexdigest()[:24]
 
     def function(self) -> Callable[[Job], dict[str, Any]]:
         """What ``call`` names."""

@@ -15,27 +15,27 @@ SCHEMA = "slider_drilling/result/1"
 
 
 @dataclass(frozen=True)
-class Result:
+class JobResult:
     """What came of a job. tree: what its function returned; cpu: s of processor; wall: s; memory: bytes, the most that
     the process that ran it ever held."""
 
     tree: dict[str, Any]
-    cpu: float
-    wall: float
-    memory: int
+    cpu_s: float
+    wall_s: float
+    peak_memory: int
 
 
-class UnkeptError(Exception):
+class ResultNotSavedError(Exception):
     """What came of a job could not be written, so that going on would be for nothing. key: the job's; result: None
     where it failed, so that only the reason of that is not on the disk."""
 
-    def __init__(self, why: str, key: str, result: Result | None) -> None:
+    def __init__(self, why: str, key: str, result: JobResult | None) -> None:
         super().__init__(why, key, result)  # all of them, so that it comes whole from another process
-        self.why, self.key, self.result = why, key, result
+        self.reason, self.key, self.result = why, key, result
 
 
 @dataclass(frozen=True)
-class Results:
+class ResultFolder:
     """The folder that a campaign's results are in: ``KEY.json`` of a job that ended, ``KEY.error`` of one that did
     not, which running again tries once more."""
 
@@ -44,25 +44,29 @@ class Results:
     def path(self, key: str) -> Path:
         return self.folder / f"{key}.json"
 
-    def done(self, key: str, job: Job) -> bool:
+    def is_done(self, key: str, job: Job) -> bool:
         """Whether the result and whatever else the job writes are there."""
         return self.path(key).is_file() and all(Path(output).is_file() for output in job.outputs)
 
-    def read(self, key: str) -> Result:
+    def read(self, key: str) -> JobResult:
         """Raises InputError where it is no result."""
         path = self.path(key)
         try:
             tree = json.loads(read_text(path, "result"))
-            return Result(tree["result"], tree["cpu_s"], tree["wall_s"], tree["memory_bytes"])
+            return JobResult(tree["result"], tree["cpu_s"], tree["wall_s"], tree["memory_bytes"])
         except (ValueError, KeyError, TypeError):
             raise InputError(f"{path}: not a result of a campaign; delete it and run again") from None
 
-    def write(self, key: str, job: Job, result: Result) -> None:
+    def write(self, key: str, job: Job, result: JobResult) -> None:
         """Raises InputError where it cannot be written."""
         tree = {
-            "schema": SCHEMA, "job": job.depends_on(), "cpu_s": round(result.cpu, 3), "wall_s": round(result.wall, 3),
-            "memory_bytes": result.memory, "result": result.tree,
-        }  # fmt: skip
+            "schema": SCHEMA,
+            "job": job.dependencies(),
+            "cpu_s": round(result.cpu_s, 3),
+            "wall_s": round(result.wall_s, 3),
+            "memory_bytes": result.peak_memory,
+            "result": result.tree,
+        }
         write_atomically(self.path(key), (json.dumps(tree, allow_nan=False) + "\n").encode("utf-8"))
         self._error(key).unlink(missing_ok=True)
 

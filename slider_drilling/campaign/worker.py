@@ -19,10 +19,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from slider_drilling.campaign.code import code_version
+from slider_drilling.campaign.code_version import code_version
+from slider_drilling.campaign.forbidden_folders import forbid_folders
 from slider_drilling.campaign.job import Job
-from slider_drilling.campaign.results import Result, Results
-from slider_drilling.campaign.seal import closed
+from slider_drilling.campaign.results import JobResult, ResultFolder
 from slider_drilling.errors import InputError
 
 # One thread each: there is a process for every core. Before numpy is imported.
@@ -57,8 +57,8 @@ def _read(lines: queue.Queue[str]) -> None:
 def _answer(line: str) -> dict[str, Any]:
     order = json.loads(line)
     tree = order["job"]
-    job = Job(**{**tree, "outputs": tuple(tree["outputs"]), "closed": tuple(tree["closed"])})
-    results = Results(Path(order["folder"]))
+    job = Job(**{**tree, "outputs": tuple(tree["outputs"]), "forbidden_folders": tuple(tree["forbidden_folders"])})
+    results = ResultFolder(Path(order["folder"]))
     if order["code"] != code_version():
         return {"error": f"this worker runs {code_version()}, the campaign {order['code']}: install the same code"}
     try:
@@ -75,13 +75,13 @@ def _answer(line: str) -> dict[str, Any]:
     return {}
 
 
-def run_job(job: Job) -> Result:
+def run_job(job: Job) -> JobResult:
     """Run it here and now. Raises what its function raises."""
     began, processor = time.perf_counter(), time.process_time()
     function = job.function()
-    with closed(job.closed, (*job.inputs.values(), *job.outputs)):
+    with forbid_folders(job.forbidden_folders, (*job.inputs.values(), *job.outputs)):
         tree = function(job)
-    return Result(tree, time.process_time() - processor, time.perf_counter() - began, _peak_memory())
+    return JobResult(tree, time.process_time() - processor, time.perf_counter() - began, _peak_memory())
 
 
 def _peak_memory() -> int:
@@ -93,7 +93,7 @@ def _peak_memory() -> int:
     return peak if sys.platform == "darwin" else 1024 * peak
 
 
-def _failed(results: Results, key: str, why: str, full: str) -> dict[str, Any]:
+def _failed(results: ResultFolder, key: str, why: str, full: str) -> dict[str, Any]:
     try:
         results.write_error(key, f"{why}\n\n{full}\n")
     except InputError as error:

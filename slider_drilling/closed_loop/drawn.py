@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from slider_drilling.blind.wells import DRAWN, WELLS
+from slider_drilling.blind.wells import DEFAULT_WELLS, WELLS
 from slider_drilling.closed_loop.scenario import Scenario
 from slider_drilling.closed_loop.scenarios import effects_with
 from slider_drilling.effects import Effects
@@ -42,7 +42,7 @@ def draw_slide(number: int, seed: int, base: Rig, duration: float = DURATION_S) 
 
 
 def _believed(random: Random, base: Rig) -> Rig:
-    rig = WELLS[str(random.choice(DRAWN))](random, base)
+    rig = WELLS[str(random.choice(DEFAULT_WELLS))](random, base)
     sensors = rig.sensors
     mwd = replace(sensors.mwd, period=float(random.choice([8.0, 12.0, 20.0, 30.0])))
     return replace(rig, sensors=replace(_noisier(random, sensors), mwd=mwd))

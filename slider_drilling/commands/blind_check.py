@@ -13,9 +13,9 @@ from slider_drilling.commands.campaign_options import jobs_option, scheduler_opt
 from slider_drilling.commands.options import SEED, json_option, print_json, units_option, write_and_print
 
 if TYPE_CHECKING:
-    from slider_drilling.blind.score import Scored
+    from slider_drilling.blind.score import ScoredCase
     from slider_drilling.campaign.job import Job
-    from slider_drilling.campaign.run import Ran
+    from slider_drilling.campaign.run import CampaignOutcome
     from slider_drilling.units import Units
 
 EXAMPLES = """\
@@ -63,9 +63,26 @@ Examples:
 @json_option
 @units_option
 def command(
-    cases: int, seed: int, effects: str, sizes: str, wells: str, manoeuvres: str, lacking: str, duration: float,
-    rig_path: Path | None, seal_only: bool, sealed: Path | None, answers: Path | None, only: str, oracle: bool,
-    repeats: int, jobs: int, scheduler: str, output: Path, as_json: bool, units: Units,
+    cases: int,
+    seed: int,
+    effects: str,
+    sizes: str,
+    wells: str,
+    manoeuvres: str,
+    lacking: str,
+    duration: float,
+    rig_path: Path | None,
+    seal_only: bool,
+    sealed: Path | None,
+    answers: Path | None,
+    only: str,
+    oracle: bool,
+    repeats: int,
+    jobs: int,
+    scheduler: str,
+    output: Path,
+    as_json: bool,
+    units: Units,
 ) -> int:
     """Seal logs, diagnose them from the logs alone, then open the seals and score.
 
@@ -73,10 +90,10 @@ def command(
     catalogue's; some are in no catalogue. Ctrl-C leaves what is finished; the same command goes on from there.
     """  # fmt: skip
     from slider_drilling.blind import check
-    from slider_drilling.blind.plan import Plan, draw_cases
-    from slider_drilling.blind.wells import DRAWN
-    from slider_drilling.campaign.run import Where
-    from slider_drilling.campaign.shown import run_shown
+    from slider_drilling.blind.cases import CasePlan, draw_cases
+    from slider_drilling.blind.wells import DEFAULT_WELLS
+    from slider_drilling.campaign.progress import run_with_progress
+    from slider_drilling.campaign.run import WorkerSettings
     from slider_drilling.errors import InputError
     from slider_drilling.files.installed_files import installed_file
     from slider_drilling.files.output_files import check_outputs, make_folder
@@ -86,47 +103,47 @@ def command(
     make_folder(output)
     check_outputs((output / "blind.json", output / "blind.html"), (rig_path,))
     _only_known(_names(only))
-    where = Where(jobs, scheduler)
+    where = WorkerSettings(jobs, scheduler)
 
-    def run(what: str, work: Sequence[Job], folder: Path) -> Ran:
-        return run_shown(what, work, folder, where)
+    def run(what: str, work: Sequence[Job], folder: Path) -> CampaignOutcome:
+        return run_with_progress(what, work, folder, where)
 
     stems = None
     options: dict[str, Any] = {"logs": str(sealed)}
     if sealed is None:
-        chosen = _names(wells) or (("own",) if rig_path is not None else DRAWN)
-        plan = Plan(_names(effects), _numbers("--sizes", sizes), chosen, _names(manoeuvres), seed, duration,
+        chosen = _names(wells) or (("own",) if rig_path is not None else DEFAULT_WELLS)
+        plan = CasePlan(_names(effects), _numbers("--sizes", sizes), chosen, _names(manoeuvres), seed, duration,
                     _names(lacking))  # fmt: skip
         drawn = draw_cases(plan, cases)
         rig = rig_path if rig_path is not None else installed_file("config/rig.example.yaml")
         ran = check.seal(drawn, rig, output, run, repeats)
-        count = ran.done + ran.kept
+        count = ran.completed + ran.already_done
         click.echo(f"sealed {count} of {cases} logs in {output / check.LOGS}", err=as_json)
-        if as_json and (seal_only or ran.stopped or not count):
+        if as_json and (seal_only or ran.stop_code or not count):
             print_json({"sealed": count, "of": cases, "logs": output / check.LOGS})
         if ran.failed and not count:
             raise InputError(f"{output}: nothing could be sealed: {next(iter(ran.failed.values()))}")
-        if seal_only or ran.stopped:
-            return ran.code
-        sealed, stems = output, [case.file() for case in drawn]
+        if seal_only or ran.stop_code:
+            return ran.exit_code
+        sealed, stems = output, [case.file_stem() for case in drawn]
         options = {"cases": cases, "seed": seed, "effects": effects, "sizes": sizes, "wells": ",".join(chosen),
                    "manoeuvres": manoeuvres, "lacking": lacking, "duration": duration, "rig": str(rig_path or ""),
                    "repeats": repeats, "oracle": oracle, "only": only}  # fmt: skip
     if answers is not None:
         _report(check.score_answers(sealed / check.LABELS, answers), {}, options, output, as_json, units)
         return 0
-    checked = check.check(sealed, output, stems, check.Asked(_names(only), oracle=oracle), run)
+    checked = check.check(sealed, output, stems, check.DiagnosisRequest(_names(only), oracle=oracle), run)
     _report(checked.cases, checked.answers, options, output, as_json, units)
     return checked.code
 
 
 def _only_known(names: Sequence[str]) -> None:
-    from slider_drilling.blind.laws import CATALOGUE
+    from slider_drilling.blind.catalogue_laws import CATALOGUE_LAWS
     from slider_drilling.errors import InputError
 
     for name in names:
-        if name not in CATALOGUE:
-            raise InputError(f"--only {name}: not one of {', '.join(CATALOGUE)}")
+        if name not in CATALOGUE_LAWS:
+            raise InputError(f"--only {name}: not one of {', '.join(CATALOGUE_LAWS)}")
 
 
 def _names(text: str) -> tuple[str, ...]:
@@ -143,7 +160,11 @@ def _numbers(option: str, text: str) -> tuple[float, ...]:
 
 
 def _report(
-    cases: Sequence[Scored], answers: dict[str, dict[str, Any]], options: dict[str, Any], output: Path, to_json: bool,
+    cases: Sequence[ScoredCase],
+    answers: dict[str, dict[str, Any]],
+    options: dict[str, Any],
+    output: Path,
+    to_json: bool,
     units: Units,
 ) -> None:
     from slider_drilling.blind.check import ANSWERS, as_json, write_answers
@@ -172,22 +193,24 @@ def _report(
     write_and_print(tree if to_json else None, show, write)
 
 
-def _line(case: Scored) -> str:
-    truth = " + ".join(case.truth) or "none"
-    size = ", ".join(f"{size:.1f}" for size in case.sizes) if case.truth else "-"
-    said = " + ".join(case.named) + (f" (or {', '.join(case.group)})" if case.group else "")
-    said = f"{', '.join(case.instead)} instead?" if case.instead else said
+def _line(case: ScoredCase) -> str:
+    truth = " + ".join(case.true_effects) or "none"
+    size = ", ".join(f"{size:.1f}" for size in case.sizes) if case.true_effects else "-"
+    said = " + ".join(case.named_effects) + (
+        f" (or {', '.join(case.indistinguishable)})" if case.indistinguishable else ""
+    )
+    said = f"{', '.join(case.suspected)} instead?" if case.suspected else said
     return f"{case.outcome}: {truth} at {size} noise floors, {case.manoeuvre} -> {case.verdict}: {said or 'no name'}"
 
 
-def _print_totals(cases: Sequence[Scored], units: Units) -> None:
+def _print_totals(cases: Sequence[ScoredCase], units: Units) -> None:
     from rich.table import Table
 
     from slider_drilling.blind.page import total_rows
-    from slider_drilling.blind.tally import tally
+    from slider_drilling.blind.totals import count_totals
     from slider_drilling.console.streams import stdout
 
     table = Table("", "count, share, 95 % interval")
-    for name, value in total_rows(tally(cases)):
+    for name, value in total_rows(count_totals(cases)):
         table.add_row(name, units.convert_text(value))
     stdout().print(table)

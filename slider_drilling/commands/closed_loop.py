@@ -60,7 +60,7 @@ def command(
 
     Ctrl-C (or SIGTERM) keeps the scenarios that have ended; the exit code is then 130 (143).
     """
-    from slider_drilling.campaign.run import Where
+    from slider_drilling.campaign.run import WorkerSettings
     from slider_drilling.closed_loop import report
     from slider_drilling.closed_loop.campaign import CampaignOptions
     from slider_drilling.closed_loop.page import closed_loop_page
@@ -86,7 +86,7 @@ def command(
         if sets:
             raise InputError("--set: not with --campaign; give it a class of your own that has these settings")
         names = list(dict.fromkeys((name or DEFAULT_CONTROLLER, *against)))
-        where = Where(jobs, scheduler)
+        where = WorkerSettings(jobs, scheduler)
         return run_campaign(names, slides, setting, where, output, rig_path is not None, as_json_text, units)
     scenarios = _chosen(only, every)
     if slide is not None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from slider_drilling.commands.options import write_and_print
 
 if TYPE_CHECKING:
-    from slider_drilling.campaign.run import Where
+    from slider_drilling.campaign.run import WorkerSettings
     from slider_drilling.closed_loop.campaign import CampaignOptions, ScoredSlide
     from slider_drilling.closed_loop.scenario import Scenario
     from slider_drilling.units import Units
@@ -20,12 +20,18 @@ FILE, PAGE, RESULTS = "closed_loop_campaign.json", "closed_loop_campaign.html", 
 
 
 def run_campaign(
-    controllers: Sequence[str], slides: int, setting: CampaignOptions, where: Where, output: Path, own_rig: bool,
-    as_json: bool, units: Units,
+    controllers: Sequence[str],
+    slides: int,
+    setting: CampaignOptions,
+    where: WorkerSettings,
+    output: Path,
+    own_rig: bool,
+    as_json: bool,
+    units: Units,
 ) -> int:
     """Every controller through every slide; the exit code. The first controller is the one under test."""
-    from slider_drilling.campaign.code import code_version
-    from slider_drilling.campaign.shown import run_shown
+    from slider_drilling.campaign.code_version import code_version
+    from slider_drilling.campaign.progress import run_with_progress
     from slider_drilling.closed_loop import campaign_page
     from slider_drilling.closed_loop.campaign import repeat_command, slide_job, slide_of
     from slider_drilling.files.output_files import check_outputs, make_folder, write_atomically
@@ -34,14 +40,14 @@ def run_campaign(
     make_folder(output)
     check_outputs((output / FILE, output / PAGE), (setting.rig,))
     jobs = [slide_job(number, name, setting) for number in range(slides) for name in controllers]
-    ran = run_shown("sliding", jobs, output / RESULTS, where)
+    ran = run_with_progress("sliding", jobs, output / RESULTS, where)
     found: dict[str, list[ScoredSlide]] = {name: [] for name in controllers}
     for job, key in zip(jobs, ran.keys, strict=True):
         if (result := ran.result(key)) is not None:
             found[job.options["controller"]].append(slide_of(result.tree))
     found = {name: of for name, of in found.items() if of}
     if not found:
-        return ran.code
+        return ran.exit_code
     repeat = {name: partial(repeat_command, controller=name, setting=setting, own_rig=own_rig) for name in found}
     tree = campaign_page.as_json(found, setting, code_version(), repeat)
 
@@ -51,7 +57,7 @@ def run_campaign(
         return output / FILE, output / PAGE
 
     write_and_print(tree if as_json else None, lambda: _print(found), write)
-    return ran.code
+    return ran.exit_code
 
 
 def drawn_scenario(number: int, setting: CampaignOptions) -> tuple[Scenario, int]:

@@ -70,8 +70,8 @@ def command(
     writes the best answer so far, marked partial. The exit code is then 130 (143).
     """
     from slider_drilling.api.diagnose import diagnose
-    from slider_drilling.campaign.logs import Options, find_logs, source_of
-    from slider_drilling.campaign.run import Where
+    from slider_drilling.campaign.diagnose_logs import DiagnoseOptions, find_logs, user_effect_file
+    from slider_drilling.campaign.run import WorkerSettings
     from slider_drilling.commands.diagnose_logs import diagnose_each
     from slider_drilling.console.streams import progress_stages, stderr
     from slider_drilling.diagnosis.save import FILES
@@ -83,9 +83,9 @@ def command(
     logs = tuple(find_logs(logs))
     check_distinct(logs)
     if len(logs) > 1 and not together:
-        sources = tuple((reference, source_of(reference)) for reference in effects)
-        options = Options(rig_path, namespace, seed, only, sources, until, units.name)
-        return diagnose_each(logs, options, Where(jobs, scheduler), output, as_json, units)
+        sources = tuple((reference, user_effect_file(reference)) for reference in effects)
+        options = DiagnoseOptions(rig_path, namespace, seed, only, sources, until, units.name)
+        return diagnose_each(logs, options, WorkerSettings(jobs, scheduler), output, as_json, units)
     make_folder(output)
     check_outputs([output / name for name in FILES], (*logs, rig_path))
     own = [*installed_effects(), *(load_effect(reference) for reference in effects)]

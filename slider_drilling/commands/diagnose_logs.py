@@ -10,20 +10,32 @@ from typing import TYPE_CHECKING
 from slider_drilling.commands.options import write_and_print
 
 if TYPE_CHECKING:
-    from slider_drilling.campaign.logs import Options, Row
-    from slider_drilling.campaign.run import Where
+    from slider_drilling.campaign.diagnose_logs import DiagnoseOptions, LogRow
+    from slider_drilling.campaign.run import WorkerSettings
     from slider_drilling.units import Units
 
 PAGE, FILE, RESULTS = "diagnoses.html", "diagnoses.json", "results"
 
 
 def diagnose_each(
-    logs: Sequence[Path], options: Options, where: Where, output: Path, as_json_text: bool, units: Units
+    logs: Sequence[Path],
+    options: DiagnoseOptions,
+    where: WorkerSettings,
+    output: Path,
+    as_json_text: bool,
+    units: Units,
 ) -> int:
     """Diagnose each log into a folder of its own; the exit code."""
-    from slider_drilling.campaign.code import code_version
-    from slider_drilling.campaign.logs import as_json, folder_names, log_job, page_of, row_of, unfold
-    from slider_drilling.campaign.shown import run_shown
+    from slider_drilling.campaign.code_version import code_version
+    from slider_drilling.campaign.diagnose_logs import (
+        as_json,
+        folder_names,
+        log_job,
+        log_row,
+        logs_page,
+        write_report_files,
+    )
+    from slider_drilling.campaign.progress import run_with_progress
     from slider_drilling.files.output_files import check_outputs, make_folder, write_atomically
     from slider_drilling.pages import write_page
 
@@ -31,11 +43,11 @@ def diagnose_each(
     check_outputs([output / PAGE, output / FILE], (*logs, options.rig))
     names = folder_names(logs)
     jobs = [log_job(log, options) for log in logs]
-    ran = run_shown("diagnosing", jobs, output / RESULTS, where)
+    ran = run_with_progress("diagnosing", jobs, output / RESULTS, where)
     rows = []
     for log, name, key in zip(logs, names, ran.keys, strict=True):
         if (result := ran.result(key)) is not None:
-            rows.append(row_of(log, name, json.loads(result.tree["files"]["diagnosis.json"])))
+            rows.append(log_row(log, name, json.loads(result.tree["files"]["diagnosis.json"])))
         elif (why := ran.results.error(key)) is not None:
             rows.append(_failed(log, name, why))
     tree = as_json(rows, code_version())
@@ -43,25 +55,25 @@ def diagnose_each(
     def write() -> list[Path]:
         for name, key in zip(names, ran.keys, strict=True):
             if (result := ran.result(key)) is not None:
-                unfold(result, output / name)
+                write_report_files(result, output / name)
         write_atomically(output / FILE, (json.dumps(tree, indent=1, allow_nan=False) + "\n").encode("utf-8"))
-        write_page(output / PAGE, page_of(rows), units)
+        write_page(output / PAGE, logs_page(rows), units)
         return [output / FILE, output / PAGE]
 
     write_and_print(tree if as_json_text else None, lambda: _print(rows), write)
-    return ran.code
+    return ran.exit_code
 
 
-def _failed(log: Path, name: str, why: str) -> Row:
-    from slider_drilling.campaign.logs import Row
+def _failed(log: Path, name: str, why: str) -> LogRow:
+    from slider_drilling.campaign.diagnose_logs import LogRow
 
-    return Row(str(log), name, "failed", (), (), None, None, None, "", "", why)
+    return LogRow(str(log), name, "failed", (), (), None, None, None, "", "", why)
 
 
-def _print(rows: Sequence[Row]) -> None:
+def _print(rows: Sequence[LogRow]) -> None:
     from rich.table import Table
 
-    from slider_drilling.campaign.logs import HEADS, cells
+    from slider_drilling.campaign.diagnose_logs import HEADS, cells
     from slider_drilling.console.streams import stdout
 
     table = Table(*HEADS)

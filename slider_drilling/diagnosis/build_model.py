@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slider_drilling.diagnosis.catalogue import ANY_WAVE_S, aging_with_memory, catalogue
+from slider_drilling.diagnosis.catalogue import ANY_WAVE_S, catalogue, static_aging_with_slip_distance
 from slider_drilling.diagnosis.drill_string import MESHES, DrillString, depth_probes
 from slider_drilling.diagnosis.nuisance import nuisance_parameters, run_parameters
 from slider_drilling.diagnosis.replay import measured_channels
@@ -67,7 +67,9 @@ def build_model(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEff
         remarks.append("no hook load: axial_oscillation_tool is not looked for")
     alone = names == ["surface_torque"]
     if alone:
-        effects = tuple(aging_with_memory() if effect.name == "static_aging" else effect for effect in effects)
+        effects = tuple(
+            static_aging_with_slip_distance() if effect.name == "static_aging" else effect for effect in effects
+        )
         remarks.append("torque alone: the string's stiffness is re-tuned, a gain of the sensor is taken for friction")
     model = DrillString(
         rig, tuple(runs), tuple(driven), nuisance,

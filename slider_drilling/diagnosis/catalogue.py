@@ -88,7 +88,7 @@ def _contact_laws() -> tuple[Effect, ...]:
     )  # fmt: skip
 
 
-def aging_with_memory() -> Effect:
+def static_aging_with_slip_distance() -> Effect:
     """`static_aging` that also frees the slip over which a rest is forgotten.
 
     In rocking a few millimetres cannot be told from none; in stick-slip, where every cycle ends in a short rest, that
@@ -126,7 +126,7 @@ def _cuttings_bed(length: float) -> Effect:
     )  # fmt: skip
 
 
-def said(length: float) -> dict[str, Parameter]:
+def user_parameters(length: float) -> dict[str, Parameter]:
     """The rig file's parameters of what is fitted under other names; length: m, of the string."""
     return {
         parameter.name: parameter
@@ -138,7 +138,7 @@ def said(length: float) -> dict[str, Parameter]:
     }
 
 
-def spoken(values: Values, length: float) -> dict[str, float]:
+def to_user(values: Values, length: float) -> dict[str, float]:
     """Fitted values as the rig file's ``effects:`` block wants them; length: m, of the string."""
     told = dict(values)
     if "cuttings_bed.excess" in told:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from slider_drilling.diagnosis.catalogue import said, spoken
+from slider_drilling.diagnosis.catalogue import to_user, user_parameters
 from slider_drilling.diagnosis.free_forms import (
     bite_factor,
     commands_part,
@@ -71,11 +71,11 @@ class DrillString:
     @property
     def said(self) -> Mapping[str, Parameter]:
         """See `Spoken`."""
-        return said(self.rig.string.length)
+        return user_parameters(self.rig.string.length)
 
     def spoken(self, values: Values) -> dict[str, float]:
         """See `Spoken`."""
-        return spoken(values, self.rig.string.length)
+        return to_user(values, self.rig.string.length)
 
     def disturbances(self, values: Values) -> list[Disturbance]:
         """See `Disturbed`."""
@@ -227,7 +227,7 @@ def rig_with(rig: Rig, values: Values) -> Rig:
             lag=hydraulics.lag * values.get("pressure_lag", 1.0),
         ),
     )
-    return replace(tuned, effects=_effects_with(tuned, spoken(values, string.length)))
+    return replace(tuned, effects=_effects_with(tuned, to_user(values, string.length)))
 
 
 def _effects_with(rig: Rig, values: Values) -> Effects:

@@ -6,13 +6,17 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from slider_drilling.campaign.job import Job
-from slider_drilling.campaign.run import Ran, Where, run_jobs
+from slider_drilling.campaign.run import CampaignOutcome, WorkerSettings, run_jobs
 from slider_drilling.console.streams import progress_bar, stderr
 
 
-def run_shown(
-    what: str, jobs: Sequence[Job], folder: Path, where: Where, said: Callable[[Job, str], None] = lambda job, key: None
-) -> Ran:
+def run_with_progress(
+    what: str,
+    jobs: Sequence[Job],
+    folder: Path,
+    workers: WorkerSettings,
+    said: Callable[[Job, str], None] = lambda job, key: None,
+) -> CampaignOutcome:
     """`run_jobs` with a bar and remarks on stderr; said: called with each job that has a result now, and its key."""
     from rich.progress import BarColumn, MofNCompleteColumn, TimeElapsedColumn, TimeRemainingColumn
 
@@ -28,6 +32,6 @@ def run_shown(
             else:
                 stderr().print(f"{what}: {job.name} failed: {why}")
 
-        ran = run_jobs(jobs, folder, where, ended, lambda count: bar.update(task, total=count))
-    stderr().print(f"{what}: {ran.sentence()}")
+        ran = run_jobs(jobs, folder, workers, ended, lambda count: bar.update(task, total=count))
+    stderr().print(f"{what}: {ran.summary()}")
     return ran

@@ -12,17 +12,17 @@ import threading
 from pathlib import Path
 
 from slider_drilling.campaign.job import Job
-from slider_drilling.campaign.results import Result, UnkeptError
+from slider_drilling.campaign.results import JobResult, ResultNotSavedError
 from slider_drilling.campaign.worker import ONE_THREAD, as_line
 
 
-class Processes:
+class WorkerProcesses:
     """The worker processes of this one, each used by one thread; kept from job to job, for what they have loaded."""
 
     def __init__(self) -> None:
         self._mine = threading.local()
         self._lock = threading.Lock()
-        self._all: list[_Process] = []
+        self._all: list[_WorkerProcess] = []
         self.stopped = False
 
     def run(self, job: Job, key: str, folder: Path) -> str | None:
@@ -30,12 +30,12 @@ class Processes:
 
         Raises UnkeptError where there is a result and no room for it.
         """
-        process: _Process | None = getattr(self._mine, "process", None)
+        process: _WorkerProcess | None = getattr(self._mine, "process", None)
         with self._lock:
             if self.stopped:
                 return "stopped"
             if process is None or not process.alive():
-                self._mine.process = process = _Process()
+                self._mine.process = process = _WorkerProcess()
                 self._all.append(process)
         return process.run(job, key, folder)
 
@@ -47,7 +47,7 @@ class Processes:
                 process.kill()
 
 
-class _Process:
+class _WorkerProcess:
     def __init__(self) -> None:
         self._said = tempfile.TemporaryFile()  # noqa: SIM115  closed by `_obituary`, or with this process
         self._process = subprocess.Popen(
@@ -74,7 +74,7 @@ class _Process:
             return self._obituary()
         said = json.loads(answer)
         if "unkept" in said:
-            raise UnkeptError(said["unkept"], key, Result(**said["result"]))
+            raise ResultNotSavedError(said["unkept"], key, JobResult(**said["result"]))
         error: str | None = said.get("error")
         return error
 
@@ -96,9 +96,9 @@ def _environment() -> dict[str, str]:
     return {**os.environ, **ONE_THREAD, "PYTHONPATH": path}
 
 
-_HERE = Processes()
+_HERE = WorkerProcesses()
 
 
-def run_here(job: Job, key: str, folder: str) -> str | None:
+def run_on_cluster_worker(job: Job, key: str, folder: str) -> str | None:
     """What a cluster's worker is sent: `Processes.run` in the processes of that worker."""
     return _HERE.run(job, key, Path(folder))

@@ -10,22 +10,27 @@ from typing import Any
 
 import numpy as np
 
-from slider_drilling.blind.lack import LACKS, NOTHING
-from slider_drilling.blind.laws import CATALOGUE
+from slider_drilling.blind.catalogue_laws import CATALOGUE_LAWS
+from slider_drilling.blind.log_defects import LOG_DEFECTS, NO_DEFECT
 from slider_drilling.blind.manoeuvres import MANOEUVRES
-from slider_drilling.blind.outside import OUTSIDE
-from slider_drilling.blind.wells import DRAWN, WELLS
+from slider_drilling.blind.outside_laws import OUTSIDE_LAWS
+from slider_drilling.blind.wells import DEFAULT_WELLS, WELLS
 from slider_drilling.errors import InputError
 
 NONE = "none"
 SIZES = (0.5, 1.5, 4.0)
-NEAR = 1.1
+SIZE_TOLERANCE = 1.1
 """Factor within which a log is of the size that was asked for."""
 DURATION_S = 400.0
 # Of twenty cases: one catalogue effect, no effect, one from outside, two effects.
 _KINDS = ("single", "outside", "single", "none", "single", "single", "two", "single", "outside", "single",
           "single", "none", "single", "outside", "single", "single", "two", "single", "none", "single")  # fmt: skip
-_MADE_OF = {"single": tuple(CATALOGUE), "outside": tuple(OUTSIDE), "none": (NONE,), "two": tuple(CATALOGUE)}
+_MADE_OF = {
+    "single": tuple(CATALOGUE_LAWS),
+    "outside": tuple(OUTSIDE_LAWS),
+    "none": (NONE,),
+    "two": tuple(CATALOGUE_LAWS),
+}
 
 
 @dataclass(frozen=True)
@@ -39,7 +44,7 @@ class Case:
     manoeuvre: str
     seed: int
     duration: float = DURATION_S
-    lacking: str = NOTHING
+    log_defect: str = NO_DEFECT
 
     @property
     def kind(self) -> str:
@@ -47,40 +52,43 @@ class Case:
         if len(self.effects) == 2:
             return "two"
         name = self.effects[0] if self.effects else NONE
-        return "none" if name == NONE else "single" if name in CATALOGUE else "outside"
+        return "none" if name == NONE else "single" if name in CATALOGUE_LAWS else "outside"
 
-    def tree(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, Any]:
         return {**asdict(self), "effects": list(self.effects)}
 
-    def file(self) -> str:
+    def file_stem(self) -> str:
         """A name for its files that says nothing of it."""
         return hashlib.sha256(repr(self).encode()).hexdigest()[:10]
 
 
-def case_from(tree: dict[str, Any]) -> Case:
+def case_from_json(tree: dict[str, Any]) -> Case:
     """The case that `Case.tree` gave."""
     return Case(**{**tree, "effects": tuple(tree["effects"])})
 
 
 @dataclass(frozen=True)
-class Plan:
+class CasePlan:
     """What cases are drawn from. effects: names wanted, empty: all; sizes: noise floors; seed: another one gives
     other wells, nuisance, noise and forms of every law; lacking: what logs lack, in turn."""
 
     effects: tuple[str, ...] = ()
     sizes: tuple[float, ...] = SIZES
-    wells: tuple[str, ...] = DRAWN
+    wells: tuple[str, ...] = DEFAULT_WELLS
     manoeuvres: tuple[str, ...] = tuple(MANOEUVRES)
     seed: int = 1
     duration: float = DURATION_S
-    lacking: tuple[str, ...] = (NOTHING,)
+    log_defects: tuple[str, ...] = (NO_DEFECT,)
 
     def __post_init__(self) -> None:
-        _only_known("--effects", self.effects, [*CATALOGUE, *OUTSIDE, NONE, "two"])
+        _only_known("--effects", self.effects, [*CATALOGUE_LAWS, *OUTSIDE_LAWS, NONE, "two"])
         _only_known("--wells", self.wells, WELLS)
         _only_known("--manoeuvres", self.manoeuvres, MANOEUVRES)
-        _only_known("--lacking", self.lacking, LACKS)
-        for option, names, known in (("--manoeuvres", self.manoeuvres, MANOEUVRES), ("--lacking", self.lacking, LACKS)):
+        _only_known("--lacking", self.log_defects, LOG_DEFECTS)
+        for option, names, known in (
+            ("--manoeuvres", self.manoeuvres, MANOEUVRES),
+            ("--lacking", self.log_defects, LOG_DEFECTS),
+        ):
             if not names:
                 raise InputError(f"{option}: give one at least of {', '.join(known)}")
         if not self.sizes or not all(0.05 <= size <= 50.0 for size in self.sizes):
@@ -95,12 +103,12 @@ def _only_known(option: str, names: Sequence[str], known: Sequence[str] | dict[s
             raise InputError(f"{option} {name}: not one of {', '.join(known)}")
 
 
-def draw_cases(plan: Plan, count: int) -> list[Case]:
+def draw_cases(plan: CasePlan, count: int) -> list[Case]:
     """The plan's first ``count`` cases; more of them begin with the same ones."""
     return list(islice(_cases(plan), count))
 
 
-def _cases(plan: Plan) -> Iterator[Case]:
+def _cases(plan: CasePlan) -> Iterator[Case]:
     kinds = [kind for kind in _KINDS if _names(plan, kind)]
     turns = {kind: _shuffled(_names(plan, kind), plan.seed, index) for index, kind in enumerate(_MADE_OF)}
     sizes: dict[str, Iterator[float]] = {}
@@ -119,14 +127,14 @@ def _cases(plan: Plan) -> Iterator[Case]:
             size = max(size, 1.5) if kind == "two" else size
             well = next(wells.setdefault(kind, _shuffled(plan.wells, plan.seed, 1000 + len(kind))))
             way = next(ways.setdefault(kind, _shuffled(plan.manoeuvres, plan.seed, 2000 + len(kind))))
-            lacking = next(lacks.setdefault(kind, _shuffled(plan.lacking, plan.seed, 3000 + len(kind))))
+            lacking = next(lacks.setdefault(kind, _shuffled(plan.log_defects, plan.seed, 3000 + len(kind))))
             yield Case(
                 names, 0.0 if kind == "none" else size, well, way, 10000 * plan.seed + number, plan.duration, lacking
             )
             number += 1
 
 
-def _names(plan: Plan, kind: str) -> tuple[str, ...]:
+def _names(plan: CasePlan, kind: str) -> tuple[str, ...]:
     wanted = plan.effects
     if kind == "two":
         return _MADE_OF[kind] if not wanted or "two" in wanted else ()

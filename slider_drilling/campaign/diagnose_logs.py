@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from slider_drilling.campaign.job import Job
-from slider_drilling.campaign.results import Result
+from slider_drilling.campaign.results import JobResult
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import make_folder, write_atomically
 from slider_drilling.pages import Link, Page, Section, Table, Tag
@@ -23,7 +23,7 @@ _TONES: dict[str, Tone] = {"none": "good", "parameters": "good", "effect": "plai
 
 
 @dataclass(frozen=True)
-class Options:
+class DiagnoseOptions:
     """Of `diagnose`, as `slider_drilling.diagnosis.diagnose` has them; effects: ``module:Class`` and its file each;
     units: of the pages, by name."""
 
@@ -37,7 +37,7 @@ class Options:
 
 
 @dataclass(frozen=True)
-class Row:
+class LogRow:
     """One log's line of the table. folder: of its files; worst: the channel with the largest error as given, in its
     noise, and that error with its unit."""
 
@@ -45,13 +45,13 @@ class Row:
     folder: str
     verdict: str
     effects: tuple[str, ...]
-    group: tuple[str, ...]
+    indistinguishable: tuple[str, ...]
     site: str | None
     closed: float | None
-    interval: tuple[float, float] | None
-    worst: str
-    off_by: str
-    failed: str = ""
+    closed_interval: tuple[float, float] | None
+    worst_channel: str
+    worst_error: str
+    failure: str = ""
 
 
 def find_logs(paths: Sequence[Path]) -> list[Path]:
@@ -82,7 +82,7 @@ def folder_names(logs: Sequence[Path]) -> list[str]:
     return names
 
 
-def source_of(reference: str) -> str:
+def user_effect_file(reference: str) -> str:
     """The file of an effect ``module:Class`` of the user's own: an edit of it is another effect. Raises InputError."""
     from slider_drilling.diagnosis.user_effects import load_effect
 
@@ -90,15 +90,20 @@ def source_of(reference: str) -> str:
     return str(sys.modules[reference.partition(":")[0]].__file__)
 
 
-def log_job(log: Path, options: Options) -> Job:
+def log_job(log: Path, options: DiagnoseOptions) -> Job:
     """The job that diagnoses one log."""
     inputs = {"log": str(log)}
     if options.rig is not None:
         inputs["rig"] = str(options.rig)
     inputs |= dict(options.effects)
-    tree = {"namespace": options.namespace, "only": list(options.only), "until": options.until,
-            "effects": [reference for reference, _ in options.effects], "units": options.units}  # fmt: skip
-    return Job("slider_drilling.campaign.logs:diagnose_log", str(log), inputs, tree, options.seed)
+    tree = {
+        "namespace": options.namespace,
+        "only": list(options.only),
+        "until": options.until,
+        "effects": [reference for reference, _ in options.effects],
+        "units": options.units,
+    }
+    return Job("slider_drilling.campaign.diagnose_logs:diagnose_log", str(log), inputs, tree, options.seed)
 
 
 def diagnose_log(job: Job) -> dict[str, Any]:
@@ -120,23 +125,31 @@ def diagnose_log(job: Job) -> dict[str, Any]:
         return {"files": {path.name: path.read_text(encoding="utf-8") for path in paths}}
 
 
-def unfold(result: Result, folder: Path) -> None:
+def write_report_files(result: JobResult, folder: Path) -> None:
     """Write a result's files into a folder of their own. Raises InputError."""
     make_folder(folder)
     for name, text in result.tree["files"].items():
         write_atomically(folder / name, text.encode("utf-8"))
 
 
-def row_of(log: Path, folder: str, diagnosis: dict[str, Any]) -> Row:
+def log_row(log: Path, folder: str, diagnosis: dict[str, Any]) -> LogRow:
     """The line of a log whose diagnosis.json (schema 2) is this tree."""
     gap = diagnosis["gap"]
     worst, off_by = _worst(gap)
     group = [name for entry in diagnosis["ranking"] if entry["in_answer"] for name in entry["group"]]
     interval = gap["closed_interval"]
-    return Row(
-        str(log), folder, diagnosis["verdict"], tuple(diagnosis["effects"]), tuple(group), diagnosis["site"],
-        gap["closed"], None if interval is None else (interval[0], interval[1]), worst, off_by,
-    )  # fmt: skip
+    return LogRow(
+        str(log),
+        folder,
+        diagnosis["verdict"],
+        tuple(diagnosis["effects"]),
+        tuple(group),
+        diagnosis["site"],
+        gap["closed"],
+        None if interval is None else (interval[0], interval[1]),
+        worst,
+        off_by,
+    )
 
 
 def _worst(gap: dict[str, Any]) -> tuple[str, str]:
@@ -153,35 +166,60 @@ def _worst(gap: dict[str, Any]) -> tuple[str, str]:
     return name, f"{error['nominal']:.3g} {error['unit']}, {floors:.1f} times its noise"
 
 
-def as_json(rows: Sequence[Row], code: str) -> dict[str, Any]:
+def as_json(rows: Sequence[LogRow], code: str) -> dict[str, Any]:
     """The tree of diagnoses.json."""
-    return {"schema": SCHEMA, "code": code, "logs": [
-        {"log": row.log, "folder": row.folder, "verdict": row.verdict, "effects": list(row.effects),
-         "group": list(row.group), "site": row.site, "closed": row.closed,
-         "closed_interval": None if row.interval is None else list(row.interval), "worst_channel": row.worst,
-         "off_by": row.off_by, "failed": row.failed} for row in rows]}  # fmt: skip
+    return {
+        "schema": SCHEMA,
+        "code": code,
+        "logs": [
+            {
+                "log": row.log,
+                "folder": row.folder,
+                "verdict": row.verdict,
+                "effects": list(row.effects),
+                "group": list(row.indistinguishable),
+                "site": row.site,
+                "closed": row.closed,
+                "closed_interval": None if row.closed_interval is None else list(row.closed_interval),
+                "worst_channel": row.worst_channel,
+                "off_by": row.worst_error,
+                "failed": row.failure,
+            }
+            for row in rows
+        ],
+    }
 
 
-def cells(row: Row) -> tuple[str, ...]:
+def cells(row: LogRow) -> tuple[str, ...]:
     """One line of the table: a cell for each of `HEADS`."""
     share = "-" if row.closed is None else f"{row.closed:.2f}"
-    if row.interval is not None and row.closed is not None:
-        share += f" [{row.interval[0]:.2f}, {row.interval[1]:.2f}]"
-    return (row.log, row.verdict, " + ".join(row.effects), ", ".join(row.group), row.site or "", share, row.worst,
-            row.off_by, row.failed)  # fmt: skip
+    if row.closed_interval is not None and row.closed is not None:
+        share += f" [{row.closed_interval[0]:.2f}, {row.closed_interval[1]:.2f}]"
+    return (
+        row.log,
+        row.verdict,
+        " + ".join(row.effects),
+        ", ".join(row.indistinguishable),
+        row.site or "",
+        share,
+        row.worst_channel,
+        row.worst_error,
+        row.failure,
+    )
 
 
-def page_of(rows: Sequence[Row]) -> Page:
+def logs_page(rows: Sequence[LogRow]) -> Page:
     """The page over all logs."""
     body = []
     for row in rows:
         shown = cells(row)
-        first = Link(row.log, f"{row.folder}/report.html") if not row.failed else row.log
+        first = Link(row.log, f"{row.folder}/report.html") if not row.failure else row.log
         body.append((first, Tag(row.verdict, _TONES.get(row.verdict, "bad")), *shown[2:]))
     counts = Counter(row.verdict for row in rows)
     return Page(
-        kind="Diagnoses", title=f"{len(rows)} logs",
+        kind="Diagnoses",
+        title=f"{len(rows)} logs",
         facts=tuple((verdict, str(count)) for verdict, count in counts.items()),
         sections=(Section("Every log", (Table(HEADS, tuple(body)),)),),
         notes=("Each log is diagnosed by itself; several logs of one rig tell more when they are fitted together.",),
-    )  # fmt: skip
+    )

@@ -18,7 +18,7 @@ _NAMING = ("effect", "effect_and_unknown")
 
 
 @dataclass(frozen=True)
-class Answer:
+class ReportedDiagnosis:
     """named: what the verdict rests on, empty where it names nothing; groups: what each named effect could not be told
     from; instead: what a re-tuning that was enough, but went far, may stand for; site: None where the verdict has none;
     tuned: E with nothing but the nuisance re-tuned; closed, interval: share of the gap, NaN where none is given;
@@ -26,24 +26,24 @@ class Answer:
     """
 
     verdict: str
-    named: tuple[str, ...]
-    groups: Mapping[str, tuple[str, ...]]
-    instead: tuple[str, ...]
+    named_effects: tuple[str, ...]
+    indistinguishable: Mapping[str, tuple[str, ...]]
+    suspected: tuple[str, ...]
     site: str | None
-    tuned: float
+    calibrated_gap: float
     closed: float
-    interval: tuple[float, float]
+    closed_interval: tuple[float, float]
     parameters: Mapping[str, Mapping[str, float]]
 
     def covers(self, name: str) -> bool:
         """Whether an effect is named, or is one that a named one could not be told from."""
-        return any(name == other or name in self.groups[other] for other in self.named)
+        return any(name == other or name in self.indistinguishable[other] for other in self.named_effects)
 
 
 def diagnose_job(log: Path, seed: int, only: Sequence[str], closed: tuple[str, ...]) -> Job:
     """The job that diagnoses one log and can open nothing in the closed folders; only: as `diagnose` has it."""
-    call = "slider_drilling.blind.answer:diagnose_log"
-    return Job(call, log.stem, {"log": str(log)}, {"only": list(only)}, seed, closed=closed)
+    call = "slider_drilling.blind.reported_diagnosis:diagnose_log"
+    return Job(call, log.stem, {"log": str(log)}, {"only": list(only)}, seed, forbidden_folders=closed)
 
 
 def diagnose_log(job: Job) -> dict[str, Any]:
@@ -56,16 +56,16 @@ def diagnose_log(job: Job) -> dict[str, Any]:
     return to_json(diagnose([log], log.rig(), seed=job.seed, only=job.options["only"]))
 
 
-def read_answer(path: Path) -> Answer:
+def read_diagnosis(path: Path) -> ReportedDiagnosis:
     """Raises InputError where it is no diagnosis.json."""
     try:
         tree = json.loads(read_text(path, "diagnosis"))
     except ValueError:
         raise InputError(f"{path}: not JSON") from None
-    return answer_of(tree, str(path))
+    return diagnosis_from_json(tree, str(path))
 
 
-def answer_of(tree: dict[str, Any], source: str) -> Answer:
+def diagnosis_from_json(tree: dict[str, Any], source: str) -> ReportedDiagnosis:
     """From the tree of a diagnosis.json of schema 1 or 2. Raises InputError naming the source."""
     try:
         if tree["schema"] not in SCHEMAS:
@@ -73,12 +73,17 @@ def answer_of(tree: dict[str, Any], source: str) -> Answer:
         named = tuple(tree["effects"]) if tree["verdict"] in _NAMING else ()
         groups = {entry["effect"]: tuple(entry["group"]) for entry in tree["ranking"]}
         low, high = (_number(bound) for bound in tree["gap"]["closed_interval"] or (None, None))
-        return Answer(
-            verdict=tree["verdict"], named=named, groups={name: groups.get(name, ()) for name in named},
-            instead=tuple(tree.get("instead", ())), site=tree["site"], tuned=_number(tree["gap"].get("tuned")),
-            closed=_number(tree["gap"]["closed"]), interval=(low, high),
+        return ReportedDiagnosis(
+            verdict=tree["verdict"],
+            named_effects=named,
+            indistinguishable={name: groups.get(name, ()) for name in named},
+            suspected=tuple(tree.get("instead", ())),
+            site=tree["site"],
+            calibrated_gap=_number(tree["gap"].get("tuned")),
+            closed=_number(tree["gap"]["closed"]),
+            closed_interval=(low, high),
             parameters={entry["effect"]: _values(entry["parameters"]) for entry in tree["ranking"]},
-        )  # fmt: skip
+        )
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"{source}: not a diagnosis.json: {type(error).__name__} at {error}") from None
 

@@ -12,11 +12,11 @@ from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.rig import Rig
 
 # s, between two looks at a law that changes with time, and at one that changes with the pipe's angle.
-SLOWLY, FAST = 8.0, 0.4
+SLOW_UPDATE_S, FAST_UPDATE_S = 8.0, 0.4
 
 
 @dataclass(frozen=True)
-class Moment:
+class OperatingPoint:
     """When and where a law is asked: s since the start, top-drive angle rad, flow over the reference, s of the run."""
 
     time: float
@@ -26,7 +26,7 @@ class Moment:
 
 
 @dataclass(frozen=True)
-class Law:
+class PlantLaw:
     """One effect in a sealed plant.
 
     name: of the catalogue's effect, ``none``, or of something outside it; site: where it acts; in_catalogue: whether
@@ -39,41 +39,41 @@ class Law:
     name: str
     site: str | None
     in_catalogue: bool
-    also: tuple[str, ...] = ()
-    values: Callable[[Moment], dict[str, float]] = field(default=lambda at: {})
-    every: float | None = None
+    other_sites: tuple[str, ...] = ()
+    values: Callable[[OperatingPoint], dict[str, float]] = field(default=lambda at: {})
+    update_interval: float | None = None
     friction: Callable[[Array], Array] | None = None
     curvature: Callable[[Array], Array] | None = None
-    rig: Callable[[Rig, Moment], Rig] = field(default=lambda rig, at: rig)
-    commands: Callable[[Commands], Commands] = field(default=lambda commands: commands)
-    sensors: Callable[[Response], Response] = field(default=lambda response: response)
-    interval: tuple[float, float] | None = None
+    change_rig: Callable[[Rig, OperatingPoint], Rig] = field(default=lambda rig, at: rig)
+    change_commands: Callable[[Commands], Commands] = field(default=lambda commands: commands)
+    change_response: Callable[[Response], Response] = field(default=lambda response: response)
+    depth_interval: tuple[float, float] | None = None
 
 
-Make = Callable[[np.random.Generator, Rig, float], Law]
+LawFactory = Callable[[np.random.Generator, Rig, float], PlantLaw]
 """(generator, rig, size) -> law; size 1 is a usual amount of the effect."""
 
 
-def no_effect(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+def no_effect(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
     """Only the nuisance is off."""
-    return Law("none", None, True)
+    return PlantLaw("none", None, True)
 
 
-def both(first: Law, second: Law) -> Law:
+def combine(first: PlantLaw, second: PlantLaw) -> PlantLaw:
     """Two laws at once: what the second does to sensors and commands comes after the first."""
-    every = [law.every for law in (first, second) if law.every is not None]
+    every = [law.update_interval for law in (first, second) if law.update_interval is not None]
     return replace(
         first,
         name=f"{first.name}+{second.name}",
-        also=(),
+        other_sites=(),
         values=lambda at: {**first.values(at), **second.values(at)},
-        every=min(every) if every else None,
+        update_interval=min(every) if every else None,
         friction=_product(first.friction, second.friction),
         curvature=_sum(first.curvature, second.curvature),
-        rig=lambda rig, at: second.rig(first.rig(rig, at), at),
-        commands=lambda commands: second.commands(first.commands(commands)),
-        sensors=lambda response: second.sensors(first.sensors(response)),
-        interval=first.interval or second.interval,
+        change_rig=lambda rig, at: second.change_rig(first.change_rig(rig, at), at),
+        change_commands=lambda commands: second.change_commands(first.change_commands(commands)),
+        change_response=lambda response: second.change_response(first.change_response(response)),
+        depth_interval=first.depth_interval or second.depth_interval,
     )
 
 

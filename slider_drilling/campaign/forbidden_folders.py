@@ -33,7 +33,7 @@ def _look(event: str, arguments: tuple[Any, ...]) -> None:
 
 
 @contextmanager
-def closed(folders: Iterable[str], allowed: Iterable[str]) -> Iterator[None]:
+def forbid_folders(folders: Iterable[str], allowed: Iterable[str]) -> Iterator[None]:
     """Within, opening or listing anything in these folders but the allowed files raises PermissionError."""
     if not _Closed.hooked:
         sys.addaudithook(_look)

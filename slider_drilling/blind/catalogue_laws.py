@@ -6,49 +6,51 @@ from dataclasses import replace
 
 import numpy as np
 
-from slider_drilling.blind.law import SLOWLY, Law, Make, Moment
+from slider_drilling.blind.plant_law import SLOW_UPDATE_S, LawFactory, OperatingPoint, PlantLaw
 from slider_drilling.drillstring import Commands, Response
 from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.rig import Rig
 
 
-def _steady(name: str, site: str, **values: float) -> Law:
+def _steady(name: str, site: str, **values: float) -> PlantLaw:
     named = {f"{name}.{parameter}": value for parameter, value in values.items()}
-    return Law(name, site, True, values=lambda at: named)
+    return PlantLaw(name, site, True, values=lambda at: named)
 
 
-def stribeck(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+def stribeck(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
     """With some mud drag besides, which the catalogue's Stribeck law has not."""
     values = {
         "stribeck.drop": 0.3 * size,
         "stribeck.speed": generator.uniform(0.02, 0.12),
         "viscous_drag.coefficient": 0.3,
     }
-    return Law("stribeck", "contact", True, values=lambda at: values)
+    return PlantLaw("stribeck", "contact", True, values=lambda at: values)
 
 
-def viscous_drag(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+def viscous_drag(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
     """Mud that thins a little while it is stirred."""
 
-    def values(at: Moment) -> dict[str, float]:
+    def values(at: OperatingPoint) -> dict[str, float]:
         return {"viscous_drag.coefficient": 25.0 * size * (1.0 - 0.0003 * at.time)}
 
-    return Law("viscous_drag", "contact", True, values=values, every=SLOWLY)
+    return PlantLaw("viscous_drag", "contact", True, values=values, update_interval=SLOW_UPDATE_S)
 
 
-def static_aging(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+def static_aging(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
     """Another speed that counts as rest and another distance to forget over."""
     return _steady("static_aging", "contact", growth=0.5 * size, time=generator.uniform(2.0, 15.0),
                    rest_speed=0.008, slip_distance=0.008)  # fmt: skip
 
 
-def buckling_contact(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+def buckling_contact(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
     """In a hole that is a little wider than the file says."""
     law = _steady("buckling_contact", "contact", factor=1.5 * size)
-    return replace(law, rig=lambda r, at: replace(r, well=replace(r.well, hole_diameter=1.05 * r.well.hole_diameter)))
+    return replace(
+        law, change_rig=lambda r, at: replace(r, well=replace(r.well, hole_diameter=1.05 * r.well.hole_diameter))
+    )
 
 
-def cuttings_bed(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+def cuttings_bed(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
     """A bed with sloping ends."""
     length = rig.string.length
     middle, half = length * generator.uniform(0.55, 0.85), length * generator.uniform(0.04, 0.08)
@@ -56,60 +58,60 @@ def cuttings_bed(generator: np.random.Generator, rig: Rig, size: float) -> Law:
     def friction(depth: Array) -> Array:
         return 1.0 + 0.9 * size * np.clip((half + 40.0 - np.abs(depth - middle)) / 80.0, 0.0, 1.0)
 
-    return Law("cuttings_bed", "contact", True, friction=friction, interval=(middle - half, middle + half))
+    return PlantLaw("cuttings_bed", "contact", True, friction=friction, depth_interval=(middle - half, middle + half))
 
 
-def tortuosity(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+def tortuosity(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
     """Curvature that comes and goes along the open hole."""
     top = rig.well.friction_intervals[0].to
 
     def curvature(depth: Array) -> Array:
         return np.where(depth > top, 6e-4 * size * (1.0 + 0.5 * np.sin(2.0 * np.pi * depth / 90.0)), 0.0)
 
-    return Law("tortuosity", "contact", True, curvature=curvature)
+    return PlantLaw("tortuosity", "contact", True, curvature=curvature)
 
 
-def friction_drift(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+def friction_drift(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
     """A drift that slows down."""
 
-    def values(at: Moment) -> dict[str, float]:
+    def values(at: OperatingPoint) -> dict[str, float]:
         grown = 1.0 + 0.2 * size * (1.0 - np.exp(-at.time / 500.0))
         return {"friction_drift.rate": (grown - 1.0) / max(at.time, 1.0)}
 
-    return Law("friction_drift", "contact", True, values=values, every=SLOWLY)
+    return PlantLaw("friction_drift", "contact", True, values=values, update_interval=SLOW_UPDATE_S)
 
 
-def top_drive_backlash(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+def top_drive_backlash(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
     """A dead zone that widens a little during the run."""
 
-    def values(at: Moment) -> dict[str, float]:
+    def values(at: OperatingPoint) -> dict[str, float]:
         return {"top_drive_backlash.angle": 0.4 * size * (1.0 + 0.0003 * at.time)}
 
-    return Law("top_drive_backlash", "top_drive", True, values=values, every=SLOWLY)
+    return PlantLaw("top_drive_backlash", "top_drive", True, values=values, update_interval=SLOW_UPDATE_S)
 
 
-def torsional_compliance(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+def torsional_compliance(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
     """Steel whose shear modulus is lower: the compliance without any other change."""
     soft = 1.0 / (1.0 + 0.12 * size)
 
-    def change(r: Rig, at: Moment) -> Rig:
+    def change(r: Rig, at: OperatingPoint) -> Rig:
         return replace(r, string=replace(r.string, shear_modulus=soft * r.string.shear_modulus))
 
-    return Law("torsional_compliance", "string", True, rig=change)
+    return PlantLaw("torsional_compliance", "string", True, change_rig=change)
 
 
-def axial_oscillation_tool(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+def axial_oscillation_tool(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
     """An agitator whose frequency follows the flow a little."""
     depth, hertz = rig.string.length * generator.uniform(0.6, 0.85), generator.uniform(10.0, 18.0)
 
-    def values(at: Moment) -> dict[str, float]:
+    def values(at: OperatingPoint) -> dict[str, float]:
         return {"axial_oscillation_tool.force": 2e3 * size, "axial_oscillation_tool.depth": depth,
                 "axial_oscillation_tool.frequency": hertz * (0.6 + 0.4 * at.flow)}  # fmt: skip
 
-    return Law("axial_oscillation_tool", "string", True, values=values, every=SLOWLY)
+    return PlantLaw("axial_oscillation_tool", "string", True, values=values, update_interval=SLOW_UPDATE_S)
 
 
-def heave(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+def heave(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
     """A wave with a tenth of its second harmonic."""
     omega, phase = 2.0 * np.pi / generator.uniform(7.0, 14.0), generator.uniform(0.0, 6.0)
 
@@ -118,41 +120,41 @@ def heave(generator: np.random.Generator, rig: Rig, size: float) -> Law:
         rate = np.gradient(wave, commands.time)
         return replace(commands, block_position=commands.block_position + wave, block_speed=commands.block_speed + rate)
 
-    return Law("heave", "draw_works", True, commands=really)
+    return PlantLaw("heave", "draw_works", True, change_commands=really)
 
 
-def motor_wear(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+def motor_wear(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
     """Wear whose leak grows while the motor runs."""
 
-    def values(at: Moment) -> dict[str, float]:
+    def values(at: OperatingPoint) -> dict[str, float]:
         return {"motor_wear.torque_loss": min(0.28 * size, 0.8),
                 "motor_wear.extra_leak": min(0.2 * size * (1.0 + 0.001 * at.time), 0.6)}  # fmt: skip
 
-    return Law("motor_wear", "motor", True, values=values, every=SLOWLY)
+    return PlantLaw("motor_wear", "motor", True, values=values, update_interval=SLOW_UPDATE_S)
 
 
-def formation_change(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+def formation_change(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
     """A boundary that the bit takes sixteen seconds to cross."""
     begins = generator.uniform(0.25, 0.75)
 
-    def values(at: Moment) -> dict[str, float]:
+    def values(at: OperatingPoint) -> dict[str, float]:
         share = float(np.clip((at.time - begins * at.duration + 8.0) / 16.0, 0.0, 1.0))
         return {"formation_change.factor": 1.0 + 0.4 * size * share}
 
-    return Law("formation_change", "bit", True, values=values, every=SLOWLY)
+    return PlantLaw("formation_change", "bit", True, values=values, update_interval=SLOW_UPDATE_S)
 
 
-def torque_sensor_gain(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+def torque_sensor_gain(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
     """A factor that falls a little towards large torques."""
 
     def read(response: Response) -> Response:
         torque = response.surface_torque
         return replace(response, surface_torque=torque * (1.0 + 0.2 * size / (1.0 + np.abs(torque) / 2e5)))
 
-    return Law("torque_sensor_gain", "sensor", True, sensors=read)
+    return PlantLaw("torque_sensor_gain", "sensor", True, change_response=read)
 
 
-def torque_sensor_lag(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+def torque_sensor_lag(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
     """Two equal lags in series."""
 
     def read(response: Response) -> Response:
@@ -166,29 +168,29 @@ def torque_sensor_lag(generator: np.random.Generator, rig: Rig, size: float) -> 
             torque = out
         return replace(response, surface_torque=torque)
 
-    return Law("torque_sensor_lag", "sensor", True, sensors=read)
+    return PlantLaw("torque_sensor_lag", "sensor", True, change_response=read)
 
 
-def torque_sensor_bias(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+def torque_sensor_bias(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
     """A zero that wanders by a tenth of itself."""
 
     def read(response: Response) -> Response:
         return replace(response, surface_torque=response.surface_torque + 500.0 * size * (1.0 + response.time / 4000.0))
 
-    return Law("torque_sensor_bias", "sensor", True, sensors=read)
+    return PlantLaw("torque_sensor_bias", "sensor", True, change_response=read)
 
 
-def torque_at_motor(generator: np.random.Generator, rig: Rig, size: float) -> Law:
+def torque_at_motor(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
     """A drive whose friction falls while its gears warm up."""
 
-    def values(at: Moment) -> dict[str, float]:
+    def values(at: OperatingPoint) -> dict[str, float]:
         warmed = 1.0 - 0.3 * (1.0 - np.exp(-at.time / 200.0))
         return {"torque_at_motor.inertia": 900.0 * size, "torque_at_motor.friction": 200.0 * size * warmed}
 
-    return Law("torque_at_motor", "top_drive", True, values=values, every=SLOWLY)
+    return PlantLaw("torque_at_motor", "top_drive", True, values=values, update_interval=SLOW_UPDATE_S)
 
 
-CATALOGUE: dict[str, Make] = {
+CATALOGUE_LAWS: dict[str, LawFactory] = {
     make.__name__: make
     for make in (
         stribeck, viscous_drag, static_aging, buckling_contact, cuttings_bed, tortuosity, friction_drift,
