@@ -16,8 +16,8 @@ from slider_drilling.cli import group
 from slider_drilling.control.rocking import Rocking
 from slider_drilling.drillstring import simulate
 from slider_drilling.errors import InputError
-from slider_drilling.log import read_log
-from slider_drilling.log.series import JointSeries, RigLog
+from slider_drilling.log import RigLog, read_log
+from slider_drilling.log.series import JointSeries
 from slider_drilling.paper_studies.whole_well import example_rig, slide
 from slider_drilling.rig import FrictionInterval, dump_rig
 

@@ -11,7 +11,7 @@ from mcap_ros2.decoder import DecoderFactory
 
 from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
-from slider_drilling.messages.schemas import SCHEMAS
+from slider_drilling.messages.message_types import MESSAGE_TYPES
 from slider_drilling.messages.topics import DIAGNOSTIC_ARRAY, FLUID_PRESSURE, JOINT_STATE, WRENCH_STAMPED
 
 STAMPS = st.integers(0, 2**31 * 10**9 - 1)
@@ -19,7 +19,7 @@ VALUES = st.none() | st.floats(allow_nan=False)
 
 
 def decoded(kind, data):
-    schema = Schema(id=1, name=kind, encoding="ros2msg", data=SCHEMAS[kind].encode())
+    schema = Schema(id=1, name=kind, encoding="ros2msg", data=MESSAGE_TYPES[kind].definition.encode())
     return DecoderFactory().decoder_for("cdr", schema)(data)
 
 

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from slider_drilling.benchmarks.log_defects import lacking
 from slider_drilling.drillstring import Commands
 from slider_drilling.drillstring.sample_gaps import times_in_gaps
-from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
+from slider_drilling.log import RigLog
+from slider_drilling.log.series import JointSeries, ScalarSeries
 from slider_drilling.log_checks.unknown_flow import mask_pressure_of_unknown_flow
 from slider_drilling.log_inputs.commands_from_log import commands_from_log
 from slider_drilling.log_inputs.fill_drive_gaps import fill_drive_gaps

@@ -13,7 +13,7 @@ from slider_drilling.cli import group
 from slider_drilling.contact.measured_friction import read_measured
 from slider_drilling.errors import InputError
 from slider_drilling.log import LogWriter, read_log, read_table
-from slider_drilling.log.value_limits import MOST
+from slider_drilling.messages.topics import TOPICS
 from slider_drilling.process import jit_cache as compiler
 from slider_drilling.process.jit_cache import cache_folder
 
@@ -41,7 +41,7 @@ def test_a_value_that_no_rig_has_is_left_out_and_said(tmp_path: Path, wild: floa
 
 
 def test_large_readings_in_any_unit_stay(tmp_path: Path) -> None:
-    log = read_log(write(tmp_path / "run.mcap", 0.9 * MOST["top_drive"]["effort"]))
+    log = read_log(write(tmp_path / "run.mcap", 0.9 * TOPICS["top_drive"].quantity("effort").max_magnitude))
     assert log.top_drive is not None and np.isfinite(log.top_drive.effort).all()
     assert log.notes == ()
 

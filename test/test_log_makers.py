@@ -11,7 +11,7 @@ from mcap_ros2.writer import Writer as Ros2Writer
 
 from slider_drilling.errors import InputError
 from slider_drilling.log import TOPICS, LogWriter, read_log
-from slider_drilling.messages.schemas import SCHEMAS
+from slider_drilling.messages.message_types import MESSAGE_TYPES
 from slider_drilling.messages.topics import JOINT_STATE, canonical_type, namespace_of
 
 
@@ -35,7 +35,7 @@ class TestOtherMakers:
     def ros2(self, path: Path, rows: list[tuple[str, dict[str, object], int]], kind: str = JOINT_STATE) -> Path:
         with path.open("wb") as file:
             writer = Ros2Writer(file)
-            schema = writer.register_msgdef(kind, SCHEMAS[kind])
+            schema = writer.register_msgdef(kind, MESSAGE_TYPES[kind].definition)
             for topic, message, log_time in rows:
                 writer.write_message(topic, schema, message, log_time)
             writer.finish()
@@ -55,7 +55,7 @@ class TestOtherMakers:
     ) -> None:
         stream = io.BytesIO()
         donor = Ros2Writer(stream)
-        schema = donor.register_msgdef(JOINT_STATE, SCHEMAS[JOINT_STATE])
+        schema = donor.register_msgdef(JOINT_STATE, MESSAGE_TYPES[JOINT_STATE].definition)
         donor.write_message("/a", schema, joint(5.0, "top_drive", 1.0, 2.0, 3.0), 5 * 10**9)
         donor.finish()
         ((_, _, message),) = make_reader(io.BytesIO(stream.getvalue())).iter_messages()
@@ -98,7 +98,7 @@ class TestOtherMakers:
         with path.open("wb") as file:
             writer = Writer(file)
             writer.start("ros2")
-            schema_id = writer.register_schema(JOINT_STATE, "ros2msg", SCHEMAS[JOINT_STATE].encode())
+            schema_id = writer.register_schema(JOINT_STATE, "ros2msg", MESSAGE_TYPES[JOINT_STATE].definition.encode())
             channel = writer.register_channel("/mud_pump/joint_states", "cdr", schema_id)
             writer.add_message(channel, 0, data, 0)
             writer.finish()

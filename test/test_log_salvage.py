@@ -16,7 +16,7 @@ from mcap.writer import CompressionType, Writer
 from slider_drilling.errors import InputError
 from slider_drilling.log import LogWriter, RigLog, read_log
 from slider_drilling.messages import cdr
-from slider_drilling.messages.schemas import SCHEMAS
+from slider_drilling.messages.message_types import MESSAGE_TYPES
 from slider_drilling.messages.topics import JOINT_STATE
 
 STEPS = 1500
@@ -40,7 +40,7 @@ def foreign(path: Path, rows: list[tuple[int, bytes]], chunked: bool = True, dat
         writer = Writer(file, use_chunking=chunked, chunk_size=4000, compression=CompressionType.ZSTD,
                         enable_data_crcs=data_crc)
         writer.start("ros2")
-        schema = writer.register_schema(JOINT_STATE, "ros2msg", SCHEMAS[JOINT_STATE].encode())
+        schema = writer.register_schema(JOINT_STATE, "ros2msg", MESSAGE_TYPES[JOINT_STATE].definition.encode())
         channel = writer.register_channel(DRIVE, "cdr", schema)
         for log_time, data in rows:
             writer.add_message(channel, log_time, data, log_time)

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from slider_drilling.errors import InputError
+from slider_drilling.log import RigLog
 from slider_drilling.log.depth_charts import depth_charts
 from slider_drilling.log.run_page import log_panels, run_page, write_run_page, write_run_picture
 from slider_drilling.log.run_summary import summarise_run, summary_rows, target_at
-from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
+from slider_drilling.log.series import JointSeries, ScalarSeries
 
 TIME = 0.1 * np.arange(3001)
 NONE = np.full_like(TIME, np.nan)

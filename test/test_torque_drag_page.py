@@ -12,7 +12,8 @@ from slider_drilling.analysis.torque_drag import hook_load_chart, log_points, to
 from slider_drilling.commands.torque_drag import command
 from slider_drilling.errors import InputError
 from slider_drilling.files.installed_files import installed_file
-from slider_drilling.log.series import JointSeries, RigLog
+from slider_drilling.log import RigLog
+from slider_drilling.log.series import JointSeries
 from slider_drilling.pages import page_html
 from slider_drilling.rig import Rig, load_rig
 from slider_drilling.units import FIELD

@@ -14,7 +14,7 @@ from slider_drilling.analysis.cycles import Breakover, RockingCycle, breakover, 
 from slider_drilling.analysis.friction import ELEMENTS, FrictionFit, fit_friction
 from slider_drilling.errors import InputError
 from slider_drilling.gap.progress import Progress
-from slider_drilling.log.series import RigLog
+from slider_drilling.log import RigLog
 from slider_drilling.log.time_window import most_active_window
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.zones import Zones

@@ -26,7 +26,7 @@ from slider_drilling.effects import CuttingsBed, TopDriveBacklash, TorsionalComp
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Channel
 from slider_drilling.gap.problem.noise import difference_noise
-from slider_drilling.log.series import RigLog
+from slider_drilling.log import RigLog
 from slider_drilling.log_inputs.commands_from_log import LogCommands, commands_from_log
 from slider_drilling.rig import FrictionInterval, Rig
 

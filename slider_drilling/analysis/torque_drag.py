@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.log.series import Array, RigLog
+from slider_drilling.log import RigLog
+from slider_drilling.log.series import Array
 from slider_drilling.pages import Chart, Line, Page, Panel, Section, Table
 from slider_drilling.pages.colours import AMBER, BLUE, GREEN, GREY, INK, ORDER, RED
 from slider_drilling.pages.titles import well_name

@@ -11,8 +11,8 @@ import click
 from slider_drilling.commands.options import json_option, namespace_option, print_json, units_option
 
 if TYPE_CHECKING:
+    from slider_drilling.log import RigLog
     from slider_drilling.log.info import LogInfo, TopicInfo
-    from slider_drilling.log.series import RigLog
     from slider_drilling.units import Units
 
 

@@ -12,7 +12,7 @@ from slider_drilling.commands.options import json_option, namespace_option, unit
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from slider_drilling.log.series import RigLog
+    from slider_drilling.log import RigLog
     from slider_drilling.rig import Rig
     from slider_drilling.units import Units
     from slider_drilling.wellbore.broomstick import Broomstick

@@ -12,7 +12,7 @@ from slider_drilling.drillstring import ELEMENTS, Commands, InitialState, Modifi
 from slider_drilling.drillstring.recorded_channels import require_finite
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Array, Channel
-from slider_drilling.log.series import RigLog
+from slider_drilling.log import RigLog
 from slider_drilling.log_checks.repeated_samples import mask_repeated_samples
 from slider_drilling.log_inputs.commands_from_log import commands_from_log
 from slider_drilling.log_inputs.infer_initial_state import LOADED_START_NOTE, infer_initial_state

@@ -10,8 +10,8 @@ import numpy as np
 
 from slider_drilling.diagnosis.replay import Comparison, Replay
 from slider_drilling.gap.model import Array
+from slider_drilling.log import RigLog
 from slider_drilling.log.run_page import log_title
-from slider_drilling.log.series import RigLog
 from slider_drilling.pages import Chart, Line, Page, Panel, Section, Table
 from slider_drilling.pages.colours import BLUE, INK, RED
 from slider_drilling.pages.figures import wrap_degrees

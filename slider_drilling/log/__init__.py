@@ -2,8 +2,9 @@
 
 from slider_drilling.log.csv_table import read_table
 from slider_drilling.log.read import read_log
+from slider_drilling.log.rig_log import RigLog
 from slider_drilling.log.save import save_log
-from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
+from slider_drilling.log.series import JointSeries, ScalarSeries
 from slider_drilling.log.write import LogWriter
 from slider_drilling.messages.health import Level, Status
 from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS, Topic

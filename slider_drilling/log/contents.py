@@ -8,25 +8,10 @@ import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from slider_drilling.log.series import Array, JointSeries, RigLog
+from slider_drilling.log.series import Array, LogContents
 from slider_drilling.messages.topics import TOPICS
 from slider_drilling.units import SI, Units, format_number
 
-# Units of position, velocity and effort, or of the value.
-UNITS = {
-    "top_drive": ("rad", "rad/s", "N m"),
-    "top_drive_command": ("rad", "rad/s", "N m"),
-    "draw_works": ("m", "m/s", "N"),
-    "draw_works_command": ("m", "m/s", "N"),
-    "standpipe_pressure": ("Pa",),
-    "mud_pump": ("rad", "rad/s", "N m"),
-    "mwd_tool_face": ("rad", "rad/s", "N m"),
-    "tool_face_target": ("rad", "rad/s", "N m"),
-    "bit_depth": ("m", "m/s", "N"),
-    "truth_bit": ("rad", "rad/s", "N m"),
-    "truth_weight_on_bit": ("N",),
-    "truth_depth": ("m", "m/s", "N"),
-}
 # Of an SI unit: its value in the unit that tables start from, and that unit.
 _SHOWN = {"N m": (1e-3, "kN m"), "N": (1e-3, "kN"), "Pa": (1e-5, "bar")}
 
@@ -46,7 +31,7 @@ class LoggedQuantity:
     longest_gap: float | None
 
 
-def contents_table(log: RigLog, units: Units = SI) -> Table:
+def contents_table(log: LogContents, units: Units = SI) -> Table:
     """One line an array that the log holds: samples, time span, range, longest gap between samples."""
     table = Table("topic", "quantity", "samples", "time, s", "range", "unit", "longest gap, s", box=SIMPLE_HEAD)
     for one in logged_quantities(log):
@@ -58,21 +43,14 @@ def contents_table(log: RigLog, units: Units = SI) -> Table:
     return table
 
 
-def logged_quantities(log: RigLog) -> list[LoggedQuantity]:
-    """The arrays that the log holds, those without a value left out."""
-    found = []
-    for key, topic in TOPICS.items():
-        series = getattr(log, key)
-        if series is None:
-            continue
-        if isinstance(series, JointSeries):
-            arrays = {"position": series.position, "velocity": series.velocity, "effort": series.effort}
-        else:
-            arrays = {"value": series.value}
-        for (quantity, values), unit in zip(arrays.items(), UNITS[key], strict=True):
-            if not np.isnan(values).all():
-                found.append(_content(topic.name, quantity, unit, series.time, values))
-    return found
+def logged_quantities(log: LogContents) -> list[LoggedQuantity]:
+    """The arrays that the log holds; those without a value are left out."""
+    return [
+        _content(TOPICS[key].name, quantity.array, quantity.unit, series.time, values)
+        for key, series in log.series().items()
+        for quantity in TOPICS[key].quantities
+        if not np.isnan(values := getattr(series, quantity.array)).all()
+    ]
 
 
 def _content(topic: str, quantity: str, unit: str, time: Array, values: Array) -> LoggedQuantity:

@@ -3,37 +3,51 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import read_text
+from slider_drilling.messages.topics import TOPICS
 from slider_drilling.schema.fields import build_dataclass, quantity
 from slider_drilling.schema.yaml_tree import parse_yaml
-from slider_drilling.units import si_factor
+from slider_drilling.units import KINDS, si_factor
 
 SCHEMA = "slider_drilling/csv/1"
 ISO_TIME = "iso8601"
 MAX_MAPPING_BYTES = 1_000_000  # bytes of a mapping file
 
-# Channel -> the series of RigLog that it goes to, the array there, and the kind of quantity.
-IMPORT_CHANNELS = {
-    "top_drive_angle": ("top_drive", "position", "angle"),
-    "top_drive_speed": ("top_drive", "velocity", "angular speed"),
-    "surface_torque": ("top_drive", "effort", "torque"),
-    "top_drive_angle_command": ("top_drive_command", "position", "angle"),
-    "top_drive_speed_command": ("top_drive_command", "velocity", "angular speed"),
-    "block_position": ("draw_works", "position", "length"),
-    "block_speed": ("draw_works", "velocity", "speed"),
-    "hook_load": ("draw_works", "effort", "force"),
-    "block_speed_command": ("draw_works_command", "velocity", "speed"),
-    "bit_depth": ("bit_depth", "position", "length"),
-    "standpipe_pressure": ("standpipe_pressure", "value", "pressure"),
-    "pump_speed": ("mud_pump", "velocity", "angular speed"),
-    "pump_flow": ("mud_pump", "velocity", "flow"),
-    "tool_face": ("mwd_tool_face", "position", "angle"),
-    "tool_face_target": ("tool_face_target", "position", "angle"),
-}
+
+@dataclass(frozen=True)
+class ImportChannel:
+    """Where an imported channel goes.
+
+    Attributes:
+        series: Key of the topic in the registry.
+        array: Array of the series.
+        kind: Kind of quantity, which its unit must be of.
+        is_wrapped: Whether the angle is wrapped into (-pi, pi].
+    """
+
+    series: str
+    array: str
+    kind: str
+    is_wrapped: bool = False
+
+
+def _registered_channels() -> dict[str, ImportChannel]:
+    """By name: what the registry of topics says can be imported, and the pump's flow, which gives its speed."""
+    kind_of_unit = {next(iter(units)): kind for kind, units in KINDS.items()}
+    channels = {
+        quantity.import_name: ImportChannel(key, quantity.array, kind_of_unit[quantity.unit], quantity.is_wrapped)
+        for key, topic in TOPICS.items()
+        for quantity in topic.quantities
+        if quantity.import_name
+    }
+    return {**channels, "pump_flow": replace(channels["pump_speed"], kind="flow")}
+
+
+IMPORT_CHANNELS = _registered_channels()
 # What an integral over time of a channel in one kind of unit is.
 INTEGRAL = {"angle": "angular speed", "length": "speed"}
 
@@ -127,7 +141,7 @@ def _channel_entries(raw: dict[str, Any], source: str) -> list[tuple[str, Any]]:
 
 
 def _kind(name: str, column: ColumnMapping, source: str) -> str:
-    kind = IMPORT_CHANNELS[name][2]
+    kind = IMPORT_CHANNELS[name].kind
     if not column.integral:
         return kind
     if kind not in INTEGRAL:
@@ -139,7 +153,7 @@ def _check_targets(channels: dict[str, ColumnMapping], source: str) -> None:
     """Two channels must not fill the same array."""
     seen: dict[tuple[str, str], str] = {}
     for name in channels:
-        target = IMPORT_CHANNELS[name][:2]
+        target = (IMPORT_CHANNELS[name].series, IMPORT_CHANNELS[name].array)
         if target in seen:
             raise InputError(f"{source}: channels.{name}: says the same as {seen[target]}; keep one")
         seen[target] = name

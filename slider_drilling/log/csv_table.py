@@ -18,9 +18,10 @@ from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import read_lines, read_text
 from slider_drilling.log.csv_mapping import IMPORT_CHANNELS, ISO_TIME, CsvMapping, TableLayout, load_mapping
-from slider_drilling.log.series import Array, JointSeries, RigLog, ScalarSeries
+from slider_drilling.log.rig_log import RigLog
+from slider_drilling.log.series import Array, Series, build_series
 from slider_drilling.log.value_limits import mask_impossible_values
-from slider_drilling.messages.topics import CLOCK_TOPICS, JOINT_STATE, TOPICS
+from slider_drilling.messages.topics import CLOCK_TOPICS, TOPICS
 from slider_drilling.rig import parse_rig
 from slider_drilling.schema.yaml_tree import shorten
 
@@ -209,7 +210,7 @@ def _channel(table: TextTable, mapping: CsvMapping, name: str, seconds: Array) -
     if entry.from_first:
         there = total[~np.isnan(total)]
         total = total - (there[0] if there.size else 0.0)
-    if name in ("tool_face", "tool_face_target"):
+    if IMPORT_CHANNELS[name].is_wrapped:
         total = math.pi - np.mod(math.pi - total, 2.0 * math.pi)
     return total
 
@@ -252,10 +253,9 @@ def _series(
     time: Array,
     kept: NDArray[np.bool_],
     notes: list[str],
-) -> JointSeries | ScalarSeries | None:
+) -> Series | None:
     """One series of the RigLog from its channels, without the rows in which all of them are null."""
-    nothing = np.full(time.shape, math.nan)
-    own = {IMPORT_CHANNELS[name][1]: (name, values[name]) for name in values if IMPORT_CHANNELS[name][0] == key}
+    own = {IMPORT_CHANNELS[name].array: (name, values[name]) for name in values if IMPORT_CHANNELS[name].series == key}
     if not own:
         return None
     some = kept & ~np.all([np.isnan(column) for _, column in own.values()], axis=0)
@@ -270,11 +270,7 @@ def _series(
     arrival = time[some]
     measured = arrival - max(mapping.channels[name].delay for name, _ in own.values())
     arrays = {array: column[some] for array, (_, column) in own.items()}
-    none = nothing[some]
-    if TOPICS[key].type == JOINT_STATE:
-        parts = [arrays.get(array, none) for array in ("position", "velocity", "effort")]
-        return JointSeries(measured, arrival, *parts)
-    return ScalarSeries(measured, arrival, arrays["value"], none)
+    return build_series(TOPICS[key], measured, arrival, arrays)
 
 
 def _changes(column: Array) -> NDArray[np.bool_]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slider_drilling.log.series import Array, RigLog
+from slider_drilling.log.series import Array, LogContents
 from slider_drilling.pages import Chart, Line, Panel
 from slider_drilling.pages.colours import BLUE, RED
 
@@ -12,7 +12,7 @@ BINS = 60
 LEAST = 0.05  # m; thinner bins than this hold less than one turn of a bit at drilling rates
 
 
-def depth_charts(log: RigLog) -> tuple[Chart, ...]:
+def depth_charts(log: LogContents) -> tuple[Chart, ...]:
     """Charts with the hole's depth downwards: each channel's mean over slices of new hole, with its lowest and
     highest. Empty where the log does not know the bit's depth or no new hole was made."""
     series = log.truth_depth if log.truth_depth is not None else log.bit_depth
@@ -43,7 +43,7 @@ def _rising(hole: Array, time: Array) -> tuple[Array, Array]:
     return hole[first], time[first]
 
 
-def _channels(log: RigLog) -> list[tuple[str, str, tuple[Array, Array]]]:
+def _channels(log: LogContents) -> list[tuple[str, str, tuple[Array, Array]]]:
     found = []
     if log.truth_weight_on_bit is not None:
         weight = log.truth_weight_on_bit
@@ -58,7 +58,7 @@ def _channels(log: RigLog) -> list[tuple[str, str, tuple[Array, Array]]]:
     return found
 
 
-def _tool_faces(log: RigLog, depth: Array, passed: Array) -> Chart | None:
+def _tool_faces(log: LogContents, depth: Array, passed: Array) -> Chart | None:
     """Each MWD toolface where the bit was when it was measured."""
     if log.mwd_tool_face is None:
         return None

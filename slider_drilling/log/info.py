@@ -11,10 +11,10 @@ import numpy as np
 from mcap.records import Channel
 
 from slider_drilling.console.printable import printable
-from slider_drilling.log.decoder import Array, Decoder, Integers
 from slider_drilling.log.mcap_reader import McapReader
 from slider_drilling.log.read import log_files, series_of_topic
 from slider_drilling.log.timestamps import MAX_STEP_BACK, SECOND
+from slider_drilling.messages.decoder import Array, Integers, TopicDecoder
 from slider_drilling.messages.topics import TOPICS, canonical_type
 
 NAN = float("nan")
@@ -69,7 +69,7 @@ class TopicMessages:
     """Columns of one topic, part by part."""
 
     kind: str
-    decoder: Decoder | None
+    decoder: TopicDecoder | None
     logged: list[Integers] = field(default_factory=list)
     sequence: list[Integers] = field(default_factory=list)
     stamp: list[Integers] = field(default_factory=list)
@@ -110,7 +110,8 @@ def _begin(container: McapReader, channel: Channel) -> TopicMessages:
     schema = container.schemas.get(channel.schema_id)
     key = series_of_topic(channel.topic, schema.name if schema else None)
     kind = canonical_type(schema.name) if schema and schema.name else "unknown"
-    return TopicMessages(printable(kind), Decoder(TOPICS[key]) if key and channel.message_encoding == "cdr" else None)
+    is_decoded = key and channel.message_encoding == "cdr"
+    return TopicMessages(printable(kind), TopicDecoder(TOPICS[key]) if is_decoded else None)
 
 
 def _look_through(container: McapReader, seen: dict[str, TopicMessages]) -> None:
@@ -124,7 +125,7 @@ def _look_through(container: McapReader, seen: dict[str, TopicMessages]) -> None
             one.logged.append(own.log_time.astype(np.int64))
             one.sequence.append(own.sequence)
             if one.decoder is not None:
-                readable, stamp, _ = one.decoder.decode(own)
+                readable, stamp, _ = one.decoder.decode(own.data, own.start, own.end)
                 one.stamp.append(stamp)
                 one.stamp_logged.append(one.logged[-1][readable])
 

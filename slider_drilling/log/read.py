@@ -13,20 +13,14 @@ import yaml
 from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import read_text
-from slider_drilling.log.decoder import Array, Decoder, Integers
 from slider_drilling.log.mcap_chunk import MessageBlock
 from slider_drilling.log.mcap_reader import McapReader
-from slider_drilling.log.series import JointSeries, RigLog, ScalarSeries
+from slider_drilling.log.rig_log import RigLog
+from slider_drilling.log.series import build_series
 from slider_drilling.log.timestamps import MAX_CLOCK_OFFSET, SECOND, StampedSamples, drop_foreign_stamps, sort_by_stamp
 from slider_drilling.log.value_limits import mask_impossible_values
-from slider_drilling.messages.topics import (
-    CLOCK_TOPICS,
-    JOINT_STATE,
-    SURFACE_TOPICS,
-    TOPICS,
-    canonical_type,
-    namespace_of,
-)
+from slider_drilling.messages.decoder import Array, Integers, TopicDecoder
+from slider_drilling.messages.topics import CLOCK_TOPICS, TOPICS, canonical_type, namespace_of
 
 # Samples of a rig's channels that are read, about: at 10 Hz a week, in a bit more than 1 GB.
 MAX_SAMPLES = 25_000_000
@@ -38,14 +32,14 @@ class TopicSamples:
 
     key: str
     topic: str
-    decoder: Decoder
+    decoder: TopicDecoder
     parts: list[StampedSamples] = field(default_factory=list)
     count: int = 0
     ends: dict[Path, int] = field(default_factory=dict)
 
     def add(self, block: MessageBlock, file: Path) -> None:
         """Read the messages of this topic alone."""
-        readable, stamp, values = self.decoder.decode(block)
+        readable, stamp, values = self.decoder.decode(block.data, block.start, block.end)
         self.parts.append(StampedSamples(stamp, block.log_time[readable].astype(np.int64), values))
         self.count += len(stamp)
         self.ends[file] = self.count
@@ -94,9 +88,9 @@ def _read(path: Path, source: str, rig_path: str | os.PathLike[str] | None, name
     tracks = {}
     for key, samples in chosen.items():
         track = samples.track()
-        if key in SURFACE_TOPICS:
+        if TOPICS[key].is_surface:
             _check_one_run(samples, track, source)
-        tracks[key] = sort_by_stamp(track, samples.topic, key in SURFACE_TOPICS, moved, source, notes)
+        tracks[key] = sort_by_stamp(track, samples.topic, TOPICS[key].is_surface, moved, source, notes)
     _leave_out_far(tracks, chosen, notes)
     rig_text, rig_source = _rig(source, rig_path, containers, notes)
     return mask_impossible_values(_assemble(source, tracks, notes, rig_text, rig_source, _metadata(containers)))
@@ -106,7 +100,7 @@ def _leave_out_far(tracks: dict[str, StampedSamples], chosen: dict[str, TopicSam
     """Keep of every series what was stamped within the time of the log's clock."""
     clock = next(key for key in CLOCK_TOPICS if key in tracks)
     for key in [key for key in tracks if key != clock]:
-        kept = drop_foreign_stamps(tracks[key], tracks[clock], chosen[key].topic, key in SURFACE_TOPICS, notes)
+        kept = drop_foreign_stamps(tracks[key], tracks[clock], chosen[key].topic, TOPICS[key].is_surface, notes)
         if kept is None:
             del tracks[key]
         else:
@@ -181,7 +175,7 @@ def _match(topic: str, type_name: str | None) -> TopicSamples | str | None:
             continue
         if type_name is not None and canonical_type(type_name) != known.type:
             return f"its type is {type_name}, not {known.type}"
-        return TopicSamples(key, topic, Decoder(known))
+        return TopicSamples(key, topic, TopicDecoder(known))
     return None
 
 
@@ -254,15 +248,15 @@ def _assemble(
         logged, stamp = clock.logged[order], clock.stamp[order]
         return np.interp(_seconds(track.logged - logged[0]), _seconds(logged - logged[0]), _seconds(stamp - start))
 
-    joints = {
-        key: JointSeries(_seconds(track.stamp - start), arrival(track), *np.ascontiguousarray(track.values.T))
+    arrays = {key: np.ascontiguousarray(track.values.T) for key, track in tracks.items()}
+    series = {
+        key: build_series(
+            TOPICS[key],
+            _seconds(track.stamp - start),
+            arrival(track),
+            {logged.array: array for logged, array in zip(TOPICS[key].message_type().logged, arrays[key], strict=True)},
+        )
         for key, track in tracks.items()
-        if TOPICS[key].type == JOINT_STATE
-    }
-    scalars = {
-        key: ScalarSeries(_seconds(track.stamp - start), arrival(track), *np.ascontiguousarray(track.values.T[:2]))
-        for key, track in tracks.items()
-        if TOPICS[key].type != JOINT_STATE
     }
     return RigLog(
         source=source,
@@ -271,18 +265,7 @@ def _assemble(
         rig_source=rig_source,
         metadata={key: printable(value) for key, value in metadata.items()},
         notes=tuple(printable(note) for note in notes),
-        top_drive=joints.get("top_drive"),
-        top_drive_command=joints.get("top_drive_command"),
-        draw_works=joints.get("draw_works"),
-        draw_works_command=joints.get("draw_works_command"),
-        standpipe_pressure=scalars.get("standpipe_pressure"),
-        mud_pump=joints.get("mud_pump"),
-        mwd_tool_face=joints.get("mwd_tool_face"),
-        tool_face_target=joints.get("tool_face_target"),
-        bit_depth=joints.get("bit_depth"),
-        truth_bit=joints.get("truth_bit"),
-        truth_weight_on_bit=scalars.get("truth_weight_on_bit"),
-        truth_depth=joints.get("truth_depth"),
+        **series,  # type: ignore[arg-type]
     )
 
 

@@ -15,11 +15,11 @@ from slider_drilling import __version__
 from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import commit_part_file, create_part_file
-from slider_drilling.log.decoder import Decoder
 from slider_drilling.log.mcap_reader import McapReader
 from slider_drilling.log.mcap_writer import McapWriter
 from slider_drilling.log.read import log_files, series_of_topic
 from slider_drilling.log.timestamps import MAX_LEAP, MAX_STEP_BACK, SECOND, stamp_outliers
+from slider_drilling.messages.decoder import TopicDecoder
 from slider_drilling.messages.topics import CLOCK_TOPICS, TOPICS
 
 RECOVERED = "slider_drilling_recovered"
@@ -77,7 +77,7 @@ def _survey(files: list[Path]) -> tuple[list[int], list[str], int, bool]:
     """Where a new run begins, by the number of its first message; notes; how many there are; whether in order."""
     containers = [McapReader(file) for file in files]
     clocks: dict[str, _ClockSamples] = {}
-    decoders: dict[str, Decoder] = {}
+    decoders: dict[str, TopicDecoder] = {}
     times: list[Integers] = []
     count = size = 0
     for container in containers:
@@ -97,7 +97,8 @@ def _survey(files: list[Path]) -> tuple[list[int], list[str], int, bool]:
                     continue
                 chosen = block.channel == number
                 own = block.select(chosen)
-                readable, stamp, _ = decoders.setdefault(key, Decoder(TOPICS[key])).decode(own)
+                decoder = decoders.setdefault(key, TopicDecoder(TOPICS[key]))
+                readable, stamp, _ = decoder.decode(own.data, own.start, own.end)
                 clock.stamp.append(stamp)
                 clock.logged.append(own.log_time[readable].astype(np.int64))
                 clock.place.append(places[chosen][readable])

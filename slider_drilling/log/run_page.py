@@ -10,7 +10,7 @@ from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import write_atomically
 from slider_drilling.log.depth_charts import depth_charts
 from slider_drilling.log.run_summary import NOT_SET, RunSummary, hold_sentence, summary_rows, target_at
-from slider_drilling.log.series import Array, RigLog
+from slider_drilling.log.series import Array, LogContents
 from slider_drilling.pages import Chart, Headline, Line, Page, Panel, Section, Table
 from slider_drilling.pages import write_page as write
 from slider_drilling.pages.colours import AMBER, BLUE, GREEN, GREY, RED
@@ -21,7 +21,7 @@ from slider_drilling.rig import Rig
 from slider_drilling.units import SI, Units
 
 
-def log_panels(log: RigLog) -> tuple[Panel, ...]:
+def log_panels(log: LogContents) -> tuple[Panel, ...]:
     """What the log holds over time. Raises InputError where that is nothing."""
     found = (_tool_face(log), _top_drive(log), _torque(log), _pressure(log), _hook_load(log), _weight(log), _depth(log))
     shown = tuple(panel for panel in found if panel.marks)
@@ -30,7 +30,7 @@ def log_panels(log: RigLog) -> tuple[Panel, ...]:
     return shown
 
 
-def _tool_face(log: RigLog) -> Panel:
+def _tool_face(log: LogContents) -> Panel:
     lines = []
     if log.truth_bit is not None:
         lines.append(Line("truth", log.truth_bit.time, wrap_degrees(np.degrees(log.truth_bit.position)), colour=GREY))
@@ -46,7 +46,7 @@ def _tool_face(log: RigLog) -> Panel:
     return Panel("toolface, deg", tuple(lines))
 
 
-def _top_drive(log: RigLog) -> Panel:
+def _top_drive(log: LogContents) -> Panel:
     lines = []
     if log.top_drive is not None:
         lines.append(Line("measured", log.top_drive.time, log.top_drive.position, colour=BLUE))
@@ -56,7 +56,7 @@ def _top_drive(log: RigLog) -> Panel:
     return Panel("top drive, rad", tuple(lines))
 
 
-def _torque(log: RigLog) -> Panel:
+def _torque(log: LogContents) -> Panel:
     lines = []
     if log.top_drive is not None and not np.isnan(log.top_drive.effort).all():
         lines.append(Line("measured", log.top_drive.time, log.top_drive.effort / 1e3, colour=BLUE))
@@ -70,25 +70,25 @@ def _one(title: str, name: str, time: Array | None, value: Array | None, colour:
     return Panel(title, (Line(name, time, value, colour=colour),) if there else ())  # type: ignore[arg-type]
 
 
-def _pressure(log: RigLog) -> Panel:
+def _pressure(log: LogContents) -> Panel:
     series = log.standpipe_pressure
     time, value = (None, None) if series is None else (series.time, series.value / 1e5)
     return _one("standpipe pressure, bar", "measured", time, value, BLUE)
 
 
-def _hook_load(log: RigLog) -> Panel:
+def _hook_load(log: LogContents) -> Panel:
     series = log.draw_works
     time, value = (None, None) if series is None else (series.time, series.effort / 1e3)
     return _one("hook load, kN", "measured", time, value, BLUE)
 
 
-def _weight(log: RigLog) -> Panel:
+def _weight(log: LogContents) -> Panel:
     series = log.truth_weight_on_bit
     time, value = (None, None) if series is None else (series.time, series.value / 1e3)
     return _one("weight on bit, kN", "truth", time, value, GREY)
 
 
-def _depth(log: RigLog) -> Panel:
+def _depth(log: LogContents) -> Panel:
     lines = []
     if log.truth_depth is not None:
         lines.append(Line("truth", log.truth_depth.time, log.truth_depth.position, colour=GREY))
@@ -97,12 +97,12 @@ def _depth(log: RigLog) -> Panel:
     return Panel("bit depth, m", tuple(lines), inverted=True)
 
 
-def log_chart(log: RigLog) -> Chart:
+def log_chart(log: LogContents) -> Chart:
     """The panels of a log as one figure. Raises InputError where it holds nothing to plot."""
     return Chart("Over time", "time, s", log_panels(log), wide=True)
 
 
-def log_title(log: RigLog, units: Units = SI, rig: Rig | None = None) -> str:
+def log_title(log: LogContents, units: Units = SI, rig: Rig | None = None) -> str:
     """Well, time and target; rig: the file that names the well, the log's own if None."""
     if rig is None and log.rig_text is not None:
         rig = log.rig()
@@ -112,7 +112,7 @@ def log_title(log: RigLog, units: Units = SI, rig: Rig | None = None) -> str:
     return ", ".join(part for part in parts if part)
 
 
-def run_page(log: RigLog, summary: RunSummary, more: tuple[tuple[str, str], ...] = (), units: Units = SI) -> Page:
+def run_page(log: LogContents, summary: RunSummary, more: tuple[tuple[str, str], ...] = (), units: Units = SI) -> Page:
     """The page of a run; `more`: rows after the summary's own. Raises InputError where there is nothing to plot."""
     figures: tuple[Chart, ...] = (log_chart(log),)
     sections = [
@@ -144,12 +144,12 @@ def _lead(summary: RunSummary, units: Units) -> Headline | None:
 
 
 def write_run_page(
-    path: Path, log: RigLog, summary: RunSummary, more: tuple[tuple[str, str], ...] = (), units: Units = SI
+    path: Path, log: LogContents, summary: RunSummary, more: tuple[tuple[str, str], ...] = (), units: Units = SI
 ) -> None:
     """The page at `path`; it needs no network. `more`: rows after the summary's own. Raises InputError."""
     write(path, run_page(log, summary, more, units), units)
 
 
-def write_run_picture(path: Path, log: RigLog, units: Units = SI) -> None:
+def write_run_picture(path: Path, log: LogContents, units: Units = SI) -> None:
     """The same panels as PNG. Raises InputError."""
     write_atomically(path, render_png((log_chart(log),), units, log_title(log, units)))

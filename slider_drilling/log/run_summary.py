@@ -9,7 +9,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from slider_drilling.errors import InputError
-from slider_drilling.log.series import Array, JointSeries, RigLog
+from slider_drilling.log.series import Array, JointSeries, LogContents
 from slider_drilling.units import SI, Units
 
 ON_TARGET = np.radians(15.0)
@@ -83,7 +83,7 @@ class RunSummary:
         return self.drilled is not None and self.drilled.source != "block" and self.drilled.length < 1e-3
 
 
-def summarise_run(log: RigLog) -> RunSummary:
+def summarise_run(log: LogContents) -> RunSummary:
     """The figures of one log. Raises InputError where it holds no surface channel."""
     series = [one for one in (log.top_drive, log.draw_works, log.standpipe_pressure, log.truth_bit) if one is not None]
     if not series:
@@ -106,7 +106,7 @@ def summarise_run(log: RigLog) -> RunSummary:
     )
 
 
-def drilled_interval(log: RigLog) -> DrilledInterval | None:
+def drilled_interval(log: LogContents) -> DrilledInterval | None:
     """What was drilled, from the best channel there is; None without any depth and block. New hole is made where the
     bit is deeper than it ever was in the log."""
     for source, series in (("truth", log.truth_depth), ("bit depth", log.bit_depth)):
@@ -131,7 +131,7 @@ def drilled_interval(log: RigLog) -> DrilledInterval | None:
     return DrilledInterval("block", float(block[0]), float(block[-1]), lowered, rate, None)
 
 
-def tool_face_error(log: RigLog) -> tuple[Array, Array, str] | None:
+def tool_face_error(log: LogContents) -> tuple[Array, Array, str] | None:
     """Time s, wrapped error rad (measured minus target) and source; None without a toolface. No target means 0."""
     shown: tuple[JointSeries, str] | None = None
     if log.truth_bit is not None:
@@ -145,7 +145,7 @@ def tool_face_error(log: RigLog) -> tuple[Array, Array, str] | None:
     return series.time, np.pi - (np.pi - error) % (2.0 * np.pi), source
 
 
-def target_at(log: RigLog, time: Array) -> Array:
+def target_at(log: LogContents, time: Array) -> Array:
     """The target that held at each time, rad: the last one said, the first one before that, 0 without any."""
     if log.tool_face_target is None:
         return np.zeros_like(time)
@@ -153,7 +153,7 @@ def target_at(log: RigLog, time: Array) -> Array:
     return log.tool_face_target.position[np.maximum(index, 0)]
 
 
-def tool_face_hold(log: RigLog) -> ToolFaceHold | None:
+def tool_face_hold(log: LogContents) -> ToolFaceHold | None:
     """See ToolFaceHold; None where the log holds no toolface."""
     found = tool_face_error(log)
     if found is None:

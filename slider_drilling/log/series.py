@@ -1,33 +1,31 @@
-"""A log in memory: one series of arrays a topic."""
+"""A log in memory: arrays of one topic, and all of a log's topics."""
 
 from __future__ import annotations
 
-import os
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slider_drilling.columns import Columns, SampledQuantity, join_samples
 from slider_drilling.errors import InputError
+from slider_drilling.messages.topics import TOPICS, Topic
 from slider_drilling.rig import Rig, parse_rig
-
-if TYPE_CHECKING:
-    import pandas
-    import plotly
-
-    from slider_drilling.columns import Columns
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class JointSeries:
-    """A joint over time; every array has shape (n,), a value that the messages do not give is NaN.
+    """A joint over time. Arrays have shape (n,); a value that the messages do not give is NaN.
 
-    time: s since the log's start, strictly increasing, when it was measured; arrival: s since the start, when the
-    log had it; position: rad or m; velocity: rad/s or m/s; effort: N m or N.
+    Attributes:
+        time: When it was measured, s since the log's start, strictly increasing.
+        arrival: When the log had it, s since the start.
+        position: rad or m.
+        velocity: rad/s or m/s.
+        effort: N m or N.
     """
 
     time: Array
@@ -39,9 +37,13 @@ class JointSeries:
 
 @dataclass(frozen=True)
 class ScalarSeries:
-    """A quantity over time; every array has shape (n,).
+    """A quantity over time. Arrays have shape (n,).
 
-    time and arrival as in JointSeries; value in the quantity's SI unit; variance in its square, NaN where unknown.
+    Attributes:
+        time: When it was measured, s since the log's start, strictly increasing.
+        arrival: When the log had it, s since the start.
+        value: In the quantity's SI unit.
+        variance: In its square; NaN where unknown.
     """
 
     time: Array
@@ -50,13 +52,40 @@ class ScalarSeries:
     variance: Array
 
 
-@dataclass(frozen=True)
-class RigLog:
-    """What one log holds. Series that are not in it are None.
+Series = JointSeries | ScalarSeries
 
-    start_ns: ns since the epoch of the rig's (or the simulation's) clock, t = 0 of every series: the first sample of
-    the top drive, or of the first channel there is. Samples measured before that have negative times.
-    notes: what a reader should know of the log's state, one sentence each: damage, repeated stamps, topics ignored.
+
+def build_series(topic: Topic, time: Array, arrival: Array, arrays: dict[str, Array]) -> Series:
+    """The series of a topic; arrays that are not given are NaN.
+
+    Args:
+        topic: From the registry.
+        time: When each sample was measured, s since the log's start, (n,).
+        arrival: When each arrived, s, (n,).
+        arrays: By name, such as position, SI, each (n,).
+
+    Raises:
+        InputError: The topic is of a type whose numbers a log does not keep.
+    """
+    logged = {part.array for part in topic.message_type().logged}
+    kind = JointSeries if "position" in logged else ScalarSeries
+    names = [part.name for part in fields(kind)[2:]]
+    return kind(time, arrival, *(arrays[name] if name in arrays else np.full(len(time), np.nan) for name in names))
+
+
+@dataclass(frozen=True)
+class LogContents:
+    """What one log holds. A series that is not in it is None.
+
+    Attributes:
+        source: The file or folder, for messages.
+        start_ns: t = 0 of every series, ns since the epoch of the rig's (or the simulation's) clock: the first sample
+            of the top drive, or of the first channel there is. Samples measured before that have negative times.
+        rig_text: The rig file's text.
+        rig_source: Where that comes from.
+        metadata: The record `slider_drilling` of the log.
+        notes: What a reader should know of the log's state, one sentence each: damage, repeated stamps, topics left
+            out.
     """
 
     source: str
@@ -65,6 +94,7 @@ class RigLog:
     rig_source: str | None = None
     metadata: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    # One for each entry of the registry of topics.
     top_drive: JointSeries | None = None
     top_drive_command: JointSeries | None = None
     draw_works: JointSeries | None = None
@@ -79,36 +109,9 @@ class RigLog:
     truth_depth: JointSeries | None = None
 
     def __repr__(self) -> str:
-        there = [name for name, value in vars(self).items() if isinstance(value, (JointSeries, ScalarSeries))]
-        ends = [float(getattr(self, name).time[-1]) for name in there if len(getattr(self, name).time)]
-        return f"RigLog({self.source}: {max(ends, default=0.0):.1f} s of {', '.join(there)})"
-
-    def to_frame(self) -> pandas.DataFrame:
-        """Every quantity against time, s, NaN where it has no sample; SI units, in ``attrs["units"]``.
-
-        Raises InputError where pandas is not installed.
-        """
-        return self._columns().to_frame()
-
-    def to_csv(self, path: str | os.PathLike[str]) -> Path:
-        """The same as CSV, units in its heads. Raises InputError."""
-        return self._columns().to_csv(path)
-
-    def to_parquet(self, path: str | os.PathLike[str]) -> Path:
-        """The same as Parquet. Raises InputError, where pandas or pyarrow is not installed too."""
-        return self._columns().to_parquet(path)
-
-    def plot(self) -> plotly.graph_objects.Figure:
-        """Toolface, top drive, torque, pressure, hook load and weight on bit against time, in field units."""
-        from slider_drilling.log.run_page import log_chart
-        from slider_drilling.pages.notebook import plotly_figure
-
-        return plotly_figure(log_chart(self))
-
-    def _columns(self) -> Columns:
-        from slider_drilling.log.columns import columns_of
-
-        return columns_of(self)
+        held = self.series()
+        ends = [float(series.time[-1]) for series in held.values() if len(series.time)]
+        return f"{type(self).__name__}({self.source}: {max(ends, default=0.0):.1f} s of {', '.join(held)})"
 
     @property
     def start(self) -> float:
@@ -120,3 +123,16 @@ class RigLog:
         if self.rig_text is None:
             raise InputError(f"{self.source}: has no rig.yaml attachment; give the rig file beside it")
         return parse_rig(self.rig_text, self.rig_source or self.source)
+
+    def series(self) -> dict[str, Series]:
+        """The series that the log holds, by their keys in the registry of topics and in its order."""
+        every: dict[str, Any] = {key: getattr(self, key) for key in TOPICS}
+        return {key: series for key, series in every.items() if series is not None}
+
+    def columns(self) -> Columns:
+        """Every quantity that the log holds over the union of its times, s since its start, when measured; SI."""
+        return join_samples(
+            SampledQuantity(quantity.column, quantity.unit, series.time, getattr(series, quantity.array))
+            for key, series in self.series().items()
+            for quantity in TOPICS[key].quantities
+        )

@@ -6,8 +6,10 @@ from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from slider_drilling.log.series import Array, JointSeries, RigLog, ScalarSeries
+from slider_drilling.log.rig_log import RigLog
+from slider_drilling.log.series import Array, Series
 
 
 def cut_time_window(log: RigLog, first: float, last: float) -> RigLog:
@@ -16,19 +18,17 @@ def cut_time_window(log: RigLog, first: float, last: float) -> RigLog:
     The last value of a target before that stays, as of then. A series without a sample in it is None.
     """
     changed: dict[str, Any] = {"start_ns": log.start_ns + round(first * 1e9)}
-    for one in fields(log):
-        series = getattr(log, one.name)
-        if isinstance(series, (JointSeries, ScalarSeries)):
-            keep = (series.time >= first) & (series.time <= last)
-            if one.name == "tool_face_target" and not keep[:1].any():
-                before = np.flatnonzero(series.time < first)
-                keep[before[-1:]] = True
-            changed[one.name] = _cut(series, keep, first) if keep.any() else None
+    for key, series in log.series().items():
+        keep = (series.time >= first) & (series.time <= last)
+        if key == "tool_face_target" and not keep[:1].any():
+            before = np.flatnonzero(series.time < first)
+            keep[before[-1:]] = True
+        changed[key] = _cut(series, keep, first) if keep.any() else None
     return replace(log, **changed)
 
 
-def _cut(series: JointSeries | ScalarSeries, keep: Any, first: float) -> JointSeries | ScalarSeries:
-    arrays = {one.name: getattr(series, one.name)[keep] for one in fields(series)}
+def _cut(series: Series, keep: NDArray[np.bool_], first: float) -> Series:
+    arrays = {part.name: getattr(series, part.name)[keep] for part in fields(series)}
     arrays["time"], arrays["arrival"] = arrays["time"] - first, arrays["arrival"] - first
     return replace(series, **arrays)
 

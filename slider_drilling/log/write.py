@@ -19,8 +19,14 @@ from slider_drilling.files.output_files import commit_part_file, create_part_fil
 from slider_drilling.log.mcap_writer import CHUNK_BYTES, McapWriter
 from slider_drilling.messages import cdr
 from slider_drilling.messages.health import Status
-from slider_drilling.messages.schemas import SCHEMAS
-from slider_drilling.messages.topics import DIAGNOSTIC_ARRAY, FLUID_PRESSURE, JOINT_STATE, WRENCH_STAMPED
+from slider_drilling.messages.message_types import (
+    DIAGNOSTIC_ARRAY,
+    FLUID_PRESSURE,
+    JOINT_STATE,
+    MESSAGE_TYPES,
+    WRENCH_STAMPED,
+)
+from slider_drilling.messages.topics import Topic
 
 # What a killed recording may lose, s of wall time: messages are written out at least this often.
 FLUSH_PERIOD = 0.5
@@ -133,6 +139,22 @@ class LogWriter:
         record = {"version": __version__, "recorded_by": recorded_by, "start_time": begun, "notes": notes}
         self._file.metadata("slider_drilling", {name: printable(text) for name, text in record.items()})
 
+    def sample(self, topic: Topic, stamp_s: float, numbers: Sequence[float], log_time_s: float | None = None) -> None:
+        """A message of a topic of the registry.
+
+        Args:
+            topic: Its entry, of `slider_drilling.messages.topics.TOPICS`.
+            stamp_s: When it was measured, s.
+            numbers: Those that a log keeps of its type, SI: position, velocity and effort of a joint; a pressure and
+                its variance; a force. NaN for one that is not given.
+            log_time_s: When it arrived, s; the stamp if not given.
+
+        Raises:
+            InputError: The topic's type is another one, or the file cannot be written.
+        """
+        stamp = nanoseconds(stamp_s)
+        self._write(topic.name, topic.type, cdr.encode_numbers(topic, stamp, numbers), stamp, log_time_s)
+
     def joint_state(
         self,
         topic: str,
@@ -181,14 +203,14 @@ class LogWriter:
     ) -> None:
         """A message as it came, CDR bytes; times are ns, of its arrival and of its sending.
 
-        kind: a type in SCHEMAS, or any for a topic that `declare` was told of. sequence: counts the topic's messages,
+        kind: a type in MESSAGE_TYPES, or any for a topic that was declared. sequence: counts the topic's messages,
         those that were lost too; how many there are if not given.
         """
         name = _absolute(topic)
         if not 0 <= log_time_ns < 2**63:
             raise InputError(f"{self.path}: {name}: logged at {log_time_ns * 1e-9:g} s, not a time of any clock")
         if name not in self._channels:
-            self.declare(name, kind, SCHEMAS[kind])
+            self.declare(name, kind, MESSAGE_TYPES[kind].definition)
         if sequence is None:
             sequence = self._sequence.get(name, 0)
             self._sequence[name] = sequence + 1

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slider_drilling.log.series import Array, RigLog
+from slider_drilling.log import RigLog
+from slider_drilling.log.series import Array
 from slider_drilling.log_checks.issue import LogIssue
 
 # Renewals needed to decide, and the share of them that may follow one another in consecutive samples.

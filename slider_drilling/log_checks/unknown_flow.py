@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from slider_drilling.log.series import Array, JointSeries, RigLog
+from slider_drilling.log import RigLog
+from slider_drilling.log.series import Array, JointSeries
 from slider_drilling.log_checks.issue import LogIssue
 from slider_drilling.log_inputs.fill_pump_gaps import fill_pump_gaps, hidden_flow_changes
 

@@ -15,7 +15,8 @@ from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.drillstring.recorded_channels import Commands
 from slider_drilling.drillstring.sample_gaps import times_in_gaps
 from slider_drilling.errors import InputError
-from slider_drilling.log.series import JointSeries, RigLog
+from slider_drilling.log import RigLog
+from slider_drilling.log.series import JointSeries
 from slider_drilling.log_inputs.fill_drive_gaps import fill_drive_gaps, is_undersampled
 from slider_drilling.log_inputs.fill_pump_gaps import fill_pump_gaps
 from slider_drilling.log_inputs.fuse_position_and_speed import fuse_position_and_speed

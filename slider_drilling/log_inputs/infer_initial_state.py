@@ -7,7 +7,7 @@ import numpy as np
 from slider_drilling.drillstring.initial_state import InitialState
 from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.drillstring.recorded_channels import Commands
-from slider_drilling.log.series import RigLog
+from slider_drilling.log import RigLog
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.static_loads import static_loads
 

@@ -1,208 +1,209 @@
-"""The four message types of a log, and /clock, as CDR bytes: what DDS carries and an MCAP file holds.
+"""ROS messages as CDR bytes, which DDS carries and an MCAP file holds; encoded from their descriptions.
 
-Written by hand for two reasons. The generic encoders cost 20 to 50 us a message, most of a run at a hundred times real
+Existing encoders are not used, for two reasons: they take 20 to 50 us a message, most of a run at a hundred times real
 time; and rclpy's leaves the padding between fields unset, so that equal messages differ in their bytes.
 
-Encoding: CDR version 1 (OMG CORBA 3.0, section 15.3), little-endian; every value is aligned to its own size,
-counted from behind the four bytes of the encapsulation header.
+Encoding: CDR version 1 (OMG CORBA 3.0, section 15.3), little-endian. Every value is aligned to its own size, counted
+from behind the four bytes of the encapsulation header.
 """
 
 from __future__ import annotations
 
 import functools
+import math
 import struct
 from collections.abc import Sequence
+from typing import Any
 
 from slider_drilling.errors import InputError
+from slider_drilling.messages.decoder import LITTLE_ENDIAN, NANO, PRIMITIVES, CdrReader, TopicDecoder, padding
+from slider_drilling.messages.message_types import (
+    DIAGNOSTIC_ARRAY,
+    FIELDS,
+    FLUID_PRESSURE,
+    JOINT_STATE,
+    MESSAGE_TYPES,
+    WRENCH_STAMPED,
+)
+from slider_drilling.messages.topics import Topic
 
-NAN = float("nan")
-_LITTLE = b"\x00\x01\x00\x00"
-_NANO = 1_000_000_000
-# header, sec, nanosec, frame_id: its length, its text, padding
 FRAME_ID = "rig_floor"  # the frame of every reading of a rig: depths and lifts are counted from there
-_FRAMES = (FRAME_ID, "")  # what the quick ways read; any other frame is read the long way
+_NUMBER = object()  # stands for a number that each message fills in
+_HEADER = ((_NUMBER, _NUMBER), FRAME_ID)
 
 
-def _stamped(frame: str) -> str:
-    """Layout of a header in this frame."""
-    return f"<4siII{len(frame) + 1}s{-(len(frame) + 1) % 4}x"
+class _Packer:
+    """The `struct` format and the values of one message, field by field."""
+
+    def __init__(self) -> None:
+        self.format = "<4s"
+        self.values: list[Any] = [LITTLE_ENDIAN]
+        self._size = 4
+
+    def put(self, kind: str, value: Any) -> None:
+        """Add a value of a type: a number, a text, or the values of a message's fields in order."""
+        if kind == "string":
+            text = value.encode() + b"\x00"
+            self._put_primitive("I", 4, len(text))
+            self._put_primitive(f"{len(text)}s", 1, text)
+            self._size += len(text) - 1
+        elif kind in PRIMITIVES:
+            self._put_primitive(*PRIMITIVES[kind], value)
+        else:
+            for field, part in zip(FIELDS[kind], value, strict=True):
+                if field.is_sequence:
+                    self._put_primitive("I", 4, len(part))
+                for element in part if field.is_sequence else (part,):
+                    self.put(field.type, element)
+
+    def _put_primitive(self, code: str, size: int, value: Any) -> None:
+        gap = padding(self._size, size)
+        self.format += f"{gap}x{code}" if gap else code
+        self.values.append(value)
+        self._size += gap + size
+
+
+class _Template:
+    """Encodes the messages of one type that differ in their stamp and numbers only."""
+
+    def __init__(self, kind: str, value: Any) -> None:
+        packer = _Packer()
+        packer.put(kind.replace("/msg/", "/"), value)
+        self._pack = struct.Struct(packer.format).pack
+        self._values = packer.values
+        self._slots = [index for index, filled in enumerate(packer.values) if filled is _NUMBER][2:]
+
+    def encode(self, stamp_ns: int, numbers: Sequence[float]) -> bytes:
+        """The message with these numbers in the places left open, in order."""
+        values = self._values.copy()
+        values[1], values[2] = divmod(stamp_ns, NANO)
+        for slot, number in zip(self._slots, numbers, strict=True):
+            values[slot] = number
+        return self._pack(*values)
 
 
 @functools.cache
-def _framed(frame: str) -> tuple[int, bytes]:
-    return len(frame) + 1, frame.encode() + b"\x00"
+def _number_template(kind: str, joint: str, given: tuple[bool, ...]) -> _Template:
+    """The template of a type's messages that hold these of its logged numbers."""
+    held = {logged.path: there for logged, there in zip(MESSAGE_TYPES[kind].logged, given, strict=True)}
+    return _Template(kind, (_HEADER, *_open_fields(kind.replace("/msg/", "/"), "", held, joint)[1:]))
 
 
-_STAMPED, _FRAMED = _stamped(FRAME_ID), _framed(FRAME_ID)
+def _open_fields(kind: str, prefix: str, held: dict[str, bool], joint: str) -> list[Any]:
+    """The values of a message's fields: `_NUMBER` where a number is held, none or 0 elsewhere."""
+    values: list[Any] = []
+    for field in FIELDS[kind]:
+        path = prefix + field.name
+        if field.type == "string":
+            values.append([joint] if field.is_sequence else FRAME_ID)
+        elif field.is_sequence:
+            values.append([_NUMBER] if held.get(path) else [])
+        elif field.type in PRIMITIVES:
+            values.append(_NUMBER if path in held else 0)
+        else:
+            values.append(_open_fields(field.type, f"{path}.", held, joint))
+    return values
 
 
-def _padding(length: int, alignment: int) -> int:
-    """Bytes to add to a message of this length (encapsulation included) before a value so aligned."""
-    return -(length - 4) % alignment
+def encode_numbers(topic: Topic, stamp_ns: int, numbers: Sequence[float]) -> bytes:
+    """A message of a topic from the numbers that a log keeps of it.
 
+    Args:
+        topic: Of a type whose numbers a log keeps.
+        stamp_ns: Time of the measurement, ns.
+        numbers: One for each of the type's logged fields, SI; NaN for one that is not given.
 
-@functools.cache
-def _joint_layout(
-    name: str, present: tuple[bool, ...], frame: str = FRAME_ID
-) -> tuple[struct.Struct, bytes, tuple[int, ...]]:
-    """Layout of a JointState of one joint that holds the quantities present: struct, name, counts."""
-    text = name.encode() + b"\x00"
-    layout = f"{_stamped(frame)}II{len(text)}s"
-    layout += f"{_padding(struct.calcsize(layout), 4)}x"
-    for there in present:
-        layout += "I"
-        if there:
-            layout += f"{_padding(struct.calcsize(layout), 8)}xd"
-    return struct.Struct(layout), text, tuple(int(there) for there in present)
+    Raises:
+        InputError: The topic's type is another one.
+    """
+    logged = topic.message_type().logged
+    unknown = [math.isnan(number) for number in numbers]
+    if topic.type == JOINT_STATE:
+        # The arrays of a joint are sequences, which can be empty.
+        template = _number_template(topic.type, topic.joint, tuple([not nan for nan in unknown]))
+        return template.encode(stamp_ns, [number for number, nan in zip(numbers, unknown, strict=True) if not nan])
+    template = _number_template(topic.type, topic.joint, (True,) * len(logged))
+    return template.encode(
+        stamp_ns,
+        [
+            0.0 if nan and part.zero_is_unknown else number
+            for part, number, nan in zip(logged, numbers, unknown, strict=True)
+        ],
+    )
 
 
 def encode_joint_state(
     stamp_ns: int, name: str, position: float | None = None, velocity: float | None = None, effort: float | None = None
 ) -> bytes:
     """sensor_msgs/JointState of one joint; None leaves a quantity out."""
-    layout, text, counts = _joint_layout(name, (position is not None, velocity is not None, effort is not None))
-    sec, nanosec = divmod(stamp_ns, _NANO)
-    values: list[float] = []
-    for count, value in zip(counts, (position, velocity, effort), strict=True):
-        values.append(count)
-        if value is not None:
-            values.append(value)
-    return layout.pack(_LITTLE, sec, nanosec, *_FRAMED, 1, len(text), text, *values)
+    given = (position is not None, velocity is not None, effort is not None)
+    template = _number_template(JOINT_STATE, name, given)
+    return template.encode(stamp_ns, [number for number in (position, velocity, effort) if number is not None])
 
 
-# What a rig's messages hold of position, velocity and effort; anything else is read the long way.
-_PRESENT = ((True, True, True), (True, True, False), (False, True, False), (True, False, False))
-
-_PRESSURE = struct.Struct(_STAMPED + "dd")
-_PRESSURES = [(frame, struct.Struct(_stamped(frame) + "dd")) for frame in _FRAMES]
-_WRENCH = struct.Struct(_STAMPED + "6d")
+_PRESSURE = _number_template(FLUID_PRESSURE, "", (True, True))
+_WRENCH = _Template(WRENCH_STAMPED, (_HEADER, ((_NUMBER,) * 3, (_NUMBER,) * 3)))
 _CLOCK = struct.Struct("<4siI")
 
 
 def encode_fluid_pressure(stamp_ns: int, pressure: float, variance: float) -> bytes:
     """sensor_msgs/FluidPressure, Pa and Pa2; a variance of 0 is an unknown one."""
-    sec, nanosec = divmod(stamp_ns, _NANO)
-    return _PRESSURE.pack(_LITTLE, sec, nanosec, *_FRAMED, pressure, variance)
+    return _PRESSURE.encode(stamp_ns, (pressure, variance))
 
 
-def encode_wrench_stamped(stamp_ns: int, force: Sequence[float], torque: Sequence[float] = (0.0, 0.0, 0.0)) -> bytes:
+def encode_wrench_stamped(
+    stamp_ns: int, force: Sequence[float], torque: Sequence[float] = (0.0, 0.0, 0.0)
+) -> bytes:
     """geometry_msgs/WrenchStamped: a force (x, y, z), N, and a torque, N m."""
-    sec, nanosec = divmod(stamp_ns, _NANO)
-    return _WRENCH.pack(_LITTLE, sec, nanosec, *_FRAMED, *force, *torque)
-
-
-def encode_clock(stamp_ns: int) -> bytes:
-    """rosgraph_msgs/Clock."""
-    return _CLOCK.pack(_LITTLE, *divmod(stamp_ns, _NANO))
-
-
-def decode_clock(data: bytes) -> int:
-    """The time, ns, of a rosgraph_msgs/Clock. Raises InputError where the bytes are none."""
-    return header_stamp_ns(data)
-
-
-def decode_string(data: bytes) -> str:
-    """The text of a std_msgs/String. Raises InputError where the bytes are none."""
-    try:
-        return CdrReader(data).text()
-    except struct.error:
-        raise InputError(f"{len(data)} bytes that are no String") from None
+    return _WRENCH.encode(stamp_ns, (*force, *torque))
 
 
 def encode_diagnostic_array(
     stamp_ns: int, status: Sequence[tuple[int, str, str, str, Sequence[tuple[str, str]]]]
 ) -> bytes:
     """diagnostic_msgs/DiagnosticArray of (level, name, message, hardware_id, values) each."""
-    out = bytearray(struct.pack(_STAMPED, _LITTLE, *divmod(stamp_ns, _NANO), *_FRAMED))
-    _put_count(out, len(status))
-    for level, name, message, hardware_id, values in status:
-        out.append(level)
-        for text in (name, message, hardware_id):
-            _put_text(out, text)
-        _put_count(out, len(values))
-        for key, value in values:
-            _put_text(out, key)
-            _put_text(out, value)
-    return bytes(out)
+    packer = _Packer()
+    packer.put(DIAGNOSTIC_ARRAY.replace("/msg/", "/"), ((divmod(stamp_ns, NANO), FRAME_ID), status))
+    return struct.pack(packer.format, *packer.values)
 
 
-def _put_count(out: bytearray, count: int) -> None:
-    out += b"\x00" * _padding(len(out), 4)
-    out += struct.pack("<I", count)
+def encode_clock(stamp_ns: int) -> bytes:
+    """rosgraph_msgs/Clock."""
+    return _CLOCK.pack(LITTLE_ENDIAN, *divmod(stamp_ns, NANO))
 
 
-def _put_text(out: bytearray, text: str) -> None:
-    data = text.encode() + b"\x00"
-    _put_count(out, len(data))
-    out += data
+def decode_clock(data: bytes) -> int:
+    """The time of a rosgraph_msgs/Clock, ns. Raises InputError where the bytes are no such message."""
+    return header_stamp_ns(data)
 
 
-class CdrReader:
-    """Walks through one CDR message of either byte order. Raises struct.error where it breaks off.
+def decode_string(data: bytes) -> str:
+    """The text of a std_msgs/String. Raises InputError where the bytes are no such message."""
+    try:
+        return CdrReader(data).text()
+    except struct.error as error:
+        raise InputError(f"no String in a message of {len(data)} bytes: {error}") from None
 
-    at: where the next value begins, before any padding; padding: (first, last) of what lay between values so far.
+
+@functools.lru_cache(maxsize=64)
+def _decoder(kind: str, joint: str) -> TopicDecoder:
+    return TopicDecoder(Topic(joint or kind, kind, joint))
+
+
+def decode_joint_state(data: bytes, joint: str) -> tuple[int, float, float, float]:
+    """Stamp ns, position, velocity and effort of the named joint, or of the only one; NaN where not given.
+
+    Raises:
+        InputError: The bytes are no JointState, or hold several joints and none of this name.
     """
+    stamp, (position, velocity, effort) = _decoder(JOINT_STATE, joint).decode_one(data)
+    return stamp, position, velocity, effort
 
-    def __init__(self, data: bytes) -> None:
-        if len(data) < 4 or data[0] != 0 or data[1] not in (0, 1):
-            raise InputError(f"not a CDR message: it begins with {data[:4].hex() or 'nothing'}")
-        self._data = data
-        self.order = "<" if data[1] else ">"
-        self.at = 4
-        self.padding: list[tuple[int, int]] = []
 
-    def align(self, size: int) -> None:
-        """Go on to where a value of this size may begin."""
-        gap = _padding(self.at, size)
-        if gap:
-            self.padding.append((self.at, self.at + gap))
-            self.at += gap
-
-    def take(self, code: str, size: int) -> int | float:
-        self.align(size)
-        (value,) = struct.unpack_from(self.order + code, self._data, self.at)
-        self.at += size
-        return value
-
-    def count(self) -> int:
-        return int(self.take("I", 4))
-
-    def items(self, least: int) -> int:
-        """The count of a sequence whose items have so many bytes at least: no more than the message can hold."""
-        count = self.count()
-        if count * least > len(self._data) - self.at:
-            raise struct.error(f"a sequence of {count} items runs beyond the message")
-        return count
-
-    def text(self) -> str:
-        length = self.count()
-        if self.at + length > len(self._data):
-            raise struct.error("text runs beyond the message")
-        data = self._data[self.at : self.at + length]
-        self.at += length
-        return data.rstrip(b"\x00").decode("utf-8", "replace")
-
-    def number(self) -> float:
-        return float(self.take("d", 8))
-
-    def skip_doubles(self) -> tuple[int, int]:
-        """Go over a sequence of doubles: where the first is, and how many there are."""
-        count = self.items(8)
-        if count:
-            self.align(8)
-        first = self.at
-        self.at += 8 * count
-        if self.at > len(self._data):
-            raise struct.error("numbers run beyond the message")
-        return first, count
-
-    def stamp(self) -> int:
-        sec = int(self.take("i", 4))
-        return sec * _NANO + int(self.take("I", 4))
-
-    def doubles(self) -> tuple[float, ...]:
-        first, count = self.skip_doubles()
-        return struct.unpack_from(f"{self.order}{count}d", self._data, first)
+def decode_fluid_pressure(data: bytes) -> tuple[int, float, float]:
+    """Stamp ns, pressure Pa and variance Pa2. Raises InputError where the bytes are no FluidPressure."""
+    stamp, (pressure, variance) = _decoder(FLUID_PRESSURE, "").decode_one(data)
+    return stamp, pressure, variance
 
 
 def header_stamp_ns(data: bytes) -> int:
@@ -210,76 +211,11 @@ def header_stamp_ns(data: bytes) -> int:
     try:
         return CdrReader(data).stamp()
     except struct.error:
-        raise InputError(f"a message of {len(data)} bytes is too short for a stamp") from None
+        raise InputError(f"no stamp in a message of {len(data)} bytes: too short") from None
 
 
 def shift_header_stamp(data: bytes, shift_ns: int) -> bytes:
-    """The same message, one that begins with a header, with its stamp shifted. Raises InputError where it has none."""
+    """The same message with the stamp of its header shifted. Raises InputError where it has none."""
     order = "<" if data[1:2] == b"\x01" else ">"
-    sec, nanosec = divmod(header_stamp_ns(data) + shift_ns, _NANO)
+    sec, nanosec = divmod(header_stamp_ns(data) + shift_ns, NANO)
     return data[:4] + struct.pack(f"{order}iI", sec, nanosec) + data[12:]
-
-
-def decode_joint_state(data: bytes, joint: str) -> tuple[int, float, float, float]:
-    """Stamp ns, position, velocity, effort of the named joint, or of the only one; NaN where not given.
-
-    Raises InputError where the bytes are no JointState or hold several joints of other names.
-    """
-    try:
-        for frame in _FRAMES:
-            for present in _PRESENT:
-                layout, text, counts = _joint_layout(joint, present, frame)
-                if len(data) != layout.size:
-                    continue
-                head, sec, nanosec, size, framed, names, length, name, *rest = layout.unpack(data)
-                values = [rest.pop(1 + k) if there else NAN for k, there in enumerate(present)]
-                expected = (_LITTLE, *_framed(frame), 1, len(text), text, *counts)
-                if (head, size, framed, names, length, name, *rest) == expected:
-                    return sec * _NANO + nanosec, values[0], values[1], values[2]
-        return _read_any_joint_state(data, joint)
-    except struct.error as error:
-        raise InputError(f"{joint}: {len(data)} bytes that are no JointState: {error}") from None
-
-
-def _read_any_joint_state(data: bytes, joint: str) -> tuple[int, float, float, float]:
-    reader = CdrReader(data)
-    stamp = reader.stamp()
-    reader.text()
-    names = [reader.text() for _ in range(reader.items(4))]
-    if joint in names:
-        index = names.index(joint)
-    elif len(names) <= 1:
-        index = 0
-    else:
-        raise InputError(f"joints {', '.join(names)}, none named {joint}")
-    columns = [reader.doubles() for _ in range(3)]
-    position, velocity, effort = (column[index] if index < len(column) else NAN for column in columns)
-    return stamp, position, velocity, effort
-
-
-def decode_fluid_pressure(data: bytes) -> tuple[int, float, float]:
-    """Stamp ns, pressure Pa and variance Pa2. Raises InputError where the bytes are no FluidPressure."""
-    try:
-        for frame, layout in _PRESSURES:
-            if len(data) == layout.size:
-                head, sec, nanosec, size, framed, pressure, variance = layout.unpack(data)
-                if (head, size, framed) == (_LITTLE, *_framed(frame)):
-                    return sec * _NANO + nanosec, pressure, variance
-        reader = CdrReader(data)
-        stamp = reader.stamp()
-        reader.text()
-        return stamp, reader.number(), reader.number()
-    except struct.error as error:
-        raise InputError(f"{len(data)} bytes that are no FluidPressure: {error}") from None
-
-
-def decode_wrench_stamped(data: bytes) -> tuple[int, tuple[float, ...], tuple[float, ...]]:
-    """Stamp ns, force N and torque N m, each (x, y, z). Raises InputError where the bytes are no WrenchStamped."""
-    try:
-        reader = CdrReader(data)
-        stamp = reader.stamp()
-        reader.text()
-        force, torque = (tuple(reader.number() for _ in range(3)) for _ in range(2))
-        return stamp, force, torque
-    except struct.error as error:
-        raise InputError(f"{len(data)} bytes that are no WrenchStamped: {error}") from None

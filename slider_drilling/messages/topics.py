@@ -1,44 +1,189 @@
-"""The topics of a rig and what each holds: one table for reading and writing, live and recorded."""
+"""The registry of a rig's topics: what each is called, what it holds, and how a log, a table and a page show it.
+
+Reader, writer, recorder, tables, summaries, imports and documents follow `TOPICS`. A new topic needs an entry here and
+a field of the same name in `slider_drilling.log.series.LogContents`.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
-JOINT_STATE = "sensor_msgs/msg/JointState"
-FLUID_PRESSURE = "sensor_msgs/msg/FluidPressure"
-WRENCH_STAMPED = "geometry_msgs/msg/WrenchStamped"
-DIAGNOSTIC_ARRAY = "diagnostic_msgs/msg/DiagnosticArray"
+from slider_drilling.messages.message_types import (
+    DIAGNOSTIC_ARRAY,
+    FLUID_PRESSURE,
+    JOINT_STATE,
+    WRENCH_STAMPED,
+    MessageType,
+    logged_type,
+)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One number that a topic's messages give.
+
+    Attributes:
+        array: Its array in the log in memory: position, velocity or effort of a joint, value of anything else.
+        column: Its column in tables (CSV, Parquet, data frames).
+        unit: SI.
+        label: What pages call it.
+        import_name: What a mapping file for `slider-drilling import` calls it; empty where it cannot be imported.
+        max_magnitude: Values beyond it are no reading of any rig, in any unit that logs come in: a flipped bit, say.
+        is_wrapped: Whether an imported angle is wrapped into (-pi, pi].
+    """
+
+    array: str
+    column: str
+    unit: str
+    label: str
+    import_name: str = ""
+    max_magnitude: float = math.inf
+    is_wrapped: bool = False
 
 
 @dataclass(frozen=True)
 class Topic:
-    """One topic: its name relative to the rig's namespace, its message type, and its joint's name if any."""
+    """One topic.
+
+    Attributes:
+        name: Relative to the rig's namespace.
+        type: Message type, ``package/msg/Name``.
+        joint: Name of the joint in a JointState; empty for other types.
+        quantities: The numbers that a log keeps of it.
+        content: What its messages hold, as the documents say it.
+        is_simulated_only: Whether only a simulation publishes it; no controller reads it.
+        is_surface: Whether its messages are stamped in the order in which they arrive.
+    """
 
     name: str
     type: str
     joint: str = ""
+    quantities: tuple[Quantity, ...] = ()
+    content: str = ""
+    is_simulated_only: bool = False
+    is_surface: bool = False
+
+    def message_type(self) -> MessageType:
+        """The description of its messages. Raises InputError for a type whose numbers a log does not keep."""
+        return logged_type(self.type, self.name)
+
+    def quantity(self, array: str) -> Quantity:
+        """The quantity of one array: position, velocity, effort or value."""
+        return next(quantity for quantity in self.quantities if quantity.array == array)
 
 
-# Keys are the names of RigLog's series.
-TOPICS = {
-    "top_drive": Topic("top_drive/joint_states", JOINT_STATE, "top_drive"),
-    "top_drive_command": Topic("top_drive/command", JOINT_STATE, "top_drive"),
-    "draw_works": Topic("draw_works/joint_states", JOINT_STATE, "block"),
-    "draw_works_command": Topic("draw_works/command", JOINT_STATE, "block"),
-    "standpipe_pressure": Topic("standpipe_pressure", FLUID_PRESSURE),
-    "mud_pump": Topic("mud_pump/joint_states", JOINT_STATE, "mud_pump"),
-    "mwd_tool_face": Topic("mwd/tool_face", JOINT_STATE, "tool_face"),
-    "tool_face_target": Topic("tool_face/target", JOINT_STATE, "tool_face"),
-    "bit_depth": Topic("bit_depth", JOINT_STATE, "bit"),
-    "truth_bit": Topic("truth/bit", JOINT_STATE, "bit"),
-    "truth_weight_on_bit": Topic("truth/weight_on_bit", WRENCH_STAMPED),
-    "truth_depth": Topic("truth/depth", JOINT_STATE, "bit"),
-}
-# Channels stamped in the order in which they arrive.
-SURFACE_TOPICS = ("top_drive", "draw_works", "standpipe_pressure", "mud_pump", "top_drive_command", "truth_bit")
-# Whose first sample is t = 0 of a log: the first of these that it has.
-CLOCK_TOPICS = (*SURFACE_TOPICS, *(key for key in TOPICS if key not in SURFACE_TOPICS))
-DIAGNOSTICS = Topic("diagnostics", DIAGNOSTIC_ARRAY)
+# Keys are the names of the series of a log in memory (RigLog).
+TOPICS: dict[str, Topic] = {
+    "top_drive": Topic(
+        "top_drive/joint_states", JOINT_STATE, "top_drive",
+        (
+            Quantity("position", "top_drive_angle", "rad", "top drive angle", "top_drive_angle", 1e8),
+            Quantity("velocity", "top_drive_speed", "rad/s", "top drive speed", "top_drive_speed", 1e5),
+            Quantity("effort", "surface_torque", "N m", "surface torque", "surface_torque", 1e9),
+        ),
+        "angle, speed, effort = surface torque N m", is_surface=True,
+    ),
+    "top_drive_command": Topic(
+        "top_drive/command", JOINT_STATE, "top_drive",
+        (
+            Quantity("position", "top_drive_angle_command", "rad", "top drive angle setpoint",
+                     "top_drive_angle_command", 1e8),
+            Quantity("velocity", "top_drive_speed_command", "rad/s", "top drive speed setpoint",
+                     "top_drive_speed_command", 1e5),
+            Quantity("effort", "surface_torque_command", "N m", "surface torque setpoint", "", 1e9),
+        ),
+        "angle rad and speed rad/s asked for", is_surface=True,
+    ),
+    "draw_works": Topic(
+        "draw_works/joint_states", JOINT_STATE, "block",
+        (
+            Quantity("position", "block_position", "m", "block position", "block_position", 1e7),
+            Quantity("velocity", "block_speed", "m/s", "block speed", "block_speed", 1e5),
+            Quantity("effort", "hook_load", "N", "hook load", "hook_load", 1e11),
+        ),
+        "m lowered since the start, speed, effort = hook load N", is_surface=True,
+    ),
+    "draw_works_command": Topic(
+        "draw_works/command", JOINT_STATE, "block",
+        (
+            Quantity("position", "block_position_command", "m", "block position setpoint", "", 1e7),
+            Quantity("velocity", "block_speed_command", "m/s", "block speed setpoint", "block_speed_command", 1e5),
+            Quantity("effort", "hook_load_command", "N", "hook load setpoint", "", 1e11),
+        ),
+        "block speed m/s asked for, positive lowers",
+    ),
+    "standpipe_pressure": Topic(
+        "standpipe_pressure", FLUID_PRESSURE, "",
+        (Quantity("value", "standpipe_pressure", "Pa", "standpipe pressure", "standpipe_pressure", 1e11),),
+        "Pa, with its variance", is_surface=True,
+    ),
+    "mud_pump": Topic(
+        "mud_pump/joint_states", JOINT_STATE, "mud_pump",
+        (
+            Quantity("position", "pump_angle", "rad", "pump angle", "", 1e10),
+            Quantity("velocity", "pump_speed", "rad/s", "pump speed", "pump_speed", 1e6),
+            Quantity("effort", "pump_torque", "N m", "pump torque", "", 1e11),
+        ),
+        "crank speed rad/s", is_surface=True,
+    ),
+    "mwd_tool_face": Topic(
+        "mwd/tool_face", JOINT_STATE, "tool_face",
+        (
+            Quantity("position", "mwd_tool_face", "rad", "MWD toolface", "tool_face", 1e6, is_wrapped=True),
+            Quantity("velocity", "mwd_tool_face_rate", "rad/s", "MWD toolface rate"),
+            Quantity("effort", "mwd_torque", "N m", "MWD torque"),
+        ),
+        "rad; stamped when measured downhole, logged when decoded at surface",
+    ),
+    "tool_face_target": Topic(
+        "tool_face/target", JOINT_STATE, "tool_face",
+        (
+            Quantity("position", "tool_face_target", "rad", "toolface target", "tool_face_target", 1e6,
+                     is_wrapped=True),
+            Quantity("velocity", "tool_face_target_rate", "rad/s", "toolface target rate"),
+            Quantity("effort", "tool_face_target_torque", "N m", "toolface target torque"),
+        ),
+        "rad, the toolface to hold",
+    ),
+    "bit_depth": Topic(
+        "bit_depth", JOINT_STATE, "bit",
+        (
+            Quantity("position", "measured_bit_depth", "m", "bit depth", "bit_depth"),
+            Quantity("velocity", "measured_bit_speed", "m/s", "bit speed"),
+            Quantity("effort", "measured_bit_force", "N", "bit force"),
+        ),
+        "m of measured depth, where the rig's recorder has it",
+    ),
+    "truth_bit": Topic(
+        "truth/bit", JOINT_STATE, "bit",
+        (
+            Quantity("position", "tool_face", "rad", "toolface"),
+            Quantity("velocity", "tool_face_rate", "rad/s", "toolface rate"),
+            Quantity("effort", "bit_torque", "N m", "bit torque"),
+        ),
+        "toolface rad, unwrapped; its rate; effort = bit torque N m", is_simulated_only=True, is_surface=True,
+    ),
+    "truth_weight_on_bit": Topic(
+        "truth/weight_on_bit", WRENCH_STAMPED, "",
+        (Quantity("value", "weight_on_bit", "N", "weight on bit"),),
+        "force.x = weight on bit N", is_simulated_only=True,
+    ),
+    "truth_depth": Topic(
+        "truth/depth", JOINT_STATE, "bit",
+        (
+            Quantity("position", "bit_depth", "m", "true bit depth"),
+            Quantity("velocity", "rate_of_penetration", "m/s", "rate of penetration"),
+            Quantity("effort", "bit_force", "N", "true bit force"),
+        ),
+        "measured depth of the bit m, rate of penetration m/s", is_simulated_only=True,
+    ),
+}  # fmt: skip
+DIAGNOSTICS = Topic("diagnostics", DIAGNOSTIC_ARRAY, content="health of each node")
+
+# The first of these that a log holds gives its t = 0. Order matters: the top drive is what drives the plant.
+CLOCK_TOPICS = ("top_drive", "draw_works", "standpipe_pressure", "mud_pump", "top_drive_command", "truth_bit",
+                *(key for key, topic in TOPICS.items() if not topic.is_surface))  # fmt: skip
 
 
 def namespace_of(topic: str, relative: str) -> str | None:
@@ -50,6 +195,6 @@ def namespace_of(topic: str, relative: str) -> str | None:
 
 
 def canonical_type(name: str) -> str:
-    """`package/msg/Name` of the ways that recorders write a message type: without `msg`, or as DDS mangles it."""
+    """`package/msg/Name` for the spellings that recorders use: without `msg`, or as DDS mangles it."""
     parts = name.replace("::dds_::", "::").replace("::", "/").split("/")
     return f"{parts[0]}/msg/{parts[-1].rstrip('_')}"

@@ -8,7 +8,7 @@ from typing import Any
 from rclpy.duration import Duration
 from rclpy.qos import QoSProfile
 
-from slider_drilling.messages.schemas import SCHEMAS, join_definitions
+from slider_drilling.messages.message_types import MESSAGE_TYPES, join_definitions
 from slider_drilling.nodes.raw_topics import message_class
 
 # IDL names of basic types that a .msg file calls otherwise.
@@ -18,8 +18,8 @@ _BOUND = re.compile(r"(sequence)<(.+?)(?:, (\d+))?>|(.+)\[(\d+)\]|(w?string)<(\d
 
 def message_definition(kind: str) -> str:
     """The ros2msg definition of `package/msg/Name` with those it uses. Raises ImportError, AttributeError."""
-    if kind in SCHEMAS:
-        return SCHEMAS[kind]
+    if kind in MESSAGE_TYPES:
+        return MESSAGE_TYPES[kind].definition
     found: dict[str, str] = {}
     _collect(kind, found)
     own = found.pop(kind)

@@ -1,0 +1,288 @@
+"""Stamp and numbers of CDR messages, one message or many at a time, by the descriptions of their types.
+
+Where a message's numbers stand depends on its frame, its joints and its array lengths, which are the same in most
+messages of a topic. So a message is walked through once; the layout found then reads all messages that share it.
+"""
+
+from __future__ import annotations
+
+import operator
+import struct
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from slider_drilling.errors import InputError
+from slider_drilling.messages.message_types import FIELDS
+from slider_drilling.messages.topics import Topic
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Bytes = NDArray[np.uint8]
+Mask = NDArray[np.bool_]
+
+NAN = float("nan")
+NANO = 1_000_000_000
+LITTLE_ENDIAN = b"\x00\x01\x00\x00"  # encapsulation header
+PRIMITIVES = {"byte": ("B", 1), "int32": ("i", 4), "uint32": ("I", 4), "float64": ("d", 8)}
+_STAMP = 4  # where the stamp of a header begins
+# A recorder writes one layout a topic, or a few; what fits none of so many a length is read a message at a time.
+_MAX_LAYOUTS = 8
+_MAX_LENGTHS = 256
+
+
+def padding(length: int, alignment: int) -> int:
+    """Bytes to add to a message of this length (encapsulation included) before a value so aligned."""
+    return -(length - 4) % alignment
+
+
+class CdrReader:
+    """Reads one CDR message of either byte order, value by value; struct.error is raised where it breaks off.
+
+    Attributes:
+        order: "<" or ">".
+        at: Where the next value begins, before any padding.
+        gaps: (first, last) of the padding so far.
+    """
+
+    def __init__(self, data: bytes) -> None:
+        if len(data) < 4 or data[0] != 0 or data[1] not in (0, 1):
+            raise InputError(f"not a CDR message: it begins with {data[:4].hex() or 'nothing'}")
+        self._data = data
+        self.order = "<" if data[1] else ">"
+        self.at = 4
+        self.gaps: list[tuple[int, int]] = []
+
+    def skip(self, size: int, count: int = 1) -> int:
+        """Go over values of this size; where the first one is."""
+        if count:
+            gap = padding(self.at, size)
+            if gap:
+                self.gaps.append((self.at, self.at + gap))
+                self.at += gap
+        first = self.at
+        if first + size * count > len(self._data):
+            raise struct.error("it breaks off")
+        self.at += size * count
+        return first
+
+    def count(self, min_size: int) -> int:
+        """The length of a sequence whose elements have at least so many bytes: no more than the message can hold."""
+        (count,) = struct.unpack_from(f"{self.order}I", self._data, self.skip(4))
+        if count * min_size > len(self._data) - self.at:
+            raise struct.error(f"a sequence of {count} elements runs beyond its end")
+        return int(count)
+
+    def text(self) -> str:
+        """A string."""
+        length = self.count(1)
+        first = self.skip(1, length)
+        return self._data[first : first + length].rstrip(b"\x00").decode("utf-8", "replace")
+
+    def stamp(self) -> int:
+        """A time, ns."""
+        sec, nanosec = struct.unpack_from(f"{self.order}iI", self._data, self.skip(4, 2))
+        return int(sec) * NANO + int(nanosec)
+
+
+@dataclass
+class _FieldPlaces:
+    """Where a message's fields are, by their paths: (first byte, count) of numbers, texts of string sequences."""
+
+    numbers: dict[str, tuple[int, int]] = field(default_factory=dict)
+    texts: dict[str, list[str]] = field(default_factory=dict)
+
+    def find(self, reader: CdrReader, kind: str, prefix: str = "") -> None:
+        """Walk through the fields of a type. Raises struct.error where the message breaks off."""
+        for part in FIELDS[kind]:
+            path = prefix + part.name
+            if part.type in PRIMITIVES:
+                size = PRIMITIVES[part.type][1]
+                count = reader.count(size) if part.is_sequence else 1
+                self.numbers[path] = (reader.skip(size, count), count)
+            elif part.type == "string":
+                self.texts[path] = [reader.text() for _ in range(reader.count(4) if part.is_sequence else 1)]
+            else:
+                for _ in range(reader.count(1) if part.is_sequence else 1):
+                    self.find(reader, part.type, f"{path}.")
+
+
+class MessageLayout:
+    """Where stamp and numbers are in every message that shares its fixed bytes: all but stamp, numbers and padding.
+
+    Attributes:
+        values: First byte of each logged number; -1 for one that is not given.
+    """
+
+    def __init__(self, reader: CdrReader, data: bytes, places: _FieldPlaces, values: tuple[int, ...]) -> None:
+        self.values = values
+        self._order = reader.order
+        fixed = np.ones(len(data), dtype=np.bool_)
+        fixed[_STAMP : _STAMP + 8] = False
+        for first, count in places.numbers.values():
+            fixed[first : first + 8 * count] = False
+        for first, last in reader.gaps:
+            fixed[first:last] = False
+        fixed[reader.at :] = False  # what follows the last field is padding too
+        self._fixed = fixed
+        self._fixed_bytes = np.frombuffer(data, dtype=np.uint8)[fixed]
+        self._prepare_single(data)
+
+    def _prepare_single(self, data: bytes) -> None:
+        """The `struct` that takes one message apart into its fixed parts, its stamp and its numbers."""
+        form, parts, at = self._order, list[int](), 0
+        while at < len(data):
+            if at == _STAMP:
+                form, parts, size = f"{form}iI", [*parts, _STAMP, _STAMP + 4], 8
+            elif at in self.values:
+                form, parts, size = f"{form}d", [*parts, at], 8
+            elif self._fixed[at]:
+                run = self._fixed[at:_STAMP] if at < _STAMP else self._fixed[at:]
+                size = len(run) if run.all() else int(run.argmin())
+                form, parts = f"{form}{size}s", [*parts, at]
+            else:
+                form, size = f"{form}x", 1
+            at += size
+        self._struct = struct.Struct(form)
+        chosen = [k for k, at in enumerate(parts) if self._fixed[at]]
+        self._take_fixed = operator.itemgetter(*chosen)
+        self._numbers = tuple(parts.index(at) if at >= 0 else -1 for at in self.values)
+        self._expected = self._take_fixed(self._struct.unpack(data))
+
+    def read_one(self, data: bytes) -> tuple[int, tuple[float, ...]] | None:
+        """Stamp, ns, and numbers of a message of the same length; None where it has another layout."""
+        parts: tuple[Any, ...] = self._struct.unpack(data)
+        if self._take_fixed(parts) != self._expected:
+            return None
+        return parts[1] * NANO + parts[2], tuple([parts[k] if k >= 0 else NAN for k in self._numbers])
+
+    def fits(self, rows: Bytes) -> Mask:
+        """Which of the messages (n, length) have this layout."""
+        return np.asarray((rows[:, self._fixed] == self._fixed_bytes).all(axis=1))
+
+    def read(self, rows: Bytes) -> tuple[Integers, Array]:
+        """Stamps, ns, and numbers (n, len(values)) of messages that fit; NaN where one is not given."""
+        sec = self._column(rows, _STAMP, "i4").astype(np.int64)
+        nanosec = self._column(rows, _STAMP + 4, "u4").astype(np.int64)
+        values = np.full((len(rows), len(self.values)), NAN)
+        for column, at in enumerate(self.values):
+            if at >= 0:
+                values[:, column] = self._column(rows, at, "f8")
+        return sec * NANO + nanosec, values
+
+    def _column(self, rows: Bytes, at: int, kind: str) -> NDArray[np.generic]:
+        size = int(kind[1])
+        return np.ascontiguousarray(rows[:, at : at + size]).view(self._order + kind).reshape(-1)
+
+
+class TopicDecoder:
+    """Reads the messages of one topic.
+
+    Attributes:
+        unreadable: Number of messages that could not be read, by the reason.
+
+    Raises:
+        InputError: The topic's type is not one whose numbers a log keeps.
+    """
+
+    def __init__(self, topic: Topic) -> None:
+        self._topic = topic
+        self._type = topic.message_type()
+        self._layouts: dict[int, list[MessageLayout]] = {}
+        self.unreadable: Counter[str] = Counter()
+
+    def decode_one(self, data: bytes) -> tuple[int, tuple[float, ...]]:
+        """Stamp, ns, and logged numbers of a message, NaN where not given. Raises InputError where it is unreadable."""
+        for layout in self._layouts.get(len(data), ()):
+            read = layout.read_one(data)
+            if read is not None:
+                return read
+        layout, _ = self._learn(data)
+        read = layout.read_one(data)
+        assert read is not None  # the layout is this message's own
+        return read
+
+    def decode(self, data: bytes, start: Integers, end: Integers) -> tuple[Mask, Integers, Array]:
+        """Read many messages.
+
+        Args:
+            data: Bytes that hold them.
+            start: First byte of each message, (n,).
+            end: Behind the last byte of each, (n,).
+
+        Returns:
+            Which of them are readable, (n,); of those the stamps, ns, (m,), and the logged numbers, (m, fields): NaN
+            where one is not given or unknown.
+        """
+        raw = np.frombuffer(data, dtype=np.uint8)
+        readable = np.zeros(len(start), dtype=np.bool_)
+        stamp = np.zeros(len(start), dtype=np.int64)
+        values = np.full((len(start), len(self._type.logged)), NAN)
+
+        def fill(layout: MessageLayout, left: Integers, rows: Bytes) -> tuple[Integers, Bytes]:
+            """Read the rows that have the layout; what is left."""
+            fits = layout.fits(rows)
+            at = left[fits]
+            stamp[at], values[at] = layout.read(rows[fits])
+            readable[at] = True
+            return left[~fits], rows[~fits]
+
+        lengths = end - start
+        for length in np.unique(lengths).tolist():
+            left = np.flatnonzero(lengths == length)
+            rows = sliding_window_view(raw, length)[start[left]]
+            for known in self._layouts.get(length, ()):
+                left, rows = fill(known, left, rows)
+            while len(left):
+                layout, is_kept = self._try_learn(rows[0].tobytes())
+                if layout is not None and is_kept:
+                    left, rows = fill(layout, left, rows)
+                    continue
+                if layout is not None:
+                    fill(layout, left[:1], rows[:1])
+                left, rows = left[1:], rows[1:]
+        for column, logged in enumerate(self._type.logged):
+            if logged.zero_is_unknown:
+                values[~(values[:, column] > 0.0), column] = NAN
+        return readable, stamp[readable], values[readable]
+
+    def _try_learn(self, data: bytes) -> tuple[MessageLayout | None, bool]:
+        """As `_learn`; None, and counted, where the message is unreadable."""
+        try:
+            return self._learn(data)
+        except InputError as error:
+            self.unreadable[str(error)] += 1
+            return None, False
+
+    def _learn(self, data: bytes) -> tuple[MessageLayout, bool]:
+        """The layout of a message that fits none that is known, and whether it is kept. Raises InputError."""
+        reader, places = CdrReader(data), _FieldPlaces()
+        try:
+            places.find(reader, self._type.name.replace("/msg/", "/"))
+            values = self._value_places(places)
+        except struct.error as error:
+            raise InputError(f"no {self._type.short_name} in a message of {len(data)} bytes: {error}") from None
+        layout = MessageLayout(reader, data, places, values)
+        if len(self._layouts) >= _MAX_LENGTHS:
+            self._layouts.clear()
+        known = self._layouts.setdefault(len(data), [])
+        if len(known) >= _MAX_LAYOUTS:
+            return layout, False
+        known.append(layout)
+        return layout, True
+
+    def _value_places(self, places: _FieldPlaces) -> tuple[int, ...]:
+        """First byte of each logged number, -1 for one that is not given. Raises InputError for another joint."""
+        names = places.texts.get("name", [])
+        index = 0
+        if self._topic.joint in names:
+            index = names.index(self._topic.joint)
+        elif len(names) > 1:
+            raise InputError(f"joints {', '.join(names)}, none named {self._topic.joint}")
+        found: Sequence[tuple[int, int]] = [places.numbers[logged.path] for logged in self._type.logged]
+        return tuple(first + 8 * index if index < count else -1 for first, count in found)
