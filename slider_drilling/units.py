@@ -144,7 +144,8 @@ class Units:
         """
         if isinstance(text, Sentence):
             return "".join(
-                part if isinstance(part, str) else self.format(part.value, part.unit, part.digits) for part in text.parts
+                part if isinstance(part, str) else self.format(part.value, part.unit, part.digits)
+                for part in text.parts
             )
         if self.name == "si":
             return text
