@@ -1,9 +1,8 @@
-"""Slide drilling: a plant, ROS 2 nodes, and the diagnosis of where the two part.
+"""Simulation, control and diagnosis of slide drilling.
 
-Everything inside is SI and radians; positive axial is downhole, positive rotation is clockwise
-looking downhole.
+All numbers are SI and radians. Positive axial is downhole, positive rotation is clockwise looking downhole.
 
-`import slider_drilling as sd` offers what `__all__` names, each imported when it is first used:
+`import slider_drilling as sd` offers the names of `__all__`. Each is imported when it is first used:
 
     run = sd.simulate(sd.load_rig(), "slider_drilling.control:SlideController", 300.0)
 """
@@ -13,11 +12,12 @@ from typing import Any
 
 __version__ = "0.1.0"
 
-# Where each name of the public face is; `__init__.pyi` has their types.
-_FACE = {
+# Module of each public name; `__init__.pyi` has the types.
+_MODULES = {
     "Batch": "api.batch",
     "Commands": "drillstring",
     "DiagnosisResult": "api.diagnose",
+    "InitialState": "drillstring",
     "InputError": "errors",
     "Measurements": "control.interface",
     "ReplayResult": "api.replay",
@@ -25,7 +25,6 @@ _FACE = {
     "RigCommand": "control.interface",
     "RigLog": "log",
     "Run": "api.simulate",
-    "InitialState": "drillstring",
     "StudyResult": "api.study",
     "batch": "api.batch",
     "diagnose": "api.diagnose",
@@ -37,16 +36,16 @@ _FACE = {
     "study": "api.study",
     "with_effect": "api.with_effect",
 }
-__all__ = ["__version__", *_FACE]
+__all__ = ["__version__", *_MODULES]
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _FACE:
+    if name not in _MODULES:
         raise AttributeError(f"module 'slider_drilling' has no attribute {name!r}")
-    value = getattr(importlib.import_module(f"slider_drilling.{_FACE[name]}"), name)
+    value = getattr(importlib.import_module(f"slider_drilling.{_MODULES[name]}"), name)
     globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_FACE})
+    return sorted({*globals(), *_MODULES})

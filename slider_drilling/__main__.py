@@ -8,8 +8,8 @@ def _leave(number: int, frame: object) -> None:
     os._exit(128 + number)
 
 
-# Before the imports that take a while: an interrupted start has nothing to finish, and Python would answer it with a
-# traceback. What whoever started us has ignored stays so.
+# Set before the slow imports: an interrupted start has nothing to finish, and Python would print a traceback. Signals
+# that the parent process ignores stay ignored.
 for _number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
     if signal.getsignal(_number) is not signal.SIG_IGN:
         signal.signal(_number, _leave)

@@ -1,1 +1,1 @@
-"""What `import slider_drilling as sd` offers, each behind one function; the command line is built on the same."""
+"""The functions that `import slider_drilling as sd` offers; the command line uses the same."""

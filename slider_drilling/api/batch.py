@@ -1,13 +1,11 @@
-"""Many slides that differ in the rig, side by side."""
+"""`batch`: simulate several rigs."""
 
 from __future__ import annotations
 
 import itertools
-import os
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +14,7 @@ from slider_drilling import drillstring
 from slider_drilling.api.checks import check_commands, check_elements, check_seed
 from slider_drilling.api.simulate import UNITS, Run, simulate
 from slider_drilling.api.simulated_log import build_log, sample_sensors
-from slider_drilling.columns import Columns
+from slider_drilling.columns import Columns, TableExport
 from slider_drilling.control.interface import Controller
 from slider_drilling.drillstring import ELEMENTS, Commands, Response
 from slider_drilling.drillstring.recorded_channels import require_finite
@@ -24,13 +22,17 @@ from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
 
 if TYPE_CHECKING:
-    import pandas
     import plotly
 
 
 @dataclass(frozen=True, repr=False)
-class Batch:
-    """Runs in the order of their rigs; labels: of each run, what was varied and its value there."""
+class Batch(TableExport):
+    """Several runs.
+
+    Attributes:
+        runs: In the order of their rigs.
+        labels: For each run, the varied keys of the rig file and their values.
+    """
 
     runs: tuple[Run, ...]
     labels: tuple[dict[str, Any], ...]
@@ -49,42 +51,33 @@ class Batch:
         return f"Batch({len(self.runs)} runs{', varied: ' + ', '.join(names) if names else ''})"
 
     def columns(self) -> Columns:
-        """One below the other: run number, what was varied, time and the noise-free channels of each."""
-        lengths = [len(one.response.time) for one in self.runs]
+        """All runs below each other: number of the run, varied values, time, and noise-free channels."""
+        lengths = [len(run.response.time) for run in self.runs]
         values = {"run": np.repeat(np.arange(len(self.runs)), lengths)}
         for name in self.labels[0]:
             values[name] = np.repeat(np.array([label[name] for label in self.labels]), lengths)
         for name in ("time", *UNITS):
-            parts = (one.response if hasattr(one.response, name) else one.commands for one in self.runs)
-            values[name] = np.concatenate([getattr(part, name) for part in parts])
+            values[name] = np.concatenate([run.channel(name) for run in self.runs])
         return Columns(values, {"time": "s", **UNITS})
 
-    def to_frame(self) -> pandas.DataFrame:
-        """`columns` as a pandas DataFrame over the run's number, SI units. Raises InputError."""
-        return self.columns().to_frame()
-
-    def to_csv(self, path: str | os.PathLike[str]) -> Path:
-        """`columns` as CSV, units in its heads. Raises InputError."""
-        return self.columns().to_csv(path)
-
-    def to_parquet(self, path: str | os.PathLike[str]) -> Path:
-        """`columns` as Parquet. Raises InputError."""
-        return self.columns().to_parquet(path)
-
     def plot(self, channel: str = "surface_torque") -> plotly.graph_objects.Figure:
-        """One channel of every run against time, SI units. Raises InputError for a channel that runs do not have."""
+        """One channel of every run against time, in SI units.
+
+        Raises:
+            InputError: The channel is none of a run's, or plotly is not installed.
+        """
         from slider_drilling.api.plots import lines
 
         if channel not in UNITS:
             raise InputError(f"plot: channel = {channel!r}: one of {', '.join(UNITS)}")
-        named = [
-            (", ".join(f"{name} {value:.4g}" if isinstance(value, float) else f"{name} {value}"
-                       for name, value in label.items()) or f"run {index}", run)
-            for index, (label, run) in enumerate(zip(self.labels, self.runs, strict=True))
-        ]
-        held = [(name, run.response.time, getattr(run.response if hasattr(run.response, channel) else run.commands,
-                                                  channel)) for name, run in named]
-        return lines(held, "time, s", f"{channel.replace('_', ' ')}, {UNITS[channel]}")
+        curves = [(_name(label) or f"run {index}", run.response.time, run.channel(channel))
+                  for index, (label, run) in enumerate(zip(self.labels, self.runs, strict=True))]  # fmt: skip
+        return lines(curves, "time, s", f"{channel.replace('_', ' ')}, {UNITS[channel]}")
+
+
+def _name(label: Mapping[str, Any]) -> str:
+    return ", ".join(f"{key} {value:.4g}" if isinstance(value, float) else f"{key} {value}"
+                     for key, value in label.items())  # fmt: skip
 
 
 def batch(
@@ -99,41 +92,53 @@ def batch(
     workers: int = 2,
     progress: Callable[[int], None] = lambda done: None,
 ) -> Batch:
-    """`simulate` for several rigs, or for one rig with every combination of the values in ``vary``.
+    """Simulate several rigs, or one rig with every combination of varied values.
 
-    vary: path of a rig-file value -> its values, such as ``{"well.friction_intervals[1].factor": [0.8, 1.0]}``.
-    Commands run through the plant side by side on ``workers`` threads where wells and strings are the same, much
-    faster than one by one. A controller is given by its class, a function of the rig, or its name: every run gets
-    a new one. Run k has the sensor seed ``seed + k``. Raises InputError.
+    Commands are simulated together where wells and strings are the same: much faster than one by one.
+
+    Args:
+        rigs: The rigs, or the one rig to vary.
+        drive: Commands, or a controller's class, a function of the rig, or ``"module:Class"``. Each run gets a new
+            controller.
+        duration: Simulated time, s. Only with a controller.
+        vary: Key of the rig file -> its values, such as ``{"well.friction_intervals[1].factor": [0.8, 1.0]}``.
+        target: Toolface that a controller holds, rad.
+        seed: Seed of the sensor noise of run 0; run k has ``seed + k``.
+        elements: Elements of the string.
+        workers: Threads, used with commands.
+        progress: Called with the number of runs that have ended.
+
+    Raises:
+        InputError: An argument cannot be used; the message names it.
     """
-    made, labels = _rigs(rigs, vary)
+    varied, labels = _rigs(rigs, vary)
     if isinstance(drive, Commands):
         if duration is not None:
             raise InputError("batch: duration: commands have their own; leave it out")
         check_seed(seed, "batch")
         check_elements(elements, "batch")
-        for rig in made:
+        for rig in varied:
             check_commands(rig, drive, "batch")
-        runs = _side_by_side(made, drive, seed, elements, workers)
+        runs = _simulate_together(varied, drive, seed, elements, workers)
         progress(len(runs))
         return Batch(runs, labels)
     if not (isinstance(drive, (str, type)) or callable(drive)):
         raise InputError("batch: give the controller's class, not one controller: every run needs its own")
-    slid = []
-    for index, rig in enumerate(made):
-        slid.append(simulate(rig, drive, duration, target=target, seed=seed + index, elements=elements))
+    slides = []
+    for index, rig in enumerate(varied):
+        slides.append(simulate(rig, drive, duration, target=target, seed=seed + index, elements=elements))
         progress(index + 1)
-    return Batch(tuple(slid), labels)
+    return Batch(tuple(slides), labels)
 
 
 def _rigs(
     rigs: Rig | Sequence[Rig], vary: Mapping[str, Sequence[Any]] | None
 ) -> tuple[list[Rig], tuple[dict[str, Any], ...]]:
     if vary is None:
-        made = [rigs] if isinstance(rigs, Rig) else list(rigs)
-        if not made:
+        given = [rigs] if isinstance(rigs, Rig) else list(rigs)
+        if not given:
             raise InputError("batch: no rigs: give at least one")
-        return made, tuple({} for _ in made)
+        return given, tuple({} for _ in given)
     if not isinstance(rigs, Rig):
         raise InputError("batch: vary: needs one rig to vary, not several")
     combinations = [dict(zip(vary, values, strict=True)) for values in itertools.product(*vary.values())]
@@ -142,15 +147,15 @@ def _rigs(
     return [rigs.with_(values) for values in combinations], tuple(combinations)
 
 
-def _side_by_side(rigs: list[Rig], commands: Commands, seed: int, elements: int, workers: int) -> tuple[Run, ...]:
-    """Rigs of one well and string together, the others apart."""
-    alike: dict[Any, list[int]] = defaultdict(list)
+def _simulate_together(rigs: list[Rig], commands: Commands, seed: int, elements: int, workers: int) -> tuple[Run, ...]:
+    """Rigs with the same well and string share one call of the plant."""
+    groups: dict[Any, list[int]] = defaultdict(list)
     for index, rig in enumerate(rigs):
-        alike[rig.well.survey, rig.string.sections, rig.contact, rig.mud.sound_speed].append(index)
+        groups[rig.well.survey, rig.string.sections, rig.contact, rig.mud.sound_speed].append(index)
     responses: dict[int, Response] = {}
-    for indices in alike.values():
-        found = drillstring.simulate_batch([rigs[i] for i in indices], commands, elements, workers=workers)
-        responses.update(zip(indices, map(require_finite, found), strict=True))
+    for indices in groups.values():
+        simulated = drillstring.simulate_batch([rigs[i] for i in indices], commands, elements, workers=workers)
+        responses.update(zip(indices, map(require_finite, simulated), strict=True))
     return tuple(_run(rig, commands, responses[k], seed + k, f"run {k}") for k, rig in enumerate(rigs))
 
 

@@ -1,4 +1,4 @@
-"""What a run is asked for, checked before it starts: each number by itself, and against the rig that it is asked of."""
+"""Checks of the arguments of a run, before it starts."""
 
 from __future__ import annotations
 
@@ -9,14 +9,27 @@ from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig, check_duration
 
 MAX_SAMPLES = 5_000_000
-"""Of a run that is held in memory: 139 h at 10 Hz. Longer ones are recorded, by ``slider-drilling run``."""
+"""Largest number of samples of a run in memory: 139 h at 10 Hz. ``slider-drilling run`` records longer ones."""
 MIN_ELEMENTS, MAX_ELEMENTS = 10, 5000
 
 
 def check_run(
     rig: Rig, duration: float, target: float, seed: int, elements: int, start: InitialState, caller: str
 ) -> None:
-    """Raises InputError naming the argument that a run of ``duration`` s cannot have; ``what``: the function."""
+    """Check the arguments of a run.
+
+    Args:
+        rig: The rig to simulate.
+        duration: Simulated time, s.
+        target: Toolface, rad.
+        seed: Seed of the sensor noise.
+        elements: Elements of the string.
+        start: Initial twist and toolface.
+        caller: Name of the function, for the message.
+
+    Raises:
+        InputError: An argument cannot be used; the message names it.
+    """
     if not (math.isfinite(duration) and duration > 0.0):
         raise InputError(f"{caller}: duration = {duration} s: must be finite and above 0")
     samples = duration * rig.sensors.rate
@@ -34,19 +47,19 @@ def check_run(
 
 
 def check_commands(rig: Rig, commands: Commands, caller: str) -> None:
-    """Raises InputError where commands drive nothing, or last longer than the rig's friction does."""
+    """Raise InputError if there are less than two samples, or the run is too long for the rig's friction drift."""
     if len(commands.time) < 2:
         raise InputError(f"{caller}: commands: {len(commands.time)} sample(s); give at least two")
     check_duration(rig, float(commands.time[-1] - commands.time[0]), caller)
 
 
 def check_seed(seed: int, caller: str) -> None:
-    """Raises InputError for a seed that no random generator takes."""
+    """Raise InputError unless the seed is a whole number of at least 0."""
     if not isinstance(seed, int) or seed < 0:
         raise InputError(f"{caller}: seed = {seed!r}: must be a whole number of at least 0")
 
 
 def check_elements(elements: int, caller: str) -> None:
-    """Raises InputError for a number of elements that no mesh is made of."""
+    """Raise InputError unless the number of elements is within its range."""
     if not isinstance(elements, int) or not MIN_ELEMENTS <= elements <= MAX_ELEMENTS:
         raise InputError(f"{caller}: elements = {elements!r}: must be within {MIN_ELEMENTS} to {MAX_ELEMENTS}")

@@ -1,4 +1,4 @@
-"""Why logs and the simulator part: one thin door to the diagnosis."""
+"""`diagnose`: why logs and the simulator differ."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from slider_drilling.api.replay import as_log
 from slider_drilling.api.simulate import Run
-from slider_drilling.columns import Columns
+from slider_drilling.columns import Columns, TableExport
 from slider_drilling.diagnosis import diagnose as engine
 from slider_drilling.diagnosis.save import write_diagnosis
 from slider_drilling.errors import InputError
@@ -22,7 +22,6 @@ from slider_drilling.rig import Rig
 from slider_drilling.units import SI, Units
 
 if TYPE_CHECKING:
-    import pandas
     import plotly
 
     from slider_drilling.diagnosis.user_effects import UserEffect
@@ -31,8 +30,13 @@ LogLike = str | os.PathLike[str] | RigLog | Run
 
 
 @dataclass(frozen=True, repr=False)
-class DiagnosisResult:
-    """An answer: found is all of it; what matters first is here. tree: what diagnosis.json holds."""
+class DiagnosisResult(TableExport):
+    """The answer of a diagnosis.
+
+    Attributes:
+        diagnosis: All of it.
+        tree: The content of diagnosis.json.
+    """
 
     diagnosis: engine.Diagnosis
     tree: dict[str, Any]
@@ -54,20 +58,19 @@ class DiagnosisResult:
 
     @property
     def effects(self) -> tuple[str, ...]:
-        """Names of the accepted effects, none where there are none."""
+        """Names of the effects that the verdict rests on; empty if there are none."""
         return tuple(self.tree["effects"])
 
     @property
     def tuned_rig(self) -> Rig:
-        """The rig file with the tuned parameters and the effects that were found."""
+        """The rig with calibrated parameters and the named effects."""
         return engine.tuned_rig(self.diagnosis)
 
     def __repr__(self) -> str:
         return f"DiagnosisResult({self.verdict}: {self.driller})"
 
     def columns(self) -> Columns:
-        """The ranking: effect, site, share of the gap closed with its 95 % interval, whether it passed and is in the
-        answer."""
+        """The ranking: effect, site, share of the gap that it closes with its 95 % interval, passed, in_answer."""
         ranking = self.tree["ranking"]
         low, high = ([row["interval"][side] if row["interval"] else None for row in ranking] for side in (0, 1))
         numbers = {"closed": [row["closed"] for row in ranking], "closed_low": low, "closed_high": high}
@@ -78,27 +81,20 @@ class DiagnosisResult:
             **{name: np.array([row[name] for row in ranking], dtype=bool) for name in ("passed", "in_answer")},
         })  # fmt: skip
 
-    def to_frame(self) -> pandas.DataFrame:
-        """`columns` as a pandas DataFrame. Raises InputError."""
-        return self.columns().to_frame()
-
-    def to_csv(self, path: str | os.PathLike[str]) -> Path:
-        """`columns` as CSV. Raises InputError."""
-        return self.columns().to_csv(path)
-
-    def to_parquet(self, path: str | os.PathLike[str]) -> Path:
-        """`columns` as Parquet. Raises InputError."""
-        return self.columns().to_parquet(path)
-
     def save(self, folder: str | os.PathLike[str], units: Units = SI) -> list[Path]:
-        """Write diagnosis.json, rig.tuned.yaml and report.html into a folder, which is made; the paths.
+        """Write diagnosis.json, rig.tuned.yaml and report.html; returns their paths.
 
-        units: of the page, `slider_drilling.units.SI` or `FIELD`. Raises InputError where it cannot be written.
+        Args:
+            folder: Created if it does not exist.
+            units: Units of the page, `slider_drilling.units.SI` or `FIELD`.
+
+        Raises:
+            InputError: A file cannot be written.
         """
         return write_diagnosis(self.diagnosis, Path(folder), units)
 
     def plot(self) -> plotly.graph_objects.Figure:
-        """How much of the gap each effect of the ranking closes, with its 95 % interval."""
+        """The share of the gap that each effect of the ranking closes, with its 95 % interval."""
         from slider_drilling.api.plots import bars
 
         columns = self.columns().values
@@ -116,23 +112,33 @@ def diagnose(
     seed: int = 0,
     progress: Progress = lambda stage, share: None,
 ) -> DiagnosisResult:
-    """Say where logs of one rig and the simulator part, which effect causes it, and how far it shrinks with it.
+    """Find out where logs of one rig and the simulator differ, which effect explains it, and how much it closes.
 
-    logs: paths, logs or runs; rig: the simulator's rig file, the logs' own if None; only: effects of the catalogue to
-    consider, all if empty; effects: one's own besides; until: share of every log that is fitted; seed: of the
-    bootstrap; progress: told the stage and the share done. Raises InputError.
+    Args:
+        logs: One or several paths, logs or runs. Several are fitted together.
+        rig: The rig file to compare with; the logs' own if None.
+        only: Names of the catalogue's effects to consider; all if empty.
+        effects: Effects of your own, in addition.
+        until: Fraction of every log that is fitted, from its start.
+        seed: Seed of the bootstrap.
+        progress: Called with the stage and the fraction done.
+
+    Raises:
+        InputError: A log cannot be diagnosed, or the logs' rig files differ.
     """
-    several = [logs] if isinstance(logs, (str, os.PathLike, RigLog, Run)) else list(logs)
-    if not several:
+    given = [logs] if isinstance(logs, (str, os.PathLike, RigLog, Run)) else list(logs)
+    if not given:
         raise InputError("diagnose: no logs: give at least one")
-    records = [as_log(one) for one in several]
-    told = records[0].rig() if rig is None else rig
+    records = [as_log(log) for log in given]
+    nominal = records[0].rig() if rig is None else rig
     if rig is None:
         for record in records[1:]:
-            if record.rig() != told:
+            if record.rig() != nominal:
                 raise InputError(
                     f"{record.source}: its rig file differs from that of {records[0].source}; "
                     "give the one to use with --rig (rig=)"
                 )
-    found = engine.diagnose(records, told, seed=seed, user_effects=effects, only=only, until=until, progress=progress)
-    return DiagnosisResult(found, engine.to_json(found))
+    diagnosis = engine.diagnose(
+        records, nominal, seed=seed, user_effects=effects, only=only, until=until, progress=progress
+    )
+    return DiagnosisResult(diagnosis, engine.to_json(diagnosis))

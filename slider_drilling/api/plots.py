@@ -1,4 +1,4 @@
-"""Plotly figures of what is not a log over time."""
+"""Plotly figures of results other than logs."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
 
-def lines(named: Sequence[tuple[str, np.ndarray, np.ndarray]], x_label: str, y_label: str) -> Figure:
-    """One line for each (name, x, y). Raises InputError where plotly is not installed."""
-    drawn = tuple(Line(name, x, y) for name, x, y in named)
-    return plotly_figure(Chart("", x_label, (Panel(y_label, drawn),)))
+def lines(curves: Sequence[tuple[str, np.ndarray, np.ndarray]], x_label: str, y_label: str) -> Figure:
+    """One line for each curve (name, x, y). Raises InputError if plotly is not installed."""
+    marks = tuple(Line(name, x, y) for name, x, y in curves)
+    return plotly_figure(Chart("", x_label, (Panel(y_label, marks),)))
 
 
 def bars(names: Sequence[str], values: Sequence[float], intervals: Sequence[tuple[float, float]], label: str) -> Figure:
-    """A horizontal bar for each name, the first on top, with its interval."""
+    """A horizontal bar with an interval (low, high) for each name, the first on top."""
     low, high = np.array(intervals, dtype=float).reshape(-1, 2).T
-    drawn = Bars("", tuple(names), np.asarray(values, dtype=float), low=low, high=high, horizontal=True)
-    return plotly_figure(Chart("", label, (Panel("effect", (drawn,)),)))
+    marks = Bars("", tuple(names), np.asarray(values, dtype=float), low=low, high=high, horizontal=True)
+    return plotly_figure(Chart("", label, (Panel("effect", (marks,)),)))

@@ -1,4 +1,4 @@
-"""A log beside the plant driven by its commands."""
+"""`replay`: drive the plant with a log's commands and compare."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slider_drilling.api.simulate import Run
-from slider_drilling.columns import Columns, SampledQuantity, join_samples
+from slider_drilling.columns import Columns, SampledQuantity, TableExport, join_samples
 from slider_drilling.diagnosis import replay as engine
 from slider_drilling.drillstring import ELEMENTS
 from slider_drilling.drillstring.simulated_log import write_simulated
@@ -16,13 +16,18 @@ from slider_drilling.log import RigLog, read_log
 from slider_drilling.rig import Rig
 
 if TYPE_CHECKING:
-    import pandas
     import plotly
 
 
 @dataclass(frozen=True, repr=False)
-class ReplayResult:
-    """A replay: the log, the rig that was simulated, and what `diagnosis.replay` found."""
+class ReplayResult(TableExport):
+    """A log beside its simulation.
+
+    Attributes:
+        log: The log.
+        rig: The rig that was simulated.
+        replay: Commands, response and channels of the simulation.
+    """
 
     log: RigLog
     rig: Rig
@@ -31,51 +36,44 @@ class ReplayResult:
     @property
     def rms(self) -> dict[str, float]:
         """RMS difference of each channel, SI units."""
-        return {name: one.rms for name, one in self.replay.channels.items()}
+        return {name: channel.rms for name, channel in self.replay.channels.items()}
 
     @property
     def rms_over_noise(self) -> dict[str, float | None]:
-        """The same over the noise that the rig file declares, None where it declares none."""
-        return {name: one.rms_over_noise for name, one in self.replay.channels.items()}
+        """RMS difference over the noise that the rig file declares, None where it declares none."""
+        return {name: channel.rms_over_noise for name, channel in self.replay.channels.items()}
 
     def __repr__(self) -> str:
-        told = (f"{name} {one.rms:.4g} {one.channel.unit}" for name, one in self.replay.channels.items())
-        return f"ReplayResult({self.log.source}: RMS difference {', '.join(told)})"
+        differences = (f"{name} {found.rms:.4g} {found.channel.unit}" for name, found in self.replay.channels.items())
+        return f"ReplayResult({self.log.source}: RMS difference {', '.join(differences)})"
 
     def columns(self) -> Columns:
         """``measured_NAME`` and ``simulated_NAME`` of each channel against time."""
-        found = []
-        for name, one in self.replay.channels.items():
-            channel = one.channel
-            found += [SampledQuantity(f"measured_{name}", channel.unit, channel.time, channel.measured),
-                      SampledQuantity(f"simulated_{name}", channel.unit, channel.time, one.simulated)]
-        return join_samples(found)
-
-    def to_frame(self) -> pandas.DataFrame:
-        """`columns` as a pandas DataFrame. Raises InputError."""
-        return self.columns().to_frame()
-
-    def to_csv(self, path: str | os.PathLike[str]) -> Path:
-        """`columns` as CSV. Raises InputError."""
-        return self.columns().to_csv(path)
-
-    def to_parquet(self, path: str | os.PathLike[str]) -> Path:
-        """`columns` as Parquet. Raises InputError."""
-        return self.columns().to_parquet(path)
+        quantities = []
+        for name, compared in self.replay.channels.items():
+            channel = compared.channel
+            quantities += [SampledQuantity(f"measured_{name}", channel.unit, channel.time, channel.measured),
+                      SampledQuantity(f"simulated_{name}", channel.unit, channel.time, compared.simulated)]  # fmt: skip
+        return join_samples(quantities)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """The simulated channels as an MCAP log. Raises InputError."""
+        """Write the simulated channels as an MCAP log; returns the path.
+
+        Raises:
+            InputError: The file cannot be written.
+        """
         write_simulated(Path(path), self.rig, self.replay.commands, self.replay.response, self.log.start,
                         f"replay of {self.log.source}")
         return Path(path)
 
     def plot(self, channel: str = "surface_torque") -> plotly.graph_objects.Figure:
-        """One channel measured and simulated against time, SI units; its name is a key of `rms`."""
+        """One channel, measured and simulated, against time in SI units; the name is a key of `rms`."""
         from slider_drilling.api.plots import lines
 
-        one = self.replay.channels[channel]
-        named = [("measured", one.channel.time, one.channel.measured), ("simulated", one.channel.time, one.simulated)]
-        return lines(named, "time, s", f"{channel.replace('_', ' ')}, {one.channel.unit}")
+        compared = self.replay.channels[channel]
+        measured = compared.channel
+        curves = [("measured", measured.time, measured.measured), ("simulated", measured.time, compared.simulated)]
+        return lines(curves, "time, s", f"{channel.replace('_', ' ')}, {measured.unit}")
 
 
 def replay(
@@ -85,10 +83,16 @@ def replay(
     elements: int = ELEMENTS,
     namespace: str | None = None,
 ) -> ReplayResult:
-    """Drive the plant with a log's commands from its first sample and compare channel by channel.
+    """Drive the plant with a log's commands from its first sample, and compare each channel.
 
-    log: a path, a log or a run; rig: in place of the log's own; namespace: whose topics to read, of a path.
-    Raises InputError.
+    Args:
+        log: A path, a log or a run.
+        rig: The rig to simulate; the log's own rig file if None.
+        elements: Elements of the string.
+        namespace: Namespace of the topics, if ``log`` is a path to a log of several rigs.
+
+    Raises:
+        InputError: The log cannot be read or replayed.
     """
     record = as_log(log, namespace)
     simulated = record.rig() if rig is None else rig
@@ -96,7 +100,7 @@ def replay(
 
 
 def as_log(log: str | os.PathLike[str] | RigLog | Run, namespace: str | None = None) -> RigLog:
-    """The log that a path, a log or a run means. Raises InputError."""
+    """The log itself, the log of a run, or the log at a path. Raises InputError."""
     if isinstance(log, Run):
         return log.log
     return log if isinstance(log, RigLog) else read_log(log, namespace=namespace)

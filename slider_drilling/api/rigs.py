@@ -1,4 +1,4 @@
-"""A rig from wherever it is."""
+"""`load_rig`: a rig from a file, a text or a tree."""
 
 from __future__ import annotations
 
@@ -14,10 +14,14 @@ WELLS = {"example": "config/rig.example.yaml", "short": "config/rig.short.yaml",
 
 
 def load_rig(source: str | os.PathLike[str] | Mapping[str, Any] | None = None) -> Rig:
-    """A rig from a rig file's path, its text (more than one line), or its keys and values.
+    """Load and check a rig.
 
-    Without a source, or with ``"example"``, ``"short"`` or ``"long"``: the wells of 4.0, 2.6 and 5.6 km that come
-    with the package. Raises InputError naming file, key and value for anything that cannot be used.
+    Args:
+        source: Path of a rig file, its text (more than one line), or its keys and values. ``"example"`` (also the
+            default), ``"short"`` and ``"long"`` are the wells of 4.0, 2.6 and 5.6 km of the package.
+
+    Raises:
+        InputError: Something cannot be used; the message names file, key and value.
     """
     if source is None:
         source = "example"

@@ -1,4 +1,4 @@
-"""Commands for the simplest slide: steady rocking about a centre while the block is lowered."""
+"""`rocking`: commands of steady rocking about a fixed centre while the block is lowered."""
 
 from __future__ import annotations
 
@@ -22,11 +22,21 @@ def rocking(
     pump_speed: float | None = None,
     interval: float | None = None,
 ) -> Commands:
-    """Commands that rock the top drive, from rest, with a triangle wave whose peaks are rounded.
+    """Commands that rock the top drive from rest, with a triangle wave whose peaks are rounded.
 
-    duration: s; amplitude: rad to either side; period: s; rounding: s, half the width of a rounded peak; centre: rad,
-    reached over the first period; block_speed: m/s, positive lowers; pump_speed: rad/s, the one for the reference flow
-    if None; interval: s between samples, that of the rig's sensors if None. Raises InputError.
+    Args:
+        rig: Gives sampling rate and pump speed.
+        duration: s.
+        amplitude: To either side, rad.
+        period: s.
+        rounding: Half the width of a rounded peak, s.
+        centre: Centre of rocking, rad; reached over the first period.
+        block_speed: m/s, positive lowers.
+        pump_speed: rad/s; the one for the reference flow if None.
+        interval: Time between samples, s; that of the rig's sensors if None.
+
+    Raises:
+        InputError: A number cannot be used.
     """
     given = {"duration": duration, "centre": centre, "block_speed": block_speed, "pump_speed": pump_speed or 0.0,
              "interval": interval or 1.0}  # fmt: skip
@@ -39,7 +49,7 @@ def rocking(
     step = 1.0 / rig.sensors.rate if interval is None else interval
     time = step * np.arange(round(duration / step) + 1, dtype=np.float64)
     angle, speed = np.array([wave.from_rest(t) for t in time]).T
-    # A smooth step: no speed at either end.
+    # A smooth step to the centre: no speed at either end.
     share = np.clip(time / period, 0.0, 1.0)
     angle = angle + centre * share**2 * (3.0 - 2.0 * share)
     speed = speed + centre * 6.0 * share * (1.0 - share) / period

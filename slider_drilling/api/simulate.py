@@ -1,9 +1,9 @@
-"""One simulated slide: the plant driven by commands, or a whole virtual rig by a controller."""
+"""`simulate`: one slide, driven by commands or by a controller."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,24 +12,24 @@ import numpy as np
 
 from slider_drilling import drillstring
 from slider_drilling.api.checks import check_commands, check_run
-from slider_drilling.api.simulated_log import SensorReadings, build_log, sample_sensors
-from slider_drilling.columns import Columns, SampledQuantity, join_samples
+from slider_drilling.api.simulated_log import SURFACE_SENSORS, SensorReadings, build_log, sample_sensors
+from slider_drilling.columns import Columns, SampledQuantity, TableExport, join_samples
 from slider_drilling.control.controller_loader import checked_step, load_controller, set_tool_face_target
 from slider_drilling.control.interface import Controller, MwdSample
 from slider_drilling.drillstring import ELEMENTS, Commands, InitialState, Response, VirtualRig
+from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.drillstring.recorded_channels import require_finite
 from slider_drilling.errors import InputError
 from slider_drilling.log import RigLog, save_log
 from slider_drilling.rig import Rig
 
 if TYPE_CHECKING:
-    import pandas
     import plotly
 
     from slider_drilling.log.run_summary import RunSummary
 
 Drive = Commands | Controller | Callable[[Rig], Controller] | str
-"""What may drive a run: commands, a controller, its class or a function of the rig, or its name, module:Class."""
+"""What may drive a run: commands, a controller, its class, a function of the rig, or ``"module:Class"``."""
 
 UNITS = {
     "top_drive_angle": "rad", "top_drive_speed": "rad/s", "block_position": "m", "block_speed": "m/s",
@@ -40,11 +40,15 @@ UNITS = {
 
 
 @dataclass(frozen=True, repr=False)
-class Run:
+class Run(TableExport):
     """A simulated slide.
 
-    rig: what was simulated; commands: what moved it; response: what it did, free of noise; log: what a recorder
-    would hold, sensor readings included, with the rig file that the controller was given.
+    Attributes:
+        rig: The rig that was simulated.
+        commands: Motion of top drive, block and pump.
+        response: What the rig did, without noise.
+        log: What a recorder would hold: sensor readings, and the rig file that the controller was given.
+        driven_by: Name of the controller, or "commands".
     """
 
     rig: Rig
@@ -61,16 +65,21 @@ class Run:
                 f"bit {self.response.bit_depth[-1] - self.response.bit_depth[0]:.2f} m deeper)")
 
     def summary(self) -> RunSummary:
-        """What happened, in the figures that a directional driller asks for first."""
+        """Toolface error, torque, hole made, and other figures that a directional driller asks for first."""
         from slider_drilling.log.run_summary import summarise_run
 
         return summarise_run(self.log)
 
+    def channel(self, name: str) -> Array:
+        """A noise-free channel, (n,) in SI units; the name is a key of `UNITS`."""
+        channel: Array = getattr(self.response if hasattr(self.response, name) else self.commands, name)
+        return channel
+
     def columns(self) -> Columns:
-        """Commands and response, the sensors' readings as ``measured_...``, toolfaces when they were measured."""
+        """Commands and response, sensor readings as ``measured_...``, and toolfaces at the time of measurement."""
         time = self.response.time - self.response.time[0]
-        parts = [(self.commands, one.name) for one in fields(Commands)[1:]]
-        parts += [(self.response, one.name) for one in fields(Response)[1:]]  # type: ignore[misc]
+        parts = [(self.commands, field.name) for field in fields(Commands)[1:]]
+        parts += [(self.response, field.name) for field in fields(Response)[1:]]  # type: ignore[misc]
         found = [SampledQuantity(name, UNITS[name], time, getattr(part, name)) for part, name in parts]
         log = self.log
         if log.top_drive is not None and log.draw_works is not None and log.standpipe_pressure is not None:
@@ -83,25 +92,21 @@ class Run:
                 found.append(SampledQuantity(name, "rad", series.time, series.position))
         return join_samples(found)
 
-    def to_frame(self) -> pandas.DataFrame:
-        """`columns` as a pandas DataFrame over time, s; SI units, in ``attrs["units"]``. Raises InputError."""
-        return self.columns().to_frame()
-
-    def to_csv(self, path: str | os.PathLike[str]) -> Path:
-        """`columns` as CSV, units in its heads. Raises InputError."""
-        return self.columns().to_csv(path)
-
-    def to_parquet(self, path: str | os.PathLike[str]) -> Path:
-        """`columns` as Parquet. Raises InputError."""
-        return self.columns().to_parquet(path)
-
     def save(self, path: str | os.PathLike[str], notes: str = "") -> Path:
-        """Write the log as MCAP, as a recorder would. Raises InputError."""
+        """Write the log as MCAP, as a recorder would; returns the path.
+
+        Raises:
+            InputError: The file cannot be written.
+        """
         save_log(self.log, path, recorded_by="slider_drilling.simulate", notes=notes)
         return Path(path)
 
     def plot(self) -> plotly.graph_objects.Figure:
-        """The log's panels over time, in field units. Raises InputError where plotly is not installed."""
+        """The log's panels over time.
+
+        Raises:
+            InputError: plotly is not installed.
+        """
         return self.log.plot()
 
 
@@ -116,34 +121,51 @@ def simulate(
     start: InitialState = InitialState(),
     nominal: Rig | None = None,
 ) -> Run:
-    """Simulate a slide on `rig`.
+    """Simulate a slide.
 
-    drive: `Commands`, whose own duration counts; or a controller (an object with ``step``, its class, or
-    ``"module:Class"``), stepped for ``duration`` s with the drives' limits and the sensors' errors. target: rad, the
-    toolface that a controller is to hold; seed: of the sensors' noise; elements: of the string; believed: the rig
-    file that a controller and the log get, where it is not the one simulated. Raises InputError.
+    Args:
+        rig: The rig to simulate.
+        drive: `Commands`, or a controller: an object with ``step``, its class, a function of the rig, or
+            ``"module:Class"``. A controller is limited by the drives and sees what the sensors read.
+        duration: Simulated time, s. Required with a controller; commands have their own.
+        target: Toolface that a controller holds, rad.
+        seed: Seed of the sensor noise.
+        elements: Elements of the string.
+        start: Twist and toolface of the string at the start.
+        nominal: Rig file that the controller and the log get. The simulated one if None.
+
+    Raises:
+        InputError: An argument cannot be used; the message names it.
     """
-    told = rig if nominal is None else nominal
+    known = rig if nominal is None else nominal
     if isinstance(drive, Commands):
         if duration is not None:
             raise InputError("simulate: duration: commands have their own; leave it out, or cut the commands")
         check_commands(rig, drive, "simulate")
         check_run(rig, float(drive.time[-1] - drive.time[0]), target, seed, elements, start, "simulate")
         response = require_finite(drillstring.simulate(rig, drive, elements, start))
-        log = build_log(told, drive, response, sample_sensors(rig, response, seed), (), "simulation")
+        log = build_log(known, drive, response, sample_sensors(rig, response, seed), (), "simulation")
         return Run(rig, drive, response, log, "commands")
     if duration is None:
         raise InputError("simulate: duration is missing: a controller needs one, in s")
     check_run(rig, duration, target, seed, elements, start, "simulate")
-    controller = build_controller(drive, told)
-    return _slide(rig, told, controller, duration, target, seed, elements, start)
+    controller = build_controller(drive, known)
+    return _slide(rig, known, controller, duration, target, seed, elements, start)
 
 
 def build_controller(drive: Controller | Callable[[Rig], Controller] | str, rig: Rig) -> Controller:
-    """The controller that `drive` means for this rig. Raises InputError."""
+    """A controller for this rig.
+
+    Args:
+        drive: A controller, its class, a function of the rig, or ``"module:Class"``.
+        rig: The rig file that the controller is built for.
+
+    Raises:
+        InputError: ``drive`` is none of these, or the controller cannot be built.
+    """
     if isinstance(drive, str):
         return load_controller(drive, rig)
-    # A class with a method `step` passes for a controller too: it is built first.
+    # A class with a method `step` satisfies the protocol too, so classes are built first.
     if isinstance(drive, type) or (callable(drive) and not hasattr(drive, "step")):
         drive = drive(rig)
     if not isinstance(drive, Controller):
@@ -153,7 +175,7 @@ def build_controller(drive: Controller | Callable[[Rig], Controller] | str, rig:
 
 def _slide(
     rig: Rig,
-    told: Rig,
+    known: Rig,
     controller: Controller,
     duration: float,
     target: float,
@@ -161,6 +183,7 @@ def _slide(
     elements: int,
     start: InitialState,
 ) -> Run:
+    """Step the controller; ``known`` is the rig file that the log gets."""
     virtual = VirtualRig(rig, seed, elements, start)
     set_tool_face_target(controller, target)
     measurements, truths = [virtual.measurements], [virtual.truth]
@@ -169,11 +192,14 @@ def _slide(
         measurements.append(virtual.step(checked_step(controller, measurements[-1])))
         truths.append(virtual.truth)
         samples += measurements[-1].mwd
-    commands = Commands(*(np.array([getattr(one, field.name) for one in measurements]) for field in fields(Commands)))
-    response = Response(*(np.array([getattr(one, field.name) for one in truths]) for field in fields(Response)))
-    surface = {name: np.array([getattr(one, name) for one in measurements])
-               for name in ("surface_torque", "hook_load", "standpipe_pressure")}
+    commands = Commands(*(_column(measurements, field.name) for field in fields(Commands)))
+    response = Response(*(_column(truths, field.name) for field in fields(Response)))
+    surface = {name: _column(measurements, name) for name in SURFACE_SENSORS}
     name = type(controller).__name__
     readings = SensorReadings(surface, tuple(samples))
-    log = build_log(told, commands, response, readings, ((0.0, target),), f"simulation by {name}")
+    log = build_log(known, commands, response, readings, ((0.0, target),), f"simulation by {name}")
     return Run(rig, commands, response, log, name)
+
+
+def _column(samples: Sequence[object], name: str) -> Array:
+    return np.array([getattr(sample, name) for sample in samples])

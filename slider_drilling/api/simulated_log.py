@@ -1,4 +1,4 @@
-"""What a run's sensors read, and the log that a recorder would have made of it."""
+"""Sensor readings of a simulated run, and the log that a recorder would make of it."""
 
 from __future__ import annotations
 
@@ -15,23 +15,28 @@ from slider_drilling.drillstring.sensors import MwdSensor, SurfaceSensor
 from slider_drilling.log import JointSeries, RigLog, ScalarSeries
 from slider_drilling.rig import Rig, dump_rig
 
-SURFACE = ("surface_torque", "hook_load", "standpipe_pressure")
+SURFACE_SENSORS = ("surface_torque", "hook_load", "standpipe_pressure")
 
 
 @dataclass(frozen=True)
 class SensorReadings:
-    """surface: N m, N or Pa, each (n,); mwd: the toolfaces that came up."""
+    """Sensor readings.
+
+    Attributes:
+        surface: Sensor -> readings (n,) in N m, N or Pa.
+        mwd: The toolfaces that arrived at surface.
+    """
 
     surface: dict[str, Array]
     mwd: tuple[MwdSample, ...]
 
 
 def sample_sensors(rig: Rig, response: Response, seed: int) -> SensorReadings:
-    """Noise, lag and resolution of the rig's sensors upon a response; the same seed gives the same readings."""
+    """Apply noise, lag and resolution of the rig's sensors to a response; the same seed gives the same readings."""
     random = np.random.default_rng(seed)
     interval = float(np.median(np.diff(response.time))) if len(response.time) > 1 else 1.0 / rig.sensors.rate
     surface = {}
-    for name in SURFACE:
+    for name in SURFACE_SENSORS:
         sensor = SurfaceSensor(getattr(rig.sensors, name), interval)
         surface[name] = np.array([sensor.read(float(value), random) for value in getattr(response, name)])
     sensor_below = MwdSensor(rig.sensors.mwd)
@@ -46,9 +51,19 @@ def build_log(
     rig: Rig, commands: Commands, response: Response, readings: SensorReadings, targets: Sequence[tuple[float, float]],
     source: str,
 ) -> RigLog:
-    """The run as a log in memory; targets: (s, rad), the toolfaces asked for. ``rig`` is the file that it carries."""
+    """A run as a log in memory.
+
+    Args:
+        rig: The rig file that the log carries.
+        commands: Motion of the drives.
+        response: Noise-free response; becomes the log's truth topics.
+        readings: Sensor readings.
+        targets: Toolface targets: (time s, toolface rad).
+        source: Name of the log.
+    """
     time, none = response.time - response.time[0], np.full(len(response.time), np.nan)
-    measured = np.array([[one.measured_at, one.arrived_at, one.tool_face] for one in readings.mwd]).reshape(-1, 3).T
+    samples = [[sample.measured_at, sample.arrived_at, sample.tool_face] for sample in readings.mwd]
+    measured = np.array(samples).reshape(-1, 3).T
     asked = np.array(targets, dtype=float).reshape(-1, 2).T
     blank = np.full(measured.shape[1], np.nan)
     unknown = np.full(asked.shape[1], np.nan)

@@ -1,4 +1,4 @@
-"""The paper's systems, each with figures, numbers and a verdict on what the paper says."""
+"""`study`: a study of the paper's vibration tools, with figures, numbers and a verdict on each claim."""
 
 from __future__ import annotations
 
@@ -9,18 +9,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slider_drilling.columns import Columns
+from slider_drilling.columns import Columns, TableExport
 from slider_drilling.paper_studies.catalogue import run_study
 from slider_drilling.paper_studies.study import Claim, Study, StudyChart
 
 if TYPE_CHECKING:
-    import pandas
     import plotly
 
 
 @dataclass(frozen=True, repr=False)
-class StudyResult:
-    """A study that has run."""
+class StudyResult(TableExport):
+    """The figures, tables and claims of a study."""
 
     study: Study
 
@@ -34,7 +33,7 @@ class StudyResult:
         return f"StudyResult({self.study.name}: {self.study.title}; {holding} of {len(self.claims)} claims hold)"
 
     def columns(self) -> Columns:
-        """Every point of every curve: figure, series, x and y, whose labels carry their units."""
+        """Every point of every curve: figure, series, x and y; the labels carry the units."""
         rows = [(chart.title, line.name, chart.x_label, chart.y_label, line)
                 for chart in self.study.figures if isinstance(chart, StudyChart) for line in chart.lines]
         lengths = [len(row[-1].x) for row in rows]
@@ -45,29 +44,26 @@ class StudyResult:
         return Columns({**text, "x": np.concatenate([none, *(row[-1].x for row in rows)]),
                         "y": np.concatenate([none, *(row[-1].y for row in rows)])})
 
-    def to_frame(self) -> pandas.DataFrame:
-        """`columns` as a pandas DataFrame. Raises InputError."""
-        return self.columns().to_frame()
-
-    def to_csv(self, path: str | os.PathLike[str]) -> Path:
-        """`columns` as CSV. Raises InputError."""
-        return self.columns().to_csv(path)
-
-    def to_parquet(self, path: str | os.PathLike[str]) -> Path:
-        """`columns` as Parquet. Raises InputError."""
-        return self.columns().to_parquet(path)
-
     def save(self, folder: str | os.PathLike[str]) -> list[Path]:
-        """Write NAME.html, NAME.png, NAME.csv and NAME.json into a folder, which is made; the paths.
+        """Write NAME.html, NAME.png, NAME.csv and NAME.json; returns their paths.
 
-        Raises InputError, or OSError where the folder cannot be made.
+        Args:
+            folder: Created if it does not exist.
+
+        Raises:
+            InputError: A file cannot be written.
+            OSError: The folder cannot be created.
         """
         from slider_drilling.paper_studies.render import write_study
 
         return write_study(self.study, Path(folder))
 
     def plot(self, index: int = 0) -> plotly.graph_objects.Figure:
-        """One of the study's figures; index: which, from 0. Raises IndexError where there are fewer."""
+        """The figure with this index, from 0.
+
+        Raises:
+            IndexError: There are fewer figures.
+        """
         from slider_drilling.pages.notebook import plotly_figure
         from slider_drilling.paper_studies.page import drawn
 
@@ -75,5 +71,12 @@ class StudyResult:
 
 
 def study(name: str) -> StudyResult:
-    """Run a study by its name (``slider-drilling study --list`` has them). Raises InputError for an unknown one."""
+    """Run a study.
+
+    Args:
+        name: One of those that ``slider-drilling study --list`` prints.
+
+    Raises:
+        InputError: There is no study of this name.
+    """
     return StudyResult(run_study(name))

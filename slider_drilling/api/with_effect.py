@@ -1,4 +1,4 @@
-"""An effect put into a plant that its rig file does not show, at a usual size or at one's own."""
+"""`with_effect`: a rig with an effect of the catalogue switched on."""
 
 from __future__ import annotations
 
@@ -29,19 +29,25 @@ USUAL_SIZES: dict[str, Callable[[float], dict[str, float]]] = {
     "torque_sensor_bias": lambda length: {"bias": 500.0},
     "torque_at_motor": lambda length: {"inertia": 900.0, "friction": 200.0},
 }
-"""What a usual amount of each effect is, given the string's length, m; units as in the rig file."""
+"""A usual size of each effect, given the string's length in m; units as in the rig file."""
 
 
 def with_effect(rig: Rig, effect: str) -> Rig:
-    """The rig with one effect of the catalogue: ``"stribeck"``, or ``"stribeck:drop=0.4,speed=0.05"``.
+    """A copy of the rig with an effect switched on.
 
-    Values that are not given have their usual size. Raises InputError for an unknown effect or value.
+    Args:
+        rig: The rig.
+        effect: ``"stribeck"``, or with values ``"stribeck:drop=0.4,speed=0.05"``. Values that are not given have
+            their usual size.
+
+    Raises:
+        InputError: The effect or a value is unknown.
     """
     name, colon, given = effect.partition(":")
-    known = [one.name for one in fields(Effects)]
-    meant = name.partition("=")[0]
-    if meant in known and name not in known:
-        raise InputError(f"effect = {effect!r}: give its values by their keys, as in {meant}:KEY=VALUE")
+    known = [field.name for field in fields(Effects)]
+    before_equals = name.partition("=")[0]
+    if before_equals in known and name not in known:
+        raise InputError(f"effect = {effect!r}: give its values by their keys, as in {before_equals}:KEY=VALUE")
     if name not in known:
         raise InputError(f"effect = {name!r}: no such effect; one of {', '.join(known)}")
     if name not in USUAL_SIZES and not colon:
