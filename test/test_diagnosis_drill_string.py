@@ -24,7 +24,7 @@ from slider_drilling.diagnosis.save import write_diagnosis
 from slider_drilling.drillstring import Commands, simulate, simulate_batch
 from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
-from slider_drilling.gap.model import Channel, How
+from slider_drilling.gap.model import Channel, SimulationOptions
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.log import read_log
 from slider_drilling.log_checks.channel_usable import why_unusable
@@ -190,14 +190,14 @@ def test_a_problem_at_a_place_is_exact_there_and_the_one_it_came_from_is_not_tou
     noise = {channel.name: 1.0 for channel in model.runs[0].channels}
     problem = build_problem(model, [noise])
     before = problem.simulate([values])[0]
-    exact = problem.at(values, 1).simulate([values])[0]
+    exact = problem.corrected_at(values, 1).simulate([values])[0]
     torque = next(piece for piece in problem.pieces if piece.name == "surface_torque")
     (response,) = simulate_batch([rig_with(rig, values)], model.inputs[0].commands, 40, single_precision=True)
     fine = response.surface_torque
     assert exact[torque.rows] == pytest.approx(fine, abs=1e-6)
     assert np.array_equal(problem.simulate([values])[0], before)
     assert not np.allclose(before[torque.rows], fine, atol=1.0)
-    part = model.shortened(0.5).simulate(0, [values], How(1))["surface_torque"][0]
+    part = model.truncated(0.5).simulate(0, [values], SimulationOptions(1))["surface_torque"][0]
     assert part == pytest.approx(fine[: part.size], abs=1e-4)
 
 
@@ -207,7 +207,7 @@ def test_runs_that_could_be_made_next(tmp_path):
     offered = model.manoeuvres()
     assert len({manoeuvre.description for manoeuvre in offered}) == len(offered) >= 6
     for manoeuvre in offered:
-        (torque,) = manoeuvre.model.simulate(0, [{}], How())["surface_torque"]
+        (torque,) = manoeuvre.model.simulate(0, [{}], SimulationOptions())["surface_torque"]
         assert np.isfinite(torque).all()
 
 
@@ -219,10 +219,10 @@ def test_runs_that_could_be_made_next(tmp_path):
 def test_flexible_rivals_are_neutral_at_zero_and_change_something(tmp_path, words):
     log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))
     model = replace(build_model([log], short_rig()).model, meshes=(12, 20))
-    one = next(one for one in model.disturbances({}) if one.words == words)
-    assert len(one.sets) == len(one.steps) == len(one.x)
-    plain = model.simulate(0, [{}], How())
-    moved = model.simulate(0, one.sets, How())
+    one = next(one for one in model.free_forms({}) if one.description == words)
+    assert len(one.parameter_sets) == len(one.steps) == len(one.x)
+    plain = model.simulate(0, [{}], SimulationOptions())
+    moved = model.simulate(0, one.parameter_sets, SimulationOptions())
     changed = [np.abs(moved[name] - plain[name]).max() for name in plain]
     assert max(changed) > 0.0
     assert np.isfinite(changed).all()
@@ -231,9 +231,9 @@ def test_flexible_rivals_are_neutral_at_zero_and_change_something(tmp_path, word
 def test_a_rival_s_curve_is_its_law_s_and_in_its_unit(tmp_path):
     """Of one coefficient each: friction that falls with speed, that grows with rest, rock that changes at a time."""
     log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))
-    found = {one.words: one for one in build_model([log], short_rig()).model.disturbances({})}
+    found = {one.description: one for one in build_model([log], short_rig()).model.free_forms({})}
     x = {words: np.array(one.x)[:, None] for words, one in found.items()}
-    curves = {words: np.array(one.curve) for words, one in found.items() if one.curve}
+    curves = {words: np.array(one.basis) for words, one in found.items() if one.basis}
     laws = {
         "friction over slip speed": np.exp(-x["friction over slip speed"] / x["friction over slip speed"].T),
         "friction over rest": 1.0 - np.exp(-x["friction over rest"] / x["friction over rest"].T),
@@ -245,7 +245,7 @@ def test_a_rival_s_curve_is_its_law_s_and_in_its_unit(tmp_path):
         assert np.linalg.cond(law) < 100.0
     assert (found["block off over time"].y_unit, found["drive angle off over time"].y_unit) == ("m", "rad")
     for words, one in found.items():
-        assert (one.least == -1.0) == (one.y_unit == "-" and not one.parameters), words
+        assert (one.lower_bound == -1.0) == (one.y_unit == "-" and not one.parameters), words
 
 
 @pytest.mark.parametrize("orientation", [0.0, 0.6, 1.5, 2.0, -0.3])

@@ -9,7 +9,7 @@ import pytest
 
 from slider_drilling.diagnosis import from_engine
 from slider_drilling.diagnosis.sentences import candidate_status
-from slider_drilling.gap.evidence.rivals import Rival
+from slider_drilling.gap.evidence.free_forms import FreeFormFit
 
 
 def test_what_is_told_of_an_effect_in_the_answer_is_the_final_models(monkeypatch):
@@ -115,7 +115,7 @@ def test_why_what_passed_is_not_in_an_answer_without_names(monkeypatch, verdict,
 )  # fmt: skip
 def test_a_curve_is_drawn_in_its_unit_and_a_share_is_called_one(words, unit, label):
     y = np.array([0.0, 0.026])
-    rival = Rival("somewhere", words, (), np.array([0.0, 60.0]), "s", y, unit, SimpleNamespace())
+    rival = FreeFormFit("somewhere", words, (), np.array([0.0, 60.0]), "s", y, unit, SimpleNamespace())
     drawn = from_engine._drawn("rest", rival)
     assert drawn.y_label == label
     said = {"m": "rises by 0.026 m a minute", "-": "rises by 2.6 % a minute"}

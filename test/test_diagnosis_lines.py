@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from slider_drilling.diagnosis.build_model import tool_frequencies
-from slider_drilling.gap.model import Channel, Run
+from slider_drilling.gap.model import Channel, LoggedRun
 
 RATE_HZ = 10.0
 
@@ -14,7 +14,7 @@ RATE_HZ = 10.0
 def hook_load(seed, duration, amplitude=0.0, hertz=14.2):
     time = np.arange(0.0, duration, 1.0 / RATE_HZ)
     reading = np.random.default_rng(seed).normal(0.0, 1.0, time.size) + amplitude * np.sin(2.0 * np.pi * hertz * time)
-    return Run("log", time, np.zeros_like(time), (Channel("hook_load", time, reading, "N"),))
+    return LoggedRun("log", time, np.zeros_like(time), (Channel("hook_load", time, reading, "N"),))
 
 
 @pytest.mark.parametrize("duration", [60.0, 400.0])
@@ -38,7 +38,7 @@ def test_lost_samples_move_no_line():
 
 def test_a_hook_load_that_is_too_slow_tells_nothing():
     time = np.arange(0.0, 1000.0, 2.0)
-    slow = Run("log", time, np.zeros_like(time), (Channel("hook_load", time, np.sin(time), "N"),))
+    slow = LoggedRun("log", time, np.zeros_like(time), (Channel("hook_load", time, np.sin(time), "N"),))
     assert tool_frequencies([slow]) == ()
 
 

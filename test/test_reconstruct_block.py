@@ -13,7 +13,7 @@ from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.unlogged_block import lowered_blocks
 from slider_drilling.drillstring import Commands, simulate, simulate_batch
 from slider_drilling.drillstring.simulated_log import write_simulated
-from slider_drilling.gap.model import How
+from slider_drilling.gap.model import SimulationOptions
 from slider_drilling.log import read_log
 from slider_drilling.log_inputs.commands_from_log import commands_from_log
 from slider_drilling.log_inputs.reconstruct_block import rate_knots, reconstruct_block
@@ -106,7 +106,7 @@ def test_a_log_without_draw_works_is_fitted_with_the_rates_of_its_block(tmp_path
     assert names == [f"block_rate_{k + 1}" for k in range(6)]
     missing = np.diff(np.interp(rate_knots(run.time), run.time, run.block_position - driven.commands.block_position))
     truth = dict(zip(names, missing / np.diff(rate_knots(run.time)), strict=True))
-    found = model.simulate(0, [{}, truth], How())["standpipe_pressure"]
+    found = model.simulate(0, [{}, truth], SimulationOptions())["standpipe_pressure"]
     errors = np.sqrt(np.mean((found - model.runs[0].channels[1].measured) ** 2, axis=1))
     assert model.runs[0].channels[1].name == "standpipe_pressure" and errors[1] < 0.1 * errors[0]
 
@@ -117,6 +117,7 @@ def test_of_two_logs_only_the_block_that_nobody_logged_is_fitted(tmp_path):
     whole = read_log(tmp_path / "run.mcap")
     model = replace(build_model([whole, replace(whole, draw_works=None)], RIG).model, meshes=(ELEMENTS,))
     sets = [{}, {"block_rate_2": 0.002, "block_rate_3": 0.002}]
-    moved = [np.ptp(model.simulate(index, sets, How())["standpipe_pressure"], axis=0).max() for index in (0, 1)]
+    pressures = [model.simulate(index, sets, SimulationOptions())["standpipe_pressure"] for index in (0, 1)]
+    moved = [np.ptp(pressure, axis=0).max() for pressure in pressures]
     assert moved[0] == 0.0 and moved[1] > 1e5
     assert lowered_blocks(run.time, sets, model.nuisance)[1][-1] == pytest.approx(0.002 * 40.0, rel=0.01)

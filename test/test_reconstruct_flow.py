@@ -14,7 +14,7 @@ from slider_drilling.diagnosis.run_inputs import read_run_inputs
 from slider_drilling.diagnosis.unlogged_flow import step_parameters, with_steps
 from slider_drilling.drillstring import Commands, simulate
 from slider_drilling.drillstring.simulated_log import write_simulated
-from slider_drilling.gap.model import How
+from slider_drilling.gap.model import SimulationOptions
 from slider_drilling.log import read_log
 from slider_drilling.log.series import JointSeries
 from slider_drilling.log_inputs.commands_from_log import commands_from_log
@@ -99,7 +99,7 @@ def test_a_log_without_pump_is_fitted_with_its_steps(without_pump):
     assert "pressure steps at" in text and "down to 93 %" in text
     model = replace(prepared.model, meshes=(ELEMENTS,))
     sets = [{}, {"circulation_step_2": 1e6}]
-    plain, stepped = model.simulate(0, sets, How())["standpipe_pressure"]
+    plain, stepped = model.simulate(0, sets, SimulationOptions())["standpipe_pressure"]
     assert np.sqrt(np.mean((plain - model.runs[0].channels[1].measured) ** 2)) < 3e5
     assert stepped[-1] - plain[-1] == pytest.approx(1e6, rel=1e-3) and stepped[0] == plain[0]
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from slider_drilling.errors import InputError
-from slider_drilling.gap import How
+from slider_drilling.gap import SimulationOptions
 
 _SOURCE = Path(__file__).parents[1] / "docs" / "examples" / "servo.py"
 _SPEC = importlib.util.spec_from_file_location("servo", _SOURCE)
@@ -201,13 +201,13 @@ def test_many_parameter_sets_at_once_are_each_as_if_alone():
 
 def test_every_effect_is_neutral_at_its_nominal_value_and_moves_the_arm_at_every_scan_point():
     model = servo.Servo((log(3.0, goal=np.where(np.arange(1500) < 700, 1.2, -0.4), enabled=1.0, gain=400.0),))
-    plain = model.simulate(0, [{}], How())["position"][0]
+    plain = model.simulate(0, [{}], SimulationOptions())["position"][0]
     for effect in model.effects:
         neutral = {effect.parameters[0].name: effect.parameters[0].nominal}
-        assert np.array_equal(model.simulate(0, [neutral], How())["position"][0], plain)
+        assert np.array_equal(model.simulate(0, [neutral], SimulationOptions())["position"][0], plain)
         assert {parameter.name for parameter in effect.parameters} <= set(servo.NOMINAL)
         for point in effect.scan:
-            moved = model.simulate(0, [effect.values(point)], How())["position"][0]
+            moved = model.simulate(0, [effect.values(point)], SimulationOptions())["position"][0]
             assert np.max(np.abs(moved - plain)) > 2e-4, (effect.name, point)
     for parameter in model.nuisance:
         assert servo.NOMINAL[parameter.name] == parameter.nominal

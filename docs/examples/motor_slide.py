@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from slider_drilling.gap import Channel, Effect, How, Parameter, Run
+from slider_drilling.gap import Channel, Effect, LoggedRun, Parameter, SimulationOptions
 from slider_drilling.gap.model import Array, Values
 
 NOMINAL = {
@@ -95,11 +95,11 @@ def slide(time: Array, motor: Array, sets: Sequence[Values]) -> dict[str, Array]
 class MotorSlide:
     """The model the engine sees."""
 
-    runs: tuple[Run, ...]
+    runs: tuple[LoggedRun, ...]
     nuisance: tuple[Parameter, ...] = NUISANCE
     effects: tuple[Effect, ...] = EFFECTS
 
-    def simulate(self, run: int, sets: Sequence[Values], how: How) -> Mapping[str, Array]:
+    def simulate(self, run: int, sets: Sequence[Values], options: SimulationOptions) -> Mapping[str, Array]:
         """See `slider_drilling.gap.model.Model`."""
         return slide(self.runs[run].time, self.runs[run].excitation, sets)
 
@@ -115,12 +115,12 @@ def motor_motion(duration: float = 60.0, rate: float = 20.0) -> tuple[Array, Arr
     return time, position
 
 
-def record(truth: Values, seed: int = 0, duration: float = 60.0) -> Run:
+def record(truth: Values, seed: int = 0, duration: float = 60.0) -> LoggedRun:
     """A log of the "real" slide with these parameters, with sensor noise."""
     generator = np.random.default_rng(seed)
     time, motor = motor_motion(duration)
     real = slide(time, motor, [truth])
-    return Run(
+    return LoggedRun(
         "slide", time, motor,
         (
             Channel("force", time, real["force"][0] + generator.normal(0.0, 1.0, time.size), "N"),
@@ -135,8 +135,8 @@ if __name__ == "__main__":
 
     withheld = {"stiffness": 21500.0, "friction": 27.0, "damping": 220.0, "stribeck_drop": 0.5, "stribeck_speed": 0.04}
     answer = explain(MotorSlide((record(withheld),)))
-    gap = f"E {answer.tuned:.2f} re-tuned, {answer.with_effect:.2f} with it"
+    gap = f"E {answer.gap_calibrated:.2f} re-tuned, {answer.gap_with_effects:.2f} with it"
     print(f"{answer.verdict}: {' and '.join(answer.effects)}, {gap}")
-    for entry in answer.judged:
-        values = {p.name: round(entry.explained.fit.values[p.name], 4) for p in entry.effect.parameters}
-        print(f"  {entry.effect.name:12s} closes {entry.closed:6.2f} {'; '.join(entry.why_not) or 'passed'}  {values}")
+    for entry in answer.candidates:
+        values = {p.name: round(entry.fitted.fit.values[p.name], 4) for p in entry.effect.parameters}
+        print(f"  {entry.effect.name:12s} closes {entry.closed:6.2f} {'; '.join(entry.failures) or 'passed'}  {values}")

@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 
 from slider_drilling.errors import InputError
-from slider_drilling.gap import Answer, Channel, Effect, How, Parameter, Run
+from slider_drilling.gap import Channel, Effect, GapDiagnosis, LoggedRun, Parameter, SimulationOptions
 from slider_drilling.gap.model import Array, Values
 from slider_drilling.process.jit_cache import INLINED_JIT_OPTIONS, JIT_OPTIONS, njit
 
@@ -235,27 +235,27 @@ class Servo:
     effects: tuple[Effect, ...] = EFFECTS
 
     @property
-    def runs(self) -> tuple[Run, ...]:
+    def runs(self) -> tuple[LoggedRun, ...]:
         """Each log with its one channel, the angle that the encoder shows."""
         return tuple(_run(log) for log in self.logs)
 
-    def simulate(self, run: int, sets: Sequence[Values], how: How) -> Mapping[str, Array]:
+    def simulate(self, run: int, sets: Sequence[Values], options: SimulationOptions) -> Mapping[str, Array]:
         """See `slider_drilling.gap.model.Model`; a simulation is so cheap that there is no cheaper one to ask for."""
         return {"position": self.logs[run].swing(sets)}
 
-    def shortened(self, share: float) -> Servo:
+    def truncated(self, fraction: float) -> Servo:
         """The first part of every log."""
         kept = []
         for log in self.logs:
-            inside = log.time <= log.time[0] + share * (log.time[-1] - log.time[0])
+            inside = log.time <= log.time[0] + fraction * (log.time[-1] - log.time[0])
             parts = {name: getattr(log, name)[inside] for name in ("time", "goal", "position", "enabled")}
             kept.append(replace(log, **parts))
         return replace(self, logs=tuple(kept))
 
 
-def _run(log: Log) -> Run:
+def _run(log: Log) -> LoggedRun:
     position = Channel("position", log.time, log.position, "rad", resolution=2.0 * math.pi / COUNTS)
-    return Run(log.name, log.time, log.goal, (position,), command="the goal", command_unit="rad")
+    return LoggedRun(log.name, log.time, log.goal, (position,), command="the goal", command_unit="rad")
 
 
 def read_servo_log(path: Path, gain: float | None = None) -> Log:
@@ -302,27 +302,27 @@ def closed(logs: Sequence[Log], before: Values, after: Values) -> float:
     return 1.0 - left / was
 
 
-def judged_lines(answer: Answer, unseen: Sequence[Log]) -> list[str]:
+def judged_lines(answer: GapDiagnosis, unseen: Sequence[Log]) -> list[str]:
     """What each finalist closes: of the logs that were fitted, and of the gap in those that no fit has seen; who closes
     most of these among those that the fitted ones do not tell apart.
     """
     steps = [taken for taken in answer.state.steps if taken.accepted is not None]
-    known = {(): answer.state.tuned} | {taken.accepted.explained.names: taken.accepted.explained for taken in steps}
+    known = {(): answer.state.calibrated} | {taken.accepted.fitted.names: taken.accepted.fitted for taken in steps}
     lines, elsewhere = [], {}
-    for entry in answer.judged:
-        found, before = entry.explained.fit.values, known.get(entry.beside)
+    for entry in answer.candidates:
+        found, before = entry.fitted.fit.values, known.get(entry.beside)
         values = ", ".join(f"{p.name} {found[p.name]:.4g}" for p in entry.effect.parameters)
         low, high = entry.interval
         said = f"  {entry.effect.name} closes {entry.closed:.2f} [{low:.2f}, {high:.2f}]"
         if entry.beside:
             said += f" of what {' and '.join(entry.beside)} {'leaves' if len(entry.beside) == 1 else 'leave'}"
-        if entry.in_other_runs is not None:
-            said += f", of each fitted log by the rest {entry.in_other_runs[0]:.2f}"
+        if entry.closed_in_other_runs is not None:
+            said += f", of each fitted log by the rest {entry.closed_in_other_runs[0]:.2f}"
         if unseen and before is not None:
             elsewhere[entry.effect.name] = closed(unseen, before.fit.values, found)
             said += f", of logs that no fit has seen {elsewhere[entry.effect.name]:.2f}"
-        lines.append(f"{said}; {values}: {'; '.join(entry.why_not) or 'passed'}")
-    for name, others in answer.groups.items():
+        lines.append(f"{said}; {values}: {'; '.join(entry.failures) or 'passed'}")
+    for name, others in answer.indistinguishable.items():
         alike = [one for one in (name, *others) if one in elsewhere]
         if len(alike) > 1:
             best = max(alike, key=lambda one: elsewhere[one])
@@ -348,7 +348,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     answer = explain(Servo(tuple(logs)), seed=given.seed)
     print(answer.sentence)
-    print(f"  {answer.simulations} simulations, {answer.runtime:.1f} s")
+    print(f"  {answer.simulation_count} simulations, {answer.runtime:.1f} s")
     for line in judged_lines(answer, unseen):
         print(line)
     for title, some in (("fitted", logs), ("not fitted", unseen)):

@@ -41,24 +41,24 @@ DECIDING = (
     Constant("evidence.adequacy", "LEVEL", (0.003, 0.03), "level of the test whether anything is left"),
     Constant("evidence.adequacy", "NEGLIGIBLE", (0.3, 0.8), "E^2 - 1 that nobody would act upon"),
     Constant("evidence.compare", "LEAST_SHARE", (0.02, 0.1), "share of the gap worth a name, and of a floor"),
-    Constant("choice.tuning", "FAR_OFF", (1.8, 3.5), "spreads that rigs are looked for within, laws beyond"),
-    Constant("choice.forward", "PULL", (0.15, 0.6), "gain of the weak observer"),
+    Constant("selection.calibration", "NUISANCE_LIMIT", (1.8, 3.5), "spreads that rigs are looked for within, laws beyond"),
+    Constant("selection.forward_selection", "OBSERVER_GAIN", (0.15, 0.6), "gain of the weak observer"),
     Constant("problem.problem", "STEP_SIZE", (2.0, 8.0), "noise units from which a missed step is priced as one"),
     Constant("problem.problem", "_SAMPLES", (20.0, 80.0), "samples that a discrepancy remembers"),
     Constant("problem.problem", "_STRETCHES", (10, 40), "stretches of a run, one being the longest memory"),
-    Constant("problem.noise", "COUNTED", (0.7, 0.9), "share of a record that counts, events being in the rest"),
-    Constant("problem.noise", "BELIEVED", (1.4, 3.0), "times the declared noise that is believed"),
+    Constant("problem.noise", "TRIM_FRACTION", (0.7, 0.9), "share of a record that counts, events being in the rest"),
+    Constant("problem.noise", "MAX_NOISE_RATIO", (1.4, 3.0), "times the declared noise that is believed"),
     Constant("evidence.score", "FOLDS", (4, 10), "stretches that are held out in turn"),
-    Constant("evidence.rivals", "_KNOTS", (5, 12), "coefficients of a free form over a reading"),
+    Constant("evidence.free_forms", "_KNOTS", (5, 12), "coefficients of a free form over a reading"),
 )
 HOW_FINELY = (
     Constant("evidence.replicates", "_NUMBER", (5, 16), "replicates"),
     Constant("search.race", "FINALISTS", (2, 5), "explanations that are judged"),
     Constant("search.screen", "STARTS", (1, 4), "places that fits begin from where the first may mislead"),
-    Constant("search.least_squares", "ITERATIONS", (5, 14), "iterations of a fit at most"),
-    Constant("search.least_squares", "STEP", (0.1, 0.4), "step of a derivative, in scales"),
-    Constant("search.least_squares", "SHORT", (0.15, 0.5), "how far a linear forecast is trusted"),
-    Constant("choice.tuning", "_SCATTERED", (16, 64), "points that re-tuning may begin from"),
+    Constant("search.least_squares", "MAX_ITERATIONS", (5, 14), "iterations of a fit at most"),
+    Constant("search.least_squares", "DIFFERENCE_STEP", (0.1, 0.4), "step of a derivative, in scales"),
+    Constant("search.least_squares", "TRUST_FRACTION", (0.15, 0.5), "how far a linear forecast is trusted"),
+    Constant("selection.calibration", "_SCATTERED", (16, 64), "points that re-tuning may begin from"),
 )
 STEERING = (*DECIDING, *HOW_FINELY)
 
@@ -113,9 +113,11 @@ def slides() -> Callable[[], SensitivityCounts]:
 
     def run() -> SensitivityCounts:
         answers = [(name, slider_drilling.gap.explain(motor_slide.MotorSlide((log,)))) for name, log in cases]
-        named = [name and any(name == e or name in one.groups[e] for e in one.effects) for name, one in answers]
-        said = [any(name != e and name not in one.groups[e] for e in one.effects) for name, one in answers]
-        spent = sum(one.simulations for _, one in answers)
+        named = [
+            name and any(name == e or name in one.indistinguishable[e] for e in one.effects) for name, one in answers
+        ]
+        said = [any(name != e and name not in one.indistinguishable[e] for e in one.effects) for name, one in answers]
+        spent = sum(one.simulation_count for _, one in answers)
         return SensitivityCounts(len(cases), sum(map(bool, named)), sum(said), spent)
 
     return run

@@ -14,8 +14,8 @@ from slider_drilling.diagnosis.replay import measured_channels
 from slider_drilling.diagnosis.run_inputs import RunInputs, read_run_inputs
 from slider_drilling.diagnosis.user_effects import UserEffect, guarded, try_effects
 from slider_drilling.errors import InputError
-from slider_drilling.gap.model import Array, Run
-from slider_drilling.gap.problem.lines import BY_CHANCE, evenly, stands_out
+from slider_drilling.gap.model import Array, LoggedRun
+from slider_drilling.gap.problem.spectral_lines import LINE_FALSE_ALARM, peak_is_significant, resample_evenly
 from slider_drilling.log import RigLog
 from slider_drilling.log_checks.channel_usable import why_unusable
 from slider_drilling.log_checks.expected_levels import OFF_BOTTOM_STIFFNESS
@@ -79,7 +79,7 @@ def build_model(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEff
     return PreparedModel(model, tuple(remarks))
 
 
-def _torque_interval(runs: Sequence[Run]) -> float:
+def _torque_interval(runs: Sequence[LoggedRun]) -> float:
     """s between samples of torque, the longest of the runs'; 0 without."""
     times = [c.time for run in runs for c in run.channels if c.name == "surface_torque" and c.time.size > 1]
     return max((float(np.median(np.diff(time))) for time in times), default=0.0)
@@ -103,7 +103,7 @@ def _can_be_seen(effect: str, channels: Sequence[str], off_bottom: bool) -> bool
     return True
 
 
-def run_of(log: RigLog, rig: Rig, driven: RunInputs, remarks: list[str]) -> Run:
+def run_of(log: RigLog, rig: Rig, driven: RunInputs, remarks: list[str]) -> LoggedRun:
     """The log's channels that can be used; those that cannot are named in the remarks."""
     commands = driven.commands
     channels = []
@@ -117,7 +117,7 @@ def run_of(log: RigLog, rig: Rig, driven: RunInputs, remarks: list[str]) -> Run:
             channels.append(channel)
         else:
             remarks.append(f"{log.source}: {name} is left out: {why}")
-    return Run(
+    return LoggedRun(
         log.source, commands.time, commands.top_drive_angle, tuple(channels), string_bands(rig),
         "the top drive's angle", "rad",
     )  # fmt: skip
@@ -129,7 +129,7 @@ def string_bands(rig: Rig) -> tuple[tuple[str, float, float], ...]:
     return (("first torsional modes", 0.5 * first, 6.0 * first),)
 
 
-def wave_periods(run: Run) -> tuple[float, ...]:
+def wave_periods(run: LoggedRun) -> tuple[float, ...]:
     """Periods s at which hook load (else torque) has its sharpest lines between 4 and 40 s: where heave may be."""
     frequency, power = _spectrum(run)
     inside = np.flatnonzero((frequency > 1.0 / 40.0) & (frequency < 1.0 / 4.0))
@@ -138,7 +138,7 @@ def wave_periods(run: Run) -> tuple[float, ...]:
     return tuple(float(1.0 / frequency[i]) for i in peaks[:6]) if len(peaks) >= 2 else ANY_WAVE_S
 
 
-def tool_frequencies(runs: Sequence[Run]) -> tuple[float, ...]:
+def tool_frequencies(runs: Sequence[LoggedRun]) -> tuple[float, ...]:
     """Frequencies Hz that an axial oscillation tool must have by the sharpest fast line of the first hook load.
 
     Such a tool is faster than hook loads are sampled: a line stands for every frequency that it is an alias of. Empty
@@ -149,7 +149,7 @@ def tool_frequencies(runs: Sequence[Run]) -> tuple[float, ...]:
         return ()
     frequency, power = _spectrum(shown)
     fast = frequency > _FAST_HZ
-    if not fast.any() or not stands_out(power[fast], _PADDING, BY_CHANCE):
+    if not fast.any() or not peak_is_significant(power[fast], _PADDING, LINE_FALSE_ALARM):
         return ()
     line = float(frequency[fast][np.argmax(power[fast])])
     rate = 2.0 * float(frequency[-1])
@@ -157,13 +157,13 @@ def tool_frequencies(runs: Sequence[Run]) -> tuple[float, ...]:
     return tuple(sorted(hertz for hertz in aliases if _TOOLS_HZ[0] < hertz < _TOOLS_HZ[1]))
 
 
-def _spectrum(run: Run) -> tuple[Array, Array]:
+def _spectrum(run: LoggedRun) -> tuple[Array, Array]:
     """Frequencies Hz and power of the hook load (else torque) without its slow course; empty where it is too short."""
     by_name = {channel.name: channel for channel in run.channels}
     channel = by_name.get("hook_load") or by_name.get("surface_torque")
     if channel is None or channel.time.size < 400:
         return np.empty(0), np.empty(0)
-    interval, time, measured = evenly(channel.time, channel.measured)
+    interval, time, measured = resample_evenly(channel.time, channel.measured)
     padded = _PADDING * time.size
     trend = np.polynomial.Polynomial.fit(time, measured, 5)(time)
     power = np.abs(np.fft.rfft((measured - trend) * np.hanning(time.size), padded)) ** 2

@@ -16,10 +16,10 @@ from slider_drilling.diagnosis.rig_source import RigSource, find_rig_source, rig
 from slider_drilling.diagnosis.to_json import to_json
 from slider_drilling.diagnosis.user_effects import UserEffect
 from slider_drilling.errors import InputError
-from slider_drilling.gap.answer.beyond import look_beyond
-from slider_drilling.gap.explain import Answer, explain
+from slider_drilling.gap.explain import GapDiagnosis, explain
 from slider_drilling.gap.model import Effect
 from slider_drilling.gap.progress import Progress
+from slider_drilling.gap.results.whole_runs import simulate_whole_runs
 from slider_drilling.log import RigLog
 from slider_drilling.log_checks import LogChecks, check_log
 from slider_drilling.rig import Rig
@@ -48,7 +48,7 @@ class Diagnosis:
     outcome: Outcome
     would_help: tuple[str, ...] = ()
     prepared: PreparedModel | None = field(default=None, repr=False)
-    answer: Answer | None = field(default=None, repr=False)
+    answer: GapDiagnosis | None = field(default=None, repr=False)
 
     @property
     def verdict(self) -> str:
@@ -109,13 +109,13 @@ def diagnose(
     seen = {channel.name for run in model.runs for channel in run.channels}
     candidates = _candidates(prepared, only)
     answer = explain(model, seed=seed, starts=_starts(prepared), effects=candidates, progress=progress)
-    outcome = outcome_of(answer, whole, look_beyond(whole, answer.state, until), candidates)
+    outcome = outcome_of(answer, whole, simulate_whole_runs(whole, answer.state, until), candidates)
     would_help = tuple(sentence for name, sentence in _MORE.items() if name not in seen)
     return Diagnosis(sources, rig, origin, looks, outcome, would_help, prepared, answer)
 
 
 def _first_share(whole: DrillString, until: float, sources: Sequence[str]) -> DrillString:
-    model = whole.shortened(until)
+    model = whole.truncated(until)
     for run, source in zip(model.runs, sources, strict=True):
         if run.time.size < MIN_SAMPLES or not run.channels:
             raise InputError(f"--until {until:g}: leaves {run.time.size} samples of {source}; give a larger share")

@@ -23,7 +23,16 @@ from slider_drilling.diagnosis.unlogged_flow import with_steps
 from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
 from slider_drilling.drillstring import InitialState, Observer, Response, simulate_batch
 from slider_drilling.effects import Effects
-from slider_drilling.gap.model import Array, Disturbance, Effect, How, Manoeuvre, Parameter, Run, Values
+from slider_drilling.gap.model import (
+    Array,
+    Effect,
+    FreeForm,
+    LoggedRun,
+    Manoeuvre,
+    Parameter,
+    SimulationOptions,
+    Values,
+)
 from slider_drilling.rig import FrictionInterval, Rig
 
 # Elements of each fidelity.
@@ -39,7 +48,7 @@ class DrillString:
     """
 
     rig: Rig
-    runs: tuple[Run, ...]
+    runs: tuple[LoggedRun, ...]
     inputs: tuple[RunInputs, ...]
     nuisance: tuple[Parameter, ...]
     effects: tuple[Effect, ...]
@@ -49,19 +58,19 @@ class DrillString:
     meshes: tuple[int, ...] = MESHES
 
     @property
-    def finest(self) -> int:
+    def max_fidelity(self) -> int:
         """See `Graded`."""
         return len(self.meshes) - 1
 
     @property
-    def pulled(self) -> str:
+    def observed_channel(self) -> str:
         """See `Pulled`."""
         return "surface_torque"
 
-    def fed(self, run: int, measured: Array) -> DrillString:
+    def with_measured(self, run: int, measured: Array) -> DrillString:
         """See `Pulled`."""
         channels = tuple(
-            replace(channel, measured=measured) if channel.name == self.pulled else channel
+            replace(channel, measured=measured) if channel.name == self.observed_channel else channel
             for channel in self.runs[run].channels
         )
         runs = list(self.runs)
@@ -69,31 +78,31 @@ class DrillString:
         return replace(self, runs=tuple(runs))
 
     @property
-    def said(self) -> Mapping[str, Parameter]:
+    def user_parameters(self) -> Mapping[str, Parameter]:
         """See `Spoken`."""
         return user_parameters(self.rig.string.length)
 
-    def spoken(self, values: Values) -> dict[str, float]:
+    def to_user(self, values: Values) -> dict[str, float]:
         """See `Spoken`."""
         return to_user(values, self.rig.string.length)
 
-    def disturbances(self, values: Values) -> list[Disturbance]:
+    def free_forms(self, values: Values) -> list[FreeForm]:
         """See `Disturbed`."""
         return disturbances(values, self.probes, max(run.duration for run in self.runs), self.rig.contact)
 
-    def site_of(self, channel: str) -> str:
+    def sensor_site(self, channel: str) -> str:
         """See `Disturbed`."""
         return "hydraulics" if channel == "standpipe_pressure" else "sensor"
 
-    def simulate(self, run: int, sets: Sequence[Values], how: How) -> Mapping[str, Array]:
+    def simulate(self, run: int, sets: Sequence[Values], options: SimulationOptions) -> Mapping[str, Array]:
         """Channels (K, n) of K parameter sets."""
-        return self._channels(run, sets, self.meshes[how.fidelity], how.pull)
+        return self._channels(run, sets, self.meshes[options.fidelity], options.observer_gain)
 
-    def shortened(self, share: float) -> DrillString:
+    def truncated(self, fraction: float) -> DrillString:
         """The first part of every run."""
         runs, driven = [], []
         for index, run in enumerate(self.runs):
-            until = run.time[0] + share * run.duration
+            until = run.time[0] + fraction * run.duration
             kept = [
                 replace(c, time=c.time[c.time <= until], measured=c.measured[c.time <= until]) for c in run.channels
             ]
@@ -141,7 +150,7 @@ class DrillString:
         return [user for name, user in self.user_effects.items() if user.effect.parameters[0].name in values]
 
     def _observer(self, run: int, pull: float) -> Observer | None:
-        measured = [channel for channel in self.runs[run].channels if channel.name == self.pulled]
+        measured = [channel for channel in self.runs[run].channels if channel.name == self.observed_channel]
         if pull == 0.0 or not measured:
             return None
         return Observer(measured[0].time, measured[0].measured, pull)

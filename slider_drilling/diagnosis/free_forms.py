@@ -1,6 +1,6 @@
 """Flexible rivals of the catalogue: at each site of the rig, something off that no law describes.
 
-Of most only the linear part is used (`slider_drilling.gap.evidence.rivals`): each coefficient is moved a little.
+Of most only the linear part is used (`slider_drilling.gap.evidence.free_forms`): each coefficient is moved a little.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from slider_drilling.drillstring import Commands
-from slider_drilling.gap.model import Array, Disturbance, Parameter, Values
+from slider_drilling.gap.model import Array, FreeForm, Parameter, Values
 from slider_drilling.rig import Contact
 
 _KNOTS = 8
@@ -29,7 +29,7 @@ _NOTHING = -1.0  # of a share that is off: nothing is left of it
 
 def disturbances(
     values: Values, probes: Sequence[tuple[Parameter, float, float]], duration: float, contact: Contact
-) -> list[Disturbance]:
+) -> list[FreeForm]:
     """Everything that may be off at some site of the rig, around the values; contact: the rig file's.
 
     What moves a law's own parameters is left out where that law is in force: where its amplitude is among the values.
@@ -43,13 +43,13 @@ def disturbances(
     return found
 
 
-def _friction(values: Values, probes: Sequence[tuple[Parameter, float, float]], duration: float) -> list[Disturbance]:
+def _friction(values: Values, probes: Sequence[tuple[Parameter, float, float]], duration: float) -> list[FreeForm]:
     """Over depth, time, the pipe's angle, slip speed, and rest."""
     depths = [0.5 * (low + high) for _, low, high in probes]
     by_depth = ("cuttings_bed", "tortuosity", "buckling_contact")
     sets = [{p.name: p.nominal + 0.1} for p, _, _ in probes]
     over = _moved("contact", "friction over depth", by_depth, depths, "m", values, sets, 0.1)
-    found = [replace(over, least=_NOTHING)]
+    found = [replace(over, lower_bound=_NOTHING)]
     times, quarters = np.linspace(0.0, duration, _KNOTS), 2.0 * np.pi * np.arange(_QUARTERS) / _QUARTERS
     free: list[tuple[str, tuple[str, ...], Array, str, str, float | None]] = [
         ("friction over time", ("friction_drift",), times, "s", _FRICTION, None),
@@ -72,7 +72,7 @@ def _friction(values: Values, probes: Sequence[tuple[Parameter, float, float]], 
     return found
 
 
-def _asperities(values: Values, contact: Contact) -> list[Disturbance]:
+def _asperities(values: Values, contact: Contact) -> list[FreeForm]:
     """What the file says of the contact and nothing that is tuned: how its asperities lie, and how far it gives way
     before it slides.
     """
@@ -105,7 +105,7 @@ def _lying_across(contact: Contact) -> float:
     return float(np.sin(contact.asperity.orientation) ** 2)
 
 
-def _motion(values: Values, duration: float) -> list[Disturbance]:
+def _motion(values: Values, duration: float) -> list[FreeForm]:
     """The drive's angle, the block, what the pump and the bit give for what they get, over time; and a drive that turns
     more or less than it says.
     """
@@ -119,25 +119,25 @@ def _motion(values: Values, duration: float) -> list[Disturbance]:
         ("bit", "bit torque per weight over time", _BITE, 0.02, "-", _NOTHING),
     ):  # fmt: skip
         sets = [{f"{prefix}{k}": step} for k in range(_KNOTS)]
-        found.append(replace(_moved(site, words, (), times, "s", values, sets, step), y_unit=unit, least=least))
+        found.append(replace(_moved(site, words, (), times, "s", values, sets, step), y_unit=unit, lower_bound=least))
     share = (Parameter(_SHARE, 0.0, -0.7, 0.5, 0.01),)
     words = "drive turns another share of its angle"
     return [*found, _moved("top_drive", words, (), [0.0], "-", values, [{_SHARE: 0.005}], 0.005, share)]
 
 
-def _spanned(moved: Disturbance, off: Callable[[float, float], float]) -> Disturbance:
+def _spanned(moved: FreeForm, off: Callable[[float, float], float]) -> FreeForm:
     """A share whose coefficients are a law's, one at each x: what is off is off(x, the coefficient's own x) of each."""
     curve = tuple(tuple(off(at, own) for own in moved.x) for at in moved.x)
-    return replace(moved, curve=curve, least=_NOTHING)
+    return replace(moved, basis=curve, lower_bound=_NOTHING)
 
 
 def _moved(
     site: str, words: str, like: tuple[str, ...], x: Sequence[float], x_unit: str, values: Values,
     sets: Sequence[Values], step: float, parameters: tuple[Parameter, ...] = (), period: float | None = None,
-) -> Disturbance:  # fmt: skip
+) -> FreeForm:  # fmt: skip
     """A disturbance by what one step of each coefficient changes of the values."""
     moved = tuple({**values, **one} for one in sets)
-    return Disturbance(site, words, like, tuple(map(float, x)), x_unit, moved, (step,) * len(moved), parameters, period)
+    return FreeForm(site, words, like, tuple(map(float, x)), x_unit, moved, (step,) * len(moved), parameters, period)
 
 
 def commands_part(values: Values) -> tuple[tuple[str, float], ...]:

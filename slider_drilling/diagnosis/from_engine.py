@@ -23,14 +23,14 @@ from slider_drilling.diagnosis.result import (
     ShapeOf,
     Where,
 )
-from slider_drilling.gap.answer.beyond import Beyond
-from slider_drilling.gap.answer.intervals import intervals, known, spoken
-from slider_drilling.gap.choice.state import Explained, Judged
 from slider_drilling.gap.evidence.compare import shrinks
-from slider_drilling.gap.evidence.rivals import Rival
-from slider_drilling.gap.explain import Answer
+from slider_drilling.gap.evidence.free_forms import FreeFormFit
+from slider_drilling.gap.explain import GapDiagnosis
 from slider_drilling.gap.model import Effect, Model
 from slider_drilling.gap.problem.noise import is_white
+from slider_drilling.gap.results.intervals import parameter_intervals, user_parameters, user_values
+from slider_drilling.gap.results.whole_runs import WholeRunErrors
+from slider_drilling.gap.selection.state import CandidateResult, FittedModel
 
 STAGES = ("nominal", "tuned", "with_effect")
 NOT_FITTED = "fell behind in the race: others explained more with as many trials"
@@ -38,15 +38,15 @@ NOT_FITTED = "fell behind in the race: others explained more with as many trials
 _WIDEST = 2.0
 
 
-def outcome_of(answer: Answer, model: Model, beyond: Beyond, effects: Sequence[Effect]) -> Outcome:
+def outcome_of(answer: GapDiagnosis, model: Model, beyond: WholeRunErrors, effects: Sequence[Effect]) -> Outcome:
     """The engine's answer about a model's runs; effects: every candidate, for those that were not followed."""
-    manoeuvre, where, state = answer.manoeuvre, answer.where, answer.state
+    manoeuvre, where, state = answer.next_manoeuvre, answer.breakdown, answer.state
     return Outcome(
         verdict=answer.verdict,
         site=answer.site,
         effects=answer.effects,
-        instead=answer.instead,
-        partial=state.partial,
+        instead=answer.masked_effects,
+        partial=state.interrupted,
         gap=_gap(answer, model),
         where=None if where is None else Where(
             where.channel, where.phase, where.band, tuple(where.time), tuple(where.depth)
@@ -54,13 +54,13 @@ def outcome_of(answer: Answer, model: Model, beyond: Beyond, effects: Sequence[E
         shape=_shape(answer),
         ranking=_ranking(answer, effects),
         next_manoeuvre=None if manoeuvre is None else NextManoeuvre(
-            manoeuvre.description, manoeuvre.settings, manoeuvre.separates, manoeuvre.distance, manoeuvre.now,
-            manoeuvre.others,
+            manoeuvre.description, manoeuvre.settings, manoeuvre.separates, manoeuvre.distance,
+            manoeuvre.distance_in_log, manoeuvre.all_distances,
         ),
         tuned_parameters=_fitted(state.current),
         horizon=beyond.horizon,
-        foretold=beyond.foretold,
-        counts={"simulations": answer.simulations, "not_refitted": state.current.score.not_refitted},
+        foretold=beyond.predictable_to_end,
+        counts={"simulations": answer.simulation_count, "not_refitted": state.current.score.unrefitted_folds},
         remarks=answer.remarks,
         simulated=beyond.figures(),
         traces=_traces(beyond),
@@ -68,16 +68,17 @@ def outcome_of(answer: Answer, model: Model, beyond: Beyond, effects: Sequence[E
     )  # fmt: skip
 
 
-def _gap(answer: Answer, model: Model) -> Gap:
+def _gap(answer: GapDiagnosis, model: Model) -> Gap:
     channels = {channel.name: channel for run in model.runs for channel in run.channels}
     floors = {name: floor for run in answer.state.floors for name, floor in run.items()}
     rms = _rms_by_stage(answer)
-    shrinks = bool(answer.effects) and answer.with_effect < answer.tuned
-    closed, interval = _share(answer.closed, answer.interval, answer) if shrinks else (None, None)
+    shrinks = bool(answer.effects) and answer.gap_with_effects < answer.gap_calibrated
+    closed, interval = _share(answer.closed, answer.closed_interval, answer) if shrinks else (None, None)
     return Gap(
-        nominal=answer.nominal, tuned=answer.tuned, with_effect=answer.with_effect if answer.effects else None,
-        closed=closed, closed_interval=interval, threshold=answer.threshold,
-        stand_out=answer.stand_out,
+        nominal=answer.gap_nominal, tuned=answer.gap_calibrated,
+        with_effect=answer.gap_with_effects if answer.effects else None,
+        closed=closed, closed_interval=interval, threshold=answer.null_threshold,
+        stand_out=answer.misfit_channels,
         noise_floor={
             name: ChannelNoise(
                 floor.sigma, floor.declared, channels[name].unit, floor.method, _white(answer, name), floor.excess
@@ -91,7 +92,7 @@ def _gap(answer: Answer, model: Model) -> Gap:
     )  # fmt: skip
 
 
-def _white(answer: Answer, channel: str) -> bool | None:
+def _white(answer: GapDiagnosis, channel: str) -> bool | None:
     """Whether the final model leaves white noise of a channel in every run, None where no run can tell."""
     known = answer.state.current
     told = [is_white(known.fit.residual[p.rows]) for p in known.problem.pieces if p.name == channel]
@@ -99,25 +100,25 @@ def _white(answer: Answer, channel: str) -> bool | None:
     return all(sure) if sure else None
 
 
-def _share(closed: float, interval: Interval, answer: Answer) -> tuple[float | None, Interval | None]:
+def _share(closed: float, interval: Interval, answer: GapDiagnosis) -> tuple[float | None, Interval | None]:
     """A share of the gap where there is a gap to be a share of and the gap shrinks, None elsewhere."""
-    if math.isnan(closed) or closed <= 0.0 or not answer.tuned > max(answer.threshold, 1.0):
+    if math.isnan(closed) or closed <= 0.0 or not answer.gap_calibrated > max(answer.null_threshold, 1.0):
         return None, None
     if math.isnan(interval[0]):
         return closed, None
     return (None, None) if interval[1] - interval[0] > _WIDEST else (closed, interval)
 
 
-def _ranking(answer: Answer, effects: Sequence[Effect]) -> tuple[RankedEffect, ...]:
+def _ranking(answer: GapDiagnosis, effects: Sequence[Effect]) -> tuple[RankedEffect, ...]:
     """Who was fitted to the end, accepted ones first, then who fell behind, most promising first."""
-    groups = answer.groups
+    groups = answer.indistinguishable
     found: list[RankedEffect] = []
-    for one in answer.judged:
+    for one in answer.candidates:
         new = _new(one, answer, {c.effect for c in found})
         stayed = [effect.name for effect in new if effect.name in answer.effects]
         found += [_candidate(one, effect, answer, groups, stayed) for effect in new]
     named = {one.effect for one in found}
-    promised = answer.state.steps[0].promised if answer.state.steps else {}
+    promised = answer.state.steps[0].predicted_gain if answer.state.steps else {}
     rest = sorted((e for e in effects if e.name not in named), key=lambda e: -promised.get(e.name, 0.0))
     nothing = "not looked for: what re-tuning leaves is no more than noise leaves"
     why = NOT_FITTED if answer.state.steps else nothing
@@ -125,42 +126,43 @@ def _ranking(answer: Answer, effects: Sequence[Effect]) -> tuple[RankedEffect, .
     return tuple(found)
 
 
-def _new(one: Judged, answer: Answer, told: set[str]) -> list[Effect]:
+def _new(one: CandidateResult, answer: GapDiagnosis, told: set[str]) -> list[Effect]:
     """The effects that a finalist stands for: of those that were accepted together all that stayed in the answer."""
     stayed = answer.effects if _accepted(one, answer) else ()
-    return [e for e in one.explained.effects if e.name not in told and (e.name == one.effect.name or e.name in stayed)]
+    return [e for e in one.fitted.effects if e.name not in told and (e.name == one.effect.name or e.name in stayed)]
 
 
-def _accepted(one: Judged, answer: Answer) -> bool:
+def _accepted(one: CandidateResult, answer: GapDiagnosis) -> bool:
     return any(one is taken.accepted for taken in answer.state.steps)
 
 
 def _candidate(
-    one: Judged, effect: Effect, answer: Answer, groups: Mapping[str, tuple[str, ...]], stayed: Sequence[str]
-) -> RankedEffect:
+    one: CandidateResult, effect: Effect, answer: GapDiagnosis, groups: Mapping[str, tuple[str, ...]],
+    stayed: Sequence[str],
+) -> RankedEffect:  # fmt: skip
     """What is told of an effect: of one in the answer the final model's parameters, and no share where it was found
     beside others only, for alone it closes another. stayed: those in the answer that the finalist brought.
     """
     name = effect.name
     in_answer = name in answer.effects
     closed, interval, beside = _closes(one, answer) if in_answer else _closed_beside(one, answer)
-    why_not = one.why_not
+    why_not = one.failures
     if not in_answer and not why_not:
         why_not = (_outdone(one, answer),)
     return RankedEffect(
         name, effect.site, one.passed, in_answer, () if in_answer else why_not, closed, interval,
-        _fitted(answer.state.current if in_answer else one.explained, f"{name}."), groups.get(name, ()),
+        _fitted(answer.state.current if in_answer else one.fitted, f"{name}."), groups.get(name, ()),
         _in_other_runs(one, answer), tuple(other for other in stayed if in_answer and other != name),
         beside,
     )  # fmt: skip
 
 
-def _outdone(one: Judged, answer: Answer) -> str:
+def _outdone(one: CandidateResult, answer: GapDiagnosis) -> str:
     """Why an effect that passes its own tests is not in the answer."""
-    like = [name for name in answer.effects if one.effect.name in answer.groups.get(name, ())]
+    like = [name for name in answer.effects if one.effect.name in answer.indistinguishable.get(name, ())]
     if like:
         return f"this log does not tell it from {' and '.join(like)}"
-    better = " and ".join(answer.effects) or (answer.rival.words if answer.rival is not None else "")
+    better = " and ".join(answer.effects) or (answer.alternative.description if answer.alternative is not None else "")
     if better:
         return f"what it explains, {better} {'explain' if len(answer.effects) > 1 else 'explains'} better"
     if answer.verdict != "unknown":
@@ -168,16 +170,16 @@ def _outdone(one: Judged, answer: Answer) -> str:
     accepted = next((taken.accepted for taken in answer.state.steps if taken.accepted is not None), None)
     if accepted is not None and accepted is not one:
         return f"{accepted.effect.name} explains more, and is no cause for certain either"
-    tuned = answer.state.tuned.score
-    if not shrinks(answer.state.blocks, tuned, one.explained.score):
+    tuned = answer.state.calibrated.score
+    if not shrinks(answer.state.bootstrap, tuned, one.fitted.score):
         return "of what re-tuning leaves the gap does not shrink for certain"
     return "something that no law describes foretells more"
 
 
-def _in_other_runs(one: Judged, answer: Answer) -> ClosedShare | None:
-    if one.in_other_runs is None:
+def _in_other_runs(one: CandidateResult, answer: GapDiagnosis) -> ClosedShare | None:
+    if one.closed_in_other_runs is None:
         return None
-    closed, interval = _share(*one.in_other_runs, answer)
+    closed, interval = _share(*one.closed_in_other_runs, answer)
     return None if closed is None else ClosedShare(closed, interval)
 
 
@@ -185,42 +187,42 @@ def _in_other_runs(one: Judged, answer: Answer) -> ClosedShare | None:
 _Closed = tuple[float | None, Interval | None, tuple[str, ...]]
 
 
-def _closes(one: Judged, answer: Answer) -> _Closed:
+def _closes(one: CandidateResult, answer: GapDiagnosis) -> _Closed:
     """What an accepted finalist closed; what the whole answer does where what it began with was left out."""
     if not _accepted(one, answer):
         return None, None, ()
-    names = one.explained.names
+    names = one.fitted.names
     if names == answer.effects[: len(names)]:
         return _closed_beside(one, answer)
     whole = set(answer.effects) <= set(names)
-    return (*_share(answer.closed, answer.interval, answer), ()) if whole else (None, None, ())
+    return (*_share(answer.closed, answer.closed_interval, answer), ()) if whole else (None, None, ())
 
 
-def _closed_beside(one: Judged, answer: Answer) -> _Closed:
+def _closed_beside(one: CandidateResult, answer: GapDiagnosis) -> _Closed:
     """What a finalist closed beside what was known before it."""
     return (*_share(one.closed, one.interval, answer), one.beside)
 
 
-def _fitted(explained: Explained, prefix: str = "") -> dict[str, FittedParameter]:
+def _fitted(explained: FittedModel, prefix: str = "") -> dict[str, FittedParameter]:
     """What was fitted, by the names that a user knows; prefix: of those to tell."""
-    spans = intervals(explained.problem, explained.fit)
-    values = spoken(explained.problem, explained.fit.values)
+    spans = parameter_intervals(explained.problem, explained.fit)
+    values = user_values(explained.problem, explained.fit.values)
     return {
         name: FittedParameter(values[name], parameter.unit, parameter.nominal, spans.get(name))
-        for name, parameter in known(explained.problem, explained.fit).items() if name.startswith(prefix)
+        for name, parameter in user_parameters(explained.problem, explained.fit).items() if name.startswith(prefix)
     }  # fmt: skip
 
 
-def _shape(answer: Answer) -> ResidualShape | None:
+def _shape(answer: GapDiagnosis) -> ResidualShape | None:
     """What explains as much as the names, else what remains beside them, else what the unknown looks like."""
-    if answer.rival is not None:
-        return _drawn("alternative" if answer.effects else "unknown", answer.rival)
-    return None if answer.rest is None else _drawn("rest", answer.rest)
+    if answer.alternative is not None:
+        return _drawn("alternative" if answer.effects else "unknown", answer.alternative)
+    return None if answer.remainder is None else _drawn("rest", answer.remainder)
 
 
-def _drawn(of: ShapeOf, found: Rival) -> ResidualShape:
-    told = describe_curve(found.words, found.x, found.x_unit, found.y, found.y_unit)
-    x, y = _axes(found.words)
+def _drawn(of: ShapeOf, found: FreeFormFit) -> ResidualShape:
+    told = describe_curve(found.description, found.x, found.x_unit, found.y, found.y_unit)
+    x, y = _axes(found.description)
     return ResidualShape(of, told, f"{x}, {found.x_unit}", _y_label(y, found.y_unit), found.x, found.y)
 
 
@@ -240,27 +242,27 @@ def _axes(words: str) -> tuple[str, str]:
     return "all of it", words
 
 
-def _rms_by_stage(answer: Answer) -> dict[str, dict[str, float]]:
+def _rms_by_stage(answer: GapDiagnosis) -> dict[str, dict[str, float]]:
     """RMS of each channel at each stage; held out where parameters were fitted."""
     state = answer.state
-    left = {"nominal": state.nominal.residual, "tuned": state.tuned.score.residual}
+    left = {"nominal": state.nominal_score.residual, "tuned": state.calibrated.score.residual}
     if answer.effects:
         left["with_effect"] = state.current.score.residual
     found: dict[str, dict[str, float]] = {}
     for stage, residual in left.items():
         squares: dict[str, list[float]] = {}
-        for piece in state.tuned.problem.pieces:
+        for piece in state.calibrated.problem.pieces:
             squares.setdefault(piece.name, []).extend((residual[piece.rows] * piece.noise) ** 2)
         found[stage] = {name: float(np.sqrt(np.mean(values))) for name, values in squares.items()}
     return found
 
 
-def _traces(beyond: Beyond) -> tuple[ChannelTrace, ...]:
+def _traces(beyond: WholeRunErrors) -> tuple[ChannelTrace, ...]:
     found = []
     for piece in beyond.problem.pieces:
         run, channel = beyond.problem.model.runs[piece.run], piece.channel
         until = run.time[0] + beyond.share * run.duration if beyond.rest else None
-        simulated = {stage: channel.measured - left[piece.rows] for stage, left in beyond.left.items()}
+        simulated = {stage: channel.measured - left[piece.rows] for stage, left in beyond.residuals.items()}
         found.append(
             ChannelTrace(piece.run, channel.name, channel.unit, channel.time, channel.measured, simulated, until)
         )

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from slider_drilling.drillstring import Commands
-from slider_drilling.gap.model import Array, Run
+from slider_drilling.gap.model import Array, LoggedRun
 from slider_drilling.rig import Rig
 
 _DURATION_S = 100.0
@@ -26,10 +26,10 @@ class _Plan:
     block_step: float = 1.0
 
 
-NextRun = tuple[str, dict[str, float], Run, Commands]
+NextRun = tuple[str, dict[str, float], LoggedRun, Commands]
 
 
-def next_runs(rig: Rig, made: Run, log: Commands) -> list[NextRun]:
+def next_runs(rig: Rig, made: LoggedRun, log: Commands) -> list[NextRun]:
     """(description, settings, run, commands) of candidates around what one log did; their measurements are zero."""
     amplitude = max(0.5 * float(np.ptp(log.top_drive_angle)) / 2.0, 3.0)
     speed = max(float(np.quantile(np.abs(log.top_drive_speed), 0.9)), 0.5)
@@ -53,7 +53,7 @@ def _settings(plan: _Plan) -> dict[str, float]:
     }  # fmt: skip
 
 
-def _run(rig: Rig, made: Run, log: Commands, plan: _Plan) -> tuple[Run, Commands]:
+def _run(rig: Rig, made: LoggedRun, log: Commands, plan: _Plan) -> tuple[LoggedRun, Commands]:
     """The plan as commands, and the log's channels at its times."""
     interval = 1.0 / rig.sensors.rate
     time = np.arange(0.0, _DURATION_S, interval, dtype=np.float64)
@@ -67,7 +67,7 @@ def _run(rig: Rig, made: Run, log: Commands, plan: _Plan) -> tuple[Run, Commands
         every = max(round(float(np.median(np.diff(channel.time))) / interval), 1)
         own = time[every::every] if every > 1 else time
         channels.append(replace(channel, time=own, measured=np.zeros_like(own)))
-    run = Run(plan.text, time, commands.top_drive_angle, tuple(channels))
+    run = LoggedRun(plan.text, time, commands.top_drive_angle, tuple(channels))
     return run, commands
 
 

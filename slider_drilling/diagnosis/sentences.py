@@ -16,7 +16,7 @@ from slider_drilling.diagnosis.result import (
     RankedEffect,
     ResidualShape,
 )
-from slider_drilling.gap.answer.sentence import but_not_noise
+from slider_drilling.gap.results.sentence import structured_residual_clause
 from slider_drilling.units import format_number
 
 _CLOSES, _UNSEEN, _LEFT_BY = "closes [95 %]", "of unseen runs", "of what is left by"  # heads of a ranking's shares
@@ -289,7 +289,8 @@ def sentence(outcome: Outcome) -> str:
     if gap.threshold is not None:
         figures += f"; noise alone stays below {gap.threshold:.2f}"
         left = next((value for value in (gap.with_effect, gap.tuned) if value is not None), math.inf)
-        figures += but_not_noise(outcome.verdict, left, gap.threshold, [plain_name(name) for name in gap.stand_out])
+        channels = [plain_name(name) for name in gap.stand_out]
+        figures += structured_residual_clause(outcome.verdict, left, gap.threshold, channels)
     if outcome.verdict == "none":
         return f"none: the rig file as given leaves what noise would ({figures})."
     if outcome.verdict == "parameters":

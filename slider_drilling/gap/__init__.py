@@ -3,7 +3,17 @@
 The engine takes any model object (`slider_drilling.gap.model.Model`); the drill string is one.
 """
 
-from slider_drilling.gap.explain import Answer, explain
-from slider_drilling.gap.model import Channel, Effect, How, Manoeuvre, Model, Parameter, Run
+from slider_drilling.gap.explain import GapDiagnosis, explain
+from slider_drilling.gap.model import Channel, Effect, LoggedRun, Manoeuvre, Model, Parameter, SimulationOptions
 
-__all__ = ["Answer", "Channel", "Effect", "How", "Manoeuvre", "Model", "Parameter", "Run", "explain"]
+__all__ = [
+    "Channel",
+    "Effect",
+    "GapDiagnosis",
+    "LoggedRun",
+    "Manoeuvre",
+    "Model",
+    "Parameter",
+    "SimulationOptions",
+    "explain",
+]

@@ -73,13 +73,13 @@ class Effect:
             if point[0] == self.parameters[0].nominal:
                 raise ValueError(f"effect {self.name}: scan point {point} is neutral")
 
-    def means_its_name(self, values: Values) -> bool:
+    def is_physical(self, values: Values) -> bool:
         """Whether the amplitude among these values is of the sign and size that the name stands for."""
         low, high = self.physical
         return low <= values[self.parameters[0].name] <= high
 
     @property
-    def as_named(self) -> Effect:
+    def within_physical_range(self) -> Effect:
         """The effect within what its name stands for: beside others it could bend the other way, and be told by it."""
         amplitude, *rest = self.parameters
         low = max(amplitude.lower, min(self.physical[0], amplitude.nominal))
@@ -99,7 +99,7 @@ class Channel:
 
     period: of a wrapped angle, else None; declared_noise: the standard deviation somebody states for the
     sensor; resolution: its smallest step, 0 if none; accumulates: what a
-    simulation misses once stays in every later sample (`slider_drilling.gap.problem.missed_steps`).
+    simulation misses once stays in every later sample (`slider_drilling.gap.problem.step_loss`).
     """
 
     name: str
@@ -120,7 +120,7 @@ class Channel:
 
 
 @dataclass(frozen=True)
-class Run:
+class LoggedRun:
     """One log: the main command ``excitation`` (m,) over ``time`` (m,) s, and the channels measured.
 
     bands: named frequency ranges (name, from Hz, to Hz) to split the gap by, besides the excitation's own; command,
@@ -142,7 +142,7 @@ class Run:
 
 
 @dataclass(frozen=True)
-class How:
+class SimulationOptions:
     """How a model is asked to simulate. What it has no use for it may ignore.
 
     fidelity: 0 the cheapest, up to the model's own finest; pull: gain of a weak observer that feeds the pulled
@@ -150,11 +150,11 @@ class How:
     """
 
     fidelity: int = 0
-    pull: float = 0.0
+    observer_gain: float = 0.0
 
 
 @runtime_checkable
-class Pulled(Protocol):
+class HasObserver(Protocol):
     """A model with a weak observer: while it is fitted, a measured channel may pull a little at what is simulated.
 
     A free run of what sticks and slips loses phase, and its cost is full of holes; a passive pull makes the same cost
@@ -162,19 +162,19 @@ class Pulled(Protocol):
     """
 
     @property
-    def pulled(self) -> str:
+    def observed_channel(self) -> str:
         """Name of the channel that is fed back."""
 
-    def fed(self, run: int, measured: Array) -> Pulled:
+    def with_measured(self, run: int, measured: Array) -> HasObserver:
         """The same model with other measurements (n,) of that channel in one run."""
 
 
 @runtime_checkable
-class Graded(Protocol):
+class HasFidelities(Protocol):
     """A model with simulations of several fidelities."""
 
     @property
-    def finest(self) -> int:
+    def max_fidelity(self) -> int:
         """The highest fidelity that `How` may ask for."""
 
 
@@ -182,7 +182,7 @@ class Model(Protocol):
     """Anything that can be simulated for many parameter sets at once."""
 
     @property
-    def runs(self) -> tuple[Run, ...]:
+    def runs(self) -> tuple[LoggedRun, ...]:
         """The logs to explain."""
 
     @property
@@ -193,7 +193,7 @@ class Model(Protocol):
     def effects(self) -> tuple[Effect, ...]:
         """The catalogue."""
 
-    def simulate(self, run: int, sets: Sequence[Values], how: How) -> Mapping[str, Array]:
+    def simulate(self, run: int, sets: Sequence[Values], options: SimulationOptions) -> Mapping[str, Array]:
         """Channels of one run for K parameter sets, each (K, n) at the channel's times; pure.
 
         A name missing from a set stands at its nominal value.
@@ -201,24 +201,24 @@ class Model(Protocol):
 
 
 @runtime_checkable
-class Shortened(Protocol):
+class CanTruncate(Protocol):
     """A model that can be asked for the first part of its runs only, at that part's cost."""
 
-    def shortened(self, share: float) -> Model:
+    def truncated(self, fraction: float) -> Model:
         """The same model of the runs' first ``share`` (0 to 1)."""
 
 
 @runtime_checkable
-class Together(Protocol):
+class HasCoupledEffects(Protocol):
     """A model some of whose effects may show only together (stick-slip: as long as one is missing the phase is off)."""
 
     @property
-    def together(self) -> tuple[str, ...]:
+    def coupled_effects(self) -> tuple[str, ...]:
         """Names of the effects to free at once before they are looked for one by one; empty for none."""
 
 
 @runtime_checkable
-class Spoken(Protocol):
+class HasUserParameters(Protocol):
     """A model that fits some of its parameters under other names than those that a user knows.
 
     A stretch of a hole is known by its ends and what is in it; a search gets along better with how much there is in
@@ -226,15 +226,15 @@ class Spoken(Protocol):
     """
 
     @property
-    def said(self) -> Mapping[str, Parameter]:
+    def user_parameters(self) -> Mapping[str, Parameter]:
         """The parameters that a user knows instead, by name."""
 
-    def spoken(self, values: Values) -> dict[str, float]:
+    def to_user(self, values: Values) -> dict[str, float]:
         """Fitted values by the names that a user knows; what has one name only is passed on."""
 
 
 @runtime_checkable
-class Probed(Protocol):
+class HasProbes(Protocol):
     """A model that can say where along it something is missing."""
 
     @property
@@ -243,7 +243,7 @@ class Probed(Protocol):
 
 
 @dataclass(frozen=True)
-class Disturbance:
+class FreeForm:
     """Something flexible at one site that no law describes: how the channels move with each of its coefficients.
 
     words: what it would be ("friction over depth"); like: names of the effects whose free form it is; x: (m,) where
@@ -255,27 +255,27 @@ class Disturbance:
     """
 
     site: str
-    words: str
-    like: tuple[str, ...]
+    description: str
+    free_form_of: tuple[str, ...]
     x: tuple[float, ...]
     x_unit: str
-    sets: tuple[dict[str, float], ...]
+    parameter_sets: tuple[dict[str, float], ...]
     steps: tuple[float, ...]
     parameters: tuple[Parameter, ...] = ()
     period: float | None = None
     y_unit: str = "-"
-    curve: tuple[tuple[float, ...], ...] = ()
-    least: float = -math.inf
+    basis: tuple[tuple[float, ...], ...] = ()
+    lower_bound: float = -math.inf
 
 
 @runtime_checkable
-class Disturbed(Protocol):
+class HasFreeForms(Protocol):
     """A model that can be disturbed at its sites, and knows where what a channel reads comes from."""
 
-    def disturbances(self, values: Values) -> Sequence[Disturbance]:
+    def free_forms(self, values: Values) -> Sequence[FreeForm]:
         """Rivals of every law, around these values."""
 
-    def site_of(self, channel: str) -> str:
+    def sensor_site(self, channel: str) -> str:
         """Where an error of the reading alone would lie."""
 
 
@@ -292,7 +292,7 @@ class Manoeuvre:
 
 
 @runtime_checkable
-class Manoeuvring(Protocol):
+class HasManoeuvres(Protocol):
     """A model that can say which runs could be made next."""
 
     def manoeuvres(self) -> Sequence[Manoeuvre]:

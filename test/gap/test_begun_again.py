@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from toy import TIME, Toy, toy
 
-from slider_drilling.gap import Effect, How, Parameter
+from slider_drilling.gap import Effect, Parameter, SimulationOptions
 from slider_drilling.gap.problem.problem import build_problem
-from slider_drilling.gap.search.race import Arm, begun_again, race
+from slider_drilling.gap.search.race import Arm, race, restart_leader
 
 TONE = Effect(
     "tone", "contact",
@@ -29,9 +29,11 @@ def tone(hertz: float) -> np.ndarray:
 class Sounding(Toy):
     effects: tuple[Effect, ...] = (TONE, STEP)
 
-    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+    def simulate(
+        self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions
+    ) -> Mapping[str, np.ndarray]:
         heard = [one.get("tone.size", 0.0) * tone(one.get("tone.hertz", 0.2)) for one in sets]
-        return {"force": np.stack(heard) + super().simulate(run, sets, how)["force"]}
+        return {"force": np.stack(heard) + super().simulate(run, sets, options)["force"]}
 
 
 @pytest.mark.parametrize(("added", "hertz"), [(1, 0.11), (2, 0.3101)])
@@ -40,7 +42,7 @@ def test_each_of_those_that_were_added_is_looked_for_anew(added, hertz):
     model = Sounding(toy({"level": 1.0, "step": 4.0}, seed=2, extra=5.0 * tone(0.3101)).runs)
     problem = build_problem(model, [{"force": 1.0}])
     ran = race([problem], [Arm((TONE, STEP), 0, {"tone.size": 3.0, "tone.hertz": 0.11, "step": 1.0}, None)])
-    best = begun_again([problem], ran, added)[0]
+    best = restart_leader([problem], ran, added)[0]
     assert best.names == ("tone", "step")
     assert best.fit is not None and best.cost <= ran[0].cost
     assert best.fit.values["tone.hertz"] == pytest.approx(hertz, abs=0.01)

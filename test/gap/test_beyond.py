@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from toy import TIME, toy
 
-from slider_drilling.gap.answer.beyond import _horizon
 from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.gap.results.whole_runs import _horizon
 
 
 @pytest.mark.parametrize("lost_at", [40.0, 90.0])

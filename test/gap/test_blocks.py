@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from slider_drilling.gap.evidence.blocks import make_blocks
-from slider_drilling.gap.evidence.compare import closed_between, foretells_more
-from slider_drilling.gap.evidence.score import Folds, Score
+from slider_drilling.gap.evidence.block_bootstrap import make_bootstrap
+from slider_drilling.gap.evidence.compare import gap_closed, predicts_better_among
+from slider_drilling.gap.evidence.score import Folds, HeldOutScore
 
 BLOCK, BLOCKS = 30, 8
 
@@ -16,7 +16,7 @@ def one_run(length=BLOCK * BLOCKS, block=BLOCK):
 
 def scored(squares):
     squares = np.asarray(squares, dtype=float)
-    return Score(squares, np.sqrt(np.abs(squares)), squares, float(np.sqrt(np.mean(squares))), {}, 0)
+    return HeldOutScore(squares, np.sqrt(np.abs(squares)), squares, float(np.sqrt(np.mean(squares))), {}, 0)
 
 
 def two_runs():
@@ -27,20 +27,20 @@ def two_runs():
 
 def test_what_is_drawn_is_as_long_as_the_log_and_whole_blocks_of_it():
     folds = two_runs()
-    blocks = make_blocks(folds, 3)
-    assert blocks.number == 7 + 3
+    blocks = make_bootstrap(folds, 3)
+    assert blocks.block_count == 7 + 3
     values = np.random.default_rng(1).normal(size=folds.instant.size)
     at = np.bincount(folds.instant, weights=values)
     for draw in range(20):
         first = [(s + np.arange(8)) % 50 for s in blocks.starts[0][draw]]
         second = [50 + (s + np.arange(10)) % 25 for s in blocks.starts[1][draw]]
         drawn = np.concatenate([np.concatenate(first)[:50], np.concatenate(second)[:25]])
-        assert blocks.drawn(values)[draw] == pytest.approx(at[drawn].sum())
-    assert blocks.drawn(np.ones(folds.instant.size)) == pytest.approx(100.0)
+        assert blocks.resampled_sum(values)[draw] == pytest.approx(at[drawn].sum())
+    assert blocks.resampled_sum(np.ones(folds.instant.size)) == pytest.approx(100.0)
 
 
 def test_weights_leave_no_stretch_out_and_each_run_weighs_what_it_did():
-    blocks = make_blocks(two_runs(), 3)
+    blocks = make_bootstrap(two_runs(), 3)
     for weights in blocks.weights:
         assert np.all(weights > 0.0)
         assert weights.mean(axis=1) == pytest.approx(1.0)
@@ -49,16 +49,16 @@ def test_weights_leave_no_stretch_out_and_each_run_weighs_what_it_did():
 @pytest.mark.parametrize("length", [240, 247, 1200])
 def test_a_mean_scatters_as_much_by_weight_as_by_what_is_drawn(length):
     """But for n over n + 1 of n blocks: Dirichlet's weights against the multinomial's."""
-    blocks = make_blocks(one_run(length), 5)
+    blocks = make_bootstrap(one_run(length), 5)
     values, number = np.random.default_rng(2).normal(size=length), length / BLOCK
-    drawn, weighed = blocks.drawn(values) / length, blocks.weighted(values) / length
+    drawn, weighed = blocks.resampled_sum(values) / length, blocks.weighted_sum(values) / length
     assert np.mean(weighed) == pytest.approx(np.mean(values), abs=3.0 * np.std(weighed) / np.sqrt(2000.0))
     by_block = np.var(drawn) * (number / (number + 1.0))
     assert np.var(weighed) == pytest.approx(by_block, rel=0.2)
 
 
 def test_a_stretch_as_long_as_a_block_has_an_exponential_weight():
-    blocks = make_blocks(one_run(30000), 1)
+    blocks = make_bootstrap(one_run(30000), 1)
     (weights,) = blocks.weights
     first = weights[:, :8].mean(axis=1)
     assert np.var(weights[:, 0]) == pytest.approx(1.0, rel=0.15)
@@ -74,16 +74,16 @@ def in_one_stretch(size, elsewhere=1.0):
 
 
 def test_of_a_gap_in_one_stretch_the_share_is_what_is_closed_there():
-    blocks = make_blocks(one_run(), 4)
-    closed, (low, high) = closed_between(blocks, in_one_stretch(90.0), in_one_stretch(9.9))
+    blocks = make_bootstrap(one_run(), 4)
+    closed, (low, high) = gap_closed(blocks, in_one_stretch(90.0), in_one_stretch(9.9))
     assert closed == pytest.approx(0.9)
     assert low == pytest.approx(0.9) and high == pytest.approx(0.9)
-    assert not foretells_more(blocks, in_one_stretch(9.9), in_one_stretch(90.0), 1)
+    assert not predicts_better_among(blocks, in_one_stretch(9.9), in_one_stretch(90.0), 1)
 
 
 def test_what_opens_a_gap_elsewhere_closes_none_for_certain():
-    blocks = make_blocks(one_run(), 4)
-    closed, (low, _) = closed_between(blocks, in_one_stretch(10.0), in_one_stretch(2.0, elsewhere=1.5))
+    blocks = make_bootstrap(one_run(), 4)
+    closed, (low, _) = gap_closed(blocks, in_one_stretch(10.0), in_one_stretch(2.0, elsewhere=1.5))
     assert closed == pytest.approx(1.0 - (1.0 + 7.0 * 0.5) / 9.0)
     assert low < 0.0
 
@@ -95,14 +95,14 @@ def test_an_interval_holds_the_share_as_often_as_it_says_wherever_the_gap_is(num
     generator = np.random.default_rng(6)
     each, folds = np.resize([8, 7, 8, 7], 4 * number), one_run(BLOCK * number)
     inside = np.arange(4 * number) < 4 * filled
-    blocks = [make_blocks(folds, seed) for seed in range(10)]
+    blocks = [make_bootstrap(folds, seed) for seed in range(10)]
     held = sure = 0
     logs = 300
     for log in range(logs):
         noise = generator.normal(1.0, 0.5, inside.size)
         before = scored(np.repeat(noise + 8.0 * inside, each))
         still = 8.0 * inside * generator.normal(0.25, 0.2, inside.size) + generator.normal(0.0, 0.15, inside.size)
-        low, high = closed_between(blocks[log % 10], before, scored(np.repeat(noise + still, each)))[1]
+        low, high = gap_closed(blocks[log % 10], before, scored(np.repeat(noise + still, each)))[1]
         held += low <= 0.75 <= high
         sure += low > 0.0
     assert 0.9 < held / logs < 0.995

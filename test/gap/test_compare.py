@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from toy import EFFECTS, TIME, toy
 
-from slider_drilling.gap.choice.forward import begin
-from slider_drilling.gap.evidence.blocks import make_blocks
-from slider_drilling.gap.evidence.compare import beats, closed_between, share_closed
-from slider_drilling.gap.evidence.score import Folds, Score, held_out, make_folds
+from slider_drilling.gap.evidence.block_bootstrap import make_bootstrap
+from slider_drilling.gap.evidence.compare import gap_closed, predicts_better, share_closed
+from slider_drilling.gap.evidence.score import Folds, HeldOutScore, make_folds, score_held_out
 from slider_drilling.gap.problem.noise import noise_floor
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import FINALISTS, Arm, finalists, parameters_of, race
-from slider_drilling.gap.search.screen import scanned, screen
+from slider_drilling.gap.search.screen import scan_effects, screen
+from slider_drilling.gap.selection.forward_selection import calibrate
 
 
 def fitted(model, names):
@@ -42,11 +42,11 @@ def test_the_truth_beats_what_lacks_it_and_nothing_beats_its_equal():
         for names in ((), ("saw",), ("saw", "bend")):
             problem, found = fitted(model, names)
             folds = make_folds(problem)
-            scores[names] = held_out(problem, found, folds)
-        blocks = make_blocks(folds, 0)
-        wins += beats(blocks, scores["saw",], scores[()])
-        draws += beats(blocks, scores["saw", "bend"], scores["saw",])
-        assert not beats(blocks, scores["saw",], scores["saw",])
+            scores[names] = score_held_out(problem, found, folds)
+        blocks = make_bootstrap(folds, 0)
+        wins += predicts_better(blocks, scores["saw",], scores[()])
+        draws += predicts_better(blocks, scores["saw", "bend"], scores["saw",])
+        assert not predicts_better(blocks, scores["saw",], scores["saw",])
     assert wins == 20
     assert draws <= 4
 
@@ -60,7 +60,9 @@ def test_the_race_ends_where_an_exhaustive_search_does():
         begun = [base.values | effect.values(point) for point in effect.scan]
         ends = [fit(problem, parameters_of(problem, [effect]), start, iterations=20) for start in begun]
         costs[effect.name] = min(end.cost for end in ends)
-    arms = [Arm((c.effect,), 0, start, base) for c in screen(scanned(problem, base, EFFECTS)) for start in c.starts]
+    arms = [
+        Arm((c.effect,), 0, start, base) for c in screen(scan_effects(problem, base, EFFECTS)) for start in c.starts
+    ]
     ran = race((problem,), arms)
     assert ran[0].names == (min(costs, key=lambda name: costs[name]),) == ("bend",)
     assert ran[0].cost == pytest.approx(costs["bend"], abs=0.5)
@@ -70,19 +72,19 @@ def test_the_screen_promises_what_a_linear_effect_brings():
     model = toy({"level": 1.0, "saw": 3.0}, 8)
     problem = build_problem(model, [{"force": 1.0}])
     base = fit(problem, parameters_of(problem, ()), {})
-    first = screen(scanned(problem, base, EFFECTS))[0]
+    first = screen(scan_effects(problem, base, EFFECTS))[0]
     found = fit(problem, parameters_of(problem, [first.effect]), first.starts[0])
     assert first.effect.name == "saw"
-    assert base.cost - found.cost == pytest.approx(first.promise, rel=0.05)
+    assert base.cost - found.cost == pytest.approx(first.predicted_gain, rel=0.05)
 
 
 def test_held_out_never_sees_its_own_stretch():
     """Noise that is foretold by nobody costs the same held out whatever a fit does with it."""
     model = toy({}, 5)
     problem, found = fitted(model, [effect.name for effect in EFFECTS])
-    score = held_out(problem, found, make_folds(problem))
+    score = score_held_out(problem, found, make_folds(problem))
     assert float(np.mean(score.residual**2)) > float(np.mean(found.residual**2))
-    assert score.not_refitted == 0
+    assert score.unrefitted_folds == 0
 
 
 def test_share_closed():
@@ -98,13 +100,13 @@ def test_an_interval_of_few_blocks_holds_the_share_as_often_as_it_says(number):
     size = number * per_block * each
     folds = Folds(np.zeros(size, dtype=int), np.arange(size), (size,), (per_block * each,))
     generator = np.random.default_rng(5)
-    before = Score(np.zeros(size), np.zeros(size), np.full(size, 5.0), np.sqrt(5.0), {}, 0)
-    blocks = [make_blocks(folds, seed) for seed in range(10)]
+    before = HeldOutScore(np.zeros(size), np.zeros(size), np.full(size, 5.0), np.sqrt(5.0), {}, 0)
+    blocks = [make_bootstrap(folds, seed) for seed in range(10)]
     held, logs = 0, 400
     for log in range(logs):
         squares = np.repeat(generator.normal(2.0, 0.3, number * per_block), each)
         after = replace(before, squares=squares, gap=float(np.sqrt(np.mean(squares))))
-        low, high = closed_between(blocks[log % 10], before, after)[1]
+        low, high = gap_closed(blocks[log % 10], before, after)[1]
         held += low <= 0.75 <= high
     assert 0.92 < held / logs < 0.98
 
@@ -113,11 +115,11 @@ def test_begin_leaves_what_it_was_given_alone():
     model = toy({"level": 1.0}, 1)
     floors = [{"force": noise_floor(model.runs[0].channels[0])}]
     before = [dict(own) for own in floors]
-    states = [begin(model, EFFECTS, floors, [{}], 0, lambda stage, share: None) for _ in range(2)]
+    states = [calibrate(model, EFFECTS, floors, [{}], 0, lambda stage, share: None) for _ in range(2)]
     assert floors == before
-    assert states[0].tuned.fit.values == states[1].tuned.fit.values
-    assert all(a.name != b.name for a, b in itertools.pairwise(states[0].tuned.fit.parameters))
-    assert states[0].tuned.problem.size == TIME.size
+    assert states[0].calibrated.fit.values == states[1].calibrated.fit.values
+    assert all(a.name != b.name for a, b in itertools.pairwise(states[0].calibrated.fit.parameters))
+    assert states[0].calibrated.problem.size == TIME.size
 
 
 def test_what_bends_to_much_with_the_wrong_sign_takes_no_named_effects_place():

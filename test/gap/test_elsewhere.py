@@ -8,10 +8,10 @@ import pytest
 from toy import EFFECTS, SHAPES, TIME, Toy, toy
 
 from slider_drilling.gap import Effect, Parameter, explain
-from slider_drilling.gap.choice import decide as decide_module
-from slider_drilling.gap.choice.decide import decide
-from slider_drilling.gap.evidence.score import Score
-from slider_drilling.gap.model import Disturbance
+from slider_drilling.gap.evidence.score import HeldOutScore
+from slider_drilling.gap.model import FreeForm
+from slider_drilling.gap.selection import verdict as decide_module
+from slider_drilling.gap.selection.verdict import reach_verdict
 
 TUNED = {"level": 2.0, "slope": -1.5}
 SINE = tuple(effect for effect in EFFECTS if effect.name == "sine")
@@ -27,16 +27,16 @@ class Rubbed(Toy):
     like: tuple[str, ...] = ()
     fitted: bool = False
 
-    def disturbances(self, values: Mapping[str, float]) -> list[Disturbance]:
+    def free_forms(self, values: Mapping[str, float]) -> list[FreeForm]:
         free = (Parameter(self.shape, 0.0, -50.0, 50.0, 0.3),) if self.fitted else ()
         moved = ({**values, self.shape: 0.1},)
-        return [Disturbance(self.site, self.words, self.like, (0.0,), "-", moved, (0.1,), free)]
+        return [FreeForm(self.site, self.words, self.like, (0.0,), "-", moved, (0.1,), free)]
 
     @property
     def words(self) -> str:
         return f"a {self.shape} that no law describes"
 
-    def site_of(self, channel: str) -> str:
+    def sensor_site(self, channel: str) -> str:
         return "sensor"
 
 
@@ -51,21 +51,21 @@ def test_a_law_that_a_disturbance_elsewhere_equals_is_a_likeness(fitted):
     answer = explain(rubbed({"sine": 4.0}, shape="sine", fitted=fitted))
     assert answer.effects == ("sine",)
     assert answer.verdict == "effect_and_unknown"
-    assert answer.rival is not None and answer.rival.site == "string"
+    assert answer.alternative is not None and answer.alternative.site == "string"
     assert "a sine that no law describes would explain it as well" in answer.sentence
 
 
 @pytest.mark.parametrize("fitted", [False, True])
 def test_a_law_that_beats_the_disturbances_is_named_bare(fitted):
     answer = explain(rubbed({"sine": 4.0}, shape="saw", fitted=fitted))
-    assert (answer.verdict, answer.effects, answer.rival) == ("effect", ("sine",), None)
+    assert (answer.verdict, answer.effects, answer.alternative) == ("effect", ("sine",), None)
 
 
 def test_what_remains_beside_a_law_is_told_as_that_and_not_as_what_explains_as_much():
     answer = explain(rubbed({"sine": 9.0, "saw": 4.0}, fitted=True))
-    assert (answer.verdict, answer.effects, answer.rival) == ("effect_and_unknown", ("sine",), None)
-    assert answer.rest is not None and answer.rest.words.startswith("a saw")
-    np.testing.assert_allclose(answer.rest.y, [4.0], atol=4.0 * 2.0 / np.sqrt(TIME.size * np.var(SHAPES["saw"])))
+    assert (answer.verdict, answer.effects, answer.alternative) == ("effect_and_unknown", ("sine",), None)
+    assert answer.remainder is not None and answer.remainder.description.startswith("a saw")
+    np.testing.assert_allclose(answer.remainder.y, [4.0], atol=4.0 * 2.0 / np.sqrt(TIME.size * np.var(SHAPES["saw"])))
     assert "remains: a saw that no law describes" in answer.sentence and "as well" not in answer.sentence
 
 
@@ -78,11 +78,11 @@ def test_at_its_own_site_a_laws_free_form_is_the_same_cause():
 def test_what_foretells_more_than_any_law_is_told_by_its_shape():
     answer = explain(rubbed({"saw": 4.0}, fitted=True))
     assert (answer.verdict, answer.effects, answer.site) == ("unknown", (), "string")
-    assert answer.rival is not None and answer.rival.words.startswith("a saw")
-    np.testing.assert_allclose(answer.rival.y, [4.0], atol=4.0 * 2.0 / np.sqrt(TIME.size * np.var(SHAPES["saw"])))
+    assert answer.alternative is not None and answer.alternative.description.startswith("a saw")
+    np.testing.assert_allclose(answer.alternative.y, [4.0], atol=4.0 * 2.0 / np.sqrt(TIME.size * np.var(SHAPES["saw"])))
 
 
-def worse(score: Score, by: float, wider: float) -> Score:
+def worse(score: HeldOutScore, by: float, wider: float) -> HeldOutScore:
     """A score that foretells one short stretch worse, and leaves a wider gap throughout."""
     density = score.density.copy()
     density[:10] += by / 10.0
@@ -96,28 +96,28 @@ def test_a_law_that_foretells_less_than_a_disturbance_elsewhere_is_no_cause(by, 
     state = explain(rubbed({"sine": 4.0}, shape="sine")).state
     (taken,) = state.steps
     current = replace(state.current, score=worse(state.current.score, by, 1.02))
-    judged = (replace(taken.judged[0], explained=current),)
-    decided = decide(replace(state, current=current, steps=(replace(taken, judged=judged),)))
-    assert decided.named == named
+    judged = (replace(taken.candidates[0], fitted=current),)
+    decided = reach_verdict(replace(state, current=current, steps=(replace(taken, candidates=judged),)))
+    assert decided.effects == named
     assert decided.site == ("contact" if named else "string")
-    assert decided.rival is not None and decided.rival.site == "string"
+    assert decided.alternative is not None and decided.alternative.site == "string"
 
 
 @pytest.mark.parametrize(("unit", "site"), [(1.0, "contact"), (2.0, "string")])
 def test_what_was_scored_in_another_noise_is_not_compared(unit, site):
     state = explain(rubbed({"saw": 4.0}, fitted=True)).state
     (taken,) = state.steps
-    found = taken.judged[0].explained
+    found = taken.candidates[0].fitted
     pieces = tuple(replace(piece, noise=unit * piece.noise) for piece in found.problem.pieces)
     score = replace(found.score, density=found.score.density - 100.0, squares=np.ones_like(found.score.squares))
     better = replace(found, problem=replace(found.problem, pieces=pieces), score=replace(score, gap=1.0))
-    steps = (replace(taken, judged=(replace(taken.judged[0], explained=better), *taken.judged[1:])),)
-    assert decide(replace(state, steps=steps)).site == site
+    steps = (replace(taken, candidates=(replace(taken.candidates[0], fitted=better), *taken.candidates[1:])),)
+    assert reach_verdict(replace(state, steps=steps)).site == site
 
 
 def test_where_nothing_explains_for_certain_what_shrinks_the_gap_is_likely():
     state = explain(rubbed({"saw": 4.0}, fitted=True)).state
-    tuned = state.tuned.score
+    tuned = state.calibrated.score
     half = np.arange(tuned.squares.size) % 2 == 0
 
     def tried(gain: np.ndarray, left: np.ndarray) -> decide_module._Tried:
@@ -139,14 +139,14 @@ def test_where_nothing_explains_for_certain_what_shrinks_the_gap_is_likely():
 def test_a_curve_that_closes_on_itself_is_told_around_its_mean():
     made = rubbed({"saw": 4.0}, fitted=True)
     (one,) = made.disturbances({})
-    around = replace(one, x=(0.0, 1.0), sets=(*one.sets, {"step": 0.1}), steps=(0.1, 0.1), period=2.0,
+    around = replace(one, x=(0.0, 1.0), sets=(*one.parameter_sets, {"step": 0.1}), steps=(0.1, 0.1), period=2.0,
                      parameters=(*one.parameters, Parameter("step", 0.0, -50.0, 50.0, 0.3)))  # fmt: skip
 
     class Around(Rubbed):
-        def disturbances(self, values: Mapping[str, float]) -> list[Disturbance]:
+        def free_forms(self, values: Mapping[str, float]) -> list[FreeForm]:
             return [around]
 
-    rival = explain(Around(made.runs)).rival
+    rival = explain(Around(made.runs)).alternative
     assert rival is not None
     np.testing.assert_allclose(rival.x, [0.0, 1.0, 2.0])
     assert rival.y[0] == rival.y[2]
@@ -161,9 +161,9 @@ LAWS = tuple(effect for effect in EFFECTS if effect.name in ("sine", "bend"))
 def test_what_another_form_of_a_named_law_explains_as_well_gets_no_name_of_its_own():
     answer = explain(rubbed(MISSHAPEN, effects=LAWS, shape="bend", like=("sine",), site="contact"))
     assert (answer.verdict, answer.effects) == ("effect_and_unknown", ("sine",))
-    (bend,) = answer.state.steps[-1].judged
-    assert bend.explained.names == ("sine", "bend")
-    assert any("another form of what is known" in why and "a bend" in why for why in bend.why_not)
+    (bend,) = answer.state.steps[-1].candidates
+    assert bend.fitted.names == ("sine", "bend")
+    assert any("another form of what is known" in why and "a bend" in why for why in bend.failures)
 
 
 def test_a_second_law_that_no_form_of_the_first_has_is_named():
@@ -175,8 +175,10 @@ def test_a_second_law_that_no_form_of_the_first_has_is_named():
 def test_of_a_gap_that_is_noise_nothing_explains_as_much_as_a_name(shape, verdict):
     """Where re-tuning leaves no more than noise a name stands alone, or there is none."""
     state = explain(rubbed({"sine": 4.0}, shape=shape, fitted=True)).state
-    assert not state.tuned_enough.adequate
-    quiet = replace(state, tuned_enough=replace(state.tuned_enough, within=True, structured=()))
-    decided = decide(quiet)
-    assert (decided.verdict, decided.named) == (verdict, ("sine",) if verdict == "effect" else ())
-    assert decided.rival is None and (decided.state.current is quiet.tuned) == (verdict == "parameters")
+    assert not state.calibrated_adequacy.adequate
+    quiet = replace(
+        state, calibrated_adequacy=replace(state.calibrated_adequacy, within_thresholds=True, channels_structured=())
+    )
+    decided = reach_verdict(quiet)
+    assert (decided.verdict, decided.effects) == (verdict, ("sine",) if verdict == "effect" else ())
+    assert decided.alternative is None and (decided.state.current is quiet.calibrated) == (verdict == "parameters")

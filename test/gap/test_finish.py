@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from toy import SHAPES, Toy, force, toy
 
-from slider_drilling.gap import How
+from slider_drilling.gap import SimulationOptions
 from slider_drilling.gap.problem.problem import build_problem
-from slider_drilling.gap.search.finish import corrected, finished
+from slider_drilling.gap.search.fine_fit import refit_in_fine_simulation, refit_with_correction
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import parameters_of
 
@@ -24,9 +24,11 @@ class Coarse(Toy):
 
     finest: int = 2
 
-    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+    def simulate(
+        self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions
+    ) -> Mapping[str, np.ndarray]:
         rows = [force(one) for one in sets]
-        if how.fidelity == 0:
+        if options.fidelity == 0:
             off = [one.get("sine", 0.0) ** 2 * (0.05 * SHAPES["sine"] + 0.1 * SHAPES["bend"]) for one in sets]
             rows = [row + extra for row, extra in zip(rows, off, strict=True)]
         return {"force": np.stack(rows)}
@@ -47,7 +49,7 @@ def least_squares(measured: np.ndarray) -> dict[str, float]:
 
 def test_the_fit_ends_where_the_fine_simulation_has_its_optimum():
     problem, coarse = begun()
-    _, ended = finished(*corrected(problem, coarse))
+    _, ended = refit_in_fine_simulation(*refit_with_correction(problem, coarse))
     best = least_squares(problem.model.runs[0].channels[0].measured)
     assert abs(coarse.values["sine"] - best["sine"]) > 0.3, "the coarse one is elsewhere"
     assert ended.values["sine"] == pytest.approx(best["sine"], abs=0.03)
@@ -56,19 +58,19 @@ def test_the_fit_ends_where_the_fine_simulation_has_its_optimum():
 
 def test_what_it_is_held_out_in_is_cheap_and_equals_the_fine_one_there():
     problem, coarse = begun()
-    exact, ended = finished(*corrected(problem, coarse))
-    assert exact.how.fidelity == 0
+    exact, ended = refit_in_fine_simulation(*refit_with_correction(problem, coarse))
+    assert exact.options.fidelity == 0
     np.testing.assert_allclose(exact.residuals([ended.values])[0], ended.residual, atol=1e-9)
 
 
 def test_a_fit_that_cannot_come_up_with_a_leader_ends_early():
     problem, coarse = begun()
-    before = problem.spent.simulations
-    finished(*corrected(problem, coarse))
-    alone = problem.spent.simulations - before
-    before = problem.spent.simulations
-    finished(*corrected(problem, coarse), leader=-1e6)
-    assert problem.spent.simulations - before < alone
+    before = problem.counter.count
+    refit_in_fine_simulation(*refit_with_correction(problem, coarse))
+    alone = problem.counter.count - before
+    before = problem.counter.count
+    refit_in_fine_simulation(*refit_with_correction(problem, coarse), leader=-1e6)
+    assert problem.counter.count - before < alone
 
 
 def test_what_a_parameter_adds_to_every_simulation_is_added_once_in_each():
@@ -76,6 +78,9 @@ def test_what_a_parameter_adds_to_every_simulation_is_added_once_in_each():
     ramp = np.linspace(0.0, 1.0, problem.size)
     bent = problem.adding({"drift": ramp})
     values = {**coarse.values, "drift": 3.0}
-    for one in (bent, bent.at(values, 1), bent.run_as(How(1))):
+    for one in (bent, bent.corrected_at(values, 1), bent.with_options(SimulationOptions(1))):
         np.testing.assert_allclose(one.simulate([values])[0] - one.simulate([coarse.values])[0], 3.0 * ramp, atol=1e-9)
-    np.testing.assert_allclose(bent.at(values, 1).simulate([values])[0], bent.run_as(How(1)).simulate([values])[0])
+    np.testing.assert_allclose(
+        bent.corrected_at(values, 1).simulate([values])[0],
+        bent.with_options(SimulationOptions(1)).simulate([values])[0],
+    )

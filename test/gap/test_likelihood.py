@@ -5,7 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from slider_drilling.gap.evidence.likelihood import Discrepancy, memories_of, minus_twice_log, most_likely, whitened
+from slider_drilling.gap.evidence.likelihood import (
+    Discrepancy,
+    fit_discrepancy,
+    memory_grid,
+    neg2_log_likelihood,
+    whiten,
+)
 
 
 def dense(time, size, memory):
@@ -21,7 +27,7 @@ def test_one_pass_equals_the_dense_covariance(seed, size, memory, uneven):
     time, residual = np.cumsum(gaps), generator.normal(0.0, 3.0, 80)
     covariance = dense(time, size, memory)
     expected = residual @ np.linalg.solve(covariance, residual) + np.linalg.slogdet(covariance)[1]
-    found = minus_twice_log(residual, gaps, np.array([size, 0.0]), np.array([memory, 1.0]))
+    found = neg2_log_likelihood(residual, gaps, np.array([size, 0.0]), np.array([memory, 1.0]))
     assert found == pytest.approx([expected, residual @ residual], rel=1e-6, abs=1e-6)
 
 
@@ -29,7 +35,7 @@ def test_whitened_rows_have_the_covariance_taken_out():
     gaps = np.full(60, 0.5)
     gaps[0] = 0.0
     covariance = dense(np.cumsum(gaps), 2.0, 4.0)
-    white, price = whitened(np.linalg.cholesky(covariance).T, gaps, Discrepancy(2.0, 4.0))
+    white, price = whiten(np.linalg.cholesky(covariance).T, gaps, Discrepancy(2.0, 4.0))
     assert white.T @ white == pytest.approx(np.eye(60), abs=1e-9)
     assert price.sum() == pytest.approx(np.linalg.slogdet(covariance)[1])
 
@@ -38,13 +44,13 @@ def test_noise_needs_no_discrepancy_and_a_discrepancy_is_found():
     generator = np.random.default_rng(3)
     gaps = np.full(4000, 0.1)
     noise = generator.normal(size=4000)
-    cost, found = most_likely(noise, gaps, memories_of(gaps, 20.0))
+    cost, found = fit_discrepancy(noise, gaps, memory_grid(gaps, 20.0))
     assert cost == pytest.approx(noise @ noise, abs=12.0)
     kept = np.exp(-0.1 / 3.0)
     slow = np.zeros(4000)
     for k in range(1, 4000):
         slow[k] = kept * slow[k - 1] + np.sqrt(1.0 - kept**2) * generator.normal(0.0, 2.0)
-    _, found = most_likely(noise + slow, gaps, memories_of(gaps, 20.0))
+    _, found = fit_discrepancy(noise + slow, gaps, memory_grid(gaps, 20.0))
     assert 1.2 < found.size < 3.5
     assert 1.0 < found.memory < 9.0
 
@@ -53,6 +59,6 @@ def test_a_constant_costs_far_more_than_what_it_explains():
     """A bias cannot hide in the discrepancy: two numbers that follow it cost hundreds of ``-2 log p``."""
     gaps = np.full(4000, 0.1)
     noise = np.random.default_rng(1).normal(size=4000)
-    without, _ = most_likely(noise, gaps, memories_of(gaps, 20.0))
-    biased, _ = most_likely(noise + 2.0, gaps, memories_of(gaps, 20.0))
+    without, _ = fit_discrepancy(noise, gaps, memory_grid(gaps, 20.0))
+    biased, _ = fit_discrepancy(noise + 2.0, gaps, memory_grid(gaps, 20.0))
     assert biased - without > 100.0

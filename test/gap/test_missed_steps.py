@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from slider_drilling.gap.problem.missed_steps import missed_steps, step_path
+from slider_drilling.gap.problem.step_loss import step_loss, step_path
 
 FREE = 4.0
 
@@ -29,7 +29,7 @@ def test_step_path_is_the_minimum_that_a_general_solver_finds(values, seed):
 def test_noise_alone_costs_about_its_square():
     for seed in range(20):
         noise = np.random.default_rng(seed).normal(0.0, 1.0, 30)
-        loss, _ = missed_steps(noise, FREE)
+        loss, _ = step_loss(noise, FREE)
         assert 0.8 * np.sum(noise**2) < loss.sum() <= np.sum(noise**2) + 1e-9
 
 
@@ -37,8 +37,8 @@ def test_a_missed_step_is_paid_for_once():
     late, early = np.zeros(30), np.zeros(30)
     late[20:], early[5:] = 50.0, 50.0
     price = 2.0 * FREE**2 * np.log1p(50.0 / FREE)
-    assert missed_steps(late, FREE)[0].sum() == pytest.approx(price, rel=0.05)
-    assert missed_steps(early, FREE)[0].sum() == pytest.approx(price, rel=0.05)
+    assert step_loss(late, FREE)[0].sum() == pytest.approx(price, rel=0.05)
+    assert step_loss(early, FREE)[0].sum() == pytest.approx(price, rel=0.05)
 
 
 def test_a_step_in_one_direction_and_back_is_paid_for_twice():
@@ -46,16 +46,16 @@ def test_a_step_in_one_direction_and_back_is_paid_for_twice():
     outlier[12] = 50.0
     once = np.zeros(30)
     once[12:] = 50.0
-    assert missed_steps(outlier, FREE)[0].sum() > 1.8 * missed_steps(once, FREE)[0].sum()
+    assert step_loss(outlier, FREE)[0].sum() > 1.8 * step_loss(once, FREE)[0].sum()
 
 
 def test_the_slope_is_the_derivative_of_the_loss():
     generator = np.random.default_rng(1)
     residual = generator.normal(0.0, 1.0, 20) + 30.0 * (np.arange(20) > 9)
-    _, pull = missed_steps(residual, FREE)
+    _, pull = step_loss(residual, FREE)
     width = 1e-4
     for index in range(0, 20, 4):
         moved = width * np.eye(20)[index]
-        change = missed_steps(residual + moved, FREE)[0].sum() - missed_steps(residual - moved, FREE)[0].sum()
+        change = step_loss(residual + moved, FREE)[0].sum() - step_loss(residual - moved, FREE)[0].sum()
         # The step's own price is approached in a few repetitions, so the two agree but for what these leave.
         assert change / (4.0 * width) == pytest.approx(pull[index], abs=0.35)

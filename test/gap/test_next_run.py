@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from toy import SHAPES, Toy, force, toy
 
-from slider_drilling.gap import Effect, How, Manoeuvre, Parameter, explain
+from slider_drilling.gap import Effect, Manoeuvre, Parameter, SimulationOptions, explain
 
 
 def law(name: str) -> Effect:
@@ -23,7 +23,9 @@ class Twins(Toy):
     shaken: float = 0.02
     offered: tuple[str, ...] = ("shake", "rest")
 
-    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+    def simulate(
+        self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions
+    ) -> Mapping[str, np.ndarray]:
         return {"force": np.stack([force(one) + self.twins(one) for one in sets])}
 
     def twins(self, values: Mapping[str, float]) -> np.ndarray:
@@ -44,20 +46,20 @@ def test_the_run_that_tells_two_laws_apart_is_named_with_how_far():
     answer = explain(twins(5.0))
     (name,) = answer.effects
     other = "right" if name == "left" else "left"
-    assert answer.groups[name] == (other,)
-    found = answer.manoeuvre
+    assert answer.indistinguishable[name] == (other,)
+    found = answer.next_manoeuvre
     assert found is not None
     assert (found.description, found.separates) == ("shake", (name, other))
     # Of a saw of five, what level and slope cannot make up for.
     rows = np.stack([SHAPES["level"], SHAPES["slope"]])
     saw = SHAPES["saw"] - rows.T @ np.linalg.lstsq(rows.T, SHAPES["saw"], rcond=None)[0]
     assert found.distance == pytest.approx(5.0 * float(np.sqrt(np.mean(saw**2))), rel=0.1)
-    assert found.now < 0.1
-    assert found.others["rest"] == pytest.approx(0.0, abs=1e-9)
+    assert found.distance_in_log < 0.1
+    assert found.all_distances["rest"] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_no_run_is_advised_that_tells_less_than_the_log_at_hand_or_where_nothing_is_left():
-    assert explain(twins(5.0, ("rest",))).manoeuvre is None
+    assert explain(twins(5.0, ("rest",))).next_manoeuvre is None
     quiet = explain(twins(0.0))
     assert quiet.verdict in ("none", "parameters")
-    assert quiet.manoeuvre is None
+    assert quiet.next_manoeuvre is None

@@ -10,8 +10,8 @@ from toy import toy
 
 from slider_drilling.gap import explain
 from slider_drilling.gap.model import Channel
-from slider_drilling.gap.problem.lines import without_lines
-from slider_drilling.gap.problem.noise import difference_noise, is_white, lowered, noise_floor
+from slider_drilling.gap.problem.noise import difference_noise, is_white, lower_floor, noise_floor
+from slider_drilling.gap.problem.spectral_lines import remove_lines
 
 TIME = np.arange(0.0, 400.0, 0.1)
 
@@ -53,10 +53,10 @@ def coloured(share, sigma=3.0, memory=0.45):
 def test_noise_of_some_colour_has_the_declared_floor_whatever_a_model_leaves_besides(share):
     noise = coloured(share)
     floor = noise_floor(channel(noise))
-    assert floor.seen < 2.95 < floor.sigma <= 3.0
+    assert floor.observed < 2.95 < floor.sigma <= 3.0
     assert floor.method == "colour"
-    assert lowered(floor, noise).sigma == floor.sigma
-    assert lowered(floor, noise + 5.0 * np.sin(TIME)).sigma == pytest.approx(floor.sigma, rel=0.01)
+    assert lower_floor(floor, noise).sigma == floor.sigma
+    assert lower_floor(floor, noise + 5.0 * np.sin(TIME)).sigma == pytest.approx(floor.sigma, rel=0.01)
 
 
 def test_a_sensor_that_is_better_than_declared_is_not_taken_for_the_declared_one():
@@ -77,8 +77,8 @@ def test_kinks_of_the_signal_are_no_noise_once_a_model_explains_them():
     kinked = 3.0 * np.cumsum(np.where(np.cumsum(turns) % 2, 10.0, -10.0))
     floor = noise_floor(channel(kinked + white(), declared=None))
     assert floor.sigma > 6.0
-    assert lowered(floor, white()).sigma == pytest.approx(3.0, rel=0.1)
-    assert lowered(floor, 100.0 * white()).sigma == floor.sigma
+    assert lower_floor(floor, white()).sigma == pytest.approx(3.0, rel=0.1)
+    assert lower_floor(floor, 100.0 * white()).sigma == floor.sigma
 
 
 def test_a_record_without_noise_has_its_last_digit():
@@ -130,7 +130,7 @@ def test_noise_alone_keeps_its_floor():
     changed = 0
     for seed in range(200):
         record = np.random.default_rng(seed).normal(0.0, 3.0, 1200)
-        changed += without_lines(TIME[:1200], record, 0.01) is not record
+        changed += remove_lines(TIME[:1200], record, 0.01) is not record
     assert changed <= binom.ppf(0.999, 200, 0.02)
 
 
@@ -141,10 +141,10 @@ def test_a_line_that_wanders_is_taken_for_several():
 
 def test_a_record_that_does_not_move_has_no_line():
     still = np.zeros(TIME.size)
-    assert without_lines(TIME, still, 0.01) is still
+    assert remove_lines(TIME, still, 0.01) is still
 
 
 def test_a_record_that_is_mostly_gaps_is_left_as_it_is():
     bursts = TIME + 1e6 * np.floor(TIME / 100.0)
     line = 6.0 * np.sin(2.0 * np.pi * 3.46 * bursts)
-    assert without_lines(bursts, line, 0.01) is line
+    assert remove_lines(bursts, line, 0.01) is line

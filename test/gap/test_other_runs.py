@@ -7,15 +7,15 @@ import pytest
 from toy import SHAPES, Toy, toy
 
 from slider_drilling.gap import explain
-from slider_drilling.gap.choice.forward import begin
-from slider_drilling.gap.choice.other_runs import held_to_other_runs
-from slider_drilling.gap.choice.refit import scored
-from slider_drilling.gap.choice.state import Judged
-from slider_drilling.gap.evidence.score import held_out_runs
+from slider_drilling.gap.evidence.score import score_left_out_runs
 from slider_drilling.gap.problem.noise import noise_floor
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import parameters_of
+from slider_drilling.gap.selection.forward_selection import calibrate
+from slider_drilling.gap.selection.other_runs import check_other_runs
+from slider_drilling.gap.selection.refit import finish_and_cross_validate
+from slider_drilling.gap.selection.state import CandidateResult
 
 
 def both(*amplitudes: float) -> Toy:
@@ -31,9 +31,9 @@ def silent(stage: str, share: float) -> None:
 def test_a_law_that_holds_in_every_run_is_named():
     answer = explain(both(3.0, 3.0))
     assert answer.effects == ("sine",)
-    (found,) = [one for one in answer.judged if one.effect.name == "sine"]
-    assert found.in_other_runs is not None
-    closed, (low, high) = found.in_other_runs
+    (found,) = [one for one in answer.candidates if one.effect.name == "sine"]
+    assert found.closed_in_other_runs is not None
+    closed, (low, high) = found.closed_in_other_runs
     assert 0.0 < low <= closed <= high <= 1.2
 
 
@@ -42,13 +42,15 @@ def test_who_goes_wrong_in_the_other_run_passes_no_more(amplitudes, passes):
     model = both(*amplitudes)
     sine = next(effect for effect in model.effects if effect.name == "sine")
     floors = [{"force": noise_floor(run.channels[0])} for run in model.runs]
-    state = begin(model, model.effects, floors, [{}], 0, silent)
-    found = fit(state.way, parameters_of(state.way, [sine]), {})
-    judged = Judged(sine, scored(state.way, [sine], found, state.blocks.folds), 0.5, (0.4, 0.6), ())
-    held = held_to_other_runs(state, judged)
+    state = calibrate(model, model.effects, floors, [{}], 0, silent)
+    found = fit(state.current_mode, parameters_of(state.current_mode, [sine]), {})
+    judged = CandidateResult(
+        sine, finish_and_cross_validate(state.current_mode, [sine], found, state.bootstrap.folds), 0.5, (0.4, 0.6), ()
+    )
+    held = check_other_runs(state, judged)
     assert held.passed == passes
-    assert held.in_other_runs is not None
-    assert (held.in_other_runs[0] > 0.0) == passes
+    assert held.closed_in_other_runs is not None
+    assert (held.closed_in_other_runs[0] > 0.0) == passes
 
 
 def test_each_run_is_left_by_a_fit_to_the_other_alone():
@@ -56,11 +58,11 @@ def test_each_run_is_left_by_a_fit_to_the_other_alone():
     problem = build_problem(model, [{"force": 1.0}] * 2)
     sine = next(effect for effect in model.effects if effect.name == "sine")
     found = fit(problem, parameters_of(problem, [sine]), {})
-    score = held_out_runs(problem, found)
+    score = score_left_out_runs(problem, found)
     for run in (0, 1):
         (other,) = (piece for piece in problem.pieces if piece.run != run)
         rows = slice(run * 240, (run + 1) * 240)
-        alone = fit(problem.of_runs([1 - run]), found.parameters, {})
+        alone = fit(problem.restricted_to([1 - run]), found.parameters, {})
         shapes = np.array([SHAPES[parameter.name] for parameter in found.parameters])
         values = np.array([alone.values[parameter.name] for parameter in found.parameters])
         expected = model.runs[run].channels[0].measured - values @ shapes
@@ -70,9 +72,9 @@ def test_each_run_is_left_by_a_fit_to_the_other_alone():
 
 def test_a_run_alone_costs_its_own_simulations():
     problem = build_problem(both(0.0, 0.0), [{"force": 1.0}] * 2)
-    problem.of_runs([1]).simulate([{}, {}])
-    assert problem.spent.simulations == 2
-    assert np.all(problem.of_runs([1]).residuals([{}])[0][:240] == 0.0)
+    problem.restricted_to([1]).simulate([{}, {}])
+    assert problem.counter.count == 2
+    assert np.all(problem.restricted_to([1]).residuals([{}])[0][:240] == 0.0)
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from toy import SHAPES, TIME, Toy, toy
 
-from slider_drilling.gap import Effect, How, Parameter, explain
+from slider_drilling.gap import Effect, Parameter, SimulationOptions, explain
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import parameters_of
-from slider_drilling.gap.search.screen import scanned, screen, screen_pairs
+from slider_drilling.gap.search.screen import scan_effects, screen, screen_pairs
 
 # Each the sine with a little of the saw, of one sign and of the other: their difference is a saw alone.
 ALIKE = {
@@ -31,7 +31,9 @@ def effect(name: str, **kinds: object) -> Effect:
 class Hidden(Toy):
     effects: tuple[Effect, ...] = (effect("left"), effect("right"), effect("bend"), effect("step"))
 
-    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+    def simulate(
+        self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions
+    ) -> Mapping[str, np.ndarray]:
         shapes = {**SHAPES, **ALIKE}
         rows = [sum((v * shapes[name] for name, v in one.items()), np.zeros_like(TIME)) for one in sets]
         return {"force": np.stack(rows)}
@@ -45,31 +47,31 @@ def hidden(left: float, right: float, seed: int) -> Hidden:
 def test_a_pair_promises_what_neither_does_alone():
     model = hidden(8.0, -8.0, seed=3)
     problem = build_problem(model, [{"force": 1.0}])
-    base = fit(problem, problem.free(model.nuisance), {})
-    alone = {one.effect.name: one.promise for one in screen(scanned(problem, base, model.effects))}
-    best, *others = screen_pairs(scanned(problem, base, model.effects), 3, np.inf)
+    base = fit(problem, problem.expand_per_run(model.nuisance), {})
+    alone = {one.effect.name: one.predicted_gain for one in screen(scan_effects(problem, base, model.effects))}
+    best, *others = screen_pairs(scan_effects(problem, base, model.effects), 3, np.inf)
     assert {one.name for one in best.effects} == {"left", "right"}
     reached = fit(problem, parameters_of(problem, best.effects), best.start)
-    assert best.promise == pytest.approx(base.cost - reached.cost, rel=0.1), "in a linear model secants hold"
-    assert max(alone.values()) < 0.2 * best.promise
+    assert best.predicted_gain == pytest.approx(base.cost - reached.cost, rel=0.1), "in a linear model secants hold"
+    assert max(alone.values()) < 0.2 * best.predicted_gain
     assert best.start["left"] == pytest.approx(8.0, abs=3.5)
     assert best.start["right"] == pytest.approx(-8.0, abs=3.5)
-    assert all(one.promise <= best.promise for one in others)
+    assert all(one.predicted_gain <= best.predicted_gain for one in others)
 
 
 def test_pairs_of_what_is_one_and_the_same_are_left_out():
     model = replace(hidden(8.0, -8.0, seed=3), effects=(effect("left"), effect("left")))
     problem = build_problem(model, [{"force": 1.0}])
-    base = fit(problem, problem.free(model.nuisance), {})
-    assert screen_pairs(scanned(problem, base, model.effects), 3, np.inf) == []
+    base = fit(problem, problem.expand_per_run(model.nuisance), {})
+    assert screen_pairs(scan_effects(problem, base, model.effects), 3, np.inf) == []
 
 
 def test_pairs_that_cannot_end_it_by_far_are_left_out():
     model = hidden(8.0, -8.0, seed=3)
     problem = build_problem(model, [{"force": 0.1}])
-    scan = scanned(problem, fit(problem, problem.free(model.nuisance), {}), model.effects)
+    scan = scan_effects(problem, fit(problem, problem.expand_per_run(model.nuisance), {}), model.effects)
     (best, *_) = screen_pairs(scan, 9, np.inf)
-    assert best.left == pytest.approx(10.0, rel=0.2), "all that a tenth of the noise leaves"
+    assert best.predicted_gap == pytest.approx(10.0, rel=0.2), "all that a tenth of the noise leaves"
     assert best in screen_pairs(scan, 9, 3.0)
     assert screen_pairs(scan, 9, 2.0) == []
 
@@ -79,10 +81,10 @@ def test_both_are_named(seed):
     answer = explain(hidden(12.0, -12.0, seed))
     assert answer.verdict == "effect"
     assert set(answer.effects) == {"left", "right"}
-    assert set(answer.groups) == {"left", "right"}
+    assert set(answer.indistinguishable) == {"left", "right"}
     assert "left" in answer.sentence and "right" in answer.sentence
     assert answer.parameters["left"] == pytest.approx(12.0, abs=4.0)
-    assert answer.interval[0] > 0.0
+    assert answer.closed_interval[0] > 0.0
 
 
 def test_a_pair_is_not_named_against_what_its_names_stand_for():
@@ -104,7 +106,7 @@ def test_two_that_were_taken_for_a_third_are_named(seed):
     answer = explain(replace(hidden(30.0, -30.0, seed), effects=THREE))
     assert (answer.verdict, set(answer.effects)) == ("effect", {"left", "right"})
     (taken,) = answer.state.steps
-    assert any(one.effect.name == "third" and one.passed for one in taken.judged), "told of, and not in the answer"
+    assert any(one.effect.name == "third" and one.passed for one in taken.candidates), "told of, and not in the answer"
 
 
 def test_a_law_that_leaves_nothing_is_not_taken_for_two():

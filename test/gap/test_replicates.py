@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from toy import EFFECTS, NUISANCE, TIME, Toy, force, toy
 
-from slider_drilling.gap import Channel, How, explain
-from slider_drilling.gap.choice import refit
-from slider_drilling.gap.choice.forward import begin
-from slider_drilling.gap.evidence.replicates import unforeseen
-from slider_drilling.gap.evidence.score import make_folds, score_of
+from slider_drilling.gap import Channel, SimulationOptions, explain
+from slider_drilling.gap.evidence.replicates import replicate_noise_factors
+from slider_drilling.gap.evidence.score import make_folds, score_residual
 from slider_drilling.gap.problem.noise import noise_floor
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import parameters_of
+from slider_drilling.gap.selection import refit
+from slider_drilling.gap.selection.forward_selection import calibrate
 
 READINGS = TIME[9::20]
 
@@ -26,7 +26,9 @@ class Turning(Toy):
 
     jump: float = 0.0
 
-    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+    def simulate(
+        self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions
+    ) -> Mapping[str, np.ndarray]:
         found = {"force": np.stack([force(values) for values in sets])}
         angles = [self.jump * np.sin(1e4 * values.get("level", 0.0)) * (READINGS > 40.0) for values in sets]
         return found | {"angle": np.stack(angles)}
@@ -43,7 +45,7 @@ def turning(jump: float, seed: int = 3) -> Turning:
 def factor(jump: float) -> float:
     problem = build_problem(turning(jump), [{"force": 1.0, "angle": 1.0}])
     found = fit(problem, parameters_of(problem, ()), {"level": 1.0})
-    ((index, own),) = unforeseen(problem, found, seed=1).items()
+    ((index, own),) = replicate_noise_factors(problem, found, seed=1).items()
     assert problem.pieces[index].name == "angle"
     return own
 
@@ -62,13 +64,15 @@ def test_the_floor_of_an_angle_that_nobody_can_foretell_is_raised_and_that_of_th
 
 def begun(model):
     floors = [{channel.name: noise_floor(channel) for channel in run.channels} for run in model.runs]
-    return begin(model, EFFECTS, floors, [{}], 0, lambda stage, share: None)
+    return calibrate(model, EFFECTS, floors, [{}], 0, lambda stage, share: None)
 
 
 def threshold_of(model) -> float:
     problem = build_problem(model, [{"force": 1.0}])
     found = fit(problem, parameters_of(problem, ()), {})
-    return refit.tested(refit.scored(problem, (), found, make_folds(problem)), seed=0).threshold
+    return refit.check_adequacy(
+        refit.finish_and_cross_validate(problem, (), found, make_folds(problem)), seed=0
+    ).threshold
 
 
 def test_noise_alone_is_as_small_beside_a_model_that_is_wrong():
@@ -85,7 +89,9 @@ def test_noise_alone_is_as_small_beside_a_model_that_is_wrong():
 class Forked(Toy):
     """The toy that goes one way or the other, and next to nothing of its level decides."""
 
-    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+    def simulate(
+        self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions
+    ) -> Mapping[str, np.ndarray]:
         ways = [np.sign(np.sin(1e4 * values.get("level", 0.0))) for values in sets]
         rows = [force(values) + 50.0 * way * (TIME > 60.0) for values, way in zip(sets, ways, strict=True)]
         return {"force": np.stack(rows)}
@@ -101,7 +107,7 @@ def test_a_dozen_readings_of_an_angle_weigh_as_a_dozen_samples():
     found = fit(problem, parameters_of(problem, ()), {"level": 1.0})
     residual = np.zeros(problem.size)
     residual[problem.pieces[1].rows] = 3.0
-    score = score_of(problem, residual, found)
+    score = score_residual(problem, residual, found)
     mean = score.by_channel["angle"] ** 2 * READINGS.size / problem.size
     assert score.by_channel["angle"] > 1.0
     assert score.gap**2 == pytest.approx(mean)
@@ -113,8 +119,10 @@ class Coarse(Toy):
 
     finest: int = 2
 
-    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
-        sign = -1.0 if how.fidelity == 0 else 1.0
+    def simulate(
+        self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions
+    ) -> Mapping[str, np.ndarray]:
+        sign = -1.0 if options.fidelity == 0 else 1.0
         rows = [force({**values, "saw": sign * values.get("saw", 0.0)}) for values in sets]
         return {"force": np.stack(rows)}
 
@@ -135,10 +143,10 @@ def test_every_simulation_is_counted():
 
     @dataclass(frozen=True)
     class Counted(Toy):
-        def simulate(self, run, sets, how):
+        def simulate(self, run, sets, options):
             asked.append(len(sets))
-            return Toy.simulate(self, run, sets, how)
+            return Toy.simulate(self, run, sets, options)
 
     answer = explain(Counted(model.runs))
-    during = answer.state.current.problem.spent.simulations
+    during = answer.state.current.problem.counter.count
     assert during > 100 and during == sum(asked)

@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from toy import TIME, Toy, force, toy
 
-from slider_drilling.gap import Channel, Effect, How, Parameter, Run
-from slider_drilling.gap.choice.state import Explained
-from slider_drilling.gap.evidence.rivals import Rival, rivals
-from slider_drilling.gap.evidence.score import FOLDS, Folds, held_out, make_folds
-from slider_drilling.gap.model import Disturbance
+from slider_drilling.gap import Channel, Effect, LoggedRun, Parameter, SimulationOptions
+from slider_drilling.gap.evidence.free_forms import FreeFormFit, fit_free_forms
+from slider_drilling.gap.evidence.score import FOLDS, Folds, make_folds, score_held_out
+from slider_drilling.gap.model import FreeForm
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import parameters_of
+from slider_drilling.gap.selection.state import FittedModel
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,9 @@ class Beside(Toy):
     nuisance: tuple[Parameter, ...] = (Parameter("level", 0.0, -1.0, 1.0, 0.3, "N", spread=5.0),)
     effects: tuple[Effect, ...] = ()
 
-    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+    def simulate(
+        self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions
+    ) -> Mapping[str, np.ndarray]:
         made = np.stack([force(values) for values in sets])
         return {"force": made, "still": np.zeros_like(made)}
 
@@ -31,41 +33,43 @@ class Beside(Toy):
 def beside(level: float) -> Beside:
     (run,) = toy({"level": level}, 4).runs
     still = Channel("still", TIME, np.random.default_rng(9).normal(size=TIME.size), "N", declared_noise=1.0)
-    return Beside((Run(run.name, run.time, run.excitation, (*run.channels, still)),))
+    return Beside((LoggedRun(run.name, run.time, run.excitation, (*run.channels, still)),))
 
 
-def tuned(problem: Problem, iterations: int | None = None) -> tuple[Explained, Folds]:
+def tuned(problem: Problem, iterations: int | None = None) -> tuple[FittedModel, Folds]:
     """What re-tuning alone explains, held out."""
     found, folds = fit(problem, parameters_of(problem, ()), {}, iterations=iterations), make_folds(problem)
-    return Explained((), problem, found, held_out(problem, found, folds)), folds
+    return FittedModel((), problem, found, score_held_out(problem, found, folds)), folds
 
 
 def found_at(level: float):
     known, folds = tuned(build_problem(beside(level), [{"force": 1.0, "still": 1.0}]))
-    return known, rivals(known, folds)
+    return known, fit_free_forms(known, folds)
 
 
 def test_beside_a_nuisance_at_its_bound_an_idle_disturbance_explains_nothing():
     known, found = found_at(6.0)
     assert known.fit.values["level"] == 1.0
-    idle = [rival for rival in found if rival.words.startswith("still")]
+    idle = [rival for rival in found if rival.description.startswith("still")]
     assert idle
     for rival in idle:
         assert rival.score.by_channel["force"] > 0.99 * known.score.by_channel["force"]
     best = found[0]
-    assert best.words.startswith("force")
+    assert best.description.startswith("force")
     assert best.score.by_channel["force"] < 1.2
 
 
 def test_a_nuisance_within_its_bounds_is_tuned_beside_a_disturbance():
     known, found = found_at(0.5)
     moved = replace(known, fit=replace(known.fit, values={"level": 0.0}, residual=known.fit.residual + shift(known)))
-    idle = [rival for rival in rivals(moved, make_folds(known.problem)) if rival.words.startswith("still")]
+    idle = [
+        rival for rival in fit_free_forms(moved, make_folds(known.problem)) if rival.description.startswith("still")
+    ]
     assert all(rival.score.by_channel["force"] < 1.05 * known.score.by_channel["force"] for rival in idle)
     assert found
 
 
-def shift(known: Explained) -> np.ndarray:
+def shift(known: FittedModel) -> np.ndarray:
     """What the residual gains when the level goes back to zero."""
     (force_piece,) = [piece for piece in known.problem.pieces if piece.name == "force"]
     change = np.zeros(known.problem.size)
@@ -77,9 +81,9 @@ def test_a_drift_is_foretold_beyond_the_stretches_that_were_seen():
     """Without its last stretch a curve goes straight on: what drifts is not taken for whatever else ends at nothing."""
     (run,) = toy({}, 4, extra=8.0 * TIME / TIME[-1]).runs
     known, folds = tuned(build_problem(Beside((run,)), [{"force": 1.0}]))
-    best = rivals(known, folds)[0]
-    assert best.words == "force off by an amount that follows time"
-    last = folds.of == folds.of.max()
+    best = fit_free_forms(known, folds)[0]
+    assert best.description == "force off by an amount that follows time"
+    last = folds.fold == folds.fold.max()
     assert float(np.mean(best.score.squares[last])) < 1.5
     slope = np.polyfit(best.x, best.y, 1)[0]
     np.testing.assert_allclose(slope, 8.0 / TIME[-1], rtol=0.15)
@@ -90,12 +94,12 @@ def test_what_is_not_worth_finishing_is_foretold_as_refits_foretell_it():
     (run,) = toy({"level": 0.4}, 4, extra=4.0 * TIME / TIME[-1]).runs
     drift = "force off by an amount that drifts with time"
 
-    def drifting(worth: float) -> tuple[Rival, int]:
+    def drifting(worth: float) -> tuple[FreeFormFit, int]:
         problem = build_problem(Beside((run,)), [{"force": 1.0}])
         known, folds = tuned(problem)
-        before = problem.spent.simulations
-        (told,) = (rival for rival in rivals(known, folds, worth) if rival.words == drift)
-        return told, problem.spent.simulations - before
+        before = problem.counter.count
+        (told,) = (rival for rival in fit_free_forms(known, folds, worth) if rival.description == drift)
+        return told, problem.counter.count - before
 
     (refitted, many), (solved, few) = drifting(0.0), drifting(1e6)
     assert refitted.score.gap < 1.1
@@ -110,7 +114,9 @@ class Growing(Toy):
     nuisance: tuple[Parameter, ...] = (Parameter("level", 0.0, -4.0, 4.0, 0.3, spread=4.0),)
     effects: tuple[Effect, ...] = ()
 
-    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+    def simulate(
+        self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions
+    ) -> Mapping[str, np.ndarray]:
         return {"force": np.stack([20.0 * np.exp(one.get("level", 0.0) * TIME / TIME[-1]) for one in sets])}
 
 
@@ -119,13 +125,13 @@ def test_a_drift_is_fitted_beside_what_it_has_bent():
     (run,) = toy({}, 4, extra=20.0 * np.exp(0.5 * TIME / TIME[-1]) - 40.0 * TIME / TIME[-1]).runs
     known, folds = tuned(build_problem(Growing((run,)), [{"force": 1.0}]), iterations=30)
     assert known.fit.values["level"] < -2.0, "it belongs at 0.5"
-    told = {rival.words: rival for rival in rivals(known, folds)}
+    told = {rival.description: rival for rival in fit_free_forms(known, folds)}
     drift = told["force off by an amount that drifts with time"]
     assert drift.score.gap < 1.05
     assert told["force off by an amount that follows time"].score.gap > 1.15
     assert drift.y[1] - drift.y[0] < -10.0
     np.testing.assert_allclose(drift.x, TIME[[0, -1]])
-    assert drift.reading == "force"
+    assert drift.sensor_channel == "force"
 
 
 @dataclass(frozen=True)
@@ -134,15 +140,17 @@ class Far(Toy):
 
     effects: tuple[Effect, ...] = ()
 
-    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+    def simulate(
+        self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions
+    ) -> Mapping[str, np.ndarray]:
         made = [force(one) + reached(one.get("give", 0.0)) for one in sets]
         return {"force": np.stack(made)}
 
-    def disturbances(self, values: Mapping[str, float]) -> Sequence[Disturbance]:
+    def free_forms(self, values: Mapping[str, float]) -> Sequence[FreeForm]:
         give = Parameter("give", 0.0, -0.8, 20.0, 0.2)
-        return [Disturbance("contact", "give", (), (0.0,), "-", ({**values, "give": 0.1},), (0.1,), (give,))]
+        return [FreeForm("contact", "give", (), (0.0,), "-", ({**values, "give": 0.1},), (0.1,), (give,))]
 
-    def site_of(self, channel: str) -> str:
+    def sensor_site(self, channel: str) -> str:
         return "sensor"
 
 
@@ -154,8 +162,8 @@ def test_a_disturbance_is_looked_for_all_over_its_range():
     (run,) = toy({"level": 2.0}, 4, extra=reached(12.0)).runs
     known, folds = tuned(build_problem(Far((run,)), [{"force": 1.0}]))
     assert known.score.gap > 3.0
-    best = rivals(known, folds)[0]
-    assert best.words == "give"
+    best = fit_free_forms(known, folds)[0]
+    assert best.description == "give"
     assert best.score.gap < 1.15
     np.testing.assert_allclose(best.y, [12.0], atol=0.2)
 
@@ -170,24 +178,26 @@ class Stepped(Toy):
     effects: tuple[Effect, ...] = ()
     least: float = -np.inf
 
-    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+    def simulate(
+        self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions
+    ) -> Mapping[str, np.ndarray]:
         made = [force(one) + sum(one.get(f"step_{at}", 0.0) * (at <= TIME) for at in BEGINS) for one in sets]
         return {"force": np.stack(made)}
 
-    def disturbances(self, values: Mapping[str, float]) -> Sequence[Disturbance]:
+    def free_forms(self, values: Mapping[str, float]) -> Sequence[FreeForm]:
         sets = tuple({**values, f"step_{at}": 0.1} for at in BEGINS)
         after = tuple(tuple(float(at >= begun) for begun in BEGINS) for at in BEGINS)
-        return [Disturbance("contact", "force over time", (), BEGINS, "s", sets, (0.1,) * len(BEGINS), y_unit="N",
-                            curve=after, least=self.least)]  # fmt: skip
+        return [FreeForm("contact", "force over time", (), BEGINS, "s", sets, (0.1,) * len(BEGINS), y_unit="N",
+                            basis=after, lower_bound=self.least)]  # fmt: skip
 
-    def site_of(self, channel: str) -> str:
+    def sensor_site(self, channel: str) -> str:
         return "sensor"
 
 
-def stepped(size: float, least: float = -np.inf) -> Rival:
+def stepped(size: float, least: float = -np.inf) -> FreeFormFit:
     (run,) = toy({}, 4, extra=size * ((TIME >= 60.0) & (TIME < 100.0))).runs
     known, folds = tuned(build_problem(Stepped((run,), nuisance=(), least=least), [{"force": 1.0}]))
-    (told,) = (rival for rival in rivals(known, folds) if rival.words == "force over time")
+    (told,) = (rival for rival in fit_free_forms(known, folds) if rival.description == "force over time")
     return told
 
 

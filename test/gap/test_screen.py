@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from slider_drilling.gap import Channel, Effect, How, Parameter, Run
+from slider_drilling.gap import Channel, Effect, LoggedRun, Parameter, SimulationOptions
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.least_squares import Fit, fit
-from slider_drilling.gap.search.screen import cheapest_first, scanned, screen
+from slider_drilling.gap.search.screen import rank_starts, scan_effects, screen
 
 TIME = np.arange(600.0) * 0.1
 SWING = 4.0 * np.sin(2.0 * np.pi * TIME / 15.0)
@@ -23,11 +23,13 @@ BIAS = Effect("bias", "sensor", (Parameter("bias.torque", 0.0, -9.0, 9.0, 0.02, 
 class Spring:
     """A spring that is turned through a dead zone: what it shows at one width is no multiple of another's."""
 
-    runs: tuple[Run, ...]
+    runs: tuple[LoggedRun, ...]
     nuisance: tuple[Parameter, ...] = (Parameter("stiffness", 1.0, 0.2, 5.0, 0.05, spread=0.1),)
     effects: tuple[Effect, ...] = (PLAY, BIAS)
 
-    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+    def simulate(
+        self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions
+    ) -> Mapping[str, np.ndarray]:
         return {"torque": np.stack([torque(values) for values in sets])}
 
 
@@ -40,14 +42,16 @@ def torque(values: Mapping[str, float]) -> np.ndarray:
 def begun(truth: Mapping[str, float]) -> tuple[Problem, Fit]:
     """The problem of a log of this spring, re-tuned without any effect."""
     measured = torque(truth) + np.random.default_rng(1).normal(0.0, 0.02, TIME.size)
-    model = Spring((Run("spring", TIME, SWING, (Channel("torque", TIME, measured, "N m", declared_noise=0.02),)),))
+    model = Spring(
+        (LoggedRun("spring", TIME, SWING, (Channel("torque", TIME, measured, "N m", declared_noise=0.02),)),)
+    )
     problem = build_problem(model, [{"torque": 0.02}])
-    return problem, fit(problem, problem.free(model.nuisance), {})
+    return problem, fit(problem, problem.expand_per_run(model.nuisance), {})
 
 
 def test_a_start_lies_between_the_neighbours_of_its_scan_point():
     problem, tuned = begun({"play.width": 3.0, "stiffness": 1.1})
-    (candidate,) = screen(scanned(problem, tuned, [PLAY]))
+    (candidate,) = screen(scan_effects(problem, tuned, [PLAY]))
     widths = np.sort([start["play.width"] for start in candidate.starts])
     points = np.array([point[0] for point in WIDTHS])
     assert np.all(widths[1:-1] >= points[:-2] - 1e-6)
@@ -58,10 +62,10 @@ def test_a_start_lies_between_the_neighbours_of_its_scan_point():
 @pytest.mark.parametrize("width", [0.5, 1.5, 3.0])
 def test_the_cheapest_start_is_the_one_that_leaves_least(width):
     problem, tuned = begun({"play.width": width, "stiffness": 1.1})
-    scan = scanned(problem, tuned, [PLAY])
+    scan = scan_effects(problem, tuned, [PLAY])
     (candidate,) = screen(scan)
-    ordered = cheapest_first(scan, candidate)
-    freed = problem.free((*problem.model.nuisance, *PLAY.parameters))
+    ordered = rank_starts(scan, candidate)
+    freed = problem.expand_per_run((*problem.model.nuisance, *PLAY.parameters))
     costs = [fit(problem, freed, start, iterations=0).cost for start, _ in ordered]
     assert costs == sorted(costs)
     for start, simulated in ordered:
@@ -72,5 +76,5 @@ def test_the_cheapest_start_is_the_one_that_leaves_least(width):
 
 def test_what_is_linear_is_found_at_once_beyond_its_scan_points():
     problem, tuned = begun({"bias.torque": 0.2})
-    (candidate,) = screen(scanned(problem, tuned, [BIAS]))
+    (candidate,) = screen(scan_effects(problem, tuned, [BIAS]))
     assert candidate.starts[0]["bias.torque"] == pytest.approx(0.2, abs=0.01)

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from toy import SHAPES, TIME, Toy, force, toy
 
-from slider_drilling.gap import How, explain
-from slider_drilling.gap.evidence.adequacy import adequacy
-from slider_drilling.gap.evidence.score import held_out, make_folds
+from slider_drilling.gap import SimulationOptions, explain
+from slider_drilling.gap.evidence.adequacy import adequacy_of_fit
+from slider_drilling.gap.evidence.score import make_folds, score_held_out
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import parameters_of
@@ -35,7 +35,9 @@ def test_what_leaves_something_standing_out_is_not_named_for_next_to_nothing(see
 class Wild(Toy):
     """A toy that goes a way of its own at every level."""
 
-    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+    def simulate(
+        self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions
+    ) -> Mapping[str, np.ndarray]:
         ways = [20.0 * np.sin(1e4 * (values.get("level", 0.0) - 1.0)) * SHAPES["sine"] for values in sets]
         return {"force": np.stack([force(values) + way for values, way in zip(sets, ways, strict=True)])}
 
@@ -45,9 +47,9 @@ def test_replicates_that_go_their_own_ways_excuse_a_gap_and_do_not_end_the_searc
         model = Wild(toy({"level": 1.0, "sine": sine}, 5).runs)
         problem = build_problem(model, [{"force": 1.0}])
         found = fit(problem, parameters_of(problem, ()), {"level": 1.0}, iterations=0)
-        return adequacy(problem, found, held_out(problem, found, make_folds(problem)), seed=0)
+        return adequacy_of_fit(problem, found, score_held_out(problem, found, make_folds(problem)), seed=0)
 
-    assert enough(0.0).done
+    assert enough(0.0).complete
     excused = enough(1.3)
     assert excused.threshold > 1.5 and excused.adequate
-    assert not excused.small and not excused.done
+    assert not excused.negligible and not excused.complete

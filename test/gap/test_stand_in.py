@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from toy import EFFECTS, SHAPES, TIME, Toy, force, toy
 
-from slider_drilling.gap import Effect, How, Parameter
+from slider_drilling.gap import Effect, Parameter, SimulationOptions
 from slider_drilling.gap.explain import explain
 
 TILT = Effect(
@@ -26,7 +26,9 @@ class Tilted(Toy):
     own: float = 0.0
     effects: tuple[Effect, ...] = (*EFFECTS, TILT)
 
-    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+    def simulate(
+        self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions
+    ) -> Mapping[str, np.ndarray]:
         tilted = SHAPES["slope"] + self.own * OWN
         return {"force": np.stack([force(values) + values.get("tilt", 0.0) * tilted for values in sets])}
 
@@ -34,7 +36,7 @@ class Tilted(Toy):
 @pytest.mark.parametrize(("slope", "told"), [(30.0, ("tilt",)), (5.0, ()), (-30.0, ())])
 def test_a_law_that_no_log_tells_from_re_tuning_is_told_where_that_went_far_and_never_named(slope, told):
     answer = explain(Tilted(toy({"slope": slope}, 3).runs))
-    assert (answer.verdict, answer.effects, answer.instead) == ("parameters", (), told)
+    assert (answer.verdict, answer.effects, answer.masked_effects) == ("parameters", (), told)
     assert ("or tilt makes it look so" in answer.sentence) == bool(told)
     assert any("slope is tuned to" in remark for remark in answer.remarks) == (abs(slope) > 12.5)
 
@@ -45,8 +47,8 @@ def test_a_law_that_the_log_tells_from_re_tuning_that_went_far_is_named(share, n
     answer = explain(Tilted(runs, own=0.005))
     assert answer.effects == named
     assert answer.verdict == ("effect" if named else "parameters")
-    assert (answer.state.far is not None) == bool(named)
+    assert (answer.state.unrestricted is not None) == bool(named)
     if named:
-        assert answer.tuned > 5.0 and answer.interval[0] > 0.9
+        assert answer.gap_calibrated > 5.0 and answer.closed_interval[0] > 0.9
         assert answer.state.current.fit.values["tilt"] == pytest.approx(30.0, abs=5.0)
         assert any("would leave no more than noise either" in remark for remark in answer.remarks)

@@ -6,23 +6,23 @@ import numpy as np
 import pytest
 from toy import TIME, toy
 
-from slider_drilling.gap.choice import judge
-from slider_drilling.gap.evidence.blocks import make_blocks
-from slider_drilling.gap.evidence.compare import beats, foretells_more
-from slider_drilling.gap.evidence.score import Score, make_folds
+from slider_drilling.gap.evidence.block_bootstrap import make_bootstrap
+from slider_drilling.gap.evidence.compare import predicts_better, predicts_better_among
+from slider_drilling.gap.evidence.score import HeldOutScore, make_folds
 from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.gap.selection import candidates as judge
 
 CANDIDATES = 16
 
 
 @pytest.fixture
 def blocks():
-    return make_blocks(make_folds(build_problem(toy({}, 1), [{"force": 1.0}])), 0)
+    return make_bootstrap(make_folds(build_problem(toy({}, 1), [{"force": 1.0}])), 0)
 
 
 def scored(squares, density):
     squares, density = np.broadcast_to(squares, TIME.shape), np.broadcast_to(density, TIME.shape)
-    return Score(density, np.sqrt(squares), squares, float(np.sqrt(np.mean(squares))), {}, 0)
+    return HeldOutScore(density, np.sqrt(squares), squares, float(np.sqrt(np.mean(squares))), {}, 0)
 
 
 def judged(blocks, monkeypatch, known, found, *, reaches_noise=True, ends=False, known_reaches_noise=False):
@@ -40,7 +40,7 @@ KNOWN, FOUND = scored(3.0, 2.0), scored(1.1, 1.5 + EVENT)
 
 
 def test_a_gain_that_one_event_makes_uncertain(blocks, monkeypatch):
-    assert not beats(blocks, FOUND, KNOWN, CANDIDATES)
+    assert not predicts_better(blocks, FOUND, KNOWN, CANDIDATES)
     assert judged(blocks, monkeypatch, KNOWN, FOUND)
 
 
@@ -66,7 +66,7 @@ ONCE, WITHOUT = scored(1.0 + EVENT, 2.0 + EVENT), scored(1.0, 2.0)
 
 
 def test_what_shows_once_is_taken_where_the_likelihood_ratio_is_beyond_doubt_and_nothing_is_left(blocks, monkeypatch):
-    assert not beats(blocks, WITHOUT, ONCE, CANDIDATES)
+    assert not predicts_better(blocks, WITHOUT, ONCE, CANDIDATES)
     assert judged(blocks, monkeypatch, ONCE, WITHOUT, ends=True)
     assert not judged(blocks, monkeypatch, ONCE, WITHOUT)
     little = scored(1.0 + EVENT, 2.0 + 0.15 * EVENT)
@@ -74,13 +74,13 @@ def test_what_shows_once_is_taken_where_the_likelihood_ratio_is_beyond_doubt_and
 
 
 def test_few_blocks_and_many_candidates_leave_it_to_the_likelihood_ratio():
-    few = make_blocks(make_folds(build_problem(toy({}, 1), [{"force": 1.0}])), 0)
+    few = make_bootstrap(make_folds(build_problem(toy({}, 1), [{"force": 1.0}])), 0)
     # Of six blocks one gets worse, as by an event that no simulation can time.
     gained = np.where(TIME < 20.0, -1.0, 1.0)
     much, little = scored(1.0, 2.0 - gained), scored(1.0, 2.0 - 0.05 * gained)
     known = scored(1.0, 2.0)
-    assert not beats(few, much, known, CANDIDATES) and beats(few, much, known)
-    assert foretells_more(few, much, known, CANDIDATES)
-    assert not foretells_more(few, little, known, CANDIDATES)
+    assert not predicts_better(few, much, known, CANDIDATES) and predicts_better(few, much, known)
+    assert predicts_better_among(few, much, known, CANDIDATES)
+    assert not predicts_better_among(few, little, known, CANDIDATES)
     once = scored(1.0, 2.0 - np.where(TIME < 12.0, 3.0, 0.0))
-    assert not foretells_more(few, once, known, CANDIDATES)
+    assert not predicts_better_among(few, once, known, CANDIDATES)

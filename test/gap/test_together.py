@@ -10,8 +10,8 @@ import pytest
 from toy import Toy, toy
 
 from slider_drilling.gap import Effect, Parameter
-from slider_drilling.gap.choice import forward
-from slider_drilling.gap.explain import _together, explain
+from slider_drilling.gap.explain import _coupled_effects, explain
+from slider_drilling.gap.selection import forward_selection as forward
 
 
 def effect(name: str, **kinds) -> Effect:
@@ -21,7 +21,7 @@ def effect(name: str, **kinds) -> Effect:
 
 def begun(effects: list[Effect]) -> dict[str, Parameter]:
     model = SimpleNamespace(together=tuple(one.name for one in effects))
-    (chosen,) = _together(model, effects)
+    (chosen,) = _coupled_effects(model, effects)
     return {one.name: one.parameters[0] for one in chosen}
 
 

@@ -6,7 +6,7 @@ from scipy.stats import binom
 from toy import TIME, Toy, toy
 
 from slider_drilling.gap import explain
-from slider_drilling.gap.answer.intervals import intervals
+from slider_drilling.gap.results.intervals import parameter_intervals
 
 TUNED = {"level": 2.0, "slope": -1.5}
 REPLICATES = 100
@@ -38,7 +38,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(quiet, sawn):
     for answer in sawn:
         if answer.effects == ("saw",):
             current = answer.state.current
-            spans = intervals(current.problem, current.fit)
+            spans = parameter_intervals(current.problem, current.fit)
             held += [low <= truth <= high for truth, (low, high) in ((4.0, spans["saw"]), (-1.5, spans["slope"]))]
     assert binom.ppf(0.001, len(held), 0.95) <= sum(held) <= binom.ppf(0.999, len(held), 0.95)
 
@@ -52,16 +52,20 @@ def test_a_name_shrinks_the_gap(sawn):
 
 def test_the_same_seed_gives_the_same_answer():
     first, second = (explain(toy(TUNED | {"bend": 3.0}, 7), seed=4) for _ in range(2))
-    assert (first.effects, first.closed, first.interval) == (second.effects, second.closed, second.interval)
-    assert [one.closed for one in first.judged] == [one.closed for one in second.judged]
+    assert (first.effects, first.closed, first.closed_interval) == (
+        second.effects,
+        second.closed,
+        second.closed_interval,
+    )
+    assert [one.closed for one in first.candidates] == [one.closed for one in second.candidates]
 
 
 def test_two_effects_at_once_are_both_named():
     answer = explain(toy(TUNED | {"bend": 4.0, "saw": 5.0}, 5))
     assert set(answer.effects) == {"bend", "saw"}
     assert answer.verdict == "effect"
-    assert answer.stand_out == ()
-    first, second = answer.judged[:2]
+    assert answer.misfit_channels == ()
+    first, second = answer.candidates[:2]
     assert (first.beside, second.beside) == ((), (first.effect.name,))
 
 
@@ -74,8 +78,8 @@ def test_what_no_effect_has_is_unknown_and_its_shape_is_shown():
     hump = 4.0 * np.exp(-(((TIME - 40.0) / 9.0) ** 2)) - 3.0 * np.exp(-(((TIME - 95.0) / 9.0) ** 2))
     answer = explain(toy(TUNED, 3, extra=hump))
     assert answer.verdict in ("unknown", "effect_and_unknown")
-    if answer.rival is not None:
-        assert answer.rival.x.shape == answer.rival.y.shape
+    if answer.alternative is not None:
+        assert answer.alternative.x.shape == answer.alternative.y.shape
 
 
 def test_an_interrupt_gives_the_answer_so_far():
@@ -87,7 +91,7 @@ def test_an_interrupt_gives_the_answer_so_far():
             raise KeyboardInterrupt
 
     answer = explain(toy(TUNED | {"saw": 4.0}, 1), progress=interrupted)
-    assert answer.state.partial
+    assert answer.state.interrupted
     assert answer.effects == ()
     assert any("interrupted" in remark for remark in answer.remarks)
 

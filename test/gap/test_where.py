@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from toy import TIME, Toy, toy
 
-from slider_drilling.gap import How, Parameter
-from slider_drilling.gap.answer.where import locate_along
-from slider_drilling.gap.choice.state import Explained
-from slider_drilling.gap.evidence.score import held_out, make_folds
+from slider_drilling.gap import Parameter, SimulationOptions
+from slider_drilling.gap.evidence.score import make_folds, score_held_out
 from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.gap.results.breakdown import break_down_along
 from slider_drilling.gap.search.least_squares import fit
+from slider_drilling.gap.selection.state import FittedModel
 
 SIZE = 10.0
 PARTS = tuple(np.sin(2.0 * np.pi * TIME / 7.0) * (k == TIME // 40.0) for k in range(3))
@@ -26,7 +26,9 @@ class Along(Toy):
     def probes(self) -> tuple[tuple[Parameter, float, float], ...]:
         return tuple((Parameter(f"part_{k}", 1.0, 0.1, 5.0, 0.2), 100.0 * k, 100.0 * (k + 1)) for k in range(3))
 
-    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+    def simulate(
+        self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions
+    ) -> Mapping[str, np.ndarray]:
         made = [sum(SIZE * one.get(f"part_{k}", 1.0) * part for k, part in enumerate(PARTS)) for one in sets]
         return {"force": np.stack(made)}
 
@@ -35,7 +37,7 @@ def located(second: float) -> list[dict[str, float]]:
     (run,) = toy({}, 4, extra=SIZE * (PARTS[0] + second * PARTS[1] + PARTS[2])).runs
     problem = build_problem(Along((run,), nuisance=()), [{"force": 1.0}])
     found = fit(problem, (), {})
-    return locate_along(Explained((), problem, found, held_out(problem, found, make_folds(problem))))
+    return break_down_along(FittedModel((), problem, found, score_held_out(problem, found, make_folds(problem))))
 
 
 def test_a_stretch_that_carries_more_is_found_with_how_much():

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from slider_drilling.gap import Channel, Run
+from slider_drilling.gap import Channel, LoggedRun
 from slider_drilling.gap.problem.problem import build_problem
-from slider_drilling.gap.search.wide import wide
+from slider_drilling.gap.search.global_search import global_search
 
 TIME = np.arange(250) * 0.1
 TRUTH = {"frequency": 0.83, "decay": 0.01, "size": 5.0}
@@ -20,21 +20,21 @@ SPANS = {"frequency": (0.5, 1.3), "decay": (0.0, 0.05), "size": (1.0, 20.0)}
 class Swing:
     """Samples asked for are counted in `spent`, by the length of the run."""
 
-    runs: tuple[Run, ...]
+    runs: tuple[LoggedRun, ...]
     spent: dict[int, int]
     nuisance: tuple = ()
     effects: tuple = ()
 
-    def simulate(self, run, sets, how):
+    def simulate(self, run, sets, options):
         time = self.runs[run].channels[0].time
         self.spent[time.size] = self.spent.get(time.size, 0) + len(sets)
         return {"force": np.stack([force(values, time) for values in sets])}
 
 
 class Shortened(Swing):
-    def shortened(self, share):
+    def truncated(self, fraction):
         channel = self.runs[0].channels[0]
-        kept = channel.time <= share * TIME[-1]
+        kept = channel.time <= fraction * TIME[-1]
         return Shortened((run_of(channel.time[kept], channel.measured[kept]),), self.spent)
 
 
@@ -43,7 +43,7 @@ def force(values, time):
 
 
 def run_of(time, measured):
-    return Run("swing", time, np.ones_like(time), (Channel("force", time, measured, "N", declared_noise=0.5),))
+    return LoggedRun("swing", time, np.ones_like(time), (Channel("force", time, measured, "N", declared_noise=0.5),))
 
 
 @pytest.fixture(params=[Swing, Shortened])
@@ -54,7 +54,7 @@ def problem(request):
 
 def test_it_finds_the_frequency_of_a_long_swing_and_the_same_again(problem):
     """Most of the search sees a part of the run only, where the model has parts."""
-    ends = wide(problem, problem, SPANS, {"other": 1.0}, seed=1)
+    ends = global_search(problem, problem, SPANS, {"other": 1.0}, seed=1)
     whole = problem.model.spent[TIME.size]
     shorter = sum(problem.model.spent.values()) - whole
     assert (shorter > 0.5 * whole) == isinstance(problem.model, Shortened)
@@ -63,4 +63,4 @@ def test_it_finds_the_frequency_of_a_long_swing_and_the_same_again(problem):
     assert ends[0]["other"] == 1.0
     costs = [problem.cost(problem.residuals([end])[0])[0] for end in ends]
     assert costs == sorted(costs)
-    assert wide(problem, problem, SPANS, {"other": 1.0}, seed=1) == ends
+    assert global_search(problem, problem, SPANS, {"other": 1.0}, seed=1) == ends

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.gap import Channel, Effect, How, Parameter, Run
+from slider_drilling.gap import Channel, Effect, LoggedRun, Parameter, SimulationOptions
 
 TIME = np.arange(240.0) * 0.5
 SHAPES = {
@@ -26,11 +26,13 @@ EFFECTS = tuple(
 
 @dataclass(frozen=True)
 class Toy:
-    runs: tuple[Run, ...]
+    runs: tuple[LoggedRun, ...]
     nuisance: tuple[Parameter, ...] = NUISANCE
     effects: tuple[Effect, ...] = EFFECTS
 
-    def simulate(self, run: int, sets: Sequence[Mapping[str, float]], how: How) -> Mapping[str, np.ndarray]:
+    def simulate(
+        self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions
+    ) -> Mapping[str, np.ndarray]:
         return {"force": np.stack([force(values) for values in sets])}
 
 
@@ -42,4 +44,4 @@ def toy(truth: Mapping[str, float], seed: int, noise: float = 1.0, extra: np.nda
     """A log of the toy with white noise, and with something extra that no shape has."""
     measured = force(truth) + extra + np.random.default_rng(seed).normal(0.0, noise, TIME.size)
     channel = Channel("force", TIME, measured, "N", declared_noise=noise)
-    return Toy((Run("toy", TIME, np.sin(2.0 * np.pi * TIME / 12.0), (channel,)),))
+    return Toy((LoggedRun("toy", TIME, np.sin(2.0 * np.pi * TIME / 12.0), (channel,)),))

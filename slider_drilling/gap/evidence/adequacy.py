@@ -13,12 +13,12 @@ import numpy as np
 from scipy.stats import chi2
 from scipy.stats import t as student
 
-from slider_drilling.gap.evidence.replicates import replicates
-from slider_drilling.gap.evidence.score import Score, squares_of
+from slider_drilling.gap.evidence.replicates import replicate_residuals
+from slider_drilling.gap.evidence.score import HeldOutScore, squared_residuals
 from slider_drilling.gap.model import Array, Effect
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit
-from slider_drilling.gap.search.screen import changes_of
+from slider_drilling.gap.search.screen import scan_changes
 
 LEVEL = 0.01
 # What two free numbers (size and memory) gain on white noise at that level: -2 log p.
@@ -38,36 +38,41 @@ class Adequacy:
     """
 
     threshold: float
-    by_channel: dict[str, float]
-    beyond: tuple[str, ...]
-    structured: tuple[str, ...]
-    within: bool
-    small: bool
-    hidden: bool
+    channel_thresholds: dict[str, float]
+    channels_above: tuple[str, ...]
+    channels_structured: tuple[str, ...]
+    within_thresholds: bool
+    negligible: bool
+    effect_visible: bool
 
     @property
     def adequate(self) -> bool:
         """Whether what is left is no more, and no other, than what replicates leave."""
-        return self.within and not self.structured
+        return self.within_thresholds and not self.channels_structured
 
     @property
-    def done(self) -> bool:
+    def complete(self) -> bool:
         """Whether there is nothing to look for. Replicates that go ways of their own, as where little decides between
         sticking and not, excuse a gap but do not say that it has no cause.
         """
-        return self.adequate and self.small and not self.hidden
+        return self.adequate and self.negligible and not self.effect_visible
 
 
-def adequacy(
-    problem: Problem, found: Fit, score: Score, seed: int, effects: Sequence[Effect] = (), known: Sequence[Effect] = ()
+def adequacy_of_fit(
+    problem: Problem,
+    found: Fit,
+    score: HeldOutScore,
+    seed: int,
+    effects: Sequence[Effect] = (),
+    known: Sequence[Effect] = (),
 ) -> Adequacy:
     """Compare what a fit leaves with what it leaves of its own replicates.
 
     effects: looked for in what is left (a score test); known: those in the fit.
     """
     generator = np.random.default_rng([seed, 7])
-    residuals = replicates(problem, found, generator)
-    left = [squares_of(problem, residual) for residual in residuals]
+    residuals = replicate_residuals(problem, found, generator)
+    left = [squared_residuals(problem, residual) for residual in residuals]
     limits = _structure_limits(problem, residuals)
     names = dict.fromkeys(piece.name for piece in problem.pieces)
     whole = np.array([np.mean(squares) for squares in left])
@@ -95,7 +100,7 @@ def _stands_out(
     """Whether some effect's change, beyond what the freed parameters can do, lies along what the fit leaves."""
     points = [(effect, point) for effect in effects for point in effect.scan]
     shown = max((effect.fidelity for effect in known), default=0)
-    changes = changes_of(problem, found.values, found.simulated, points, shown)
+    changes = scan_changes(problem, found.values, found.simulated, points, shown)
     basis, _ = np.linalg.qr(_plain(problem, found.jacobian).T)
     rows = _plain(problem, changes)
     rows -= (rows @ basis) @ basis.T
@@ -115,7 +120,7 @@ def _plain(problem: Problem, rows: Array) -> Array:
     """Rows (M, N) without the channels that accumulate: one missed step there looks like any effect."""
     kept = rows.copy()
     for piece in problem.pieces:
-        kept[:, piece.rows] *= 0.0 if piece.channel.accumulates else problem.gain(piece)
+        kept[:, piece.rows] *= 0.0 if piece.channel.accumulates else problem.observer_factor(piece)
     return kept
 
 

@@ -5,7 +5,7 @@ standard deviation `size` and memory `memory`. One pass of a Kalman filter gives
 whitens a Jacobian's columns. How many samples count as independent follows from the memory; nothing else has to.
 
 A channel that accumulates keeps what was missed once: its residual is a path of few steps plus white noise, see
-`slider_drilling.gap.problem.missed_steps`.
+`slider_drilling.gap.problem.step_loss`.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Discrepancy:
 
 
 @_compiled
-def filtered(rows: Array, interval: Array, size: float, memory: float, white: Array, spread: Array) -> None:
+def kalman_whiten(rows: Array, interval: Array, size: float, memory: float, white: Array, spread: Array) -> None:
     """Whitened innovations of rows (M, n) into white (M, n), and their standard deviations into spread (n,).
 
     interval: (n,) s since the sample before (the first is not read).
@@ -64,7 +64,7 @@ def filtered(rows: Array, interval: Array, size: float, memory: float, white: Ar
 
 
 @_compiled
-def minus_twice_log(residual: Array, interval: Array, sizes: Array, memories: Array) -> Array:
+def neg2_log_likelihood(residual: Array, interval: Array, sizes: Array, memories: Array) -> Array:
     """(C,) ``-2 log p`` of a residual (n,) under C discrepancies side by side.
 
     Without the constant of white noise alone, ``n log 2 pi``. Evenly sampled, the filters soon repeat themselves: from
@@ -148,7 +148,7 @@ def _best(residual: Array, interval: Array, sizes: Array, memories: Array) -> tu
     least, left = np.full(memories.size, np.inf), np.arange(memories.size)
     while left.size:
         at = (first[left].reshape(-1, 1) + np.arange(_SIDE_BY_SIDE)).ravel()
-        costs = minus_twice_log(residual, interval, sizes[at], memories[left].repeat(_SIDE_BY_SIDE))
+        costs = neg2_log_likelihood(residual, interval, sizes[at], memories[left].repeat(_SIDE_BY_SIDE))
         moved = np.zeros(left.size, dtype=np.bool_)
         for row, memory in enumerate(left):
             own = costs[row * _SIDE_BY_SIDE : (row + 1) * _SIDE_BY_SIDE]
@@ -164,7 +164,7 @@ def _best(residual: Array, interval: Array, sizes: Array, memories: Array) -> tu
     return found
 
 
-def memories_of(interval: Array, longest: float) -> Array:
+def memory_grid(interval: Array, longest: float) -> Array:
     """Memories s that a discrepancy may have: from the sampling interval to the longest allowed.
 
     longest: s; a discrepancy that remembers longer would be a change of the model.
@@ -175,15 +175,15 @@ def memories_of(interval: Array, longest: float) -> Array:
     return np.geomspace(shortest, longest, _MEMORIES)
 
 
-def most_likely(residual: Array, interval: Array, memories: Array) -> tuple[float, Discrepancy]:
+def fit_discrepancy(residual: Array, interval: Array, memories: Array) -> tuple[float, Discrepancy]:
     """``-2 log p`` of a residual (n,) in noise units under the discrepancy that suits it best, and that discrepancy."""
     cost, size, memory = _best(np.ascontiguousarray(residual), interval, _SIZES, memories)
     return float(cost), Discrepancy(float(size), float(memory))
 
 
-def whitened(rows: Array, interval: Array, discrepancy: Discrepancy) -> tuple[Array, Array]:
+def whiten(rows: Array, interval: Array, discrepancy: Discrepancy) -> tuple[Array, Array]:
     """Rows (M, n) through the filter of a discrepancy: whitened (M, n), and (n,) the innovations' log variance."""
     rows = np.ascontiguousarray(rows)
     white, spread = np.empty_like(rows), np.empty(rows.shape[1])
-    filtered(rows, interval, discrepancy.size, discrepancy.memory, white, spread)
+    kalman_whiten(rows, interval, discrepancy.size, discrepancy.memory, white, spread)
     return white, 2.0 * np.log(spread)

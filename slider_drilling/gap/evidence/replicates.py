@@ -12,12 +12,12 @@ from typing import cast
 import numpy as np
 from scipy.optimize import brentq
 
-from slider_drilling.gap.evidence.compare import by_chance
-from slider_drilling.gap.evidence.score import squares_of
-from slider_drilling.gap.model import Array, Graded, How, Model, Pulled
-from slider_drilling.gap.problem.missed_steps import missed_steps
+from slider_drilling.gap.evidence.compare import chi2_critical
+from slider_drilling.gap.evidence.score import squared_residuals
+from slider_drilling.gap.model import Array, HasFidelities, HasObserver, Model, SimulationOptions
 from slider_drilling.gap.problem.noise import DIFFERENCE_SPREAD
 from slider_drilling.gap.problem.problem import STEP_SIZE, Problem
+from slider_drilling.gap.problem.step_loss import step_loss
 from slider_drilling.gap.search.least_squares import Fit
 from slider_drilling.process.parallel_map import parallel_map
 
@@ -25,13 +25,13 @@ _NUMBER = 8
 _WIDEST = 1e3
 
 
-def unforeseen(problem: Problem, found: Fit, seed: int) -> dict[int, float]:
+def replicate_noise_factors(problem: Problem, found: Fit, seed: int) -> dict[int, float]:
     """By piece that accumulates, the factor (1 or more) on its noise under which replicates of a fit leave just that.
 
     What such a channel has missed once it keeps: where parameters hardly told from each other lead it elsewhere, its
     sensor's noise is no measure of what the truth would leave of it.
     """
-    draws = replicates(problem, found, np.random.default_rng([seed, 11]))
+    draws = replicate_residuals(problem, found, np.random.default_rng([seed, 11]))
     return {
         index: _factor([problem.unwrapped(piece, residual[piece.rows]) for residual in draws])
         for index, piece in enumerate(problem.pieces)
@@ -41,28 +41,28 @@ def unforeseen(problem: Problem, found: Fit, seed: int) -> dict[int, float]:
 
 def _factor(parts: list[Array]) -> float:
     def left(logarithm: float) -> float:
-        losses = [missed_steps(part / np.exp(logarithm), STEP_SIZE)[0] for part in parts]
+        losses = [step_loss(part / np.exp(logarithm), STEP_SIZE)[0] for part in parts]
         return float(np.mean(losses)) - 1.0
 
     return float(np.exp(brentq(left, 0.0, np.log(_WIDEST), xtol=1e-2))) if left(0.0) > 0.0 else 1.0
 
 
-def replicates(problem: Problem, found: Fit, generator: np.random.Generator) -> list[Array]:
+def replicate_residuals(problem: Problem, found: Fit, generator: np.random.Generator) -> list[Array]:
     """Residuals (N,) that the problem leaves of replicates of its own fit; pulled, what is measured leads the way."""
-    finest = problem.model.finest if isinstance(problem.model, Graded) else 0
+    finest = problem.model.max_fidelity if isinstance(problem.model, HasFidelities) else 0
     sets = _nearby(problem, found, generator)
-    truths = problem.simulate(sets, How(finest, 0.0))
+    truths = problem.simulate(sets, SimulationOptions(finest, 0.0))
     samples = [truth + _noise(problem, generator) for truth in truths]
-    if problem.how.pull == 0.0 or not isinstance(problem.model, Pulled):
+    if problem.options.observer_gain == 0.0 or not isinstance(problem.model, HasObserver):
         fits = problem.simulate(sets)
         return [_tuned_to(problem, found, sample, np.delete(fits, i, axis=0)) for i, sample in enumerate(samples)]
-    model, how = problem.model, replace(problem.how, fidelity=finest)
+    model, how = problem.model, replace(problem.options, fidelity=finest)
 
     def left(sample: Array) -> Array:
-        fed: Pulled = model
+        fed: HasObserver = model
         for piece in problem.pieces:
-            if piece.name == fed.pulled:
-                fed = fed.fed(piece.run, sample[piece.rows] * piece.noise)
+            if piece.name == fed.observed_channel:
+                fed = fed.with_measured(piece.run, sample[piece.rows] * piece.noise)
         own = replace(problem, model=cast(Model, fed), correction=np.zeros(problem.size))
         return problem.wrapped(sample - own.simulate([found.values], how)[0])
 
@@ -75,9 +75,9 @@ def _tuned_to(problem: Problem, found: Fit, sample: Array, others: Array) -> Arr
     where next to nothing decides, as between sticking and not.
     """
     residuals = [problem.wrapped(sample - one) for one in (found.simulated, *others)]
-    sizes = [float(np.sum(squares_of(problem, residual))) for residual in residuals]
+    sizes = [float(np.sum(squared_residuals(problem, residual))) for residual in residuals]
     best = int(np.argmin(sizes))
-    return residuals[best if sizes[0] - sizes[best] > by_chance(len(found.parameters)) else 0]
+    return residuals[best if sizes[0] - sizes[best] > chi2_critical(len(found.parameters)) else 0]
 
 
 def _nearby(problem: Problem, found: Fit, generator: np.random.Generator) -> list[dict[str, float]]:

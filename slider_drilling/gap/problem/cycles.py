@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slider_drilling.gap.model import Array, Run
+from slider_drilling.gap.model import Array, LoggedRun
 
 # A turn counts where the excitation comes back by more than this share of its range: noise and ripple do not.
 _TURN_SHARE = 0.05
@@ -38,7 +38,7 @@ def turning_points(excitation: Array) -> NDArray[np.int_]:
     return np.array(turns, dtype=int)
 
 
-def block_length(run: Run) -> float:
+def block_length(run: LoggedRun) -> float:
     """Length s of what is resampled: two cycles of the excitation, within a sixth and a twentieth of the run."""
     period = cycle_period(run.time, run.excitation)
     wanted = run.duration / 20.0 if period is None else max(2.0 * period, run.duration / 20.0)

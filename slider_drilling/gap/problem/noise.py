@@ -14,13 +14,13 @@ import numpy as np
 from scipy.stats import chi2, norm
 
 from slider_drilling.gap.model import Array, Channel
-from slider_drilling.gap.problem.lines import BY_CHANCE, without_lines
+from slider_drilling.gap.problem.spectral_lines import LINE_FALSE_ALARM, remove_lines
 
 # A difference of order 4 of white noise has this many times its variance: sum of binomial(4, k)^2.
 _FOURTH_DIFFERENCE = 70.0
 # Share of a record that counts, the smallest of it: kinks, steps, spikes and single events are in the rest. A median
 # alone would jump with the last digit of coarse readings.
-COUNTED = 0.8
+TRIM_FRACTION = 0.8
 _FEWEST = 100
 # By how much that estimate scatters for white noise, of itself times the root of the number of samples.
 DIFFERENCE_SPREAD = 1.34
@@ -28,7 +28,7 @@ DIFFERENCE_SPREAD = 1.34
 _SLOW = 0.5
 # Noise this many times what is declared is reported, and what is above counts as gap; where a record scatters less than
 # the declared by as much, what so good a sensor would show besides is no gap that anybody asked for.
-BELIEVED = 2.0
+MAX_NOISE_RATIO = 2.0
 _LAGS, _UNLIKELY = 10, 0.01
 
 
@@ -46,9 +46,9 @@ class NoiseFloor:
     sigma: float
     method: str
     declared: float | None
-    seen: float | None
+    observed: float | None
     excess: float | None = None
-    least: float = 0.0
+    lower_limit: float = 0.0
 
 
 def difference_noise(values: Array) -> float:
@@ -56,9 +56,9 @@ def difference_noise(values: Array) -> float:
     if values.size < 8:
         return float("nan")
     ordered = np.sort(np.diff(values, n=4) ** 2)
-    mean = float(np.mean(ordered[: max(round(COUNTED * ordered.size), 1)]))
-    cut = float(norm.ppf(0.5 + 0.5 * COUNTED))
-    of_normal = 1.0 - 2.0 * cut * float(norm.pdf(cut)) / COUNTED
+    mean = float(np.mean(ordered[: max(round(TRIM_FRACTION * ordered.size), 1)]))
+    cut = float(norm.ppf(0.5 + 0.5 * TRIM_FRACTION))
+    of_normal = 1.0 - 2.0 * cut * float(norm.pdf(cut)) / TRIM_FRACTION
     return float(np.sqrt(mean / of_normal / _FOURTH_DIFFERENCE))
 
 
@@ -70,37 +70,37 @@ def noise_floor(channel: Channel) -> NoiseFloor:
         if not declared:
             raise ValueError(f"channel {channel.name}: too few samples to tell its noise, and none is declared")
         return NoiseFloor(declared, "declared", declared, None)
-    digits, stated = max(quantum, _smallest_step(channel.measured)), (declared or 0.0) / BELIEVED
+    digits, stated = max(quantum, _smallest_step(channel.measured)), (declared or 0.0) / MAX_NOISE_RATIO
     seen, least = _seen(channel), max(digits, stated)
     if _whole(seen, declared) <= least:
-        return NoiseFloor(least, "resolution" if digits > stated else "declared", declared, seen, least=least)
-    return _of_differences(NoiseFloor(seen, "differences", declared, seen, least=least))
+        return NoiseFloor(least, "resolution" if digits > stated else "declared", declared, seen, lower_limit=least)
+    return _of_differences(NoiseFloor(seen, "differences", declared, seen, lower_limit=least))
 
 
 def _seen(channel: Channel) -> float:
     """What a record shows, with its lines or without: steps that come again and again are lines too, and each sinusoid
     taken from those would be noise everywhere else.
     """
-    rest = without_lines(channel.time, channel.measured, BY_CHANCE)
+    rest = remove_lines(channel.time, channel.measured, LINE_FALSE_ALARM)
     return min(difference_noise(channel.measured), difference_noise(rest))
 
 
-def lowered(floor: NoiseFloor, left: Array) -> NoiseFloor:
+def lower_floor(floor: NoiseFloor, left: Array) -> NoiseFloor:
     """The floor once a model has taken the signal's own kinks away; left (n,): residual in the channel's unit."""
-    if floor.method not in ("differences", "colour") or floor.seen is None:
+    if floor.method not in ("differences", "colour") or floor.observed is None:
         return floor
-    reached = max(difference_noise(left), floor.least)
-    return _of_differences(replace(floor, seen=reached)) if reached < floor.seen else floor
+    reached = max(difference_noise(left), floor.lower_limit)
+    return _of_differences(replace(floor, observed=reached)) if reached < floor.observed else floor
 
 
 def _of_differences(floor: NoiseFloor) -> NoiseFloor:
     """The floor of what differences show: with the slow part that they do not, and not far above the declared noise."""
-    assert floor.seen is not None
-    whole = _whole(floor.seen, floor.declared)
-    method = "colour" if whole > floor.seen else "differences"
-    if not floor.declared or whole <= BELIEVED * floor.declared:
+    assert floor.observed is not None
+    whole = _whole(floor.observed, floor.declared)
+    method = "colour" if whole > floor.observed else "differences"
+    if not floor.declared or whole <= MAX_NOISE_RATIO * floor.declared:
         return replace(floor, sigma=whole, method=method, excess=None)
-    return replace(floor, sigma=BELIEVED * floor.declared, method=method, excess=floor.seen / floor.declared)
+    return replace(floor, sigma=MAX_NOISE_RATIO * floor.declared, method=method, excess=floor.observed / floor.declared)
 
 
 def _whole(seen: float, declared: float | None) -> float:
@@ -110,7 +110,7 @@ def _whole(seen: float, declared: float | None) -> float:
     return min(seen / float(np.sqrt(1.0 - _SLOW)), declared)
 
 
-def raised(floor: NoiseFloor, factor: float) -> NoiseFloor:
+def raise_floor(floor: NoiseFloor, factor: float) -> NoiseFloor:
     """The floor of a channel that cannot be foretold as well as its sensor measures it; factor: 1 or more."""
     return replace(floor, sigma=factor * floor.sigma, method="foretelling") if factor > 1.0 else floor
 

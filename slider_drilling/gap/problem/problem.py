@@ -8,16 +8,16 @@ from threading import Lock
 
 import numpy as np
 
-from slider_drilling.gap.evidence.likelihood import Discrepancy, memories_of, most_likely, whitened
-from slider_drilling.gap.model import Array, Channel, Effect, How, Model, Parameter, Pulled, Values
-from slider_drilling.gap.problem.missed_steps import missed_steps
-from slider_drilling.gap.problem.noise import COUNTED
+from slider_drilling.gap.evidence.likelihood import Discrepancy, fit_discrepancy, memory_grid, whiten
+from slider_drilling.gap.model import Array, Channel, Effect, HasObserver, Model, Parameter, SimulationOptions, Values
+from slider_drilling.gap.problem.noise import TRIM_FRACTION
+from slider_drilling.gap.problem.step_loss import step_loss
 
 # Noise units beyond which a missed step of a channel that accumulates costs by its logarithm.
 STEP_SIZE = 4.0
 # Samples that a discrepancy remembers at most: what errs for longer is for a law to explain.
 _SAMPLES = 40.0
-FREE = How()
+FREE_RUN = SimulationOptions()
 # Stretches of a run, one being what a discrepancy remembers at most, too.
 _STRETCHES = 20
 
@@ -36,24 +36,24 @@ class Piece:
     noise: float
     interval: Array = field(repr=False)
     memories: Array = field(repr=False)
-    pulled: bool
+    observed: bool
 
     @property
     def name(self) -> str:
         return self.channel.name
 
 
-class Spent:
+class SimulationCounter:
     """How many simulations were run in all, whoever asked for them: shared by every problem made from another."""
 
     def __init__(self) -> None:
-        self.simulations = 0
+        self.count = 0
         self._lock = Lock()
 
     def add(self, number: int) -> None:
         """Count some more; from any thread."""
         with self._lock:
-            self.simulations += number
+            self.count += number
 
 
 @dataclass(frozen=True)
@@ -67,9 +67,9 @@ class Problem:
 
     model: Model
     pieces: tuple[Piece, ...]
-    how: How
+    options: SimulationOptions
     correction: Array = field(repr=False)
-    spent: Spent = field(repr=False, compare=False)
+    counter: SimulationCounter = field(repr=False, compare=False)
     added: Mapping[str, Array] = field(default_factory=dict, repr=False)
 
     @property
@@ -81,26 +81,28 @@ class Problem:
         """(N,) s."""
         return np.concatenate([piece.channel.time for piece in self.pieces])
 
-    def set_of(self, values: Values, run: int) -> dict[str, float]:
+    def run_parameters(self, values: Values, run: int) -> dict[str, float]:
         """The parameter set of one run: per-run parameters are named ``name@run`` outside the model."""
         suffix = f"@{run}"
         chosen = {name: value for name, value in values.items() if "@" not in name and name not in self.added}
         return chosen | {name[: -len(suffix)]: value for name, value in values.items() if name.endswith(suffix)}
 
-    def simulate(self, sets: Sequence[Values], how: How | None = None) -> Array:
+    def simulate(self, sets: Sequence[Values], options: SimulationOptions | None = None) -> Array:
         """(K, N) simulated channels in noise units; how: another way than the problem's own, then uncorrected."""
         stacked = np.zeros((len(sets), self.size))
         for run in sorted({piece.run for piece in self.pieces}):
-            found = self.model.simulate(run, [self.set_of(values, run) for values in sets], how or self.how)
-            self.spent.add(len(sets))
+            found = self.model.simulate(
+                run, [self.run_parameters(values, run) for values in sets], options or self.options
+            )
+            self.counter.add(len(sets))
             for piece in self.pieces:
                 if piece.run == run:
                     stacked[:, piece.rows] = found[piece.name] / piece.noise
         for name, row in self.added.items():
             stacked += np.multiply.outer([values.get(name, 0.0) for values in sets], row)
-        return stacked if how else stacked + self.correction
+        return stacked if options else stacked + self.correction
 
-    def against_log(self, simulated: Array) -> Array:
+    def residual_of(self, simulated: Array) -> Array:
         """(..., N) residuals, measured - simulated in noise units; angles wrapped."""
         residual = np.zeros_like(simulated)
         for piece in self.pieces:
@@ -110,14 +112,14 @@ class Problem:
 
     def residuals(self, sets: Sequence[Values]) -> Array:
         """(K, N) residuals in noise units."""
-        return self.against_log(self.simulate(sets))
+        return self.residual_of(self.simulate(sets))
 
-    def at(self, values: Values, fidelity: int, fine: Array | None = None) -> Problem:
+    def corrected_at(self, values: Values, fidelity: int, fine: Array | None = None) -> Problem:
         """The same problem whose simulations at these values equal those of a higher fidelity; fine: (N,) the latter,
         uncorrected, where they are known already.
         """
-        higher = self.simulate([values], replace(self.how, fidelity=fidelity))[0] if fine is None else fine
-        return replace(self, correction=self.wrapped(higher - self.simulate([values], self.how)[0]))
+        higher = self.simulate([values], replace(self.options, fidelity=fidelity))[0] if fine is None else fine
+        return replace(self, correction=self.wrapped(higher - self.simulate([values], self.options)[0]))
 
     def wrapped(self, difference: Array) -> Array:
         """The difference (N,) of two simulations or samples without whole periods."""
@@ -129,24 +131,24 @@ class Problem:
                 shortest[piece.rows] = part - turn * np.round(part / turn)
         return shortest
 
-    def run_as(self, how: How) -> Problem:
+    def with_options(self, options: SimulationOptions) -> Problem:
         """The same problem simulated in another way, without correction."""
-        return replace(self, how=how, correction=np.zeros(self.size))
+        return replace(self, options=options, correction=np.zeros(self.size))
 
-    def adding(self, rows: Mapping[str, Array]) -> Problem:
+    def with_added_rows(self, rows: Mapping[str, Array]) -> Problem:
         """The same problem to every simulation of which parameters of these names add such rows (N,), noise units."""
         return replace(self, added={**self.added, **rows})
 
-    def of_runs(self, runs: Collection[int]) -> Problem:
+    def restricted_to(self, runs: Collection[int]) -> Problem:
         """The same stack of which only these runs are simulated and count; what belongs to others is 0."""
         return replace(self, pieces=tuple(piece for piece in self.pieces if piece.run in runs))
 
-    def showing(self, effects: Sequence[Effect]) -> Problem:
+    def at_fidelity_of(self, effects: Sequence[Effect]) -> Problem:
         """The same problem in simulations that show the effects: finer ones where one of them asks for it."""
         asked = max((effect.fidelity for effect in effects), default=0)
-        return self.run_as(replace(self.how, fidelity=asked)) if asked > self.how.fidelity else self
+        return self.with_options(replace(self.options, fidelity=asked)) if asked > self.options.fidelity else self
 
-    def free(self, parameters: Sequence[Parameter]) -> list[Parameter]:
+    def expand_per_run(self, parameters: Sequence[Parameter]) -> list[Parameter]:
         """The parameters as a fit sees them: one copy per run of those that belong to the run."""
         runs = range(len(self.model.runs))
         found = []
@@ -155,19 +157,19 @@ class Problem:
             found += copies if parameter.per_run else [parameter]
         return found
 
-    def gain(self, piece: Piece) -> float:
+    def observer_factor(self, piece: Piece) -> float:
         """By how much a piece's residual was shrunk by the observer's pull."""
-        return 1.0 + self.how.pull if piece.pulled else 1.0
+        return 1.0 + self.options.observer_gain if piece.observed else 1.0
 
     def cost(self, residual: Array) -> tuple[float, dict[int, Discrepancy]]:
         """``-2 log p`` of a residual (N,), and the discrepancy of each piece that does not accumulate."""
         total, found = 0.0, {}
         for index, piece in enumerate(self.pieces):
-            part = self.gain(piece) * residual[piece.rows]
+            part = self.observer_factor(piece) * residual[piece.rows]
             if piece.channel.accumulates:
-                total += float(missed_steps(self.unwrapped(piece, part), STEP_SIZE)[0].sum())
+                total += float(step_loss(self.unwrapped(piece, part), STEP_SIZE)[0].sum())
             else:
-                cost, found[index] = most_likely(part, piece.interval, piece.memories)
+                cost, found[index] = fit_discrepancy(part, piece.interval, piece.memories)
                 total += cost
         return total, found
 
@@ -181,11 +183,11 @@ class Problem:
         """(N,) each sample's share of ``-2 log p`` given the samples before it."""
         shares = np.zeros(self.size)
         for index, piece in enumerate(self.pieces):
-            part = self.gain(piece) * residual[piece.rows]
+            part = self.observer_factor(piece) * residual[piece.rows]
             if piece.channel.accumulates:
-                shares[piece.rows] = missed_steps(self.unwrapped(piece, part), STEP_SIZE)[0]
+                shares[piece.rows] = step_loss(self.unwrapped(piece, part), STEP_SIZE)[0]
             else:
-                white, price = whitened(part[None], piece.interval, found[index])
+                white, price = whiten(part[None], piece.interval, found[index])
                 shares[piece.rows] = white[0] ** 2 + price
         return shares
 
@@ -199,20 +201,20 @@ class Problem:
         """
         white, out = np.zeros(self.size), np.zeros_like(rows)
         for index, piece in enumerate(self.pieces):
-            gain = self.gain(piece)
+            gain = self.observer_factor(piece)
             part, own = gain * residual[piece.rows], gain * rows[:, piece.rows]
             if not forgiving:
                 whole = self.unwrapped(piece, part)
                 size = max(float(np.sqrt(np.mean(whole**2))), 1.0)
                 white[piece.rows], out[:, piece.rows] = whole / size, own / size
             elif piece.channel.accumulates:
-                loss, rest = missed_steps(self.unwrapped(piece, part), STEP_SIZE)
+                loss, rest = step_loss(self.unwrapped(piece, part), STEP_SIZE)
                 mapped = np.sign(rest) * np.sqrt(np.maximum(loss, 0.0))
                 tiny = np.abs(mapped) < 1e-3
                 slope = np.where(tiny, 1.0, rest / np.where(tiny, 1.0, mapped))
                 white[piece.rows], out[:, piece.rows] = np.where(tiny, rest, mapped), slope * own
             else:
-                through, _ = whitened(np.vstack([part[None], own]), piece.interval, found[index])
+                through, _ = whiten(np.vstack([part[None], own]), piece.interval, found[index])
                 white[piece.rows], out[:, piece.rows] = through[0], through[1:]
         return white, out
 
@@ -224,8 +226,8 @@ class Problem:
         found = {}
         for index, piece in enumerate(self.pieces):
             if not piece.channel.accumulates:
-                part, interval = _without_worst(self.gain(piece) * residual[piece.rows], piece.interval)
-                found[index] = float(part @ part) - most_likely(part, interval, piece.memories)[0]
+                part, interval = _without_worst(self.observer_factor(piece) * residual[piece.rows], piece.interval)
+                found[index] = float(part @ part) - fit_discrepancy(part, interval, piece.memories)[0]
         return found
 
 
@@ -233,30 +235,33 @@ def _without_worst(part: Array, interval: Array) -> tuple[Array, Array]:
     """A residual (n,) and its intervals without the stretches of highest power."""
     stretches = np.array_split(np.arange(part.size), _STRETCHES)
     ordered = sorted(stretches, key=lambda rows: float(np.sum(part[rows] ** 2)))
-    kept = np.sort(np.concatenate(ordered[: round(COUNTED * _STRETCHES)]))
+    kept = np.sort(np.concatenate(ordered[: round(TRIM_FRACTION * _STRETCHES)]))
     return part[kept], interval[kept]
 
 
 def build_problem(
-    model: Model, noise: Sequence[Mapping[str, float]], how: How = FREE, spent: Spent | None = None
+    model: Model,
+    noise: Sequence[Mapping[str, float]],
+    options: SimulationOptions = FREE_RUN,
+    counter: SimulationCounter | None = None,
 ) -> Problem:
     """Stack a model's runs; noise: standard deviation by channel, one mapping a run; spent: what was run before, to go
     on counting. ValueError without a channel.
     """
-    fed = model.pulled if isinstance(model, Pulled) else None
+    fed = model.observed_channel if isinstance(model, HasObserver) else None
     pieces, start = [], 0
     for index, run in enumerate(model.runs):
         for channel in run.channels:
             rows = slice(start, start + channel.time.size)
             interval = np.diff(channel.time, prepend=channel.time[:1])
             longest = _longest_memory(run.duration, float(np.median(interval[1:])) if interval.size > 1 else 0.5)
-            memories = memories_of(interval, longest)
+            memories = memory_grid(interval, longest)
             sigma = noise[index][channel.name]
             pieces.append(Piece(index, channel, rows, sigma, interval, memories, channel.name == fed))
             start = rows.stop
     if not pieces:
         raise ValueError("no run holds a channel that can be used")
-    return Problem(model, tuple(pieces), how, np.zeros(start), spent or Spent())
+    return Problem(model, tuple(pieces), options, np.zeros(start), counter or SimulationCounter())
 
 
 def _longest_memory(duration: float, interval: float) -> float:

@@ -23,14 +23,14 @@ from slider_drilling.gap.problem.problem import Problem
 # Of ``-2 log p``: an iteration that gains less is the last; one free number gains as much on noise as often as not.
 TOLERANCE = float(chi2.ppf(0.5, 1))
 # Iterations of a fit at most.
-ITERATIONS = 8
+MAX_ITERATIONS = 8
 # Finite-difference step in units of a parameter's scale: large against the kinks that stick and slip leave in a
 # residual, small against the curvature over one scale.
-STEP = 0.2
+DIFFERENCE_STEP = 0.2
 # How far a linear forecast is trusted: a trial step is damped by as much of the scales' own curvature; where no trial
 # helps, the next ones are shorter by as much, once; a Jacobian that missed less of what a step changed serves for the
 # next one too.
-SHORT = 0.25
+TRUST_FRACTION = 0.25
 
 
 @dataclass(frozen=True)
@@ -50,18 +50,18 @@ class Fit:
     jacobian: Array = field(repr=False)
     cost: float
     discrepancy: dict[int, Discrepancy]
-    settled: bool
-    stale: bool
+    converged: bool
+    jacobian_stale: bool
 
     @property
-    def rows(self) -> dict[str, Array]:
+    def jacobian_rows(self) -> dict[str, Array]:
         """The Jacobian's rows (N,) by parameter."""
         return {parameter.name: row for parameter, row in zip(self.parameters, self.jacobian, strict=True)}
 
     @property
-    def carried(self) -> dict[str, Array]:
+    def reusable_rows(self) -> dict[str, Array]:
         """The rows that a fit which goes on from here may begin with: none where they are stale."""
-        return {} if self.stale else self.rows
+        return {} if self.jacobian_stale else self.jacobian_rows
 
 
 def fit(
@@ -71,10 +71,10 @@ def fit(
     *,
     iterations: int | None = None,
     tolerance: float | None = None,
-    kept: Array | None = None,
+    sample_weights: Array | None = None,
     simulated: Array | None = None,
-    known: Mapping[str, Array] = MappingProxyType({}),
-    trusted: bool = False,
+    jacobian_rows: Mapping[str, Array] = MappingProxyType({}),
+    trust_rows: bool = False,
 ) -> Fit:
     """Follow the likelihood down from one start; names in start that are not free stay as they are.
 
@@ -83,17 +83,17 @@ def fit(
     default). simulated: (N,) of the start, known: rows (N,) of the first Jacobian by name, where another fit has them
     already; trusted: whether these are as good as new ones, so that where they lead nowhere nothing does.
     """
-    space = _Space(problem, parameters, start, kept)
+    space = _Space(problem, parameters, start, sample_weights)
     least = TOLERANCE if tolerance is None else tolerance
     point = space.begin(start)
-    simulated, jacobian = space.linearised(point, simulated, known)
+    simulated, jacobian = space.linearised(point, simulated, jacobian_rows)
     cost, found = space.cost(simulated, point)
-    reach, stale, fresh, settled = 1.0, False, trusted or not known, False
-    for _ in range(ITERATIONS if iterations is None else iterations):
+    reach, stale, fresh, settled = 1.0, False, trust_rows or not jacobian_rows, False
+    for _ in range(MAX_ITERATIONS if iterations is None else iterations):
         if stale:
             simulated, jacobian = space.linearised(point, simulated, {})
             fresh = True
-        trials = space.trials(point, problem.against_log(simulated), jacobian, found, reach)
+        trials = space.trials(point, problem.residual_of(simulated), jacobian, found, reach)
         outcomes = problem.simulate([space.values(trial) for trial in trials])
         costs = [space.cost(outcome, trial) for outcome, trial in zip(outcomes, trials, strict=True)]
         best = int(np.argmin([entry[0] for entry in costs]))
@@ -101,32 +101,32 @@ def fit(
         carried = stale = not fresh  # where a Jacobian that was carried along leads nowhere, a new one may
         if gained > 0.0:
             fresh = False
-            jacobian, foretold = secant(jacobian, trials[best] - point, outcomes[best] - simulated)
-            stale = foretold < 1.0 - SHORT
+            jacobian, foretold = broyden_update(jacobian, trials[best] - point, outcomes[best] - simulated)
+            stale = foretold < 1.0 - TRUST_FRACTION
             point, simulated, (cost, found) = trials[best], outcomes[best], costs[best]
         if gained >= least:
             reach = 1.0
         elif stale and carried:
             continue
         elif reach == 1.0:
-            reach = SHORT
+            reach = TRUST_FRACTION
         else:
             settled = True
             break
     return Fit(
-        space.values(point), tuple(space.parameters), simulated, problem.against_log(simulated), jacobian, cost, found,
+        space.values(point), tuple(space.parameters), simulated, problem.residual_of(simulated), jacobian, cost, found,
         settled, stale,
     )  # fmt: skip
 
 
-def pace(behind: float, iterations: int | None = None) -> float:
+def min_gain_to_catch_up(behind: float, iterations: int | None = None) -> float:
     """The least gain of ``-2 log p`` that makes an iteration worth another one to a fit that is so far behind another:
     who gains less does not come up with it in so many.
     """
-    return max(TOLERANCE, behind / (ITERATIONS if iterations is None else iterations))
+    return max(TOLERANCE, behind / (MAX_ITERATIONS if iterations is None else iterations))
 
 
-def cost_of(problem: Problem, parameters: Sequence[Parameter], values: Values, simulated: Array) -> float:
+def penalized_cost(problem: Problem, parameters: Sequence[Parameter], values: Values, simulated: Array) -> float:
     """``-2 log p`` with the priors of these parameters, of values whose simulation (N,) is known."""
     space = _Space(problem, parameters, values, None)
     return space.cost(simulated, space.begin(values))[0]
@@ -146,14 +146,14 @@ class _Space:
         self.prior = prior_weights(self.parameters)
 
     def begin(self, start: Values) -> Array:
-        return np.clip(off_nominal(self.parameters, start), self.lower, self.upper)
+        return np.clip(scaled_offsets(self.parameters, start), self.lower, self.upper)
 
     def values(self, point: Array) -> dict[str, float]:
         chosen = self.nominal + self.scale * point
         return self.fixed | {p.name: float(v) for p, v in zip(self.parameters, chosen, strict=True)}
 
     def cost(self, simulated: Array, point: Array) -> tuple[float, dict[int, Discrepancy]]:
-        residual = self.problem.against_log(simulated)
+        residual = self.problem.residual_of(simulated)
         if not np.isfinite(residual).all():
             return float("inf"), {}
         total, found = self.problem.cost(residual)
@@ -165,7 +165,7 @@ class _Space:
         self, point: Array, simulated: Array | None, known: Mapping[str, Array]
     ) -> tuple[Array, Array]:
         """The simulation (N,), and (p, N) its change per scale; what is not known yet is simulated in one batch."""
-        step = np.where(point + STEP < self.upper, STEP, -STEP)
+        step = np.where(point + DIFFERENCE_STEP < self.upper, DIFFERENCE_STEP, -DIFFERENCE_STEP)
         new = [index for index, parameter in enumerate(self.parameters) if parameter.name not in known]
         asked = [] if simulated is not None else [self.values(point)]
         asked += [self.values(point + step[index] * np.eye(point.size)[index]) for index in new]
@@ -185,7 +185,7 @@ class _Space:
         """
         low, high = self.lower - point, self.upper - point
         tried = []
-        for forgiving, dampings in ((True, (0.0, SHORT)), (False, (0.0,))):
+        for forgiving, dampings in ((True, (0.0, TRUST_FRACTION)), (False, (0.0,))):
             white, rows = self.problem.whitened(residual, jacobian, found, forgiving)
             if self.kept is not None:
                 white, rows = white * self.kept, rows * self.kept
@@ -195,7 +195,7 @@ class _Space:
         return [np.clip(point + reach * step, self.lower, self.upper) for step in tried]
 
 
-def secant(jacobian: Array, step: Array, change: Array) -> tuple[Array, float]:
+def broyden_update(jacobian: Array, step: Array, change: Array) -> tuple[Array, float]:
     """A Jacobian (p, N) with what a step (p,) was seen to change (N,), and the share of that change it had foretold.
 
     Broyden's update (Math. Comp. 19, 1965): the smallest that gives the change, so that where derivatives change slowly
@@ -216,12 +216,12 @@ def bounded_step(normal: Array, gradient: Array, damping: float, low: Array, hig
     return np.asarray(lsq_linear(factor.T, right, (low - margin, high + margin), method="bvls").x)
 
 
-def off_nominal(parameters: Sequence[Parameter], values: Values) -> Array:
+def scaled_offsets(parameters: Sequence[Parameter], values: Values) -> Array:
     """(p,) how far each parameter is from nominal, in scales."""
     return np.array([(values.get(p.name, p.nominal) - p.nominal) / p.scale for p in parameters])
 
 
-def room(parameters: Sequence[Parameter], values: Values) -> tuple[Array, Array]:
+def distance_to_bounds(parameters: Sequence[Parameter], values: Values) -> tuple[Array, Array]:
     """(p,) how far each parameter may go down and up from its value, in scales: at most 0 and at least 0."""
     here = np.array([values.get(p.name, p.nominal) for p in parameters])
     scale = np.array([p.scale for p in parameters])

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field, replace
 
 from slider_drilling.gap.model import Array, Effect, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem
-from slider_drilling.gap.search.least_squares import ITERATIONS, TOLERANCE, Fit, fit, pace
-from slider_drilling.gap.search.screen import STARTS, cheapest_first, scanned, screen
+from slider_drilling.gap.search.least_squares import MAX_ITERATIONS, TOLERANCE, Fit, fit, min_gain_to_catch_up
+from slider_drilling.gap.search.screen import STARTS, rank_starts, scan_effects, screen
 from slider_drilling.process.parallel_map import parallel_map
 
 # Explanations that are judged.
@@ -28,10 +28,10 @@ class Arm:
     """
 
     effects: tuple[Effect, ...]
-    way: int
-    begin: Values
-    near: Fit | None
-    begun: Array | None = field(default=None, repr=False)
+    mode: int
+    start: Values
+    base: Fit | None
+    start_simulated: Array | None = field(default=None, repr=False)
     fit: Fit | None = None
 
     @property
@@ -45,27 +45,27 @@ class Arm:
     @property
     def physical(self) -> bool:
         """Whether every effect has the sign that its name stands for."""
-        values = self.begin if self.fit is None else self.fit.values
-        return all(effect.means_its_name(values) for effect in self.effects)
+        values = self.start if self.fit is None else self.fit.values
+        return all(effect.is_physical(values) for effect in self.effects)
 
 
 def parameters_of(problem: Problem, effects: Sequence[Effect]) -> list[Parameter]:
     """The nuisance and the effects' own parameters, one copy per run of what belongs to the run."""
     nuisance = list(problem.model.nuisance)
-    return problem.free([*nuisance, *(parameter for effect in effects for parameter in effect.parameters)])
+    return problem.expand_per_run([*nuisance, *(parameter for effect in effects for parameter in effect.parameters)])
 
 
-def race(problems: Sequence[Problem], arms: Sequence[Arm], known: float = float("inf")) -> list[Arm]:
+def race(problems: Sequence[Problem], arms: Sequence[Arm], incumbent_cost: float = float("inf")) -> list[Arm]:
     """Run the arms; those that lasted, cheapest first. known: cost that they have to come up with besides.
 
     Of the sets in each heat the better half goes on, twice as far as before, until few are left, which are followed to
     their ends (sequential halving; Karnin, Koren and Somekh, ICML 2013). problems: one per way.
     """
-    iterations, running = 1, _furthered(problems, arms, 1, known)
+    iterations, running = 1, _furthered(problems, arms, 1, incumbent_cost)
     while _many(running := _better_half(running)):
         iterations *= 2
-        running = _furthered(problems, running, iterations, known)
-    return _furthered(problems, running, ITERATIONS, known)
+        running = _furthered(problems, running, iterations, incumbent_cost)
+    return _furthered(problems, running, MAX_ITERATIONS, incumbent_cost)
 
 
 def _furthered(problems: Sequence[Problem], running: Sequence[Arm], iterations: int, known: float) -> list[Arm]:
@@ -75,13 +75,13 @@ def _furthered(problems: Sequence[Problem], running: Sequence[Arm], iterations: 
     leader = min((known, *(arm.cost for arm in running if arm.physical)))
 
     def advance(arm: Arm) -> Arm:
-        least = pace(arm.cost - leader, iterations) if arm.fit is not None else TOLERANCE
-        return _advanced(problems[arm.way].showing(arm.effects), arm, iterations, least)
+        least = min_gain_to_catch_up(arm.cost - leader, iterations) if arm.fit is not None else TOLERANCE
+        return _advanced(problems[arm.mode].at_fidelity_of(arm.effects), arm, iterations, least)
 
     return sorted(parallel_map(advance, running), key=lambda arm: arm.cost)
 
 
-def begun_again(problems: Sequence[Problem], ran: Sequence[Arm], added: int = 1) -> list[Arm]:
+def restart_leader(problems: Sequence[Problem], ran: Sequence[Arm], added: int = 1) -> list[Arm]:
     """What the race left, and its leader once more: each of so many that were added is looked for anew, beside the
     others and with the nuisance that it was found with.
 
@@ -89,9 +89,9 @@ def begun_again(problems: Sequence[Problem], ran: Sequence[Arm], added: int = 1)
     all the rest as well; from the leader's own it points to the effect alone.
     """
     leader = next((arm for arm in ran if arm.physical), ran[0])
-    problem = problems[leader.way].showing(leader.effects)
+    problem = problems[leader.mode].at_fidelity_of(leader.effects)
     arms = [arm for effect in leader.effects[-added:] for arm in _sought_anew(problem, leader, effect)]
-    found = parallel_map(lambda arm: _advanced(problem, arm, ITERATIONS), arms)
+    found = parallel_map(lambda arm: _advanced(problem, arm, MAX_ITERATIONS), arms)
     return sorted([*ran, *found], key=lambda arm: arm.cost)
 
 
@@ -101,25 +101,31 @@ def _sought_anew(problem: Problem, leader: Arm, effect: Effect) -> list[Arm]:
     others = [one for one in leader.effects if one is not effect]
     own = {parameter.name for parameter in effect.parameters}
     bare = {name: value for name, value in leader.fit.values.items() if name not in own}
-    scan = scanned(problem, fit(problem, parameters_of(problem, others), bare, iterations=0), [effect])
+    scan = scan_effects(problem, fit(problem, parameters_of(problem, others), bare, iterations=0), [effect])
     (candidate,) = screen(scan)
-    starts = cheapest_first(scan, candidate)[:STARTS]
-    return [replace(leader, begin=start, near=None, begun=simulated, fit=None) for start, simulated in starts]
+    starts = rank_starts(scan, candidate)[:STARTS]
+    return [replace(leader, start=start, base=None, start_simulated=simulated, fit=None) for start, simulated in starts]
 
 
 def _advanced(problem: Problem, arm: Arm, iterations: int, least: float = TOLERANCE) -> Arm:
-    if arm.fit is not None and arm.fit.settled:
+    if arm.fit is not None and arm.fit.converged:
         return arm
     freed = parameters_of(problem, arm.effects)
     if arm.fit is None:
-        known = arm.near.rows if arm.near is not None else {}
+        known = arm.base.jacobian_rows if arm.base is not None else {}
         found = fit(
-            problem, freed, arm.begin, iterations=iterations, tolerance=least, simulated=arm.begun, known=known
+            problem,
+            freed,
+            arm.start,
+            iterations=iterations,
+            tolerance=least,
+            simulated=arm.start_simulated,
+            jacobian_rows=known,
         )
     else:
         found = fit(
             problem, freed, arm.fit.values, iterations=iterations, tolerance=least, simulated=arm.fit.simulated,
-            known=arm.fit.carried,
+            jacobian_rows=arm.fit.reusable_rows,
         )  # fmt: skip
     return replace(arm, fit=found)
 
@@ -130,7 +136,7 @@ def _heats(running: Sequence[Arm]) -> list[list[Arm]]:
     """
     heats: dict[int, list[Arm]] = {}
     for arm in running:
-        heats.setdefault(id(arm.near), []).append(arm)
+        heats.setdefault(id(arm.base), []).append(arm)
     return list(heats.values())
 
 

@@ -9,34 +9,42 @@ import numpy as np
 
 from slider_drilling.gap.model import Array, Effect, Values
 from slider_drilling.gap.problem.problem import Problem
-from slider_drilling.gap.search.least_squares import SHORT, Fit, bounded_step, cost_of, off_nominal, prior_weights, room
+from slider_drilling.gap.search.least_squares import (
+    TRUST_FRACTION,
+    Fit,
+    bounded_step,
+    distance_to_bounds,
+    penalized_cost,
+    prior_weights,
+    scaled_offsets,
+)
 
 _MARGIN = 0.02
 # A derivative is trusted for so many of a nuisance's scales, a secant for so many times the scan's amplitude.
-_FAR = 1.0 / SHORT
+_FAR = 1.0 / TRUST_FRACTION
 # Places that fits begin from where the first may mislead.
 STARTS = 2
 
 
 @dataclass(frozen=True)
-class Candidate:
+class ScreenedEffect:
     """promise: by how much ``-2 log p`` falls at the best point if its secant and the nuisance's derivatives hold;
     starts: parameter values to begin fits from, most promising first, one a scan point.
     """
 
     effect: Effect
-    promise: float
+    predicted_gain: float
     starts: tuple[dict[str, float], ...]
 
 
 @dataclass(frozen=True)
-class Pair:
+class ScreenedPair:
     """Two effects at once; promise, start: as `Candidate` has them; left: E that the same forecast leaves."""
 
     effects: tuple[Effect, Effect]
-    promise: float
+    predicted_gain: float
     start: dict[str, float]
-    left: float
+    predicted_gap: float
 
 
 @dataclass(frozen=True)
@@ -51,11 +59,11 @@ class Scan:
     base: Fit = field(repr=False)
     points: list[tuple[Effect, tuple[float, ...]]]
     changes: Array = field(repr=False)
-    now: float
+    cost: float
     views: tuple[_View, ...] = field(repr=False)
 
 
-def screen(scan: Scan) -> list[Candidate]:
+def screen(scan: Scan) -> list[ScreenedEffect]:
     """Score every effect of a scan, most promising first.
 
     The secant replaces the derivative at neutral, which for a dead zone, or a friction that depends on direction, says
@@ -72,36 +80,36 @@ def screen(scan: Scan) -> list[Candidate]:
     found = []
     for name, by_point in scored.items():
         ordered = sorted(by_point.values(), key=lambda entry: -entry[0])
-        found.append(Candidate(effects[name], ordered[0][0], tuple(start for _, start in ordered)))
-    return sorted(found, key=lambda candidate: -candidate.promise)
+        found.append(ScreenedEffect(effects[name], ordered[0][0], tuple(start for _, start in ordered)))
+    return sorted(found, key=lambda candidate: -candidate.predicted_gain)
 
 
-def cheapest_first(scan: Scan, candidate: Candidate) -> list[tuple[dict[str, float], Array]]:
+def rank_starts(scan: Scan, candidate: ScreenedEffect) -> list[tuple[dict[str, float], Array]]:
     """The candidate's starts and their simulations (N,), by what each leaves: what secants and derivatives promise may
     not be there.
     """
-    problem = scan.problem.showing((candidate.effect,))
+    problem = scan.problem.at_fidelity_of((candidate.effect,))
     begun = list(zip(candidate.starts, problem.simulate(candidate.starts), strict=True))
-    return sorted(begun, key=lambda one: cost_of(problem, scan.base.parameters, *one))
+    return sorted(begun, key=lambda one: penalized_cost(problem, scan.base.parameters, *one))
 
 
-def screen_pairs(scan: Scan, most: int, enough: float) -> list[Pair]:
+def screen_pairs(scan: Scan, most: int, enough: float) -> list[ScreenedPair]:
     """The most promising pairs of effects of a scan, each within what its name stands for: at most so many, the best
     first. enough: E that would be; a pair that leaves more of it than a forecast may be wrong by is no such pair.
 
     By the same secants: what two of them explain together costs no more simulations than what each does alone. Two
     that make up for each other, or hide each other, promise nothing one by one.
     """
-    best: dict[tuple[str, str], Pair] = {}
+    best: dict[tuple[str, str], ScreenedPair] = {}
     for view in scan.views:
         for first, second in _likely_pairs(scan, view):
-            chosen = scan.points[first][0].as_named, scan.points[second][0].as_named
+            chosen = scan.points[first][0].within_physical_range, scan.points[second][0].within_physical_range
             promise, start, left = _promised(scan, view, chosen, (first, second))
             names = chosen[0].name, chosen[1].name
-            if names not in best or promise > best[names].promise:
-                best[names] = Pair(chosen, promise, start, left)
-    ending = [pair for pair in best.values() if SHORT * pair.left <= enough]
-    return sorted(ending, key=lambda pair: -pair.promise)[:most]
+            if names not in best or promise > best[names].predicted_gain:
+                best[names] = ScreenedPair(chosen, promise, start, left)
+    ending = [pair for pair in best.values() if TRUST_FRACTION * pair.predicted_gap <= enough]
+    return sorted(ending, key=lambda pair: -pair.predicted_gain)[:most]
 
 
 @dataclass(frozen=True)
@@ -112,12 +120,12 @@ class _View:
     rows: Array
 
 
-def scanned(problem: Problem, base: Fit, effects: Sequence[Effect]) -> Scan:
+def scan_effects(problem: Problem, base: Fit, effects: Sequence[Effect]) -> Scan:
     """Simulate every scan point of the effects at a fit."""
     points = [(effect, point) for effect in effects for point in effect.scan]
     if not points:
         return Scan(problem, base, [], np.empty((0, problem.size)), 0.0, ())
-    changes = changes_of(problem, base.values, base.simulated, points, problem.how.fidelity)
+    changes = scan_changes(problem, base.values, base.simulated, points, problem.options.fidelity)
     rows = np.vstack([base.jacobian, changes])
     views = [problem.whitened(base.residual, rows, base.discrepancy, forgiving) for forgiving in (True, False)]
     now = problem.cost(base.residual)[0]
@@ -136,8 +144,8 @@ def _promised(
     points = [(effect, scan.points[index][1]) for effect, index in zip(effects, chosen, strict=True)]
     step = _step(base, points, view.rows[own], view.white)
     change = step[:count] @ base.jacobian + step[count:] @ scan.changes[list(chosen)]
-    residual = problem.against_log(base.simulated + change)
-    return scan.now - problem.cost(residual)[0], _start(base, points, step), float(np.sqrt(np.mean(residual**2)))
+    residual = problem.residual_of(base.simulated + change)
+    return scan.cost - problem.cost(residual)[0], _start(base, points, step), float(np.sqrt(np.mean(residual**2)))
 
 
 def _likely_pairs(scan: Scan, view: _View) -> list[tuple[int, int]]:
@@ -173,7 +181,7 @@ def _gain(multiple: Array, along: Array, power: Array) -> Array:
     return np.asarray(2.0 * multiple * along - multiple**2 * power, dtype=np.float64)
 
 
-def changes_of(
+def scan_changes(
     problem: Problem, values: Values, simulated: Array, points: Sequence[tuple[Effect, tuple[float, ...]]], least: int
 ) -> Array:
     """(P, N) what each scan point changes at the values, by the cheapest simulations that show its effect.
@@ -185,21 +193,21 @@ def changes_of(
     for asked in sorted(set(needed)):
         own = [index for index, fidelity in enumerate(needed) if fidelity == asked]
         sets = [dict(values) | points[index][0].values(points[index][1]) for index in own]
-        if asked == problem.how.fidelity:
+        if asked == problem.options.fidelity:
             changes[own] = problem.simulate(sets) - simulated
         else:
-            without, *with_it = problem.simulate([values, *sets], replace(problem.how, fidelity=asked))
+            without, *with_it = problem.simulate([values, *sets], replace(problem.options, fidelity=asked))
             changes[own] = np.array(with_it) - without
     return changes
 
 
 def _step(base: Fit, chosen: Sequence[tuple[Effect, tuple[float, ...]]], rows: Array, white: Array) -> Array:
     """(p + e,) nuisance step in scales and multiples of the scan points' changes that together leave least, bounded."""
-    low, high = room(base.parameters, base.values)
+    low, high = distance_to_bounds(base.parameters, base.values)
     none = np.zeros(len(chosen))
     prior = np.append(prior_weights(base.parameters), none) ** 2
     normal = rows @ rows.T + np.diag(prior)
-    gradient = rows @ white - prior * np.append(off_nominal(base.parameters, base.values), none)
+    gradient = rows @ white - prior * np.append(scaled_offsets(base.parameters, base.values), none)
     spans = [_span(effect, point) for effect, point in chosen]
     lowest = np.append(np.maximum(low, -_FAR), [span[0] for span in spans])
     highest = np.append(np.minimum(high, _FAR), [span[1] for span in spans])
@@ -226,7 +234,7 @@ def _start(base: Fit, chosen: Sequence[tuple[Effect, tuple[float, ...]]], step: 
         start[parameter.name] = float(np.clip(moved, parameter.lower, parameter.upper))
     for (effect, point), multiple in zip(chosen, step[count:], strict=True):
         amplitude = effect.parameters[0]
-        trusted = float(multiple) if abs(multiple) >= SHORT else SHORT
+        trusted = float(multiple) if abs(multiple) >= TRUST_FRACTION else TRUST_FRACTION
         margin = _MARGIN * (amplitude.upper - amplitude.lower)
         size = amplitude.nominal + trusted * (point[0] - amplitude.nominal)
         size = float(np.clip(size, amplitude.lower + margin, amplitude.upper - margin))

@@ -20,7 +20,7 @@ _PARTS = 8  # of a block, each with a weight of its own
 
 
 @dataclass(frozen=True)
-class Blocks:
+class BlockBootstrap:
     """Circular block bootstrap over time, the same for all that is compared.
 
     starts: per run, (RESAMPLES, blocks) the instants at which what is drawn begins, the last of each shorter so that
@@ -32,11 +32,11 @@ class Blocks:
     weights: tuple[Array, ...] = field(repr=False)
 
     @property
-    def number(self) -> int:
+    def block_count(self) -> int:
         """Blocks in the log."""
         return sum(starts.shape[1] for starts in self.starts)
 
-    def drawn(self, values: Array) -> Array:
+    def resampled_sum(self, values: Array) -> Array:
         """(RESAMPLES,) sum of values (N,) over what was drawn."""
         total = np.zeros(RESAMPLES)
         for own, starts, block in zip(self._by_run(values), self.starts, self.folds.block, strict=True):
@@ -46,7 +46,7 @@ class Blocks:
             total += np.sum(before[starts + length] - before[starts], axis=1)
         return total
 
-    def weighted(self, values: Array) -> Array:
+    def weighted_sum(self, values: Array) -> Array:
         """(RESAMPLES,) sum of values (N,) by weight."""
         total = np.zeros(RESAMPLES)
         for own, weights in zip(self._by_run(values), self.weights, strict=True):
@@ -60,12 +60,12 @@ class Blocks:
         return np.split(by_instant, np.cumsum(self.folds.instants)[:-1])
 
 
-def make_blocks(folds: Folds, seed: int) -> Blocks:
+def make_bootstrap(folds: Folds, seed: int) -> BlockBootstrap:
     """Draw the resamples and the weights once."""
     generator = np.random.default_rng(seed)
     runs = list(zip(folds.instants, folds.block, strict=True))
     starts = [generator.integers(0, long, size=(RESAMPLES, int(np.ceil(long / block)))) for long, block in runs]
-    return Blocks(folds, tuple(starts), tuple(_weights(generator, long, block) for long, block in runs))
+    return BlockBootstrap(folds, tuple(starts), tuple(_weights(generator, long, block) for long, block in runs))
 
 
 def _weights(generator: np.random.Generator, instants: int, block: int) -> Array:

@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from slider_drilling.gap.choice.state import State
-from slider_drilling.gap.model import Array, Graded, How, Model
+from slider_drilling.gap.model import Array, HasFidelities, Model, SimulationOptions
 from slider_drilling.gap.problem.cycles import block_length
 from slider_drilling.gap.problem.noise import sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
+from slider_drilling.gap.selection.state import SearchState
 
 Rms = dict[str, dict[str, float]]
 
 
 @dataclass(frozen=True)
-class Beyond:
+class WholeRunErrors:
     """RMS residuals by stage (nominal, tuned, with_effect) and channel, in the channel's unit, pooled over the runs.
 
     One free simulation of every run with one set of parameters, unlike the held-out gap, whose parameters differ from
@@ -34,20 +34,20 @@ class Beyond:
     whole: Rms
     freed: dict[str, int]
     horizon: dict[str, float]
-    foretold: tuple[str, ...]
+    predictable_to_end: tuple[str, ...]
     problem: Problem = field(repr=False)
-    left: dict[str, Array] = field(repr=False)
+    residuals: dict[str, Array] = field(repr=False)
 
     def figures(self) -> dict[str, Any]:
         """The plain numbers of it."""
         return {name: getattr(self, name) for name in ("share", "fitted", "rest", "whole", "freed")}
 
 
-def look_beyond(model: Model, state: State, share: float) -> Beyond:
+def simulate_whole_runs(model: Model, state: SearchState, share: float) -> WholeRunErrors:
     """Simulate the whole runs of ``model`` with what was learnt from their first ``share`` (0 to 1)."""
-    finest = max(model.finest - 1, 0) if isinstance(model, Graded) else 0
-    problem = build_problem(model, [sigmas(own) for own in state.floors], How(finest))
-    stages = {"nominal": {}, "tuned": dict(state.tuned.fit.values)}
+    finest = max(model.max_fidelity - 1, 0) if isinstance(model, HasFidelities) else 0
+    problem = build_problem(model, [sigmas(own) for own in state.floors], SimulationOptions(finest))
+    stages = {"nominal": {}, "tuned": dict(state.calibrated.fit.values)}
     if state.current.effects:
         stages["with_effect"] = dict(state.current.fit.values)
     residuals = problem.residuals(list(stages.values()))
@@ -68,12 +68,12 @@ def look_beyond(model: Model, state: State, share: float) -> Beyond:
             rms = {name: float(np.sqrt(np.mean(values))) for name, values in found.items() if values.size}
             if rms:
                 parts[place][stage] = rms
-    freed = {"nominal": 0, "tuned": len(state.tuned.fit.parameters)}
+    freed = {"nominal": 0, "tuned": len(state.calibrated.fit.parameters)}
     if state.current.effects:
         freed["with_effect"] = len(state.current.fit.parameters)
     last = list(stages)[-1]
     horizon, foretold = _horizon(problem, left[last])
-    return Beyond(
+    return WholeRunErrors(
         share, parts["fitted"], parts["rest"], parts["whole"], freed, horizon, foretold, problem, left
     )
 

@@ -12,21 +12,21 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from slider_drilling.gap.choice.state import Explained
-from slider_drilling.gap.evidence.score import FOLDS, Folds, Score, held_out, score_of
-from slider_drilling.gap.model import Array, Disturbance, Disturbed, Effect, Parameter, Values
+from slider_drilling.gap.evidence.score import FOLDS, Folds, HeldOutScore, score_held_out, score_residual
+from slider_drilling.gap.model import Array, Effect, FreeForm, HasFreeForms, Parameter, Values
 from slider_drilling.gap.problem.problem import Piece, Problem
-from slider_drilling.gap.search.finish import corrected, finished
+from slider_drilling.gap.search.fine_fit import refit_in_fine_simulation, refit_with_correction
 from slider_drilling.gap.search.least_squares import (
     Fit,
     bounded_step,
-    cost_of,
+    distance_to_bounds,
     fit,
-    off_nominal,
-    pace,
+    min_gain_to_catch_up,
+    penalized_cost,
     prior_weights,
-    room,
+    scaled_offsets,
 )
+from slider_drilling.gap.selection.state import FittedModel
 from slider_drilling.process.parallel_map import parallel_map
 
 _KNOTS = 8
@@ -39,25 +39,25 @@ _DRIFTED, _NOWHERE = ("drift.begin", "drift.end"), 1e6
 
 
 @dataclass(frozen=True)
-class Rival:
+class FreeFormFit:
     """words: what it would be; like: names of the effects whose free form it is, None where it could be any of its
     site's; x, y: (m,) its shape, y in y_unit; score: held out; reading: the channel whose reading alone would be off,
     None where it is the model.
     """
 
     site: str
-    words: str
-    like: tuple[str, ...] | None
+    description: str
+    free_form_of: tuple[str, ...] | None
     x: Array = field(repr=False)
     x_unit: str
     y: Array = field(repr=False)
     y_unit: str
-    score: Score = field(repr=False)
-    reading: str | None = None
+    score: HeldOutScore = field(repr=False)
+    sensor_channel: str | None = None
 
-    def frees(self, effect: Effect) -> bool:
+    def covers(self, effect: Effect) -> bool:
         """Whether it is the free form of what the effect says in a law."""
-        return effect.site == self.site if self.like is None else effect.name in self.like
+        return effect.site == self.site if self.free_form_of is None else effect.name in self.free_form_of
 
 
 @dataclass(frozen=True)
@@ -89,34 +89,34 @@ class _Columns:
     least: float = -np.inf
 
 
-def rivals(explained: Explained, folds: Folds, worth: float = 0.0) -> list[Rival]:
+def fit_free_forms(explained: FittedModel, folds: Folds, worth: float = 0.0) -> list[FreeFormFit]:
     """Every disturbance that the model and its channels offer, solved at a fit; the one that foretells most first.
 
     worth: gain of ``-2 log p`` from which one that is fitted is also finished.
     """
-    asked: list[_Columns | _Drift | Disturbance] = [*_readings(explained), *_drifts(explained), *_inside(explained)]
+    asked: list[_Columns | _Drift | FreeForm] = [*_readings(explained), *_drifts(explained), *_inside(explained)]
     return _all_solved(explained, asked, folds, worth)
 
 
-def other_forms(explained: Explained, folds: Folds) -> list[Rival]:
+def fit_free_forms_of_known(explained: FittedModel, folds: Folds) -> list[FreeFormFit]:
     """The free forms of the laws that a model has already, solved at its fit; the one that foretells most first."""
     names = set(explained.names)
-    return _all_solved(explained, [one for one in _inside(explained) if names & set(one.like)], folds, 0.0)
+    return _all_solved(explained, [one for one in _inside(explained) if names & set(one.free_form_of)], folds, 0.0)
 
 
-def _inside(explained: Explained) -> Sequence[Disturbance]:
+def _inside(explained: FittedModel) -> Sequence[FreeForm]:
     model = explained.problem.model
-    return model.disturbances(explained.fit.values) if isinstance(model, Disturbed) else ()
+    return model.free_forms(explained.fit.values) if isinstance(model, HasFreeForms) else ()
 
 
 def _all_solved(
-    explained: Explained, asked: Sequence[_Columns | _Drift | Disturbance], folds: Folds, worth: float
-) -> list[Rival]:
+    explained: FittedModel, asked: Sequence[_Columns | _Drift | FreeForm], folds: Folds, worth: float
+) -> list[FreeFormFit]:
 
-    def solved(one: _Columns | _Drift | Disturbance) -> Rival:
+    def solved(one: _Columns | _Drift | FreeForm) -> FreeFormFit:
         if isinstance(one, _Drift):
             return _drifting(explained, one, folds, worth)
-        if isinstance(one, Disturbance):
+        if isinstance(one, FreeForm):
             if one.parameters:
                 return _fitted(explained, one, folds, worth)
             one = _columns(explained, one)
@@ -124,10 +124,10 @@ def _all_solved(
 
     # One that stays at nothing is the nuisance, fitted once more.
     found = [rival for rival in parallel_map(solved, asked) if np.any(rival.y)]
-    return sorted(found, key=lambda rival: rival.score.surprise)
+    return sorted(found, key=lambda rival: rival.score.held_out_deviance)
 
 
-def _readings(explained: Explained) -> list[_Columns]:
+def _readings(explained: FittedModel) -> list[_Columns]:
     """A reading that is off by a smooth function of time, of its own level, of the excitation, or of its rate."""
     problem, made = explained.problem, []
     for piece in _read_often(problem):
@@ -145,7 +145,7 @@ def _readings(explained: Explained) -> list[_Columns]:
     return made
 
 
-def _drifts(explained: Explained) -> list[_Drift]:
+def _drifts(explained: FittedModel) -> list[_Drift]:
     """A drift pulls at what is tuned, and bends it: it is fitted beside that, not solved for around where that went."""
     problem = explained.problem
     return [
@@ -160,7 +160,7 @@ def _read_often(problem: Problem) -> list[Piece]:
 
 def _site_of(problem: Problem, piece: Piece) -> str:
     model = problem.model
-    return model.site_of(piece.name) if isinstance(model, Disturbed) else "sensor"
+    return model.sensor_site(piece.name) if isinstance(model, HasFreeForms) else "sensor"
 
 
 def _named(problem: Problem, piece: Piece) -> str:
@@ -177,29 +177,40 @@ def _reading(problem: Problem, piece: Piece, site: str, over: str, values: Array
     return _Columns(site, words, None, knots, unit, piece.channel.unit, rows, piece.name)
 
 
-def _columns(explained: Explained, one: Disturbance) -> _Columns:
+def _columns(explained: FittedModel, one: FreeForm) -> _Columns:
     """What the model itself offers, each coefficient moved a little; where these are not what is off at each x, by what
     is off there.
     """
-    rows = (explained.problem.simulate(one.sets) - explained.fit.simulated) / np.array(one.steps)[:, None]
-    if one.curve:
-        rows = np.linalg.solve(np.array(one.curve).T, rows)
-    return _Columns(one.site, one.words, one.like, np.array(one.x), one.x_unit, one.y_unit, rows, least=one.least)
+    rows = (explained.problem.simulate(one.parameter_sets) - explained.fit.simulated) / np.array(one.steps)[:, None]
+    if one.basis:
+        rows = np.linalg.solve(np.array(one.basis).T, rows)
+    return _Columns(
+        one.site,
+        one.description,
+        one.free_form_of,
+        np.array(one.x),
+        one.x_unit,
+        one.y_unit,
+        rows,
+        least=one.lower_bound,
+    )
 
 
-def _fitted(explained: Explained, one: Disturbance, folds: Folds, worth: float) -> Rival:
+def _fitted(explained: FittedModel, one: FreeForm, folds: Folds, worth: float) -> FreeFormFit:
     """A disturbance whose coefficients are fitted with the nuisance, and finished as a law is where it is worth it."""
     start = _likeliest_start(explained, one.parameters[0]) if len(one.parameters) == 1 else None
-    found, score = _beside(explained, explained.problem, one.parameters, explained.fit.rows, folds, worth, start)
+    found, score = _beside(
+        explained, explained.problem, one.parameters, explained.fit.jacobian_rows, folds, worth, start
+    )
     shape = np.array([found.values[parameter.name] - parameter.nominal for parameter in one.parameters])
     x = np.array(one.x)
     if one.period is not None:
         # What is the same all around is no matter of where: the nuisance has it.
         x, shape = np.append(x, x[0] + one.period), np.append(shape, shape[0]) - float(np.mean(shape))
-    return Rival(one.site, one.words, one.like, x, one.x_unit, shape, one.y_unit, score)
+    return FreeFormFit(one.site, one.description, one.free_form_of, x, one.x_unit, shape, one.y_unit, score)
 
 
-def _likeliest_start(explained: Explained, far: Parameter) -> tuple[dict[str, float], Array] | None:
+def _likeliest_start(explained: FittedModel, far: Parameter) -> tuple[dict[str, float], Array] | None:
     """Where the log is likeliest of places all over one parameter's range, beside what is tuned and beside what is
     nominal, and its simulation (N,), None where it is so at the parameter's own nominal value: who begins there, beside
     a nuisance that others have bent, may never see the place.
@@ -210,48 +221,50 @@ def _likeliest_start(explained: Explained, far: Parameter) -> tuple[dict[str, fl
     shares = np.concatenate([_PLACES * (bound - far.nominal) for bound in (far.lower, far.upper)])
     places = [{**base, far.name: float(far.nominal + share)} for base in (tuned, given) for share in shares]
     begun = zip(places, explained.problem.simulate(places), strict=True)
-    costs = [(cost_of(explained.problem, known.parameters, *one), one) for one in begun]
+    costs = [(penalized_cost(explained.problem, known.parameters, *one), one) for one in begun]
     least, best = min(costs, key=lambda entry: entry[0])
     return best if least < known.cost else None
 
 
-def _drifting(explained: Explained, one: _Drift, folds: Folds, worth: float) -> Rival:
+def _drifting(explained: FittedModel, one: _Drift, folds: Folds, worth: float) -> FreeFormFit:
     rows = np.zeros((2, explained.problem.size))
     rows[:, one.piece.rows] = one.shares
     added = dict(zip(_DRIFTED, rows, strict=True))
     free = tuple(Parameter(name, 0.0, -_NOWHERE, _NOWHERE, 1.0) for name in _DRIFTED)
-    found, score = _beside(explained, explained.problem.adding(added), free, explained.fit.rows | added, folds, worth)
+    found, score = _beside(
+        explained, explained.problem.with_added_rows(added), free, explained.fit.jacobian_rows | added, folds, worth
+    )
     shape = one.piece.noise * np.array([found.values[name] for name in _DRIFTED])
     x = one.piece.channel.time[[0, -1]]
     unit = one.piece.channel.unit
-    return Rival(one.site, one.words, None, x, "s", shape, unit, score, one.piece.name)
+    return FreeFormFit(one.site, one.words, None, x, "s", shape, unit, score, one.piece.name)
 
 
 def _beside(
-    explained: Explained, problem: Problem, parameters: Sequence[Parameter], first: Mapping[str, Array],
+    explained: FittedModel, problem: Problem, parameters: Sequence[Parameter], first: Mapping[str, Array],
     folds: Folds, worth: float, start: tuple[Values, Array] | None = None,
-) -> tuple[Fit, Score]:  # fmt: skip
+) -> tuple[Fit, HeldOutScore]:  # fmt: skip
     """Fitted beside the nuisance, and held out: finished and refitted without each stretch where it gains more than it
     is worth finishing for, else solved for without it. first: (N,) rows of the first Jacobian; start: values and
     simulation (N,) where else than at the explanation's fit.
     """
     known = explained.fit
-    freed, least = [*known.parameters, *problem.free(parameters)], pace(worth)
+    freed, least = [*known.parameters, *problem.expand_per_run(parameters)], min_gain_to_catch_up(worth)
     values, simulated = start or (known.values, known.simulated)
-    found = fit(problem, freed, values, tolerance=least, simulated=simulated, known={} if start else first)
+    found = fit(problem, freed, values, tolerance=least, simulated=simulated, jacobian_rows={} if start else first)
     if known.cost - found.cost > worth:
-        exact, ended = finished(*corrected(problem, found))
-        return ended, held_out(exact, ended, folds)
+        exact, ended = refit_in_fine_simulation(*refit_with_correction(problem, found))
+        return ended, score_held_out(exact, ended, folds)
     own = [index for index, parameter in enumerate(found.parameters) if not parameter.per_run]
     rows, of_rig = found.jacobian[own], [found.parameters[index] for index in own]
     white, through = problem.whitened(found.residual, rows, found.discrepancy)
     # What a step of the whole log would still promise has not been simulated, and is not counted.
     there = found.residual + _bent_least(through, white, of_rig, found.values) @ rows
     residual = _left_out(there, rows, white, through, of_rig, found.values, folds)
-    return found, score_of(problem, residual, found)
+    return found, score_residual(problem, residual, found)
 
 
-def _solved(explained: Explained, columns: _Columns, folds: Folds) -> Rival:
+def _solved(explained: FittedModel, columns: _Columns, folds: Folds) -> FreeFormFit:
     problem, fit = explained.problem, explained.fit
     own = [index for index, parameter in enumerate(fit.parameters) if not parameter.per_run]
     power = np.sum(columns.rows**2, axis=1)
@@ -267,8 +280,8 @@ def _solved(explained: Explained, columns: _Columns, folds: Folds) -> Rival:
     shape[used] = _bent_least(through, white, nuisance, fit.values, columns.least)[len(own) :]
     _, found = problem.cost(residual)
     scale = _noise_of(problem, columns)
-    score = score_of(problem, residual, replace(fit, discrepancy=found))
-    return Rival(
+    score = score_residual(problem, residual, replace(fit, discrepancy=found))
+    return FreeFormFit(
         columns.site, columns.words, columns.like, columns.x, columns.x_unit, scale * shape, columns.y_unit, score,
         columns.reading,
     )  # fmt: skip
@@ -283,7 +296,7 @@ def _left_out(
     """
     residual = np.empty(left.size)
     for fold in range(FOLDS):
-        kept = folds.of != fold
+        kept = folds.fold != fold
         step = _bent_least(through[:, kept], white[kept], nuisance, values, least)
         residual[~kept] = (left - step @ rows)[~kept]
     return residual
@@ -305,7 +318,7 @@ def _bent_least(
     normal, gradient = rows @ rows.T, rows @ target
     prior = prior_weights(nuisance) ** 2
     normal[np.diag_indices(own)] += prior
-    gradient[:own] -= prior * off_nominal(nuisance, values)
+    gradient[:own] -= prior * scaled_offsets(nuisance, values)
     normal[np.diag_indices(len(rows))] += 1e-9 * max(float(power.max(initial=0.0)), 1e-12)
     if knots > 2:
         bends = np.zeros_like(normal)
@@ -318,7 +331,7 @@ def _bent_least(
             return float(size - (knots - 2) * np.log(weight) - gradient @ np.linalg.solve(bent, gradient))
 
         normal = normal + min(_WEIGHTS, key=unlikely) * bends
-    low, high = room(nuisance, values)
+    low, high = distance_to_bounds(nuisance, values)
     low, high = np.append(low, np.full(knots, least)), np.append(high, np.full(knots, np.inf))
     step = np.linalg.solve(normal, gradient)
     if np.any(step < low) or np.any(step > high):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from slider_drilling.gap.model import Array, Parameter, Spoken
+from slider_drilling.gap.model import Array, HasUserParameters, Parameter
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit, prior_weights
 
@@ -13,7 +13,7 @@ _NORMAL_95 = 1.96
 _MOVED = 1e-3
 
 
-def intervals(problem: Problem, found: Fit) -> dict[str, tuple[float, float]]:
+def parameter_intervals(problem: Problem, found: Fit) -> dict[str, tuple[float, float]]:
     """95 % of each freed parameter, by the names that a user knows, cut at its bounds."""
     if not found.parameters:
         return {}
@@ -21,31 +21,33 @@ def intervals(problem: Problem, found: Fit) -> dict[str, tuple[float, float]]:
     normal = rows @ rows.T + np.diag(prior_weights(found.parameters) ** 2)
     # What the log says nothing of may lie anywhere within its bounds.
     covariance = np.linalg.pinv(normal + 1e-9 * np.eye(len(normal)))
-    values = spoken(problem, found.values)
+    values = user_values(problem, found.values)
     spans = {}
-    for name, parameter in known(problem, found).items():
+    for name, parameter in user_parameters(problem, found).items():
         slope = _slope(problem, found, name)
         half = _NORMAL_95 * float(np.sqrt(max(float(slope @ covariance @ slope), 0.0)))
         spans[name] = max(values[name] - half, parameter.lower), min(values[name] + half, parameter.upper)
     return spans
 
 
-def spoken(problem: Problem, values: dict[str, float]) -> dict[str, float]:
+def user_values(problem: Problem, values: dict[str, float]) -> dict[str, float]:
     """Fitted values by the names that a user knows."""
-    return problem.model.spoken(values) if isinstance(problem.model, Spoken) else dict(values)
+    return problem.model.to_user(values) if isinstance(problem.model, HasUserParameters) else dict(values)
 
 
-def known(problem: Problem, found: Fit) -> dict[str, Parameter]:
+def user_parameters(problem: Problem, found: Fit) -> dict[str, Parameter]:
     """The freed parameters by the names that a user knows."""
     freed = {parameter.name: parameter for parameter in found.parameters}
-    said = problem.model.said if isinstance(problem.model, Spoken) else {}
-    return {name: freed.get(name) or said[name] for name in spoken(problem, found.values) if name in {**freed, **said}}
+    said = problem.model.user_parameters if isinstance(problem.model, HasUserParameters) else {}
+    return {
+        name: freed.get(name) or said[name] for name in user_values(problem, found.values) if name in {**freed, **said}
+    }
 
 
 def _slope(problem: Problem, found: Fit, name: str) -> Array:
     """(p,) change of one known parameter per scale of each freed one."""
-    here = spoken(problem, found.values)[name]
+    here = user_values(problem, found.values)[name]
     return np.array([
-        (spoken(problem, found.values | {p.name: found.values[p.name] + _MOVED * p.scale})[name] - here) / _MOVED
+        (user_values(problem, found.values | {p.name: found.values[p.name] + _MOVED * p.scale})[name] - here) / _MOVED
         for p in found.parameters
     ])  # fmt: skip

@@ -26,7 +26,7 @@ _compiled = njit(cache=True, error_model="numpy", nogil=True)
 
 
 @_compiled
-def missed_steps(residual: Array, free: float) -> tuple[Array, Array]:
+def step_loss(residual: Array, free: float) -> tuple[Array, Array]:
     """The loss (n,) of each sample, its own step's price included, and half the loss's derivative (n,).
 
     residual (n,) in noise floors; free: f, noise floors.

@@ -7,7 +7,7 @@ import numpy as np
 from slider_drilling.gap.model import Array
 
 # How rarely noise alone has a line that is taken for one.
-BY_CHANCE = 1e-4
+LINE_FALSE_ALARM = 1e-4
 # Of the sampling rate: slower lines hardly show in fourth differences, and the signal's own course is there.
 _FAST = 0.2
 # A record of which less than one sample in so many is there shows no line.
@@ -18,7 +18,7 @@ _MOST = 8
 _PADDING = 16
 
 
-def without_lines(time: Array, values: Array, level: float) -> Array:
+def remove_lines(time: Array, values: Array, level: float) -> Array:
     """A record, time s and values (n,), without the fast sinusoids that its noise does not explain; the same where it
     has none. level: how often noise alone may have one.
     """
@@ -35,7 +35,7 @@ def without_lines(time: Array, values: Array, level: float) -> Array:
     return left
 
 
-def evenly(time: Array, values: Array) -> tuple[float, Array, Array]:
+def resample_evenly(time: Array, values: Array) -> tuple[float, Array, Array]:
     """Interval s, time s and values (m,) of a record, evenly sampled whatever was lost: frequencies counted in samples
     that came are off by the share that did not.
     """
@@ -44,7 +44,7 @@ def evenly(time: Array, values: Array) -> tuple[float, Array, Array]:
     return interval, even, np.interp(even, time, values)
 
 
-def stands_out(power: Array, padding: int, level: float) -> bool:
+def peak_is_significant(power: Array, padding: int, level: float) -> bool:
     """Whether the strongest of these powers (n,) of a spectrum is more than noise alone has, but for a share level of
     the records; padding: how many times as fine as the record is long the spectrum is.
     """
@@ -57,7 +57,7 @@ def _strongest_line(time: Array, values: Array, level: float) -> float | None:
     """Frequency Hz of the strongest of the fast lines, None where none stands out of the noise."""
     if time[-1] - time[0] > _WHOLE * float(np.median(np.diff(time))) * time.size:
         return None
-    interval, _, even = evenly(time, values)
+    interval, _, even = resample_evenly(time, values)
     differences = np.diff(even, n=4)
     padded = _PADDING * differences.size
     power = np.abs(np.fft.rfft(differences * np.hanning(differences.size), padded)) ** 2
@@ -65,6 +65,6 @@ def _strongest_line(time: Array, values: Array, level: float) -> float | None:
     fast = cycles > _FAST
     # What differences make of white noise.
     power = power[fast] / (2.0 * np.sin(np.pi * cycles[fast])) ** 8
-    if not stands_out(power, _PADDING, level):
+    if not peak_is_significant(power, _PADDING, level):
         return None
     return float(cycles[fast][np.argmax(power)]) / interval

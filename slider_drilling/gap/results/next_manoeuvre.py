@@ -6,17 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.gap.choice.state import Judged, State
-from slider_drilling.gap.model import Array, Manoeuvre, Manoeuvring
+from slider_drilling.gap.model import Array, HasManoeuvres, Manoeuvre
 from slider_drilling.gap.problem.noise import sigmas
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.least_squares import Fit
+from slider_drilling.gap.selection.state import CandidateResult, SearchState
 
 _STEP = 0.1
 
 
 @dataclass(frozen=True)
-class NextManoeuvre:
+class RecommendedManoeuvre:
     """separates: the two explanations; distance: how far they differ under it, RMS in noise units, beyond what the
     nuisance could make up for; now: the same in the log at hand; others: distance of every manoeuvre looked at.
     """
@@ -25,35 +25,35 @@ class NextManoeuvre:
     settings: dict[str, float]
     separates: tuple[str, str]
     distance: float
-    now: float
-    others: dict[str, float]
+    distance_in_log: float
+    all_distances: dict[str, float]
 
 
-def next_manoeuvre(state: State) -> NextManoeuvre | None:
+def recommend_manoeuvre(state: SearchState) -> RecommendedManoeuvre | None:
     """Compare the two leading explanations under each manoeuvre that the model offers; None without rivals, and where
     under none of them these differ more than in the log at hand.
     """
     model = state.current.problem.model
     pair = _rivals(state)
-    if pair is None or not isinstance(model, Manoeuvring):
+    if pair is None or not isinstance(model, HasManoeuvres):
         return None
     first, second = pair
     offered = {manoeuvre.description: manoeuvre for manoeuvre in model.manoeuvres()}
     distances = {
-        description: _distance(_problem(state, manoeuvre), first.explained.fit, second.explained.fit, first)
+        description: _distance(_problem(state, manoeuvre), first.fitted.fit, second.fitted.fit, first)
         for description, manoeuvre in offered.items()
     }
     best = max(distances, key=lambda description: distances[description])
     now = _now(first, second)
     if distances[best] <= now:
         return None
-    return NextManoeuvre(
+    return RecommendedManoeuvre(
         best, dict(offered[best].settings), (first.effect.name, second.effect.name), distances[best],
         now, distances,
     )  # fmt: skip
 
 
-def _rivals(state: State) -> tuple[Judged, Judged] | None:
+def _rivals(state: SearchState) -> tuple[CandidateResult, CandidateResult] | None:
     """The accepted effect and what it cannot be told from; the two leading candidates where none was accepted and
     something is left to explain.
     """
@@ -61,25 +61,25 @@ def _rivals(state: State) -> tuple[Judged, Judged] | None:
         return None
     first = state.steps[0]
     if first.accepted is None:
-        idle = state.enough.adequate or len(first.judged) < 2
-        return None if idle else (first.judged[0], first.judged[1])
-    group = state.groups[first.accepted.effect.name]
-    rival = next((one for one in first.judged if one.effect.name in group), None)
+        idle = state.adequacy.adequate or len(first.candidates) < 2
+        return None if idle else (first.candidates[0], first.candidates[1])
+    group = state.indistinguishable[first.accepted.effect.name]
+    rival = next((one for one in first.candidates if one.effect.name in group), None)
     return None if rival is None else (first.accepted, rival)
 
 
-def _now(first: Judged, second: Judged) -> float:
+def _now(first: CandidateResult, second: CandidateResult) -> float:
     """How far two fits differ in the log at hand."""
-    mine, other = first.explained, second.explained
+    mine, other = first.fitted, second.fitted
     return _apart(mine.problem, mine.fit.simulated - other.fit.simulated, mine.fit.jacobian)
 
 
-def _problem(state: State, manoeuvre: Manoeuvre) -> Problem:
+def _problem(state: SearchState, manoeuvre: Manoeuvre) -> Problem:
     """The manoeuvre's runs with the noise of the log at hand."""
     return build_problem(manoeuvre.model, [sigmas(state.floors[0]) for _ in manoeuvre.model.runs])
 
 
-def _distance(problem: Problem, first: Fit, second: Fit, judged: Judged) -> float:
+def _distance(problem: Problem, first: Fit, second: Fit, judged: CandidateResult) -> float:
     """RMS difference of two fits in noise units under another excitation."""
     own = {parameter.name for parameter in judged.effect.parameters}
     nuisance = [p for p in first.parameters if p.name not in own and not p.per_run]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 
-def sentence(
+def verdict_sentence(
     verdict: str, effects: tuple[str, ...], site: str | None, gaps: tuple[float, float, float, float],
     closed: float, interval: tuple[float, float], alike: str = "", rest: str = "", instead: tuple[str, ...] = (),
     stand_out: tuple[str, ...] = (),
@@ -19,7 +19,7 @@ def sentence(
     figures = f"E {nominal:.2f} as given, {tuned:.2f} re-tuned"
     figures += "" if math.isnan(explained) else f", {explained:.2f} with it"
     figures += f"; noise alone stays below {threshold:.2f}"
-    figures += but_not_noise(verdict, tuned if math.isnan(explained) else explained, threshold, stand_out)
+    figures += structured_residual_clause(verdict, tuned if math.isnan(explained) else explained, threshold, stand_out)
     if verdict == "none":
         return f"The model as given leaves what noise would ({figures})."
     if verdict == "parameters":
@@ -37,7 +37,7 @@ def sentence(
     return f"{like}{' and '.join(effects)}: it explains the log best{share} ({figures}){end}."
 
 
-def but_not_noise(verdict: str, left: float, threshold: float, channels: Sequence[str]) -> str:
+def structured_residual_clause(verdict: str, left: float, threshold: float, channels: Sequence[str]) -> str:
     """What is to be said beside an E (left) that noise alone could leave, where it is not noise that is left of
     channels and the verdict says that something is.
     """

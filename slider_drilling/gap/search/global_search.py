@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
-from slider_drilling.gap.model import Shortened, Values
+from slider_drilling.gap.model import CanTruncate, Values
 from slider_drilling.gap.problem.problem import Problem, build_problem
 
 _POINTS, _BATCH = 512, 64
@@ -36,7 +36,7 @@ _RUNGS = (_Rung(0.5, 8, 15), _Rung(0.75, 4, 15), _Rung(1.0, 2, 60), _Rung(1.0, 2
 _CostsOf = Callable[[np.ndarray], list[float]]
 
 
-def wide(
+def global_search(
     problem: Problem, shows: Problem, spans: Mapping[str, tuple[float, float]], fixed: Values, seed: int
 ) -> list[dict[str, float]]:
     """The best parameter values found within spans (low, high by name), one of each population, cheapest first.
@@ -77,12 +77,12 @@ def _costs(problem: Problem, sets: Sequence[Values]) -> list[float]:
 
 def _first(problem: Problem, share: float) -> Problem:
     """The problem of the first share of every run; the whole one where the model cannot be shortened."""
-    if share >= 1.0 or not isinstance(problem.model, Shortened):
+    if share >= 1.0 or not isinstance(problem.model, CanTruncate):
         return problem
     noise: list[dict[str, float]] = [{} for _ in problem.model.runs]
     for piece in problem.pieces:
         noise[piece.run][piece.name] = piece.noise
-    return build_problem(problem.model.shortened(share), noise, problem.how, problem.spent)
+    return build_problem(problem.model.truncated(share), noise, problem.options, problem.counter)
 
 
 def _scattered(costs_of: _CostsOf, dimensions: int, number: int, seed: int) -> list[Any]:

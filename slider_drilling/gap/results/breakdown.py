@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.gap.choice.state import Explained
-from slider_drilling.gap.model import Array, Probed, Run
+from slider_drilling.gap.model import Array, HasProbes, LoggedRun
 from slider_drilling.gap.problem.cycles import cycle_period
 from slider_drilling.gap.search.least_squares import bounded_step, prior_weights
+from slider_drilling.gap.selection.state import FittedModel
 
 PHASES = ("rotating clockwise", "rotating counter-clockwise", "reversal", "still")
 TIME_WINDOWS = 20
@@ -18,7 +18,7 @@ _PROBE_SPREAD, _PROBE_STEP = 0.5, 0.2
 
 
 @dataclass(frozen=True)
-class Where:
+class GapBreakdown:
     """Shares of E_tuned^2; each mapping adds up to 1. time, depth: (from, to, share[, change]) rows."""
 
     channel: dict[str, float]
@@ -28,7 +28,7 @@ class Where:
     depth: list[dict[str, float]]
 
 
-def locate(explained: Explained) -> Where:
+def break_down_gap(explained: FittedModel) -> GapBreakdown:
     """Split the held-out gap of a fit."""
     problem, score = explained.problem, explained.score
     energy = score.squares / score.squares.sum()
@@ -46,10 +46,10 @@ def locate(explained: Explained) -> Where:
         np.add.at(windows[piece.run], np.clip(which, 0, TIME_WINDOWS - 1), own)
         for name, share in _bands(run, piece.channel.time, score.residual[piece.rows]).items():
             band[name] = band.get(name, 0.0) + share * float(own.sum())
-    return Where(channel, phase, band, _time_rows(explained, windows), locate_along(explained))
+    return GapBreakdown(channel, phase, band, _time_rows(explained, windows), break_down_along(explained))
 
 
-def _time_rows(explained: Explained, windows: Array) -> list[dict[str, float]]:
+def _time_rows(explained: FittedModel, windows: Array) -> list[dict[str, float]]:
     rows = []
     runs = explained.problem.model.runs
     for index, run in enumerate(runs):
@@ -60,7 +60,7 @@ def _time_rows(explained: Explained, windows: Array) -> list[dict[str, float]]:
     return rows
 
 
-def motion_phase(run: Run, times: Array) -> Array:
+def motion_phase(run: LoggedRun, times: Array) -> Array:
     """(n,) index into PHASES of the excitation at the times.
 
     Still: slower than 2 % of the fastest; reversal: within a twentieth of a cycle (at most 1 s) of a change of
@@ -84,7 +84,7 @@ def motion_phase(run: Run, times: Array) -> Array:
     return np.asarray(labels[nearest])
 
 
-def _bands(run: Run, times: Array, values: Array) -> dict[str, float]:
+def _bands(run: LoggedRun, times: Array, values: Array) -> dict[str, float]:
     """Shares by frequency of one channel's residual, from its periodogram (Parseval: they add up to 1)."""
     interval = (times[-1] - times[0]) / max(times.size - 1, 1)
     power = np.abs(np.fft.rfft(values)) ** 2
@@ -97,7 +97,7 @@ def _bands(run: Run, times: Array, values: Array) -> dict[str, float]:
     }
 
 
-def band_edges(run: Run) -> list[tuple[str, float, float]]:
+def band_edges(run: LoggedRun) -> list[tuple[str, float, float]]:
     """Adjoining bands (name, from, to) Hz that cover everything, lowest first."""
     period = cycle_period(run.time, run.excitation)
     edges: list[tuple[str, float, float]] = []
@@ -118,7 +118,7 @@ def band_edges(run: Run) -> list[tuple[str, float, float]]:
     return [*edges, ("above", at, np.inf)]
 
 
-def locate_along(explained: Explained) -> list[dict[str, float]]:
+def break_down_along(explained: FittedModel) -> list[dict[str, float]]:
     """Which stretch must carry more or less to explain the residual: a ridge solution over the model's probes, each
     within its bounds.
 
@@ -127,7 +127,7 @@ def locate_along(explained: Explained) -> list[dict[str, float]]:
     """
     problem, fit = explained.problem, explained.fit
     model = problem.model
-    if not isinstance(model, Probed) or not model.probes:
+    if not isinstance(model, HasProbes) or not model.probes:
         return []
     probes = model.probes
     moved = problem.simulate([fit.values | {p.name: p.nominal + _PROBE_STEP} for p, _, _ in probes])
