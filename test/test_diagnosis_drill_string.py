@@ -17,13 +17,14 @@ from slider_drilling.diagnosis import build_model as situation
 from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.diagnosis.diagnose import diagnose, to_json, tuned_rig
-from slider_drilling.diagnosis.drill_string import depth_probes, rig_with
+from slider_drilling.diagnosis.drill_string import DrillString, depth_probes, rig_with
 from slider_drilling.diagnosis.free_forms import contact_with
 from slider_drilling.diagnosis.nuisance import nuisance_parameters
 from slider_drilling.diagnosis.save import write_diagnosis
 from slider_drilling.drillstring import Commands, simulate, simulate_batch
 from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
+from slider_drilling.gap import model as engine_model
 from slider_drilling.gap.model import Channel, SimulationOptions
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.log import read_log
@@ -276,3 +277,15 @@ def test_sealed_laws_change_what_the_sensors_see(name):
     moved = max(np.max(np.abs(getattr(changed, channel) - getattr(plain, channel))) for channel in names)
     # A formation that changes after this short run has ended shows nothing in it.
     assert moved > 1.0 or name == "formation_change"
+
+
+@pytest.mark.parametrize(
+    "protocol",
+    [
+        engine_model.HasCoupledEffects, engine_model.HasFidelities, engine_model.HasFreeForms,
+        engine_model.HasManoeuvres, engine_model.HasObserver,
+        engine_model.HasProbes, engine_model.HasUserParameters, engine_model.CanTruncate,
+    ],
+)  # fmt: skip
+def test_drill_string_satisfies_every_optional_protocol(protocol):
+    assert isinstance(DrillString(short_rig(), (), (), (), ()), protocol)

@@ -19,23 +19,23 @@ def test_what_is_told_of_an_effect_in_the_answer_is_the_final_models(monkeypatch
     beside = SimpleNamespace(
         closed=0.52,
         interval=(0.43, 0.61),
-        why_not=(),
+        failures=(),
         passed=True,
-        explained=both,
-        in_other_runs=(0.4, (0.1, 0.5)),
+        fitted=both,
+        closed_in_other_runs=(0.4, (0.1, 0.5)),
         beside=("static_aging",),
     )
     alone = SimpleNamespace(
         closed=0.03,
         interval=(-0.06, 0.13),
-        why_not=("no",),
+        failures=("no",),
         passed=False,
-        explained="alone",
-        in_other_runs=None,
+        fitted="alone",
+        closed_in_other_runs=None,
         beside=(),
     )
     answer = SimpleNamespace(
-        effects=("static_aging", "torque_at_motor"), tuned=28.0, threshold=3.8, rival=None,
+        effects=("static_aging", "torque_at_motor"), gap_calibrated=28.0, null_threshold=3.8, alternative=None,
         state=SimpleNamespace(current="final", steps=(SimpleNamespace(accepted=beside),)),
     )  # fmt: skip
     rows = [
@@ -54,13 +54,15 @@ def test_what_stayed_of_effects_that_were_found_together_is_told_with_its_parame
     monkeypatch.setattr(from_engine, "_fitted", lambda explained, prefix: {f"{prefix}size": 1.0})
     effects = [SimpleNamespace(name=name, site="contact") for name in ("stribeck", "static_aging", "torque_at_motor")]
     three = SimpleNamespace(
-        effect=effects[2], closed=0.80, interval=(0.70, 0.85), why_not=(), passed=True, in_other_runs=(0.7, (0.5, 0.8)),
-        beside=("heave",), explained=SimpleNamespace(effects=effects, names=tuple(effect.name for effect in effects)),
+        effect=effects[2], closed=0.80, interval=(0.70, 0.85), failures=(), passed=True,
+        closed_in_other_runs=(0.7, (0.5, 0.8)),
+        beside=("heave",), fitted=SimpleNamespace(effects=effects, names=tuple(effect.name for effect in effects)),
     )  # fmt: skip
     answer = SimpleNamespace(
-        effects=("static_aging", "torque_at_motor"), closed=0.76, interval=(0.69, 0.81), tuned=28.0, threshold=3.8,
-        rival=None, judged=(three,), groups={},
-        state=SimpleNamespace(current="final", steps=(SimpleNamespace(accepted=three, promised={}),)),
+        effects=("static_aging", "torque_at_motor"), closed=0.76, closed_interval=(0.69, 0.81),
+        gap_calibrated=28.0, null_threshold=3.8,
+        alternative=None, candidates=(three,), indistinguishable={},
+        state=SimpleNamespace(current="final", steps=(SimpleNamespace(accepted=three, predicted_gain={}),)),
     )  # fmt: skip
     rows = {row.effect: row for row in from_engine._ranking(answer, effects)}
     for name in answer.effects:
@@ -77,7 +79,7 @@ def test_what_stayed_of_effects_that_were_found_together_is_told_with_its_parame
 
 def test_what_is_not_told_apart_is_not_said_to_be_worse():
     groups = {"stribeck": ("static_aging",), "heave": ()}
-    answer = SimpleNamespace(effects=("stribeck", "heave"), groups=groups, rival=None)
+    answer = SimpleNamespace(effects=("stribeck", "heave"), indistinguishable=groups, alternative=None)
     like, other = (SimpleNamespace(effect=SimpleNamespace(name=name)) for name in ("static_aging", "tortuosity"))
     assert from_engine._outdone(like, answer) == "this log does not tell it from stribeck"
     assert from_engine._outdone(other, answer) == "what it explains, stribeck and heave explain better"
@@ -94,12 +96,12 @@ def test_what_is_not_told_apart_is_not_said_to_be_worse():
 def test_why_what_passed_is_not_in_an_answer_without_names(monkeypatch, verdict, shorter, says):
     """Only where nothing is left is noise the reason."""
     monkeypatch.setattr(from_engine, "shrinks", lambda *scores: shorter)
-    one = SimpleNamespace(effect=SimpleNamespace(name="stribeck"), explained=SimpleNamespace(score=None))
-    two = SimpleNamespace(effect=SimpleNamespace(name="static_aging"), explained=SimpleNamespace(score=None))
+    one = SimpleNamespace(effect=SimpleNamespace(name="stribeck"), fitted=SimpleNamespace(score=None))
+    two = SimpleNamespace(effect=SimpleNamespace(name="static_aging"), fitted=SimpleNamespace(score=None))
     state = SimpleNamespace(
-        tuned=SimpleNamespace(score=None), blocks=None, steps=(SimpleNamespace(accepted=one),)
+        calibrated=SimpleNamespace(score=None), bootstrap=None, steps=(SimpleNamespace(accepted=one),)
     )  # fmt: skip
-    answer = SimpleNamespace(effects=(), rival=None, verdict=verdict, state=state)
+    answer = SimpleNamespace(effects=(), alternative=None, verdict=verdict, state=state)
     assert says in from_engine._outdone(one, answer)
     if verdict == "unknown":
         assert from_engine._outdone(two, answer) == "stribeck explains more, and is no cause for certain either"

@@ -246,22 +246,23 @@ def test_of_logs_that_no_fit_has_seen_a_finalist_closes_what_those_before_it_lea
         names = (*beside, name)
         explained = SimpleNamespace(fit=SimpleNamespace(values=found), names=names)
         effect = next(one for one in servo.EFFECTS if one.name == name)
-        return SimpleNamespace(effect=effect, explained=explained, closed=0.5, interval=(0.4, 0.6), beside=beside,
-                               in_other_runs=None, why_not=())  # fmt: skip
+        return SimpleNamespace(effect=effect, fitted=explained, closed=0.5, interval=(0.4, 0.6), beside=beside,
+                               closed_in_other_runs=None, failures=())  # fmt: skip
 
     first = entry("load_friction_external", (), load_friction_external__share=0.3)
     rival = entry("quadratic_load", (), quadratic_load__factor=0.1)
     idle = entry("backlash", ("load_friction_external",), load_friction_external__share=0.3, backlash__angle=0.0)
     state = SimpleNamespace(
-        tuned=SimpleNamespace(fit=SimpleNamespace(values={}), names=()), steps=(SimpleNamespace(accepted=first),)
+        calibrated=SimpleNamespace(fit=SimpleNamespace(values={}), names=()), steps=(SimpleNamespace(accepted=first),)
     )
     groups = {"load_friction_external": ("quadratic_load",)}
-    lines = servo.judged_lines(SimpleNamespace(state=state, judged=(first, rival, idle), groups=groups), [unseen])
+    diagnosis = SimpleNamespace(state=state, candidates=(first, rival, idle), indistinguishable=groups)
+    lines = servo.judged_lines(diagnosis, [unseen])
     assert "load_friction_external closes 0.50 [0.40, 0.60], of logs that no fit has seen 0.9" in lines[0]
     assert "backlash closes 0.50 [0.40, 0.60] of what load_friction_external leaves" in lines[2]
     assert "of logs that no fit has seen 0.00" in lines[2]
     assert lines[3].startswith("Of load_friction_external and quadratic_load, not told apart, load_friction_external")
-    assert servo.judged_lines(SimpleNamespace(state=state, judged=(first,), groups={}), []) == [
+    assert servo.judged_lines(SimpleNamespace(state=state, candidates=(first,), indistinguishable={}), []) == [
         "  load_friction_external closes 0.50 [0.40, 0.60]; load_friction_external.share 0.3: passed"
     ]
 

@@ -41,8 +41,7 @@ MESHES = (32, 100, 160)
 
 @dataclass(frozen=True)
 class DrillString:
-    """See `slider_drilling.gap.model`: `Model`, `Graded`, `Pulled`, `Disturbed`, `Shortened`, `Probed`,
-    `Spoken`.
+    """See `slider_drilling.gap.model`: `Model` and every optional protocol beside it (`Has...`, `CanTruncate`).
 
     rig: with the log's nominal parameters; driven: what moved it, one per run. Nothing here changes by being used.
     """
@@ -54,21 +53,21 @@ class DrillString:
     effects: tuple[Effect, ...]
     user_effects: Mapping[str, UserEffect] = field(default_factory=dict)
     probes: tuple[tuple[Parameter, float, float], ...] = ()
-    together: tuple[str, ...] = ()
+    coupled_effects: tuple[str, ...] = ()
     meshes: tuple[int, ...] = MESHES
 
     @property
     def max_fidelity(self) -> int:
-        """See `Graded`."""
+        """See `HasFidelities`."""
         return len(self.meshes) - 1
 
     @property
     def observed_channel(self) -> str:
-        """See `Pulled`."""
+        """See `HasObserver`."""
         return "surface_torque"
 
     def with_measured(self, run: int, measured: Array) -> DrillString:
-        """See `Pulled`."""
+        """See `HasObserver`."""
         channels = tuple(
             replace(channel, measured=measured) if channel.name == self.observed_channel else channel
             for channel in self.runs[run].channels
@@ -79,19 +78,19 @@ class DrillString:
 
     @property
     def user_parameters(self) -> Mapping[str, Parameter]:
-        """See `Spoken`."""
+        """See `HasUserParameters`."""
         return user_parameters(self.rig.string.length)
 
     def to_user(self, values: Values) -> dict[str, float]:
-        """See `Spoken`."""
+        """See `HasUserParameters`."""
         return to_user(values, self.rig.string.length)
 
     def free_forms(self, values: Values) -> list[FreeForm]:
-        """See `Disturbed`."""
+        """See `HasFreeForms`."""
         return disturbances(values, self.probes, max(run.duration for run in self.runs), self.rig.contact)
 
     def sensor_site(self, channel: str) -> str:
-        """See `Disturbed`."""
+        """See `HasFreeForms`."""
         return "hydraulics" if channel == "standpipe_pressure" else "sensor"
 
     def simulate(self, run: int, sets: Sequence[Values], options: SimulationOptions) -> Mapping[str, Array]:

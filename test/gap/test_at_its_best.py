@@ -71,7 +71,7 @@ def test_nothing_changes_where_the_leader_knows_no_better_place(known):
 
 def test_an_effect_fitted_in_the_wrong_valley_is_found_in_the_right_one(known):
     state, _ = known
-    free, folds, effect = state.ways[0], state.blocks.folds, (EFFECTS[0],)
+    free, folds, effect = state.modes[0], state.bootstrap.folds, (EFFECTS[0],)
     begun = {"pitch": -3.0, "sine": 0.5}
     wrong = finish_and_cross_validate(free, effect, fit(free, parameters_of(free, effect), begun), folds)
     assert wrong.score.gap > 2.0

@@ -138,8 +138,9 @@ def test_where_nothing_explains_for_certain_what_shrinks_the_gap_is_likely():
 
 def test_a_curve_that_closes_on_itself_is_told_around_its_mean():
     made = rubbed({"saw": 4.0}, fitted=True)
-    (one,) = made.disturbances({})
-    around = replace(one, x=(0.0, 1.0), sets=(*one.parameter_sets, {"step": 0.1}), steps=(0.1, 0.1), period=2.0,
+    (one,) = made.free_forms({})
+    around = replace(one, x=(0.0, 1.0), parameter_sets=(*one.parameter_sets, {"step": 0.1}), steps=(0.1, 0.1),
+        period=2.0,
                      parameters=(*one.parameters, Parameter("step", 0.0, -50.0, 50.0, 0.3)))  # fmt: skip
 
     class Around(Rubbed):

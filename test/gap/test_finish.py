@@ -22,7 +22,7 @@ TRUTH = {"level": 2.0, "sine": 6.0}
 class Coarse(Toy):
     """The cheap simulation makes more of a sine than there is, and a bend besides, the more so the larger it is."""
 
-    finest: int = 2
+    max_fidelity: int = 2
 
     def simulate(
         self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions
@@ -76,7 +76,7 @@ def test_a_fit_that_cannot_come_up_with_a_leader_ends_early():
 def test_what_a_parameter_adds_to_every_simulation_is_added_once_in_each():
     problem, coarse = begun()
     ramp = np.linspace(0.0, 1.0, problem.size)
-    bent = problem.adding({"drift": ramp})
+    bent = problem.with_added_rows({"drift": ramp})
     values = {**coarse.values, "drift": 3.0}
     for one in (bent, bent.corrected_at(values, 1), bent.with_options(SimulationOptions(1))):
         np.testing.assert_allclose(one.simulate([values])[0] - one.simulate([coarse.values])[0], 3.0 * ramp, atol=1e-9)

@@ -95,5 +95,5 @@ def test_the_answer_does_not_hang_on_the_threads(monkeypatch):
     for threads in (1, 2):
         monkeypatch.setattr(module, "available_threads", lambda threads=threads: threads)
         answers.append(explain(toy({"level": 2.0, "slope": -1.5, "saw": 4.0}, 7)))
-    told = [(one.effects, one.closed, one.interval, one.parameters) for one in answers]
+    told = [(one.effects, one.closed, one.closed_interval, one.parameters) for one in answers]
     assert told[0] == told[1]

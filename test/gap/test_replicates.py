@@ -117,7 +117,7 @@ def test_a_dozen_readings_of_an_angle_weigh_as_a_dozen_samples():
 class Coarse(Toy):
     """The toy whose cheap simulation shows the saw turned over; the next two show it as it is."""
 
-    finest: int = 2
+    max_fidelity: int = 2
 
     def simulate(
         self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions

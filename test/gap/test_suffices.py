@@ -26,9 +26,13 @@ def scored(squares, density):
 
 
 def judged(blocks, monkeypatch, known, found, *, reaches_noise=True, ends=False, known_reaches_noise=False):
-    monkeypatch.setattr(judge, "tested", lambda *given: SimpleNamespace(within=reaches_noise, adequate=ends))
+    monkeypatch.setattr(
+        judge, "check_adequacy", lambda *given: SimpleNamespace(within_thresholds=reaches_noise, adequate=ends)
+    )
     state = SimpleNamespace(
-        blocks=blocks, current=SimpleNamespace(score=known), enough=SimpleNamespace(within=known_reaches_noise)
+        bootstrap=blocks,
+        current=SimpleNamespace(score=known),
+        adequacy=SimpleNamespace(within_thresholds=known_reaches_noise),
     )
     explained = SimpleNamespace(score=found, problem=None, fit=None)
     return judge._suffices(state, explained, CANDIDATES, seed=0)

@@ -20,7 +20,7 @@ def effect(name: str, **kinds) -> Effect:
 
 
 def begun(effects: list[Effect]) -> dict[str, Parameter]:
-    model = SimpleNamespace(together=tuple(one.name for one in effects))
+    model = SimpleNamespace(coupled_effects=tuple(one.name for one in effects))
     (chosen,) = _coupled_effects(model, effects)
     return {one.name: one.parameters[0] for one in chosen}
 
@@ -34,7 +34,7 @@ def test_amplitudes_stay_within_what_their_names_stand_for():
 
 @dataclass(frozen=True)
 class Joined(Toy):
-    together: tuple[str, ...] = ("sine", "bend")
+    coupled_effects: tuple[str, ...] = ("sine", "bend")
 
 
 @pytest.mark.parametrize("bend", [3.0, -3.0])
@@ -51,7 +51,7 @@ def test_a_shape_with_the_wrong_sign_is_not_named_beside_others(bend):
 @pytest.mark.parametrize("seed", range(3))
 def test_what_came_along_and_pays_for_nothing_is_no_name(seed, monkeypatch):
     """Sine and bend begin together and there is no bend: no difference of a score, however sure, makes it a name."""
-    monkeypatch.setattr(forward, "beats", lambda *compared: True)
+    monkeypatch.setattr(forward, "predicts_better", lambda *compared: True)
     log = toy({"sine": 4.0}, seed=seed)
     answer = explain(Joined(log.runs, log.nuisance, (effect("sine"), effect("bend"), effect("saw"))), seed=1)
     assert answer.effects == ("sine",)

@@ -46,8 +46,8 @@ def test_intervals_hold_the_truth_as_often_as_they_say(quiet, sawn):
 def test_a_name_shrinks_the_gap(sawn):
     for answer in sawn:
         if answer.effects:
-            assert answer.with_effect < answer.tuned
-            assert answer.interval[0] > 0.0
+            assert answer.gap_with_effects < answer.gap_calibrated
+            assert answer.closed_interval[0] > 0.0
 
 
 def test_the_same_seed_gives_the_same_answer():
@@ -104,7 +104,7 @@ def test_effects_that_are_not_asked_for_are_not_named():
 
 
 def test_the_model_is_asked_for_nothing_else():
-    assert not hasattr(Toy, "finest")
+    assert not hasattr(Toy, "max_fidelity")
 
 
 def test_a_nuisance_that_goes_far_is_told():

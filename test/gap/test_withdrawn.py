@@ -27,7 +27,7 @@ def test_who_fails_in_the_noise_that_it_shows_says_why(monkeypatch):
     def failed(state, one, left, seed):
         return state, replace(one, closed=-0.1, interval=(-0.2, 0.1), failures=("not in this noise",))
 
-    monkeypatch.setattr(forward, "with_new_floors", failed)
+    monkeypatch.setattr(forward, "update_floors", failed)
     answer = explain(toy({"sine": 4.0}, seed=1))
     assert answer.effects == ()
     sine = next(one for one in answer.candidates if one.effect.name == "sine")
