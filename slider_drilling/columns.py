@@ -79,38 +79,6 @@ class TableExport:
         return Path(path)
 
 
-class TableExport:
-    """Adds `to_frame`, `to_csv` and `to_parquet` to a result that has `columns()`."""
-
-    def columns(self) -> Columns:
-        """The result as named columns; the first is the index."""
-        raise NotImplementedError
-
-    def to_frame(self) -> pandas.DataFrame:
-        """`columns` as a pandas DataFrame in SI units, with the units in ``attrs["units"]``.
-
-        Raises:
-            InputError: pandas is not installed.
-        """
-        return self.columns().to_frame()
-
-    def to_csv(self, path: str | os.PathLike[str]) -> Path:
-        """Write `columns` as CSV with units in the header; returns the path.
-
-        Raises:
-            InputError: The file cannot be written.
-        """
-        return self.columns().to_csv(path)
-
-    def to_parquet(self, path: str | os.PathLike[str]) -> Path:
-        """Write `columns` as Parquet; returns the path.
-
-        Raises:
-            InputError: pandas or pyarrow is not installed, or the file cannot be written.
-        """
-        return self.columns().to_parquet(path)
-
-
 @dataclass(frozen=True)
 class Columns(TableExport):
     """Named arrays of one length; the first is the index.
