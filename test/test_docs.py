@@ -8,7 +8,6 @@ import pytest
 
 from slider_drilling.cli import COMMANDS
 from slider_drilling.files.installed_files import installed_file
-from slider_drilling.log import DIAGNOSTICS, TOPICS
 
 
 def test_code_of_the_log_page_runs(repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -66,13 +65,6 @@ def test_readme_lists_every_command(repository: Path) -> None:
     table = text[text.index("| command |") :].split("\n\n")[0]
     listed = set(re.findall(r"^\| `([\w-]+)` \|", table, re.MULTILINE))
     assert listed == set(COMMANDS)
-
-
-def test_readme_lists_every_topic(repository: Path) -> None:
-    text = (repository / "README.md").read_text()
-    for topic in (*TOPICS.values(), DIAGNOSTICS):
-        assert f"`{topic.name}`" in text
-        assert topic.type.replace("/msg/", "/") in text
 
 
 @pytest.mark.parametrize(

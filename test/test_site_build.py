@@ -35,8 +35,15 @@ def test_the_topics_page_has_every_topic() -> None:
     from site_build.topics_reference import topics_page
 
     page = topics_page()
-    assert page.startswith("# Topics\n") and "(docs/" not in page and "\n## " not in page
+    assert page.startswith("# Topics\n") and "(docs/" not in page
     assert all(f"`{topic.name}`" in page for topic in TOPICS.values())
+    assert all(f"`{quantity.column}`" in page for topic in TOPICS.values() for quantity in topic.quantities)
+
+
+def test_the_readme_has_the_table_of_topics() -> None:
+    from site_build.topics_reference import topic_table
+
+    assert topic_table() in (ROOT / "README.md").read_text()
 
 
 def test_the_command_reference_has_every_command_and_option() -> None:

@@ -82,7 +82,7 @@ TOPICS: dict[str, Topic] = {
             Quantity("velocity", "top_drive_speed", "rad/s", "top drive speed", "top_drive_speed", 1e5),
             Quantity("effort", "surface_torque", "N m", "surface torque", "surface_torque", 1e9),
         ),
-        "angle, speed, effort = surface torque N m", is_surface=True,
+        "angle rad, speed rad/s, effort = surface torque N m", is_surface=True,
     ),
     "top_drive_command": Topic(
         "top_drive/command", JOINT_STATE, "top_drive",
@@ -93,7 +93,7 @@ TOPICS: dict[str, Topic] = {
                      "top_drive_speed_command", 1e5),
             Quantity("effort", "surface_torque_command", "N m", "surface torque setpoint", "", 1e9),
         ),
-        "angle rad and speed rad/s asked for", is_surface=True,
+        "setpoints of angle rad and speed rad/s", is_surface=True,
     ),
     "draw_works": Topic(
         "draw_works/joint_states", JOINT_STATE, "block",
@@ -102,7 +102,7 @@ TOPICS: dict[str, Topic] = {
             Quantity("velocity", "block_speed", "m/s", "block speed", "block_speed", 1e5),
             Quantity("effort", "hook_load", "N", "hook load", "hook_load", 1e11),
         ),
-        "m lowered since the start, speed, effort = hook load N", is_surface=True,
+        "block position m, lowered since the start; speed m/s; effort = hook load N", is_surface=True,
     ),
     "draw_works_command": Topic(
         "draw_works/command", JOINT_STATE, "block",
@@ -111,12 +111,12 @@ TOPICS: dict[str, Topic] = {
             Quantity("velocity", "block_speed_command", "m/s", "block speed setpoint", "block_speed_command", 1e5),
             Quantity("effort", "hook_load_command", "N", "hook load setpoint", "", 1e11),
         ),
-        "block speed m/s asked for, positive lowers",
+        "setpoint of the block speed m/s, positive lowers",
     ),
     "standpipe_pressure": Topic(
         "standpipe_pressure", FLUID_PRESSURE, "",
         (Quantity("value", "standpipe_pressure", "Pa", "standpipe pressure", "standpipe_pressure", 1e11),),
-        "Pa, with its variance", is_surface=True,
+        "pressure Pa with its variance Pa2; 0 is unknown", is_surface=True,
     ),
     "mud_pump": Topic(
         "mud_pump/joint_states", JOINT_STATE, "mud_pump",
@@ -125,7 +125,7 @@ TOPICS: dict[str, Topic] = {
             Quantity("velocity", "pump_speed", "rad/s", "pump speed", "pump_speed", 1e6),
             Quantity("effort", "pump_torque", "N m", "pump torque", "", 1e11),
         ),
-        "crank speed rad/s", is_surface=True,
+        "crank speed rad/s; flow = speed times the rig file's `mud_pump.displacement`", is_surface=True,
     ),
     "mwd_tool_face": Topic(
         "mwd/tool_face", JOINT_STATE, "tool_face",
@@ -134,7 +134,7 @@ TOPICS: dict[str, Topic] = {
             Quantity("velocity", "mwd_tool_face_rate", "rad/s", "MWD toolface rate"),
             Quantity("effort", "mwd_torque", "N m", "MWD torque"),
         ),
-        "rad; stamped when measured downhole, logged when decoded at surface",
+        "toolface rad in (-pi, pi]; stamped when measured downhole, logged when decoded at surface",
     ),
     "tool_face_target": Topic(
         "tool_face/target", JOINT_STATE, "tool_face",
@@ -144,7 +144,7 @@ TOPICS: dict[str, Topic] = {
             Quantity("velocity", "tool_face_target_rate", "rad/s", "toolface target rate"),
             Quantity("effort", "tool_face_target_torque", "N m", "toolface target torque"),
         ),
-        "rad, the toolface to hold",
+        "toolface to hold, rad",
     ),
     "bit_depth": Topic(
         "bit_depth", JOINT_STATE, "bit",
@@ -153,7 +153,7 @@ TOPICS: dict[str, Topic] = {
             Quantity("velocity", "measured_bit_speed", "m/s", "bit speed"),
             Quantity("effort", "measured_bit_force", "N", "bit force"),
         ),
-        "m of measured depth, where the rig's recorder has it",
+        "measured depth of the bit m, where the rig's recorder has it",
     ),
     "truth_bit": Topic(
         "truth/bit", JOINT_STATE, "bit",
@@ -162,7 +162,7 @@ TOPICS: dict[str, Topic] = {
             Quantity("velocity", "tool_face_rate", "rad/s", "toolface rate"),
             Quantity("effort", "bit_torque", "N m", "bit torque"),
         ),
-        "toolface rad, unwrapped; its rate; effort = bit torque N m", is_simulated_only=True, is_surface=True,
+        "toolface rad, unwrapped; its rate rad/s; effort = bit torque N m", is_simulated_only=True, is_surface=True,
     ),
     "truth_weight_on_bit": Topic(
         "truth/weight_on_bit", WRENCH_STAMPED, "",
