@@ -20,7 +20,7 @@ from slider_drilling.drillstring import ELEMENTS, Commands, InitialState, Respon
 from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.drillstring.recorded_channels import require_finite
 from slider_drilling.errors import InputError
-from slider_drilling.log import RigLog, save_log
+from slider_drilling.log import TOPICS, RigLog, save_log
 from slider_drilling.rig import Rig
 
 if TYPE_CHECKING:
@@ -31,12 +31,11 @@ if TYPE_CHECKING:
 Drive = Commands | Controller | Callable[[Rig], Controller] | str
 """What may drive a run: commands, a controller, its class, a function of the rig, or ``"module:Class"``."""
 
+_COLUMN_UNITS = {quantity.column: quantity.unit for topic in TOPICS.values() for quantity in topic.quantities}
 UNITS = {
-    "top_drive_angle": "rad", "top_drive_speed": "rad/s", "block_position": "m", "block_speed": "m/s",
-    "pump_speed": "rad/s", "surface_torque": "N m", "hook_load": "N", "standpipe_pressure": "Pa", "tool_face": "rad",
-    "tool_face_rate": "rad/s", "bit_torque": "N m", "weight_on_bit": "N", "differential_pressure": "Pa",
-    "bit_depth": "m", "rate_of_penetration": "m/s",
-}  # fmt: skip
+    part.name: {**_COLUMN_UNITS, "differential_pressure": "Pa"}[part.name]
+    for part in (*fields(Commands)[1:], *fields(Response)[1:])
+}
 
 
 @dataclass(frozen=True, repr=False)
