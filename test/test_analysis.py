@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from slider_drilling.analysis.analyse import analyse
 from slider_drilling.analysis.cycles import breakover, rocking_cycles
 from slider_drilling.analysis.friction import fit_friction
-from slider_drilling.analysis.report import findings, page
+from slider_drilling.analysis.report import analysis_study, to_json
 from slider_drilling.cli import group
 from slider_drilling.control.rocking import Rocking
 from slider_drilling.drillstring import simulate
@@ -127,7 +127,7 @@ def test_friction_that_the_rig_file_does_not_know_is_found(analysed):
 
 
 def test_rocking_lets_weight_through_that_friction_holds_without(analysed):
-    found = findings(analysed)
+    found = to_json(analysed)
     axial, transfer = found["axial_friction"], found["weight_transfer"]
     assert axial["with_rocking"]["over_coulomb"] < 0.6 * axial["without_rocking"]["over_coulomb"] <= 0.6
     assert transfer["with_rocking"]["weight_on_bit_mean"] > transfer["without_rocking"]["weight_on_bit_mean"]
@@ -135,7 +135,7 @@ def test_rocking_lets_weight_through_that_friction_holds_without(analysed):
 
 
 def test_zones_and_breakover_are_consistent(analysed):
-    found = findings(analysed)
+    found = to_json(analysed)
     assert found["zones"]
     for zone in found["zones"]:
         assert 0.0 < zone["rocked_to"] <= 3000.0
@@ -145,15 +145,15 @@ def test_zones_and_breakover_are_consistent(analysed):
 
 
 def test_friction_work_matches_what_friction_and_bit_can_take(analysed):
-    rocking = findings(analysed)["rocking"]
+    rocking = to_json(analysed)["rocking"]
     most = 2.0 * rocking["swing"] * 0.5 * (rocking["clockwise_torque"] - rocking["counter_torque"])
     assert 0.02 * most < rocking["friction_work_per_cycle"]["median"] < most
 
 
 def test_findings_are_plain_json_and_make_a_page(analysed):
-    found = findings(analysed)
+    found = to_json(analysed)
     assert json.loads(json.dumps(found, allow_nan=False)) == found
-    shown = page(analysed)
+    shown = analysis_study(analysed)
     assert {table.title for table in shown.tables} == {"Apparent friction", "What the log says"}
     assert any("zones" in figure.title.lower() for figure in shown.figures)
 
@@ -165,16 +165,16 @@ def test_a_log_of_torque_alone_says_what_it_cannot_tell():
     assert found.fit.channels == ("surface_torque",)
     assert found.fit.intervals[1].factor == pytest.approx(1.2, rel=0.1)
     assert found.still is None
-    said = " ".join(found.not_found)
+    said = " ".join(found.undetermined)
     assert "weight transfer" in said and "breakover" in said
-    assert findings(found)["weight_transfer"] is None
+    assert to_json(found)["weight_transfer"] is None
 
 
 def test_without_a_rig_file_torque_and_angle_still_speak():
     found = analyse(recorded(shorter_rig(), (0.8, 1.0)), None)
-    assert findings(found)["friction"] is None
-    assert findings(found)["rocking"]["cycles"] >= 4
-    assert "no rig file" in " ".join(found.not_found)
+    assert to_json(found)["friction"] is None
+    assert to_json(found)["rocking"]["cycles"] >= 4
+    assert "no rig file" in " ".join(found.undetermined)
 
 
 def test_a_log_without_torque_is_refused():
@@ -226,4 +226,4 @@ def test_of_a_day_long_log_the_hour_that_rocks_most_is_analysed(tmp_path):
     assert len(found.time) == pytest.approx(7200, abs=2) and len(found.cycles) == pytest.approx(150, abs=3)
     first = found.log.start_ns * 1e-9
     assert first <= 20_000.0 and first + 3600.0 >= 23_000.0
-    assert any("more than that is not analysed at once" in sentence for sentence in found.not_found)
+    assert any("more than that is not analysed at once" in sentence for sentence in found.undetermined)

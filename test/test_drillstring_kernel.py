@@ -88,17 +88,17 @@ def test_step_is_the_model_in_plain_double_precision():
 
 @njit
 def reciprocal(x):
-    return kernel.reciprocal(x, np.float64)
+    return kernel.fast_reciprocal(x, np.float64)
 
 
 @njit
 def reciprocal_single(x):
-    return kernel.reciprocal(np.float32(x), np.float32)
+    return kernel.fast_reciprocal(np.float32(x), np.float32)
 
 
 @pytest.mark.parametrize(("call", "exact", "bound"), [
-    (kernel.root, np.sqrt, 1.2e-7),
-    (kernel.per_root, lambda x: 1.0 / np.sqrt(x), 1.8e-7),
+    (kernel.fast_sqrt, np.sqrt, 1.2e-7),
+    (kernel.fast_inverse_sqrt, lambda x: 1.0 / np.sqrt(x), 1.8e-7),
     (reciprocal, lambda x: 1.0 / x, 2e-14),
     (reciprocal_single, lambda x: 1.0 / x, 1.8e-7),
 ])  # fmt: skip

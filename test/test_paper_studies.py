@@ -17,7 +17,7 @@ from slider_drilling.paper_studies.catalogue import STUDIES, run_study
 from slider_drilling.paper_studies.pipe import Pipe
 from slider_drilling.paper_studies.render import as_json, write_study
 from slider_drilling.paper_studies.rocking import rigid_ratio
-from slider_drilling.paper_studies.settled_cycle import coulomb_force, settle
+from slider_drilling.paper_studies.settled_cycle import coulomb_force, settled_cycle
 from slider_drilling.paper_studies.tool_motions import longitudinal, radial, rocking, three_d, torsional
 from slider_drilling.paper_studies.torsional import rigid_ratio as rigid_torsional_ratio
 
@@ -138,15 +138,15 @@ def test_a_settled_cycle_is_what_a_long_run_ends_in():
     motion = torsional(10 / HOUR, 2.0, 5.0, PIPE.radius)
     time, axial, tangential, load = motion.repeated(200)
     history = friction_history(time, axial, tangential, load * PIPE.normal_force, PAPER, PIPE.radius)
-    settled = settle(motion, PIPE, PAPER)
+    settled = settled_cycle(motion, PIPE, PAPER)
     assert settled.history.axial_force == pytest.approx(
         history.axial_force[-motion.time.size :], abs=1e-4 * PIPE.normal_force
     )
-    assert settled.signed_ratio == pytest.approx(settled.ratio, rel=1e-9)
+    assert settled.signed_friction_ratio == pytest.approx(settled.friction_ratio, rel=1e-9)
 
 
 def test_radial_vibration_settles_at_the_harmonic_mean_of_the_load():
-    assert settle(radial(7 / HOUR, 0.6, 15.0), PIPE, PAPER).ratio == pytest.approx(0.8, rel=1e-3)
+    assert settled_cycle(radial(7 / HOUR, 0.6, 15.0), PIPE, PAPER).friction_ratio == pytest.approx(0.8, rel=1e-3)
 
 
 @pytest.fixture(scope="module")

@@ -26,8 +26,7 @@ from slider_drilling.drillstring.sensors import quantise
 from slider_drilling.effects import Effects, FrictionDrift
 from slider_drilling.errors import InputError
 from slider_drilling.log import read_log
-from slider_drilling.rig import check_duration, check_rig, load_rig, parse_rig
-from slider_drilling.rig.parts import Rig
+from slider_drilling.rig import Rig, check_duration, check_rig, load_rig, parse_rig
 from slider_drilling.rig.ranges_table import ranges_markdown
 from slider_drilling.schema.fields import NumberField, number_fields
 

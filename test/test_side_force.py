@@ -49,8 +49,8 @@ def test_where_nothing_changes_an_element_lies_as_its_middle_does():
     middle = SideForceGeometry.between(course, edges)
     whole = side_force_geometry(course, edges, np.ones(40), np.diff(course.interpolate(edges)[1][:, 2]))
     np.testing.assert_allclose(whole.sine, middle.sine, rtol=1e-4)
-    np.testing.assert_allclose(whole.vertical, middle.vertical, rtol=2e-3)
-    np.testing.assert_allclose(np.abs(whole.lateral), np.abs(middle.lateral), rtol=2e-3)
+    np.testing.assert_allclose(whole.vertical_curvature, middle.vertical_curvature, rtol=2e-3)
+    np.testing.assert_allclose(np.abs(whole.lateral_curvature), np.abs(middle.lateral_curvature), rtol=2e-3)
 
 
 def test_pipe_on_the_low_side_before_a_station_and_on_the_high_side_behind_it_presses_on_both():
@@ -63,9 +63,11 @@ def test_pipe_on_the_low_side_before_a_station_and_on_the_high_side_behind_it_pr
     curvature = np.radians(4.0) / 50.0
     straight, bent = np.sin(np.radians(60.0)), tension * curvature - np.sin(np.radians(62.0))
     assert bent > 0.0
-    assert whole.pressing(np.array([tension, 0.0]))[0] == pytest.approx(0.5 * (straight + bent), rel=0.1)
+    assert whole.side_force_per_weight(np.array([tension, 0.0]))[0] == pytest.approx(0.5 * (straight + bent), rel=0.1)
     mean = abs(np.mean([np.sin(np.radians(60.0)), np.sin(np.radians(62.0))]) - 0.5 * tension * curvature)
-    assert mean < 0.5 * whole.pressing(np.array([tension, 0.0]))[0], "its mean curvature would press on neither"
+    assert mean < 0.5 * whole.side_force_per_weight(np.array([tension, 0.0]))[0], (
+        "its mean curvature would press on neither"
+    )
 
 
 @settings(max_examples=60, deadline=None)

@@ -42,13 +42,13 @@ class StringHistory:
     torque: Array
     friction_coefficient: Array
     beta_v: Array
-    turning: Array
+    friction_torque: Array
     last: DepthProfile
 
     @property
     def turning_torque(self) -> float:
         """Torque that turns the whole string against friction, N m."""
-        return float(np.sum(self.turning))
+        return float(np.sum(self.friction_torque))
 
     @property
     def weight_transfer(self) -> Array:
@@ -67,7 +67,7 @@ def without_rocking(commands: Commands) -> Commands:
     )
 
 
-def follow(
+def simulate_along_string(
     rig: Rig, start: InitialState, commands: Commands, elements: int, progress: Callable[[float], None] | None = None
 ) -> StringHistory:
     """Drive the plant through a record and look at the string every half second; progress(share done)."""
@@ -99,7 +99,7 @@ def follow(
         torque=np.array([p.torque for p in profiles]),
         friction_coefficient=np.array([p.friction_coefficient for p in profiles]),
         beta_v=np.array([p.beta_v for p in profiles]),
-        turning=friction_torque(plant, profiles[-1]),
+        friction_torque=friction_torque(plant, profiles[-1]),
         last=profiles[-1],
     )
 
@@ -117,6 +117,6 @@ def zones_over_time(history: StringHistory, cycles: list[RockingCycle]) -> list[
             continue
         reactive = float(np.mean(history.bit_torque[inside]))
         seen = zones_from_motion(history.measured_depth, history.rotation[inside], history.torque[inside], reactive)
-        closed = zones_in_closed_form(history.last.length, history.turning, 0.0, reactive)
+        closed = zones_in_closed_form(history.last.length, history.friction_torque, 0.0, reactive)
         found.append((0.5 * (cycle.start + cycle.end), Zones(seen.rocked_to, closed.reactive_from)))
     return found

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
-from slider_drilling.analysis.along_string import StringHistory, follow, without_rocking, zones_over_time
+from slider_drilling.analysis.along_string import StringHistory, simulate_along_string, without_rocking, zones_over_time
 from slider_drilling.analysis.cycles import Breakover, RockingCycle, breakover, rocking_cycles
 from slider_drilling.analysis.friction import ELEMENTS, FrictionFit, fit_friction
 from slider_drilling.errors import InputError
@@ -40,7 +40,7 @@ class Analysis:
     rocked: StringHistory | None
     still: StringHistory | None
     zones: list[tuple[float, Zones]]
-    not_found: tuple[str, ...]
+    undetermined: tuple[str, ...]
 
 LONGEST = 3600.0
 """s of a log that are analysed: the string is simulated some hundred times over them."""
@@ -69,14 +69,16 @@ def analyse(log: RigLog, rig: Rig | None, elements: int = ELEMENTS, progress: Pr
     fit = fit_friction(log, rig, elements, simulated)
     missing += [
         f"friction of the {row.kind} from {row.top:.0f} to {row.bottom:.0f} m: this log does not tell it"
-        for row in fit.intervals if not row.determined
+        for row in fit.intervals if not row.is_determined
     ]  # fmt: skip
-    commands = fit.driven.commands
-    rocked = follow(fit.rig, fit.start, commands, elements, _named(progress, "downhole"))
+    commands = fit.inputs.commands
+    rocked = simulate_along_string(fit.rig, fit.start, commands, elements, _named(progress, "downhole"))
     axial = "hook_load" in fit.channels and np.ptp(commands.block_position) > 0.0
     still = None
     if axial:
-        still = follow(fit.rig, fit.start, without_rocking(commands), elements, _named(progress, "without rocking"))
+        still = simulate_along_string(
+            fit.rig, fit.start, without_rocking(commands), elements, _named(progress, "without rocking")
+        )
     else:
         missing.append(
             "axial friction, weight transfer, the case without rocking: the log holds no block that moves and hook load"

@@ -64,7 +64,7 @@ class IntervalFriction:
     tangential: float
 
     @property
-    def determined(self) -> bool:
+    def is_determined(self) -> bool:
         """Whether the log says anything of it."""
         low, high = self.factor_interval
         return 0.5 * (high - low) < UNKNOWN * max(self.factor, 0.05)
@@ -90,7 +90,7 @@ class FrictionFit:
     channels: tuple[str, ...]
     rms: dict[str, float]
     rms_before: dict[str, float]
-    driven: LogCommands
+    inputs: LogCommands
     bed: FittedBed | None = None
 
 
@@ -127,7 +127,7 @@ def fit_friction(
         channels=tuple(channel.name for channel in channels),
         rms=runs.rms(final),
         rms_before=runs.rms(runs.residual(runs.nominal)),
-        driven=driven,
+        inputs=driven,
         bed=None if bed is None else FittedBed(*bed, float(point[-1]), (
             max(float(point[-1] - reach * errors[-1]), 0.0), float(point[-1] + reach * errors[-1]))),
     )  # fmt: skip

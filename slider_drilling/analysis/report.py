@@ -17,7 +17,7 @@ from slider_drilling.units import SI, Units
 SCHEMA = "slider_drilling/analysis/1"
 
 
-def findings(found: Analysis) -> dict[str, Any]:
+def to_json(found: Analysis) -> dict[str, Any]:
     """What analysis.json holds: SI units, rad; null where the log does not tell, with not_found saying why."""
     return {
         "schema": SCHEMA,
@@ -35,8 +35,8 @@ def findings(found: Analysis) -> dict[str, Any]:
             for t, z in found.zones
         ],
         "along_the_string": _along(found.rocked),
-        "not_found": list(found.not_found),
-        "notes": [*found.log.notes, *(found.fit.driven.assumptions if found.fit else ())],
+        "not_found": list(found.undetermined),
+        "notes": [*found.log.notes, *(found.fit.inputs.assumptions if found.fit else ())],
     }
 
 
@@ -48,7 +48,7 @@ def _friction(found: Analysis) -> list[dict[str, Any]] | None:
             "hole": row.kind, "from": row.top, "to": row.bottom, "factor": row.factor,
             "factor_interval": list(row.factor_interval), "factor_in_rig_file": row.in_rig_file,
             "friction_coefficient_along": row.axial, "friction_coefficient_around": row.tangential,
-            "determined": row.determined,
+            "determined": row.is_determined,
         }
         for row in found.fit.intervals
     ]  # fmt: skip
@@ -151,7 +151,7 @@ def _along(history: StringHistory | None) -> dict[str, list[float]] | None:
     }
 
 
-def page(found: Analysis, units: Units = SI) -> Study:
+def analysis_study(found: Analysis, units: Units = SI) -> Study:
     """The page of an analysis: tables, figures and what was not found; the tables' texts in these units."""
     return Study(
         name="analysis",
@@ -164,10 +164,10 @@ def page(found: Analysis, units: Units = SI) -> Study:
         },
         figures=(*_surface_figures(found), *_string_figures(found)),
         claims=(),
-        notes=tuple(f"Not found: {sentence}." for sentence in found.not_found)
+        notes=tuple(f"Not found: {sentence}." for sentence in found.undetermined)
         + tuple(
             f"Note: {sentence}."
-            for sentence in (*found.log.notes, *(found.fit.driven.assumptions if found.fit else ()))
+            for sentence in (*found.log.notes, *(found.fit.inputs.assumptions if found.fit else ()))
         ),
         tables=_tables(found, units),
     )
@@ -180,7 +180,7 @@ def _tables(found: Analysis, units: Units) -> tuple[StudyTable, ...]:
         rows = []
         for row in found.fit.intervals:
             low, high = row.factor_interval
-            factor = f"{row.factor:.3f} ({low:.3f} to {high:.3f})" + ("" if row.determined else ", not determined")
+            factor = f"{row.factor:.3f} ({low:.3f} to {high:.3f})" + ("" if row.is_determined else ", not determined")
             hole = f"{row.kind}, {units.format_range(row.top, row.bottom, 'm', 4)}"
             rows.append((hole, factor, f"{row.in_rig_file:.3f}", f"{row.axial:.3f}", f"{row.tangential:.3f}"))
         tables.append(StudyTable("Apparent friction", header, tuple(rows)))

@@ -84,12 +84,12 @@ def repeat_arithmetic(rounds, count, constants, moving, polynomial):
         constants[10], constants[11], constants[12],
     )  # fmt: skip
     for _ in range(rounds):
-        kernel.stretch_out(count, place, still, angle, fixed, stretch, twist)
-        kernel.push(
+        kernel.compute_stretch(count, place, still, angle, fixed, stretch, twist)
+        kernel.update_speeds(
             count, some, some, some, some, zero, zero, one, one, force, weight, bend, turn, rough, soft, radius,
             stretch, still, twist, fixed, along, across, speed, rotation_speed,
         )  # fmt: skip
-        kernel.slide(
+        kernel.update_contacts(
             count, 1e-3, polynomial, 1.0, 1.0, 0.0, radius, yielding, speed, rotation_speed, along, across,
         )  # fmt: skip
-        kernel.move(count, 1e-3, speed, rotation_speed, place, angle)
+        kernel.update_positions(count, 1e-3, speed, rotation_speed, place, angle)

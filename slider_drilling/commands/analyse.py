@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 def command(log: Path, output: Path, rig_path: Path | None, elements: int, units: Units, as_json: bool) -> None:
     """Friction per hole interval, breakover, friction work, axial friction, zones and weight transfer in LOG."""
     from slider_drilling.analysis.analyse import analyse
-    from slider_drilling.analysis.report import findings, page
+    from slider_drilling.analysis.report import analysis_study, to_json
     from slider_drilling.console.streams import progress_stages, stderr
     from slider_drilling.files.output_files import check_outputs
     from slider_drilling.log import read_log
@@ -39,8 +39,8 @@ def command(log: Path, output: Path, rig_path: Path | None, elements: int, units
     rig = None if record.rig_text is None else record.rig()
     with progress_stages() as report:
         found = analyse(record, rig, elements, report)
-    shown, tree = page(found, units), findings(found)
-    for sentence in found.not_found:
+    shown, tree = analysis_study(found, units), to_json(found)
+    for sentence in found.undetermined:
         stderr().print(f"not found: {sentence}")
     write_and_print(tree if as_json else None, lambda: _print(shown.tables),
                     lambda: write_study(shown, output, tree, units))  # fmt: skip

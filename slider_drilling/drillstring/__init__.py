@@ -1,4 +1,4 @@
-"""The drill string in its well: the compiled plant and the one door to it."""
+"""The drill string in its well: the compiled plant, and all that other packages use of it."""
 
 from slider_drilling.drillstring.assemble import Modifiers
 from slider_drilling.drillstring.depth_profile import DepthProfile

@@ -1,4 +1,4 @@
-"""From rig files to the flat arrays of the compiled step."""
+"""Assembly: from rigs and a mesh to the constant arrays of the compiled step."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from operator import attrgetter
 
 import numpy as np
 
 from slider_drilling.contact import friction_table
-from slider_drilling.drillstring.kernel_arrays import Array, Curve, Elements, Lanes, padded
+from slider_drilling.drillstring.kernel_arrays import Array, Elements, FrictionCurve, Lanes, padded
 from slider_drilling.drillstring.observer import Observer
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Contact, Rig
@@ -19,21 +20,25 @@ from slider_drilling.wellbore.mesh import (
     Mesh,
     build_mesh,
     friction_factors,
-    open_hole_share,
+    open_hole_fraction,
     torsional_compliances,
 )
 
 _POLYNOMIAL_DEGREE = 7
-_POLYNOMIAL_ERROR = 1e-5  # of 1 / mu, relative; beyond it (a kink between two wear modes) the kernel reads the table
-_LEAST_FACTOR = 1e-9  # of friction: one of zero leaves no length over which the strain of a contact decays
-_STEP_SHARE = 0.95  # of the longest stable step
+_POLYNOMIAL_TOLERANCE = 1e-5  # relative error of 1 / mu; beyond it (at a kink between wear modes) a table is used
+MIN_FRICTION_FACTOR = 1e-9
+"""Smallest factor of friction: at zero the length over which a contact's strain decays would be zero."""
+_STEP_MARGIN = 0.95  # of the longest stable step
 
 
 @dataclass(frozen=True)
 class Modifiers:
-    """What a user's own effect adds to the elements, each (n,) or a number.
+    """What a user's own effect adds to the elements, each (n,) or one number.
 
-    friction_factor: multiplies friction; extra_curvature: rad/m, side force ``|T| curvature``; axial_force: N.
+    Attributes:
+        friction_factor: Multiplies friction.
+        extra_curvature: rad/m; adds the side force ``|T| curvature``.
+        axial_force: N, added along the hole, positive downhole.
     """
 
     friction_factor: Array | float = 1.0
@@ -43,7 +48,12 @@ class Modifiers:
 
 @dataclass(frozen=True)
 class Springs:
-    """Stiffness (n + 1,) between elements, top spring first and a zero below the bit; mass and inertia (n,)."""
+    """Lumped springs and masses of a string.
+
+    Attributes:
+        axial, torsional: Stiffness (n + 1,) between elements, N/m and N m/rad; top spring first, zero below the bit.
+        mass, inertia: Of the elements (n,), kg and kg m2.
+    """
 
     axial: Array
     torsional: Array
@@ -52,7 +62,11 @@ class Springs:
 
 
 def springs(rig: Rig, mesh: Mesh) -> Springs:
-    """Half-element springs in series: masses sit at element middles, the top spring is half an element."""
+    """Springs and masses of a mesh (`model.md` section 3).
+
+    Masses sit at element middles: the spring between two is half of each element in series, the top spring half an
+    element.
+    """
     axial_half = 2.0 * rig.string.youngs_modulus * mesh.area / mesh.length
     torsional_half = 2.0 / torsional_compliances(rig, mesh)
     return Springs(
@@ -64,7 +78,7 @@ def springs(rig: Rig, mesh: Mesh) -> Springs:
 
 
 def longest_step(rig: Rig, mesh: Mesh) -> float:
-    """Time step (s) that keeps the fastest mode stable: 2 / omega, omega bounded by Gershgorin's circles.
+    """Longest stable time step, s: 2 / omega of the fastest mode, bounded by Gershgorin's circles.
 
     The contact's own stiffness is left out: it is 1e-3 of an element's for any load that a string carries.
     """
@@ -73,32 +87,32 @@ def longest_step(rig: Rig, mesh: Mesh) -> float:
         float(np.max(2.0 * (s.axial[:-1] + s.axial[1:]) / s.mass)),
         float(np.max(2.0 * (s.torsional[:-1] + s.torsional[1:]) / s.inertia)),
     )
-    return _STEP_SHARE * 2.0 / math.sqrt(fastest)
+    return _STEP_MARGIN * 2.0 / math.sqrt(fastest)
 
 
 @lru_cache(maxsize=16)
-def friction_curve(contact: Contact) -> Curve:
-    """The inverse of the contact's friction as a polynomial where it is smooth enough, and as a table."""
+def friction_curve(contact: Contact) -> FrictionCurve:
+    """The contact's friction as 1 / mu over cos^2(beta_v): a table, and a polynomial where that is accurate."""
     table = 1.0 / friction_table(contact.shear_factor, contact.asperity)
     q = np.linspace(0.0, 1.0, len(table))
     fit = np.polynomial.Polynomial.fit(q, table, _POLYNOMIAL_DEGREE).convert()
     coefficients = np.zeros(_POLYNOMIAL_DEGREE + 1)
     coefficients[: len(fit.coef)] = fit.coef
-    smooth = bool(np.max(np.abs(fit(q) / table - 1.0)) < _POLYNOMIAL_ERROR)
+    smooth = bool(np.max(np.abs(fit(q) / table - 1.0)) < _POLYNOMIAL_TOLERANCE)
     orientation = contact.asperity.orientation
-    return Curve(
+    return FrictionCurve(
         polynomial=coefficients if smooth else np.empty(0),
         table=np.ascontiguousarray(table),
         axial=math.cos(orientation),
         tangential=math.sin(orientation),
         exponent=contact.dahl_exponent,
-        grip=_grip(contact),
+        stiffness_per_load=_stiffness_per_load(contact),
     )
 
 
 def elements(rigs: Sequence[Rig], mesh: Mesh, dt: float, modifiers: Sequence[Modifiers]) -> Elements:
-    """Constants of every element of every lane."""
-    columns = [_elements_of_one(rig, mesh, dt, extra) for rig, extra in zip(rigs, modifiers, strict=True)]
+    """Constants of every element of every lane, one rig and modifier a lane."""
+    columns = [_element_column(rig, mesh, dt, extra) for rig, extra in zip(rigs, modifiers, strict=True)]
     return Elements(
         *(
             padded(np.stack([getattr(column, name) for column in columns], axis=1), mesh.count)
@@ -108,22 +122,22 @@ def elements(rigs: Sequence[Rig], mesh: Mesh, dt: float, modifiers: Sequence[Mod
 
 
 def lanes(rigs: Sequence[Rig], mesh: Mesh, dt: float, observer: Observer | None = None) -> Lanes:
-    """Constants of every lane."""
-    rows = [_lane_of_one(rig, mesh, dt) | _observed(rig, mesh, observer) for rig in rigs]
+    """Constants of every run, one rig a lane; observer: of all of them."""
+    rows = [_lane_row(rig, mesh, dt) | _observer_row(rig, mesh, observer) for rig in rigs]
     return Lanes(*(np.array([row[name] for row in rows], dtype=float) for name in Lanes._fields))
 
 
 def common_mesh(rigs: Sequence[Rig], count: int) -> Mesh:
-    """The one mesh of a batch. Raises InputError where the rigs differ in what lanes share."""
+    """The mesh that a batch shares.
+
+    Raises InputError where the rigs differ in what lanes must share: survey, sections, contact and sound speed.
+    """
     first = rigs[0]
     for rig in rigs[1:]:
-        for what in ("well.survey", "string.sections", "contact", "mud.sound_speed"):
-            block, name = what.split(".") if "." in what else (what, "")
-            mine, theirs = getattr(first, block), getattr(rig, block)
-            if name:
-                mine, theirs = getattr(mine, name), getattr(theirs, name)
-            if mine != theirs:
-                raise InputError(f"batch: {what} differs between its rigs; simulate them one by one")
+        for key in ("well.survey", "string.sections", "contact", "mud.sound_speed"):
+            value = attrgetter(key)
+            if value(first) != value(rig):
+                raise InputError(f"batch: {key} differs between its rigs; simulate them one by one")
     return build_mesh(first, count)
 
 
@@ -132,24 +146,24 @@ def _in_series(half: Array) -> Array:
     return np.concatenate([half[:1], between, [0.0]])
 
 
-def _grip(contact: Contact) -> float:
-    """Contact stiffness per normal force, 1/m: asperities touch in proportion to their load (`model.md` section 2)."""
+def _stiffness_per_load(contact: Contact) -> float:
+    """Contact stiffness per normal force, 1/m: contact area is proportional to load (`model.md` section 2)."""
     return contact.stiffness / contact.reference_load
 
 
-def _elements_of_one(rig: Rig, mesh: Mesh, dt: float, extra: Modifiers) -> Elements:
-    """The arrays of one rig, (n,) each, springs with the ghost's below the bit."""
+def _element_column(rig: Rig, mesh: Mesh, dt: float, extra: Modifiers) -> Elements:
+    """Constants of one rig's elements, (n,) each, springs with the ghost row."""
     s = springs(rig, mesh)
     effects = rig.effects
     weight = GRAVITY * (rig.string.density - rig.mud.density) * mesh.area * mesh.length
     drag = effects.viscous_drag.coefficient * mesh.length
     axial_decay = 1.0 / (1.0 + dt * (rig.string.axial_damping + drag / s.mass))
-    turning = drag * mesh.outer_radius**2 / s.inertia
-    torsional_decay = 1.0 / (1.0 + dt * (rig.string.torsional_damping + turning))
-    tortuous = effects.tortuosity.curvature * open_hole_share(rig, mesh) + extra.extra_curvature
+    rotary_drag = drag * mesh.outer_radius**2 / s.inertia
+    torsional_decay = 1.0 / (1.0 + dt * (rig.string.torsional_damping + rotary_drag))
+    tortuous = effects.tortuosity.curvature * open_hole_fraction(rig, mesh) + extra.extra_curvature
     bending = 4.0 * rig.string.youngs_modulus * mesh.second_moment
     factor = friction_factors(rig, mesh) * extra.friction_factor
-    grip = _grip(rig.contact)
+    per_load = _stiffness_per_load(rig.contact)
     return Elements(
         axial_spring=s.axial,
         torsional_spring=s.torsional,
@@ -158,13 +172,13 @@ def _elements_of_one(rig: Rig, mesh: Mesh, dt: float, extra: Modifiers) -> Eleme
         axial_decay=axial_decay,
         torsional_decay=torsional_decay,
         axial_force=weight * mesh.cosine + extra.axial_force,
-        side_weight=grip * weight * mesh.sine,
-        vertical_bend=grip * mesh.vertical_curvature * mesh.length,
-        lateral_bend=grip * mesh.lateral_curvature * mesh.length,
-        extra_bend=grip * tortuous * mesh.length,
-        buckling=grip * effects.buckling_contact.factor * mesh.clearance / bending * mesh.length,
+        side_weight=per_load * weight * mesh.sine,
+        vertical_bend=per_load * mesh.vertical_curvature * mesh.length,
+        lateral_bend=per_load * mesh.lateral_curvature * mesh.length,
+        extra_bend=per_load * tortuous * mesh.length,
+        buckling=per_load * effects.buckling_contact.factor * mesh.clearance / bending * mesh.length,
         radius=mesh.outer_radius,
-        yielding=grip / np.maximum(factor, _LEAST_FACTOR),
+        per_sliding_length=per_load / np.maximum(factor, MIN_FRICTION_FACTOR),
         stribeck_drop=np.full(mesh.count, effects.stribeck.drop),
         per_stribeck_speed=np.full(mesh.count, 1.0 / effects.stribeck.speed),
         aging_growth=np.full(mesh.count, effects.static_aging.growth),
@@ -175,7 +189,7 @@ def _elements_of_one(rig: Rig, mesh: Mesh, dt: float, extra: Modifiers) -> Eleme
     )
 
 
-def _lane_of_one(rig: Rig, mesh: Mesh, dt: float) -> dict[str, float]:
+def _lane_row(rig: Rig, mesh: Mesh, dt: float) -> dict[str, float]:
     effects, bit, motor, hydraulics = rig.effects, rig.bit, rig.motor, rig.hydraulics
     tool_element = int(np.argmin(np.abs(mesh.middle - effects.axial_oscillation_tool.depth)))
     return {
@@ -206,13 +220,13 @@ def _lane_of_one(rig: Rig, mesh: Mesh, dt: float) -> dict[str, float]:
     }
 
 
-def _observed(rig: Rig, mesh: Mesh, observer: Observer | None) -> dict[str, float]:
+def _observer_row(rig: Rig, mesh: Mesh, observer: Observer | None) -> dict[str, float]:
     if observer is None:
-        return {"pull": 0.0, "pull_leak": 0.0}
+        return {"observer_gain": 0.0, "observer_leak": 0.0}
     impedance = math.sqrt(rig.string.shear_modulus * rig.string.density) * float(mesh.polar_moment[0])
-    return {"pull": observer.gain / impedance, "pull_leak": 1.0 / observer.memory}
+    return {"observer_gain": observer.gain / impedance, "observer_leak": 1.0 / observer.memory}
 
 
 def _gain(dt: float, lag: float) -> float:
-    """Share of the way to its target that a first-order lag goes in one step."""
+    """Fraction of the way to its target that a first-order lag goes in one step of dt s."""
     return 1.0 - math.exp(-dt / lag) if lag > 0.0 else 1.0

@@ -1,4 +1,4 @@
-"""How top drive, drawworks and pump follow what they are told, within their limits."""
+"""Top drive, drawworks and pump: how they follow a command within their limits."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from slider_drilling.control.interface import RigCommand
 from slider_drilling.rig import TopDrive
 
-_SETTLING = 0.3  # s, over which the top drive closes what it lags behind its trajectory
+_SETTLING = 0.3  # s, in which the top drive makes up what it is behind its trajectory
 
 
 @dataclass(frozen=True)
 class DriveState:
-    """Where the drives are: rad, rad/s; m, m/s; rad/s of the pump's crank."""
+    """Positions and speeds of the drives: rad, rad/s; m lowered, m/s; rad/s of the pump's crank."""
 
     top_drive_angle: float = 0.0
     top_drive_speed: float = 0.0
@@ -22,14 +22,17 @@ class DriveState:
     pump_speed: float = 0.0
 
 
-def follow(
+def follow_command(
     state: DriveState, command: RigCommand, surface_torque: float, limits: TopDrive, interval: float
 ) -> DriveState:
-    """The drives one interval (s) later.
+    """The drives one interval later.
 
-    The top drive keeps to the trajectory (angle, speed) of the command at constant acceleration within its limits of
-    speed and acceleration; against its torque limit (surface_torque, N m) it does not turn further. Block and pump
-    reach their commanded speeds within the interval.
+    The top drive follows the command's trajectory (angle and speed) at constant acceleration within its limits. At its
+    torque limit it does not turn further. Block and pump reach their commanded speeds within the interval.
+
+    Args:
+        surface_torque: N m.
+        interval: s.
     """
     speed = _top_drive_speed(state, command, surface_torque, limits, interval)
     return DriveState(
@@ -45,8 +48,8 @@ def _top_drive_speed(
     state: DriveState, command: RigCommand, surface_torque: float, limits: TopDrive, interval: float
 ) -> float:
     behind = command.top_drive_angle - state.top_drive_angle
-    brakeable = math.sqrt(2.0 * limits.max_acceleration * abs(behind))
-    wanted = command.top_drive_speed + math.copysign(min(abs(behind) / _SETTLING, brakeable), behind)
+    braking_speed = math.sqrt(2.0 * limits.max_acceleration * abs(behind))
+    wanted = command.top_drive_speed + math.copysign(min(abs(behind) / _SETTLING, braking_speed), behind)
     wanted = min(max(wanted, -limits.max_speed), limits.max_speed)
     if abs(surface_torque) >= limits.max_torque and wanted * surface_torque > 0.0:
         wanted = 0.0

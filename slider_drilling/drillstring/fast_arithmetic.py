@@ -1,4 +1,8 @@
-"""Arithmetic of the compiled step: as exact as friction is known, and no division that a pass would wait for."""
+"""Fast arithmetic of the compiled step: only as accurate as friction is known, and without slow divisions.
+
+Double-precision roots and divisions wait for each other in the processor's only divider and would take most of a step.
+Friction is not known to one part in ten million, so single precision is enough where these functions are used.
+"""
 
 from __future__ import annotations
 
@@ -14,34 +18,32 @@ _ROOTS: dict[str, Any] = {**INLINED_JIT_OPTIONS, "fastmath": {"contract", "nsz"}
 
 
 @njit(**_ROOTS)
-def root(x):
-    """Square root in single precision (off by 1.2e-7 at most), for friction; x within float32's range.
-
-    Double-precision roots and divisions, one after the other in the processor's only divider, would take most of a
-    step. Friction is not known to a part in ten million.
-    """
+def fast_sqrt(x):
+    """Square root in single precision (relative error at most 1.2e-7); x within float32's range."""
     return math.sqrt(np.float32(x))
 
 
 @njit(**_ROOTS)
-def per_root(x):
-    """``1 / sqrt(x)`` in single precision (1.8e-7)."""
+def fast_inverse_sqrt(x):
+    """``1 / sqrt(x)`` in single precision (relative error at most 1.8e-7)."""
     return np.float32(1.0) / math.sqrt(np.float32(x))
 
 
 @njit(**_ROOTS)
-def reciprocal(x, real):
-    """``1 / x`` in a precision (np.float64 or np.float32) by a Newton step from single precision, in double off by
-    2e-14; zero where x is beyond float32's range.
+def fast_reciprocal(x, real):
+    """``1 / x`` by a Newton step from single precision; zero where x is beyond float32's range.
+
+    real: np.float64 (relative error 2e-14) or np.float32.
     """
     seed = np.float32(1.0) / np.float32(x)
     return seed * (real(2.0) - x * seed)
 
 
 @njit(**JIT_OPTIONS)
-def exponential(x, real):
-    """``exp(x)`` in a precision for x >= 0, held at 40, as the eighth power of a Taylor sum; its inverse is off by at
-    most 5e-6.
+def fast_exp(x, real):
+    """``exp(x)`` for 0 <= x <= 40, constant beyond, as the eighth power of a Taylor sum.
+
+    The relative error of ``1 / fast_exp(x)`` is at most 5e-6. real: np.float64 or np.float32.
     """
     one, half, third, quarter, fifth = real(1.0), real(0.5), real(1.0 / 3.0), real(0.25), real(0.2)
     y = min(real(0.125) * x, real(5.0))

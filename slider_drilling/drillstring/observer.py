@@ -1,4 +1,4 @@
-"""A weak observer at the top drive: the torque that was measured, as a run is pulled by it."""
+"""A weak observer at the top drive: measured torque keeps a simulated run near the measured one."""
 
 from __future__ import annotations
 
@@ -12,10 +12,14 @@ from slider_drilling.drillstring.sample_gaps import in_gap
 
 @dataclass(frozen=True)
 class Observer:
-    """What a fit simulates with (`kernel.pull`), never a prediction.
+    """Feedback of measured torque during a fit, never during a prediction (`boundary_conditions.apply_observer`).
 
-    time: (n,) s; torque: (n,) N m measured then; gain: of the string's wave impedance, 0 a free run, 1 (the most that a
-    step can hold) takes all that arrives from below; memory: s, after which constant errors show again.
+    Attributes:
+        time: s, (n,).
+        torque: Measured surface torque then, N m, (n,).
+        gain: Over the string's wave impedance: 0 is a free run, 1 (the most that a step can hold) absorbs every wave
+            from below.
+        memory: s, after which constant errors show again.
     """
 
     time: Array
@@ -25,9 +29,9 @@ class Observer:
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.gain <= 1.0:
-            raise ValueError(f"observer: gain {self.gain:g} must be 0 to 1")
+            raise ValueError(f"observer: gain = {self.gain:g}: must be 0 to 1")
 
     def measured_at(self, time: Array) -> Array:
-        """(m,) N m at other times, NaN where nothing was measured: outside the samples, and where some were lost."""
+        """Torque (m,) N m at other times; NaN outside the samples and inside their gaps."""
         known = np.interp(time, self.time, self.torque, left=np.nan, right=np.nan)
         return np.where(in_gap(self.time, time), np.nan, known)

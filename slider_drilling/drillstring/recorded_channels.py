@@ -1,4 +1,4 @@
-"""What goes into the plant and what comes out, as records over time."""
+"""Recorded channels: commands that drive the plant, and its response, over time."""
 
 from __future__ import annotations
 
@@ -16,10 +16,13 @@ _COMMANDS = ("time", "top_drive_angle", "top_drive_speed", "block_position", "bl
 
 @dataclass(frozen=True)
 class Commands:
-    """What moves the plant, each (n,), sampled at ``time`` and joined by cubics through values and slopes.
+    """What drives the plant, each (n,); cubics through values and slopes join the samples.
 
-    time: s, increasing. top_drive_angle: rad; top_drive_speed: rad/s; block_position: m lowered; block_speed: m/s,
-    positive lowers; pump_speed: rad/s of the crank (joined linearly).
+    Attributes:
+        time: s, increasing.
+        top_drive_angle, top_drive_speed: rad and rad/s.
+        block_position, block_speed: m lowered and m/s, positive lowers.
+        pump_speed: rad/s of the crank, joined linearly.
     """
 
     time: Array
@@ -34,25 +37,27 @@ class Commands:
             values = np.asarray(getattr(self, name), dtype=float)
             object.__setattr__(self, name, values)
             if values.shape != self.time.shape or values.ndim != 1:
-                raise ValueError(f"commands: {name} has shape {values.shape}, time {np.shape(self.time)}")
+                raise ValueError(
+                    f"commands: {name} has shape {values.shape}, time {np.shape(self.time)}; give one shape"
+                )
             if not np.isfinite(values).all():
                 raise ValueError(f"commands: {name} holds a value that is not finite")
         if not (self.time[1:] > self.time[:-1]).all():
             raise ValueError("commands: time must increase")
 
     def rows(self) -> Array:
-        """(n, 5) as the kernel reads them."""
+        """All but the times as columns (n, 5), as the kernel reads them."""
         rows = np.empty((len(self.time), len(_COMMANDS) - 1))
         for column, name in enumerate(_COMMANDS[1:]):
             rows[:, column] = getattr(self, name)
         return rows
 
     def samples(self, rows: slice | NDArray[Any]) -> Commands:
-        """Some of the samples: a slice of them, or those that a mask (n,) is true for."""
+        """Some of the samples: a slice, or those for which a mask (n,) is true."""
         return Commands(*(getattr(self, name)[rows] for name in _COMMANDS))
 
     def resampled(self, time: Array) -> Commands:
-        """The same motion sampled at other times (m,), held still outside its own."""
+        """The same motion at other times (m,); outside its own times it stands still."""
         inside = np.clip(time, self.time[0], self.time[-1])
         cell = np.clip(np.searchsorted(self.time, inside, side="right") - 1, 0, max(len(self.time) - 2, 0))
         angle = _cubic(self.time, self.top_drive_angle, self.top_drive_speed, cell, inside)
@@ -63,11 +68,19 @@ class Commands:
 
 @dataclass(frozen=True)
 class Response:
-    """What the plant does at ``time``, free of noise, each (n,).
+    """What the plant does, free of noise, each (n,).
 
-    surface_torque: N m, what the top drive feels; hook_load: N; standpipe_pressure: Pa; tool_face: rad, unwrapped,
-    rotation of the lowest element; tool_face_rate: rad/s; bit_torque: N m; weight_on_bit: N; differential_pressure:
-    Pa, of the motor; bit_depth: m of measured depth; rate_of_penetration: m/s, the bit's axial speed.
+    Attributes:
+        time: s.
+        surface_torque: N m, at the top drive.
+        hook_load: N.
+        standpipe_pressure: Pa.
+        tool_face, tool_face_rate: rad (unwrapped) and rad/s, rotation of the lowest element.
+        bit_torque: N m.
+        weight_on_bit: N.
+        differential_pressure: Pa, of the motor.
+        bit_depth: m of measured depth.
+        rate_of_penetration: m/s, the bit's axial speed.
     """
 
     time: Array
@@ -84,7 +97,7 @@ class Response:
 
 
 def _cubic(time: Array, value: Array, slope: Array, cell: NDArray[np.intp], at: Array) -> tuple[Array, Array]:
-    """Values and slopes of the cubic Hermite through (value, slope) at times ``at`` within their cells."""
+    """Values and slopes of the Hermite cubic through (value, slope), at times ``at`` within their cells."""
     if len(time) == 1:
         return np.full_like(at, value[0]), np.zeros_like(at)
     length = time[cell + 1] - time[cell]
@@ -97,10 +110,10 @@ def _cubic(time: Array, value: Array, slope: Array, cell: NDArray[np.intp], at: 
 
 
 def require_finite(response: Response) -> Response:
-    """The response itself. Raises InputError where it holds anything but finite numbers, and says from when on.
+    """Return the response. Raises InputError, naming the first such time, where it holds NaN or infinity.
 
-    Each number of the rig file may be possible and all of them together not: a step can then outrun itself. Fits
-    try such sets, and must see what comes of them; whoever runs a rig must hear of it.
+    Each number of a rig file may be possible and all together not: a step can then become unstable. Fits try such sets
+    and must see the result; a user who runs a rig gets this error.
     """
     wrong = np.zeros(response.time.shape, dtype=bool)
     for column in fields(Response):
@@ -108,6 +121,6 @@ def require_finite(response: Response) -> Response:
     if wrong.any():
         raise InputError(
             f"simulation: no finite numbers from {response.time[wrong.argmax()]:g} s on: the rig file's numbers, each "
-            "possible by itself, do not go together; take effects out one by one"
+            "possible by itself, make the plant unstable together; switch effects off one by one"
         )
     return response

@@ -1,4 +1,4 @@
-"""Section 5 of `model.md`: what the surface sensors and the MWD make of the truth."""
+"""Surface sensors and MWD (`model.md` section 5): from true values to readings."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from slider_drilling.control.interface import MwdSample
 from slider_drilling.rig import Mwd, Sensor
 
-_RESOLVED = 2.0**52
+_MAX_STEPS = 2.0**52  # beyond it a double does not resolve a step of 1
 
 
 def wrap_angle(angle: float) -> float:
@@ -21,8 +21,8 @@ def wrap_angle(angle: float) -> float:
 def quantise(value: float, resolution: float) -> float:
     """The nearest multiple of ``resolution``; the value itself where that is zero."""
     steps = value / resolution if resolution > 0.0 else math.inf
-    # Steps that a double does not resolve change nothing, and neither does a value that is no number become one.
-    return round(steps) * resolution if abs(steps) < _RESOLVED else value
+    # Steps that a double does not resolve change nothing; NaN stays NaN.
+    return round(steps) * resolution if abs(steps) < _MAX_STEPS else value
 
 
 @dataclass
@@ -34,7 +34,7 @@ class SurfaceSensor:
     lagged: float | None = None
 
     def read(self, truth: float, random: np.random.Generator) -> float:
-        """The reading for a true value now; the first one starts the lag in its steady state."""
+        """The reading for a true value now; the first call starts the lag in its steady state."""
         noise = random.normal(0.0, 1.0) * self.settings.noise
         gain = 1.0 - math.exp(-self.interval / self.settings.lag) if self.settings.lag > 0.0 else 1.0
         self.lagged = truth if self.lagged is None else self.lagged + gain * (truth - self.lagged)
@@ -43,28 +43,28 @@ class SurfaceSensor:
 
 @dataclass
 class MwdSensor:
-    """Samples the toolface every period and lets surface have it latency later."""
+    """Samples the toolface every period; the sample reaches surface latency later."""
 
     settings: Mwd
-    taken: int = 0
-    on_the_way: tuple[MwdSample, ...] = field(default=())
+    samples_taken: int = 0
+    in_transit: tuple[MwdSample, ...] = field(default=())
 
     def read(
         self, before: tuple[float, float], now: tuple[float, float], random: np.random.Generator
     ) -> tuple[MwdSample, ...]:
-        """Samples that arrive by ``now``; both arguments are (time s, unwrapped toolface rad)."""
-        while (self.taken + 1) * self.settings.period <= now[0] + 1e-9:
-            self.taken += 1
-            at = self.taken * self.settings.period
-            share = (at - before[0]) / (now[0] - before[0])
-            true = before[1] + share * (now[1] - before[1])
+        """Samples that arrive between two instants, each given as (time s, unwrapped toolface rad)."""
+        while (self.samples_taken + 1) * self.settings.period <= now[0] + 1e-9:
+            self.samples_taken += 1
+            at = self.samples_taken * self.settings.period
+            fraction = (at - before[0]) / (now[0] - before[0])
+            true = before[1] + fraction * (now[1] - before[1])
             noisy = true + random.normal(0.0, 1.0) * self.settings.noise
             decoded = wrap_angle(quantise(wrap_angle(noisy), self.settings.resolution))
-            self.on_the_way += (MwdSample(at, at + self.settings.latency, decoded),)
-        arrived = tuple(sample for sample in self.on_the_way if sample.arrived_at <= now[0] + 1e-9)
-        self.on_the_way = self.on_the_way[len(arrived) :]
+            self.in_transit += (MwdSample(at, at + self.settings.latency, decoded),)
+        arrived = tuple(sample for sample in self.in_transit if sample.arrived_at <= now[0] + 1e-9)
+        self.in_transit = self.in_transit[len(arrived) :]
         return arrived
 
     def copy(self) -> MwdSensor:
-        """The same sensor, to be stepped on its own."""
+        """A copy that is stepped on its own."""
         return replace(self)

@@ -1,4 +1,4 @@
-"""The public door to the plant: step it, save it, restore it, or run it through a whole record of commands."""
+"""The plant: step it, save and restore it, or simulate a whole record of commands, one run or a batch."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 
 from slider_drilling.drillstring import assemble, kernel
 from slider_drilling.drillstring.assemble import Modifiers
-from slider_drilling.drillstring.depth_profile import DepthProfile, profile_of
+from slider_drilling.drillstring.depth_profile import DepthProfile, compute_profile
 from slider_drilling.drillstring.initial_state import InitialState, initial_kernel_state
-from slider_drilling.drillstring.kernel_arrays import CHANNELS, Array, KernelState, in_single
+from slider_drilling.drillstring.kernel_arrays import CHANNELS, Array, KernelState, to_single_precision
 from slider_drilling.drillstring.observer import Observer
 from slider_drilling.drillstring.recorded_channels import Commands, Response
 from slider_drilling.process.jit_cache import announce_compilation
@@ -20,14 +20,13 @@ from slider_drilling.process.parallel_map import idle_threads, parallel_map
 from slider_drilling.rig import Rig
 
 ELEMENTS = 200
-"""Elements of the example rig at which doubling them changes surface torque by less than 1 % RMS."""
-_LEAST_FACTOR = 1e-9  # of friction: one of zero leaves no length over which the strain of a contact decays
-_LANES_PER_BLOCK = 16  # runs side by side: their arrays of 200 elements just fit a core's second-level cache
+"""Default number of elements: with more, surface torque of the example rig changes by less than 1 % RMS."""
+_LANES_PER_BLOCK = 16  # runs side by side whose arrays of 200 elements just fit a core's second-level cache
 
 
 @dataclass(frozen=True)
 class PlantState:
-    """A copy of everything that changes in a plant; see `Plant.restore`."""
+    """A copy of everything that changes in a plant, for `Plant.restore`."""
 
     arrays: KernelState
     last_command: Array
@@ -36,8 +35,13 @@ class PlantState:
 class Plant:
     """One drill string in its well, stepped at a fixed interval.
 
-    ``interval`` (s, default that of the rig's sensors) is the time between two samples of the commands; the kernel's
-    own step is the longest stable one that divides it, or ``interval / substeps``.
+    Args:
+        rig: The rig.
+        elements: Number of elements of the string.
+        interval: s between two samples of the commands; None for that of the rig's sensors.
+        start: State in which the run begins.
+        modifiers: What a user's own effect adds.
+        substeps: Time steps per interval; None for the fewest that are stable.
     """
 
     def __init__(
@@ -52,52 +56,52 @@ class Plant:
         self.rig = rig
         interval = interval or 1.0 / rig.sensors.rate
         mesh = assemble.common_mesh([rig], elements)
-        substeps = substeps or _least_substeps([rig], mesh, interval)
-        self._bundle = _Bundle([rig], mesh, interval, [start], [modifiers], substeps)
+        substeps = substeps or _min_substeps([rig], mesh, interval)
+        self._lanes = _LaneBlock([rig], mesh, interval, [start], [modifiers], substeps)
 
     @property
     def interval(self) -> float:
         """Seconds between two samples of the commands."""
-        return self._bundle.interval
+        return self._lanes.interval
 
     @property
     def step(self) -> float:
         """The kernel's own time step, s."""
-        return self._bundle.dt
+        return self._lanes.dt
 
     @property
     def mesh(self) -> assemble.Mesh:
-        return self._bundle.mesh
+        return self._lanes.mesh
 
     @property
     def time(self) -> float:
         """Seconds simulated since the start."""
-        return float(self._bundle.state.clock[0]) if self._bundle.state else 0.0
+        return float(self._lanes.state.clock[0]) if self._lanes.state else 0.0
 
     def advance(self, commands: Commands) -> Response:
-        """Follow commands sampled every ``interval`` and give the response at their times.
+        """Follow commands that are sampled every ``interval``, and return the response at their times.
 
-        The first call starts the string at rest at its first sample; later calls continue, one interval before their
-        first sample. Raises ValueError for samples that are not one interval apart.
+        The first call starts the string at its first sample. Later calls continue from one interval before their first
+        sample. Raises ValueError for samples that are not one interval apart.
         """
-        channels = self._bundle.advance(commands)
+        channels = self._lanes.advance(commands)
         return Response(commands.time, *(channels[:, row, 0] for row in range(len(CHANNELS))))
 
     def scale_friction(self, factor: Array) -> None:
-        """Multiply each element's friction by `factor` (n,) from now on, over that of rig file and modifiers."""
-        self._bundle.scale_friction(factor)
+        """Multiply each element's friction, as rig file and modifiers give it, by `factor` (n,) from now on."""
+        self._lanes.scale_friction(factor)
 
     def save(self) -> PlantState:
-        """A copy of the state; raises ValueError before the first `advance`."""
-        return self._bundle.save()
+        """A copy of the state. Raises ValueError before the first `advance`."""
+        return self._lanes.save()
 
     def restore(self, state: PlantState) -> None:
         """Go back to a saved state; the next `advance` continues from there bit for bit."""
-        self._bundle.restore(state)
+        self._lanes.restore(state)
 
     def profile(self) -> DepthProfile:
-        """The string along its length; raises ValueError before the first `advance`."""
-        return self._bundle.profile()
+        """The string along its length. Raises ValueError before the first `advance`."""
+        return self._lanes.profile()
 
 
 def simulate(
@@ -108,10 +112,18 @@ def simulate(
     modifiers: Modifiers = Modifiers(),
     substeps: int | None = None,
 ) -> Response:
-    """Drive the plant through a whole record, from rest at its first sample.
+    """Simulate a whole record of commands.
 
-    The samples may be unevenly spaced: the plant then runs on an even grid of their median spacing and its response is
-    interpolated back.
+    Unevenly spaced samples are allowed: the plant then runs on an even grid of their median spacing, and its response
+    is interpolated back.
+
+    Args:
+        rig: The rig.
+        commands: What drives it.
+        elements, start, modifiers, substeps: As in `Plant`.
+
+    Returns:
+        The response at the commands' times.
     """
     return simulate_batch([rig], commands, elements, [start], [modifiers], substeps)[0]
 
@@ -133,16 +145,26 @@ def simulate_batch(
 ) -> list[Response]:
     """`simulate` for many parameter sets of one well and string, vectorised across them.
 
-    Runs go through the kernel in blocks that fit the cache, on ``workers`` threads, or with None on those that have
-    nothing to do; how they are shared out changes no bit. observer: lets the torque that was measured pull weakly at
-    the top drive. friction: (n,) what all friction is multiplied by at the commands' times, joined linearly.
-    acceleration: (n,) rad/s2 of the top drive at the commands' times, for torque that is read at its motor; the slope
-    of the commands' speed where it is not given, which from a measured speed is mostly noise (see
-    `drive_acceleration`). bite: (n,) what the bit's torque per weight is multiplied by at the commands' times, joined
-    linearly. lowered: (K, n) m that each run's block is lower than the commands say at their times, joined linearly.
-    single: in single precision but for positions and rotations, in half of the time; where no run is chaotic torque is
-    off by tenths of a N m, hook load by some N.
-    Raises InputError where the rigs differ in survey, sections, contact or sound speed.
+    Args:
+        rigs: The rigs, K of them.
+        commands: What drives all of them, n samples.
+        elements, substeps: As in `Plant`.
+        starts, modifiers: As in `Plant`, one a rig.
+        workers: Threads that share the runs; None for all that are idle. Their number changes no bit of the result.
+        observer: Feedback of measured torque to the top drive.
+        friction_factor: Multiplies all friction at the commands' times, (n,), joined linearly.
+        acceleration: Of the top drive, rad/s2, (n,), for torque that is read at its motor. By default the slope of
+            the commands' speed, which is mostly noise where the speed was measured (see `drive_acceleration`).
+        bit_torque_factor: Multiplies the bit's torque per weight, (n,), joined linearly.
+        block_offset: m that each run's block is lower than the commands say, (K, n), joined linearly.
+        single_precision: Compute in single precision except for positions and rotations, in half the time. Where no
+            run is chaotic, torque differs by tenths of a N m and hook load by some N.
+
+    Returns:
+        One response a rig, at the commands' times.
+
+    Raises:
+        InputError: Where the rigs differ in survey, sections, contact or sound speed.
     """
     if not rigs:
         return []
@@ -155,27 +177,27 @@ def simulate_batch(
     friction_factor, acceleration, bit_torque_factor = (
         None if values is None else np.interp(grid, commands.time, values) for values in given
     )
-    lower = (
+    offset = (
         None
         if block_offset is None
         else np.stack([np.interp(grid, commands.time, row) for row in block_offset], axis=1)
     )
     measured = None if observer is None else observer.measured_at(grid)
     mesh = assemble.common_mesh(rigs, elements)
-    substeps = substeps or _least_substeps(rigs, mesh, interval)
-    shares = 1 + idle_threads() if workers is None else max(workers, 1)
-    width = min(math.ceil(len(rigs) / shares), _LANES_PER_BLOCK)
+    substeps = substeps or _min_substeps(rigs, mesh, interval)
+    threads = 1 + idle_threads() if workers is None else max(workers, 1)
+    width = min(math.ceil(len(rigs) / threads), _LANES_PER_BLOCK)
 
     def run(first: int) -> list[Array]:
         block = slice(first, first + width)
-        bundle = _Bundle(
+        lane_block = _LaneBlock(
             rigs[block], mesh, interval, starts[block], modifiers[block], substeps, observer, single_precision
         )
-        below = None if lower is None else lower[:, block]
-        channels = _joined(
+        own_offset = None if offset is None else offset[:, block]
+        channels = _interpolate(
             commands.time,
             grid,
-            bundle.advance(sampled, measured, friction_factor, acceleration, bit_torque_factor, below),
+            lane_block.advance(sampled, measured, friction_factor, acceleration, bit_torque_factor, own_offset),
         )
         return [channels[:, :, lane] for lane in range(channels.shape[2])]
 
@@ -183,8 +205,8 @@ def simulate_batch(
     return [Response(commands.time, *lane.T) for block in blocks for lane in block]
 
 
-class _Bundle:
-    """Rigs that are stepped side by side: constants, state and the last command."""
+class _LaneBlock:
+    """Rigs that are stepped side by side: their constants, state and last command."""
 
     def __init__(
         self,
@@ -200,11 +222,11 @@ class _Bundle:
         self.rigs, self.starts, self.interval = list(rigs), list(starts), interval
         self.mesh, self.substeps, self.dt = mesh, substeps, interval / substeps
         self.elements = assemble.elements(rigs, self.mesh, self.dt, modifiers)
-        self._yielding = self.elements.yielding.copy()
+        self._nominal = self.elements.per_sliding_length.copy()
         self.lanes = assemble.lanes(rigs, self.mesh, self.dt, observer)
         self.curve = assemble.friction_curve(rigs[0].contact)
-        self.by_speed = bool(np.any(self.elements.stribeck_drop) or np.any(self.elements.drift_rate))
-        self.by_rest = bool(np.any(self.elements.aging_growth))
+        self.speed_dependent = bool(np.any(self.elements.stribeck_drop) or np.any(self.elements.drift_rate))
+        self.rest_dependent = bool(np.any(self.elements.aging_growth))
         self.single = single
         self.state: KernelState | None = None
         self.last: Array | None = None
@@ -213,50 +235,58 @@ class _Bundle:
         self,
         commands: Commands,
         measured: Array | None = None,
-        factor: Array | None = None,
+        friction_factor: Array | None = None,
         acceleration: Array | None = None,
-        bite: Array | None = None,
-        lowered: Array | None = None,
+        bit_torque_factor: Array | None = None,
+        block_offset: Array | None = None,
     ) -> Array:
-        """(n, channels, lanes) at the times of the commands; measured: (n,) N m, the observer's torque; factor: (n,) of
-        all friction; acceleration: (n,) rad/s2 of the top drive; bite: (n,) of the bit's torque per weight; lowered:
-        (n, lanes) m that the blocks are lower than the commands say.
+        """Channels (n, channels, lanes) at the times of the commands.
+
+        Args:
+            measured: Surface torque for the observer, N m, (n,).
+            friction_factor, bit_torque_factor: (n,).
+            acceleration: Of the top drive, rad/s2, (n,).
+            block_offset: m that the blocks are lower, (n, lanes).
         """
-        torque = np.zeros(len(commands.time)) if measured is None else measured
         ones = np.ones(len(commands.time))
-        faster = self._slope(commands.top_drive_speed) if acceleration is None else acceleration
-        factors, bites = (ones if values is None else values for values in (factor, bite))
-        rows = np.column_stack([commands.rows(), torque, factors, faster, bites])
+        rows = np.column_stack([
+            commands.rows(),
+            0.0 * ones if measured is None else measured,
+            ones if friction_factor is None else friction_factor,
+            self._slope(commands.top_drive_speed) if acceleration is None else acceleration,
+            ones if bit_torque_factor is None else bit_torque_factor,
+        ])  # fmt: skip
         gaps = commands.time[1:] - commands.time[:-1]
         if len(gaps) and np.abs(gaps - self.interval).max() > 1e-3 * self.interval:
             raise ValueError(f"commands: samples must be {self.interval:g} s apart; `simulate` takes uneven ones")
         width = len(self.rigs)
-        lower = np.zeros((len(rows), 0)) if lowered is None else np.ascontiguousarray(lowered)
+        offset = np.zeros((len(rows), 0)) if block_offset is None else np.ascontiguousarray(block_offset)
         out = np.empty((len(rows), len(CHANNELS), width))
         if self.state is None:
             self.state = initial_kernel_state(
                 self.rigs, self.mesh, self.elements, self.lanes, self.curve, self.dt, rows[0], self.starts,
-                0.0 if lowered is None else lower[0],
-            )
+                0.0 if block_offset is None else offset[0],
+            )  # fmt: skip
             if self.single:
-                self.elements, self.state = in_single(self.elements, self.state, width)
+                self.elements, self.state = to_single_precision(self.elements, self.state, width)
         else:
             rows = np.concatenate([self._started()[1][None], rows])
-            lower = np.concatenate([lower[:1], lower])
+            offset = np.concatenate([offset[:1], offset])
         advance = kernel.advance_single if self.single else kernel.advance
         what = "the step of the drill string" + (", in single precision," if self.single else "")
         with announce_compilation(advance, what):
             advance(
-                width, self.mesh.count, self.substeps, self.dt, self.by_speed, self.by_rest, rows, lower,
+                width, self.mesh.count, self.substeps, self.dt, self.speed_dependent,
+                self.rest_dependent, rows, offset,
                 self.elements, self.curve, self.lanes, self.state, out,
             )  # fmt: skip
         self.last = rows[-1].copy()
         return out
 
     def _slope(self, speed: Array) -> Array:
-        """(n,) rad/s2, half from before each sample and half from behind it; the last one's is from before."""
+        """Central differences of the speed (n,), rad/s2; the last one is backward."""
         before = speed[0] if self.last is None else self.last[1]
-        if speed.size == 1:  # a rig that is stepped: this comes once a sample
+        if speed.size == 1:  # a rig that is stepped: called once a sample, so fast
             return np.asarray((speed - before) / self.interval)
         if self.last is None:
             return np.asarray(np.gradient(speed, self.interval))
@@ -264,10 +294,10 @@ class _Bundle:
 
     def scale_friction(self, factor: Array) -> None:
         state, _ = self._started()
-        rows = np.repeat(np.maximum(factor, _LEAST_FACTOR), len(self.rigs))
-        self.elements.yielding[: len(rows)] = self._yielding[: len(rows)] / rows
-        # The kernel takes a run's friction from its state, and renews that from the elements only where it varies.
-        state.yielding[:] = self.elements.yielding
+        rows = np.repeat(np.maximum(factor, assemble.MIN_FRICTION_FACTOR), len(self.rigs))
+        self.elements.per_sliding_length[: len(rows)] = self._nominal[: len(rows)] / rows
+        # The kernel reads friction from the state, and resets it from the elements only where it varies in time.
+        state.per_sliding_length[:] = self.elements.per_sliding_length
 
     def save(self) -> PlantState:
         state, last = self._started()
@@ -278,7 +308,7 @@ class _Bundle:
         self.last = saved.last_command.copy()
 
     def profile(self) -> DepthProfile:
-        return profile_of(self.mesh, self.elements, self.curve, self._started()[0])
+        return compute_profile(self.mesh, self.elements, self.curve, self._started()[0])
 
     def _started(self) -> tuple[KernelState, Array]:
         if self.state is None or self.last is None:
@@ -286,13 +316,13 @@ class _Bundle:
         return self.state, self.last
 
 
-def _least_substeps(rigs: Sequence[Rig], mesh: assemble.Mesh, interval: float) -> int:
-    """Steps of an interval that are stable for all of the rigs: the same for each, whoever it is stepped beside."""
+def _min_substeps(rigs: Sequence[Rig], mesh: assemble.Mesh, interval: float) -> int:
+    """Fewest steps per interval that are stable for all rigs."""
     return max(1, math.ceil(interval / min(assemble.longest_step(rig, mesh) for rig in rigs)))
 
 
 def _even_grid(time: Array) -> Array:
-    """The times themselves where they are even to a thousandth, else an even grid of their median spacing."""
+    """The times themselves where they are even to 1e-3, else an even grid of their median spacing."""
     if len(time) < 3:
         return time
     gap = float(np.median(np.diff(time)))
@@ -302,11 +332,11 @@ def _even_grid(time: Array) -> Array:
     return time[0] + gap * np.arange(math.ceil((time[-1] - time[0]) / gap - 1e-9) + 1)
 
 
-def _joined(time: Array, grid: Array, channels: Array) -> Array:
-    """(n, channels, lanes) at the times, joined linearly; channels: (m, channels, lanes) on the grid."""
+def _interpolate(time: Array, grid: Array, channels: Array) -> Array:
+    """Channels (n, channels, lanes) at the times, from those (m, channels, lanes) on the grid, joined linearly."""
     if grid is time:
         return channels
     after = np.clip(np.searchsorted(grid, time), 1, len(grid) - 1)
-    share = ((time - grid[after - 1]) / (grid[after] - grid[after - 1]))[:, None, None]
+    fraction = ((time - grid[after - 1]) / (grid[after] - grid[after - 1]))[:, None, None]
     before = channels[after - 1]
-    return np.asarray(before + np.clip(share, 0.0, 1.0) * (channels[after] - before))
+    return np.asarray(before + np.clip(fraction, 0.0, 1.0) * (channels[after] - before))

@@ -1,4 +1,4 @@
-"""A simulated run as a log like any other, noise-free and with its truth."""
+"""A simulated run written as a log like any other: without noise, and with the true state downhole."""
 
 from __future__ import annotations
 
@@ -14,9 +14,16 @@ from slider_drilling.rig import Rig, dump_rig
 
 
 def write_simulated(path: Path, rig: Rig, commands: Commands, response: Response, start: float, notes: str) -> None:
-    """Write the run to an MCAP file with the rig beside it; ``start``: epoch s of its first sample. Raises InputError.
+    """Write a run to an MCAP file that holds the rig file too.
 
-    The MWD samples the true toolface every period and surface has it latency later.
+    The MWD samples the true toolface every period; its samples reach surface latency later.
+
+    Args:
+        start: Time of the first sample, s since 1970.
+        notes: Free text for the log's metadata.
+
+    Raises:
+        InputError: Where the file cannot be written.
     """
     with LogWriter(path, dump_rig(rig), "slider-drilling replay", notes, whole=True) as writer:
         origin = start - response.time[0]

@@ -1,4 +1,4 @@
-"""A whole rig to test controllers on: drives with limits, the plant, and sensors that err."""
+"""A whole virtual rig to test controllers on: drives with limits, the plant, and imperfect sensors."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from slider_drilling.control.interface import Measurements, MwdSample, RigCommand
 from slider_drilling.drillstring.assemble import Modifiers
 from slider_drilling.drillstring.depth_profile import DepthProfile
-from slider_drilling.drillstring.drives import DriveState, follow
+from slider_drilling.drillstring.drives import DriveState, follow_command
 from slider_drilling.drillstring.initial_state import InitialState
 from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.drillstring.recorded_channels import Commands, Response, require_finite
@@ -24,7 +24,7 @@ from slider_drilling.rig import Rig
 
 @dataclass(frozen=True)
 class GroundTruth:
-    """What only a simulation knows: rad unwrapped, rad/s, N m, N, Pa, m, m/s; surface channels without noise."""
+    """The true state, which only a simulation knows; fields and units are those of `Response`."""
 
     time: float
     surface_torque: float
@@ -56,9 +56,13 @@ class VirtualRigState:
 class VirtualRig:
     """Steps one sensor period at a time; the same seed and commands give the same run bit for bit.
 
-    ``pump_speed`` (rad/s) is that of the pump at the start; by default the one that gives the reference flow.
-    ``friction_of_angle`` turns the angles (n,) rad of the elements into what multiplies their friction (n,), once a
-    sensor period.
+    Args:
+        rig: The rig.
+        seed: Of the sensors' noise.
+        elements, start, modifiers, substeps: As in `Plant`.
+        pump_speed: rad/s of the pump at the start; None for the speed of the reference flow.
+        friction_of_angle: Factors (n,) of the elements' friction from their angles (n,) rad, taken once a sensor
+            period.
     """
 
     def __init__(
@@ -91,11 +95,11 @@ class VirtualRig:
         """Follow a command for one sensor period and measure at its end."""
         before = self.truth
         self._samples += 1
-        self._drives = follow(self._drives, command, before.surface_torque, self.rig.top_drive, self.interval)
+        self._drives = follow_command(self._drives, command, before.surface_torque, self.rig.top_drive, self.interval)
         if self._friction_of_angle is not None:
-            string = self._plant.profile()
-            halfway = string.rotation + 0.5 * self.interval * string.rotation_speed
-            self._plant.scale_friction(self._friction_of_angle(halfway))
+            profile = self._plant.profile()
+            middle = profile.rotation + 0.5 * self.interval * profile.rotation_speed
+            self._plant.scale_friction(self._friction_of_angle(middle))
         self.truth = self._advance()
         now = (self.truth.time, self.truth.tool_face)
         self.measurements = self._measure(self._mwd.read((before.time, before.tool_face), now, self._random))
@@ -121,7 +125,7 @@ class VirtualRig:
         )
 
     def restore(self, saved: VirtualRigState) -> None:
-        """Go back; the same commands then give the same run again."""
+        """Go back to a saved state; the same commands then give the same run again."""
         self._plant.restore(saved.plant)
         self._samples = saved.samples
         self._drives, self.truth, self.measurements = saved.drives, saved.truth, saved.measurements
@@ -133,7 +137,7 @@ class VirtualRig:
         d = self._drives
         time = self._samples * self.interval
         row = (time, d.top_drive_angle, d.top_drive_speed, d.block_position, d.block_speed, d.pump_speed)
-        return _truth(self._plant.advance(Commands(*(np.array([value]) for value in row))))
+        return _true_state(self._plant.advance(Commands(*(np.array([value]) for value in row))))
 
     def _measure(self, mwd: tuple[MwdSample, ...]) -> Measurements:
         read = {name: sensor.read(getattr(self.truth, name), self._random) for name, sensor in self._sensors.items()}
@@ -150,7 +154,7 @@ class VirtualRig:
         )
 
 
-def _truth(response: Response) -> GroundTruth:
+def _true_state(response: Response) -> GroundTruth:
     values = {name: float(getattr(response, name)[0]) for name in GroundTruth.__dataclass_fields__}
     if not math.isfinite(sum(values.values())):
         require_finite(response)

@@ -1,4 +1,4 @@
-"""The three zones of a string that is simulated: the friction that they are reckoned from, and what motion shows."""
+"""The three zones of a simulated string: friction torque along it, and the zones that its motion shows."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from slider_drilling.wellbore.mesh import friction_factors
 from slider_drilling.wellbore.zones import Zones
 
 PRE_SLIDING_SWING = 0.16
-"""rad, by which 5 in pipe turns over the contact's pre-sliding length of 10 mm (mu / grip, model.md section 2)."""
+"""rad by which 5 in pipe turns over the contact's pre-sliding length of 10 mm (`model.md` section 2)."""
 
 
 def friction_torque(plant: Plant, profile: DepthProfile) -> Array:
-    """Torque (n,) N m that turns each element against friction at its present side force, axial slip being slow."""
+    """Torque (n,) N m that turns each element against friction at its present side force, with little axial slip."""
     across = np.pi / 2.0 - plant.rig.contact.asperity.orientation
     friction = float(friction_coefficient_of_direction(plant.rig.contact, across))
     side_force = profile.normal_force * profile.length
@@ -30,11 +30,14 @@ def zones_from_motion(
     reactive_torque: float,
     least_swing: float = PRE_SLIDING_SWING,
 ) -> Zones:
-    """The zones that a simulated cycle shows.
+    """The zones that one full simulated rocking cycle shows.
 
-    measured_depth: (n,) m; rotation: (m, n) rad and torque: (m, n) N m over one full rocking cycle. Rocking reaches
-    where rotation swings by more than least_swing (rad, peak to peak), less than which the contacts only bend. The
-    reactive torque (N m) reaches where the cycle's mean torque still holds a twentieth of it.
+    Args:
+        measured_depth: m, (n,).
+        rotation, torque: rad and N m over the cycle, (m, n).
+        reactive_torque: N m; it reaches up to where the cycle's mean torque still holds a twentieth of it.
+        least_swing: rad, peak to peak; rocking reaches to where rotation swings by more. Below it contacts only
+            deform.
     """
     swing = np.ptp(rotation, axis=0)
     rocked = np.flatnonzero(swing < least_swing)
@@ -46,9 +49,9 @@ def zones_from_motion(
 
 
 def _crossing(depth: Array, value: Array, level: float, first_below: int) -> float:
-    """Depth at which a falling value passes a level, between two elements."""
+    """Depth at which a falling value crosses a level, interpolated between two elements."""
     if first_below == 0:
         return float(depth[0])
     above, below = first_below - 1, first_below
-    share = (value[above] - level) / (value[above] - value[below])
-    return float(depth[above] + share * (depth[below] - depth[above]))
+    fraction = (value[above] - level) / (value[above] - value[below])
+    return float(depth[above] + fraction * (depth[below] - depth[above]))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from slider_drilling.contact import PAPER
 from slider_drilling.control.rocking import Rocking
 from slider_drilling.paper_studies.pipe import Pipe
-from slider_drilling.paper_studies.settled_cycle import SettledCycle, settle
+from slider_drilling.paper_studies.settled_cycle import SettledCycle, settled_cycle
 from slider_drilling.paper_studies.study import Claim, Study, StudyChart, between, display_name, study_line
 from slider_drilling.paper_studies.tool_motions import ToolMotion, longitudinal, radial, rocking, three_d, torsional
 
@@ -30,7 +30,7 @@ class Tool:
 def study() -> Study:
     """Friction of every tool, weakest to strongest setting, at 3-9 m/h."""
     runs = {
-        tool.name: {rate: [settle(m, PIPE, PAPER) for m in row] for rate, row in tool.motions.items()}
+        tool.name: {rate: [settled_cycle(m, PIPE, PAPER) for m in row] for rate, row in tool.motions.items()}
         for tool in _tools()
     }
     place = [0.0, 0.5, 1.0]
@@ -63,10 +63,14 @@ def study() -> Study:
                 ),
                 log_y=True,
             )
-            for title, attribute in (("Mean magnitude", "ratio"), ("Signed mean", "signed_ratio"))
+            for title, attribute in (("Mean magnitude", "friction_ratio"), ("Signed mean", "signed_friction_ratio"))
             for rate in (3, 9)
         ),
-        claims=(_most(runs, "ratio", "mean magnitude"), _most(runs, "signed_ratio", "signed mean"), _all_reduce(runs)),
+        claims=(
+            _most(runs, "friction_ratio", "mean magnitude"),
+            _most(runs, "signed_friction_ratio", "signed mean"),
+            _all_reduce(runs),
+        ),
     )
 
 
@@ -129,7 +133,7 @@ def _most(runs: dict[str, dict[int, list[SettledCycle]]], attribute: str, measur
 
 
 def _all_reduce(runs: dict[str, dict[int, list[SettledCycle]]]) -> Claim:
-    worst = {name: round(max(s.ratio for row in rows.values() for s in row), 4) for name, rows in runs.items()}
+    worst = {name: round(max(s.friction_ratio for row in rows.values() for s in row), 4) for name, rows in runs.items()}
     holds = max(worst.values()) < 0.999
     return Claim(
         "All the technologies reduce the axial friction.",

@@ -8,7 +8,7 @@ import numpy as np
 
 from slider_drilling.contact import PAPER
 from slider_drilling.paper_studies.pipe import Pipe
-from slider_drilling.paper_studies.settled_cycle import SettledCycle, coulomb_force, from_rest, settle
+from slider_drilling.paper_studies.settled_cycle import SettledCycle, coulomb_force, from_rest, settled_cycle
 from slider_drilling.paper_studies.study import (
     UNCHANGED,
     Claim,
@@ -57,8 +57,8 @@ def study() -> Study:
                 "velocity ratio va/v",
                 "axial friction / Coulomb",
                 (
-                    study_line("mean magnitude", ratios, [s.ratio for s in swept]),
-                    study_line("signed mean: what feeds the bit", ratios, [s.signed_ratio for s in swept]),
+                    study_line("mean magnitude", ratios, [s.friction_ratio for s in swept]),
+                    study_line("signed mean: what feeds the bit", ratios, [s.signed_friction_ratio for s in swept]),
                     study_line("rigid limit of the signed mean", ratios, rigid, dashed=True),
                 ),
                 log_x=True,
@@ -84,7 +84,7 @@ def study() -> Study:
 
 
 def _settled(rate: float, amplitude_mm: float, frequency: float) -> SettledCycle:
-    return settle(longitudinal(rate / HOUR, 1e-3 * amplitude_mm, frequency), PIPE, PAPER)
+    return settled_cycle(longitudinal(rate / HOUR, 1e-3 * amplitude_mm, frequency), PIPE, PAPER)
 
 
 def _onset(amplitude_mm: int) -> StudyLine:
@@ -105,8 +105,8 @@ def _pairs(runs: dict, label: str) -> tuple[StudyLine, ...]:
 
 
 def _reduces(by_rate: dict[int, list[SettledCycle]]) -> Claim:
-    magnitude = [s.ratio for row in by_rate.values() for s in row]
-    signed = [s.signed_ratio for row in by_rate.values() for s in row]
+    magnitude = [s.friction_ratio for row in by_rate.values() for s in row]
+    signed = [s.signed_friction_ratio for row in by_rate.values() for s in row]
     return Claim(
         "Longitudinal vibration reduces axial friction.",
         "section 5.2.1, conclusions",
@@ -117,7 +117,7 @@ def _reduces(by_rate: dict[int, list[SettledCycle]]) -> Claim:
 
 def _little_change(by_rate: dict[int, list[SettledCycle]]) -> Claim:
     row = by_rate[7]
-    magnitude, signed = [s.ratio for s in row], [s.signed_ratio for s in row]
+    magnitude, signed = [s.friction_ratio for s in row], [s.signed_friction_ratio for s in row]
     kappa = [round(2.0 * math.pi * 15.0 * 1e-3 * mm / (7 / HOUR)) for mm in AMPLITUDES_MM]
     length_mm = 1e3 * coulomb_force(PIPE, PAPER) / PAPER.stiffness
     holds = abs(magnitude[-1] - magnitude[0]) < UNCHANGED
@@ -149,13 +149,13 @@ def _no_frequency(by_frequency: dict[float, list[SettledCycle]]) -> Claim:
         max(s.ratio for s in column) - min(s.ratio for s in column)
         for column in zip(*by_frequency.values(), strict=True)
     ]
-    signed = [s.signed_ratio for s in at_4_mm]
+    signed = [s.signed_friction_ratio for s in at_4_mm]
     return Claim(
         "The frequency of longitudinal oscillation (5 to 20 Hz) has no effect on the friction.",
         "section 5.2.1, Fig. 16",
         {
             "frequency_hz": list(FREQUENCIES),
-            "at_4_mm_mean_magnitude_over_coulomb": rounded(s.ratio for s in at_4_mm),
+            "at_4_mm_mean_magnitude_over_coulomb": rounded(s.friction_ratio for s in at_4_mm),
             "at_4_mm_signed_mean_over_coulomb": rounded(signed),
             "largest_change_of_the_magnitude": round(max(changes), 4),
             "allowed_change": UNCHANGED,
@@ -168,8 +168,8 @@ def _no_frequency(by_frequency: dict[float, list[SettledCycle]]) -> Claim:
 
 
 def _critical(ratios: np.ndarray, swept: list[SettledCycle]) -> Claim:
-    below = [s.ratio for s, kappa in zip(swept, ratios, strict=True) if kappa <= 1.0]
-    above = [s.ratio for s, kappa in zip(swept, ratios, strict=True) if 1.0 < kappa <= 30.0]
+    below = [s.friction_ratio for s, kappa in zip(swept, ratios, strict=True) if kappa <= 1.0]
+    above = [s.friction_ratio for s, kappa in zip(swept, ratios, strict=True) if 1.0 < kappa <= 30.0]
     return Claim(
         "Friction falls only once the velocity ratio exceeds 1.",
         "section 5.2.1, conclusions",

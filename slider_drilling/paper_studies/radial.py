@@ -6,7 +6,7 @@ import numpy as np
 
 from slider_drilling.contact import PAPER
 from slider_drilling.paper_studies.pipe import Pipe
-from slider_drilling.paper_studies.settled_cycle import SettledCycle, coulomb_force, from_rest, settle
+from slider_drilling.paper_studies.settled_cycle import SettledCycle, coulomb_force, from_rest, settled_cycle
 from slider_drilling.paper_studies.study import (
     UNCHANGED,
     Claim,
@@ -29,8 +29,12 @@ PIPE = Pipe()
 
 def study() -> Study:
     """Load ratio 0.1-0.6 for 3-9 m/h at 15 Hz, and 5-20 Hz at 5 m/h."""
-    by_rate = {rate: [settle(radial(rate / HOUR, ratio, 15.0), PIPE, PAPER) for ratio in RATIOS] for rate in RATES}
-    by_frequency = {f: [settle(radial(5 / HOUR, ratio, f), PIPE, PAPER) for ratio in RATIOS] for f in FREQUENCIES}
+    by_rate = {
+        rate: [settled_cycle(radial(rate / HOUR, ratio, 15.0), PIPE, PAPER) for ratio in RATIOS] for rate in RATES
+    }
+    by_frequency = {
+        f: [settled_cycle(radial(5 / HOUR, ratio, f), PIPE, PAPER) for ratio in RATIOS] for f in FREQUENCIES
+    }
     harmonic = np.sqrt(1.0 - np.array(RATIOS) ** 2)
     return Study(
         name="radial",
@@ -63,7 +67,10 @@ def study() -> Study:
                 "load amplitude / mean load",
                 "axial friction / Coulomb",
                 (
-                    *(study_line(f"{rate} m/h", RATIOS, [s.ratio for s in row]) for rate, row in by_rate.items()),
+                    *(
+                        study_line(f"{rate} m/h", RATIOS, [s.friction_ratio for s in row])
+                        for rate, row in by_rate.items()
+                    ),
                     study_line("harmonic mean of the load, sqrt(1 - ratio^2)", RATIOS, harmonic, True),
                 ),
             ),
@@ -71,7 +78,9 @@ def study() -> Study:
                 "Frequency, at 5 m/h",
                 "load amplitude / mean load",
                 "axial friction / Coulomb",
-                tuple(study_line(f"{f:g} Hz", RATIOS, [s.ratio for s in row]) for f, row in by_frequency.items()),
+                tuple(
+                    study_line(f"{f:g} Hz", RATIOS, [s.friction_ratio for s in row]) for f, row in by_frequency.items()
+                ),
             ),
         ),
         claims=(
@@ -109,7 +118,7 @@ def _independent(what: str, where: str, runs: dict) -> Claim:
 
 
 def _falls(by_rate: dict[int, list[SettledCycle]]) -> Claim:
-    row = [s.ratio for s in by_rate[7]]
+    row = [s.friction_ratio for s in by_rate[7]]
     return Claim(
         "Axial friction falls as the ratio of radial vibration grows.",
         "section 5.2.2, Fig. 18",
@@ -119,7 +128,7 @@ def _falls(by_rate: dict[int, list[SettledCycle]]) -> Claim:
 
 
 def _bounded(by_rate: dict[int, list[SettledCycle]]) -> Claim:
-    most = 1.0 - min(s.ratio for row in by_rate.values() for s in row)
+    most = 1.0 - min(s.friction_ratio for row in by_rate.values() for s in row)
     return Claim(
         "Axial friction falls by less than about 20 %.",
         "section 5.2.2",

@@ -9,7 +9,7 @@ import numpy as np
 from slider_drilling.contact import PAPER
 from slider_drilling.control.rocking import Rocking
 from slider_drilling.paper_studies.pipe import Pipe
-from slider_drilling.paper_studies.settled_cycle import SettledCycle, from_rest, settle
+from slider_drilling.paper_studies.settled_cycle import SettledCycle, from_rest, settled_cycle
 from slider_drilling.paper_studies.study import Claim, Study, StudyChart, falling, rounded, study_line
 from slider_drilling.paper_studies.tool_motions import ToolMotion, rocking
 
@@ -24,8 +24,10 @@ PIPE = Pipe()
 
 def study() -> Study:
     """D_y = 10 rad, T = 10 s, delta = 0.2 s at 1-7 m/h; amplitude 0.25-30 rad."""
-    settled = {rate: settle(_motion(rate, AMPLITUDE), PIPE, PAPER) for rate in RATES}
-    sweep = {rate: [settle(_motion(rate, float(d)), PIPE, PAPER).ratio for d in AMPLITUDES] for rate in RATES}
+    settled = {rate: settled_cycle(_motion(rate, AMPLITUDE), PIPE, PAPER) for rate in RATES}
+    sweep = {
+        rate: [settled_cycle(_motion(rate, float(d)), PIPE, PAPER).friction_ratio for d in AMPLITUDES] for rate in RATES
+    }
     onsets = {rate: from_rest(_motion(rate, AMPLITUDE), 30.0, PIPE, PAPER) for rate in RATES}
     wave = _motion(5, AMPLITUDE)
     return Study(
@@ -140,7 +142,7 @@ def _low_then_peaks(settled: dict[int, SettledCycle]) -> Claim:
 
 def _lower_at_lower_rate(settled: dict[int, SettledCycle]) -> Claim:
     low, peak = zip(*(_phases(s) for s in settled.values()), strict=True)
-    means = [s.ratio for s in settled.values()]
+    means = [s.friction_ratio for s in settled.values()]
     return Claim(
         "A lower rate of penetration gives a smaller axial friction, in the stable and in the changed region.",
         "section 5.3, Fig. 23",

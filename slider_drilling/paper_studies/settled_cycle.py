@@ -33,11 +33,11 @@ class SettledCycle:
     coulomb_force: float
 
     @property
-    def ratio(self) -> float:
+    def friction_ratio(self) -> float:
         return self.means.absolute_axial_force / self.coulomb_force
 
     @property
-    def signed_ratio(self) -> float:
+    def signed_friction_ratio(self) -> float:
         return -self.means.axial_force / self.coulomb_force
 
 
@@ -51,7 +51,7 @@ def from_rest(motion: ToolMotion, duration: float, pipe: Pipe, contact: Contact)
     return _cycles(motion, math.ceil(duration / motion.period - 1e-9), pipe, contact, (0.0, 0.0))
 
 
-def settle(motion: ToolMotion, pipe: Pipe, contact: Contact) -> SettledCycle:
+def settled_cycle(motion: ToolMotion, pipe: Pipe, contact: Contact) -> SettledCycle:
     """The cycle that the motion settles to.
 
     Raises InputError where it does not settle within 2e7 samples (a motion that hardly slips takes for ever).

@@ -8,7 +8,7 @@ import numpy as np
 
 from slider_drilling.contact import PAPER
 from slider_drilling.paper_studies.pipe import Pipe
-from slider_drilling.paper_studies.settled_cycle import SettledCycle, settle
+from slider_drilling.paper_studies.settled_cycle import SettledCycle, settled_cycle
 from slider_drilling.paper_studies.study import Claim, HeatMap, Study, StudyChart, rounded, study_line
 from slider_drilling.paper_studies.tool_motions import three_d
 
@@ -34,11 +34,13 @@ def study() -> Study:
             np.array([[getattr(s, attribute) for s in row] for row in rows]),
             log=True,
         )
-        for title, attribute in (("Mean magnitude", "ratio"), ("Signed mean", "signed_ratio"))
+        for title, attribute in (("Mean magnitude", "friction_ratio"), ("Signed mean", "signed_friction_ratio"))
         for rate, rows in runs.items()
     )
     pick = [0, 4, 8, 14]
-    lines = tuple(study_line(f"{AXIAL_MM[k]:g} mm", SPEED_RPM, [row[k].signed_ratio for row in runs[10]]) for k in pick)
+    lines = tuple(
+        study_line(f"{AXIAL_MM[k]:g} mm", SPEED_RPM, [row[k].signed_friction_ratio for row in runs[10]]) for k in pick
+    )
     return Study(
         name="three_d",
         title="Axial and torsional oscillation at once: 3-D hydraulic oscillation system",
@@ -64,19 +66,23 @@ def study() -> Study:
 
 
 def _settled(rate: int, amplitude_mm: float, speed_rpm: float) -> SettledCycle:
-    return settle(three_d(rate / HOUR, 1e-3 * amplitude_mm, speed_rpm * RPM, FREQUENCY, PIPE.radius), PIPE, PAPER)
+    return settled_cycle(
+        three_d(rate / HOUR, 1e-3 * amplitude_mm, speed_rpm * RPM, FREQUENCY, PIPE.radius), PIPE, PAPER
+    )
 
 
 def _both(rows: list[list[SettledCycle]]) -> Claim:
     axial, torsional, both = rows[0][8], rows[10][0], rows[10][8]
-    lower = both.signed_ratio < min(axial.signed_ratio, torsional.signed_ratio)
-    holds = max(axial.ratio, torsional.ratio, both.ratio) < 1.0
+    lower = both.signed_friction_ratio < min(axial.signed_friction_ratio, torsional.signed_friction_ratio)
+    holds = max(axial.friction_ratio, torsional.friction_ratio, both.friction_ratio) < 1.0
     return Claim(
         "The tool vibrates axially and torsionally at once, and reduces friction.",
         "section 2.1.2 (no figure)",
         {
-            "axial_4_mm, torsional_20_rpm, both: mean magnitude": rounded(s.ratio for s in (axial, torsional, both)),
-            "signed mean": rounded(s.signed_ratio for s in (axial, torsional, both)),
+            "axial_4_mm, torsional_20_rpm, both: mean magnitude": rounded(
+                s.friction_ratio for s in (axial, torsional, both)
+            ),
+            "signed mean": rounded(s.signed_friction_ratio for s in (axial, torsional, both)),
             "both_together_have_the_lowest_signed_mean": lower,
         },
         holds,

@@ -9,7 +9,13 @@ from scipy.special import ellipk
 
 from slider_drilling.contact import PAPER
 from slider_drilling.paper_studies.pipe import Pipe
-from slider_drilling.paper_studies.settled_cycle import SettledCycle, coulomb_force, from_rest, harmonic_share, settle
+from slider_drilling.paper_studies.settled_cycle import (
+    SettledCycle,
+    coulomb_force,
+    from_rest,
+    harmonic_share,
+    settled_cycle,
+)
 from slider_drilling.paper_studies.study import Claim, Study, StudyChart, falling, rounded, study_line
 from slider_drilling.paper_studies.tool_motions import ToolMotion, torsional
 
@@ -26,9 +32,9 @@ PIPE = Pipe()
 def study() -> Study:
     """10, 20, 30 rpm at 10 m/h, from rest and settled; amplitude sweep for 3-9 m/h; what the frequency does."""
     settled = [_settled(10, rpm, FREQUENCY) for rpm in SPEEDS_RPM]
-    sweep = {rate: [_settled(rate, rpm, FREQUENCY).ratio for rpm in SWEEP_RPM] for rate in RATES}
+    sweep = {rate: [_settled(rate, rpm, FREQUENCY).friction_ratio for rpm in SWEEP_RPM] for rate in RATES}
     frequencies = np.geomspace(0.1, 20.0, 16)
-    by_frequency = {rpm: [_settled(10, rpm, f).ratio for f in frequencies] for rpm in SPEEDS_RPM}
+    by_frequency = {rpm: [_settled(10, rpm, f).friction_ratio for f in frequencies] for rpm in SPEEDS_RPM}
     onsets = {rpm: from_rest(_motion(10, rpm, FREQUENCY), 10.0, PIPE, PAPER) for rpm in SPEEDS_RPM}
     return Study(
         name="torsional",
@@ -119,11 +125,11 @@ def _motion(rate: float, speed_rpm: float, frequency: float) -> ToolMotion:
 
 
 def _settled(rate: float, speed_rpm: float, frequency: float) -> SettledCycle:
-    return settle(_motion(rate, speed_rpm, frequency), PIPE, PAPER)
+    return settled_cycle(_motion(rate, speed_rpm, frequency), PIPE, PAPER)
 
 
 def _lower_with_amplitude(settled: list[SettledCycle]) -> Claim:
-    ratios = [s.ratio for s in settled]
+    ratios = [s.friction_ratio for s in settled]
     holds = falling([1.0 - 0.01, *ratios])
     return Claim(
         "Torsional oscillation of 10, 20 and 30 rpm reduces axial friction, the more the larger it is.",
@@ -131,7 +137,7 @@ def _lower_with_amplitude(settled: list[SettledCycle]) -> Claim:
         {
             "speed_amplitude_rpm": list(SPEEDS_RPM),
             "friction_over_coulomb": rounded(ratios),
-            "friction_over_coulomb_at_5_hz": rounded(_settled(10, rpm, 5.0).ratio for rpm in SPEEDS_RPM),
+            "friction_over_coulomb_at_5_hz": rounded(_settled(10, rpm, 5.0).friction_ratio for rpm in SPEEDS_RPM),
             "friction_over_coulomb_if_rigid": rounded(rigid_ratio(10, rpm) for rpm in SPEEDS_RPM),
         },
         holds,

@@ -16,7 +16,7 @@ from slider_drilling.contact import PAPER
 from slider_drilling.drillstring import Commands, Modifiers, Plant, simulate
 from slider_drilling.effects import AxialOscillationTool
 from slider_drilling.paper_studies.pipe import Pipe
-from slider_drilling.paper_studies.settled_cycle import settle
+from slider_drilling.paper_studies.settled_cycle import settled_cycle
 from slider_drilling.paper_studies.study import Claim, Study, StudyChart, StudyTable, rounded, study_line
 from slider_drilling.paper_studies.tool_motions import ToolMotion, radial, three_d, torsional
 from slider_drilling.paper_studies.whole_well import ELEMENTS, HOUR, example_rig, longer, slide
@@ -88,7 +88,7 @@ def _cases(rig: Rig) -> dict[str, tuple]:
         "torsional tool, 20 rpm": torsional(RATE / HOUR, 20.0 * math.pi / 30.0, 15.0, radius),
         "3-D tool, 4 mm and 20 rpm": three_d(RATE / HOUR, 4e-3, 20.0 * math.pi / 30.0, 15.0, radius),
     }
-    ratios = {name: settle(motion, Pipe(), PAPER).signed_ratio for name, motion in motions.items()}
+    ratios = {name: settled_cycle(motion, Pipe(), PAPER).signed_friction_ratio for name, motion in motions.items()}
     return {
         "without": (plain,),
         "rocking 10 rad": (slide(rig, DURATION, RATE, 10.0, 24.0),),

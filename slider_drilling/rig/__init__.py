@@ -1,8 +1,6 @@
 """The rig file: everything that a simulation needs, read from YAML and checked."""
 
-from slider_drilling.rig.file import check_rig, dump_rig, load_rig, parse_rig, rig_from_tree
 from slider_drilling.rig.parts import (
-    SCHEMA,
     Asperity,
     Bit,
     Contact,
@@ -12,7 +10,6 @@ from slider_drilling.rig.parts import (
     Mud,
     MudPump,
     Mwd,
-    Rig,
     Sensor,
     Sensors,
     String,
@@ -20,30 +17,19 @@ from slider_drilling.rig.parts import (
     TopDrive,
     Well,
 )
-from slider_drilling.rig.relations import check_duration
+from slider_drilling.rig.rig_file import (
+    SCHEMA,
+    Rig,
+    check_duration,
+    check_rig,
+    dump_rig,
+    load_rig,
+    parse_rig,
+    rig_from_tree,
+)
 
 __all__ = [
-    "SCHEMA",
-    "Asperity",
-    "Bit",
-    "Contact",
-    "FrictionInterval",
-    "Hydraulics",
-    "Motor",
-    "Mud",
-    "MudPump",
-    "Mwd",
-    "Rig",
-    "Sensor",
-    "Sensors",
-    "String",
-    "StringSection",
-    "TopDrive",
-    "Well",
-    "check_duration",
-    "check_rig",
-    "dump_rig",
-    "load_rig",
-    "parse_rig",
-    "rig_from_tree",
+    "SCHEMA", "Asperity", "Bit", "Contact", "FrictionInterval", "Hydraulics", "Motor", "Mud", "MudPump", "Mwd", "Rig",
+    "Sensor", "Sensors", "String", "StringSection", "TopDrive", "Well", "check_duration", "check_rig", "dump_rig",
+    "load_rig", "parse_rig", "rig_from_tree",
 ]  # fmt: skip

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from slider_drilling.rig.parts import Rig
+from slider_drilling.rig.rig_file import Rig
 from slider_drilling.schema.fields import number_fields
 
-HEAD = ("key", "unit", "range", "default", "what the range is of")
+HEAD = ("key", "unit", "range", "default", "reason for the range")
 
 
 def ranges_table() -> list[tuple[str, ...]]:
-    """A row of `HEAD` for every number of the rig file."""
+    """One row of `HEAD` for every number of the rig file."""
     return [
         (row.key, row.range.unit, str(row.range), "" if row.default is None else f"{row.default:g}", row.range.why)
         for row in number_fields(Rig)

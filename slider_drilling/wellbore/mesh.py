@@ -86,15 +86,15 @@ def _mesh(
         clearance=0.5 * (hole_diameter - outer),
         cosine=falls / np.diff(boundaries),
         sine=lying.sine,
-        vertical_curvature=lying.vertical,
-        lateral_curvature=lying.lateral,
+        vertical_curvature=lying.vertical_curvature,
+        lateral_curvature=lying.lateral_curvature,
     )
     for column in fields(mesh):
         getattr(mesh, column.name).setflags(write=False)
     return mesh
 
 
-def covered_share(mesh: Mesh, top: float, bottom: float) -> Array:
+def covered_fraction(mesh: Mesh, top: float, bottom: float) -> Array:
     """Share (n,) of each element's length that lies between two measured depths."""
     overlap = np.minimum(mesh.bottom, bottom) - np.maximum(mesh.top, top)
     return np.clip(overlap, 0.0, None) / mesh.length
@@ -104,13 +104,13 @@ def friction_factors(rig: Rig, mesh: Mesh) -> Array:
     """What multiplies the contact's friction (n,): the well's interval and a cuttings bed, averaged where one ends
     inside an element."""
     bed = rig.effects.cuttings_bed
-    covered = 1.0 + (bed.factor - 1.0) * covered_share(mesh, bed.top, bed.bottom)
+    covered = 1.0 + (bed.factor - 1.0) * covered_fraction(mesh, bed.top, bed.bottom)
     if not rig.well.friction_intervals:
         return covered
     factors = np.zeros(mesh.count)
     above = 0.0
     for interval in rig.well.friction_intervals:
-        factors += interval.factor * covered_share(mesh, above, interval.to)
+        factors += interval.factor * covered_fraction(mesh, above, interval.to)
         above = interval.to
     return factors * covered
 
@@ -121,11 +121,11 @@ def torsional_compliances(rig: Rig, mesh: Mesh) -> Array:
     return (1.0 + rig.effects.torsional_compliance.extra) / stiffness
 
 
-def open_hole_share(rig: Rig, mesh: Mesh) -> Array:
+def open_hole_fraction(rig: Rig, mesh: Mesh) -> Array:
     """Share (n,) of each element that lies in the last friction interval, the open hole."""
     intervals = rig.well.friction_intervals
     cased_to = intervals[-2].to if len(intervals) > 1 else 0.0
-    return covered_share(mesh, cased_to, math.inf)
+    return covered_fraction(mesh, cased_to, math.inf)
 
 
 def _elements_per_section(lengths: list[float], elements: int) -> list[int]:

@@ -35,8 +35,8 @@ class SideForceGeometry:
     """
 
     sine: Array
-    vertical: Array
-    lateral: Array
+    vertical_curvature: Array
+    lateral_curvature: Array
 
     @classmethod
     def between(cls, course: WellPath, boundaries: Array) -> SideForceGeometry:
@@ -52,9 +52,9 @@ class SideForceGeometry:
         across = np.stack([-east, north, np.zeros_like(east)], axis=1)
         return cls(sine, np.sum(curvature * high_side, axis=1), np.sum(curvature * across, axis=1))
 
-    def pressing(self, tension: Array) -> Array:
+    def side_force_per_weight(self, tension: Array) -> Array:
         """(m,) side force over the buoyed weight, at a tension (m,) over the buoyed weight per metre."""
-        return np.hypot(self.sine - tension * self.vertical, tension * self.lateral)
+        return np.hypot(self.sine - tension * self.vertical_curvature, tension * self.lateral_curvature)
 
 
 def side_force_geometry(course: WellPath, boundaries: Array, area: Array, falls: Array) -> SideForceGeometry:
@@ -71,17 +71,17 @@ def side_force_geometry(course: WellPath, boundaries: Array, area: Array, falls:
     def mean(of: Array) -> Array:
         return np.asarray(np.bincount(owner, share * of, count), dtype=np.float64)
 
-    sine, curved = mean(pieces.sine), mean(np.hypot(pieces.vertical, pieces.lateral))
+    sine, curved = mean(pieces.sine), mean(np.hypot(pieces.vertical_curvature, pieces.lateral_curvature))
     hanging, drag = _carried(area * falls) / area, _carried(area * length * sine) / area
     tensions = hanging + _DRAGS[:, None] * drag
-    pressing = np.stack([mean(pieces.pressing(tension[owner])) for tension in tensions])
+    pressing = np.stack([mean(pieces.side_force_per_weight(tension[owner])) for tension in tensions])
     vertical, lateral = _bends(sine, curved, tensions, pressing)
-    lateral = np.where(mean(pieces.lateral) < 0.0, -lateral, lateral)
+    lateral = np.where(mean(pieces.lateral_curvature) < 0.0, -lateral, lateral)
     turns, middle = np.zeros(count, dtype=bool), SideForceGeometry.between(course, boundaries)
     turns[_owner(boundaries, inside[~np.isin(inside, boundaries)])] = True
     return SideForceGeometry(
-        np.where(turns, sine, middle.sine), np.where(turns, vertical, middle.vertical),
-        np.where(turns, lateral, middle.lateral),
+        np.where(turns, sine, middle.sine), np.where(turns, vertical, middle.vertical_curvature),
+        np.where(turns, lateral, middle.lateral_curvature),
     )  # fmt: skip
 
 

@@ -24,7 +24,7 @@ from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.errors import InputError
 from slider_drilling.process.jit_cache import JIT_OPTIONS, njit
 from slider_drilling.rig import Rig
-from slider_drilling.wellbore.mesh import GRAVITY, Mesh, build_mesh, friction_factors, open_hole_share
+from slider_drilling.wellbore.mesh import GRAVITY, Mesh, build_mesh, friction_factors, open_hole_fraction
 from slider_drilling.wellbore.well_path import Array
 
 _ITERATIONS = 50
@@ -98,7 +98,7 @@ def static_loads(
 def _extra_side_force(rig: Rig, mesh: Mesh) -> tuple[Array, Array]:
     """Of tortuosity, per tension (n,), and of buckled pipe, per squared compression (n,) 1/N, of whole elements."""
     bending = 4.0 * rig.string.youngs_modulus * mesh.second_moment
-    return (rig.effects.tortuosity.curvature * open_hole_share(rig, mesh) * mesh.length,
+    return (rig.effects.tortuosity.curvature * open_hole_fraction(rig, mesh) * mesh.length,
             rig.effects.buckling_contact.factor * mesh.clearance / bending * mesh.length)
 
 

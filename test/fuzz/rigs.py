@@ -14,7 +14,7 @@ from tally import Tally
 from slider_drilling.control import SlideController
 from slider_drilling.drillstring import VirtualRig
 from slider_drilling.rig import Rig, dump_rig, parse_rig, rig_from_tree
-from slider_drilling.rig.parts import Rig as Parts
+from slider_drilling.rig.rig_file import Rig as Parts
 from slider_drilling.schema.fields import number_fields
 
 EXAMPLE = (Path(__file__).parents[2] / "config" / "rig.example.yaml").read_text()
