@@ -37,7 +37,7 @@ ROWS: dict[str, Callable[[Case], bool | None]] = {
         case["named"] if case["kind"] == "single" and case["calibrated_gap"] >= 1.2 else None
     ),
     "one effect that an oracle can name: named": lambda case: (
-        case["named"] if case["kind"] == "single" and case["oracle_names"] else None
+        case["named"] if case["kind"] == "single" and case["identifiable"] else None
     ),
     "two effects: both named": lambda case: case["named"] if case["kind"] == "two" else None,
     "no effect: false alarm": lambda case: case["verdict"] not in QUIET if case["kind"] == "none" else None,
@@ -45,9 +45,9 @@ ROWS: dict[str, Callable[[Case], bool | None]] = {
         case["outcome"] == "false name" if case["kind"] == "outside" else None
     ),
     "law outside the catalogue, noticed: site right": lambda case: (
-        bool(case["site_right"]) if case["kind"] == "outside" and case["verdict"] not in QUIET else None
+        bool(case["site_correct"]) if case["kind"] == "outside" and case["verdict"] not in QUIET else None
     ),
-    "95 % interval holds the true share": lambda case: case["interval_covers"],
+    "95 % interval holds the true share": lambda case: case["interval_holds_oracle"],
 }
 
 

@@ -4,7 +4,7 @@ import json
 from dataclasses import fields
 
 from site_build.accuracy_table import CASES, COLUMNS, PAGE, fill, keep, table
-from slider_drilling.blind.score import ScoredCase
+from slider_drilling.blind.score import ScoredCaseCase
 
 CASE = {
     "log": "a.mcap", "kind": "two", "true_effects": ["heave", "stribeck"], "sizes": [1.43219, 1.6],

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slider_drilling.benchmarks.log_defects import lacking
+from slider_drilling.benchmarks.log_defects import with_defect
 from slider_drilling.drillstring import Commands
 from slider_drilling.drillstring.sample_gaps import times_in_gaps
 from slider_drilling.log import RigLog
@@ -203,7 +203,8 @@ def test_a_drive_whose_samples_come_too_seldom_turns_round_between_them(log, rig
     """At one sample a second a cubic turns round half a radian early; the drive reverses in 0.4 s, as a sample that
     met it on its way shows, whatever the drive could do.
     """
-    few, rig = lacking(f"samples={every}", log), replace(rig, top_drive=replace(rig.top_drive, max_acceleration=limit))
+    few = with_defect(f"samples={every}", log)
+    rig = replace(rig, top_drive=replace(rig.top_drive, max_acceleration=limit))
     commands = commands_from_log(few, rig).commands
     assert np.diff(commands.time) == pytest.approx(0.1, abs=1e-6)
     whole = log.top_drive.time <= few.top_drive.time[-1]
@@ -229,7 +230,7 @@ def test_a_drive_that_turns_smoothly_is_left_to_the_cubic(rig):
 
 
 def test_a_drive_that_logs_its_speed_alone_follows_it_also_where_that_comes_seldom(log, rig):
-    few = lacking("samples=10", log)
+    few = with_defect("samples=10", log)
     nothing = np.full_like(few.top_drive.time, NAN)
     commands = commands_from_log(replace(few, top_drive=replace(few.top_drive, position=nothing)), rig).commands
     assert np.interp(few.top_drive.time, commands.time, commands.top_drive_speed) == pytest.approx(
@@ -242,7 +243,7 @@ def test_pressure_tells_when_a_pump_whose_samples_come_seldom_changed_its_flow(l
     share = -np.expm1(-np.maximum(log.standpipe_pressure.time - changed, 0.0) / 1.5)
     pump = replace(log.mud_pump, velocity=np.where(log.mud_pump.time < changed, 10.0, 9.3))
     pressed = replace(log.standpipe_pressure, value=2e7 * (1.0 - 0.14 * share))
-    few = lacking("samples=10", replace(log, mud_pump=pump, standpipe_pressure=pressed))
+    few = with_defect("samples=10", replace(log, mud_pump=pump, standpipe_pressure=pressed))
     commands = commands_from_log(few, rig).commands
     after = (commands.time > 30.0) & (commands.time < 31.05)
     mean = float(np.mean(commands.pump_speed[after]))
@@ -254,7 +255,7 @@ def test_pressure_tells_when_a_pump_whose_samples_come_seldom_changed_its_flow(l
 def test_a_pump_that_jitters_is_set_to_another_flow_where_it_changes_by_more(log):
     jitter = np.random.default_rng(5).normal(0.0, 0.05, log.mud_pump.time.size)
     pump = replace(log.mud_pump, velocity=log.mud_pump.velocity + jitter)
-    few = lacking("samples=10", replace(log, mud_pump=pump)).mud_pump
+    few = with_defect("samples=10", replace(log, mud_pump=pump)).mud_pump
     assert few.time[hidden_flow_changes(few.time, few.velocity)].tolist() == [29.0]
     holed = without(pump, 40.15, 41.55)
     assert hidden_flow_changes(holed.time, holed.velocity).size == 0

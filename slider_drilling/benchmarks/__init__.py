@@ -1,1 +1,1 @@
-"""What `slider-drilling bench` measures, each figure beside a reference from the same run."""
+"""Benchmarks of `slider-drilling bench`: each figure beside a reference from the same run."""

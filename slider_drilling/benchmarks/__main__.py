@@ -14,13 +14,13 @@ from slider_drilling.benchmarks.suite import measure
 
 HERE = Path(__file__).parent
 BUSY = """\
-**Others were using this machine while the figures were taken**: times on the wall are too long and
-factors of real time too low; ns per element-step are processor time and suffer less."""
+**Other programs used this machine during the measurement**: wall times are too long and real-time factors too low.
+Nanoseconds per element-step are processor time and suffer less."""
 PAGE = HERE.parents[1] / "docs" / "reference" / "benchmarks.md"
 
 
 def main() -> None:
-    """Measure, with a word on stderr about what is next."""
+    """Measure everything and write the page; progress goes to stderr."""
     sections = {
         "machine": machine,
         "figures": lambda: figures(measure(lambda stage: print(f"measuring {stage}", file=sys.stderr))),
@@ -43,7 +43,7 @@ def main() -> None:
 
 
 def machine() -> str:
-    """The machine as a list, and whether others were using it."""
+    """The machine as a list, with a warning if it was busy."""
     lines = [f"* {name}: {value}" for name, value in describe().items()]
     if os.getloadavg()[0] > 0.5 * (os.cpu_count() or 1):
         lines += ["", BUSY]
@@ -53,12 +53,12 @@ def machine() -> str:
 def figures(results: list[BenchmarkResult]) -> str:
     """The results as a table."""
     lines = ["| figure | value | reference | ratio | the reference; how it was measured |", "|---|---|---|---|---|"]
-    for one in results:
-        value = "-" if one.value is None else f"{one.value:.4g} {one.unit.strip('-')}"
-        reference = "" if one.reference is None else f"{one.reference:.4g}"
-        ratio = "" if one.ratio is None else f"{one.ratio:.3g}"
-        how = "; ".join(filter(None, (one.reference_is, one.note)))
-        lines.append(f"| `{one.name}` | {value} | {reference} | {ratio} | {how} |")
+    for result in results:
+        value = "-" if result.value is None else f"{result.value:.4g} {result.unit.strip('-')}"
+        reference = "" if result.reference is None else f"{result.reference:.4g}"
+        ratio = "" if result.ratio is None else f"{result.ratio:.3g}"
+        how = "; ".join(filter(None, (result.reference_name, result.note)))
+        lines.append(f"| `{result.name}` | {value} | {reference} | {ratio} | {how} |")
     return "\n".join(lines)
 
 

@@ -1,4 +1,4 @@
-"""How long `diagnose` takes, from the command to its answer."""
+"""Time of the command `diagnose`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ DURATION = 300.0  # s of the log
 
 
 def diagnose_time() -> BenchmarkResult:
-    """A log of the example rig with an effect that its rig file lacks."""
+    """Time to diagnose a log of the example rig with an effect that its rig file lacks."""
     from slider_drilling.drillstring import simulate
 
     rig = example_rig()
@@ -33,7 +33,7 @@ def diagnose_time() -> BenchmarkResult:
 
 
 def write_log(path: Path, duration: float = DURATION) -> None:
-    """Record a virtual rig with Stribeck friction for ``duration`` s; the rig file in the log knows nothing of that."""
+    """Record ``duration`` s of a virtual rig with Stribeck friction; the rig file in the log does not have it."""
     from slider_drilling.control import FixedRocking
     from slider_drilling.drillstring import VirtualRig
     from slider_drilling.log import LogWriter

@@ -1,9 +1,15 @@
-"""Diagnose logs after removing something from them: ``python -m slider_drilling.benchmarks.log_defects WHAT LOG...``.
+"""Diagnose logs with a defect: ``python -m slider_drilling.benchmarks.log_defects DEFECT LOG...``.
 
-WHAT: ``samples=N``: one of N samples of every series is kept, but of the rare MWD toolface; ``renewals=N``: the same
-values, each logged N times; ``start=SHARE``: the first part is not there, the string is at work when the log begins;
-``drawworks``, ``pump``, ``toolface``, ``pressure``: the series is not there; ``speed``: the drive's is zero
-throughout; ``nothing``: the log as it is. One row of markdown a log.
+DEFECT is one of
+
+* ``samples=N``: one of N samples is kept, except MWD toolfaces;
+* ``renewals=N``: each value is repeated N times;
+* ``start=SHARE``: the first part of the log is missing;
+* ``drawworks``, ``pump``, ``toolface``, ``pressure``: the series is missing;
+* ``speed``: the speed of the top drive is zero throughout;
+* ``nothing``: the log as it is.
+
+Prints one row of a markdown table per log.
 """
 
 from __future__ import annotations
@@ -27,20 +33,20 @@ _MISSING = {
 }  # fmt: skip
 
 
-def main(what: str, logs: list[Path]) -> None:
-    """Print the rows as they come."""
-    print(f"| log, lacking {what} | said | E as given | re-tuned | with it |\n|---|---|---|---|---|")
+def main(defect: str, logs: list[Path]) -> None:
+    """Diagnose each log with the defect and print its row."""
+    print(f"| log, defect {defect} | answer | E as given | calibrated | with effect |\n|---|---|---|---|---|")
     for path in logs:
-        log = lacking(what, read_log(path))
+        log = with_defect(defect, read_log(path))
         tree = to_json(diagnose([log], log.rig()))
-        said = " and ".join([*tree["effects"], *(["unknown"] if "unknown" in tree["verdict"] else [])])
+        answer = " and ".join([*tree["effects"], *(["unknown"] if "unknown" in tree["verdict"] else [])])
         sizes = [tree["gap"][name] for name in ("nominal", "tuned", "with_effect")]
         cells = ["" if size is None else f"{size:.2f}" for size in sizes]
-        print(f"| `{path.stem}` | {said or tree['verdict']} | {' | '.join(cells)} |", flush=True)
+        print(f"| `{path.stem}` | {answer or tree['verdict']} | {' | '.join(cells)} |", flush=True)
 
 
-def lacking(what: str, log: RigLog) -> RigLog:
-    """The log without what is named; see above."""
+def with_defect(what: str, log: RigLog) -> RigLog:
+    """The log with a defect; the module's docstring lists them."""
     name, _, value = what.partition("=")
     if name in _MISSING:
         return _changed(log, {_MISSING[name]: None})
@@ -55,19 +61,19 @@ def lacking(what: str, log: RigLog) -> RigLog:
         return replace(log, top_drive=replace(log.top_drive, velocity=still))
     if name == "nothing":
         return log
-    raise SystemExit(f"{what}: not among what a log may lack here, see {__file__}")
+    raise SystemExit(f"{what}: no such defect; see python -m pydoc slider_drilling.benchmarks.log_defects")
 
 
 def _rows(log: RigLog, lack: LogDefect, but: tuple[str, ...] = ()) -> RigLog:
-    """The log with the samples that a recorder which lacks this has; but: columns that stay."""
-    found: dict[str, Any] = {}
+    """The log with the samples that this defect leaves; columns named in ``but`` stay."""
+    series_left: dict[str, Any] = {}
     for name in _SERIES:
         series = getattr(log, name)
         if series is not None:
             _, kept = lack.sample_rows(series.time.size)
             columns = [field.name for field in fields(series) if field.name not in but]
-            found[name] = replace(series, **{column: getattr(series, column)[kept] for column in columns})
-    return _changed(log, found)
+            series_left[name] = replace(series, **{column: getattr(series, column)[kept] for column in columns})
+    return _changed(log, series_left)
 
 
 def _changed(log: RigLog, series: dict[str, Any]) -> RigLog:

@@ -1,4 +1,4 @@
-"""What the figures were measured on."""
+"""Description of the machine."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ def describe() -> dict[str, str]:
 
 
 def peak_megabytes() -> float | None:
-    """The most memory that this process has had, None where the system does not say.
+    """Peak memory of this process, MB; None if the system does not report it.
 
-    Not `getrusage`: what the parent had when it started this process counts there.
+    Not `getrusage`, which includes the parent's memory at the time of the fork.
     """
     try:
         lines = Path("/proc/self/status").read_text(encoding="utf-8").splitlines()

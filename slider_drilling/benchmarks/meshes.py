@@ -1,4 +1,4 @@
-"""What a coarser mesh or a shorter step buys and costs: an error figure beside each gain."""
+"""Speed and error of coarser meshes and of single precision."""
 
 from __future__ import annotations
 
@@ -27,7 +27,17 @@ MESHES = (25, 40, 50, 100, 200, 400)
 
 @dataclass(frozen=True)
 class MeshError:
-    """A mesh, its step s, its processor time s, and RMS differences from 800 elements: N m, -, kN, deg."""
+    """RMS differences of one mesh from the reference of 800 elements.
+
+    Attributes:
+        elements: Elements of the string.
+        step: Time step, s.
+        seconds: Processor time, s.
+        torque: Surface torque, N m.
+        torque_share: The same over its standard deviation.
+        hook_load: kN.
+        tool_face: deg.
+    """
 
     elements: int
     step: float
@@ -39,7 +49,7 @@ class MeshError:
 
 
 def compare() -> list[MeshError]:
-    """300 s of the example rig, rocked, on every mesh."""
+    """Simulate 300 s of rocking the example rig on every mesh."""
     rig = example_rig()
     commands = rocking_commands(rig, DURATION)
     best = simulate(rig, commands, REFERENCE)
@@ -63,7 +73,7 @@ def _rms(difference: np.ndarray) -> float:
 
 
 def markdown(rows: list[MeshError]) -> str:
-    """A table with the gain over the 200 elements that are the default."""
+    """A table with the speed-up over the default of 200 elements."""
     default = next(row.seconds for row in rows if row.elements == 200)
     lines = ["| elements | step | times faster than 200 | surface torque | of its standard deviation | hook load "
              "| toolface |", "|---|---|---|---|---|---|---|"]  # fmt: skip
@@ -76,7 +86,7 @@ def markdown(rows: list[MeshError]) -> str:
 
 
 def single_precision(counts: tuple[int, ...] = (32, 100, 200)) -> str:
-    """RMS differences of single from double precision, 300 s of the example rig, rocked, on the same mesh."""
+    """A table of RMS differences between single and double precision, 300 s of rocking the example rig."""
     rig = example_rig()
     commands = rocking_commands(rig, DURATION)
     lines = ["| elements | surface torque | hook load | standpipe pressure | toolface |", "|---|---|---|---|---|"]
@@ -96,7 +106,7 @@ def single_precision(counts: tuple[int, ...] = (32, 100, 200)) -> str:
 
 
 def crooked(counts: tuple[int, ...] = (32, 100), fine: int = 2000) -> str:
-    """A table of static loads on few elements in holes that turn, against many: shares by which they are off."""
+    """A table of the errors of static loads on few elements in crooked holes."""
     lines = ["| hole | elements | torque, turning | hook load, lowered | hook load, raised |", "|---|---|---|---|---|"]
     for words, rig in _holes().items():
         best = static_loads_of(rig, fine)
@@ -118,7 +128,7 @@ def _holes() -> dict[str, Rig]:
 
 
 def stationed(survey: Survey) -> Survey:
-    """The same course with a station every 30 m, each off by half a degree."""
+    """The same well path with a station every 30 m, each with a random error of half a degree."""
     course, off = WellPath.from_survey(survey), np.random.default_rng(0)
     depth = np.append(np.arange(0.0, course.depth[-1], 30.0), course.depth[-1])
     north, east, down = course.interpolate(depth)[0].T
@@ -129,7 +139,7 @@ def stationed(survey: Survey) -> Survey:
 
 
 def static_loads_of(rig: Rig, elements: int) -> np.ndarray:
-    """(3,) torque N m of a turning string, hook loads N of one that is lowered on bottom and of one that is raised."""
+    """(3,): torque of a rotating string, N m; hook loads while lowering on bottom and while raising, N."""
     turning = static_loads(rig, rotation_speed=1.0, elements=elements)
     lowered = static_loads(rig, axial_speed=1.0, weight_on_bit=5e4, elements=elements)
     raised = static_loads(rig, axial_speed=-1.0, elements=elements)

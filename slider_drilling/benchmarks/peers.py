@@ -1,7 +1,7 @@
-"""Static torque and drag of a 4 km horizontal well, side by side with welleng and torque_drag from PyPI.
+"""Static torque and drag of a 4 km horizontal well, compared with welleng and torque_drag from PyPI.
 
-The three are given the same stations every 20 m, one pipe, one friction coefficient. welleng wants weight in newtons a
-metre; torque_drag takes friction as a list only (it ignores a number) and wants inches.
+All three get the same stations every 20 m, one pipe and one friction coefficient. welleng expects weight in N/m;
+torque_drag expects inches, and ignores friction that is not a list.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ CASES = ("raised", "lowered", "rotated")
 
 @dataclass(frozen=True)
 class Loads:
-    """Hook loads, N, raised, lowered and rotated off bottom; surface torque rotated, N m; s for all of them."""
+    """Hook loads in N (raised, lowered, rotated off bottom), torque in N m (rotated), and run time in s."""
 
     name: str
     hook_loads: tuple[float, float, float]
@@ -37,7 +37,7 @@ class Loads:
 
 
 def compare() -> list[Loads]:
-    """Ours first, then every peer that is installed."""
+    """Loads of this package, then of every peer that is installed."""
     rig = one_pipe(example_rig())
     rows = [ours(rig)]
     if importlib.util.find_spec("welleng") is not None:
@@ -48,7 +48,7 @@ def compare() -> list[Loads]:
 
 
 def one_pipe(rig: Rig) -> Rig:
-    """The rig with its first pipe all the way and without friction intervals."""
+    """The rig with a single pipe size and without friction intervals."""
     pipe = dataclasses.replace(rig.string.sections[0], length=rig.string.length)
     return dataclasses.replace(
         rig,
@@ -60,7 +60,7 @@ def one_pipe(rig: Rig) -> Rig:
 def stations(rig: Rig) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Measured depth m, inclination and azimuth rad, every 20 m.
 
-    Where the hole is vertical its azimuth is that of the first build: a jump there would be a bend to both peers.
+    In the vertical part the azimuth is that of the first build: both peers would take a jump for a bend.
     """
     depth = np.arange(0.0, rig.string.length + 0.5 * STATION, STATION)
     direction, _ = WellPath.from_survey(rig.well.survey).interpolate(depth)
@@ -71,7 +71,7 @@ def stations(rig: Rig) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def ours(rig: Rig) -> Loads:
-    """`static_loads` on as many elements as there are stations between; the mesh is part of the time."""
+    """`static_loads` with one element per station interval; the time includes the mesh."""
     elements = round(rig.string.length / STATION)
 
     def calculate():
@@ -85,7 +85,7 @@ def ours(rig: Rig) -> Loads:
 
 
 def welleng(rig: Rig, turned: bool) -> Loads:
-    """welleng.torque_drag.TorqueDrag, with its changes of inclination turned or as they are."""
+    """welleng.torque_drag.TorqueDrag; ``turned`` reverses the sign of its inclination changes."""
     from welleng.architecture import BHA, WellBore
     from welleng.survey import Survey, SurveyHeader
     from welleng.torque_drag import TorqueDrag
@@ -147,7 +147,7 @@ def _area(rig: Rig) -> float:
 
 
 def markdown(rows: list[Loads]) -> str:
-    """A table with each peer's distance from our hook loads."""
+    """A table with each peer's difference from our loads."""
     lines = ["| | raised | lowered | rotated | surface torque | time |", "|---|---|---|---|---|---|"]
     for row in rows:
         cells = []

@@ -1,6 +1,6 @@
-"""Runs of the size that others publish, with all of our physics: friction, both motions, bit, motor and mud.
+"""Run times for the problem sizes of published models, with all of our physics.
 
-Times of the others are from their papers' own machines and are not measured here.
+The published times are from their papers and machines; they are not measured here.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from slider_drilling.rig import Rig
 
 @dataclass(frozen=True)
 class PublishedRun:
-    """A published run: elements, string length m, simulated s, and the seconds that it is said to take."""
+    """A published run: elements, length of the string in m, simulated time and published run time in s."""
 
     name: str
     elements: int
@@ -32,7 +32,7 @@ RUNS = (
 
 
 def compare() -> list[tuple[PublishedRun, float]]:
-    """Each published run and what ours of the same size takes, s."""
+    """Each published run and our run time for the same size, s."""
     rows = []
     for one in RUNS:
         rig = shortened(example_rig(), one.length)
@@ -43,7 +43,7 @@ def compare() -> list[tuple[PublishedRun, float]]:
 
 
 def shortened(rig: Rig, length: float) -> Rig:
-    """The rig with its topmost pipe cut so that the string has this length."""
+    """The rig with its top pipe shortened to give the string this length, m."""
     first, *rest = rig.string.sections
     first = dataclasses.replace(first, length=first.length + length - rig.string.length)
     intervals = tuple(dataclasses.replace(one, to=min(one.to, length)) for one in rig.well.friction_intervals)

@@ -1,4 +1,4 @@
-"""One measured figure and what it is held against."""
+"""A measured figure with its reference."""
 
 from __future__ import annotations
 
@@ -7,17 +7,24 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class BenchmarkResult:
-    """A figure, or why there is none.
+    """A measured figure.
 
-    reference: another figure in the same unit from the same run, named by ``reference_is``, so that a busy or slow
-    machine can be told from slow code. value and reference are None where `note` says why they cannot be measured.
+    Its reference is measured in the same run, so that slow code can be distinguished from a slow or busy machine.
+
+    Attributes:
+        name: Name of the figure.
+        value: None if it cannot be measured; ``note`` says why.
+        unit: Of value and reference.
+        reference: None if there is none.
+        reference_name: What the reference is.
+        note: How it was measured.
     """
 
     name: str
     value: float | None
     unit: str
     reference: float | None = None
-    reference_is: str = ""
+    reference_name: str = ""
     note: str = ""
 
     @property
@@ -27,14 +34,14 @@ class BenchmarkResult:
             return None
         return self.value / self.reference
 
-    def as_json(self) -> dict[str, object]:
-        """As `slider-drilling bench --json` prints it."""
+    def to_json(self) -> dict[str, object]:
+        """An entry of `slider-drilling bench --json`."""
         return {
             "name": self.name,
             "value": self.value,
             "unit": self.unit,
             "reference": self.reference,
             "ratio": self.ratio,
-            "reference_is": self.reference_is,
+            "reference_name": self.reference_name,
             "note": self.note,
         }

@@ -1,4 +1,4 @@
-"""How cost grows with elements, runs and threads."""
+"""Cost against elements, runs and threads."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def by_threads(runs: int = 64) -> list[tuple[int, float]]:
 
 
 def table(first: str, second: str, rows: list[tuple[int, float]], form: str) -> str:
-    """Two columns."""
+    """A table of two columns."""
     lines = [f"| {first} | {second} |", "|---|---|"]
     return "\n".join([*lines, *(f"| {count} | {value:{form}} |" for count, value in rows)])
 

@@ -1,4 +1,4 @@
-"""The closed loop over DDS and the recorder, each in a process of its own."""
+"""Speed of the closed loop over DDS and of the recorder, each in its own process."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ NO_ROS = "not available: ROS 2 is not installed (pip install 'slider_drilling[ro
 
 
 def ros_is_there() -> bool:
-    """Whether nodes can be run."""
+    """Whether ROS 2 is installed."""
     return importlib.util.find_spec("rclpy") is not None
 
 
 def session_rates() -> list[BenchmarkResult]:
-    """Closed loop at the sensors' rate with the recorder on, and what the recorder takes."""
+    """Real-time factor of the closed loop with the recorder on, and throughput of the recorder."""
     if not ros_is_there():
         units = {"closed_loop_real_time_factor": "-", "recorder_messages_per_s": "1/s", "closed_loop_peak_memory": "MB"}
         return [BenchmarkResult(name, None, unit, note=NO_ROS) for name, unit in units.items()]
@@ -44,7 +44,7 @@ def session_rates() -> list[BenchmarkResult]:
 
 
 def node_start() -> BenchmarkResult:
-    """From nothing to a friction simulator that stands ready, compiled code in its cache."""
+    """Start time of the friction simulator with compiled code in the cache."""
     if not ros_is_there():
         return BenchmarkResult("node_start_s", None, "s", note=NO_ROS)
     _measured("start")
@@ -53,7 +53,7 @@ def node_start() -> BenchmarkResult:
 
 
 def _measured(what: str) -> dict[str, float]:
-    """What the process prints; it ends when this one does, and what it keeps on the disk goes with it."""
+    """Run a benchmark process and read the figures that it prints; its files are deleted."""
     command = [sys.executable, "-m", "slider_drilling.nodes.benchmark", what]
     with tempfile.TemporaryDirectory() as scratch:
         own = {"TMPDIR": scratch, PARENT_PID_VARIABLE: str(os.getpid())}
@@ -66,31 +66,31 @@ def _measured(what: str) -> dict[str, float]:
 
 
 def _without_topics() -> float:
-    """Real-time factor of the virtual rig and the controller in one loop."""
+    """Real-time factor of virtual rig and controller without topics."""
     from slider_drilling.control import FixedRocking
     from slider_drilling.drillstring import VirtualRig
 
     rig = example_rig()
     virtual, controller = VirtualRig(rig), FixedRocking(rig)
 
-    def go_on() -> None:
+    def simulate() -> None:
         for _ in range(round(60.0 * rig.sensors.rate)):
             virtual.step(controller.step(virtual.measurements))
 
-    return 60.0 / wall_seconds(go_on, 3)
+    return 60.0 / wall_seconds(simulate, 3)
 
 
 def _without_dds() -> float:
-    """Messages a second that go into a log when nobody has to send them."""
+    """Messages per second that the log writer takes without DDS."""
     from slider_drilling.log import LogWriter
     from slider_drilling.messages import cdr
     from slider_drilling.messages.topics import JOINT_STATE
 
     count = 20_000
     with tempfile.TemporaryDirectory() as folder, LogWriter(Path(folder) / "bench.mcap") as writer:
-        begun = time.perf_counter()
+        start = time.perf_counter()
         for k in range(count):
             stamp = k * 1_000_000
             data = cdr.encode_joint_state(stamp, "top_drive", 1.0, 2.0, 3.0)
             writer.message("top_drive/joint_states", JOINT_STATE, data, stamp, stamp)
-        return count / (time.perf_counter() - begun)
+        return count / (time.perf_counter() - start)

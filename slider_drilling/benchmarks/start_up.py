@@ -1,4 +1,4 @@
-"""How long a user waits before anything happens, and how much memory it takes."""
+"""Start-up time and memory."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SIMULATED = (
 
 
 def start_up() -> list[BenchmarkResult]:
-    """Help, import of the plant, and the peak memory of a 300 s simulation, each in processes of their own."""
+    """Time of --help, import time of the plant, and peak memory of a 300 s simulation, each in its own process."""
     click = wall_seconds(lambda: _python("-c", "import click"))
     numba = wall_seconds(lambda: _python("-c", "import numba, numpy"))
     return [

@@ -1,4 +1,4 @@
-"""The step of the string: alone, in a batch, and without the traffic between processor and memory."""
+"""Speed of the string's step: a single run, a batch, and the bare arithmetic."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _ARITHMETIC = "the step's loops on 96 elements, which stay in the first-level ca
 
 
 def string_rates() -> list[BenchmarkResult]:
-    """Cost of an element's step, single and batched, and real-time factor, beside the bare arithmetic."""
+    """Cost of an element-step in a single run and in a batch, and real-time factor, beside the bare arithmetic."""
     rig = example_rig()
     bare = arithmetic_ns()
     plant, duration = RockingPlant(rig), 30.0
@@ -46,7 +46,7 @@ def string_rates() -> list[BenchmarkResult]:
 
 
 def machine_rates() -> list[BenchmarkResult]:
-    """What the processor takes for the roots and exponentials that the step does without."""
+    """Cost of the square roots and exponentials that the step avoids."""
     values = np.linspace(0.1, 2.0, 4096)
     out = np.empty_like(values)
     root, exponential = (_ns_each(partial(function, values, out=out), len(values)) for function in (np.sqrt, np.exp))
@@ -58,7 +58,7 @@ def machine_rates() -> list[BenchmarkResult]:
 
 
 def arithmetic_ns() -> float:
-    """ns an element for the arithmetic of a step without memory traffic: the kernel's own loops on few elements."""
+    """Cost of a step's arithmetic without memory traffic, ns per element: the kernel's loops on few elements."""
     rounds = 2000
     constants = np.full((16, _CACHED), 0.1)
     moving = np.full((8, _CACHED), 0.1)
@@ -73,7 +73,7 @@ def _ns_each(work: Callable[[], object], count: int) -> float:
 
 @njit(**JIT_OPTIONS)
 def repeat_arithmetic(rounds, count, constants, moving, polynomial):
-    """Sliding at a constant speed: no push, no decay, so that the numbers stay as ordinary as they begin."""
+    """Sliding at constant speed: no forcing and no decay, so the numbers do not become denormal."""
     zero, one, some = constants[0], constants[1], constants[2]
     zero[:], one[:] = 0.0, 1.0
     place, angle, along, across, speed, rotation_speed, stretch, twist = (

@@ -1,4 +1,4 @@
-"""All that `slider-drilling bench` measures, in order."""
+"""The stages of `slider-drilling bench`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ STAGES: tuple[tuple[str, Callable[[], list[BenchmarkResult]]], ...] = (
 
 
 def measure(progress: Callable[[str], None] = lambda stage: None) -> list[BenchmarkResult]:
-    """Measure everything; `progress` is told what is next. Takes minutes."""
+    """Measure everything; takes minutes. ``progress`` is called with the name of the next stage."""
     results = []
     for name, stage in STAGES:
         progress(name)

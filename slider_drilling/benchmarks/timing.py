@@ -1,4 +1,4 @@
-"""How long something takes: the median of several runs."""
+"""Run times: the median of several runs."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ REPEATS = 5
 
 
 def processor_seconds(work: Callable[[], object], repeats: int = REPEATS) -> float:
-    """Median time (s) that this thread spends on the processor: what other programs take does not count."""
+    """Median processor time of this thread, s; other programs do not count."""
     return _median(work, repeats, time.thread_time)
 
 
 def wall_seconds(work: Callable[[], object], repeats: int = REPEATS) -> float:
-    """Median time (s) on the wall."""
+    """Median wall time, s."""
     return _median(work, repeats, time.perf_counter)
 
 
 def _median(work: Callable[[], object], repeats: int, clock: Callable[[], float]) -> float:
     taken = []
     for _ in range(repeats):
-        begun = clock()
+        start = clock()
         work()
-        taken.append(clock() - begun)
+        taken.append(clock() - start)
     return statistics.median(taken)

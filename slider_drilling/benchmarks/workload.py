@@ -1,4 +1,4 @@
-"""The work that is timed: the 4 km example well, rocked."""
+"""The workload: rocking the 4 km example well."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ ELEMENTS = 200
 
 
 def example_rig() -> Rig:
-    """The 4 km horizontal well that comes with the package."""
+    """The 4 km horizontal well of the package."""
     return load_rig(installed_file("config/rig.example.yaml"))
 
 
 def rocking_commands(rig: Rig, duration: float, start: float = 0.0) -> Commands:
-    """Top drive rocking by 20 rad in 24 s, 9 m/h of block, from ``start`` on, sampled as the rig's sensors are."""
+    """Commands from ``start`` on: rocking by 20 rad in 24 s, block at 9 m/h, at the sampling rate of the sensors."""
     interval = 1.0 / rig.sensors.rate
     time: Array = np.asarray(start + interval * np.arange(round(duration / interval) + 1), dtype=float)
     rate = 2.0 * math.pi / 24.0
@@ -31,7 +31,7 @@ def rocking_commands(rig: Rig, duration: float, start: float = 0.0) -> Commands:
 
 
 def variants(rig: Rig, count: int) -> list[Rig]:
-    """The rig with ``count`` bits, as a least-squares Jacobian or a screening has it."""
+    """``count`` copies of the rig with different bits, as in a Jacobian."""
     shares = np.linspace(0.9, 1.1, count)
     return [
         dataclasses.replace(rig, bit=dataclasses.replace(rig.bit, aggressiveness=share * rig.bit.aggressiveness))
@@ -40,7 +40,7 @@ def variants(rig: Rig, count: int) -> list[Rig]:
 
 
 class RockingPlant:
-    """A plant that goes on rocking."""
+    """A plant under continuous rocking."""
 
     def __init__(self, rig: Rig, elements: int = ELEMENTS) -> None:
         self._rig, self._plant = rig, Plant(rig, elements)
@@ -48,10 +48,10 @@ class RockingPlant:
         self.last = self._plant.advance(rocking_commands(rig, 1.0 - self._plant.interval))
 
     def advance(self, duration: float) -> None:
-        """Simulate this many seconds more; `last` is what came of it."""
+        """Simulate ``duration`` s more; `last` holds the response."""
         interval = self._plant.interval
         self.last = self._plant.advance(rocking_commands(self._rig, duration - interval, self._plant.time + interval))
 
     def element_steps(self, duration: float) -> float:
-        """How many elements are stepped how often in this many seconds."""
+        """Element-steps in ``duration`` s: elements times time steps."""
         return self._elements * duration / self.step

@@ -29,7 +29,7 @@ def command(as_json: bool) -> None:
         task = bar.add_task("", total=len(STAGES), completed=-1)
         results = measure(lambda stage: bar.update(task, advance=1, description=stage))
     if as_json:
-        print(json.dumps({"results": [result.as_json() for result in results], "machine": machine}, indent=1))
+        print(json.dumps({"results": [result.to_json() for result in results], "machine": machine}, indent=1))
     else:
         _print(results, machine)
 
@@ -44,7 +44,7 @@ def _print(results: list[BenchmarkResult], machine: dict[str, str]) -> None:
         value = "-" if one.value is None else f"{one.value:.3g} {one.unit.strip('-')}"
         reference = "" if one.reference is None else f"{one.reference:.3g}"
         ratio = "" if one.ratio is None else f"{one.ratio:.3g}"
-        table.add_row(one.name, value, reference, ratio, "; ".join(filter(None, (one.reference_is, one.note))))
+        table.add_row(one.name, value, reference, ratio, "; ".join(filter(None, (one.reference_name, one.note))))
     stdout().print(table)
     for name, value in machine.items():
         stdout().print(f"{name}: {value}")

@@ -1,6 +1,6 @@
-"""One look for every page: what a page holds as plain data, its figures, and one template.
+"""Pages: content and figures as plain data, rendered by one template.
 
-A page is described without its units and written in those of the reader:
+A page is described in SI units and written in those of the reader:
 
     from slider_drilling.pages import Chart, Headline, Line, Page, Panel, Section, Table, Tag, write_page
     from slider_drilling.units import SI
@@ -21,14 +21,14 @@ A page is described without its units and written in those of the reader:
     )
     write_page(path, page, SI)
 
-* A label that ends in ", UNIT" says what unit the numbers under it are in. The page converts them and the label;
-  `slider_drilling.units` has them. Angles in deg stay, in rad become turns in the field's units.
-  So are numbers with an SI unit in sentences: "between 2663 and 3213 m" is told in ft where ft are asked for.
-* A cell of a table is text, a number (of its column's unit), an `Quantity` with a unit of its own, a `Tag` (a word with
-  a tone), a `Link`, or a tuple of these, one below the other. None and NaN are shown as "-".
-* A figure is a `Chart` (panels over one shared x axis, of `Line` and `Bars`) or a `HeatMap`. Colours are names of
-  `colours.py`, so that a page is right in light, in dark and on paper; `picture` draws the same figures as PNG.
-* The page stands alone: style, script and data are inside, compressed, and need no network.
+* A label that ends in ", UNIT" gives the unit of its numbers. The page converts both; `slider_drilling.units` has the
+  units. Angles in deg stay; angles in rad become turns in oilfield units.
+* A text with quantities is a `slider_drilling.units.Sentence`; the page converts them.
+* A cell is text, a number in its column's unit, a `Quantity` with its own unit, a `Tag` (a word with a tone), a `Link`,
+  or a tuple of these below each other. None and NaN are shown as "-".
+* A figure is a `Chart` (panels with a common x axis) or a `HeatMap`. Colours are names of `colours.py`, so a page suits
+  light mode, dark mode and paper. `png.render_png` draws the same figures.
+* The page is one file: style, script and data are inside, compressed. It needs no network.
 """
 
 from slider_drilling.pages.figures import Bars, Chart, HeatMap, Line, Panel, line

@@ -1,22 +1,22 @@
-"""The colours of every figure: names, and what each is in light, in dark and on paper.
+"""Colour names of all figures, and their values in light mode (and on paper) and in dark mode.
 
-Okabe and Ito's, told apart by colour-blind readers too; in dark, the same hues brighter. Lines that mean the same on
-two pages have the same colour.
+The palette of Okabe and Ito, which colour-blind readers can distinguish; brighter in dark mode. Lines that mean the
+same on two pages have the same colour.
 """
 
 from __future__ import annotations
 
-INK = "ink"  # what was measured
-BLUE = "blue"  # what is simulated, or under test
-RED = "red"  # what is wrong, or a target missed
-GREEN = "green"  # what is good, or accepted
+INK = "ink"  # measured
+BLUE = "blue"  # simulated, or under test
+RED = "red"  # wrong, or a missed target
+GREEN = "green"  # good, or accepted
 PURPLE = "purple"
-AMBER = "amber"  # what was asked for
+AMBER = "amber"  # setpoint or target
 SKY = "sky"
-GREY = "grey"  # what is only there to compare with
+GREY = "grey"  # for comparison
 
 ORDER = (BLUE, RED, GREEN, PURPLE, AMBER, SKY, INK, GREY)
-"""Of lines without a colour of their own."""
+"""Order in which lines without a colour of their own take one."""
 
 LIGHT = {INK: "#1c2733", BLUE: "#0072b2", RED: "#d55e00", GREEN: "#009e73", PURPLE: "#cc79a7", AMBER: "#e69f00",
          SKY: "#56b4e9", GREY: "#7b8794"}  # fmt: skip

@@ -1,6 +1,6 @@
-"""What a figure shows, as plain data: no plotting library and no units chosen yet.
+"""Figures as plain data, independent of plotting library and display units.
 
-A label that ends in ", UNIT" says what unit its numbers are in; see `slider_drilling.units`.
+A label that ends in ", UNIT" gives the unit of its numbers; see `slider_drilling.units`.
 """
 
 from __future__ import annotations
@@ -20,10 +20,17 @@ Style = Literal["line", "dashed", "dotted", "dots", "steps"]
 
 @dataclass(frozen=True)
 class Line:
-    """One curve, or dots: x and y are (n,), NaN breaks the line.
+    """A curve or dots.
 
-    colour: a name of `colours`; "" takes the next one. low, high: (n,) of an interval around y, drawn as whiskers at
-    dots and as a band around a line. hidden: listed in the legend, shown when asked for.
+    Attributes:
+        name: Legend entry.
+        x: (n,), in the unit of the chart's x label.
+        y: (n,), in the unit of the panel's label; NaN breaks the line.
+        style: How it is drawn.
+        colour: A name of `colours`; "" takes the next one.
+        low: (n,), lower end of an interval around y: whiskers at dots, a band around a line.
+        high: (n,), upper end.
+        hidden: Listed in the legend, drawn on a click.
     """
 
     name: str
@@ -38,10 +45,19 @@ class Line:
 
 @dataclass(frozen=True)
 class Bars:
-    """Bars at names or at numbers (with their widths) along x; flat: along y, the lengths along x.
+    """Bars.
 
-    colours: one for all or one each; text: what is written at each; base: where each begins, 0 if not given; low, high:
-    of an interval around each end.
+    Attributes:
+        name: Legend entry.
+        x: Names (categories) or positions (n,).
+        y: Lengths (n,).
+        colours: One for all, or one each.
+        text: Text at each bar.
+        width: (n,), with positions.
+        base: (n,), where each bar starts; 0 if None.
+        low: (n,), lower end of an interval around the end of each bar.
+        high: (n,), upper end.
+        horizontal: Bars lie: names or positions along y, lengths along x.
     """
 
     name: str
@@ -58,9 +74,16 @@ class Bars:
 
 @dataclass(frozen=True)
 class Panel:
-    """One pair of axes. level: a horizontal line to compare with, and its name or none; down: the axis points down, as
-    depth does; limits: of the axis, in the label's unit, where the data's own will not do; height: beside other
-    panels'.
+    """One pair of axes.
+
+    Attributes:
+        y_label: Label of the y axis.
+        marks: Lines and bars.
+        reference_line: y and name (may be empty) of a horizontal line.
+        y_log: Logarithmic axis.
+        inverted: The axis points down, as depth does.
+        limits: Limits of the axis in the label's unit; those of the data if None.
+        height: Relative to the other panels.
     """
 
     y_label: str
@@ -74,9 +97,19 @@ class Panel:
 
 @dataclass(frozen=True)
 class Chart:
-    """Panels one below the other over one x axis. at: upright lines at these x, each with its name; x_limits as a
-    panel's limits; x_log for a logarithmic axis; wide: takes a page's whole width; points: how many a
-    line is thinned to."""
+    """Panels below each other with a common x axis.
+
+    Attributes:
+        title: Heading.
+        x_label: Label of the x axis.
+        panels: From the top.
+        caption: Text below.
+        vertical_lines: x and name (may be empty) of vertical lines through all panels.
+        x_limits: Limits in the label's unit; those of the data if None.
+        x_log: Logarithmic axis.
+        wide: Takes the whole width of a page.
+        max_points: Lines are decimated to about as many points.
+    """
 
     title: str
     x_label: str
@@ -91,9 +124,19 @@ class Chart:
 
 @dataclass(frozen=True)
 class HeatMap:
-    """A value over a grid: x is (n,), y is (m,), value is (m, n), NaN where there is none.
+    """A value over a grid.
 
-    categories: names of the values 0, 1, 2 ... where value is a kind, not a number; log: of its colours.
+    Attributes:
+        title: Heading.
+        x_label: Label of the x axis.
+        y_label: Label of the y axis.
+        value_label: Label of the colour bar.
+        x: (n,).
+        y: (m,).
+        value: (m, n); NaN where there is none.
+        categories: Names of the values 0, 1, 2 ..., if values are categories.
+        log_colours: Logarithmic colour scale.
+        caption: Text below.
     """
 
     title: str
@@ -112,12 +155,12 @@ Figure = Chart | HeatMap
 
 
 def line(name: str, x: ArrayLike, y: ArrayLike, style: Style = "line", colour: str = "", hidden: bool = False) -> Line:
-    """A Line from anything that numpy takes."""
+    """A `Line` from sequences or arrays."""
     return Line(name, np.asarray(x, dtype=float), np.asarray(y, dtype=float), style, colour, hidden=hidden)
 
 
 def wrap_degrees(degrees: Array) -> Array:
-    """Degrees within -180..180, a copy with NaN where the curve passes the fold, so that no line crosses the panel."""
+    """Degrees wrapped to -180..180, with NaN where the curve wraps, so that no line crosses the panel."""
     value: Array = 180.0 - (180.0 - degrees) % 360.0
     with np.errstate(invalid="ignore"):
         value[1:][np.abs(np.diff(value)) > 180.0] = np.nan
@@ -125,9 +168,17 @@ def wrap_degrees(degrees: Array) -> Array:
 
 
 def decimate(x: Array, y: Array, points: int = 2000) -> tuple[Array, Array]:
-    """At most about `points` samples of (n,) x and y: each stretch's lowest and highest y, and x where it turns back.
+    """Reduce a curve to about ``points`` samples, keeping the minimum and maximum of each stretch.
 
-    A stretch with a NaN keeps one, so that a broken line stays broken.
+    If x is not monotonic, the extremes of x are kept too. A stretch with a NaN keeps one: a broken line stays broken.
+
+    Args:
+        x: (n,).
+        y: (n,).
+        points: Samples to keep, approximately.
+
+    Returns:
+        Decimated x and y.
     """
     if len(x) <= points:
         return x, y
@@ -138,7 +189,7 @@ def decimate(x: Array, y: Array, points: int = 2000) -> tuple[Array, Array]:
         for values in (y, x) if loops else (y,):
             stretch = values[first:last]
             gap = np.isnan(stretch)
-            if not gap.any():  # as nearly all are: the functions that pass over NaN take ten times as long
+            if not gap.any():  # the usual case: nanargmin and nanargmax take ten times as long
                 kept.update((first + int(stretch.argmin()), first + int(stretch.argmax())))
                 continue
             kept.add(first + int(gap.argmax()))

@@ -1,4 +1,4 @@
-"""The same figures for a notebook: a plotly Figure."""
+"""Figures for a notebook, by plotly."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def plotly_figure(figure: Described, units: Units = SI) -> Figure:
-    """A figure with its legend below it. Raises InputError where plotly is not installed."""
+    """A plotly Figure with its legend below. Raises InputError if plotly is not installed."""
     try:
         from plotly.graph_objects import Figure
     except ImportError:

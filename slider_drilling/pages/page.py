@@ -21,7 +21,7 @@ from slider_drilling.units import Quantity, Sentence, Text, Units, format_number
 Tone = Literal["good", "plain", "bad"]
 SCRIPT = "plotly-cartesian.min.js.gz"
 """plotly.js 4.1.1 with its cartesian traces: `npm pack plotly.js-cartesian-dist-min`, then `gzip -9n`."""
-_PROSE = 40  # characters: cells longer than this are read, and stand one below the other on a telephone
+_PROSE = 40  # characters: a table with longer cells is shown as a list on a narrow screen
 _NUMERIC = re.compile(r"^(never|-|[-+]?[\d.]+(e-?\d+)?( (to|of) [-+]?[\d.]+)?( [%\w/]{1,7}( lbf| m)?)?)$")
 
 
@@ -46,7 +46,14 @@ Cell = Text | float | int | None | Quantity | Tag | Link | tuple["Text | Quantit
 
 @dataclass(frozen=True)
 class Table:
-    """Rows under a header, which may be empty; see the package for what a cell may be. caption: said above it."""
+    """A table.
+
+    Attributes:
+        header: Column labels; a label that ends in ", UNIT" gives the unit of the column. May be empty.
+        rows: Cells of each row; `slider_drilling.pages` says what a cell may be.
+        caption: Text above the table.
+        digits: Significant digits of numbers.
+    """
 
     header: tuple[str, ...]
     rows: tuple[tuple[Cell, ...], ...]
@@ -56,14 +63,20 @@ class Table:
 
 @dataclass(frozen=True)
 class BulletList:
-    """Sentences, one a line."""
+    """A bulleted list."""
 
     lines: tuple[Text, ...]
 
 
 @dataclass(frozen=True)
 class Headline:
-    """The sentence that a reader came for, with a tone; word: what stands above it, a verdict."""
+    """The main result.
+
+    Attributes:
+        text: One sentence.
+        tone: Colour: good, plain or bad.
+        label: A word above it, such as a verdict.
+    """
 
     text: Text
     tone: Tone = "plain"
@@ -72,7 +85,7 @@ class Headline:
 
 @dataclass(frozen=True)
 class Section:
-    """A heading and what stands under it: text, bullets, tables and figures, in order. folded: closed until opened."""
+    """A heading with text, lists, tables and figures, in order; a collapsed section opens on a click."""
 
     title: str
     items: tuple[Text | BulletList | Table | Chart | HeatMap, ...]
@@ -81,8 +94,16 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """about: what kind of page; title: well, time, target; facts: what else it is of, name and value; notes: remarks
-    at its foot."""
+    """A page.
+
+    Attributes:
+        kind: What kind of page, such as "Run".
+        title: Well, time, target.
+        sections: Its content.
+        facts: Name and value, shown below the title.
+        headline: The main result.
+        notes: Remarks at the foot.
+    """
 
     kind: str
     title: str
@@ -93,12 +114,21 @@ class Page:
 
 
 def write_page(path: Path, page: Page, units: Units) -> None:
-    """The page at `path`, whole or not at all; it needs no network. Raises InputError."""
+    """Write a page as one HTML file that needs no network.
+
+    Args:
+        path: The file; replaced as a whole or not at all.
+        page: The page.
+        units: Units that numbers and labels are converted to.
+
+    Raises:
+        InputError: The file cannot be written.
+    """
     write_atomically(path, page_html(page, units).encode("utf-8"))
 
 
 def page_html(page: Page, units: Units) -> str:
-    """The page's HTML, style, script and data inside."""
+    """The page as HTML with style, script and data inside."""
     import jinja2
 
     drawings: list[dict[str, Any]] = []
@@ -109,9 +139,9 @@ def page_html(page: Page, units: Units) -> str:
     ]  # fmt: skip
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     headline = None if page.headline is None else replace(page.headline, text=units.convert_text(page.headline.text))
-    told = replace(page, headline=headline, notes=tuple(units.convert_text(note) for note in page.notes))
+    converted = replace(page, headline=headline, notes=tuple(units.convert_text(note) for note in page.notes))
     return environment.from_string(_file("page.html").decode()).render(
-        page=told, sections=sections, style=_file("page.css").decode(), behaviour=_file("page.js").decode(),
+        page=converted, sections=sections, style=_file("page.css").decode(), behaviour=_file("page.js").decode(),
         light=LIGHT, dark=DARK, themes=json.dumps({"light": LIGHT, "dark": DARK}), version=__version__,
         drawings=_packed(json.dumps(drawings, separators=(",", ":")).encode()) if drawings else "",
         plotly=base64.b64encode(_file(SCRIPT)).decode() if drawings else "",
@@ -144,7 +174,7 @@ def _item(
 
 
 def _grouped(items: list[dict[str, Any]]) -> list[list[dict[str, Any]]]:
-    """Figures that follow each other share a grid; everything else stands by itself."""
+    """Group adjacent figures, which share a grid; every other item is its own group."""
     groups: list[list[dict[str, Any]]] = []
     for item in items:
         if groups and item["kind"] == "figure" == groups[-1][0]["kind"]:
@@ -173,9 +203,9 @@ def _plain(parts: list[dict[str, str]]) -> str:
 
 
 def _cell(cell: Cell, unit: str, units: Units, digits: int) -> list[dict[str, str]]:
-    """A cell's parts, one below the other."""
+    """The lines of a cell."""
     if isinstance(cell, tuple):
-        return [part for one in cell for part in _cell(one, unit, units, digits)]
+        return [part for line in cell for part in _cell(line, unit, units, digits)]
     if isinstance(cell, Tag):
         return [{"text": units.convert_text(cell.text), "tone": cell.tone}]
     if isinstance(cell, Link):

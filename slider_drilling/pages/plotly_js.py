@@ -1,4 +1,4 @@
-"""Figures as plotly.js draws them: plain dicts, colours still by name ("@blue"), for a page to theme."""
+"""Figures as specifications for plotly.js. Colours are names ("@blue"); the page replaces them by its theme."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from slider_drilling.units import Units, split_label
 
 KINDS = (SKY, AMBER, GREEN, GREY, BLUE)  # colours of a map of categories
 _DASH = {"dashed": "dash", "dotted": "dot"}
-_PANEL, _SINGLE, _BETWEEN = 165.0, 300.0, 38.0  # px: a panel among others, one alone, the room between
+_PANEL, _SINGLE, _BETWEEN = 165.0, 300.0, 38.0  # px: height of a panel among others, of a single one, the gap
 
 
 def plotly_spec(figure: Figure, units: Units) -> dict[str, Any]:
-    """`data` and `layout` for Plotly.react, `legend` (name, colour, style, hidden) and `height`, px."""
+    """Keys ``data`` and ``layout`` for Plotly.react, ``legend`` (name, colour, style, hidden) and ``height`` in px."""
     return _map(figure, units) if isinstance(figure, HeatMap) else _chart(figure, units)
 
 
@@ -60,7 +60,7 @@ def _chart(chart: Chart, units: Units) -> dict[str, Any]:
 
 
 def _hover(chart: Chart) -> str:
-    """One box for all lines where each x has one value of each; the nearest point's where curves turn back."""
+    """One hover box for all lines; that of the nearest point if curves turn back or there are bars."""
     for mark in (mark for panel in chart.panels for mark in panel.marks):
         if isinstance(mark, Bars) or bool(np.any(np.diff(mark.x) < 0.0)):
             return "closest"
@@ -83,8 +83,11 @@ def _said(label: str, units: Units) -> str:
 
 
 def rounded_numbers(values: Array) -> list[float | None]:
-    """For JSON: rounded to what a screen can show of the values' span, to four digits where they are far smaller (a
-    logarithmic axis shows them too); None for NaN."""
+    """Values for JSON, rounded to save space; None for NaN.
+
+    They are rounded to the resolution of a screen over their span. Much smaller values keep four digits, since a
+    logarithmic axis shows them.
+    """
     there = values[np.isfinite(values)]
     span = (float(np.ptp(there)) or float(np.abs(there[0]))) if there.size else 0.0
     decimals = 5 - int(np.floor(np.log10(span))) if span > 0.0 else 0
@@ -155,7 +158,7 @@ def _axis(
     marks: tuple[Line | Bars, ...], limits: tuple[float, float] | None, label: str, units: Units, log: bool, down: bool,
     flat: bool,
 ) -> dict[str, Any]:  # fmt: skip
-    """An axis of its data: names read from the top down, tick marks of a logarithmic one at round numbers."""
+    """An axis for these marks: categories from the top down, round ticks on a logarithmic axis."""
     unit = split_label(label)[1]
     if any(isinstance(mark, Bars) and mark.horizontal == flat and isinstance(mark.x, tuple) for mark in marks):
         return {"automargin": True, "type": "category", "autorange": "reversed" if flat else True}
@@ -176,7 +179,7 @@ def _axis(
 
 
 def _extent(marks: tuple[Line | Bars, ...], along_y: bool) -> tuple[float, float] | None:
-    """Least and greatest number along this axis; None where there is none."""
+    """Smallest and largest number along this axis; None without any."""
     held = []
     for mark in marks:
         upright = isinstance(mark, Line) or not mark.horizontal
@@ -188,8 +191,10 @@ def _extent(marks: tuple[Line | Bars, ...], along_y: bool) -> tuple[float, float
 
 
 def round_ticks(low: float, high: float) -> list[float]:
-    """1, 2 and 5 times powers of ten from just below `low` to just above `high`; powers alone over many decades, more
-    than these three within one."""
+    """Ticks of a logarithmic axis: 1, 2 and 5 times powers of ten from below ``low`` to above ``high``.
+
+    Over more than five decades powers of ten alone; within one decade seven steps.
+    """
     low = max(low, high * 1e-12, 1e-300)
     decades = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(max(high, low)))) + 1)
     steps: tuple[float, ...] = (1.0, 2.0, 5.0)

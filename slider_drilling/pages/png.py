@@ -1,4 +1,4 @@
-"""The same figures as a PNG, by matplotlib."""
+"""Figures as PNG, by matplotlib."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ _STYLES: dict[str, dict[str, Any]] = {
 
 
 def render_png(figures: tuple[Figure, ...], units: Units, title: str = "") -> bytes:
-    """PNG of every figure: one below the other where there is one or it has panels, else two a row."""
+    """One PNG of all figures: a single figure takes the full width, several stand two in a row."""
     with defer_signals():
         return _png(figures, units, title)
 
 
 @contextmanager
 def _without_windows() -> Iterator[None]:
-    """Import matplotlib within: MPLBACKEND says where windows are drawn, and a wrong one would end the import."""
+    """Hide MPLBACKEND while matplotlib is imported: an invalid value would make the import fail."""
     given = os.environ.pop("MPLBACKEND", None)
     try:
         yield
@@ -63,9 +63,9 @@ def _png(figures: tuple[Figure, ...], units: Units, title: str) -> bytes:
     for strip, row in zip(strips, rows, strict=True):
         for place, figure in zip(strip.subfigures(1, columns, squeeze=False)[0], row, strict=False):
             _draw(place, figure, units)
-    held = io.BytesIO()
-    FigureCanvasAgg(paper).print_png(held)
-    return held.getvalue()
+    buffer = io.BytesIO()
+    FigureCanvasAgg(paper).print_png(buffer)
+    return buffer.getvalue()
 
 
 def _height(figure: Figure) -> float:

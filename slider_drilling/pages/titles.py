@@ -1,4 +1,4 @@
-"""What a page is of: the well, the time and the target."""
+"""Title of a page: well, time and target."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from collections.abc import Sequence
 from slider_drilling.rig import Rig
 from slider_drilling.units import Units
 
-_FIRST_REAL = 946684800.0  # 2000-01-01: a clock before that counts from the simulation's start
+_FIRST_REAL = 946684800.0  # 2000-01-01: earlier stamps count from the start of a simulation
 
 
 def well_name(rig: Rig | None, units: Units) -> str:
-    """The rig file's name for the well; without one its depth and its inclination at the bit."""
+    """The rig file's name for the well; otherwise its depth and inclination at the bit."""
     if rig is None:
         return "Well without a rig file"
     if rig.well.name:
@@ -24,7 +24,12 @@ def well_name(rig: Rig | None, units: Units) -> str:
 
 
 def utc_time(start: float, recorded: str = "") -> str:
-    """The date and time, UTC, of epoch seconds; of `recorded` (ISO 8601) where the clock is a simulation's own."""
+    """Date and time in UTC.
+
+    Args:
+        start: Epoch seconds of the first sample.
+        recorded: ISO 8601 time of the recording, used if ``start`` is a simulated clock.
+    """
     if start >= _FIRST_REAL:
         moment = datetime.datetime.fromtimestamp(start, datetime.timezone.utc)
     else:
@@ -36,7 +41,7 @@ def utc_time(start: float, recorded: str = "") -> str:
 
 
 def target_text(angles: Sequence[float]) -> str:
-    """"target 45 deg", or the several of them, rad."""
+    """"target 45 deg" for angles in rad; a count if there are more than four."""
     degrees = [f"{math.degrees(math.remainder(angle, 2.0 * math.pi)):.0f}" for angle in angles]
     if len(degrees) > 4:
         return f"{len(degrees)} targets"
