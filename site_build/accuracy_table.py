@@ -20,26 +20,24 @@ BEGIN, END = "<!-- counted from accuracy_cases.json -->\n", "<!-- end of what is
 QUIET = ("none", "parameters")
 """Verdicts that name nothing and raise no alarm."""
 
-# Column of accuracy_cases.json -> key of a case in blind.json.
-COLUMNS = {
-    "log": "log", "kind": "kind", "truth": "true_effects", "sizes": "sizes", "well": "well", "manoeuvre": "manoeuvre",
-    "verdict": "verdict", "outcome": "outcome", "named": "truth_named", "site_right": "site_correct",
-    "calibrated_gap": "calibrated_gap", "oracle_names": "identifiable",
-    "interval_covers": "interval_holds_oracle",
-}  # fmt: skip
+COLUMNS = (
+    "log", "kind", "true_effects", "sizes", "well", "manoeuvre", "verdict", "outcome", "truth_named", "site_correct",
+    "calibrated_gap", "identifiable", "interval_holds_oracle",
+)  # fmt: skip
+"""Keys of a case in blind.json that the copy keeps."""
 
 Case = Mapping[str, Any]
 
 # Row of the table -> whether a case counts for it: None if the row does not ask about the case.
 ROWS: dict[str, Callable[[Case], bool | None]] = {
-    "one effect: named": lambda case: case["named"] if case["kind"] == "single" else None,
+    "one effect: named": lambda case: case["truth_named"] if case["kind"] == "single" else None,
     "one effect, where calibration leaves E of 1.2 and more: named": lambda case: (
-        case["named"] if case["kind"] == "single" and case["calibrated_gap"] >= 1.2 else None
+        case["truth_named"] if case["kind"] == "single" and case["calibrated_gap"] >= 1.2 else None
     ),
     "one effect that an oracle can name: named": lambda case: (
-        case["named"] if case["kind"] == "single" and case["identifiable"] else None
+        case["truth_named"] if case["kind"] == "single" and case["identifiable"] else None
     ),
-    "two effects: both named": lambda case: case["named"] if case["kind"] == "two" else None,
+    "two effects: both named": lambda case: case["truth_named"] if case["kind"] == "two" else None,
     "no effect: false alarm": lambda case: case["verdict"] not in QUIET if case["kind"] == "none" else None,
     "law outside the catalogue: a wrong name and no doubt": lambda case: (
         case["outcome"] == "false name" if case["kind"] == "outside" else None
@@ -59,7 +57,7 @@ def keep(tree: Mapping[str, Any], larger: Mapping[str, Any]) -> str:
         larger: Counts of larger samples, row name -> [count, of]; they are kept as they are.
     """
     head = {"options": tree["options"], "code": tree["code"], "date": tree["date"], "larger": larger}
-    rows = (json.dumps([_short(case[key]) for key in COLUMNS.values()], separators=(",", ":"))
+    rows = (json.dumps([_short(case[key]) for key in COLUMNS], separators=(",", ":"))
             for case in tree["cases"])  # fmt: skip
     opening = json.dumps({**head, "columns": list(COLUMNS)})[:-1]
     return opening + ', "cases": [\n' + ",\n".join(rows) + "\n]}\n"
