@@ -88,27 +88,27 @@ def test_graph_is_shown_and_follows_the_page(graph: list[Node]) -> None:
         graph,
         lambda: len(state.samples_after(0)[0]) > 150,
         lambda: len(state.tool_faces()) > 0,
-        lambda: any(one.name == "gain" for one in state.settings()),
+        lambda: any(one.name == "gain" for one in state.parameters()),
     )
     rows = state.samples_after(0)[0]
     assert max(abs(row.surface_torque) for row in rows) > 1e3
     assert all(abs(row.differential_pressure) < 2e6 for row in rows[20:])
     assert state.target == 0.5 and state.truth is not None
     assert state.rig is not None and state.rig.string.length == 4000.0
-    assert state.value("reach", "amplitude_rad") is not None
-    gain = next(one for one in state.settings() if one.name == "gain")
+    assert state.status_value("reach", "amplitude_rad") is not None
+    gain = next(one for one in state.parameters() if one.name == "gain")
     assert (gain.value, gain.low, gain.high, gain.unit) == (4.5, 0.0, 8.0, "-")
-    desk.ask(SetTarget(-1.0))
-    desk.ask(SetParameter("rocking_controller", "gain", 1.5))
-    desk.ask(SetParameter("rocking_controller", "gain", 99.0))
+    desk.put(SetTarget(-1.0))
+    desk.put(SetParameter("rocking_controller", "gain", 1.5))
+    desk.put(SetParameter("rocking_controller", "gain", 99.0))
     turn(graph, told("target -57.3 deg"), told("gain = 1.5"), told("gain = 99: refused"), lambda: state.target == -1.0)
     assert controller.get_parameter("gain").value == 1.5
     assert controller.get_parameter("tool_face_target").value == -1.0
-    desk.ask(SetRocking(False))
+    desk.put(SetRocking(False))
     turn(graph, told("stop rocking: "), lambda: controller.get_parameter("rocking").value == 0.0)
-    desk.ask(SetRocking(True))
+    desk.put(SetRocking(True))
     turn(graph, lambda: controller.get_parameter("rocking").value == 1.0)
-    assert all(math.isfinite(one.value) for one in state.settings())
+    assert all(math.isfinite(one.value) for one in state.parameters())
 
 
 def test_recording_is_paused_and_goes_on(graph: list[Node], tmp_path: Path) -> None:
@@ -117,7 +117,7 @@ def test_recording_is_paused_and_goes_on(graph: list[Node], tmp_path: Path) -> N
     state, desk = graph[0].state, graph[0]._server.desk
     turn(graph, lambda: state.recording is True)
     for on in (False, True):
-        desk.ask(SetRecording(on))
+        desk.put(SetRecording(on))
         turn(graph, lambda: state.recording is on)  # noqa: B023
     assert [one.text for one in state.notices_after(0)] == ["pause: paused", "resume: recording"]
     recorder.discard()
@@ -125,7 +125,7 @@ def test_recording_is_paused_and_goes_on(graph: list[Node], tmp_path: Path) -> N
 
 def test_what_no_node_offers_is_said(graph: list[Node]) -> None:
     board = graph[0]
-    board._server.desk.ask(SetRecording(True))
+    board._server.desk.put(SetRecording(True))
     turn([board], lambda: board.state.last_notice == 1)
     (notice,) = board.state.notices_after(0)
     assert (notice.text, notice.good) == ("recorder/resume: no node offers it", False)
