@@ -62,7 +62,7 @@ def test_stages_give_the_figures_asked_for(monkeypatch):
 
 
 STAYS = (
-    "from slider_drilling.process.parent_death import end_with_parent as e; e(); "
+    "from slider_drilling.process.parent_death import interrupt_with_parent as e; e(); "
     "open('there', 'w'); import time; time.sleep(600)"
 )
 

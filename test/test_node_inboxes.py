@@ -64,7 +64,7 @@ def test_a_channel_that_went_silent_is_nan_and_not_waited_for():
         found += inbox.put("top_drive", reading(k / 10))
     assert math.isnan(found[-1].standpipe_pressure) and found[-1].hook_load == 3.0
     assert found[-1].time == 6.9
-    assert inbox.stale(round(6.9 * SECOND)) == ["standpipe_pressure"]
+    assert inbox.stale_channels(round(6.9 * SECOND)) == ["standpipe_pressure"]
 
 
 def test_a_channel_that_never_came_is_nan():
@@ -104,13 +104,13 @@ def at(seconds, lockstep=False):
 @pytest.mark.parametrize("lockstep", [True, False])
 def test_commands_for_a_sample(lockstep):
     inbox = at(0.0, lockstep)
-    assert inbox.missing(0, (TOP_DRIVE, BLOCK)) == [TOP_DRIVE, BLOCK]
+    assert inbox.unanswered(0, (TOP_DRIVE, BLOCK)) == [TOP_DRIVE, BLOCK]
     held = inbox.command(0, 0.7)
     assert (held.top_drive_angle, held.top_drive_speed, held.block_speed, held.pump_speed) == (0.7, 0.0, 0.0, 12.0)
     inbox.now_ns = SECOND
     assert inbox.put(TOP_DRIVE, SECOND, 3.0, 2.0) is None
     assert inbox.put(BLOCK, SECOND, math.nan, 0.01) is None and inbox.put(PUMP, SECOND, math.nan, 11.0) is None
-    assert inbox.missing(SECOND, (TOP_DRIVE, BLOCK, PUMP)) == []
+    assert inbox.unanswered(SECOND, (TOP_DRIVE, BLOCK, PUMP)) == []
     command = inbox.command(SECOND, 0.7)
     assert (command.top_drive_angle, command.top_drive_speed) == (3.0, 2.0)
     assert (command.block_speed, command.pump_speed) == (0.01, 11.0)
@@ -130,7 +130,7 @@ def test_commands_that_are_not_finite_are_refused(topic, values):
     inbox = at(1.0)
     assert "not finite" in inbox.put(topic, SECOND, *values).reason
     assert inbox.refused == 1
-    assert inbox.missing(0, (topic,)) == [topic]
+    assert inbox.unanswered(0, (topic,)) == [topic]
 
 
 def test_older_commands_are_refused():
@@ -147,7 +147,7 @@ def test_a_command_of_the_future_is_an_error_and_the_next_good_one_is_taken(lock
     refusal = inbox.put(TOP_DRIVE, time.time_ns(), 9.0, 0.0)
     assert refusal.level is Level.ERROR
     assert "ahead of the rig: that is the wall's clock; set use_sim_time" in refusal.reason
-    assert inbox.missing(5 * SECOND, (TOP_DRIVE,)) == [TOP_DRIVE]
+    assert inbox.unanswered(5 * SECOND, (TOP_DRIVE,)) == [TOP_DRIVE]
     assert inbox.put(TOP_DRIVE, 5 * SECOND, 1.0, 0.0) is None
     assert inbox.command(5 * SECOND, 0.0).top_drive_angle == 1.0
 
@@ -183,35 +183,35 @@ def test_after_the_timeout_the_block_stops_and_starts_again_with_the_next_comman
     for topic in (TOP_DRIVE, BLOCK, PUMP):
         inbox.put(topic, 5 * SECOND, 3.0, 0.01)
     inbox.now_ns = 6 * SECOND
-    assert inbox.dead() == [] and inbox.command(inbox.now_ns, 0.0).block_speed == 0.01
+    assert inbox.timed_out() == [] and inbox.command(inbox.now_ns, 0.0).block_speed == 0.01
     inbox.now_ns = round(6.1 * SECOND)
-    assert inbox.dead() == [TOP_DRIVE, BLOCK]
+    assert inbox.timed_out() == [TOP_DRIVE, BLOCK]
     left = inbox.command(inbox.now_ns, 0.0)
     assert (left.top_drive_angle, left.top_drive_speed, left.block_speed, left.pump_speed) == (3.0, 0.0, 0.0, 0.01)
     for topic in (TOP_DRIVE, BLOCK):
         inbox.put(topic, inbox.now_ns, 3.0, 0.02)
-    assert inbox.dead() == [] and inbox.command(inbox.now_ns, 0.0).block_speed == 0.02
+    assert inbox.timed_out() == [] and inbox.command(inbox.now_ns, 0.0).block_speed == 0.02
 
 
 def test_in_lockstep_no_time_passes_without_an_answer():
     inbox = at(5.0, lockstep=True)
     inbox.put(BLOCK, 5 * SECOND, math.nan, 0.01)
     inbox.now_ns = 50 * SECOND
-    assert inbox.dead() == [] and inbox.command(inbox.now_ns, 0.0).block_speed == 0.01
+    assert inbox.timed_out() == [] and inbox.command(inbox.now_ns, 0.0).block_speed == 0.01
 
 
 def test_two_answers_to_one_sample_are_two_controllers_unless_it_was_sent_twice():
     inbox = at(5.0, lockstep=True)
     inbox.put(TOP_DRIVE, 5 * SECOND, 1.0, 0.0)
-    assert inbox.rival_ns is None
+    assert inbox.conflict_ns is None
     inbox.put(TOP_DRIVE, 5 * SECOND, 1.5, 0.0)
-    assert inbox.rival_ns == 5 * SECOND
+    assert inbox.conflict_ns == 5 * SECOND
     again = at(5.0, lockstep=True)
-    again.sent_again()
+    again.note_resent()
     again.put(TOP_DRIVE, 5 * SECOND, 1.0, 0.0)
     again.now_ns = 6 * SECOND
     again.put(TOP_DRIVE, 5 * SECOND, 1.0, 0.0)
-    assert again.rival_ns is None
+    assert again.conflict_ns is None
 
 
 def test_only_a_controller_that_came_while_one_waits_is_asked_again():
@@ -269,6 +269,6 @@ def test_pace():
     assert pace.due(12.0) == 100.5
     pace.note_sent(12.0, 100.75)
     pace.note_sent(14.0, 101.0)
-    assert (pace.behind, pace.take_worst_lag(), pace.take_worst_lag()) == (0.0, 0.25, 0.0)
+    assert (pace.lag, pace.take_worst_lag(), pace.take_worst_lag()) == (0.0, 0.25, 0.0)
     pace.restart(14.0, 103.0)
     assert pace.due(18.0) == 104.0

@@ -83,11 +83,11 @@ class StringView:
         self._belief = TorqueAndDrag(rig, _FRICTION_FACTOR, 0.0)
         self._turning: tuple[Any, dict[str, Any]] = (None, {})
 
-    def hole_json(self) -> dict[str, Any]:
+    def well_path_json(self) -> dict[str, Any]:
         """Measured depth, horizontal departure and vertical depth of the stations, m."""
         return {"depth": _list(self._depth, 1), "away": _list(self._away, 1), "down": _list(self._down, 1)}
 
-    def turning_json(self, state: LiveState) -> dict[str, Any]:
+    def rotation_json(self, state: LiveState) -> dict[str, Any]:
         """The three zones, m, and rad at each station: half-amplitude left, and lag by the reactive torque."""
         known = tuple(state.status_value(what, key) for what, key in (
             ("reach", "rocking_m"), ("reach", "reactive_from_m"), ("reach", "amplitude_rad"),

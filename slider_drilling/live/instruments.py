@@ -17,10 +17,10 @@ class Instruments(Element, component="instruments.js", esm={"slider-drilling-liv
         self._props["window"] = WINDOW
         self._props["most"] = MAX_SAMPLES
 
-    def begin(self, hole: dict[str, Any]) -> None:
+    def show_well_path(self, hole: dict[str, Any]) -> None:
         """The hole's course; see `frame.Along.hole_json`."""
         self.run_method("begin", hole)
 
-    def frame(self, data: dict[str, Any]) -> None:
+    def draw(self, data: dict[str, Any]) -> None:
         """One frame: rows, dial, rocking and turning."""
         self.run_method("frame", data)

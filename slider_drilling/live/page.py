@@ -102,12 +102,12 @@ class PageView:
         rig = self._state.rig
         if self._along is None and rig is not None:
             self._along = StringView(rig)
-            self._instruments.begin(self._along.hole_json())
+            self._instruments.show_well_path(self._along.well_path_json())
         rows, self._count = self._state.samples_after(self._count)
         if not rows:
             return
-        turning = self._along.turning_json(self._state) if self._along is not None else {}
-        self._instruments.frame(
+        turning = self._along.rotation_json(self._state) if self._along is not None else {}
+        self._instruments.draw(
             {
                 "rows": samples_json(rows),
                 "dial": dial_json(self._state),

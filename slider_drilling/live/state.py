@@ -83,7 +83,7 @@ class LiveState:
         self.truth: float | None = None  # rad, of the bit, in a simulation
         self.recording: bool | None = None  # None: nobody has said
 
-    def take_rig(self, rig: Rig) -> None:
+    def set_rig(self, rig: Rig) -> None:
         """The rig file, from which differential pressure and the hole's course follow."""
         with self._lock:
             self._rig, self._motor = rig, DifferentialPressure(rig, 0.0, _AT_ONCE, _AT_ONCE)
@@ -93,15 +93,15 @@ class LiveState:
         """The rig file, None until it has come."""
         return self._rig
 
-    def take_pressure(self, time: float, pressure: float) -> None:
+    def set_pressure(self, time: float, pressure: float) -> None:
         """Standpipe pressure: s, Pa."""
         self._pressure = (time, pressure)
 
-    def take_pump(self, time: float, speed: float) -> None:
+    def set_pump_speed(self, time: float, speed: float) -> None:
         """Crank speed of the pump: s, rad/s."""
         self._pump = (time, speed)
 
-    def take_top_drive(self, time: float, angle: float, torque: float) -> None:
+    def add_sample(self, time: float, angle: float, torque: float) -> None:
         """One sample of the top drive, the last to come of its stamp: s, rad, N m. A clock set back begins anew."""
         with self._lock:
             if self._rows and time < self._rows[-1].time:
@@ -125,28 +125,28 @@ class LiveState:
         self._dots.clear()
         self._statuses.clear()
 
-    def take_tool_face(self, measured_at: float, tool_face: float) -> None:
+    def add_tool_face(self, measured_at: float, tool_face: float) -> None:
         """A decoded toolface: s, rad."""
         with self._lock:
             self._dots.append(ToolFacePoint(measured_at, tool_face))
 
-    def take_statuses(self, statuses: Iterable[Status]) -> None:
+    def update_statuses(self, statuses: Iterable[Status]) -> None:
         """Statuses named ``node: what``; the newest of each name counts."""
         with self._lock:
             for status in statuses:
                 if status.name in self._statuses or len(self._statuses) < MAX_STATUSES:
                     self._statuses[status.name] = status
 
-    def take_parameters(self, settings: Iterable[LiveParameter]) -> None:
+    def update_parameters(self, settings: Iterable[LiveParameter]) -> None:
         """Parameters of a node; the newest value of each counts."""
         with self._lock:
             self._settings.update({(one.node, one.name): one for one in settings})
 
-    def add_notice(self, text: str, good: bool) -> None:
+    def add_notice(self, text: str, success: bool) -> None:
         """Leave a notice for whoever looks."""
         with self._lock:
             self._told += 1
-            self._notices.append(Notice(self._told, text, good))
+            self._notices.append(Notice(self._told, text, success))
 
     def samples_after(self, count: int) -> tuple[list[StripSample], int]:
         """Rows that came after so many, as far as they are kept, and how many there have been."""

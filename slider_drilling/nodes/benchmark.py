@@ -15,7 +15,7 @@ from typing import Any
 
 from slider_drilling.benchmarks.machine import peak_megabytes
 from slider_drilling.nodes import environment
-from slider_drilling.process.parent_death import end_with_parent
+from slider_drilling.process.parent_death import interrupt_with_parent
 
 DURATION = 120.0  # simulated s of the closed loop
 MESSAGES, BURST = 20_000, 50
@@ -41,25 +41,24 @@ def recorder() -> dict[str, float]:
     from slider_drilling.messages.topics import TOPICS
     from slider_drilling.nodes import raw_topics
     from slider_drilling.nodes.recorder import Recorder
-    from slider_drilling.nodes.shutdown import ShutdownRequest
     from slider_drilling.nodes.spin import make_executor
 
     with tempfile.TemporaryDirectory() as folder:
         rclpy.init()
         node = Node("benchmark")
-        recording = Recorder(ShutdownRequest(), parameter_overrides=[Parameter("directory", value=folder)])
+        recording = Recorder(parameter_overrides=[Parameter("directory", value=folder)])
         publisher = raw_topics.publisher(node, TOPICS["top_drive"])
         executor = make_executor()
         executor.add_node(recording)
         while publisher.get_subscription_count() == 0:
             executor.spin_once(timeout_sec=0.01)
-        begun = time.perf_counter()
+        start_time = time.perf_counter()
         for sent in range(BURST, MESSAGES + 1, BURST):
             for k in range(sent - BURST, sent):
                 publisher.publish(cdr.encode_joint_state(k * 1_000_000, "top_drive", 1.0, 2.0, 3.0))
             while recording.messages < sent:
                 executor.spin_once(timeout_sec=1.0)
-        wall = time.perf_counter() - begun
+        wall = time.perf_counter() - start_time
         recording.close()
         rclpy.try_shutdown()
     return {"messages_per_s": MESSAGES / wall, "lost": float(recording.lost)}
@@ -69,17 +68,16 @@ def start() -> dict[str, float | None]:
     """A friction simulator that stands ready; the caller times the process."""
     from slider_drilling.nodes.friction_simulator import FrictionSimulator
     from slider_drilling.nodes.run_node import init
-    from slider_drilling.nodes.shutdown import ShutdownRequest
 
     init(["slider-drilling"])
-    FrictionSimulator(ShutdownRequest())
+    FrictionSimulator()
     return {"peak_megabytes": peak_megabytes()}
 
 
 def main(what: str) -> None:
     """Measure and print."""
     environment.prepare()
-    end_with_parent()
+    interrupt_with_parent()
     # One domain of its own, so that nodes elsewhere on this machine take no part.
     os.environ["ROS_DOMAIN_ID"] = str(100 + os.getpid() % 100)
     measures: dict[str, Any] = {"closed_loop": closed_loop, "recorder": recorder, "start": start}

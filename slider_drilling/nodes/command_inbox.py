@@ -38,7 +38,7 @@ class CommandInbox:
         self.lockstep = lockstep
         self.now_ns = 0
         self.refused = 0
-        self.rival_ns: int | None = None  # the sample that was last answered once too often
+        self.conflict_ns: int | None = None  # the sample that was last answered once too often
         self._start_pump_speed = pump_speed
         self.reset(0)
 
@@ -52,9 +52,9 @@ class CommandInbox:
         self._block_speed = 0.0
         self._pump_speed = self._start_pump_speed
         self._sent_again: Counter[int] = Counter()
-        self.rival_ns = None
+        self.conflict_ns = None
 
-    def sent_again(self) -> None:
+    def note_resent(self) -> None:
         """The present sample has been sent once more: one controller may then answer it once more."""
         self._sent_again[self.now_ns] += 1
 
@@ -92,28 +92,28 @@ class CommandInbox:
 
     def _look_for_a_rival(self, topic: str, stamp_ns: int) -> None:
         if self._answered[topic].count(stamp_ns) > self._sent_again[stamp_ns]:
-            self.rival_ns = stamp_ns
+            self.conflict_ns = stamp_ns
 
     def _refuse(self, level: Level, reason: str) -> Refusal:
         self.refused += 1
         return Refusal(level, reason)
 
-    def missing(self, stamp_ns: int, awaited: Iterable[str]) -> list[str]:
+    def unanswered(self, stamp_ns: int, awaited: Iterable[str]) -> list[str]:
         """Those of the awaited topics that have not answered the sample of this stamp."""
         return [topic for topic in awaited if self._stamp[topic] < stamp_ns]
 
-    def silence(self, topic: str) -> float:
+    def silent_for(self, topic: str) -> float:
         """For how long, s of the rig's clock, nothing could be taken from a topic."""
         return (self.now_ns - max(self._heard[topic], self._began_ns)) / 1e9
 
-    def dead(self) -> list[str]:
+    def timed_out(self) -> list[str]:
         """Topics of top drive and block that have been silent for too long; one that never was is not missed."""
         if self.lockstep:
             return []
         return [
             topic
             for topic in (TOP_DRIVE, BLOCK)
-            if self.silence(topic) > self.timeout and (self._heard[topic] >= 0 or topic == TOP_DRIVE)
+            if self.silent_for(topic) > self.timeout and (self._heard[topic] >= 0 or topic == TOP_DRIVE)
         ]
 
     def command(self, stamp_ns: int, angle: float) -> RigCommand:
@@ -122,7 +122,7 @@ class CommandInbox:
         A top drive whose last command answered an earlier sample stands at that command's angle: a slope says
         nothing of what comes after its own interval.
         """
-        block_speed = 0.0 if BLOCK in self.dead() else self._block_speed
+        block_speed = 0.0 if BLOCK in self.timed_out() else self._block_speed
         if self._top_drive is None:
             return RigCommand(angle, 0.0, block_speed, self._pump_speed)
         target, speed = self._top_drive

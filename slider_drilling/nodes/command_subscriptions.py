@@ -1,4 +1,4 @@
-"""Where commands come in: three topics into one inbox, and what is to be said of them."""
+"""Subscribes to the command topics and reports on them."""
 
 from __future__ import annotations
 
@@ -6,114 +6,112 @@ from collections.abc import Callable
 
 from rclpy.node import Node
 
-from slider_drilling.errors import InputError
-from slider_drilling.messages import cdr
 from slider_drilling.messages.health import Level, Status
-from slider_drilling.messages.topics import TOPICS
+from slider_drilling.messages.topics import TOPICS, Topic
 from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.command_inbox import BLOCK, PUMP, TOP_DRIVE, CommandInbox
 
 COMMANDS = (TOP_DRIVE, BLOCK, PUMP)
-RIVALRY = 2.0  # s of the rig's clock for which a second controller is remembered
+CONFLICT_MEMORY = 2.0  # s of the rig's clock for which a second controller is remembered
 
 
 class CommandSubscriptions:
-    """Subscribes to the command topics and puts what comes into the inbox; `taken` is called after each one taken."""
+    """Puts commands from their topics into an inbox.
 
-    def __init__(self, node: Node, inbox: CommandInbox, taken: Callable[[], None]) -> None:
+    Args:
+        node: Makes the subscriptions and logs refused commands.
+        inbox: Takes the commands.
+        on_command: Called after every command that the inbox took.
+    """
+
+    def __init__(self, node: Node, inbox: CommandInbox, on_command: Callable[[], None]) -> None:
         self._node = node
         self._inbox = inbox
-        self._taken = taken
-        self._errors: dict[str, str] = {}  # topic -> reason of refusals that no status has told yet
-        self._silent: list[str] = []
-        self._unanswered = self._told_unanswered = 0
+        self._on_command = on_command
+        self._refusals: dict[str, str] = {}  # topic -> reason, since the last status
+        self._timed_out: list[str] = []
+        self._unanswered = self._reported_unanswered = 0
         topics = (TOPICS["top_drive_command"], TOPICS["draw_works_command"], raw_topics.PUMP_COMMAND)
         self._subscriptions = {
-            topic.name: raw_topics.subscription(node, topic, self._receiver(topic.name, topic.joint))
-            for topic in topics
+            topic.name: raw_topics.subscription(node, topic, self._receiver(topic)) for topic in topics
         }
 
-    def absent(self) -> list[str]:
+    def unpublished(self) -> list[str]:
         """Topics that nobody publishes."""
-        return [topic for topic, one in self._subscriptions.items() if one.get_publisher_count() == 0]
+        return [name for name, one in self._subscriptions.items() if one.get_publisher_count() == 0]
 
-    def controllers(self) -> set[bytes]:
-        """Who publishes the top drive's commands: one identity a publisher."""
+    def controller_ids(self) -> set[bytes]:
+        """The identities of the publishers of the top drive's commands."""
         topic = self._subscriptions[TOP_DRIVE].topic_name
-        return {bytes(one.endpoint_gid) for one in self._node.get_publishers_info_by_topic(topic)}
+        return {bytes(endpoint.endpoint_gid) for endpoint in self._node.get_publishers_info_by_topic(topic)}
 
     def last_refusal(self) -> str:
-        """Why the last command was refused as an error; "" where none was since the last status."""
-        return next(reversed(self._errors.values()), "")
+        """Why the last command was refused with an error; "" if none was since the last status."""
+        return next(reversed(self._refusals.values()), "")
 
-    def note_sample(self) -> None:
-        """A sample of real time is over: count it where it had no command, and say so when commands stop or return."""
-        self._unanswered += bool(self._inbox.missing(self._inbox.now_ns, (TOP_DRIVE,)))
-        silent = self._inbox.dead()
-        if silent and not self._silent:
-            self._node.get_logger().error(self._told_silent(silent))
-        elif self._silent and not silent:
+    def count_sample(self) -> None:
+        """Count the present sample if it had no command in real time; log when commands stop or return."""
+        self._unanswered += bool(self._inbox.unanswered(self._inbox.now_ns, (TOP_DRIVE,)))
+        timed_out = self._inbox.timed_out()
+        if timed_out and not self._timed_out:
+            self._node.get_logger().error(self._timeout_message(timed_out))
+        elif self._timed_out and not timed_out:
             self._node.get_logger().info("commands are back")
-        self._silent = silent
+        self._timed_out = timed_out
 
-    def _told_silent(self, topics: list[str]) -> str:
-        return (
-            f"no command on {' and '.join(topics)} for {self._inbox.timeout:g} s (command_timeout): the top drive "
-            "stands, the block is stopped, the pump goes on"
-        )
+    def conflict(self) -> str:
+        """What to do about two controllers that both answer; "" if there is one.
 
-    def _receiver(self, topic: str, joint: str) -> Callable[[bytes], None]:
-        def receive(data: bytes) -> None:
-            log = self._node.get_logger()
-            try:
-                stamp_ns, position, velocity, _ = cdr.decode_joint_state(data, joint)
-            except InputError as error:
-                log.warning(f"{topic}: {error}", throttle_duration_sec=5.0)
-                return
-            refusal = self._inbox.put(topic, stamp_ns, position, velocity)
-            if refusal is None:
-                self._taken()
-            elif refusal.level is Level.ERROR:
-                self._errors[topic] = refusal.reason
-                log.error(f"{topic}: refused: {refusal.reason}", throttle_duration_sec=5.0)
-            else:
-                log.warning(f"{topic}: refused: {refusal.reason}", throttle_duration_sec=5.0)
-
-        return receive
-
-    def rivals(self) -> str:
-        """What to do about two controllers that both answer; "" where there is one.
-
-        A publisher that has died or was started again is still listed for some seconds, so that being listed proves
-        nothing: two are two when one sample is answered twice.
+        A publisher that died or was restarted is still listed for some seconds, so the list alone proves nothing. Two
+        answers to one sample do.
         """
-        rival_ns = self._inbox.rival_ns
-        if rival_ns is None or (self._inbox.now_ns - rival_ns) / 1e9 > RIVALRY:
+        conflict_ns = self._inbox.conflict_ns
+        if conflict_ns is None or (self._inbox.now_ns - conflict_ns) / 1e9 > CONFLICT_MEMORY:
             return ""
-        several = [topic for topic, one in self._subscriptions.items() if one.get_publisher_count() > 1]
-        if not several:
+        shared = [name for name, one in self._subscriptions.items() if one.get_publisher_count() > 1]
+        if not shared:
             return ""
-        return f"several nodes publish {' and '.join(several)}; stop all but one, or set another ROS_DOMAIN_ID"
+        return f"several nodes publish {' and '.join(shared)}; stop all but one, or set another ROS_DOMAIN_ID"
 
     def status(self) -> Status:
-        """The health of the commands; tells each refusal once."""
-        inbox = self._inbox
-        values = (("refused", str(inbox.refused)), ("unanswered_samples", str(self._unanswered)))
-        errors, self._errors = self._errors, {}
-        unanswered = self._unanswered - self._told_unanswered
-        self._told_unanswered = self._unanswered
-        rivals = self.rivals()
-        if rivals:
-            self._node.get_logger().warning(rivals, throttle_duration_sec=5.0)
-        # All of them: a refusal is often why a topic is silent, and it is told once.
+        """The health of the commands since the last status."""
+        refusals, self._refusals = self._refusals, {}
+        unanswered = self._unanswered - self._reported_unanswered
+        self._reported_unanswered = self._unanswered
+        conflict = self.conflict()
+        if conflict:
+            self._node.get_logger().warning(conflict, throttle_duration_sec=5.0)
+        # All of them: a refusal is often the cause of a timeout, and it is reported once.
         faults = [
-            *([rivals] if rivals else []),
-            *([self._told_silent(self._silent)] if self._silent else []),
-            *(f"{topic}: refused: {reason}" for topic, reason in errors.items()),
+            *([conflict] if conflict else []),
+            *([self._timeout_message(self._timed_out)] if self._timed_out else []),
+            *(f"{topic}: refused: {reason}" for topic, reason in refusals.items()),
         ]
+        values = (("refused", str(self._inbox.refused)), ("unanswered_samples", str(self._unanswered)))
         if faults:
             return Status(Level.ERROR, "commands", "; ".join(faults), values)
         if unanswered:
-            what = f"{unanswered} samples had no command in time; the top drive held"
-            return Status(Level.WARN, "commands", what, values)
+            message = f"{unanswered} samples had no command in time; the top drive held"
+            return Status(Level.WARN, "commands", message, values)
         return Status(Level.OK, "commands", "every sample is answered", values)
+
+    def _timeout_message(self, topics: list[str]) -> str:
+        return (
+            f"no command on {' and '.join(topics)} for {self._inbox.timeout:g} s (command_timeout): the top drive "
+            "holds, the block is stopped, the pump goes on"
+        )
+
+    def _receiver(self, topic: Topic) -> Callable[[bytes], None]:
+        def receive(stamp_ns: int, position: float, velocity: float, effort: float) -> None:
+            refusal = self._inbox.put(topic.name, stamp_ns, position, velocity)
+            if refusal is None:
+                self._on_command()
+                return
+            message = f"{topic.name}: refused: {refusal.reason}"
+            if refusal.level is Level.ERROR:
+                self._refusals[topic.name] = refusal.reason
+                self._node.get_logger().error(message, throttle_duration_sec=5.0)
+            else:
+                self._node.get_logger().warning(message, throttle_duration_sec=5.0)
+
+        return raw_topics.decoding(self._node, topic, receive)

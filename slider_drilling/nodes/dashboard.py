@@ -1,17 +1,16 @@
-"""The node `dashboard`: feeds the live page from the graph, and asks the graph what the page asks for."""
+"""The node `dashboard`: feeds the live page from the ROS graph and forwards its requests to the nodes."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from rcl_interfaces.msg import ParameterType
+from rcl_interfaces.msg import ParameterDescriptor, ParameterType
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
@@ -22,208 +21,185 @@ from slider_drilling.errors import InputError
 from slider_drilling.live.page_requests import RequestQueue, SetParameter, SetRecording, SetRocking, SetTarget
 from slider_drilling.live.server import LOCAL, PORT, Address, PageServer
 from slider_drilling.live.state import LiveParameter, LiveState
-from slider_drilling.messages import cdr
+from slider_drilling.messages.health import Level, Status
 from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS
 from slider_drilling.nodes import raw_topics
-from slider_drilling.nodes.diagnostics import Level, Status
 from slider_drilling.nodes.parameters import NodeParameter, declare
 from slider_drilling.nodes.shutdown import ShutdownRequest
+from slider_drilling.nodes.spin import steady_timer
 from slider_drilling.rig import parse_rig
 
-PARAMETERS = (
-    NodeParameter("host", LOCAL, "address to serve on; any but this machine's own asks for the token"),
-    NodeParameter("port", PORT, "port to serve on; 0: a free one", "-", 0, 65535),
-    NodeParameter("token", "", "letters and digits that whoever comes from another machine must know; empty: made up"),
-)
 CONTROLLER, RECORDER = "rocking_controller", "recorder"
-ADJUSTABLE = (CONTROLLER, "friction_simulator")
-_WISHES, _SETTINGS = 0.05, 2.0  # s between looks at the desk, at the parameters
+ADJUSTABLE_NODES = (CONTROLLER, "friction_simulator")
+REQUEST_PERIOD = 0.05  # s of wall time between two looks for requests of the page
+PARAMETER_PERIOD = 2.0  # s of wall time between two reads of the nodes' parameters
 
 
 class Dashboard(Node):
-    """Shows the rig of its namespace on a page, see `slider_drilling.live`. Raises InputError."""
+    """Shows the rig of its namespace on a page, see `slider_drilling.live`."""
 
-    def __init__(self, halt: ShutdownRequest, **node_options: Any) -> None:
-        super().__init__("dashboard", **node_options)
-        values = declare(self, PARAMETERS)
-        self.state, self._desk = LiveState(), RequestQueue()
+    NAME = "dashboard"
+    PARAMETERS = (
+        NodeParameter("host", LOCAL, "address to serve on; addresses that other machines reach need the token"),
+        NodeParameter("port", PORT, "port to serve on; 0: a free one", "-", 0, 65535),
+        NodeParameter("token", "", "letters and digits that browsers on other machines must send; empty: generated"),
+    )
+
+    def __init__(self, shutdown_request: ShutdownRequest | None = None, **node_options: Any) -> None:
+        """Serve the page. Raises InputError if a parameter cannot be used or the address is taken."""
+        super().__init__(self.NAME, **node_options)
+        values = declare(self, self.PARAMETERS)
+        self.state, self.requests = LiveState(), RequestQueue()
         self._subscribe()
-        self._clients_of: dict[tuple[str, str], Any] = {}
-        self._described: dict[str, list[LiveParameter]] = {}
-        wall = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(_WISHES, self._grant, clock=wall)
-        self.create_timer(_SETTINGS, self._look_at_settings, clock=wall)
-        self._server = PageServer(self.state, self._desk, Address(values["host"], values["port"], values["token"]))
+        self._clients_by_service: dict[tuple[str, str], Any] = {}
+        self._adjustable: dict[str, list[LiveParameter]] = {}  # by node
+        steady_timer(self, REQUEST_PERIOD, self._serve_requests)
+        steady_timer(self, PARAMETER_PERIOD, self._read_parameters)
+        self._server = PageServer(self.state, self.requests, Address(values["host"], values["port"], values["token"]))
         self.get_logger().info(f"live page: {self._server.url}")
 
     @property
     def url(self) -> str:
-        """Where the page is, token included."""
+        """The page's address, with its token."""
         return self._server.url
 
     def destroy_node(self) -> None:
-        """Take the page down, then the node."""
+        """Stop the page's server, then destroy the node."""
         self._server.stop()
         super().destroy_node()
 
     def _subscribe(self) -> None:
-        raw_topics.subscription(self, TOPICS["top_drive"], self._joint("top_drive", self._on_top_drive))
-        raw_topics.subscription(self, TOPICS["mud_pump"], self._joint("mud_pump", self._on_pump))
-        raw_topics.subscription(self, TOPICS["mwd_tool_face"], self._joint("tool_face", self._on_tool_face))
-        raw_topics.subscription(self, TOPICS["tool_face_target"], self._joint("tool_face", self._on_target))
-        raw_topics.subscription(self, TOPICS["truth_bit"], self._joint("bit", self._on_truth))
-        raw_topics.subscription(self, TOPICS["standpipe_pressure"], self._on_pressure)
+        state = self.state
+        for name, use in (
+            ("top_drive", lambda stamp_ns, angle, _, torque: state.add_sample(stamp_ns / 1e9, angle, torque)),
+            ("mud_pump", lambda stamp_ns, _, speed, __: state.set_pump_speed(stamp_ns / 1e9, speed)),
+            ("mwd_tool_face", self._on_tool_face),
+            ("tool_face_target", lambda stamp_ns, angle, *_: setattr(state, "target", angle)),
+            ("truth_bit", lambda stamp_ns, angle, *_: setattr(state, "truth", angle)),
+            ("standpipe_pressure", lambda stamp_ns, pressure, _: state.set_pressure(stamp_ns / 1e9, pressure)),
+        ):
+            topic = TOPICS[name]
+            raw_topics.subscription(self, topic, raw_topics.decoding(self, topic, use))
         self.create_subscription(DiagnosticArray, DIAGNOSTICS.name, self._on_diagnostics, raw_topics.RELIABLE)
-        self.create_subscription(String, raw_topics.RIG_DESCRIPTION.name, self._on_rig, raw_topics.LATCHED)
+        self.create_subscription(
+            String, raw_topics.RIG_DESCRIPTION.name, self._on_rig_description, raw_topics.LATCHED
+        )
 
-    def _joint(self, joint: str, take: Callable[[float, float, float], None]) -> Callable[[bytes], None]:
-        def receive(data: bytes) -> None:
-            try:
-                stamp_ns, position, velocity, effort = cdr.decode_joint_state(data, joint)
-            except InputError as error:
-                self.get_logger().warning(f"{joint}: {error}", throttle_duration_sec=5.0)
-                return
-            take(stamp_ns / 1e9, position, velocity if joint == "mud_pump" else effort)
-
-        return receive
-
-    def _on_top_drive(self, time: float, angle: float, torque: float) -> None:
-        self.state.take_top_drive(time, angle, torque)
-
-    def _on_pump(self, time: float, angle: float, speed: float) -> None:
-        self.state.take_pump(time, speed)
-
-    def _on_tool_face(self, measured_at: float, angle: float, torque: float) -> None:
+    def _on_tool_face(self, stamp_ns: int, angle: float, velocity: float, effort: float) -> None:
         if math.isfinite(angle):
-            self.state.take_tool_face(measured_at, angle)
-
-    def _on_target(self, time: float, angle: float, torque: float) -> None:
-        self.state.target = angle
-
-    def _on_truth(self, time: float, angle: float, torque: float) -> None:
-        self.state.truth = angle
-
-    def _on_pressure(self, data: bytes) -> None:
-        try:
-            stamp_ns, pressure, _ = cdr.decode_fluid_pressure(data)
-        except InputError as error:
-            self.get_logger().warning(f"standpipe_pressure: {error}", throttle_duration_sec=5.0)
-            return
-        self.state.take_pressure(stamp_ns / 1e9, pressure)
+            self.state.add_tool_face(stamp_ns / 1e9, angle)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         statuses = []
-        for one in message.status:
-            level = int.from_bytes(one.level, "little") if isinstance(one.level, bytes) else int(one.level)
-            values = tuple((pair.key, pair.value) for pair in one.values)
-            statuses.append(Status(Level(min(level, Level.ERROR)), one.name, one.message, values))
-            if one.name == f"{RECORDER}: log":
-                self.state.recording = one.message != "paused"
-        self.state.take_statuses(statuses)
+        for status in message.status:
+            level = int.from_bytes(status.level, "little") if isinstance(status.level, bytes) else int(status.level)
+            values = tuple((pair.key, pair.value) for pair in status.values)
+            statuses.append(Status(Level(min(level, Level.ERROR)), status.name, status.message, values))
+            if status.name == f"{RECORDER}: log":
+                self.state.recording = status.message != "paused"
+        self.state.update_statuses(statuses)
 
-    def _on_rig(self, message: String) -> None:
+    def _on_rig_description(self, message: String) -> None:
         try:
-            self.state.take_rig(parse_rig(message.data, "rig_description"))
+            self.state.set_rig(parse_rig(message.data, "rig_description"))
         except InputError as error:
             self.get_logger().error(str(error))
-            self.state.add_notice(str(error), good=False)
+            self.state.add_notice(str(error), success=False)
 
-    def _grant(self) -> None:
-        """Ask the graph for what the page asks for."""
-        for wish in self._desk.take():
-            if isinstance(wish, SetTarget):
-                self._set(CONTROLLER, "tool_face_target", wish.target, f"target {math.degrees(wish.target):.1f} deg")
-            elif isinstance(wish, SetParameter):
-                self._set(wish.node, wish.name, wish.value, f"{wish.name} = {wish.value:g}")
-            elif isinstance(wish, SetRocking):
-                self._trigger(f"{CONTROLLER}/{'start_rocking' if wish.on else 'stop_rocking'}")
-            elif isinstance(wish, SetRecording):
-                self._trigger(f"{RECORDER}/{'resume' if wish.on else 'pause'}")
+    def _serve_requests(self) -> None:
+        """Forward the page's requests to the nodes."""
+        for request in self.requests.take():
+            if isinstance(request, SetTarget):
+                done = f"target {math.degrees(request.target):.1f} deg"
+                self._set_parameter(CONTROLLER, "tool_face_target", request.target, done)
+            elif isinstance(request, SetParameter):
+                done = f"{request.name} = {request.value:g}"
+                self._set_parameter(request.node, request.name, request.value, done)
+            elif isinstance(request, SetRocking):
+                self._trigger(f"{CONTROLLER}/{'start_rocking' if request.on else 'stop_rocking'}")
+            elif isinstance(request, SetRecording):
+                self._trigger(f"{RECORDER}/{'resume' if request.on else 'pause'}")
 
-    def _set(self, node: str, name: str, value: float, what: str) -> None:
+    def _set_parameter(self, node: str, name: str, value: float, change: str) -> None:
+        """change: how a notice names it."""
         request = SetParameters.Request(parameters=[Parameter(name, value=float(value)).to_parameter_msg()])
 
-        def done(future: Future) -> None:
+        def on_answer(future: Future) -> None:
             (result,) = future.result().results
-            self.state.add_notice(what if result.successful else f"{what}: refused: {result.reason}", result.successful)
-            self._described.pop(node, None)
+            refusal = "" if result.successful else f": refused: {result.reason}"
+            self.state.add_notice(f"{change}{refusal}", result.successful)
+            self._adjustable.pop(node, None)
 
-        self._call(SetParameters, f"{node}/set_parameters", request, done)
+        self._call(SetParameters, f"{node}/set_parameters", request, on_answer)
 
     def _trigger(self, service: str) -> None:
-        def done(future: Future) -> None:
+        def on_answer(future: Future) -> None:
             answer = future.result()
-            what = service.rpartition("/")[2].replace("_", " ")
-            self.state.add_notice(f"{what}: {answer.message or 'done'}", answer.success)
+            action = service.rpartition("/")[2].replace("_", " ")
+            self.state.add_notice(f"{action}: {answer.message or 'done'}", answer.success)
 
-        self._call(Trigger, service, Trigger.Request(), done)
+        self._call(Trigger, service, Trigger.Request(), on_answer)
 
-    def _call(self, kind: Any, service: str, request: Any, done: Callable[[Future], None], quiet: bool = False) -> None:
-        """Call a service whose server is there; say so where it is not."""
+    def _call(
+        self, kind: Any, service: str, request: Any, on_answer: Callable[[Future], None], quiet: bool = False
+    ) -> None:
+        """Call a service if a node offers it; otherwise leave a notice, unless quiet."""
         key = (service, kind.__name__)
-        if key not in self._clients_of:
-            self._clients_of[key] = self.create_client(kind, service)
-        client = self._clients_of[key]
+        if key not in self._clients_by_service:
+            self._clients_by_service[key] = self.create_client(kind, service)
+        client = self._clients_by_service[key]
         if client.service_is_ready():
-            client.call_async(request).add_done_callback(done)
+            client.call_async(request).add_done_callback(on_answer)
         elif not quiet:
-            self.state.add_notice(f"{service}: no node offers it", good=False)
+            self.state.add_notice(f"{service}: no node offers it", success=False)
 
-    def _look_at_settings(self) -> None:
-        """Learn which parameters can change, then keep an eye on their values."""
-        for node in ADJUSTABLE:
-            if node in self._described:
-                self._read_values(node, self._described[node])
+    def _read_parameters(self) -> None:
+        """Find the parameters that can change, then read their values."""
+        for node in ADJUSTABLE_NODES:
+            if node in self._adjustable:
+                self._read_values(node, self._adjustable[node])
             else:
-                self._call(
-                    ListParameters,
-                    f"{node}/list_parameters",
-                    ListParameters.Request(),
-                    partial(self._on_names, node),
-                    quiet=True,
-                )
+                request, on_answer = ListParameters.Request(), partial(self._on_names, node)
+                self._call(ListParameters, f"{node}/list_parameters", request, on_answer, quiet=True)
 
     def _on_names(self, node: str, future: Future) -> None:
-        names = list(future.result().result.names)
-        self._call(
-            DescribeParameters,
-            f"{node}/describe_parameters",
-            DescribeParameters.Request(names=names),
-            partial(self._on_described, node),
-            quiet=True,
-        )
+        request = DescribeParameters.Request(names=list(future.result().result.names))
+        on_answer = partial(self._on_descriptors, node)
+        self._call(DescribeParameters, f"{node}/describe_parameters", request, on_answer, quiet=True)
 
-    def _on_described(self, node: str, future: Future) -> None:
-        """Numbers that may change and have a range."""
-        found = []
-        for one in future.result().descriptors:
-            if one.type != ParameterType.PARAMETER_DOUBLE or one.read_only or not one.floating_point_range:
-                continue
-            if one.name == "tool_face_target":
-                continue  # the page has a control of its own for it
-            limits = one.floating_point_range[0]
-            about, _, unit = one.description.rpartition(" [")
-            found.append(
-                LiveParameter(
-                    node,
-                    one.name,
-                    math.nan,
-                    unit.rstrip("]") if about else "-",
-                    limits.from_value,
-                    limits.to_value,
-                    about or unit,
-                )
-            )
-        self._described[node] = found
-        self._read_values(node, found)
+    def _on_descriptors(self, node: str, future: Future) -> None:
+        """Keep the numbers that may change and have a range; the page has its own control for the target."""
+        self._adjustable[node] = [
+            _live_parameter(node, descriptor)
+            for descriptor in future.result().descriptors
+            if descriptor.type == ParameterType.PARAMETER_DOUBLE
+            and not descriptor.read_only
+            and descriptor.floating_point_range
+            and descriptor.name != "tool_face_target"
+        ]
+        self._read_values(node, self._adjustable[node])
 
-    def _read_values(self, node: str, settings: list[LiveParameter]) -> None:
-        def done(future: Future) -> None:
-            values = [one.double_value for one in future.result().values]
-            self.state.take_parameters(
-                LiveParameter(node, one.name, value, one.unit, one.low, one.high, one.about)
-                for one, value in zip(settings, values, strict=True)
+    def _read_values(self, node: str, parameters: list[LiveParameter]) -> None:
+        def on_answer(future: Future) -> None:
+            values = [value.double_value for value in future.result().values]
+            self.state.update_parameters(
+                replace(parameter, value=value) for parameter, value in zip(parameters, values, strict=True)
             )
 
-        request = GetParameters.Request(names=[one.name for one in settings])
-        self._call(GetParameters, f"{node}/get_parameters", request, done, quiet=True)
+        request = GetParameters.Request(names=[parameter.name for parameter in parameters])
+        self._call(GetParameters, f"{node}/get_parameters", request, on_answer, quiet=True)
+
+
+def _live_parameter(node: str, descriptor: ParameterDescriptor) -> LiveParameter:
+    """A parameter as the page shows it, its value not known yet."""
+    limits = descriptor.floating_point_range[0]
+    description, _, unit = descriptor.description.rpartition(" [")  # see NodeParameter.descriptor
+    return LiveParameter(
+        node,
+        descriptor.name,
+        math.nan,
+        unit.rstrip("]") if description else "-",
+        limits.from_value,
+        limits.to_value,
+        description or unit,
+    )

@@ -1,4 +1,4 @@
-"""What a node publishes in `diagnostics`."""
+"""Publishes a node's health on `diagnostics`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from rclpy.node import Node
 
 from slider_drilling.messages import cdr
-from slider_drilling.messages.health import Level, Status
+from slider_drilling.messages.health import Status
 from slider_drilling.messages.topics import DIAGNOSTICS, Topic
 from slider_drilling.nodes import raw_topics
 
@@ -16,10 +16,13 @@ AGGREGATED = Topic("/diagnostics", DIAGNOSTICS.type)  # where diagnostic_aggrega
 
 
 class DiagnosticsPublisher:
-    """Publishes a node's statuses, every one under the node's name, at most once a second of the rig's clock.
+    """Publishes a node's statuses at most once a second of the rig's clock, each under the node's name.
 
-    On the rig's own topic `diagnostics`, and on /diagnostics where that is another one. rig: the rig file's name; with
-    the namespace it is the hardware_id.
+    They go to the rig's own topic `diagnostics`, and to /diagnostics if that is another one.
+
+    Args:
+        node: Whose statuses they are.
+        rig: Name of the rig file; with the namespace it is the hardware_id.
     """
 
     def __init__(self, node: Node, rig: str = "") -> None:
@@ -31,11 +34,11 @@ class DiagnosticsPublisher:
         self._next_ns = 0
 
     def is_due(self, stamp_ns: int) -> bool:
-        """Whether a second has passed since the last ones, or the clock was set back."""
+        """Whether a second has passed since the last statuses, or the clock was set back."""
         return stamp_ns >= self._next_ns or stamp_ns < self._next_ns - PERIOD_NS
 
     def publish(self, stamp_ns: int, statuses: Iterable[Status]) -> None:
-        """stamp_ns: ns of the rig's clock."""
+        """Publish statuses; stamp_ns: ns of the rig's clock."""
         self._next_ns = stamp_ns - stamp_ns % PERIOD_NS + PERIOD_NS
         rows = [
             (int(one.level), f"{self._name}: {one.name}", one.message, self._hardware_id, one.values)
@@ -45,5 +48,3 @@ class DiagnosticsPublisher:
         for publisher in self._publishers:
             publisher.publish(data)
 
-
-__all__ = ["PERIOD_NS", "DiagnosticsPublisher", "Level", "Status"]

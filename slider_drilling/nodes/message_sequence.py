@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 
-class SequenceWatch:
+class SequenceCounter:
     """Follows the numbers of one topic's messages; each of its publishers counts for itself, from any number on.
 
     lost: how many were skipped so far. A publisher is known by its numbers alone, as rclpy tells no more of it: a
@@ -14,7 +14,7 @@ class SequenceWatch:
         self.lost = 0
         self._latest: list[int] = []
 
-    def skipped(self, number: int) -> int:
+    def count_missing(self, number: int) -> int:
         """How many messages are missing right before the one of this number."""
         before = max((latest for latest in self._latest if latest < number), default=None)
         if before is None:

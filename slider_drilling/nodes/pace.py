@@ -9,8 +9,8 @@ class Pace:
     def __init__(self, speed: float, simulated: float, wall: float) -> None:
         self.speed = speed
         self._simulated, self._wall = simulated, wall
-        self.behind = 0.0  # s of wall time, at the last sample
-        self.worst_behind = 0.0  # s, since last asked
+        self.lag = 0.0  # s of wall time, at the last sample
+        self.worst_lag = 0.0  # s, since last asked
 
     def due(self, simulated: float) -> float:
         """When, on the wall's clock, this simulated time is due."""
@@ -18,12 +18,12 @@ class Pace:
 
     def note_sent(self, simulated: float, wall: float) -> None:
         """Note that the sample of this simulated time has been sent."""
-        self.behind = wall - self.due(simulated)
-        self.worst_behind = max(self.worst_behind, self.behind)
+        self.lag = wall - self.due(simulated)
+        self.worst_lag = max(self.worst_lag, self.lag)
 
     def take_worst_lag(self) -> float:
         """The furthest behind since the last call, s of wall time."""
-        worst, self.worst_behind = self.worst_behind, 0.0
+        worst, self.worst_lag = self.worst_lag, 0.0
         return worst
 
     def restart(self, simulated: float, wall: float) -> None:

@@ -17,11 +17,16 @@ from slider_drilling.errors import InputError
 
 @dataclass(frozen=True)
 class NodeParameter:
-    """One parameter: its default gives the type (str, bool, int, float, list of str); low, high for numbers; unit.
+    """One parameter of a node.
 
-    An empty list has no type in ROS 2: a list of one empty text stands for it.
-
-    live: it may change while the node runs.
+    Attributes:
+        name: As `ros2 param` shows it.
+        default: Its value if none is given; gives the type. ROS 2 has no type for an empty list: use [""].
+        description: What the parameter means.
+        unit: "-" if it has none.
+        low: Smallest value of a number.
+        high: Largest value of a number.
+        live: Whether it may change while the node runs.
     """
 
     name: str
@@ -33,7 +38,7 @@ class NodeParameter:
     live: bool = False
 
     def descriptor(self) -> ParameterDescriptor:
-        """As `ros2 param describe` shows it."""
+        """What `ros2 param describe` shows."""
         unit = "" if self.unit == "-" else f" [{self.unit}]"
         described = ParameterDescriptor(description=self.description + unit, read_only=not self.live)
         if isinstance(self.default, float):
@@ -44,7 +49,7 @@ class NodeParameter:
 
 
 def declare(node: Node, parameters: Sequence[NodeParameter]) -> dict[str, Any]:
-    """Declare them and return name -> value. Raises InputError where a value given at the start cannot be used."""
+    """Declare parameters and return name -> value. Raises InputError if a given value cannot be used."""
     values = {}
     for parameter in parameters:
         try:
@@ -54,6 +59,11 @@ def declare(node: Node, parameters: Sequence[NodeParameter]) -> dict[str, Any]:
         except (InvalidParameterTypeException, InvalidParameterValueException) as error:
             raise InputError(f"{node.get_name()}: parameter {parameter.name}: {_reason(parameter, error)}") from None
     return values
+
+
+def current_values(node: Node, parameters: Sequence[NodeParameter]) -> dict[str, Any]:
+    """Name -> present value of declared parameters."""
+    return {parameter.name: node.get_parameter(parameter.name).value for parameter in parameters}
 
 
 def _reason(parameter: NodeParameter, error: Exception) -> str:
@@ -70,7 +80,7 @@ def _reason(parameter: NodeParameter, error: Exception) -> str:
 
 
 def warn_of_unknown(node: Node) -> None:
-    """Say which parameters were given that the node does not have, once all of its own are declared."""
+    """Log a warning for every given parameter that the node does not have; call it once all are declared."""
     known = sorted(node._parameters)
     for name in sorted(node._parameter_overrides):
         if not node.has_parameter(name) and not name.startswith("qos_overrides."):
@@ -80,7 +90,7 @@ def warn_of_unknown(node: Node) -> None:
 
 
 def on_change(node: Node, change: Callable[[dict[str, Any]], None]) -> None:
-    """Call `change` with name -> new value of the parameters set together; an InputError from it rejects them all."""
+    """Call `change` with name -> new value of parameters that are set together. An InputError rejects them all."""
 
     def accept(parameters: list[Parameter]) -> SetParametersResult:
         try:

@@ -47,13 +47,13 @@ def _main(name: str) -> None:
     from slider_drilling.errors import InputError
     from slider_drilling.nodes import environment
     from slider_drilling.process.environment_variables import check_variables
-    from slider_drilling.process.parent_death import end_with_parent
+    from slider_drilling.process.parent_death import interrupt_with_parent
 
     code = 0
     try:
         check_variables(os.environ)
         environment.prepare()
-        end_with_parent()
+        interrupt_with_parent()
         from slider_drilling.nodes.run_node import run_node
 
         run_node(name)

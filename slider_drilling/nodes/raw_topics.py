@@ -1,4 +1,4 @@
-"""Topics of a node as bytes: relative names, qualities of service, the encoding of the logs."""
+"""A node's topics as bytes in the encoding of the logs: names, quality of service, publishers and subscriptions."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from rclpy.qos_overriding_options import InvalidQosOverridesError, QoSOverriding
 from rclpy.subscription import Subscription
 
 from slider_drilling.errors import InputError
+from slider_drilling.messages.decoder import TopicDecoder
 from slider_drilling.messages.topics import JOINT_STATE, Topic
 
 # The one topic beside those of a log: a controller's pump speed has to reach the rig.
@@ -31,6 +32,27 @@ DEPTH = 1000
 RELIABLE = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE)
 BEST_EFFORT = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+def decoding(node: Node, topic: Topic, use: Callable[..., None]) -> Callable[[bytes], None]:
+    """A callback that decodes messages of a topic; one that cannot be decoded is logged and dropped.
+
+    Args:
+        node: Logs the error.
+        topic: Of a type whose numbers a log keeps.
+        use: Called with the stamp, ns, and the numbers, NaN where not given.
+    """
+    decoder = TopicDecoder(topic)
+
+    def receive(data: bytes) -> None:
+        try:
+            stamp_ns, numbers = decoder.decode_one(data)
+        except InputError as error:
+            node.get_logger().warning(f"{topic.name}: {error}", throttle_duration_sec=5.0)
+            return
+        use(stamp_ns, *numbers)
+
+    return receive
 
 
 def flush(node: Node, timeout: float = 2.0) -> None:
@@ -55,7 +77,7 @@ def message_class(kind: str) -> Any:
     return getattr(importlib.import_module(f"{package}.msg"), name)
 
 
-def begins_with_a_header(kind: str) -> bool:
+def has_header(kind: str) -> bool:
     """Whether a message's first field is a std_msgs/Header, whose first is the stamp."""
     return next(iter(message_class(kind).get_fields_and_field_types().values()), "") == "std_msgs/Header"
 

@@ -1,117 +1,86 @@
-"""The node `recorder`: writes the rig's topics, and any others, to a rosbag2 bag of MCAP files as they come."""
+"""The node `recorder`: writes the rig's topics, and any others, to a rosbag2 bag of MCAP files as they arrive."""
 
 from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
-from rclpy.clock import Clock, ROSClock
-from rclpy.clock_type import ClockType
-from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
-from std_srvs.srv import Trigger
+from rclpy.clock import ROSClock
 
 from slider_drilling.errors import InputError
 from slider_drilling.log.bag import BagSettings, BagWriter
 from slider_drilling.log.write import FLUSH_PERIOD
 from slider_drilling.messages import cdr
+from slider_drilling.messages.health import Level, Status
 from slider_drilling.messages.topics import DIAGNOSTICS, TOPICS
 from slider_drilling.nodes import raw_topics
-from slider_drilling.nodes.diagnostics import DiagnosticsPublisher, Level, Status
-from slider_drilling.nodes.lifecycle_node import AUTOSTART, Transitions
-from slider_drilling.nodes.parameters import NodeParameter, declare, warn_of_unknown
+from slider_drilling.nodes.diagnostics import DiagnosticsPublisher
+from slider_drilling.nodes.lifecycle_node import AUTOSTART, ManagedNode
+from slider_drilling.nodes.parameters import NodeParameter
 from slider_drilling.nodes.rig_parameter import read_rig
-from slider_drilling.nodes.shutdown import ShutdownRequest
+from slider_drilling.nodes.services import trigger_service
+from slider_drilling.nodes.spin import steady_timer
 from slider_drilling.nodes.topic_subscriptions import ReceivedMessage, TopicFilter, TopicSubscriptions
 
-PARAMETERS = (
-    NodeParameter(
-        "directory", ".", "folder of the bag, made where it is missing; within it, where it is a bag already"
-    ),
-    NodeParameter("file", "", "name of the log; empty: slide_ and the time"),
-    NodeParameter("rig", "", "path of the rig file to attach; empty: what comes on rig_description"),
-    NodeParameter("notes", "", "free text for the log's metadata"),
-    NodeParameter("topics", [""], "further topics to record beside the rig's own"),
-    NodeParameter("regex", "", "record every topic whose whole name fits this expression, too"),
-    NodeParameter("all", False, "record every topic there is"),
-    NodeParameter("exclude", "", "leave out every topic whose whole name fits this expression"),
-    NodeParameter("split_size", 0, "begin another file when one holds so much; 0: never", "byte", 0, 2**62),
-    NodeParameter(
-        "split_duration", 0.0, "begin another file after so long, by the log's clock; 0: never", "s", 0.0, 1e9
-    ),
-    NodeParameter("paused", False, "begin paused: nothing is recorded before the service resume is called"),
-    AUTOSTART,
-)
 RECORDED = (*TOPICS.values(), DIAGNOSTICS, raw_topics.PUMP_COMMAND, raw_topics.RIG_DESCRIPTION, raw_topics.CLOCK)
-BEAT = TOPICS["top_drive"]  # the topic by which a rig is seen to run
-CONNECT = 0.02  # s of wall time between two looks for it
-TOLD = 100  # looks at the most that it waits for the rig's description, once somebody has one
-EARLY = 100  # messages that wait for the rig's first time at the most
-QUIET = 5.0  # s of wall time without a message after which the log says so
-LOOK_AROUND = 0.5  # s of wall time between two looks at who publishes what
+TOP_DRIVE = TOPICS["top_drive"]  # the topic whose messages show that a rig runs
+CONNECT_PERIOD = 0.02  # s of wall time between two looks for its publisher
+MAX_DESCRIPTION_CHECKS = 100  # looks for which the rig's description is awaited, once it has a publisher
+MAX_EARLY_MESSAGES = 100  # that wait for the rig's first time
+SILENCE_WARNING = 5.0  # s of wall time without a message after which the node warns
+DISCOVERY_PERIOD = 0.5  # s of wall time between two looks for new topics
 # Metadata records beside the one that every log has.
 LOSSES, PAUSES = "slider_drilling_losses", "slider_drilling_pause"
 
 
-class Recorder(LifecycleNode):
-    """Writes every message's bytes under the time of its arrival by this node's clock (simulated, with use_sim_time).
+class Recorder(ManagedNode):
+    """Writes every message under its arrival time by this node's clock (simulated time, with use_sim_time).
 
-    messages: how many, not counting the clock, the rig's file and diagnostics. `close` finishes the bag; it must be
-    called whatever ends the program. Raises InputError for a folder or a parameter that cannot be used.
+    `close` finishes the bag; call it however the program ends.
+
+    Attributes:
+        messages: Count of the messages written, without the clock, the rig's description and diagnostics.
     """
 
-    def __init__(self, halt: ShutdownRequest, **node_options: Any) -> None:
-        super().__init__("recorder", **node_options)
-        self._halt = halt
-        values = declare(self, PARAMETERS)
-        warn_of_unknown(self)
-        self._transitions = Transitions(self)
-        self._active = self._is_open = False
-        self.messages = 0
-        if values["autostart"]:
-            self._transitions.start()
+    NAME = "recorder"
+    PARAMETERS = (
+        NodeParameter("directory", ".", "folder of the bag, made if it is missing; if it is a bag, the log goes in it"),
+        NodeParameter("file", "", "name of the log; empty: slide_ and the time"),
+        NodeParameter("rig", "", "path of the rig file to attach; empty: what arrives on rig_description"),
+        NodeParameter("notes", "", "free text for the log's metadata"),
+        NodeParameter("topics", [""], "further topics to record beside the rig's own"),
+        NodeParameter("regex", "", "also record every topic whose full name matches this regular expression"),
+        NodeParameter("all", False, "record every topic"),
+        NodeParameter("exclude", "", "leave out every topic whose full name matches this regular expression"),
+        NodeParameter("split_size", 0, "start another file at this size; 0: never", "byte", 0, 2**62),
+        NodeParameter("split_duration", 0.0, "start another file after this time, by the log's clock; 0: never", "s",
+                      0.0, 1e9),
+        NodeParameter("paused", False, "start paused: record nothing until the service resume is called"),
+        AUTOSTART,
+    )  # fmt: skip
 
-    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Begin the bag and listen, without recording yet."""
-        return self._transitions.run(self._configure)
+    messages = 0
+    _is_open = False
 
-    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Record."""
-        self._active = True
-        return self._transitions.run(self._note_pause)
-
-    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Record nothing; the log notes from when to when."""
-        self._active = False
-        return self._transitions.run(self._note_pause)
-
-    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Finish the bag."""
-        raw_topics.destroy(self, raw_topics.entities(self) - self._before)
-        return self._transitions.run(self.close)
-
-    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """End the program, which finishes the bag."""
-        self._halt.stop()
-        return TransitionCallbackReturn.SUCCESS
-
-    def _configure(self) -> None:
-        self._before = raw_topics.entities(self)
-        values = {one.name: self.get_parameter(one.name).value for one in PARAMETERS}
-        wanted = TopicFilter(tuple(values["topics"]), values["regex"], values["all"], values["exclude"])
+    def configure(self) -> None:
+        """Open the bag and subscribe, without recording yet."""
+        values = self.values
+        topic_filter = TopicFilter(tuple(values["topics"]), values["regex"], values["all"], values["exclude"])
         rig_text = read_rig(values["rig"])[1] if values["rig"] else None
         settings = BagSettings(
             rig_text, "slider_drilling recorder", values["notes"], values["split_size"], values["split_duration"]
         )
         self._has_rig = rig_text is not None
-        self._looks_for_rig = (
-            0 if wanted.is_excluded(self.resolve_topic_name(raw_topics.RIG_DESCRIPTION.name)) else TOLD
-        )
-        self._paused = values["paused"]  # by who uses the services
-        self._quiet_from: int | None = None  # ns, from when on nothing is recorded
+        self._is_paused = values["paused"]  # by the services
+        self._paused_from_ns: int | None = None
         self._simulated_ns: int | None = None
-        self._early: list[ReceivedMessage] = []  # the rig's file and health, heard before any time of the rig
+        self._early: list[ReceivedMessage] = []  # received before any time of the rig
         self._last_message = time.monotonic()
+        self._diagnostics = DiagnosticsPublisher(self)
+        self._subscribe(topic_filter)
+        for name, act in (("pause", self._pause), ("resume", self._resume), ("split", self._split)):
+            trigger_service(self, name, act)
         self._bag = BagWriter(Path(values["directory"]), _file_name(values["file"]), settings)
         self._is_open = True
         if not self._bag.is_bag:
@@ -119,26 +88,34 @@ class Recorder(LifecycleNode):
                 f"{self._bag.folder} is the bag of another recording: {self.path.name} is not in its metadata.yaml"
             )
         self.get_logger().info(f"recording to {self.path}")
-        self._listen(wanted)
-        for name, serve in (("pause", self._on_pause), ("resume", self._on_resume), ("split", self._on_split)):
-            self.create_service(Trigger, f"~/{name}", serve)
 
-    def _listen(self, wanted: TopicFilter) -> None:
-        self._health = DiagnosticsPublisher(self)
-        self._beat = self.resolve_topic_name(BEAT.name)
-        self._rig_topic = self.resolve_topic_name(raw_topics.RIG_DESCRIPTION.name)
-        self._clock_topic = self.resolve_topic_name(raw_topics.CLOCK.name)
-        self._about = {self._rig_topic, self._clock_topic, self.resolve_topic_name(DIAGNOSTICS.name)}
-        self._listening = TopicSubscriptions(self, wanted, self._receive)
+    def activate(self) -> None:
+        """Record."""
+        self._note_pause()
+
+    def deactivate(self) -> None:
+        """Record nothing; the log notes the pause."""
+        self._note_pause()
+
+    def cleanup(self) -> None:
+        """Finish the bag."""
+        self.close()
+
+    def _subscribe(self, topic_filter: TopicFilter) -> None:
+        resolve = self.resolve_topic_name
+        self._top_drive_topic, self._clock_topic = resolve(TOP_DRIVE.name), resolve(raw_topics.CLOCK.name)
+        self._rig_topic = resolve(raw_topics.RIG_DESCRIPTION.name)
+        self._uncounted = {self._rig_topic, self._clock_topic, resolve(DIAGNOSTICS.name)}
+        self._description_checks = 0 if topic_filter.is_excluded(self._rig_topic) else MAX_DESCRIPTION_CHECKS
+        self._topic_subscriptions = TopicSubscriptions(self, topic_filter, self._receive)
         for topic in RECORDED:
-            if topic is not BEAT:
-                self._listening.expect(
-                    topic, raw_topics.LATCHED if topic is raw_topics.RIG_DESCRIPTION else raw_topics.RELIABLE
-                )
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._connecting = self.create_timer(CONNECT, self._connect, clock=steady)
-        self.create_timer(FLUSH_PERIOD, self._on_flush, clock=steady)
-        self.create_timer(LOOK_AROUND, self._listening.look_around, clock=steady)
+            if topic is not TOP_DRIVE:
+                is_latched = topic is raw_topics.RIG_DESCRIPTION
+                qos = raw_topics.LATCHED if is_latched else raw_topics.RELIABLE
+                self._topic_subscriptions.subscribe(topic, qos)
+        self._connecting = steady_timer(self, CONNECT_PERIOD, self._connect)
+        steady_timer(self, FLUSH_PERIOD, self._on_flush)
+        steady_timer(self, DISCOVERY_PERIOD, self._topic_subscriptions.discover)
 
     @property
     def path(self) -> Path:
@@ -147,161 +124,172 @@ class Recorder(LifecycleNode):
 
     @property
     def lost(self) -> int:
-        """Messages that were sent to this node and never came."""
-        return self._listening.lost
+        """Count of the messages that were sent to this node and never arrived."""
+        return self._topic_subscriptions.lost
+
+    def publisher_count(self, topic: str) -> int:
+        """How many publishers of a topic (its full name) this node receives."""
+        return self._topic_subscriptions.publisher_count(topic)
+
+    def received(self, topic: str) -> int:
+        """How many messages of a topic (its full name) came, lost ones included, recorded or not."""
+        return self._topic_subscriptions.received(topic)
 
     def is_connected(self, nodes: int) -> bool:
-        """Whether every topic of a simulated rig's log has a publisher here, and `diagnostics` one of every node."""
+        """Whether every topic of a simulated rig's log has a publisher here, and `diagnostics` one per node."""
         optional = (raw_topics.RIG_DESCRIPTION, raw_topics.CLOCK, TOPICS["bit_depth"])
-        wanted = {topic.name: nodes if topic is DIAGNOSTICS else 1 for topic in RECORDED if topic not in optional}
-        return all(
-            self._listening.publishers_of(self.resolve_topic_name(name)) >= count for name, count in wanted.items()
-        )
+        needed = {topic.name: nodes if topic is DIAGNOSTICS else 1 for topic in RECORDED if topic not in optional}
+        return all(self.publisher_count(self.resolve_topic_name(name)) >= count for name, count in needed.items())
+
+    def subscribe_to_top_drive(self) -> None:
+        """Subscribe to the topic whose subscribers a simulator in lockstep waits for."""
+        self._topic_subscriptions.subscribe(TOP_DRIVE, raw_topics.RELIABLE)
 
     def _connect(self) -> None:
-        """Hear the beat once it is there: a simulator that counts its listeners begins when it sees this one.
+        """Subscribe to the top drive once it has a publisher; a simulator then sees this node and starts.
 
-        It is the last that a rig announces, so that all its other topics are connected by then. One that were not
-        would be heard late, under times when others were heard that were sent long after; so would the rig's
-        description, which was sent before and comes when its publisher is found.
+        The top drive is the last topic that a rig announces, so all its others are connected by then. A topic connected
+        later would be recorded under arrival times long after its messages were sent. The same holds for the rig's
+        description, which was sent before and arrives when its publisher is found.
         """
-        if self.count_publishers(self._rig_topic) and self._looks_for_rig:
-            self._looks_for_rig -= 1
-        elif self.count_publishers(self._beat):
+        if self.count_publishers(self._rig_topic) and self._description_checks:
+            self._description_checks -= 1
+        elif self.count_publishers(self._top_drive_topic):
             self.destroy_timer(self._connecting)
-            self._hear_the_beat()
-
-    def _hear_the_beat(self) -> None:
-        self._listening.expect(BEAT, raw_topics.RELIABLE)
+            self.subscribe_to_top_drive()
 
     def _now(self) -> int:
-        # ROS 2's own hearing of /clock is best-effort and in no order with other topics; this node's is. Until it has
-        # heard something, and where it is not to, there is nothing but the other one.
+        """Arrival time, ns."""
+        # ROS 2's own subscription to /clock is best-effort and unordered with other topics; this node's is neither.
+        # ROS 2's is used until this node has received a time, and without simulated time.
         clock = cast(ROSClock, self.get_clock())
         if self._simulated_ns is None or not clock.ros_time_is_active:
             return int(clock.now().nanoseconds)
         return self._simulated_ns
 
-    def _receive(self, heard: ReceivedMessage) -> None:
-        """Write one message, at the time that it is."""
+    def _receive(self, message: ReceivedMessage) -> None:
+        """Write one message under the present time."""
         try:
-            if heard.topic == self._clock_topic:
-                self._simulated_ns = max(0, cdr.decode_clock(heard.data))
+            if message.topic == self._clock_topic:
+                self._simulated_ns = max(0, cdr.decode_clock(message.data))
             now = self._now()
-            if heard.topic == self._rig_topic:
-                self._looks_for_rig = 0
-                if not self._has_rig:
-                    self._bag.attach_rig(cdr.decode_string(heard.data))
-                    self._has_rig = True
-            if now == 0 and self._simulated_ns is None and heard.topic in self._about and len(self._early) < EARLY:
-                self._early.append(heard)
+            if message.topic == self._rig_topic:
+                self._attach_description(message.data)
+            has_no_time = now == 0 and self._simulated_ns is None
+            if has_no_time and message.topic in self._uncounted and len(self._early) < MAX_EARLY_MESSAGES:
+                self._early.append(message)
                 return
             self._write_early(now)
-            self._write(heard, now)
+            self._write(message, now)
         except InputError as error:
-            self._halt.fail(error)
+            self.shutdown_request.fail(error)
             return
-        if heard.topic == self._beat:
+        if message.topic == self._top_drive_topic:
             self._last_message = time.monotonic()
-            if self._health.is_due(now):
-                self._health.publish(now, [self._status()])
+            if self._diagnostics.is_due(now):
+                self._diagnostics.publish(now, [self._status()])
+
+    def _attach_description(self, data: bytes) -> None:
+        self._description_checks = 0
+        if not self._has_rig:
+            self._bag.attach_rig(cdr.decode_string(data))
+            self._has_rig = True
 
     def _write_early(self, now: int) -> None:
-        """What came before there was any time is of the first time that there is."""
+        """Write what arrived before the first time of the rig, under that time."""
         early, self._early = self._early, []
-        for one in early:
-            self._write(one, now)
+        for message in early:
+            self._write(message, now)
 
-    def _write(self, heard: ReceivedMessage, now: int) -> None:
-        if heard.described is not None:
-            self._bag.declare(heard.described)
-        if not self._is_quiet:
-            self._bag.message(heard.topic, heard.data, now, heard.number)
-            self.messages += heard.topic not in self._about
+    def _write(self, message: ReceivedMessage, now: int) -> None:
+        if message.topic_info is not None:
+            self._bag.declare(message.topic_info)
+        if self._is_recording:
+            self._bag.message(message.topic, message.data, now, message.number)
+            self.messages += message.topic not in self._uncounted
 
     def _status(self) -> Status:
         values = (("messages", str(self.messages)), ("lost", str(self.lost)))
         if self.lost:
             return Status(Level.ERROR, "log", f"{self.lost} messages are missing in the log", values)
-        return Status(Level.OK, "log", "paused" if self._is_quiet else "recording", values)
+        return Status(Level.OK, "log", "recording" if self._is_recording else "paused", values)
 
     def _on_flush(self) -> None:
-        """Write out what came in before all fell silent, and say so when it does."""
+        """Write buffered messages to disk; warn about lost messages and about silence."""
         try:
             self._bag.flush()
         except InputError as error:
-            self._halt.fail(error)
+            self.shutdown_request.fail(error)
             return
         if self.lost:
             self.get_logger().error(
                 f"{self.lost} messages lost before they could be written", throttle_duration_sec=5.0
             )
-        quiet = time.monotonic() - self._last_message
-        if self._is_quiet or self._halt.requested:
-            return
-        if quiet > QUIET:
-            what = f"nothing comes on {self._beat} for {quiet:.0f} s"
-            self.get_logger().warning(what, throttle_duration_sec=30.0)
+        silence = time.monotonic() - self._last_message
+        if silence > SILENCE_WARNING and self._is_recording and not self.shutdown_request.requested:
+            warning = f"no message on {self._top_drive_topic} for {silence:.0f} s"
+            self.get_logger().warning(warning, throttle_duration_sec=30.0)
             now = self._now()
-            if self._health.is_due(now):
-                self._health.publish(now, [Status(Level.WARN, "log", what)])
+            if self._diagnostics.is_due(now):
+                self._diagnostics.publish(now, [Status(Level.WARN, "log", warning)])
 
     @property
-    def _is_quiet(self) -> bool:
-        return self._paused or not self._active
+    def _is_recording(self) -> bool:
+        return self.is_active and not self._is_paused
 
     def _note_pause(self) -> None:
-        """Keep when recording stops; where it goes on, have the log say so. Raises InputError."""
-        if self._is_quiet:
-            self._quiet_from = self._now() if self._quiet_from is None else self._quiet_from
-        elif self._quiet_from is not None:
-            self._bag.add_metadata(PAUSES, {"from_ns": str(self._quiet_from), "to_ns": str(self._now())})
-            self._quiet_from = None
+        """Keep the time when recording stops; write the pause to the log when it goes on. Raises InputError."""
+        if not self._is_recording:
+            self._paused_from_ns = self._now() if self._paused_from_ns is None else self._paused_from_ns
+        elif self._paused_from_ns is not None:
+            self._bag.add_metadata(PAUSES, {"from_ns": str(self._paused_from_ns), "to_ns": str(self._now())})
+            self._paused_from_ns = None
             self._last_message = time.monotonic()
 
-    def _on_pause(self, request: Trigger.Request, answer: Trigger.Response) -> Trigger.Response:
-        return self._pause(True, "paused", "is paused already", answer)
+    def _pause(self) -> str:
+        if self._is_paused:
+            raise InputError("is paused already")
+        self._set_paused(True)
+        return "paused"
 
-    def _on_resume(self, request: Trigger.Request, answer: Trigger.Response) -> Trigger.Response:
-        return self._pause(
-            False, "recording" if self._active else "records once it is active", "is recording already", answer
-        )
+    def _resume(self) -> str:
+        if not self._is_paused:
+            raise InputError("is recording already")
+        self._set_paused(False)
+        return "recording" if self.is_active else "records once it is active"
 
-    def _pause(self, paused: bool, done: str, already: str, answer: Trigger.Response) -> Trigger.Response:
-        answer.success = self._paused != paused
-        answer.message = done if answer.success else already
-        self._paused = paused
+    def _set_paused(self, paused: bool) -> None:
+        self._is_paused = paused
         try:
             self._note_pause()
         except InputError as error:
-            answer.success, answer.message = False, str(error)
-            self._halt.fail(error)
-        return answer
+            self.shutdown_request.fail(error)
+            raise
 
-    def _on_split(self, request: Trigger.Request, answer: Trigger.Response) -> Trigger.Response:
+    def _split(self) -> str:
         try:
             self._bag.split()
-            answer.success, answer.message = True, str(self.path)
         except InputError as error:
-            answer.success, answer.message = False, str(error)
-            self._halt.fail(error)
-        return answer
+            self.shutdown_request.fail(error)
+            raise
+        return str(self.path)
 
     def close(self) -> None:
-        """Finish the bag, where one is begun. Raises InputError where that fails; what is safe in it stays."""
+        """Finish the bag, if one is open. Raises InputError if that fails; what was flushed before stays."""
         if not self._is_open:
             return
         self._is_open = False
         try:
             self._write_early(self._now())
-            if self.lost and self._halt.error is None:
-                self._bag.add_metadata(LOSSES, {topic: str(count) for topic, count in self._listening.losses().items()})
+            if self.lost and self.shutdown_request.error is None:
+                losses = {topic: str(count) for topic, count in self._topic_subscriptions.lost_by_topic().items()}
+                self._bag.add_metadata(LOSSES, losses)
         except InputError as error:
-            self._halt.fail(error)
+            self.shutdown_request.fail(error)
         self._bag.close()
 
     def discard(self) -> None:
-        """Leave no log: what was to be recorded never began."""
+        """Delete the bag: the run that was to be recorded never started."""
         self._is_open = False
         self._bag.discard()
 

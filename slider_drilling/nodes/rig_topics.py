@@ -25,7 +25,7 @@ NAMES = (
 )
 
 
-class RigTopics:
+class RigPublishers:
     """Publishes /clock and the rig's channels, the top drive's last: it is the one that controllers act on.
 
     pressure_variance: Pa2. The last sample is kept, for a controller that came too late to hear it.
@@ -38,7 +38,7 @@ class RigTopics:
         self._last: list[tuple[Publisher, bytes]] = []
 
     @property
-    def listeners(self) -> int:
+    def subscription_count(self) -> int:
         """Subscriptions to the top drive's readings."""
         return int(self._publishers["top_drive"].get_subscription_count())
 
@@ -85,7 +85,7 @@ class RigTopics:
         publisher, data = self._last[-1]
         publisher.publish(data)
 
-    def publish_again(self) -> None:
+    def resend(self) -> None:
         """The last sample once more."""
         for publisher, data in self._last:
             publisher.publish(data)

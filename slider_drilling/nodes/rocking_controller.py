@@ -1,4 +1,4 @@
-"""The node `rocking_controller`: the shell around any controller of `slider_drilling.control`'s protocol."""
+"""The node `rocking_controller`: runs any controller of the protocol in `slider_drilling.control`."""
 
 from __future__ import annotations
 
@@ -7,9 +7,6 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
-from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 
@@ -25,184 +22,156 @@ from slider_drilling.control.controller_loader import (
 from slider_drilling.control.interface import Measurements, RigCommand
 from slider_drilling.errors import InputError
 from slider_drilling.messages import cdr
+from slider_drilling.messages.health import Level, Status
 from slider_drilling.messages.topics import TOPICS
 from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.controller_settings import settings_parameters
-from slider_drilling.nodes.diagnostics import DiagnosticsPublisher, Level, Status
-from slider_drilling.nodes.lifecycle_node import AUTOSTART, Transitions
+from slider_drilling.nodes.diagnostics import DiagnosticsPublisher
+from slider_drilling.nodes.lifecycle_node import AUTOSTART, ManagedNode
 from slider_drilling.nodes.own_echoes import OwnEchoes
-from slider_drilling.nodes.parameters import NodeParameter, declare, on_change
+from slider_drilling.nodes.parameters import NodeParameter, declare
 from slider_drilling.nodes.rig_parameter import RIG_PARAMETER, read_rig, rig_name
 from slider_drilling.nodes.sample_inbox import JointReading, SampleInbox
 from slider_drilling.nodes.services import reset_service, trigger_service
-from slider_drilling.nodes.shutdown import ShutdownRequest
+from slider_drilling.nodes.spin import steady_timer
 from slider_drilling.nodes.watchdog import Watchdog
 
-PARAMETERS = (
-    RIG_PARAMETER,
-    NodeParameter("controller", DEFAULT_CONTROLLER, "the controller, as module:Class"),
-    NodeParameter(
-        "tool_face_target",
-        0.0,
-        "toolface to hold, also taken from tool_face/target",
-        "rad",
-        -math.pi,
-        math.pi,
-        live=True,
-    ),
-    NodeParameter("stale_after", 1.0, "age at which a channel counts as lost", "s", 0.05, 60.0, live=True),
-    AUTOSTART,
-)
-SET_BACK = 1.0  # s by which a rig's clock goes back when the rig has begun anew
+SET_BACK = 1.0  # s by which the rig's clock goes back when the rig has started anew
+WATCH_PERIOD = 0.02  # s of wall time between checks for connections and silence
+BLIND_STEP_NS = 100_000_000  # interval of steps without readings
+SILENCE_PERIOD = 1.0  # s of wall time between statuses while simulated time stands still
 
 
-class RockingController(LifecycleNode):
-    """Makes Measurements of the rig's topics, steps the controller, publishes its command with the sample's stamp.
+class RockingController(ManagedNode):
+    """Collects measurements from the rig's topics, steps the controller and publishes its command.
 
-    Reads surface channels and MWD only, never truth. Raises InputError for a rig file, controller or parameter that
-    cannot be used.
+    Commands carry the stamp of the sample that they answer. The node reads surface channels and MWD only, never truth.
     """
 
-    def __init__(self, halt: ShutdownRequest, **node_options: Any) -> None:
-        super().__init__("rocking_controller", **node_options)
-        self._halt = halt
-        self._values = declare(self, PARAMETERS)
-        self._transitions = Transitions(self)
-        self._configured = self._active = False
-        on_change(self, self._change)
-        if self._values["autostart"]:
-            self._transitions.start()
+    NAME = "rocking_controller"
+    PARAMETERS = (
+        RIG_PARAMETER,
+        NodeParameter("controller", DEFAULT_CONTROLLER, "the controller, as module:Class"),
+        NodeParameter("tool_face_target", 0.0, "toolface to hold, also taken from tool_face/target", "rad",
+                      -math.pi, math.pi, live=True),
+        NodeParameter("stale_after", 1.0, "age at which a channel counts as lost", "s", 0.05, 60.0, live=True),
+        AUTOSTART,
+    )  # fmt: skip
 
-    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+    _settings: tuple[str, ...] = ()  # the controller's own, declared as parameters
+
+    def configure(self) -> None:
         """Build the controller, declare its settings, make the topics."""
-        return self._transitions.run(self._configure)
-
-    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Answer samples."""
-        self._active = True
-        return TransitionCallbackReturn.SUCCESS
-
-    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Give no more commands: what the rig does then is the rig's own affair, as with a controller that died."""
-        self._active = False
-        return TransitionCallbackReturn.SUCCESS
-
-    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Forget controller and topics."""
-        self._configured = False
-        raw_topics.destroy(self, raw_topics.entities(self) - self._before)
-        for name in self._settings:
-            self.undeclare_parameter(name)
-        return TransitionCallbackReturn.SUCCESS
-
-    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """End the program."""
-        self._halt.stop()
-        return TransitionCallbackReturn.SUCCESS
-
-    def _configure(self) -> None:
-        self._before = raw_topics.entities(self)
-        values = self._values = {one.name: self.get_parameter(one.name).value for one in PARAMETERS}
+        values = self.values
         self._rig, _ = read_rig(values["rig"])
         self._target = values["tool_face_target"]
         self._build_controller()
         self._declare_settings()
         self._inbox = SampleInbox(values["stale_after"])
-        self._health = DiagnosticsPublisher(self, rig_name(values["rig"]))
+        self._diagnostics = DiagnosticsPublisher(self, rig_name(values["rig"]))
         self._stamp_ns: int | None = None  # of the last sample
-        self._heard_ns = 0  # this node's clock at the last sample
+        self._received_ns = 0  # this node's clock at the last sample
         self._command: RigCommand | None = None
-        self._silence = Watchdog()
+        self._watchdog = Watchdog()
         self._silent_from: float | None = None  # s, stamp of the last sample before the rig went silent
-        self._echoes = OwnEchoes()
+        self._reported_silence = 0.0  # s of wall time
+        self._own_targets = OwnEchoes()
         self._target_publisher = raw_topics.publisher(self, TOPICS["tool_face_target"])
         self._subscribe()
         # Made once the rig's topics are connected: a simulator in lockstep starts when it sees them.
         self._command_publishers: dict[str, Publisher] = {}
-        self._timer = self.create_timer(0.02, self._on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        steady_timer(self, WATCH_PERIOD, self._on_timer)
         reset_service(self, self._reset)
         trigger_service(self, "start_rocking", lambda: self._set_rocking(1.0))
         trigger_service(self, "stop_rocking", lambda: self._set_rocking(0.0))
-        self._configured = True
         self.get_logger().info(f"rocking with {values['controller']}")
 
+    def cleanup(self) -> None:
+        """Undeclare the controller's settings."""
+        for name in self._settings:
+            self.undeclare_parameter(name)
+        self._settings = ()
+
+    def apply_changes(self, changes: dict[str, Any]) -> None:
+        """Use new settings of the controller, a new target or another age of lost channels."""
+        settings = settings_of(self._controller)
+        own = {name: value for name, value in changes.items() if hasattr(settings, name)}
+        if own:
+            configure(self._controller, dataclasses.replace(settings, **own))
+        self._inbox.stale_after = changes.get("stale_after", self._inbox.stale_after)
+        if "tool_face_target" in changes:
+            set_tool_face_target(self._controller, changes["tool_face_target"])
+            self._target = changes["tool_face_target"]
+            if self._stamp_ns is not None:
+                self._publish_target(self._stamp_ns)
+
+    @property
+    def settings(self) -> Any:
+        """The controller's settings; None if it has none."""
+        return settings_of(self._controller)
+
+    def make_command_publishers(self) -> None:
+        """Announce the commands, the top drive's last: a simulator that waits for it then knows the others."""
+        if not self._command_publishers:
+            topics = (raw_topics.PUMP_COMMAND, TOPICS["draw_works_command"], TOPICS["top_drive_command"])
+            self._command_publishers = {topic.joint: raw_topics.publisher(self, topic) for topic in topics}
+
     def _build_controller(self) -> None:
-        self._controller = load_controller(self._values["controller"], self._rig)
+        self._controller = load_controller(self.values["controller"], self._rig)
         set_tool_face_target(self._controller, self._target)
 
     def _declare_settings(self) -> None:
-        self._settings: tuple[str, ...] = ()
-        settings = settings_of(self._controller)
+        settings = self.settings
         if settings is not None:
-            declared = settings_parameters(settings)
-            configure(self._controller, dataclasses.replace(settings, **declare(self, declared)))
-            self._settings = tuple(one.name for one in declared)
+            parameters = settings_parameters(settings)
+            configure(self._controller, dataclasses.replace(settings, **declare(self, parameters)))
+            self._settings = tuple(parameter.name for parameter in parameters)
 
     def _reset(self) -> str:
-        """A new controller with the settings and the target of the old one."""
-        settings = settings_of(self._controller)
+        """Replace the controller by a new one with the same settings and target."""
+        settings = self.settings
         self._build_controller()
         if settings is not None:
             configure(self._controller, settings)
-        return f"{self._values['controller']} begins anew"
+        return f"{self.values['controller']} starts anew"
 
     def _set_rocking(self, share: float) -> str:
         if "rocking" not in self._settings:
-            raise InputError(f"{self._values['controller']} has no setting `rocking`")
+            raise InputError(f"{self.values['controller']} has no setting `rocking`")
         (result,) = self.set_parameters([Parameter("rocking", Parameter.Type.DOUBLE, share)])
         if not result.successful:
             raise InputError(result.reason)
         return "rocking" if share else "the top drive parks"
 
     def _subscribe(self) -> None:
-        # MWD first: where several messages wait, an executor may take them in this order.
-        self._mwd = raw_topics.SensorSubscription(self, TOPICS["mwd_tool_face"], self._on_mwd)
+        # MWD first: if several messages wait, an executor may take them in this order.
+        self._mwd = self._sensor("mwd_tool_face", self._on_mwd)
         raw_topics.SensorSubscription(self, TOPICS["tool_face_target"], self._on_target)
         self._channels = [
-            raw_topics.SensorSubscription(self, TOPICS["standpipe_pressure"], self._on_standpipe_pressure),
-            *(
-                raw_topics.SensorSubscription(self, TOPICS[name], self._joint_receiver(name))
-                for name in ("mud_pump", "draw_works", "top_drive")
-            ),
+            self._sensor("standpipe_pressure", self._on_standpipe_pressure),
+            *(self._sensor(name, self._joint_receiver(name)) for name in ("mud_pump", "draw_works", "top_drive")),
         ]
 
-    def _joint_receiver(self, channel: str) -> Callable[[bytes], None]:
-        topic = TOPICS[channel]
+    def _sensor(self, name: str, receive: Callable[..., None]) -> raw_topics.SensorSubscription:
+        topic = TOPICS[name]
+        return raw_topics.SensorSubscription(self, topic, raw_topics.decoding(self, topic, receive))
 
-        def receive(data: bytes) -> None:
-            try:
-                reading = JointReading(*cdr.decode_joint_state(data, topic.joint))
-            except InputError as error:
-                self._unreadable(topic.name, error)
-                return
-            self._take(channel, reading)
+    def _joint_receiver(self, channel: str) -> Callable[..., None]:
+        return lambda *fields: self._receive(channel, JointReading(*fields))
 
-        return receive
+    def _on_standpipe_pressure(self, stamp_ns: int, pressure: float, variance: float) -> None:
+        self._receive("standpipe_pressure", JointReading(stamp_ns, pressure, math.nan, math.nan))
 
-    def _on_standpipe_pressure(self, data: bytes) -> None:
-        try:
-            stamp_ns, pressure, _ = cdr.decode_fluid_pressure(data)
-        except InputError as error:
-            self._unreadable("standpipe_pressure", error)
-            return
-        self._take("standpipe_pressure", JointReading(stamp_ns, pressure, math.nan, math.nan))
-
-    def _on_mwd(self, data: bytes) -> None:
-        try:
-            stamp_ns, tool_face, _, _ = cdr.decode_joint_state(data, "tool_face")
-        except InputError as error:
-            self._unreadable("mwd/tool_face", error)
-            return
+    def _on_mwd(self, stamp_ns: int, tool_face: float, velocity: float, effort: float) -> None:
         if math.isfinite(tool_face):
             self._inbox.put_mwd(stamp_ns, tool_face)
 
     def _on_target(self, data: bytes) -> None:
-        try:
-            _, target, _, _ = cdr.decode_joint_state(data, "tool_face")
-        except InputError as error:
-            self._unreadable("tool_face/target", error)
-            return
-        if self._echoes.is_own(data):
+        raw_topics.decoding(self, TOPICS["tool_face_target"], lambda *fields: self._take_target(data, fields[1]))(data)
+
+    def _take_target(self, data: bytes, target: float) -> None:
+        """Hold another target, rad, unless the message is this node's own."""
+        if self._own_targets.is_own(data):
             return
         if not math.isfinite(target):
             self.get_logger().warning(f"tool_face/target: {target} rad refused: must be finite")
@@ -210,29 +179,27 @@ class RockingController(LifecycleNode):
         target = math.remainder(target, 2.0 * math.pi)
         self.set_parameters([Parameter("tool_face_target", Parameter.Type.DOUBLE, target)])
 
-    def _unreadable(self, topic: str, error: InputError) -> None:
-        self.get_logger().warning(f"{topic}: {error}", throttle_duration_sec=5.0)
-
-    def _take(self, channel: str, reading: JointReading) -> None:
-        if not self._active:
+    def _receive(self, channel: str, reading: JointReading) -> None:
+        """Take one reading; step the controller once a sample is complete."""
+        if not self.is_active:
             return
         if channel == "top_drive":
-            if reading == self._inbox.answered and self._command is not None:
-                # A simulator that lost sight of this node asks again; a second step would be one too many.
+            if reading == self._inbox.last_reading and self._command is not None:
+                # The simulator sends a sample again if the answer was lost. A second step would be one too many.
                 self._publish_command(reading.stamp_ns, self._command)
                 return
-            self._begin_anew_with_the_rig(reading.stamp_ns)
+            self._reset_if_clock_went_back(reading.stamp_ns)
         for measurements in self._inbox.put(channel, reading):
-            # The clock comes on a topic of its own and may lag behind the sample.
-            self._heard_ns = max(self.get_clock().now().nanoseconds, round(measurements.time * 1e9))
-            self._silence.note_sample()
+            # The clock comes on its own topic and may lag behind the sample.
+            self._received_ns = max(self.get_clock().now().nanoseconds, round(measurements.time * 1e9))
+            self._watchdog.note_sample()
             if self._silent_from is not None:
                 self.get_logger().info(f"the rig is back at {measurements.time:.1f} s")
             self._silent_from = None
             self._step(measurements)
 
-    def _begin_anew_with_the_rig(self, stamp_ns: int) -> None:
-        """A rig whose clock was set back is another run: what the controller believes is of the one before."""
+    def _reset_if_clock_went_back(self, stamp_ns: int) -> None:
+        """If the rig's clock was set back, this is another run: the controller's estimates do not hold for it."""
         if self._stamp_ns is not None and (self._stamp_ns - stamp_ns) / 1e9 > SET_BACK:
             self.get_logger().warning(
                 f"the rig's clock went back from {self._stamp_ns / 1e9:.1f} to {stamp_ns / 1e9:.1f} s: {self._reset()}"
@@ -240,110 +207,86 @@ class RockingController(LifecycleNode):
             self._stamp_ns = None
 
     def _step(self, measurements: Measurements) -> None:
-        if self._halt.error is not None:
+        if self.shutdown_request.error is not None:
             return
         self._stamp_ns = stamp_ns = round(measurements.time * 1e9)
         try:
-            command = self._halt.run_interruptible(lambda: checked_step(self._controller, measurements))
+            command = self.shutdown_request.run_interruptible(lambda: checked_step(self._controller, measurements))
         except InputError as error:
-            self._halt.fail(error)
+            self.shutdown_request.fail(error)
             return
         if command is None:
             return
         self._command = command
-        if self._health.is_due(stamp_ns):
-            self._health.publish(stamp_ns, self._statuses(stamp_ns))
+        if self._diagnostics.is_due(stamp_ns):
+            self._diagnostics.publish(stamp_ns, self._statuses(stamp_ns))
             self._publish_target(stamp_ns)
         self._publish_command(stamp_ns, command)
 
     def _publish_command(self, stamp_ns: int, command: RigCommand) -> None:
-        self._make_command_publishers()
-        out = self._command_publishers
-        out["mud_pump"].publish(cdr.encode_joint_state(stamp_ns, "mud_pump", None, float(command.pump_speed)))
-        out["block"].publish(cdr.encode_joint_state(stamp_ns, "block", None, float(command.block_speed)))
-        out["top_drive"].publish(
-            cdr.encode_joint_state(
-                stamp_ns, "top_drive", float(command.top_drive_angle), float(command.top_drive_speed)
-            )
-        )
-
-    def _make_command_publishers(self) -> None:
-        """The top drive's last: who waits for it then knows the others."""
-        if not self._command_publishers:
-            topics = (raw_topics.PUMP_COMMAND, TOPICS["draw_works_command"], TOPICS["top_drive_command"])
-            self._command_publishers = {topic.joint: raw_topics.publisher(self, topic) for topic in topics}
+        self.make_command_publishers()
+        angle = float(command.top_drive_angle)
+        for joint, position, velocity in (
+            ("mud_pump", None, command.pump_speed),
+            ("block", None, command.block_speed),
+            ("top_drive", angle, command.top_drive_speed),
+        ):
+            data = cdr.encode_joint_state(stamp_ns, joint, position, float(velocity))
+            self._command_publishers[joint].publish(data)
 
     def _on_timer(self) -> None:
-        """Connect; and notice when the rig has gone silent."""
-        if not self._active or self._halt.requested:
+        """Connect to the rig; then watch for its silence."""
+        if not self.is_active or self.shutdown_request.requested:
             return
         if not self._command_publishers:
             if all(channel.get_publisher_count() > 0 for channel in (*self._channels, self._mwd)):
-                self._make_command_publishers()
+                self.make_command_publishers()
             return
         if self._stamp_ns is None:
             return
-        silent = self._silence.silent_for(self._inbox.stale_after)
+        silent = self._watchdog.silent_for(self._inbox.stale_after)
         if not self.get_parameter("use_sim_time").value:
-            passed_ns = round(silent * 1e9)
+            elapsed_ns = round(silent * 1e9)
         else:
-            passed_ns = self.get_clock().now().nanoseconds - self._heard_ns
-        if passed_ns > self._inbox.stale_after * 1e9:
-            self._step_blindly(self._stamp_ns, passed_ns)
+            elapsed_ns = self.get_clock().now().nanoseconds - self._received_ns
+        if elapsed_ns > self._inbox.stale_after * 1e9:
+            self._step_without_readings(self._stamp_ns, elapsed_ns)
         elif silent:
-            self._tell_silence(self._stamp_ns, silent)
+            self._report_silence(self._stamp_ns, silent)
 
-    def _step_blindly(self, stamp_ns: int, passed_ns: int) -> None:
-        """The rig's clock goes on without readings: the controller is told that there are none."""
+    def _step_without_readings(self, stamp_ns: int, elapsed_ns: int) -> None:
+        """The rig's clock goes on without readings: step the controller with a sample that holds none."""
         if self._silent_from is None:
             self._silent_from = stamp_ns / 1e9
             self.get_logger().error(f"the rig is silent since {self._silent_from:.1f} s")
-        now_ns = round(self._silent_from * 1e9) + passed_ns
-        if now_ns - stamp_ns >= 100_000_000:
-            self._step(self._inbox.nothing(now_ns))
+        now_ns = round(self._silent_from * 1e9) + elapsed_ns
+        if now_ns - stamp_ns >= BLIND_STEP_NS:
+            self._step(self._inbox.empty_sample(now_ns))
 
-    def _tell_silence(self, stamp_ns: int, silent: float) -> None:
-        """Simulated time stands still: no step, which would be a time that never was, but everybody is told."""
+    def _report_silence(self, stamp_ns: int, silent: float) -> None:
+        """Simulated time stands still: publish statuses but take no step, whose time would never exist."""
         if self._silent_from is None:
-            self._silent_from, self._told_silence = stamp_ns / 1e9, 0.0
+            self._silent_from, self._reported_silence = stamp_ns / 1e9, 0.0
             self.get_logger().error(f"no sample and no time from the rig for {silent:.1f} s: paused, or gone")
-        if silent - self._told_silence >= 1.0:
-            self._told_silence = silent
-            self._health.publish(stamp_ns, self._statuses(stamp_ns))
-
-    def _change(self, changes: dict[str, Any]) -> None:
-        self._values.update({name: value for name, value in changes.items() if name in self._values})
-        if not self._configured:
-            return
-        settings = settings_of(self._controller)
-        own = {name: value for name, value in changes.items() if hasattr(settings, name)}
-        if own:
-            configure(self._controller, dataclasses.replace(settings, **own))
-        self._inbox.stale_after = changes.get("stale_after", self._inbox.stale_after)
-        if "tool_face_target" in changes:
-            self._set_target(changes["tool_face_target"])
-            if self._stamp_ns is not None:
-                self._publish_target(self._stamp_ns)
-
-    def _set_target(self, target: float) -> None:
-        set_tool_face_target(self._controller, target)
-        self._target = target
+        if silent - self._reported_silence >= SILENCE_PERIOD:
+            self._reported_silence = silent
+            self._diagnostics.publish(stamp_ns, self._statuses(stamp_ns))
 
     def _publish_target(self, stamp_ns: int) -> None:
         data = cdr.encode_joint_state(stamp_ns, "tool_face", self._target)
-        self._echoes.add(data)
+        self._own_targets.add(data)
         self._target_publisher.publish(data)
 
     def _statuses(self, stamp_ns: int) -> list[Status]:
-        stale = self._inbox.stale(stamp_ns)
+        stale = self._inbox.stale_channels(stamp_ns)
         if self._silent_from is not None:
-            heard = Status(Level.ERROR, "measurements", f"the rig is silent since {self._silent_from:.1f} s")
+            measured = Status(Level.ERROR, "measurements", f"the rig is silent since {self._silent_from:.1f} s")
         elif stale:
-            heard = Status(Level.WARN, "measurements", f"no {', '.join(stale)} for {self._inbox.stale_after:g} s")
+            measured = Status(Level.WARN, "measurements", f"no {', '.join(stale)} for {self._inbox.stale_after:g} s")
         else:
-            heard = Status(Level.OK, "measurements", "every surface channel is there")
+            measured = Status(Level.OK, "measurements", "every surface channel is there")
         try:
-            return [heard, *statuses_of(self._controller)]
+            return [measured, *statuses_of(self._controller)]
         except InputError as error:
-            self._halt.fail(error)
-            return [heard]
+            self.shutdown_request.fail(error)
+            return [measured]

@@ -1,11 +1,11 @@
-"""One node in a process of its own: started, turned, ended in order."""
+"""Runs one node in a process of its own."""
 
 from __future__ import annotations
 
 import importlib
 import itertools
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, Protocol, runtime_checkable
 
 import rclpy
@@ -36,55 +36,55 @@ WRONG_ARGUMENTS = (
 
 @runtime_checkable
 class ClosableNode(Protocol):
-    """A node that must be closed: what it has received so far is finished then."""
+    """A node whose output must be finished with `close`."""
 
     messages: int
 
     def close(self) -> None:
-        """Finish what was received."""
+        """Finish the output."""
         ...
 
 
 def run_node(name: str) -> None:
-    """Run it until its work is done or a signal comes. Raises InputError."""
-    halt = ShutdownRequest()
-    halt.raise_on_signals(SignalInterrupt)
+    """Run the node of this program name until its work is done or a signal comes. Raises InputError."""
+    shutdown_request = ShutdownRequest()
+    shutdown_request.raise_on_signals(SignalInterrupt)
     try:
         module = importlib.import_module(NODES[name][0])
         node_class = getattr(module, NODES[name][1])
         if {"-h", "--help"} & set(sys.argv[1:]):
-            print(_help(name, node_class, module.PARAMETERS))
+            print(_help(name, node_class))
             return
         init(sys.argv)
         try:
-            _turn(node_class, halt)
+            _spin_node(node_class, shutdown_request)
         finally:
             rclpy.try_shutdown()
     except SignalInterrupt:
-        return  # a signal, before there was anything to end in order
+        return  # a signal came while there was nothing to finish
 
 
-def _turn(node_class: Callable[..., Any], halt: ShutdownRequest) -> None:
+def _spin_node(node_class: Any, shutdown_request: ShutdownRequest) -> None:
     if hasattr(node_class, "close"):
-        halt.take_signals()  # its file is begun while it is made, and has to be ended
+        shutdown_request.take_signals()  # its constructor opens a file, which must be closed
     try:
-        node = node_class(halt)
+        node = node_class(shutdown_request)
     except rclpy_implementation.RCLError as error:
         raise InputError(f"ROS 2 cannot make the node: {str(error).splitlines()[0]}") from None
-    halt.take_signals()
+    shutdown_request.take_signals()
     try:
-        executor = spin([node], halt)
+        executor = spin([node], shutdown_request)
         if isinstance(node, ClosableNode):
             drain(executor, lambda: node.messages)
         flush(node)
-        halt.raise_error()
+        shutdown_request.raise_error()
     finally:
         if isinstance(node, ClosableNode):
             node.close()
 
 
 def init(arguments: list[str]) -> None:
-    """Start rclpy without its signal handlers. Raises InputError for arguments that it or we cannot use."""
+    """Start rclpy without its signal handlers. Raises InputError for arguments that cannot be used."""
     try:
         extra = remove_ros_args(arguments)[1:]
         if extra:
@@ -95,9 +95,9 @@ def init(arguments: list[str]) -> None:
 
 
 def own_clock(arguments: Sequence[str]) -> list[str]:
-    """Further arguments that give a rig in a namespace a clock of its own, in that namespace.
+    """Arguments that remap /clock into the node's namespace, unless the user remaps it.
 
-    ROS 2 knows one topic of time, /clock, and two rigs on it spoil each other's time. Who remaps /clock is obeyed.
+    ROS 2 has one time topic, /clock; two rigs that both publish it would mix their times.
     """
     rules = [rule.partition(":=") for flag, rule in itertools.pairwise(arguments) if flag in ("-r", "--remap")]
     # A rule may be meant for one node: `NODE:FROM:=TO`.
@@ -106,11 +106,11 @@ def own_clock(arguments: Sequence[str]) -> list[str]:
     return ["--ros-args", "-r", f"/clock:=/{space}/clock"] if space and "/clock" not in targets else []
 
 
-def _help(name: str, node_class: Callable[..., Any], parameters: Any) -> str:
-    """The node's purpose and its parameters."""
+def _help(name: str, node_class: Any) -> str:
+    """The node's usage, purpose and parameters."""
     purpose = (node_class.__doc__ or "").strip().splitlines()[0]
     rows = [f"usage: ros2 run slider_drilling {name} --ros-args -p NAME:=VALUE ...", "", purpose, "", "parameters:"]
-    for one in parameters:
+    for one in node_class.PARAMETERS:
         unit = "" if one.unit == "-" else f" [{one.unit}]"
         rows.append(f"  {one.name} ({type(one.default).__name__}, {one.default!r}): {one.description}{unit}")
     return "\n".join(rows)

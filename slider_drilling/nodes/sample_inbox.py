@@ -34,7 +34,7 @@ class SampleInbox:
         self._last: dict[str, JointReading] = {}
         self._first_ns: int | None = None
         self._waiting: JointReading | None = None
-        self.answered: JointReading | None = None  # the reading of the top drive that made the last sample
+        self.last_reading: JointReading | None = None  # the reading of the top drive that made the last sample
         self._mwd: list[tuple[int, float]] = []
 
     def put(self, channel: str, reading: JointReading) -> list[Measurements]:
@@ -56,11 +56,11 @@ class SampleInbox:
         """Take a decoded toolface; it goes with the next sample."""
         self._mwd.append((measured_ns, tool_face))
 
-    def stale(self, stamp_ns: int) -> list[str]:
+    def stale_channels(self, stamp_ns: int) -> list[str]:
         """Channels without a reading within stale_after of this stamp."""
         return [name for name in self.CHANNELS if not self._is_fresh(name, stamp_ns)]
 
-    def nothing(self, stamp_ns: int) -> Measurements:
+    def empty_sample(self, stamp_ns: int) -> Measurements:
         """The sample of a rig that has gone silent: its time and NaN."""
         return Measurements(stamp_ns / 1e9, NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN)
 
@@ -78,7 +78,7 @@ class SampleInbox:
 
     def _take(self, top_drive: JointReading) -> Measurements:
         self._waiting = None
-        self.answered = top_drive
+        self.last_reading = top_drive
         now = top_drive.stamp_ns
         lost = JointReading(now, NAN, NAN, NAN)
         block, standpipe, pump = (self._last[name] if self._is_fresh(name, now) else lost for name in self.CHANNELS)

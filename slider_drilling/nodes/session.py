@@ -1,4 +1,4 @@
-"""Simulator, controller and recorder in one process: the same nodes and topics as three processes have."""
+"""Simulator, controller and recorder in one process, with the same nodes and topics as in three."""
 
 from __future__ import annotations
 
@@ -27,10 +27,21 @@ from slider_drilling.process.shutdown import TerminationSignal
 
 @dataclass(frozen=True)
 class SessionOptions:
-    """What to run. rig, record: paths; duration: s, 0 for no end; speed: times real time, 0 for lockstep; target: rad.
+    """What to run.
 
-    plant: path of the rig file that is simulated, where it is not the one that controller and log are told of;
-    settings: of the controller; notes: for the log's metadata; live: where to serve the live page, if at all.
+    Attributes:
+        rig: Path of the rig file that controller and log get; empty: the example well.
+        plant: Path of the rig file to simulate, if it is another one.
+        duration: Simulated time, s; 0: until interrupted.
+        speed: Simulated seconds per second; 0: in lockstep.
+        record: Folder of the log; None: no log.
+        target: Toolface to hold, rad.
+        controller: As `module:Class`; None: the default controller.
+        seed: Of the sensor noise.
+        elements: Of the drill string.
+        settings: Of the controller.
+        notes: For the log's metadata.
+        live: Where to serve the live page; None: nowhere.
     """
 
     rig: str = ""
@@ -49,7 +60,15 @@ class SessionOptions:
 
 @dataclass(frozen=True)
 class SessionResult:
-    """What came of a run. log: path or None; simulated, wall: s; messages: in the log; signal: that ended it, or 0."""
+    """What a run gave.
+
+    Attributes:
+        log: Path of the log; None if there is none.
+        simulated: Simulated time, s.
+        wall: Wall time, s.
+        messages: In the log.
+        signal: Number of the signal that ended the run, or 0.
+    """
 
     log: Path | None
     simulated: float
@@ -59,89 +78,97 @@ class SessionResult:
 
 
 def run_session(
-    plan: SessionOptions,
+    options: SessionOptions,
     progress: Callable[[float], None] = lambda simulated: None,
     announce: Callable[[str], None] = lambda address: None,
 ) -> SessionResult:
-    """Run it. Raises InputError.
+    """Run simulator, controller and recorder until the duration is over or a signal comes.
 
-    progress: told the simulated seconds now and then; announce: told the live page's address once it is there.
+    Args:
+        options: What to run.
+        progress: Called with the simulated time, s, about ten times a second.
+        announce: Called with the live page's address once it is served.
+
+    Raises:
+        InputError: A rig file, controller, parameter or folder cannot be used.
     """
-    # Nodes of this process are configured by the plan; `--ros-args` are for nodes that run alone.
+    # `options` configure the nodes of this process; `--ros-args` are for nodes that run alone.
     init(["slider-drilling"])
-    halt = ShutdownRequest()
-    halt.raise_on_signals(TerminationSignal)
+    shutdown_request = ShutdownRequest()
+    shutdown_request.raise_on_signals(TerminationSignal)
     try:
         with contextlib.ExitStack() as ending:
-            return _run(plan, progress, announce, halt, ending)
+            return _run(options, progress, announce, shutdown_request, ending)
     finally:
         rclpy.try_shutdown()
-        halt.restore_handlers()
+        shutdown_request.restore_handlers()
 
 
 def _run(
-    plan: SessionOptions,
+    options: SessionOptions,
     progress: Callable[[float], None],
     announce: Callable[[str], None],
-    halt: ShutdownRequest,
+    shutdown_request: ShutdownRequest,
     ending: contextlib.ExitStack,
 ) -> SessionResult:
     def make(kind: Callable[..., Any], **parameters: Any) -> Any:
         overrides = [Parameter(name, value=value) for name, value in parameters.items() if value is not None]
-        node = kind(halt, parameter_overrides=overrides)
+        node = kind(shutdown_request, parameter_overrides=overrides)
         ending.callback(node.destroy_node)
         return node
 
-    # The simulator first: where another rig is simulated already, nothing is recorded of that one.
+    # The simulator first: if another rig is simulated already, that one is not recorded.
     simulator = make(
         FrictionSimulator,
-        rig=plan.plant or plan.rig,
-        speed=float(plan.speed),
-        duration=float(plan.duration),
-        seed=plan.seed,
-        elements=plan.elements,
+        rig=options.plant or options.rig,
+        speed=float(options.speed),
+        duration=float(options.duration),
+        seed=options.seed,
+        elements=options.elements,
         wait_for_controller=True,
-        minimum_subscribers=1 + (plan.record is not None) + (plan.live is not None),
+        minimum_subscribers=1 + (options.record is not None) + (options.live is not None),
     )
     recorder: Recorder | None = None
-    if plan.record is not None:
-        halt.take_signals()  # its file is begun while it is made, and has to be ended
-        recorder = make(Recorder, directory=str(plan.record), rig=_told(plan), notes=plan.notes, use_sim_time=True)
+    if options.record is not None:
+        shutdown_request.take_signals()  # its file is start while it is made, and has to be ended
+        recorder = make(
+            Recorder, directory=str(options.record), rig=_attached_rig(options), notes=options.notes, use_sim_time=True
+        )
         ending.push(functools.partial(_finish, recorder))
-        halt.raise_on_signals(TerminationSignal)
+        shutdown_request.raise_on_signals(TerminationSignal)
     dashboard = None
-    if plan.live is not None:
-        dashboard = _make_dashboard(make, plan.live, announce)
+    if options.live is not None:
+        dashboard = _make_dashboard(make, options.live, announce)
     controller = make(
         RockingController,
-        rig=plan.rig,
+        rig=options.rig,
         use_sim_time=True,
-        tool_face_target=plan.target,
-        controller=plan.controller,
-        **plan.settings,
+        tool_face_target=options.target,
+        controller=options.controller,
+        **options.settings,
     )
     reporting = [node for node in (simulator, recorder, controller) if node is not None]
     nodes = reporting if dashboard is None else [*reporting, dashboard]
     if recorder is not None:
-        # A reader that knows its writer gets messages in the order of their sending, from the first one on.
+        # A subscription that is connected receives all messages in the order in which they were sent.
         simulator.may_start = functools.partial(recorder.is_connected, len(reporting))
-    halt.take_signals()
-    begun = time.perf_counter()
-    executor = spin(nodes, halt, lambda: progress(simulator.simulated))
+    shutdown_request.take_signals()
+    start = time.perf_counter()
+    executor = spin(nodes, shutdown_request, lambda: progress(simulator.simulated))
     ending.callback(executor.shutdown)
-    wall = time.perf_counter() - begun
+    wall = time.perf_counter() - start
     progress(simulator.simulated)
     if recorder is None:
-        halt.raise_error()
-        return SessionResult(None, simulator.simulated, wall, 0, halt.signal)
+        shutdown_request.raise_error()
+        return SessionResult(None, simulator.simulated, wall, 0, shutdown_request.signal)
     drain(executor, lambda: recorder.messages)
-    halt.raise_error()
-    return SessionResult(recorder.path, simulator.simulated, wall, recorder.messages, halt.signal)
+    shutdown_request.raise_error()
+    return SessionResult(recorder.path, simulator.simulated, wall, recorder.messages, shutdown_request.signal)
 
 
-def _told(plan: SessionOptions) -> str:
-    """The rig file that goes into the log: never the plant's own, where that differs."""
-    return str(installed_file(EXAMPLE)) if plan.plant and not plan.rig else plan.rig
+def _attached_rig(options: SessionOptions) -> str:
+    """Path of the rig file for the log: never that of a plant that differs from it."""
+    return str(installed_file(EXAMPLE)) if options.plant and not options.rig else options.rig
 
 
 def _make_dashboard(make: Callable[..., Any], address: Address, announce: Callable[[str], None]) -> Any:
@@ -153,7 +180,7 @@ def _make_dashboard(make: Callable[..., Any], address: Address, announce: Callab
 
 
 def _finish(recorder: Recorder, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
-    """Close the log: one up to where a controller failed explains the failure. An empty one explains nothing."""
+    """Close the log; delete it if the run failed before the first message."""
     if error is not None and recorder.messages == 0:
         recorder.discard()
     else:

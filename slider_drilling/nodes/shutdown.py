@@ -1,4 +1,4 @@
-"""How a program of nodes ends: by itself, by a signal, or by an error that one line explains."""
+"""Ends a program of nodes: when its work is done, on a signal, or on an error."""
 
 from __future__ import annotations
 
@@ -14,76 +14,83 @@ Result = TypeVar("Result")
 
 
 class SignalInterrupt(BaseException):
-    """A signal came while nothing was there yet to be ended, or a user's code ran, which is not to swallow it."""
+    """A signal came before there was anything to finish, or in a user's code, which must not catch it."""
 
 
 class ShutdownRequest:
-    """Asked by nodes and signals to end the program; the spinning loop looks at it.
+    """Nodes and signals ask it to end the program; the loop that spins the nodes checks it.
 
-    A callback does not raise: the executor would print the trace of what is a user's mistake. It calls `fail`.
-    A signal only sets `requested`: what `on_stop` does need not be safe to do in the middle of anything.
+    A callback calls `fail` instead of raising, since the executor would print a traceback of a user's mistake. A signal
+    only sets `requested`, since `on_stop` need not be safe in a signal handler.
+
+    Attributes:
+        requested: Whether the program is to end.
+        signal: Number of the first signal that came, or 0.
+        error: The first error that a node reported.
+        on_stop: Called by `stop`.
     """
 
     def __init__(self) -> None:
         self.requested = False
-        self.signal = 0  # number of the first one that came
+        self.signal = 0
         self.error: InputError | None = None
         self.on_stop: Callable[[], None] = lambda: None
         self._may_interrupt = False
         self._before: dict[signal.Signals, Any] = {}
 
     def stop(self) -> None:
-        """End the program, its work being done."""
+        """End the program: its work is done."""
         self.requested = True
         self.on_stop()
 
     def fail(self, error: InputError) -> None:
-        """End the program with this error; the first one counts."""
+        """End the program with an error; the first one counts."""
         self.error = self.error or error
         self.stop()
 
     def take_signals(self) -> None:
-        """End on SIGINT, SIGTERM and SIGHUP from now on, however often they come.
+        """Request shutdown on SIGINT, SIGTERM and SIGHUP from now on.
 
-        rclpy's own handlers would shut its context down at once, and a second SIGINT would then end the
-        shut-down code itself, a recorder's file unfinished.
+        rclpy's own handlers would shut its context down immediately. A second SIGINT would then interrupt the shutdown
+        and leave a recorder's file unfinished.
         """
         self._handle_with(self._on_signal)
 
-    def raise_on_signals(self, leaving: Callable[[int], BaseException]) -> None:
-        """Raise this, of a signal's number, on SIGINT, SIGTERM and SIGHUP: while there is nothing to end in order yet.
+    def raise_on_signals(self, exception: Callable[[int], BaseException]) -> None:
+        """Raise an exception on SIGINT, SIGTERM and SIGHUP, while there is nothing to finish yet.
 
-        Raises it at once where such a signal has come already. The first time on a machine a plant compiles for a
-        quarter of a minute; nobody should have to wait for that. No bare KeyboardInterrupt: where one leaves a text
-        that Python executes, as libraries do that make code, Python ends the process by SIGINT after all is done.
+        The first compilation of the plant takes a quarter of a minute, which an interrupt must not wait for.
+
+        Args:
+            exception: Makes it from the signal's number. Not KeyboardInterrupt: if that leaves code run by `exec`, as
+                in libraries that generate code, Python ends the process by SIGINT.
         """
 
-        def leave(number: int, frame: FrameType | None) -> None:
-            # A second one would break off the leaving.
-            self.take_signals()
+        def handler(number: int, frame: FrameType | None) -> None:
+            self.take_signals()  # a second signal would interrupt the clean-up after the first
             self._on_signal(number, frame)
-            raise leaving(number)
+            raise exception(number)
 
-        self._handle_with(leave)
+        self._handle_with(handler)
         if self.signal:
             self.take_signals()
-            raise leaving(self.signal)
+            raise exception(self.signal)
 
     def _handle_with(self, handler: Callable[[int, FrameType | None], None]) -> None:
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             if signal.getsignal(number) is signal.SIG_IGN:
-                continue  # whoever started it wants it so: nohup
+                continue  # the parent process wants it so: nohup
             before = signal.signal(number, handler)
             self._before.setdefault(number, before)
 
     def restore_handlers(self) -> None:
-        """Let signals do again what they did before."""
+        """Restore the signal handlers from before."""
         for number, handler in self._before.items():
             signal.signal(number, handler)
         self._before.clear()
 
     def run_interruptible(self, work: Callable[[], Result]) -> Result | None:
-        """Do a user's work, which may never end: a signal ends it, and None is returned then."""
+        """Run a user's code, which may never return; None if a signal interrupted it."""
         try:
             try:
                 self._may_interrupt = True
@@ -101,6 +108,6 @@ class ShutdownRequest:
             raise SignalInterrupt
 
     def raise_error(self) -> None:
-        """Raise what `fail` was told."""
+        """Raise the error that a node reported, if any."""
         if self.error is not None:
             raise self.error

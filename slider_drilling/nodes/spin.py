@@ -1,4 +1,4 @@
-"""Turns nodes until they are done: the executor and the loop that looks at signals."""
+"""Runs nodes until they are done: the executor, timers on wall time and the loop that checks for signals."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ from rclpy.clock_type import ClockType
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
+from rclpy.timer import Timer
 
 from slider_drilling.nodes.shutdown import ShutdownRequest
 
-IDLE = 0.1  # s after which a loop without messages looks at the signals
-DRAIN = 2.0  # s at most for what is still on its way when a program ends
+IDLE = 0.1  # s after which a loop without messages checks for signals
+MAX_DRAIN = 2.0  # s to receive what is still in flight when a program ends
 
 
 def make_executor() -> Executor:
-    """The events executor where this rclpy has it: it hands over a message in 15 us, the other one in 160 us."""
+    """The events executor if this rclpy has it: it delivers a message in 15 us, the other one in 160 us."""
     try:
         from rclpy.experimental.events_executor import EventsExecutor
     except ImportError:
@@ -26,24 +27,40 @@ def make_executor() -> Executor:
     return EventsExecutor()
 
 
-def spin(nodes: Sequence[Node], halt: ShutdownRequest, meanwhile: Callable[[], None] = lambda: None) -> Executor:
-    """Turn the nodes until halt is requested, calling `meanwhile` about ten times a second; returns the executor."""
+def steady_timer(node: Node, period: float, callback: Callable[[], None]) -> Timer:
+    """A timer on wall time that clock changes do not affect; period: s."""
+    return node.create_timer(period, callback, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+
+def spin(
+    nodes: Sequence[Node], shutdown_request: ShutdownRequest, meanwhile: Callable[[], None] = lambda: None
+) -> Executor:
+    """Spin the nodes until shutdown is requested.
+
+    Args:
+        nodes: At least one; they join the executor.
+        shutdown_request: Ends the loop.
+        meanwhile: Called about ten times a second.
+
+    Returns:
+        The executor, not shut down, for `drain`.
+    """
     executor = make_executor()
-    # A busy events executor does not come back for its timeout, but it does serve timers.
-    timer = nodes[0].create_timer(IDLE, meanwhile, clock=Clock(clock_type=ClockType.STEADY_TIME))
+    # A busy events executor does not return at its timeout, but it does serve timers.
+    timer = steady_timer(nodes[0], IDLE, meanwhile)
     for node in nodes:
         executor.add_node(node)
     ended = Future()
-    halt.on_stop = lambda: ended.set_result(None)
-    while not halt.requested:
+    shutdown_request.on_stop = lambda: ended.set_result(None)
+    while not shutdown_request.requested:
         executor.spin_until_future_complete(ended, timeout_sec=IDLE)
     nodes[0].destroy_timer(timer)
     return executor
 
 
 def drain(executor: Executor, received: Callable[[], int]) -> None:
-    """Take what has been sent but not handed over yet: until nothing has come for IDLE s, DRAIN s at most."""
-    deadline = time.monotonic() + DRAIN
+    """Receive what is in flight, until nothing has come for IDLE s; MAX_DRAIN s at most. received: message count."""
+    deadline = time.monotonic() + MAX_DRAIN
     quiet_since, before = time.monotonic(), received()
     while time.monotonic() < min(deadline, quiet_since + IDLE):
         executor.spin_once(timeout_sec=IDLE / 5.0)

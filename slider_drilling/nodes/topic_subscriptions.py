@@ -1,4 +1,4 @@
-"""Subscriptions to topics as they turn up, each as its publishers offer it, with what never came counted."""
+"""Subscribes to topics as they appear, each with the quality of service its publishers offer, and counts losses."""
 
 from __future__ import annotations
 
@@ -18,21 +18,38 @@ from slider_drilling.log.bag import RecordedTopic
 from slider_drilling.messages.topics import Topic
 from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.message_definitions import message_definition, qos_as_metadata
-from slider_drilling.nodes.message_sequence import SequenceWatch
+from slider_drilling.nodes.message_sequence import SequenceCounter
 
 
 @dataclass(frozen=True)
 class ReceivedMessage:
-    """One message. number: counts the topic's messages, lost ones too; described: what its topic is, the first time."""
+    """One message.
+
+    Attributes:
+        topic: Its full name.
+        data: The bytes as they came.
+        number: Counts the topic's messages, lost ones included.
+        topic_info: What the topic is, with its first message; None with the others.
+    """
 
     topic: str
     data: bytes
     number: int
-    described: RecordedTopic | None
+    topic_info: RecordedTopic | None
 
 
 class TopicFilter:
-    """Which topics to listen to beside those that are expected. Raises InputError for an expression that is none."""
+    """Which topics to subscribe to beside the expected ones.
+
+    Args:
+        topics: Names of topics to take.
+        regex: Take topics whose full name matches; "" for none.
+        everything: Take all topics.
+        exclude: Leave out topics whose full name matches, whatever else holds; "" for none.
+
+    Raises:
+        InputError: `regex` or `exclude` is not a regular expression.
+    """
 
     def __init__(self, topics: tuple[str, ...], regex: str, everything: bool, exclude: str) -> None:
         self.named = tuple(name for name in topics if name)
@@ -40,11 +57,11 @@ class TopicFilter:
         self._regex, self._exclude = _compiled("regex", regex), _compiled("exclude", exclude)
 
     def is_excluded(self, topic: str) -> bool:
-        """Whether not to listen to it, whatever else holds."""
+        """Whether to leave a topic out, whatever else holds."""
         return self._exclude is not None and self._exclude.fullmatch(topic) is not None
 
-    def takes(self, topic: str, named: set[str]) -> bool:
-        """Whether to listen to a topic that turned up; named: resolved names of `self.named`."""
+    def accepts(self, topic: str, named: set[str]) -> bool:
+        """Whether to take a topic that appeared; named: resolved names of `self.named`."""
         fits = self._everything or topic in named or (self._regex is not None and bool(self._regex.fullmatch(topic)))
         return fits and not self.is_excluded(topic)
 
@@ -53,126 +70,138 @@ def _compiled(name: str, expression: str) -> re.Pattern[str] | None:
     try:
         return re.compile(expression) if expression else None
     except re.error as error:
-        raise InputError(f"recorder: parameter {name} = {expression!r}: no regular expression: {error}") from None
+        raise InputError(
+            f"recorder: parameter {name} = {expression!r}: not a regular expression: {error}"
+        ) from None
 
 
 @dataclass
 class SubscribedTopic:
-    """A topic that is listened to. received: messages, lost ones too; described: whether its Recorded is out."""
+    """A topic with a subscription.
+
+    Attributes:
+        kind: Its type as `package/msg/Name`.
+        subscription: The present one; another replaces it if publishers offer less.
+        sequence: Counts the messages that never came.
+        received: Count of the topic's messages, lost ones included.
+        described: Whether a message with its `topic_info` has been passed on.
+    """
 
     kind: str
     subscription: Subscription
-    watch: SequenceWatch
+    sequence: SequenceCounter
     received: int = 0
     described: bool = False
 
 
 class TopicSubscriptions:
-    """The subscriptions of one node. `look_around` is to be called now and then: it finds topics and their quality."""
+    """The subscriptions of a recording node; `discover`, called now and then, adds topics as they appear.
 
-    def __init__(self, node: Node, wanted: TopicFilter, receive: Callable[[ReceivedMessage], None]) -> None:
+    Args:
+        node: Makes the subscriptions.
+        topic_filter: Which topics to take beside those of `subscribe`.
+        receive: Called with every message.
+    """
+
+    def __init__(self, node: Node, topic_filter: TopicFilter, receive: Callable[[ReceivedMessage], None]) -> None:
         self._node = node
-        self._wanted = wanted
-        self._named = {node.resolve_topic_name(name) for name in wanted.named}
+        self._filter = topic_filter
+        self._named = {node.resolve_topic_name(name) for name in topic_filter.named}
         self._receive = receive
-        self._channels: dict[str, SubscribedTopic] = {}
+        self._topics: dict[str, SubscribedTopic] = {}
         self._refused: set[str] = set()
 
     @property
     def lost(self) -> int:
-        """Messages of all topics that never came."""
-        return sum(channel.watch.lost for channel in self._channels.values())
+        """Count of the messages of all topics that never came."""
+        return sum(topic.sequence.lost for topic in self._topics.values())
 
-    def losses(self) -> dict[str, int]:
-        """Of each topic, where there are any."""
-        return {topic: one.watch.lost for topic, one in self._channels.items() if one.watch.lost}
+    def lost_by_topic(self) -> dict[str, int]:
+        """Count of the messages that never came, for each topic with any."""
+        return {name: topic.sequence.lost for name, topic in self._topics.items() if topic.sequence.lost}
 
-    def publishers_of(self, topic: str) -> int:
-        """How many publishers the subscription has; 0 without a subscription."""
-        channel = self._channels.get(topic)
-        return channel.subscription.get_publisher_count() if channel is not None else 0
+    def publisher_count(self, topic: str) -> int:
+        """How many publishers the subscription to a topic has; 0 without a subscription."""
+        subscribed = self._topics.get(topic)
+        return subscribed.subscription.get_publisher_count() if subscribed is not None else 0
 
-    def expect(self, topic: Topic, quality: QoSProfile) -> None:
-        """Listen before anybody publishes: the first message counts. Once: another subscription would hear it twice."""
+    def received(self, topic: str) -> int:
+        """How many messages of a topic came, lost ones included."""
+        return self._topics[topic].received if topic in self._topics else 0
+
+    def subscribe(self, topic: Topic, quality: QoSProfile) -> None:
+        """Subscribe before anybody publishes, to get the first message. Does nothing for a topic that is subscribed."""
         name = self._node.resolve_topic_name(topic.name)
-        if name not in self._channels and not self._wanted.is_excluded(name):
-            self._channels[name] = SubscribedTopic(
-                topic.type, self._subscribe(name, topic.type, quality), SequenceWatch()
-            )
+        if name not in self._topics and not self._filter.is_excluded(name):
+            subscription = self._make_subscription(name, topic.type, quality)
+            self._topics[name] = SubscribedTopic(topic.type, subscription, SequenceCounter())
 
-    def look_around(self) -> None:
-        """Listen to what turned up; where a publisher offers less than a subscription asks for, ask for less."""
-        for topic, channel in self._channels.items():
-            if channel.subscription.qos_profile.reliability == ReliabilityPolicy.RELIABLE:
-                quality = self._quality(topic)
+    def discover(self) -> None:
+        """Subscribe to topics that appeared; if a publisher offers less than a subscription asks for, ask for less."""
+        for name, topic in self._topics.items():
+            if topic.subscription.qos_profile.reliability == ReliabilityPolicy.RELIABLE:
+                quality = self._offered_quality(name)
                 if quality is not None and quality.reliability == ReliabilityPolicy.BEST_EFFORT:
-                    self._node.destroy_subscription(channel.subscription)
-                    channel.subscription = self._subscribe(topic, channel.kind, quality)
-        for topic, kinds in self._node.get_topic_names_and_types():
-            if topic not in self._channels and topic not in self._refused and self._wanted.takes(topic, self._named):
-                self._take(topic, kinds)
+                    self._node.destroy_subscription(topic.subscription)
+                    topic.subscription = self._make_subscription(name, topic.kind, quality)
+        for name, kinds in self._node.get_topic_names_and_types():
+            if name not in self._topics and name not in self._refused and self._filter.accepts(name, self._named):
+                self._add(name, kinds)
 
-    def _take(self, topic: str, kinds: list[str]) -> None:
-        quality = self._quality(topic)
+    def _add(self, name: str, kinds: list[str]) -> None:
+        quality = self._offered_quality(name)
         if quality is None:
             return
         try:
             message_definition(kinds[0])
-            subscription = self._subscribe(topic, kinds[0], quality)
+            subscription = self._make_subscription(name, kinds[0], quality)
         except (ImportError, AttributeError) as error:
-            self._refused.add(topic)
-            self._node.get_logger().warning(f"{topic} is not recorded: its type {kinds[0]} is not installed: {error}")
+            self._refused.add(name)
+            self._node.get_logger().warning(f"{name} is not recorded: its type {kinds[0]} is not installed: {error}")
             return
         if len(kinds) > 1:
-            self._node.get_logger().warning(f"{topic} has several types: {', '.join(kinds)}; the first is recorded")
-        self._channels[topic] = SubscribedTopic(kinds[0], subscription, SequenceWatch())
+            self._node.get_logger().warning(f"{name} has several types: {', '.join(kinds)}; the first is recorded")
+        self._topics[name] = SubscribedTopic(kinds[0], subscription, SequenceCounter())
 
-    def _quality(self, topic: str) -> QoSProfile | None:
-        """What every publisher of the topic offers; None where there is none."""
-        profiles = [one.qos_profile for one in self._node.get_publishers_info_by_topic(topic)]
+    def _offered_quality(self, name: str) -> QoSProfile | None:
+        """What every publisher of the topic offers; None if it has no publisher."""
+        profiles = [endpoint.qos_profile for endpoint in self._node.get_publishers_info_by_topic(name)]
         if not profiles:
             return None
-        reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in profiles)
-        lasting = all(one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in profiles)
+        is_reliable = all(profile.reliability == ReliabilityPolicy.RELIABLE for profile in profiles)
+        is_latched = all(profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for profile in profiles)
         return QoSProfile(
             depth=raw_topics.DEPTH,
-            reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-            durability=DurabilityPolicy.TRANSIENT_LOCAL if lasting else DurabilityPolicy.VOLATILE,
+            reliability=ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL if is_latched else DurabilityPolicy.VOLATILE,
         )
 
-    def _subscribe(self, topic: str, kind: str, quality: QoSProfile) -> Subscription:
+    def _make_subscription(self, name: str, kind: str, quality: QoSProfile) -> Subscription:
         def receive(*arguments: Any) -> None:
-            # The events executor hands over data and information as one pair, the others as two arguments.
+            # The events executor passes data and information as one pair, the others as two arguments.
             data, information = arguments[0] if len(arguments) == 1 else arguments
-            self._on_message(topic, data, information)
+            self._on_message(name, data, information)
 
-        # rclpy tells from the signature whether information is wanted beside the message.
+        # rclpy reads from the signature whether the callback wants information beside the message.
         receive.__signature__ = inspect.signature(lambda data, information: None)  # type: ignore[attr-defined]
-        # A publisher that cannot be heard is found, and heard, by look_around: no need for a warning at once.
+        # `discover` adapts to a publisher that offers less; no warning is needed.
         events = SubscriptionEventCallbacks(incompatible_qos=lambda event: None)
         return self._node.create_subscription(
-            raw_topics.message_class(kind), topic, receive, quality, event_callbacks=events, raw=True
+            raw_topics.message_class(kind), name, receive, quality, event_callbacks=events, raw=True
         )
 
-    def _on_message(self, topic: str, data: bytes, information: dict[str, Any]) -> None:
-        channel = self._channels[topic]
+    def _on_message(self, name: str, data: bytes, information: dict[str, Any]) -> None:
+        topic = self._topics[name]
         sent = information.get("publication_sequence_number")
         if sent is not None:
-            channel.received += channel.watch.skipped(sent)
-        described = None
-        if not channel.described:
-            channel.described = True
-            described = self._describe(topic, channel.kind)
-        self._receive(ReceivedMessage(topic, data, channel.received, described))
-        channel.received += 1
+            topic.received += topic.sequence.count_missing(sent)
+        topic_info = None if topic.described else self._describe(name, topic.kind)
+        topic.described = True
+        self._receive(ReceivedMessage(name, data, topic.received, topic_info))
+        topic.received += 1
 
-    def _describe(self, topic: str, kind: str) -> RecordedTopic:
-        publishers = self._node.get_publishers_info_by_topic(topic)
-        hashes = [str(one.topic_type_hash) for one in publishers]
-        return RecordedTopic(
-            topic,
-            kind,
-            message_definition(kind),
-            tuple(qos_as_metadata(one.qos_profile) for one in publishers),
-            hashes[0] if hashes else "",
-        )
+    def _describe(self, name: str, kind: str) -> RecordedTopic:
+        publishers = self._node.get_publishers_info_by_topic(name)
+        qualities = tuple(qos_as_metadata(endpoint.qos_profile) for endpoint in publishers)
+        hashes = [str(endpoint.topic_type_hash) for endpoint in publishers]
+        return RecordedTopic(name, kind, message_definition(kind), qualities, hashes[0] if hashes else "")

@@ -11,7 +11,7 @@ PARENT_PID_VARIABLE = "SLIDER_DRILLING_END_WITH_PARENT"  # the process id of who
 _PR_SET_PDEATHSIG = 1
 
 
-def end_with_parent() -> None:
+def interrupt_with_parent() -> None:
     """Have the kernel interrupt this process when the one that the environment names, its parent, is gone.
 
     Linux only; elsewhere it outlives a parent that was killed.

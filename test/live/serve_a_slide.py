@@ -27,22 +27,22 @@ class Slide:
         rig = load_rig()
         self.rig, self.controller = VirtualRig(rig, elements=40), SlideController(rig)
         self.controller.tool_face_target = state.target = math.radians(45.0)
-        state.take_rig(rig)
+        state.set_rig(rig)
         state.recording = True
-        state.take_parameters(
+        state.update_parameters(
             [LiveParameter("rocking_controller", "gain", 2.0, "-", 0.0, 8.0, "centre shift per error")]
         )
 
     def step(self) -> None:
         state, m = self.state, self.rig.step(self.controller.step(self.rig.measurements))
-        state.take_pressure(m.time, m.standpipe_pressure)
-        state.take_pump(m.time, m.pump_speed)
+        state.set_pressure(m.time, m.standpipe_pressure)
+        state.set_pump_speed(m.time, m.pump_speed)
         for sample in m.mwd:
-            state.take_tool_face(sample.measured_at, sample.tool_face)
+            state.add_tool_face(sample.measured_at, sample.tool_face)
         state.truth = self.rig.truth.tool_face
-        state.take_top_drive(m.time, m.top_drive_angle, m.surface_torque)
+        state.add_sample(m.time, m.top_drive_angle, m.surface_torque)
         if round(m.time * 10) % 10 == 0:
-            state.take_statuses(
+            state.update_statuses(
                 Status(one.level, f"rocking_controller: {one.name}", one.message, one.values)
                 for one in self.controller.status()
             )
@@ -64,9 +64,9 @@ def main(speed: float, before: float) -> None:
                 wishes.append(wish)
                 if isinstance(wish, SetTarget):
                     slide.controller.tool_face_target = state.target = wish.target
-                    state.add_notice(f"target {math.degrees(wish.target):.1f} deg", good=True)
+                    state.add_notice(f"target {math.degrees(wish.target):.1f} deg", success=True)
                 elif isinstance(wish, SetParameter):
-                    state.add_notice(f"{wish.name} = {wish.value:g}: refused: out of range", good=False)
+                    state.add_notice(f"{wish.name} = {wish.value:g}: refused: out of range", success=False)
             due += 0.1 / speed
             time.sleep(max(due - time.monotonic(), 0.0))
 

@@ -37,13 +37,13 @@ REACH = (
 @pytest.fixture
 def state() -> LiveState:
     state = LiveState()
-    state.take_rig(load_rig())
+    state.set_rig(load_rig())
     return state
 
 
 def fill(state: LiveState, samples: int, interval: float = 0.1) -> None:
     for k in range(samples):
-        state.take_top_drive(k * interval, math.sin(k), 1e3 * math.cos(k))
+        state.add_sample(k * interval, math.sin(k), 1e3 * math.cos(k))
 
 
 def test_an_hour_leaves_no_more_than_the_window(state: LiveState) -> None:
@@ -57,9 +57,9 @@ def test_an_hour_leaves_no_more_than_the_window(state: LiveState) -> None:
 def test_a_fast_rig_does_not_fill_more(state: LiveState) -> None:
     fill(state, 3 * MAX_SAMPLES, interval=0.001)
     for k in range(500):
-        state.take_tool_face(float(k), 0.1)
-        state.add_notice(f"notice {k}", good=True)
-        state.take_statuses([Status(Level.OK, f"node: {k}", "")])
+        state.add_tool_face(float(k), 0.1)
+        state.add_notice(f"notice {k}", success=True)
+        state.update_statuses([Status(Level.OK, f"node: {k}", "")])
     assert len(state.samples_after(0)[0]) == MAX_SAMPLES
     assert (len(state.tool_faces()), len(state.notices_after(0))) == (MAX_TOOL_FACES, MAX_NOTICES)
     assert len(state.statuses()) == MAX_STATUSES
@@ -74,8 +74,8 @@ def test_rows_are_told_once(state: LiveState) -> None:
 
 def test_a_clock_set_back_begins_anew(state: LiveState) -> None:
     fill(state, 50)
-    state.take_tool_face(3.0, 0.2)
-    state.take_top_drive(0.0, 0.0, 0.0)
+    state.add_tool_face(3.0, 0.2)
+    state.add_sample(0.0, 0.0, 0.0)
     assert [row.time for row in state.samples_after(0)[0]] == [0.0]
     assert state.tool_faces() == []
 
@@ -83,24 +83,24 @@ def test_a_clock_set_back_begins_anew(state: LiveState) -> None:
 def test_differential_pressure_is_what_circulation_does_not_need(state: LiveState) -> None:
     rig = load_rig()
     full = rig.hydraulics.reference_flow / rig.mud_pump.displacement
-    state.take_pump(0.0, 0.5 * full)
-    state.take_pressure(0.0, rig.hydraulics.reference_pressure * 0.5**1.8 + 2e6)
+    state.set_pump_speed(0.0, 0.5 * full)
+    state.set_pressure(0.0, rig.hydraulics.reference_pressure * 0.5**1.8 + 2e6)
     for time in (0.0, 1.9, 2.1):
-        state.take_top_drive(time, 0.0, 0.0)
+        state.add_sample(time, 0.0, 0.0)
     shown = [row.differential_pressure for row in state.samples_after(0)[0]]
     assert shown == pytest.approx([2e6, 2e6, math.nan], nan_ok=True)
 
 
 def test_frame_is_json_in_the_units_shown(state: LiveState) -> None:
     state.target, state.truth = math.radians(-170.0), math.radians(200.0)
-    state.take_tool_face(90.0, math.radians(10.0))
-    state.take_statuses(
+    state.add_tool_face(90.0, math.radians(10.0))
+    state.update_statuses(
         [
             Status(Level.OK, "rocking_controller: tool_face", "", BELIEF),
             Status(Level.OK, "rocking_controller: reach", "", REACH),
         ]
     )
-    state.take_top_drive(100.0, 2.0, 7500.0)
+    state.add_sample(100.0, 2.0, 7500.0)
     dial = dial_json(state)
     assert dial == {"target": -170.0, "estimate": 10.0, "spread": 4.5, "measured": [[10.0, 10.0]], "truth": -160.0}
     assert rocking_json(state) == {"centre": 3.25, "amplitude": 12.0, "period": 8.0, "angle": 2.0}
@@ -111,7 +111,7 @@ def test_frame_is_json_in_the_units_shown(state: LiveState) -> None:
 
 def test_many_rows_keep_their_extremes(state: LiveState) -> None:
     fill(state, 3000)
-    state.take_top_drive(299.95, 0.0, 9e6)
+    state.add_sample(299.95, 0.0, 9e6)
     fresh, _ = state.samples_after(0)
     shown = samples_json(fresh)
     assert len(shown) <= MAX_SAMPLES_PER_FRAME
@@ -121,14 +121,14 @@ def test_many_rows_keep_their_extremes(state: LiveState) -> None:
 
 def test_zones_and_twist_along_the_hole(state: LiveState) -> None:
     along = StringView(load_rig())
-    assert along.turning_json(state) == {"rocked_to": None, "reactive_from": None}
-    state.take_statuses(
+    assert along.rotation_json(state) == {"rocked_to": None, "reactive_from": None}
+    state.update_statuses(
         [
             Status(Level.OK, "rocking_controller: tool_face", "", BELIEF),
             Status(Level.OK, "rocking_controller: reach", "", REACH),
         ]
     )
-    turning, hole = along.turning_json(state), along.hole_json()
+    turning, hole = along.rotation_json(state), along.well_path_json()
     assert (turning["rocked_to"], turning["swing"][0], turning["swing"][-1]) == (3240.0, 12.0, 0.0)
     assert turning["behind"][0] == 0.0 < turning["behind"][-1]
     assert (hole["depth"][-1], hole["down"][0]) == (4000.0, 0.0)
@@ -157,5 +157,5 @@ def test_desk_hands_over_once_and_refuses_what_nobody_takes() -> None:
 
 def test_settings_keep_their_newest_value(state: LiveState) -> None:
     for value in (1.0, 2.5):
-        state.take_parameters([LiveParameter("rocking_controller", "gain", value, "-", 0.0, 8.0, "")])
+        state.update_parameters([LiveParameter("rocking_controller", "gain", value, "-", 0.0, 8.0, "")])
     assert [one.value for one in state.parameters()] == [2.5]

@@ -37,10 +37,10 @@ from slider_drilling.nodes.spin import make_executor
 
 
 class NoServer:
-    """Stands where the web server would; keeps the page's end of the desk."""
+    """Replaces the web server."""
 
     def __init__(self, state: LiveState, desk: RequestQueue, address: serve.Address) -> None:
-        self.url, self.desk = "http://127.0.0.1:0/", desk
+        self.url = "http://127.0.0.1:0/"
 
     def stop(self) -> None:
         pass
@@ -78,7 +78,7 @@ def turn(nodes: list[Node], *until: Callable[[], bool]) -> None:
 
 def test_graph_is_shown_and_follows_the_page(graph: list[Node]) -> None:
     board, _, controller = graph
-    state, desk = board.state, board._server.desk
+    state, desk = board.state, board.requests
     notices = state.notices_after
 
     def told(text: str) -> Callable[[], bool]:
@@ -114,7 +114,7 @@ def test_graph_is_shown_and_follows_the_page(graph: list[Node]) -> None:
 def test_recording_is_paused_and_goes_on(graph: list[Node], tmp_path: Path) -> None:
     recorder = Recorder(ShutdownRequest(), parameter_overrides=[Parameter("directory", value=str(tmp_path))])
     graph.append(recorder)
-    state, desk = graph[0].state, graph[0]._server.desk
+    state, desk = graph[0].state, graph[0].requests
     turn(graph, lambda: state.recording is True)
     for on in (False, True):
         desk.put(SetRecording(on))
@@ -125,10 +125,10 @@ def test_recording_is_paused_and_goes_on(graph: list[Node], tmp_path: Path) -> N
 
 def test_what_no_node_offers_is_said(graph: list[Node]) -> None:
     board = graph[0]
-    board._server.desk.put(SetRecording(True))
+    board.requests.put(SetRecording(True))
     turn([board], lambda: board.state.last_notice == 1)
     (notice,) = board.state.notices_after(0)
-    assert (notice.text, notice.good) == ("recorder/resume: no node offers it", False)
+    assert (notice.text, notice.success) == ("recorder/resume: no node offers it", False)
 
 
 def test_run_with_a_live_page(namespace: str, repository: Path, tmp_path: Path) -> None:

@@ -103,7 +103,7 @@ def play(
 ) -> LogPlayer:
     """Play to the end, and turn until things have happened."""
     player: LogPlayer = make(LogPlayer, **{"log": str(log), "rate": 50.0, "delay": 0.3, **parameters})
-    turn([player, heard.node], lambda: player._halt.requested, *until)
+    turn([player, heard.node], lambda: player.shutdown_request.requested, *until)
     return player
 
 
@@ -123,17 +123,17 @@ def test_chosen_topics_from_a_position_without_a_clock(make, heard, log):
 
 def test_paused_it_steps_and_seeks(make, heard, log):
     player = make(LogPlayer, log=str(log), rate=50.0, delay=0.0, paused=True)
-    turn([player, heard.node], lambda: player._publishers_of["top_drive/joint_states"].get_subscription_count() == 1)
-    assert player._step() == "at 0.000 s" and player._step() == "at 0.100 s"
+    turn([player, heard.node], lambda: player.count_subscribers("top_drive/joint_states") == 1)
+    assert player.step() == "at 0.000 s" and player.step() == "at 0.100 s"
     (result,) = player.set_parameters([Parameter("position", value=1.8)])
     assert result.successful
-    assert player._step() == "at 1.800 s"
+    assert player.step() == "at 1.800 s"
     (refused,) = player.set_parameters([Parameter("position", value=50.0)])
     assert not refused.successful and "the log is 2 s long" in refused.reason
     turn([player, heard.node], lambda: heard.positions == [0.0, 1.0, 18.0])
-    assert player._pause(False).startswith("playing")
+    assert player.set_paused(False).startswith("playing")
     with pytest.raises(InputError, match="not paused"):
-        player._step()
+        player.step()
     turn([player, heard.node], lambda: heard.positions == [0.0, 1.0, 18.0, 19.0, 20.0])
 
 
@@ -141,10 +141,10 @@ def test_in_a_loop_time_goes_on_in_clock_and_stamps(make, heard, log):
     player = make(LogPlayer, log=str(log), rate=100.0, delay=0.3, loop=True)
     turn(
         [player, heard.node],
-        lambda: player._turns >= 2,
+        lambda: player.turns >= 2,
         lambda: player.set_parameters([Parameter("loop", value=False)])[0].successful,
-        lambda: player._halt.requested,
-        lambda: len(heard.positions) == 21 * (player._turns + 1),
+        lambda: player.shutdown_request.requested,
+        lambda: len(heard.positions) == 21 * (player.turns + 1),
     )
     stamps = [stamp for stamp, _ in heard.joints["top_drive"]]
     assert stamps == pytest.approx([100.0 + 0.1 * k for k in range(len(stamps))])
@@ -176,7 +176,7 @@ def test_what_cannot_be_a_topic_or_a_message_is_left_out_and_imports_nothing(mak
         writer.finish()
     play(make, heard, path, lambda: heard.positions == [7.0])
     said = capfd.readouterr().err
-    assert "'my notes': not played: no name of a topic" in said
+    assert "'my notes': not played: not a valid ROS 2 topic name" in said
     assert "evil is no installed message package" in said and "os is no installed message package" in said
 
 
@@ -212,12 +212,12 @@ def test_a_logs_commands_give_a_simulator_the_same_run(make, heard, recording):
         heard.node, TOPICS["top_drive"], lambda data: efforts.append(cdr.decode_joint_state(data, "top_drive")[3])
     )
     player = make(LogPlayer, log=str(recording), commands_only=True, beside="recorded")
-    turn([simulator, player, heard.node], lambda: player._halt.requested, lambda: len(beside) == 101)
+    turn([simulator, player, heard.node], lambda: player.shutdown_request.requested, lambda: len(beside) == 101)
     expected = read_log(recording).top_drive.effort.tolist()
     assert efforts[:101] == expected
     assert beside == expected
     with pytest.raises(InputError, match="pause the simulator"):
-        player._pause(True)
+        player.set_paused(True)
 
 
 def test_a_log_without_block_or_pump_commands_says_what_stands_still(make, tmp_path, capfd):

@@ -87,7 +87,7 @@ def node(request, alone, tmp_path) -> Node:
 def test_a_page_says_what_its_node_has(node, repository):
     name = node.get_name()
     page = (repository / "docs" / "reference" / "nodes" / f"{name}.md").read_text()
-    check_parameters(rows(page, "Parameters"), list(MODULES[name][0].PARAMETERS))
+    check_parameters(rows(page, "Parameters"), list(type(node).PARAMETERS))
     services = {
         (f"~/{topic.rpartition('/')[2]}", kinds[0].replace("/srv/", "/"))
         for topic, kinds in node.get_service_names_and_types_by_node(name, "/")
@@ -97,11 +97,11 @@ def test_a_page_says_what_its_node_has(node, repository):
     if name == "log_player":
         return  # its topics are the log's
     if isinstance(node, recorder.Recorder):
-        node._hear_the_beat()
+        node.subscribe_to_top_drive()
     if isinstance(node, rocking_controller.RockingController):
-        node._make_command_publishers()
+        node.make_command_publishers()
         settings = rows(page, "Settings of SlideController")
-        check_parameters(settings, settings_parameters(node._controller.settings))
+        check_parameters(settings, settings_parameters(node.settings))
     topics = {
         (topic if topic == "/clock" else topic[1:], way, kinds[0].replace("/msg/", "/"))
         for way, found in (
@@ -132,9 +132,9 @@ def test_the_policy_allows_a_node_its_own_topics_and_services_and_nothing_else(n
     if name == "log_player":
         return  # its topics are the log's, and a rig's samples where it plays commands to one
     if isinstance(node, recorder.Recorder):
-        node._hear_the_beat()
+        node.subscribe_to_top_drive()
     if isinstance(node, rocking_controller.RockingController):
-        node._make_command_publishers()
+        node.make_command_publishers()
     timed = set() if name == "friction_simulator" else {"/clock"}  # use_sim_time
     assert allowed("topic", "publish") == topics(node.get_publisher_names_and_types_by_node(name, "/"))
     assert allowed("topic", "subscribe") == topics(node.get_subscriber_names_and_types_by_node(name, "/")) | timed
@@ -143,4 +143,4 @@ def test_the_policy_allows_a_node_its_own_topics_and_services_and_nothing_else(n
 def test_every_node_has_a_page_that_the_nodes_page_links(repository: Path):
     text = (repository / "docs" / "how_to" / "nodes.md").read_text()
     for name in MODULES:
-        assert f"(nodes/{name}.md)" in text
+        assert f"nodes/{name}.md)" in text

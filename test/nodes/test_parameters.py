@@ -105,8 +105,8 @@ def test_the_example_holds_the_default_controllers_own_settings(make, repository
     node = make(RockingController)
     listed = example["ros__parameters"]
     assert listed["controller"] == node.get_parameter("controller").value
-    assert {name: listed[name] for name in limits_of(node._controller.settings)} == {
-        name: getattr(node._controller.settings, name) for name in limits_of(node._controller.settings)
+    assert {name: listed[name] for name in limits_of(node.settings)} == {
+        name: getattr(node.settings, name) for name in limits_of(node._controller.settings)
     }
 
 
@@ -114,7 +114,7 @@ def test_live_settings_reach_the_controller(make):
     node = make(RockingController, controller=FIXED)
     (result,) = node.set_parameters([Parameter("amplitude", value=12.5)])
     assert result.successful
-    assert node._controller.settings.amplitude == 12.5
+    assert node.settings.amplitude == 12.5
     (result,) = node.set_parameters([Parameter("tool_face_target", value=0.5)])
     assert result.successful and node._controller.tool_face_target == 0.5
 
@@ -164,17 +164,17 @@ def test_speed_changes_from_lockstep_to_real_time_and_back(make):
 
 def test_two_controllers_in_lockstep_are_refused(make):
     nodes = [make(FrictionSimulator, elements=20, speed=0.0), make(RockingController), make(RockingController)]
-    turn(nodes, lambda: nodes[0]._halt.requested)
+    turn(nodes, lambda: nodes[0].shutdown_request.requested)
     with pytest.raises(InputError, match=r"several nodes publish .*top_drive/command.*; stop all but one"):
-        nodes[0]._halt.raise_error()
+        nodes[0].shutdown_request.raise_error()
 
 
 def test_a_player_in_a_loop_begins_again(make, log):
     player = make(LogPlayer, log=str(log), rate=100.0, loop=True, delay=0.0)
     turn([player], lambda: player._turns >= 2)
-    assert not player._halt.requested
+    assert not player.shutdown_request.requested
     player.set_parameters([Parameter("loop", value=False)])
-    turn([player], lambda: player._halt.requested)
+    turn([player], lambda: player.shutdown_request.requested)
 
 
 def test_a_target_on_its_topic_becomes_the_controllers(make):

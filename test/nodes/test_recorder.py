@@ -31,7 +31,7 @@ from slider_drilling.log.info import log_info
 from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS
 from slider_drilling.nodes import raw_topics
-from slider_drilling.nodes.message_sequence import SequenceWatch
+from slider_drilling.nodes.message_sequence import SequenceCounter
 from slider_drilling.nodes.recorder import PAUSES, Recorder
 from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.spin import drain, make_executor
@@ -45,9 +45,9 @@ class Bench:
     """A recorder and a node beside it that publishes, turned by hand."""
 
     def __init__(self, **parameters: object) -> None:
-        self.halt = ShutdownRequest()
+        self.shutdown_request = ShutdownRequest()
         overrides = [Parameter(name, value=value) for name, value in parameters.items()]
-        self.recorder = Recorder(self.halt, parameter_overrides=overrides)
+        self.recorder = Recorder(self.shutdown_request, parameter_overrides=overrides)
         self.node = Node("rig")
         self.executor = make_executor()
         self.executor.add_node(self.recorder)
@@ -61,7 +61,7 @@ class Bench:
 
     def send(self, publisher: object, values: range, topic: str = "/top_drive/joint_states") -> None:
         """Publish a joint state for each value, and wait until all are in the bag."""
-        self.turn(lambda: self.recorder._listening.publishers_of(topic) > 0)
+        self.turn(lambda: self.recorder.publisher_count(topic) > 0)
         wanted = self.recorder.messages + len(values)
         for value in values:
             publisher.publish(cdr.encode_joint_state(value * 10**8, "top_drive", float(value), 0.0, 0.0))  # type: ignore[attr-defined]
@@ -94,7 +94,7 @@ def test_the_folder_is_a_bag(bench, tmp_path):
     drive, clock = raw_topics.publisher(one.node, DRIVE), raw_topics.publisher(one.node, raw_topics.CLOCK)
     rig = one.node.create_publisher(String, "rig_description", LATCHED)
     rig.publish(String(data="schema: µ"))
-    one.turn(lambda: one.recorder._listening.publishers_of("/clock") > 0)
+    one.turn(lambda: one.recorder.publisher_count("/clock") > 0)
     clock.publish(cdr.encode_clock(7 * 10**9))
     one.turn(lambda: one.recorder._has_rig)
     one.send(drive, range(5))
@@ -142,7 +142,7 @@ def test_a_second_recording_leaves_the_first_alone(bench, tmp_path):
     )
     drive = raw_topics.publisher(first.node, DRIVE)
     for one in (first, second, named):
-        one.turn(lambda one=one: one.recorder._listening.publishers_of("/top_drive/joint_states") > 0)
+        one.turn(lambda one=one: one.recorder.publisher_count("/top_drive/joint_states") > 0)
     drive.publish(cdr.encode_joint_state(0, "top_drive", 1.0, 0.0, 0.0))
     for one in (first, second, named):
         one.turn(lambda one=one: one.recorder.messages > 0)
@@ -160,8 +160,8 @@ def test_any_topic(bench, tmp_path):
     one = bench(directory=str(tmp_path), topics=["depth"], regex="/gas/.*", exclude=".*/(secret|command)")
     sent = {name: one.node.create_publisher(Float64, name, 10) for name in ("depth", "gas/c1", "gas/secret", "other")}
     command = raw_topics.publisher(one.node, TOPICS["top_drive_command"])
-    one.turn(lambda: one.recorder._listening.publishers_of("/gas/c1") > 0)
-    one.turn(lambda: one.recorder._listening.publishers_of("/depth") > 0)
+    one.turn(lambda: one.recorder.publisher_count("/gas/c1") > 0)
+    one.turn(lambda: one.recorder.publisher_count("/depth") > 0)
     for name, publisher in sent.items():
         publisher.publish(Float64(data=float(len(name))))
     command.publish(cdr.encode_joint_state(0, "top_drive", 0.0, 0.0))
@@ -180,11 +180,11 @@ def test_all_topics_with_their_own_definitions(bench, tmp_path):
 
     one = bench(directory=str(tmp_path), all=True)
     publisher = one.node.create_publisher(Odometry, "sled", BEST_EFFORT)
-    one.turn(lambda: one.recorder._listening.publishers_of("/sled") > 0)
+    one.turn(lambda: one.recorder.publisher_count("/sled") > 0)
     message = Odometry(child_frame_id="sled")
     message.pose.covariance[35] = 4.5
     publisher.publish(message)
-    one.turn(lambda: one.recorder._listening._channels["/sled"].received > 0)  # /rosout is recorded, too
+    one.turn(lambda: one.recorder.received("/sled") > 0)  # /rosout is recorded, too
     one.end()
     (found,) = [each.ros_msg for each in read_ros2_messages(one.recorder.path) if each.channel.topic == "/sled"]
     assert found.child_frame_id == "sled" and found.pose.covariance[35] == 4.5
@@ -250,13 +250,13 @@ def test_a_managed_recorder_records_while_it_is_active(bench, tmp_path):
 
     def pass_by(value: int) -> None:
         """A message that is heard and not recorded."""
-        heard = one.recorder._listening._channels["/top_drive/joint_states"]
-        wanted = heard.received + 1
+        topic = "/top_drive/joint_states"
+        wanted = one.recorder.received(topic) + 1
         drive.publish(cdr.encode_joint_state(value * 10**8, "top_drive", float(value), 0.0, 0.0))
-        one.turn(lambda: heard.received >= wanted)
+        one.turn(lambda: one.recorder.received(topic) >= wanted)
 
     change(Transition.TRANSITION_CONFIGURE)
-    one.turn(lambda: one.recorder._listening.publishers_of("/top_drive/joint_states") > 0)
+    one.turn(lambda: one.recorder.publisher_count("/top_drive/joint_states") > 0)
     pass_by(0)
     change(Transition.TRANSITION_ACTIVATE)
     one.send(drive, range(1, 3))
@@ -309,7 +309,7 @@ def test_by_the_walls_clock_the_rigs_is_recorded_as_anything_else(bench, tmp_pat
     one = bench(directory=str(tmp_path))
     clock = raw_topics.publisher(one.node, raw_topics.CLOCK)
     drive = raw_topics.publisher(one.node, DRIVE)
-    one.turn(lambda: one.recorder._listening.publishers_of("/clock") > 0)
+    one.turn(lambda: one.recorder.publisher_count("/clock") > 0)
     for seconds in range(3):
         clock.publish(cdr.encode_clock(seconds * 10**9))
         one.send(drive, range(seconds, seconds + 1))
@@ -326,7 +326,7 @@ def test_what_comes_before_the_rigs_first_time_is_logged_at_that(begins, bench, 
     clock = raw_topics.publisher(one.node, raw_topics.CLOCK)
     described = one.node.create_publisher(String, "rig_description", LATCHED)
     described.publish(String(data="schema: x"))
-    one.turn(lambda: one.recorder._has_rig and one.recorder._listening.publishers_of("/clock") > 0)
+    one.turn(lambda: one.recorder._has_rig and one.recorder.publisher_count("/clock") > 0)
     if begins is not None:
         clock.publish(cdr.encode_clock(begins * 10**9))
         one.turn(lambda: one.recorder._simulated_ns is not None)
@@ -346,14 +346,14 @@ def test_what_comes_before_the_rigs_first_time_is_logged_at_that(begins, bench, 
     ],
 )
 def test_numbers_of_one_publisher_or_several(numbers, lost):
-    watch = SequenceWatch()
-    assert sum(watch.skipped(number) for number in numbers) == watch.lost == lost
+    watch = SequenceCounter()
+    assert sum(watch.count_missing(number) for number in numbers) == watch.lost == lost
 
 
 @pytest.mark.parametrize(
     ("parameters", "expected"),
     [
-        ({"regex": "("}, r"parameter regex = '\(': no regular expression"),
+        ({"regex": "("}, r"parameter regex = '\(': not a regular expression"),
         ({"topics": "/a"}, "parameter topics: must be a list of texts"),
         ({"file": "a/b.mcap"}, "must be a name ending in .mcap"),
     ],

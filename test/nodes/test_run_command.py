@@ -163,7 +163,7 @@ from slider_drilling.nodes import session
 KILL = "import os, signal\\nos.kill(os.getpid(), signal.{number})\\nfor _ in range(1000): pass"
 
 class Rig:
-    def __init__(self, halt, **options):
+    def __init__(self, shutdown_request, **options):
         if sys.argv[1] == "in code that was made": exec(KILL)
     def destroy_node(self): pass
 
