@@ -48,39 +48,39 @@ class CommandEntry:
 
 COMMANDS: dict[str, CommandEntry] = {
     "run": CommandEntry(
-        "slider_drilling.commands.run", "Slide a well: simulator, controller and recorder over ROS 2 topics."
+        "slider_drilling.commands.run", "Simulate a slide: simulator, controller and recorder over ROS 2 topics."
     ),
     "plot": CommandEntry("slider_drilling.commands.plot", "Plot a log and print what happened in it."),
     "closed-loop": CommandEntry(
         "slider_drilling.commands.closed_loop", "Score a controller in fixed scenarios, without ROS."
     ),
     "replay": CommandEntry(
-        "slider_drilling.commands.replay", "Drive the plant with a log; compare channel by channel."
+        "slider_drilling.commands.replay", "Simulate a log's commands and compare each channel."
     ),
     "diagnose": CommandEntry(
         "slider_drilling.commands.diagnose", "Why a run and the simulator differ, and by which effect."
     ),
     "blind-check": CommandEntry(
-        "slider_drilling.commands.blind_check", "Score the diagnosis on sealed logs of its own making."
+        "slider_drilling.commands.blind_check", "Measure how often the diagnosis is right."
     ),
     "torque-drag": CommandEntry(
-        "slider_drilling.commands.torque_drag", "Hook load and torque against depth: the broomstick."
+        "slider_drilling.commands.torque_drag", "Draw hook load and torque against depth."
     ),
     "study": CommandEntry(
-        "slider_drilling.commands.study", "The paper's tools: figures, numbers and a verdict on each claim."
+        "slider_drilling.commands.study", "Study the paper's vibration tools, with a verdict on each claim."
     ),
-    "analyse": CommandEntry("slider_drilling.commands.analyse", "The friction in a log, and where it acts."),
-    "identify": CommandEntry("slider_drilling.commands.identify", "Contact parameters from measured friction."),
+    "analyse": CommandEntry("slider_drilling.commands.analyse", "Find the friction in a log, and where it acts."),
+    "identify": CommandEntry("slider_drilling.commands.identify", "Fit contact parameters to measured friction."),
     "import": CommandEntry(
         "slider_drilling.commands.import_table", "Turn a CSV table of a rig's recorder into an MCAP log."
     ),
     "info": CommandEntry(
-        "slider_drilling.commands.info", "What a log holds, what it has lost, and what it is good for."
+        "slider_drilling.commands.info", "List what a log holds, what it has lost, and what it is good for."
     ),
     "recover": CommandEntry("slider_drilling.commands.recover", "Write what a damaged log still holds to whole logs."),
     "bench": CommandEntry("slider_drilling.commands.bench", "Measure speed, each figure beside a reference."),
     "completion": CommandEntry(
-        "slider_drilling.commands.completion", "The script with which a shell completes all this."
+        "slider_drilling.commands.completion", "Print the script for shell completion."
     ),
 }
 

@@ -1,1 +1,1 @@
-"""One module a sub-command, each with a click command named `command`; listed in slider_drilling.cli."""
+"""One module per command, each with a click command named `command`; `slider_drilling.cli` lists them."""

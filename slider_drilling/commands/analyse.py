@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @click.command(epilog="Example:\n\n  slider-drilling analyse run.mcap -o analysis")
 @click.argument("log", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("analysis"), show_default=True,
-              help="Directory that analysis.json, .html, .png and .csv are written to.")  # fmt: skip
+              help="Folder for analysis.json, .html, .png and .csv.")  # fmt: skip
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file instead of the log's own.")
 @click.option(
     "--elements", default=100, show_default=True, type=click.IntRange(10, 5000), help="Elements of the string."
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 @units_option
 @json_option
 def command(log: Path, output: Path, rig_path: Path | None, elements: int, units: Units, as_json: bool) -> None:
-    """Friction per hole interval, breakover, friction work, axial friction, zones and weight transfer in LOG."""
+    """Find the friction in LOG: by hole interval, at breakover, along the hole, and what it does to the weight."""
     from slider_drilling.analysis.analyse import analyse
     from slider_drilling.analysis.report import analysis_study, to_json
     from slider_drilling.console.streams import progress_stages, stderr
@@ -38,21 +38,21 @@ def command(log: Path, output: Path, rig_path: Path | None, elements: int, units
     record = read_log(log, rig_path)
     rig = None if record.rig_text is None else record.rig()
     with progress_stages() as report:
-        found = analyse(record, rig, elements, report)
-    shown, tree = analysis_study(found, units), to_json(found)
-    for sentence in found.undetermined:
+        analysis = analyse(record, rig, elements, report)
+    study, tree = analysis_study(analysis, units), to_json(analysis)
+    for sentence in analysis.undetermined:
         stderr().print(f"not found: {sentence}")
-    write_and_print(tree if as_json else None, lambda: _print(shown.tables),
-                    lambda: write_study(shown, output, tree, units))  # fmt: skip
+    write_and_print(tree if as_json else None, lambda: _print(study.tables),
+                    lambda: write_study(study, output, tree, units))  # fmt: skip
 
 
 def _print(tables: Sequence[StudyTable]) -> None:
-    from rich.table import Table as Lines
+    from rich.table import Table
 
     from slider_drilling.console.streams import stdout
 
     for table in tables:
-        lines = Lines(*table.header, title=table.title)
+        printed = Table(*table.header, title=table.title)
         for row in table.rows:
-            lines.add_row(*row)
-        stdout().print(lines)
+            printed.add_row(*row)
+        stdout().print(printed)

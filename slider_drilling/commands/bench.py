@@ -1,4 +1,4 @@
-"""`slider-drilling bench`: how fast this machine does what takes time."""
+"""`slider-drilling bench`: speed on this machine."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ EPILOG = "Examples:\n\n  slider-drilling bench\n\n  slider-drilling bench --json
 
 
 @click.command(epilog=EPILOG)
-@click.option("--json", "as_json", is_flag=True, help="Print JSON: results and the machine.")
+@click.option("--json", "as_json", is_flag=True, help="Print results and machine as JSON.")
 def command(as_json: bool) -> None:
-    """Measure speed: the string's step, closed loop, recorder, diagnosis, start-up. Takes some minutes.
+    """Measure speed: simulation, closed loop, recorder, diagnosis, start-up. Takes some minutes.
 
-    Each figure stands beside a reference measured in the same run: compare ratios where machines differ or are busy.
+    Each figure has a reference from the same run. Compare ratios between machines, not times.
     """
     from slider_drilling.benchmarks.machine import describe
     from slider_drilling.benchmarks.suite import STAGES, measure
@@ -39,12 +39,13 @@ def _print(results: list[BenchmarkResult], machine: dict[str, str]) -> None:
 
     from slider_drilling.console.streams import stdout
 
-    table = Table("figure", "value", "reference", "ratio", "what the reference is, and how it was measured")
-    for one in results:
-        value = "-" if one.value is None else f"{one.value:.3g} {one.unit.strip('-')}"
-        reference = "" if one.reference is None else f"{one.reference:.3g}"
-        ratio = "" if one.ratio is None else f"{one.ratio:.3g}"
-        table.add_row(one.name, value, reference, ratio, "; ".join(filter(None, (one.reference_name, one.note))))
+    table = Table("figure", "value", "reference", "ratio", "reference, and how it was measured")
+    for result in results:
+        value = "-" if result.value is None else f"{result.value:.3g} {result.unit.strip('-')}"
+        reference = "" if result.reference is None else f"{result.reference:.3g}"
+        ratio = "" if result.ratio is None else f"{result.ratio:.3g}"
+        remarks = "; ".join(filter(None, (result.reference_name, result.note)))
+        table.add_row(result.name, value, reference, ratio, remarks)
     stdout().print(table)
     for name, value in machine.items():
         stdout().print(f"{name}: {value}")

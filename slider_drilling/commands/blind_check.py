@@ -1,4 +1,4 @@
-"""`slider-drilling blind-check`: how often the diagnosis is right on logs that it has not seen."""
+"""`slider-drilling blind-check`: accuracy of the diagnosis on sealed logs."""
 
 from __future__ import annotations
 
@@ -30,32 +30,33 @@ Examples:
 
 
 @click.command(epilog=EXAMPLES)
-@click.option("--cases", default=20, show_default=True, type=click.IntRange(1, 100000), help="Sealed logs.")
+@click.option("--cases", default=20, show_default=True, type=click.IntRange(1, 100000), help="Number of logs.")
 @click.option("--seed", default=1, show_default=True, type=SEED,
-              help="Another one gives other wells, noise and forms of every law.")  # fmt: skip
+              help="Seed of wells, noise and the forms of the laws.")  # fmt: skip
 @click.option("--effects", default="", metavar="NAME,...",
-              help="Seal these only: effects, laws from outside, `none`, `two`; all of them if not given.")  # fmt: skip
+              help="Use these only: effects, laws outside the catalogue, `none`, `two`. [default: all]")  # fmt: skip
 @click.option("--sizes", default="0.5,1.5,4", show_default=True, metavar="X,...",
-              help="How far an effect moves the most moved channel, RMS in noise floors.")  # fmt: skip
+              help="Sizes: RMS change of the most affected channel, in noise floors.")  # fmt: skip
 @click.option("--wells", default="", metavar="NAME,...",
-              help="horizontal, deviated, extended, own; `own` is the rig file's, the default with --rig.")  # fmt: skip
+              help="horizontal, deviated, extended, own (the rig file's; the default with --rig).")  # fmt: skip
 @click.option("--manoeuvres", default="varied,steady,rotary", show_default=True, metavar="NAME,...",
-              help="What the rig does.")  # fmt: skip
+              help="Manoeuvres of the rig.")  # fmt: skip
 @click.option("--lacking", default="nothing", show_default=True, metavar="NAME,...",
-              help="What logs lack, in turn: nothing, beginning, drawworks, pump, samples, renewals, "
-                   "resolution.")  # fmt: skip
-@click.option("--duration", default=400.0, show_default=True, help="Of each log, s.")
-@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file: its string, noise and well.")
-@click.option("--seal-only", is_flag=True, help="Make the logs and labels, and leave.")
+              help="Defects of the logs, in turn: nothing, beginning, drawworks, pump, samples, "
+                   "renewals, resolution.")  # fmt: skip
+@click.option("--duration", default=400.0, show_default=True, help="Length of each log, s.")
+@click.option("--rig", "rig_path", type=click.Path(path_type=Path),
+              help="Rig file with the string, noise and well to use.")  # fmt: skip
+@click.option("--seal-only", is_flag=True, help="Make the logs and labels only.")
 @click.option("--logs", "sealed", type=click.Path(path_type=Path, exists=True, file_okay=False),
-              help="Diagnose and score the logs that are sealed in this folder already.")  # fmt: skip
+              help="Folder of sealed logs to use instead of new ones.")  # fmt: skip
 @click.option("--answers", type=click.Path(path_type=Path, exists=True, file_okay=False),
-              help="With --logs: score LOG.json or LOG/diagnosis.json of this folder, diagnose nothing.")  # fmt: skip
-@click.option("--only", default="", metavar="NAME,...", help="Let the diagnosis consider only these effects.")
+              help="With --logs: score LOG.json or LOG/diagnosis.json of this folder, without diagnosing.")  # fmt: skip
+@click.option("--only", default="", metavar="NAME,...", help="Effects that the diagnosis may consider. [default: all]")
 @click.option("--oracle/--no-oracle", default=True, show_default=True,
-              help="Fit the true effect alone to repeats of the run, to compare.")  # fmt: skip
+              help="Also fit the true effect alone, to repeats of each run.")  # fmt: skip
 @click.option("--repeats", default=3, show_default=True, type=click.IntRange(1, 100),
-              help="Seal so many repeats of each run for the oracle: the more, the surer what it says.")  # fmt: skip
+              help="Repeats of each run for the oracle. More repeats make it more certain.")  # fmt: skip
 @jobs_option
 @scheduler_option
 @click.option("-o", "--output", type=click.Path(path_type=Path), default="blind", show_default=True,
@@ -84,10 +85,10 @@ def command(
     as_json: bool,
     units: Units,
 ) -> int:
-    """Seal logs, diagnose them from the logs alone, then open the seals and score.
+    """Measure how often the diagnosis is right, on logs whose cause it cannot see.
 
-    The sealed plant has another mesh, step and nuisance, its sensors other noise, its laws another form than the
-    catalogue's; some are in no catalogue. Ctrl-C leaves what is finished; the same command goes on from there.
+    The logs come from a rig with another mesh, step, noise and form of the effects than the model that diagnoses.
+    Some effects are in no catalogue. Ctrl-C keeps what is finished; the same command resumes.
     """  # fmt: skip
     from slider_drilling.blind import check
     from slider_drilling.blind.cases import CasePlan, draw_cases
@@ -102,11 +103,11 @@ def command(
         raise InputError("--answers: give the folder of the sealed logs with --logs")
     make_folder(output)
     check_outputs((output / "blind.json", output / "blind.html"), (rig_path,))
-    _only_known(_names(only))
-    where = WorkerSettings(jobs, scheduler)
+    _check_effect_names(_names(only))
+    workers = WorkerSettings(jobs, scheduler)
 
     def run(what: str, work: Sequence[Job], folder: Path) -> CampaignOutcome:
-        return run_with_progress(what, work, folder, where)
+        return run_with_progress(what, work, folder, workers)
 
     stems = None
     options: dict[str, Any] = {"logs": str(sealed)}
@@ -116,15 +117,15 @@ def command(
                     _names(lacking))  # fmt: skip
         drawn = draw_cases(plan, cases)
         rig = rig_path if rig_path is not None else installed_file("config/rig.example.yaml")
-        ran = check.seal(drawn, rig, output, run, repeats)
-        count = ran.completed + ran.already_done
+        outcome = check.seal(drawn, rig, output, run, repeats)
+        count = outcome.completed + outcome.already_done
         click.echo(f"sealed {count} of {cases} logs in {output / check.LOGS}", err=as_json)
-        if as_json and (seal_only or ran.stop_code or not count):
+        if as_json and (seal_only or outcome.stop_code or not count):
             print_json({"sealed": count, "of": cases, "logs": output / check.LOGS})
-        if ran.failed and not count:
-            raise InputError(f"{output}: nothing could be sealed: {next(iter(ran.failed.values()))}")
-        if seal_only or ran.stop_code:
-            return ran.exit_code
+        if outcome.failed and not count:
+            raise InputError(f"{output}: no log could be made: {next(iter(outcome.failed.values()))}")
+        if seal_only or outcome.stop_code:
+            return outcome.exit_code
         sealed, stems = output, [case.file_stem() for case in drawn]
         options = {"cases": cases, "seed": seed, "effects": effects, "sizes": sizes, "wells": ",".join(chosen),
                    "manoeuvres": manoeuvres, "lacking": lacking, "duration": duration, "rig": str(rig_path or ""),
@@ -137,7 +138,7 @@ def command(
     return checked.code
 
 
-def _only_known(names: Sequence[str]) -> None:
+def _check_effect_names(names: Sequence[str]) -> None:
     from slider_drilling.blind.catalogue_laws import CATALOGUE_LAWS
     from slider_drilling.errors import InputError
 
@@ -154,9 +155,9 @@ def _numbers(option: str, text: str) -> tuple[float, ...]:
     from slider_drilling.errors import InputError
 
     try:
-        return tuple(float(one) for one in _names(text))
+        return tuple(float(number) for number in _names(text))
     except ValueError:
-        raise InputError(f"{option} {text}: give numbers with commas between, such as 0.5,1.5,4") from None
+        raise InputError(f"{option} {text}: give numbers separated by commas, such as 0.5,1.5,4") from None
 
 
 def _report(
@@ -196,11 +197,11 @@ def _report(
 def _line(case: ScoredCase) -> str:
     truth = " + ".join(case.true_effects) or "none"
     size = ", ".join(f"{size:.1f}" for size in case.sizes) if case.true_effects else "-"
-    said = " + ".join(case.named_effects) + (
+    answer = " + ".join(case.named_effects) + (
         f" (or {', '.join(case.indistinguishable)})" if case.indistinguishable else ""
     )
-    said = f"{', '.join(case.suspected)} instead?" if case.suspected else said
-    return f"{case.outcome}: {truth} at {size} noise floors, {case.manoeuvre} -> {case.verdict}: {said or 'no name'}"
+    answer = f"suspected: {', '.join(case.suspected)}" if case.suspected else answer
+    return f"{case.outcome}: {truth} at {size} noise floors, {case.manoeuvre} -> {case.verdict}: {answer or 'no name'}"
 
 
 def _print_totals(cases: Sequence[ScoredCase], units: Units) -> None:

@@ -1,4 +1,4 @@
-"""`slider-drilling completion`: what a shell needs to complete commands, options and their values."""
+"""`slider-drilling completion`: shell completion of commands, options and values."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ Examples:
 
 \b
   slider-drilling completion bash > ~/.local/share/bash-completion/completions/slider-drilling
-  slider-drilling completion zsh > ~/.zfunc/_slider-drilling      (~/.zfunc being in fpath)
+  slider-drilling completion zsh > ~/.zfunc/_slider-drilling      (~/.zfunc must be in fpath)
   slider-drilling completion fish > ~/.config/fish/completions/slider-drilling.fish
 """
 PROGRAM = "slider-drilling"
@@ -19,7 +19,7 @@ PROGRAM = "slider-drilling"
 @click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
 @click.pass_context
 def command(context: click.Context, shell: str) -> None:
-    """Print the script with which SHELL completes this command line."""
+    """Print the completion script for SHELL."""
     from click.shell_completion import BashComplete, FishComplete, ZshComplete
 
     kind = {"bash": BashComplete, "zsh": ZshComplete, "fish": FishComplete}[shell]

@@ -1,4 +1,4 @@
-"""`slider-drilling diagnose`: where a run and the simulator part, and which effect explains it."""
+"""`slider-drilling diagnose`: where a log and the simulator differ, and which effect explains it."""
 
 from __future__ import annotations
 
@@ -30,20 +30,22 @@ Examples:
 @click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file instead of the logs' own.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), default="diagnosis", show_default=True,
-              help="Folder for diagnosis.json, report.html and rig.tuned.yaml, of several logs one each.")  # fmt: skip
+              help="Folder for diagnosis.json, report.html and rig.tuned.yaml; a folder each for several "
+                   "logs.")  # fmt: skip
 @namespace_option
 @click.option("--seed", default=0, show_default=True, type=SEED,
-              help="Of the bootstrap; the same seed gives the same answer.")  # fmt: skip
-@click.option("--only", multiple=True, metavar="NAME", help="Consider only this effect of the catalogue; repeatable.")
-@click.option("--effect", "effects", multiple=True, metavar="MODULE:CLASS", help="An effect of your own; repeatable.")
+              help="Seed of the bootstrap; the same seed gives the same answer.")  # fmt: skip
+@click.option("--only", multiple=True, metavar="NAME", help="Consider only this effect; repeatable. [default: all]")
+@click.option("--effect", "effects", multiple=True, metavar="MODULE:CLASS",
+              help="Also consider an effect of your own; repeatable.")  # fmt: skip
 @click.option(
     "--until",
     default=1.0,
     show_default=True,
     metavar="SHARE",
-    help="Fit only this first share of every log (0.67: two thirds) and show what the rest then leaves.",
+    help="Fit only the first part of every log (0.67: two thirds) and predict the rest.",
 )
-@click.option("--together", is_flag=True, help="Fit several logs, of one rig, together, for one answer.")
+@click.option("--together", is_flag=True, help="Fit several logs of one rig together.")
 @jobs_option
 @scheduler_option
 @json_option
@@ -63,11 +65,11 @@ def command(
     as_json: bool,
     units: Units,
 ) -> int:
-    """Say where LOGS and the simulator part, which effect causes it, and how far it shrinks with it.
+    """Find out where LOGS and the simulator differ, which effect explains it, and how much of the gap it closes.
 
-    Several LOGS, or folders of them, are diagnosed each by itself, with one table and one page over all; Ctrl-C leaves
-    the finished ones, and the same command goes on from there. Of one log, or with --together, Ctrl-C (or SIGTERM)
-    writes the best answer so far, marked partial. The exit code is then 130 (143).
+    Several LOGS, or folders of logs, are diagnosed one by one, with a table over all. Ctrl-C keeps the finished ones;
+    the same command resumes. With one log, or --together, Ctrl-C (or SIGTERM) writes the best answer so far, marked
+    partial. The exit code is then 130 (143).
     """
     from slider_drilling.api.diagnose import diagnose
     from slider_drilling.campaign.diagnose_logs import DiagnoseOptions, find_logs, user_effect_file

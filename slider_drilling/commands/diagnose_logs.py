@@ -1,4 +1,4 @@
-"""What `slider-drilling diagnose` does with several logs, or a folder of them: each by itself, one table over all."""
+"""`slider-drilling diagnose` with several logs: one by one, with a table over all."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def diagnose_each(
     as_json_text: bool,
     units: Units,
 ) -> int:
-    """Diagnose each log into a folder of its own; the exit code."""
+    """Diagnose each log into its own folder; returns the exit code."""
     from slider_drilling.campaign.code_version import code_version
     from slider_drilling.campaign.diagnose_logs import (
         as_json,

@@ -1,4 +1,4 @@
-"""`slider-drilling identify`: the contact's parameters from measured friction."""
+"""`slider-drilling identify`: contact parameters from measured friction."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ EPILOG = """\
 DATA.csv is a table with a header line, in one of two forms.
 
 \b
-Against time, one row a sample; the contact starts undeformed:
+Against time, one row per sample; the contact starts undeformed:
   time_s, axial_m, normal_force_n, friction_n
   optional: tangential_m, tangential_friction_n
-Against velocity, one row a settled experiment (mean friction):
+Against velocity, one row per steady experiment (mean friction):
   feed_m_per_s, vibration_m_per_s, frequency_hz, normal_force_n, friction_n
   optional: direction_deg (of the vibration, from the axis; 0 is longitudinal)
 friction_n is positive where it resists motion down the axis.
@@ -40,15 +40,18 @@ UNITS = {"stiffness": "N/m", "minor_axis": "m", "major_axis": "m"}
 @click.command(epilog=EPILOG)
 @click.argument("data", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("identified"), show_default=True,
-              help="Directory that identify.json, .html, .png and .csv are written to.")  # fmt: skip
-@click.option("--free", multiple=True, help="Also find shear_factor, dahl_exponent or shape_factor; repeatable.")
+              help="Folder for identify.json, .html, .png and .csv.")  # fmt: skip
+@click.option("--free", multiple=True, help="Also fit shear_factor, dahl_exponent or shape_factor; repeatable.")
 @click.option("--height-um", type=click.FloatRange(0.0, min_open=True), default=5.09, show_default=True,
-              help="Asperity height h that a and b are given for.")  # fmt: skip
-@click.option("--shear-factor", type=float, default=0.1, show_default=True, help="f, unless it is free.")
-@click.option("--shape-factor", type=float, default=3.141592653589793, show_default=True, help="chi, held.")
-@click.option("--particles", type=click.IntRange(4, 1000), default=24, show_default=True)
-@click.option("--generations", type=click.IntRange(1, 10000), default=40, show_default=True)
-@click.option("--seed", type=SEED, default=0, show_default=True)
+              help="Asperity height h, um; a and b refer to it.")  # fmt: skip
+@click.option("--shear-factor", type=float, default=0.1, show_default=True, help="Shear factor f, if it is not fitted.")
+@click.option("--shape-factor", type=float, default=3.141592653589793, show_default=True,
+              help="Shape factor chi, if it is not fitted.")  # fmt: skip
+@click.option("--particles", type=click.IntRange(4, 1000), default=24, show_default=True,
+              help="Particles of the swarm.")  # fmt: skip
+@click.option("--generations", type=click.IntRange(1, 10000), default=40, show_default=True,
+              help="Generations of the swarm.")  # fmt: skip
+@click.option("--seed", type=SEED, default=0, show_default=True, help="Seed of the swarm.")
 @click.option("--jobs", type=click.IntRange(1, 64), default=2, show_default=True, help="Threads.")
 @json_option
 @units_option
@@ -56,7 +59,7 @@ def command(
     data: Path, output: Path, free: tuple[str, ...], height_um: float, shear_factor: float, shape_factor: float,
     particles: int, generations: int, seed: int, jobs: int, as_json: bool, units: Units,
 ) -> None:  # fmt: skip
-    """Find kt and the asperity's axes a and b (and, if asked, f and i) from the friction measured in DATA.csv."""
+    """Fit stiffness kt and the asperity's axes a and b (and others with --free) to friction measured in DATA.csv."""
     from rich.progress import Progress, TextColumn
 
     from slider_drilling.console.streams import progress_bar

@@ -1,4 +1,4 @@
-"""Options that several commands have."""
+"""Options that several commands share, and their output."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from slider_drilling.units import Units
 
 namespace_option = click.option(
-    "--namespace", help="Whose topics to read, where the log holds several rigs'; / for none."
+    "--namespace", help="Namespace of the topics to read, if the log holds several rigs; / for none."
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout: SI units, rad.")
 SEED = click.IntRange(0, 2**31 - 1)
@@ -29,17 +29,17 @@ def _units(context: click.Context, option: click.Parameter, value: str) -> Units
 units_option = click.option(
     "--units", type=click.Choice(["si", "field"]), default="si", show_default=True, envvar="SLIDER_DRILLING_UNITS",
     show_envvar=True, callback=_units,
-    help="Of tables, pages and pictures: m, kN, bar, kN m, rad; or ft, klbf, psi, ft lbf, turns.",
+    help="Units of tables, pages and pictures: m, kN, bar, kN m, rad or ft, klbf, psi, ft lbf, turns.",
 )  # fmt: skip
 
 
 def finite_or_none(value: float | None) -> float | None:
-    """The number for JSON, which has none that is not finite: None then."""
+    """The number for JSON; None if it is not finite."""
     return value if value is not None and math.isfinite(value) else None
 
 
 def print_json(tree: Mapping[str, Any]) -> None:
-    """One JSON object on stdout; numbers that do not exist are null, paths are text."""
+    """Print one JSON object; NaN and infinity become null, paths become text."""
     click.echo(json.dumps(_plain(tree), indent=1, allow_nan=False))
 
 
@@ -58,9 +58,15 @@ def _plain(value: Any) -> Any:
 def write_and_print(
     tree: Mapping[str, Any] | None, show: Callable[[], None], write: Callable[[], Sequence[Path]]
 ) -> None:
-    """Write an answer's files, print it (the tree as JSON, without one by ``show``), and say what was written.
+    """Write an answer's files, print the answer, and list the files.
 
-    An answer may have taken minutes: it is printed where no file could be written, and written where nobody reads it.
+    An answer may have taken minutes: it is printed even if no file can be written, and written even if nobody reads
+    the output.
+
+    Args:
+        tree: Printed as JSON; None to call ``show`` instead.
+        show: Prints the answer as text.
+        write: Writes the files and returns their paths.
     """
     written: Sequence[Path] = ()
     try:
@@ -75,7 +81,7 @@ def write_and_print(
 
 
 def print_written(paths: Iterable[Path]) -> None:
-    """The last lines of a command that leaves files: one each."""
+    """Print a line for each file."""
     from slider_drilling.console.streams import stdout
 
     for path in paths:
@@ -83,7 +89,7 @@ def print_written(paths: Iterable[Path]) -> None:
 
 
 def complete_effect(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
-    """For shells: the effects of the catalogue that begin so."""
+    """Shell completion: effects that start with the typed text."""
     from dataclasses import fields
 
     from slider_drilling.effects import Effects
@@ -92,7 +98,7 @@ def complete_effect(context: click.Context, parameter: click.Parameter, incomple
 
 
 def print_listing(entries: Iterable[tuple[str, str]]) -> None:
-    """Names and what each is about, for --list."""
+    """Print names and descriptions, for --list."""
     from rich.table import Table
 
     from slider_drilling.console.streams import stdout

@@ -1,4 +1,4 @@
-"""What `run --set` and `run --effect` change, and who is told of it."""
+"""Rig files and settings that `run --set` and `run --effect` change."""
 
 from __future__ import annotations
 
@@ -17,9 +17,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ModifiedRig:
-    """rig: path of the rig file that everybody is told of; plant: of the one simulated, "" if the same.
+    """The rig files of a run.
 
-    settings: of the controller; notes: what was planted, for the log.
+    Attributes:
+        rig: Path of the rig file that controller and log get; "" for the example well.
+        plant: Path of the rig file that is simulated; "" if it is the same.
+        settings: Settings of the controller.
+        notes: Effects that were added, for the log.
     """
 
     rig: str
@@ -31,28 +35,36 @@ class ModifiedRig:
 def apply_changes(
     rig_path: Path | None, sets: Sequence[str], effects: Sequence[str], controller: str | None, folder: Path
 ) -> ModifiedRig:
-    """Make the rig files that are wanted, in ``folder``. Raises InputError.
+    """Write the changed rig files.
 
-    sets: ``KEY=VALUE`` of the rig file (mud.density=1100), which has a dot, or of the controller's settings.
-    effects: what `with_effect` takes; only the plant has them, neither the controller nor the log's rig file.
+    Args:
+        rig_path: The rig file; None for the example well.
+        sets: ``KEY=VALUE``. A key with a dot is one of the rig file (mud.density=1100), others are settings of the
+            controller.
+        effects: As `with_effect` takes them. Only the simulated rig gets them.
+        controller: ``module:Class`` of the controller; None for the default.
+        folder: Folder for the files.
+
+    Raises:
+        InputError: A key or value cannot be used.
     """
     from slider_drilling.api.rigs import load_rig
     from slider_drilling.api.with_effect import with_effect
 
-    given = "" if rig_path is None else str(rig_path)
+    nominal_path = "" if rig_path is None else str(rig_path)
     rig = load_rig(rig_path)
     pairs = dict(_pair(text) for text in sets)
     keys = {name: value for name, value in pairs.items() if "." in name}
-    own = {name: parse_number(value, f"--set {name}") for name, value in pairs.items() if "." not in name}
+    settings = {name: parse_number(value, f"--set {name}") for name, value in pairs.items() if "." not in name}
     if keys:
         rig = rig.with_({name: _value(value) for name, value in keys.items()})
-        given = _write(rig, folder / "rig.set.yaml")
-    _check_settings(own, controller, rig, "; keys of the rig file have a dot")
+        nominal_path = _write(rig, folder / "rig.set.yaml")
+    _check_settings(settings, controller, rig, "; keys of the rig file have a dot")
     plant = rig
     for effect in effects:
         plant = with_effect(plant, effect)
-    path = _write(plant, folder / "rig.planted.yaml") if effects else ""
-    return ModifiedRig(given, path, own, f"planted: {'; '.join(effects)}" if effects else "")
+    path = _write(plant, folder / "rig.plant.yaml") if effects else ""
+    return ModifiedRig(nominal_path, path, settings, f"effects: {'; '.join(effects)}" if effects else "")
 
 
 def _pair(text: str) -> tuple[str, str]:
@@ -63,7 +75,7 @@ def _pair(text: str) -> tuple[str, str]:
 
 
 def _value(text: str) -> object:
-    """A value as in a rig file, except that 1e5 is a number here."""
+    """Parse a value of the rig file; unlike in YAML, 1e5 is a number."""
     import yaml
 
     try:
@@ -73,11 +85,11 @@ def _value(text: str) -> object:
     try:
         return yaml.safe_load(text)
     except yaml.YAMLError:
-        raise InputError(f"--set: {text!r} is no value of a rig file") from None
+        raise InputError(f"--set: {text!r} is not a value of a rig file") from None
 
 
 def parse_settings(sets: Sequence[str], controller: str | None, rig: Rig) -> dict[str, float]:
-    """Settings of the controller from ``NAME=VALUE``, tried on this rig. Raises InputError."""
+    """Parse settings ``NAME=VALUE`` of the controller and check them on this rig. Raises InputError."""
     pairs = dict(_pair(text) for text in sets)
     settings = {name: parse_number(value, f"--set {name}") for name, value in pairs.items()}
     _check_settings(settings, controller, rig, "")
@@ -94,10 +106,10 @@ def _check_settings(settings: dict[str, float], controller: str | None, rig: Rig
     name = controller or DEFAULT_CONTROLLER
     built = load_controller(name, rig)
     known = limits_of(built.settings) if isinstance(built, AdjustableController) else {}
-    for one in settings:
-        if one not in known:
-            there = f"its settings: {', '.join(known)}" if known else "it has no settings"
-            raise InputError(f"--set {one}: no setting of {name}; {there}{hint}")
+    for setting in settings:
+        if setting not in known:
+            options = f"its settings: {', '.join(known)}" if known else "it has no settings"
+            raise InputError(f"--set {setting}: {name} has no such setting; {options}{hint}")
     if isinstance(built, AdjustableController):
         built.configure(dataclasses.replace(built.settings, **settings))
 

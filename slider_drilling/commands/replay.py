@@ -1,4 +1,4 @@
-"""`slider-drilling replay`: the plant driven by a log's commands, beside what the log measured."""
+"""`slider-drilling replay`: simulate a log's commands and compare with what it measured."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 @click.argument("log", type=click.Path(path_type=Path))
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file instead of the log's own.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Write the simulated channels to this MCAP file.")
-@click.option("--page", type=click.Path(path_type=Path), help="Write a page of measured over simulated to this file.")
+@click.option("--page", type=click.Path(path_type=Path),
+              help="Write a page with measured and simulated channels to this file.")  # fmt: skip
 @click.option("--elements", default=200, show_default=True, help="Elements of the string, 10 to 5000.")
 @namespace_option
 @json_option
@@ -27,7 +28,7 @@ def command(
     log: Path, rig_path: Path | None, output: Path | None, page: Path | None, elements: int, namespace: str | None,
     as_json: bool, units: Units,
 ) -> None:
-    """Drive the plant with LOG's commands from its first sample; print how far it lands from LOG's channels."""
+    """Simulate LOG's commands from its first sample and print the difference of each channel."""
     from slider_drilling.api.replay import replay
     from slider_drilling.console.streams import stderr
     from slider_drilling.diagnosis.replay_page import replay_page

@@ -1,4 +1,4 @@
-"""`slider-drilling run`: simulator, controller and recorder on real topics, in one process."""
+"""`slider-drilling run`: simulator, controller and recorder over ROS 2 topics, in one process."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Examples:
 
 
 class Speed(click.ParamType):
-    """`max`, or how many simulated seconds a second."""
+    """Simulated seconds per second, or `max`."""
 
     name = "1|max"
 
@@ -47,22 +47,24 @@ class Speed(click.ParamType):
 
 
 @click.command(epilog=EXAMPLES)
-@click.option("--rig", type=click.Path(path_type=Path), help="Rig file; the 4 km example well if not given.")
+@click.option("--rig", type=click.Path(path_type=Path), help="Rig file. [default: the 4 km example well]")
 @click.option("--duration", type=float, help="Simulated time, s. [default: 300; with --live: until Ctrl-C]")
-@click.option("--speed", type=Speed(), help="Times real time, or lockstep. [default: max; with --live: 1]")
+@click.option("--speed", type=Speed(),
+              help="Simulated seconds per second; max: lockstep. [default: max; with --live: 1]")  # fmt: skip
 @click.option("--record", type=click.Path(path_type=Path), help="Folder for the log, its page and its picture.")
 @click.option("--target", type=float, help="Toolface to hold, deg. [default: 0]")
 @click.option("--controller", help="module:Class of another controller, built as Class(rig).")
 @click.option("--seed", default=0, show_default=True, help="Seed of the sensor noise.")
 @click.option("--elements", default=200, show_default=True, help="Elements of the string, 10 to 5000.")
 @click.option("--effect", "effects", multiple=True, metavar="NAME[:KEY=VALUE,...]", shell_complete=complete_effect,
-              help="Plant an effect that neither the controller nor the log's rig file knows of; repeatable.")
+              help="Give the simulated rig an effect that the rig file does not have; repeatable.")
 @click.option("--set", "sets", multiple=True, metavar="NAME=VALUE",
               help="Change a key of the rig file (mud.density) or a setting of the controller (gain); repeatable.")
 @click.option("--live", is_flag=True, help="Serve a live page with controls.")
-@click.option("--live-host", default="127.0.0.1", show_default=True, help="Its address; others than this need a token.")
-@click.option("--live-port", default=8765, show_default=True, help="Its port; 0: a free one.")
-@click.option("--live-token", default="", help="Letters and digits that others need. [default: made up]")
+@click.option("--live-host", default="127.0.0.1", show_default=True,
+              help="Address of the live page; any other needs a token.")  # fmt: skip
+@click.option("--live-port", default=8765, show_default=True, help="Port of the live page; 0: a free one.")
+@click.option("--live-token", default="", help="Token of the live page, letters and digits. [default: random]")
 @json_option
 @units_option
 def command(
@@ -70,9 +72,9 @@ def command(
     controller: str | None, seed: int, elements: int, effects: tuple[str, ...], sets: tuple[str, ...], live: bool,
     live_host: str, live_port: int, live_token: str, as_json: bool, units: Units,
 ) -> int:  # fmt: skip
-    """Slide the well: friction simulator, rocking controller and recorder over ROS 2 topics, then what happened.
+    """Simulate a slide: friction simulator, rocking controller and recorder over ROS 2 topics.
 
-    Every topic can be watched meanwhile from another terminal of this machine.
+    Prints a summary at the end. Topics can be watched from another terminal of this machine.
     """
     if duration is None:
         duration = 0.0 if live else 300.0
@@ -101,7 +103,7 @@ def command(
             live=Address(live_host, live_port, live_token).checked() if live else None,
         )
         outcome = _run(plan)
-        _tell(outcome, record is not None, as_json, units)
+        _report(outcome, record is not None, as_json, units)
     return 128 + outcome.signal if outcome.signal else 0
 
 
@@ -125,7 +127,7 @@ def _run(plan: SessionOptions) -> SessionResult:
         stderr().print(f"live page: {address}  (Ctrl-C ends the run)")
 
     if plan.live is not None:
-        # No bar: the page shows how far the run is, and Ctrl-C is its end.
+        # No progress bar: the live page shows the progress, and Ctrl-C ends the run.
         return run_session(plan, announce=announce)
     columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(),
                TextColumn("{task.completed:.0f} of {task.total:.0f} s"), TimeRemainingColumn())
@@ -134,8 +136,8 @@ def _run(plan: SessionOptions) -> SessionResult:
         return run_session(plan, lambda simulated: progress.update(task, completed=simulated, description="sliding"))
 
 
-def _tell(outcome: SessionResult, keep: bool, as_json: bool, units: Units) -> None:
-    """The summary; page and picture beside a log that is kept."""
+def _report(outcome: SessionResult, keep: bool, as_json: bool, units: Units) -> None:
+    """Print the summary; write page and picture beside a log that is kept."""
     from slider_drilling.console.streams import stderr, stdout
     from slider_drilling.log import read_log
     from slider_drilling.log.run_page import write_run_page, write_run_picture

@@ -1,4 +1,4 @@
-"""`slider-drilling study`: the paper's systems, each with figures, numbers and a verdict on what the paper says."""
+"""`slider-drilling study`: the paper's vibration tools, with figures, numbers and a verdict on each claim."""
 
 from __future__ import annotations
 
@@ -31,24 +31,24 @@ def _names(context: click.Context, parameter: click.Parameter, incomplete: str) 
 
 @click.command(epilog=EXAMPLES)
 @click.argument("name", required=False, shell_complete=_names)
-@click.option("--list", "listing", is_flag=True, help="List the studies and leave.")
+@click.option("--list", "listing", is_flag=True, help="List the studies.")
 @click.option(
     "-o",
     "--output",
     type=click.Path(path_type=Path),
     default=Path("studies"),
     show_default=True,
-    help="Directory that the files are written to.",
+    help="Folder for the files.",
 )
 @click.option(
-    "--jobs", default=2, show_default=True, type=click.IntRange(1, 64), help="Studies run at a time by `all`."
+    "--jobs", default=2, show_default=True, type=click.IntRange(1, 64), help="Studies that `all` runs in parallel."
 )
 @units_option
 @json_option
 def command(name: str | None, listing: bool, output: Path, jobs: int, units: Units, as_json: bool) -> None:
-    """Run study NAME, or `all`: writes NAME.html, NAME.png, NAME.csv and NAME.json; for `all` index.html besides.
+    """Run study NAME, or `all`. Writes NAME.html, NAME.png, NAME.csv and NAME.json, and index.html for `all`.
 
-    Ctrl-C (or SIGTERM) keeps the studies that have ended; the exit code is then 130 (143).
+    Ctrl-C (or SIGTERM) keeps finished studies; the exit code is then 130 (143).
     """
     from slider_drilling.errors import InputError
     from slider_drilling.paper_studies.catalogue import STUDIES
@@ -84,7 +84,7 @@ def command(name: str | None, listing: bool, output: Path, jobs: int, units: Uni
 
 
 def _run(names: list[str], output: Path, jobs: int, units: Units) -> dict[str, tuple[Study, str]]:
-    """Of each study that ended, what it found and, where its files could not be written, why."""
+    """Finished studies by name, each with the error of its files, if any."""
     from rich.progress import Progress, SpinnerColumn, TimeElapsedColumn
 
     from slider_drilling.console.streams import progress_bar, stderr
@@ -110,7 +110,7 @@ def _run(names: list[str], output: Path, jobs: int, units: Units) -> dict[str, t
 
 
 def _run_one(name: str, output: Path, units: Units) -> tuple[Study, str]:
-    """Its files are written where it ran, at once: what comes after may be interrupted."""
+    """Run a study and write its files in the worker, so that an interrupt keeps them."""
     from slider_drilling.errors import InputError
     from slider_drilling.paper_studies.catalogue import run_study
     from slider_drilling.paper_studies.render import write_study

@@ -1,4 +1,4 @@
-"""`slider-drilling torque-drag`: the broomstick of a well, with a log's points on it."""
+"""`slider-drilling torque-drag`: broomstick chart of a well, with a log's points on it."""
 
 from __future__ import annotations
 
@@ -29,16 +29,18 @@ Examples:
 
 
 @click.command(epilog=EXAMPLES)
-@click.option("--rig", "rig_path", type=click.Path(path_type=Path), help="Rig file; the log's own, or the example.")
-@click.option("--log", "log_path", type=click.Path(path_type=Path), help="Log whose points are drawn on it.")
+@click.option("--rig", "rig_path", type=click.Path(path_type=Path),
+              help="Rig file. [default: the log's own, or the example well]")  # fmt: skip
+@click.option("--log", "log_path", type=click.Path(path_type=Path), help="Log to draw on the chart.")
 @click.option("--survey", "survey_path", type=click.Path(path_type=Path),
-              help="CSV of the well's path in place of the rig file's: md with its unit (md_m, MD [ft]), inclination, "
-              "azimuth. Writes torque_drag.rig.yaml with it, too.")  # fmt: skip
+              help="CSV survey instead of the rig file's: measured depth with unit (md_m, MD [ft]), inclination, "
+              "azimuth. Also writes torque_drag.rig.yaml with it.")  # fmt: skip
 @click.option("--friction", "frictions", multiple=True, type=click.FloatRange(0.0, 2.0),
               help="Friction coefficient; repeatable. [default: 0.15 to 0.35]")  # fmt: skip
 @click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("torque_drag"), show_default=True,
-              help="Folder that torque_drag.html, .png and .csv are written to.")  # fmt: skip
-@click.option("--elements", default=200, show_default=True, type=click.IntRange(10, 5000), help="Of the whole string.")
+              help="Folder for torque_drag.html, .png and .csv.")  # fmt: skip
+@click.option("--elements", default=200, show_default=True, type=click.IntRange(10, 5000),
+              help="Elements of the string.")  # fmt: skip
 @namespace_option
 @units_option
 @json_option
@@ -46,7 +48,7 @@ def command(
     rig_path: Path | None, log_path: Path | None, survey_path: Path | None, frictions: tuple[float, ...], output: Path,
     elements: int, namespace: str | None, units: Units, as_json: bool,
 ) -> None:  # fmt: skip
-    """Hook load and torque against depth for several friction coefficients, along the string, and the well's path."""
+    """Draw hook load and torque against depth for several friction coefficients, and loads along the string."""
     from slider_drilling.analysis.torque_drag import hook_load_chart, log_points, torque_chart, torque_drag_page
     from slider_drilling.console.streams import stderr
     from slider_drilling.files.output_files import check_outputs, make_folder, write_atomically
