@@ -181,7 +181,7 @@ def test_isotropic_contact_reads_the_same_from_table_and_polynomial(monkeypatch)
     """The two forms of the friction curve are one physics."""
     commands = rocking(20.0)
     polynomial = simulate(RIG, commands, elements=60)
-    monkeypatch.setattr(assemble, "_POLYNOMIAL_ERROR", 0.0)
+    monkeypatch.setattr(assemble, "POLYNOMIAL_TOLERANCE", 0.0)
     table = simulate(RIG, commands, elements=60)
     assert np.sqrt(np.mean((table.surface_torque - polynomial.surface_torque) ** 2)) < 1.0
 

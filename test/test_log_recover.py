@@ -166,7 +166,7 @@ def test_info_says_what_is_missing(tmp_path: Path, repository: Path) -> None:
     done = call("info", "full.mcap", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "replay: ready" in done.stdout and "diagnosis: ready" in done.stdout
-    assert "the block is taken to stand still" in done.stdout
+    assert "the block is assumed to stand still" in done.stdout
     done = call("info", "nothing.mcap", folder=tmp_path)
     assert done.returncode == 2 and done.stderr == "nothing.mcap: no such log; check the path\n"
 

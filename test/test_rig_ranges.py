@@ -130,7 +130,7 @@ def test_what_no_rig_is_gets_one_line(right: str, wrong: str, said: str | None) 
 @pytest.mark.parametrize(
     ("effects", "said"),
     [
-        ("cuttings_bed: {factor: 2.0, top: 2000.0, bottom: 1000.0}", "lies nowhere, from top = 2000 to bottom"),
+        ("cuttings_bed: {factor: 2.0, top: 2000.0, bottom: 1000.0}", "has no extent, top = 2000 and bottom"),
         ("cuttings_bed: {factor: 2.0, top: 4100.0, bottom: 4200.0}", "cuttings_bed.top = 4100: below the string's end"),
         ("axial_oscillation_tool: {force: 1000.0, depth: 5000.0}", "tool.depth = 5000: give where in the string"),
         ("motor_wear: {torque_loss: -50.0}", "motor_wear.torque_loss = -50.0: must be at least -1"),

@@ -25,7 +25,7 @@ from slider_drilling.wellbore.mesh import (
 )
 
 _POLYNOMIAL_DEGREE = 7
-_POLYNOMIAL_TOLERANCE = 1e-5  # relative error of 1 / mu; beyond it (at a kink between wear modes) a table is used
+POLYNOMIAL_TOLERANCE = 1e-5  # relative error of 1 / mu; beyond it (at a kink between wear modes) a table is used
 MIN_FRICTION_FACTOR = 1e-9
 """Smallest factor of friction: at zero the length over which a contact's strain decays would be zero."""
 _STEP_MARGIN = 0.95  # of the longest stable step
@@ -98,7 +98,7 @@ def friction_curve(contact: Contact) -> FrictionCurve:
     fit = np.polynomial.Polynomial.fit(q, table, _POLYNOMIAL_DEGREE).convert()
     coefficients = np.zeros(_POLYNOMIAL_DEGREE + 1)
     coefficients[: len(fit.coef)] = fit.coef
-    smooth = bool(np.max(np.abs(fit(q) / table - 1.0)) < _POLYNOMIAL_TOLERANCE)
+    smooth = bool(np.max(np.abs(fit(q) / table - 1.0)) < POLYNOMIAL_TOLERANCE)
     orientation = contact.asperity.orientation
     return FrictionCurve(
         polynomial=coefficients if smooth else np.empty(0),

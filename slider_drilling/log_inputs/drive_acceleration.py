@@ -1,4 +1,4 @@
-"""How fast a top drive speeds up, told from the noise of its measured speed."""
+"""Acceleration of the top drive from its measured, noisy speed."""
 
 from __future__ import annotations
 
@@ -7,26 +7,33 @@ from scipy.interpolate import BSpline, make_smoothing_spline
 
 from slider_drilling.drillstring.kernel_arrays import Array
 
-_TIMES_S = np.geomspace(0.002, 1.0, 19)  # s, over which a speed may be smoothed
-_SAMPLES = 1000  # the busiest, by which the time is chosen
-_LEAST = 12  # samples, below which none could be held out
+_TIME_CONSTANTS_S = np.geomspace(0.002, 1.0, 19)  # candidates for smoothing
+_SAMPLES = 1000  # of the stretch on which the time constant is chosen
+_MIN_SAMPLES = 12  # for cross-validation
 
 
 def drive_acceleration(time: Array, speed: Array) -> Array:
-    """Acceleration (n,), rad/s2, at times (n,), s, increasing, of a speed (n,), rad/s, that is measured with noise.
+    """Acceleration of a speed that is measured with noise: the slope of a cubic smoothing spline.
 
-    The slope of a cubic smoothing spline. It is as smooth as makes two thirds of the samples foretell the others best:
-    differences of measured speeds are mostly noise where samples are close together (at 50 Hz a noise of 0.007 rad/s is
-    one of 0.5 rad/s2), and would drive the inertia that a fit finds in a torque towards zero.
+    Cross-validation chooses the smoothness: two thirds of the samples predict the others. Plain differences are mostly
+    noise where samples are close together (at 50 Hz a noise of 0.007 rad/s becomes 0.5 rad/s2). A fit of the drive's
+    inertia to measured torque would then be biased towards zero.
+
+    Args:
+        time: s, (n,), increasing.
+        speed: rad/s, (n,).
+
+    Returns:
+        rad/s2, (n,).
     """
-    if time.size < _LEAST:
+    if time.size < _MIN_SAMPLES:
         return np.gradient(speed, time) if time.size > 1 else np.zeros_like(speed)
-    busiest = _busiest(speed)
-    errors = [_foretold(time[busiest], speed[busiest], smoothed) for smoothed in _TIMES_S]
-    return np.asarray(_spline(time, speed, float(_TIMES_S[int(np.argmin(errors))])).derivative()(time))
+    part = _most_varied(speed)
+    errors = [_held_out_error(time[part], speed[part], constant) for constant in _TIME_CONSTANTS_S]
+    return np.asarray(_spline(time, speed, float(_TIME_CONSTANTS_S[int(np.argmin(errors))])).derivative()(time))
 
 
-def _busiest(speed: Array) -> slice:
+def _most_varied(speed: Array) -> slice:
     """The stretch of samples in which the speed changes most."""
     changes = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(speed)))])
     if speed.size <= _SAMPLES:
@@ -35,14 +42,14 @@ def _busiest(speed: Array) -> slice:
     return slice(begin, begin + _SAMPLES)
 
 
-def _foretold(time: Array, speed: Array, smoothed: float) -> float:
-    """Squared error of every third sample by a spline through those between."""
+def _held_out_error(time: Array, speed: Array, time_constant: float) -> float:
+    """Squared error at every third sample of a spline through the others."""
     out = np.zeros(time.size, dtype=bool)
-    out[1:-1:3] = True  # neither the first nor the last: each lies between samples that are kept
-    return float(np.sum((_spline(time[~out], speed[~out], smoothed)(time[out]) - speed[out]) ** 2))
+    out[1:-1:3] = True  # never the first or the last: the spline must not extrapolate
+    return float(np.sum((_spline(time[~out], speed[~out], time_constant)(time[out]) - speed[out]) ** 2))
 
 
-def _spline(time: Array, speed: Array, smoothed: float) -> BSpline:
-    """Low-pass of fourth order with this time constant, s: a penalty of its fourth power per interval of samples."""
+def _spline(time: Array, speed: Array, time_constant: float) -> BSpline:
+    """A smoothing spline that acts as a fourth-order low-pass with this time constant, s."""
     interval = (time[-1] - time[0]) / (time.size - 1)
-    return make_smoothing_spline(time, speed, lam=smoothed**4 / interval)
+    return make_smoothing_spline(time, speed, lam=time_constant**4 / interval)
