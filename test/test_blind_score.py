@@ -210,7 +210,8 @@ def test_what_such_a_log_can_tell_at_all_is_what_the_truth_as_the_only_candidate
 
 
 def test_what_re_tuning_may_stand_for_is_counted_apart_from_names():
-    told = score(label(), diagnosis_from_json({**tree("parameters", []), "instead": ["stribeck", "heave"]}, "here"))
+    masked = {**tree("parameters", []), "masked_effects": ["stribeck", "heave"]}
+    told = score(label(), diagnosis_from_json(masked, "here"))
     found = count_totals([told, scored(label(), "parameters")])
     assert told.outcome == "missed" and told.suspected == ("stribeck", "heave") and not told.truth_named
     assert (found.named_or_suspected.count, found.named_or_suspected.total, found.named.count) == (1, 2, 0)

@@ -207,7 +207,7 @@ def test_the_command_seals_scores_answers_and_refuses_what_cannot_be(tmp_path):
     answers = tmp_path / "answers"
     answers.mkdir()
     gap = {"closed": None, "closed_interval": None}
-    tree = {"schema": "slider_drilling/diagnosis/2", "verdict": "parameters", "site": None, "effects": [], "gap": gap,
+    tree = {"schema": "slider_drilling/diagnosis/3", "verdict": "parameters", "site": None, "effects": [], "gap": gap,
             "ranking": []}  # fmt: skip
     (answers / path.name).write_text(json.dumps(tree))
     scored = ["blind-check", "--logs", str(tmp_path), "--answers", str(answers), "-o", str(tmp_path / "scored")]

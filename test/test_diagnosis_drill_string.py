@@ -16,11 +16,13 @@ from slider_drilling.blind.sealed_plant import PlantPerturbation, simulate_seale
 from slider_drilling.diagnosis import build_model as situation
 from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.catalogue import catalogue
-from slider_drilling.diagnosis.diagnose import diagnose, to_json, tuned_rig
+from slider_drilling.diagnosis.diagnose import diagnose, tuned_rig
 from slider_drilling.diagnosis.drill_string import DrillString, depth_probes, rig_with
 from slider_drilling.diagnosis.free_forms import contact_with
 from slider_drilling.diagnosis.nuisance import nuisance_parameters
 from slider_drilling.diagnosis.save import write_diagnosis
+from slider_drilling.diagnosis.sentences import summary
+from slider_drilling.diagnosis.to_json import to_json
 from slider_drilling.drillstring import Commands, simulate, simulate_batch
 from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
@@ -59,12 +61,12 @@ def test_a_biased_torque_sensor_is_named_and_the_tuned_rig_replays(tmp_path, coa
     path = write_run(tmp_path / "run.mcap", rig, rocking(80.0), actual)
     log = read_log(path)
     diagnosis = diagnose([log], log.rig(), only=["torque_sensor_bias", "torque_sensor_lag"])
-    assert diagnosis.answer.effects == ("torque_sensor_bias",)
-    assert diagnosis.answer.site == "sensor"
+    assert diagnosis.effects == ("torque_sensor_bias",)
+    assert diagnosis.site == "sensor"
     tree = to_json(diagnosis)
     assert json.loads(json.dumps(tree, allow_nan=False)) == tree
-    assert tree["schema"] == "slider_drilling/diagnosis/2"
-    assert tree["driller"].startswith("The torque reading is 0.")
+    assert tree["schema"] == "slider_drilling/diagnosis/3"
+    assert tree["summary"].startswith("The torque reading is 0.")
     assert tree["ranking"][0]["in_answer"]
     assert tree["gap"]["rms"]["surface_torque"]["tuned"] > tree["gap"]["rms"]["surface_torque"]["with_effect"]
     assert tree["gap"]["nominal"] > tree["gap"]["tuned"] > tree["gap"]["with_effect"]
@@ -85,7 +87,7 @@ def test_command_writes_all_three_files(tmp_path, coarse):
     assert tree["verdict"] in ("none", "parameters")
     parse_rig((tmp_path / "out" / "rig.tuned.yaml").read_text(), "rig.tuned.yaml")
     page = (tmp_path / "out" / "report.html").read_text()
-    assert tree["driller"].replace("'", "&#39;") in page
+    assert tree["summary"].replace("'", "&#39;") in page
     assert "<script src" not in page
     assert tree["rig"] == {"name": "rig.yaml in run.mcap", "source": "attached", "path": str(path)}
     assert not [p for p in (tmp_path / "out").iterdir() if p.name.startswith(".")]
@@ -96,8 +98,8 @@ def test_log_that_never_moved_is_inconclusive(tmp_path, coarse):
     log = read_log(path)
     diagnosis = diagnose([log], log.rig())
     assert diagnosis.verdict == "inconclusive"
-    assert "too little" in diagnosis.driller
-    assert diagnosis.answer is None
+    assert "too little" in str(summary(diagnosis))
+    assert diagnosis.gap is None
     paths = write_diagnosis(diagnosis, tmp_path / "out")
     tree = json.loads(paths[0].read_text())
     assert tree["verdict"] == "inconclusive"

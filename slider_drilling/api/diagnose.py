@@ -14,7 +14,9 @@ from slider_drilling.api.replay import as_log
 from slider_drilling.api.simulate import Run
 from slider_drilling.columns import Columns, TableExport
 from slider_drilling.diagnosis import diagnose as engine
+from slider_drilling.diagnosis.result import Diagnosis
 from slider_drilling.diagnosis.save import write_diagnosis
+from slider_drilling.diagnosis.to_json import to_json
 from slider_drilling.errors import InputError
 from slider_drilling.gap.progress import Progress
 from slider_drilling.log import RigLog
@@ -38,7 +40,7 @@ class DiagnosisResult(TableExport):
         tree: The content of diagnosis.json.
     """
 
-    diagnosis: engine.Diagnosis
+    diagnosis: Diagnosis
     tree: dict[str, Any]
 
     @property
@@ -47,14 +49,14 @@ class DiagnosisResult(TableExport):
         return self.diagnosis.verdict
 
     @property
-    def sentence(self) -> str:
-        """The answer in words, with code names and figures."""
-        return self.diagnosis.sentence
+    def summary(self) -> str:
+        """The answer in a driller's words."""
+        return str(self.tree["summary"])
 
     @property
-    def driller(self) -> str:
-        """The answer in the words of the rig floor."""
-        return self.diagnosis.driller
+    def technical_summary(self) -> str:
+        """The answer with code names and E."""
+        return str(self.tree["technical_summary"])
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -67,7 +69,7 @@ class DiagnosisResult(TableExport):
         return engine.tuned_rig(self.diagnosis)
 
     def __repr__(self) -> str:
-        return f"DiagnosisResult({self.verdict}: {self.driller})"
+        return f"DiagnosisResult({self.verdict}: {self.summary})"
 
     def columns(self) -> Columns:
         """The ranking: effect, site, share of the gap that it closes with its 95 % interval, passed, in_answer."""
@@ -141,4 +143,4 @@ def diagnose(
     diagnosis = engine.diagnose(
         records, nominal, seed=seed, user_effects=effects, only=only, until=until, progress=progress
     )
-    return DiagnosisResult(diagnosis, engine.to_json(diagnosis))
+    return DiagnosisResult(diagnosis, to_json(diagnosis))

@@ -13,7 +13,7 @@ from slider_drilling.campaign.job import Job
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import read_text
 
-SCHEMAS = ("slider_drilling/diagnosis/1", "slider_drilling/diagnosis/2")
+SCHEMAS = tuple(f"slider_drilling/diagnosis/{version}" for version in (1, 2, 3))
 _NAMING = ("effect", "effect_and_unknown")
 
 
@@ -77,7 +77,7 @@ def diagnosis_from_json(tree: dict[str, Any], source: str) -> ReportedDiagnosis:
             verdict=tree["verdict"],
             named_effects=named,
             indistinguishable={name: groups.get(name, ()) for name in named},
-            suspected=tuple(tree.get("instead", ())),
+            suspected=tuple(tree.get("masked_effects", ())),
             site=tree["site"],
             calibrated_gap=_number(tree["gap"].get("tuned")),
             closed=_number(tree["gap"]["closed"]),
@@ -89,7 +89,7 @@ def diagnosis_from_json(tree: dict[str, Any], source: str) -> ReportedDiagnosis:
 
 
 def _values(parameters: Mapping[str, Any]) -> dict[str, float]:
-    """Schema 1 has numbers, schema 2 each with its unit, nominal value and interval."""
+    """Schema 1 has numbers, later ones each with its unit, nominal value and interval."""
     return {name: _number(value["value"] if isinstance(value, dict) else value) for name, value in parameters.items()}
 
 

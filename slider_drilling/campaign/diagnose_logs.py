@@ -133,7 +133,7 @@ def write_report_files(result: JobResult, folder: Path) -> None:
 
 
 def log_row(log: Path, folder: str, diagnosis: dict[str, Any]) -> LogRow:
-    """The line of a log whose diagnosis.json (schema 2) is this tree."""
+    """The line of a log whose diagnosis.json (schema 3) is this tree."""
     gap = diagnosis["gap"]
     worst, off_by = _worst(gap)
     group = [name for entry in diagnosis["ranking"] if entry["in_answer"] for name in entry["group"]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,8 +12,7 @@ from slider_drilling.commands.campaign_options import jobs_option, scheduler_opt
 from slider_drilling.commands.options import SEED, json_option, namespace_option, units_option, write_and_print
 
 if TYPE_CHECKING:
-    from slider_drilling.diagnosis.diagnose import Diagnosis
-    from slider_drilling.diagnosis.result import Outcome
+    from slider_drilling.diagnosis.result import Diagnosis, RankedEffect
     from slider_drilling.units import Units
 
 
@@ -107,43 +107,47 @@ def _print(diagnosis: Diagnosis, units: Units) -> None:
     from rich.text import Text
 
     from slider_drilling.console.streams import stderr, stdout
-    from slider_drilling.diagnosis import sentences
+    from slider_drilling.diagnosis.sentences import prediction_horizon, summary, technical_summary
 
-    origin = diagnosis.rig_source
-    stdout().print(Text(units.convert_text(diagnosis.driller), "bold"))
-    stdout().print(units.convert_text(diagnosis.sentence))
-    stdout().print(f"rig file: {origin.name} ({origin.source})")
-    _print_ranking(diagnosis.outcome, units)
-    _print_simulated(diagnosis.outcome, units)
-    for sentence in sentences.prediction_horizon(diagnosis.outcome):
-        stdout().print(units.convert_text(sentence))
-    for sentence in diagnosis.remarks:
-        stderr().print(f"note: {units.convert_text(sentence)}")
+    source = diagnosis.rig_source
+    stdout().print(Text(units.convert_text(summary(diagnosis)), "bold"))
+    stdout().print(technical_summary(diagnosis))
+    stdout().print(f"rig file: {source.name} ({source.source})")
+    _print_ranking(diagnosis.ranking, units)
+    _print_whole_runs(diagnosis, units)
+    for text in prediction_horizon(diagnosis):
+        stdout().print(text)
+    for remark in diagnosis.remarks:
+        stderr().print(f"note: {units.convert_text(remark)}")
 
 
-def _print_ranking(outcome: Outcome, units: Units) -> None:
+def _print_ranking(ranking: Sequence[RankedEffect], units: Units) -> None:
     from rich.table import Table
     from rich.text import Text
 
     from slider_drilling.console.streams import stdout
-    from slider_drilling.diagnosis import sentences
-    from slider_drilling.diagnosis.effect_phrases import format_quantity
+    from slider_drilling.diagnosis.display_units import displayed
+    from slider_drilling.diagnosis.ranking_table import (
+        candidate_status_by_number,
+        share_cells,
+        share_headers,
+        split_by_fitted,
+    )
+    from slider_drilling.units import sentence
 
-    fitted, others = sentences.fitted_and_others(outcome)
-    grouped = any(one.group for one in fitted)
-    rivals = ["not told apart from"] if grouped else []
-    closes = sentences.share_headers(fitted)
-    table = Table("effect", "site", *closes, "fitted", *rivals, "standing")
-    reasons = list(dict.fromkeys(why for one in fitted if not one.in_answer for why in one.why_not))
-    for one in fitted:
+    fitted, others = split_by_fitted(ranking)
+    grouped = any(ranked.group for ranked in fitted)
+    closes = share_headers(fitted)
+    table = Table("effect", "site", *closes, "fitted", *(["indistinguishable from"] if grouped else []), "status")
+    reasons = list(dict.fromkeys(why for ranked in fitted if not ranked.in_answer for why in ranked.why_not))
+    for ranked in fitted:
         settings = ", ".join(
-            f"{name.rpartition('.')[2]} {format_quantity(found.value, found.unit)}"
-            for name, found in one.parameters.items()
+            units.convert_text(sentence(f"{name.rpartition('.')[2]} ", displayed(fit.value, fit.unit)))
+            for name, fit in ranked.parameters.items()
         )
-        standing = Text(sentences.candidate_status_by_number(one, reasons), "green" if one.in_answer else "")
-        group = [", ".join(one.group)] if grouped else []
-        shares = sentences.share_cells(one, closes)
-        table.add_row(one.effect, one.site, *shares, units.convert_text(settings), *group, standing)
+        status = Text(candidate_status_by_number(ranked, reasons), "green" if ranked.in_answer else "")
+        group = [", ".join(ranked.group)] if grouped else []
+        table.add_row(ranked.effect, ranked.site, *share_cells(ranked, closes), settings, *group, status)
     if fitted:
         stdout().print(table)
     for number, why in enumerate(reasons, 1):
@@ -152,15 +156,15 @@ def _print_ranking(outcome: Outcome, units: Units) -> None:
         stdout().print(others)
 
 
-def _print_simulated(outcome: Outcome, units: Units) -> None:
+def _print_whole_runs(diagnosis: Diagnosis, units: Units) -> None:
     from rich.table import Table
 
     from slider_drilling.console.streams import stdout
-    from slider_drilling.diagnosis.page import simulated_rows
+    from slider_drilling.diagnosis.page import whole_run_rows
     from slider_drilling.pages import Quantity
 
-    heads, rows = simulated_rows(outcome)
-    table = Table(*heads, title="RMS error of one simulation of the log, nothing fed back or held out")
+    headers, rows = whole_run_rows(diagnosis)
+    table = Table(*headers, title="RMS error of one free simulation of the whole log")
     for row in rows:
         table.add_row(
             *(units.format(cell.value, cell.unit) if isinstance(cell, Quantity) else str(cell) for cell in row)

@@ -1,1 +1,5 @@
-"""The drill string under the gap engine: what is wrong with this rig's simulation, and how far it can be mended."""
+"""The drill string as a model of the gap engine, and the result of its diagnosis.
+
+`diagnose` checks the logs, builds the model, runs the engine and fills one `result.Diagnosis`, from which `to_json`,
+`page` and `sentences` write.
+"""

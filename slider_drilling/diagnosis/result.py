@@ -1,22 +1,39 @@
-"""What a diagnosis tells: the one tree that console, diagnosis.json and page are made from.
+"""The result of a diagnosis. Console, diagnosis.json and report.html are written from it.
 
-None stands for what is not known. Values are SI and rad; E is in noise floors.
+None means unknown. Values are in SI units and rad; E is in multiples of the noise (gap.md).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
+from slider_drilling.diagnosis.rig_source import RigSource
 from slider_drilling.gap.model import Array
+from slider_drilling.gap.results.breakdown import GapBreakdown
+from slider_drilling.gap.results.next_manoeuvre import RecommendedManoeuvre
+from slider_drilling.gap.results.whole_runs import WholeRunErrors
+from slider_drilling.log_checks import LogChecks
+from slider_drilling.rig import Rig
+from slider_drilling.units import Text
 
 Interval = tuple[float, float]
+
+STAGES = ("nominal", "tuned", "with_effect")
+STAGE_NAMES = {"nominal": "as given", "tuned": "calibrated", "with_effect": "with the effects"}
 
 
 @dataclass(frozen=True)
 class FittedParameter:
-    """A parameter that was fitted. interval: 95 %."""
+    """A fitted parameter.
+
+    Attributes:
+        value: Fitted value.
+        unit: Its SI unit, "-" for none.
+        nominal: Value in the rig file, 1 for a multiple of it.
+        interval: 95 % interval.
+    """
 
     value: float
     unit: str
@@ -26,9 +43,15 @@ class FittedParameter:
 
 @dataclass(frozen=True)
 class ChannelNoise:
-    """The noise of a channel as the log shows it (value) and as the rig file declares it, one standard deviation.
+    """Noise of a channel, one standard deviation.
 
-    white: whether what is called noise is white; excess: what lies above the declared noise and is treated as gap.
+    Attributes:
+        value: As the log shows it.
+        declared: As the rig file declares it.
+        unit: Of both.
+        method: How the log showed it.
+        white: Whether what the final model leaves is white.
+        excess: Measured over declared noise where the log scatters more than twice as much; the excess counts as gap.
     """
 
     value: float
@@ -41,7 +64,7 @@ class ChannelNoise:
 
 @dataclass(frozen=True)
 class ChannelErrors:
-    """RMS difference of measured and simulated, held out where parameters were fitted."""
+    """RMS of measured minus simulated by stage; held out where parameters were fitted."""
 
     unit: str
     nominal: float | None
@@ -51,11 +74,19 @@ class ChannelErrors:
 
 @dataclass(frozen=True)
 class Gap:
-    """E as given, re-tuned and with what was found, and the share of the re-tuned gap that this closes.
+    """How large the gap is.
 
-    closed is None wherever a share says nothing: where nothing was found, where the gap does not shrink, and where
-    re-tuning leaves hardly more than noise would. threshold: what noise alone stays below, 99 times of a hundred;
-    stand_out: channels of which the final model leaves more than noise does, or structure that noise has not.
+    Attributes:
+        nominal: E with the rig file as given.
+        tuned: E after calibration.
+        with_effect: E with the effects; None without any.
+        closed: Share of the calibrated gap that the effects close. None without effects, if the gap does not shrink,
+            and if calibration leaves hardly more than noise.
+        closed_interval: Its 95 % interval.
+        threshold: Null threshold: a true model exceeds it in one log of a hundred.
+        noise_floor: Noise by channel.
+        rms: Errors by channel.
+        misfit_channels: Channels in which the final model leaves more than noise, or structure unlike noise.
     """
 
     nominal: float | None = None
@@ -66,12 +97,12 @@ class Gap:
     threshold: float | None = None
     noise_floor: Mapping[str, ChannelNoise] = field(default_factory=dict)
     rms: Mapping[str, ChannelErrors] = field(default_factory=dict)
-    stand_out: tuple[str, ...] = ()
+    misfit_channels: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class ClosedShare:
-    """A share of the gap that is closed. interval: 95 %, None where that says nothing."""
+    """Share of a gap that is closed, and its 95 % interval; None where it is too wide to say anything."""
 
     closed: float
     interval: Interval | None
@@ -81,11 +112,19 @@ class ClosedShare:
 class RankedEffect:
     """One effect of the ranking.
 
-    passed: it passed the tests of a single effect; in_answer: the verdict rests on it; why_not: why it does not.
-    closed: the share of the gap that it closes, None where that says nothing; group: effects that this log cannot
-    tell from it; other_runs: what it closes of the gap of each run by a fit to the others, None where that was not
-    asked, or nothing of it; together: effects in the answer that were found at once with it, all of which close that;
-    beside: effects that were known before it, the gap that these leave being the one of which it closes that.
+    Attributes:
+        effect: Its name.
+        site: Where it acts.
+        passed: It passed all criteria for a single effect.
+        in_answer: The verdict rests on it.
+        why_not: Why it is not in the answer.
+        closed: Share of the gap that it closes, None where that says nothing.
+        interval: Its 95 % interval.
+        parameters: Fitted parameters by full name; empty if it was not fitted.
+        group: Effects that this log cannot distinguish from it.
+        other_runs: Share that it closes in runs that its fit has not seen, with several runs.
+        accepted_with: Effects of the answer that were found together with it; `closed` is that of all of them.
+        known_before: Effects found before it; `closed` is a share of the gap that these leave.
     """
 
     effect: str
@@ -98,55 +137,44 @@ class RankedEffect:
     parameters: Mapping[str, FittedParameter]
     group: tuple[str, ...]
     other_runs: ClosedShare | None = None
-    together: tuple[str, ...] = ()
-    beside: tuple[str, ...] = ()
-
-
-ShapeOf = Literal["unknown", "alternative", "rest"]
+    accepted_with: tuple[str, ...] = ()
+    known_before: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class ResidualShape:
-    """A disturbance without a law: in words, and as a curve y (n,) over x (n,). of: what it is the shape of, the
-    unknown, an alternative that explains as much as the effects that are named, or the rest that they leave.
+    """A free-form disturbance: a curve without a law.
+
+    Attributes:
+        of: What has this shape: the ``unknown``, an ``alternative`` that explains as much as the named effects, or the
+            ``rest`` that they leave.
+        disturbance: In words: "friction over depth".
+        x: (n,) in `x_unit`.
+        y: (n,) deviation from the model in `y_unit`; "-" is a share of the model's value.
+        x_unit: SI unit, "-" for none.
+        y_unit: Likewise.
     """
 
-    of: ShapeOf
-    words: str
-    x_label: str
-    y_label: str
+    of: Literal["unknown", "alternative", "rest"]
+    disturbance: str
     x: Array
     y: Array
-
-
-@dataclass(frozen=True)
-class Where:
-    """Shares of E^2, each mapping adds up to 1; time and depth: rows with from, to, share (and change)."""
-
-    channel: Mapping[str, float]
-    phase: Mapping[str, float]
-    band: Mapping[str, float]
-    time: tuple[Mapping[str, float], ...]
-    depth: tuple[Mapping[str, float], ...]
-
-
-@dataclass(frozen=True)
-class NextManoeuvre:
-    """The run that would tell two effects apart best; distances in noise floors, there and in this log."""
-
-    description: str
-    settings: Mapping[str, float]
-    separates: tuple[str, str]
-    distance: float
-    distance_now: float
-    others: Mapping[str, float]
+    x_unit: str
+    y_unit: str
 
 
 @dataclass(frozen=True)
 class ChannelTrace:
-    """A channel of a run, (n,) each: measured, and simulated in one go by each stage's parameters.
+    """A channel of one run.
 
-    fitted_until: s, where what was fitted ends; None where all of it was.
+    Attributes:
+        run: Index of the run.
+        channel: Its name.
+        unit: SI unit of the values.
+        time: (n,) s.
+        measured: (n,).
+        simulated: (n,) by stage: one simulation of the whole run.
+        fitted_until: s; later samples were not fitted. None if all were.
     """
 
     run: int
@@ -159,32 +187,59 @@ class ChannelTrace:
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """Everything that was found; see `slider_drilling.diagnosis.sentences` for it in sentences.
+class Diagnosis:
+    """What a diagnosis says about logs of one rig.
 
-    instead: effects, likeliest first, that a re-tuning which was enough, but went far from the file, may stand for;
-    horizon: s by channel, how far ahead the model foretells it; foretold: channels that it foretells to the end.
+    Attributes:
+        logs: Their paths.
+        rig: The rig file as given.
+        rig_source: Where it came from.
+        log_checks: What the checks before any fit report.
+        verdict: none, parameters, effect, effect_and_unknown, unknown or inconclusive (gap.md).
+        site: Where the gap lies.
+        effects: The effects that the verdict rests on.
+        suspected: Effects with evidence that are too small to be named.
+        masked_effects: Effects that a far calibration may hide, most likely first.
+        interrupted: The search was stopped before its end.
+        gap: How large the gap is; None if nothing was fitted.
+        breakdown: Where the gap lies, by channel, phase, frequency, time and depth.
+        residual_shape: Shape of what no effect explains.
+        ranking: All effects: those in the answer, those that were fitted, those that were not.
+        next_manoeuvre: The run that distinguishes two candidates best.
+        tuned_parameters: Everything that was fitted in the final model.
+        whole_run_errors: Errors of one free simulation of the whole log.
+        traces: Measured and simulated channels.
+        simulations: How many simulations the search took.
+        not_refitted: Held-out stretches that could not be refitted.
+        remarks: What a reader must know besides.
+        missing_channels: Channels that would help, one sentence each.
+        runtime: s.
     """
 
+    logs: tuple[str, ...]
+    rig: Rig
+    rig_source: RigSource
+    log_checks: tuple[LogChecks, ...]
     verdict: str
     site: str | None = None
     effects: tuple[str, ...] = ()
-    instead: tuple[str, ...] = ()
-    partial: bool = False
+    suspected: tuple[str, ...] = ()
+    masked_effects: tuple[str, ...] = ()
+    interrupted: bool = False
     gap: Gap | None = None
-    where: Where | None = None
-    shape: ResidualShape | None = None
+    breakdown: GapBreakdown | None = None
+    residual_shape: ResidualShape | None = None
     ranking: tuple[RankedEffect, ...] = ()
-    next_manoeuvre: NextManoeuvre | None = None
+    next_manoeuvre: RecommendedManoeuvre | None = None
     tuned_parameters: Mapping[str, FittedParameter] = field(default_factory=dict)
-    horizon: Mapping[str, float] | None = None
-    foretold: tuple[str, ...] = ()
-    counts: Mapping[str, int] | None = None
-    remarks: tuple[str, ...] = ()
-    simulated: Mapping[str, Any] | None = None
+    whole_run_errors: WholeRunErrors | None = None
     traces: tuple[ChannelTrace, ...] = field(default=(), repr=False)
+    simulations: int = 0
+    not_refitted: int = 0
+    remarks: tuple[Text, ...] = ()
+    missing_channels: tuple[str, ...] = ()
     runtime: float = 0.0
 
     def candidate(self, effect: str) -> RankedEffect | None:
         """The ranking's entry of an effect."""
-        return next((one for one in self.ranking if one.effect == effect), None)
+        return next((candidate for candidate in self.ranking if candidate.effect == effect), None)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from slider_drilling.diagnosis.diagnose import Diagnosis, tuned_rig
+from slider_drilling.diagnosis.diagnose import tuned_rig
 from slider_drilling.diagnosis.page import report_page
+from slider_drilling.diagnosis.result import Diagnosis
 from slider_drilling.diagnosis.to_json import to_json
 from slider_drilling.files.output_files import make_folder, write_atomically
 from slider_drilling.pages import page_html
@@ -17,9 +18,18 @@ FILES = ("diagnosis.json", "rig.tuned.yaml", "report.html")
 
 
 def write_diagnosis(diagnosis: Diagnosis, folder: Path, units: Units = SI) -> list[Path]:
-    """Write the files into a folder, which is made; their paths. units: of the page, diagnosis.json is SI.
+    """Write the three files, each as a whole or not at all.
 
-    Each file is written as a whole or not at all. Raises InputError where the folder cannot be written.
+    Args:
+        diagnosis: The result.
+        folder: Made if it does not exist.
+        units: Of the page; diagnosis.json is in SI units.
+
+    Returns:
+        Paths of the files.
+
+    Raises:
+        InputError: The folder cannot be written.
     """
     make_folder(folder)
     contents = (

@@ -1,320 +1,249 @@
-"""The outcome in sentences: first for a driller, then with code names for who goes on working with it."""
+"""The sentences of a diagnosis: the summary in a driller's words, and the one with code names and E."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
-from slider_drilling.diagnosis.effect_phrases import SITES, display_unit, effect_phrase, format_quantity
+from slider_drilling.diagnosis.describe_curve import describe_curve
+from slider_drilling.diagnosis.display_units import displayed
+from slider_drilling.diagnosis.effect_phrases import SITES, effect_phrase
 from slider_drilling.diagnosis.result import (
     ChannelErrors,
-    ClosedShare,
+    Diagnosis,
     FittedParameter,
     Gap,
     Interval,
-    Outcome,
     RankedEffect,
     ResidualShape,
 )
-from slider_drilling.gap.results.sentence import structured_residual_clause
-from slider_drilling.units import format_number
+from slider_drilling.gap.results.sentence import verdict_sentence
+from slider_drilling.units import Sentence, Text, format_number, sentence
 
-_CLOSES, _UNSEEN, _LEFT_BY = "closes [95 %]", "of unseen runs", "of what is left by"  # heads of a ranking's shares
-_WHOLE = 0.995  # of the gap; a model in which luck leaves less than noise does closes more than all of it
-_MOST_TUNED = 3  # parameters named in a sentence
-_TUNED_BY = 0.05  # of a multiple of the rig file's value: less is not worth a word
-_KNOWN = 3.0  # a value's interval may reach from this many times one end to the other
-_PLACED = ("cuttings_bed",)  # told by where it is, however roughly
-_PLAIN = {
-    "surface_torque": "surface torque",
-    "hook_load": "hook load",
-    "standpipe_pressure": "standpipe pressure",
-    "tool_face": "toolface",
-}
+_WHOLE = 0.995  # of the gap: by chance a model may leave less than the noise, and close more than the gap
+_MAX_PARAMETERS = 3  # named in a sentence
+_MIN_CHANGE = 0.05  # of a multiple of the rig file's value that is worth naming
+_MAX_SPREAD = 3.0  # ratio of an interval's ends up to which a value counts as known
+_LOCATED = ("cuttings_bed",)  # named with its place, however uncertain
+_PLAIN_NAMES = {"tool_face": "toolface"}
 
 
 def plain_name(name: str) -> str:
-    """A channel's or parameter's name as it is spoken."""
-    return _PLAIN.get(name, name.replace("_", " "))
+    """The name of a channel, an effect or a parameter in words."""
+    return _PLAIN_NAMES.get(name, name.replace("_", " "))
 
 
-def driller(outcome: Outcome) -> str:
-    """The answer in the words of the rig floor, one or two sentences."""
-    gap = outcome.gap
-    if outcome.verdict == "inconclusive" or gap is None:
-        why = "; ".join(outcome.remarks) or "the fits did not converge"
-        return f"This log says nothing about the simulation: {why}."
-    if outcome.verdict == "none":
-        return "The simulation with this rig file matches the log as closely as the sensors' noise lets anybody tell."
-    if outcome.verdict == "parameters":
-        return f"The simulation is only mis-tuned{_tuned(outcome)}{_as_near(gap)}.{_instead(outcome)}"
-    if outcome.verdict == "unknown":
-        return _unknown(outcome, gap)
-    return _found(outcome, gap)
+def summary(diagnosis: Diagnosis) -> Sentence:
+    """The answer in a driller's words, one to three sentences."""
+    gap = diagnosis.gap
+    if diagnosis.verdict == "inconclusive" or gap is None:
+        return sentence("This log allows no conclusion about the simulation: ", *_why_inconclusive(diagnosis), ".")
+    if diagnosis.verdict == "none":
+        return sentence("The simulation with this rig file matches the log within the sensors' noise.")
+    if diagnosis.verdict == "parameters":
+        calibrated = f"The simulation only needs calibration{_calibrated(diagnosis)}. {_residual_gap(gap)}"
+        return sentence(calibrated, _masked(diagnosis))
+    if diagnosis.verdict == "unknown":
+        return _unknown(diagnosis, gap)
+    return _effects(diagnosis, gap)
 
 
-def _found(outcome: Outcome, gap: Gap) -> str:
-    found = [one for name in outcome.effects if (one := outcome.candidate(name)) is not None]
-    clauses = [_named(one) for one in found]
-    text = ", and ".join([*clauses[:1], *(_lower(clause) for clause in clauses[1:])])
-    if outcome.verdict == "effect_and_unknown":
-        text = f"It acts as if {_lower(text)}"
-    falls = _falls(gap)
-    text += f"; with that in, {falls}{' and ' if falls else ''}{closed_in_words(gap.closed, gap.closed_interval)}."
-    return text + (f" {_beside(outcome, gap)}" if outcome.verdict == "effect_and_unknown" else "")
+def technical_summary(diagnosis: Diagnosis) -> str:
+    """The answer with code names and E."""
+    gap, shape = diagnosis.gap, diagnosis.residual_shape
+    if diagnosis.verdict == "inconclusive" or gap is None:
+        return str(sentence("No conclusion: ", *_why_inconclusive(diagnosis), "."))
+    gaps = (_or_nan(gap.nominal), _or_nan(gap.tuned), _or_nan(gap.with_effect), _or_nan(gap.threshold))
+    return verdict_sentence(
+        diagnosis.verdict, tuple(_with_group(diagnosis, name) for name in diagnosis.effects), diagnosis.site, gaps,
+        _or_nan(gap.closed), gap.closed_interval or (math.nan, math.nan),
+        shape.disturbance if shape is not None and shape.of == "alternative" else "",
+        shape.disturbance if shape is not None and shape.of == "rest" else "",
+        diagnosis.masked_effects, tuple(plain_name(name) for name in gap.misfit_channels),
+    )  # fmt: skip
 
 
-def _beside(outcome: Outcome, gap: Gap) -> str:
-    """What there is beside the effects that are named: what explains as much, or what they leave."""
-    shape = outcome.shape
-    if shape is not None and shape.of == "alternative":
-        return f"Something else would explain as much: {shape.words}."
-    rest = _largest(gap, "with_effect")
-    where = f", most of it in {plain_name(rest)}" if rest else ""
-    like = f"; it looks like this: {shape.words}" if shape is not None else ""
-    return f"Something that no known effect explains remains{where}{like}."
+def _why_inconclusive(diagnosis: Diagnosis) -> list[Text]:
+    parts: list[Text] = []
+    for checked in diagnosis.log_checks:
+        for issue in checked.issues:
+            if issue.severity == "uninformative":
+                parts += ["; ", issue.text]
+    return parts[1:] or ["the fits did not converge"]
 
 
-def _falls(gap: Gap) -> str:
-    """By how much the error of the channel that is helped most falls, "" where two digits do not show it."""
-    channel = _most_improved(gap)
-    if channel is None:
-        return ""
-    name, errors = channel
-    assert errors.tuned is not None and errors.with_effect is not None
-    before, after = format_quantity(errors.tuned, errors.unit, 2), format_quantity(errors.with_effect, errors.unit, 2)
-    return (
-        ""
-        if before == after
-        else f"{plain_name(name)} error falls from {_amount(errors.tuned, errors.unit)} to {after}"
-    )
+def _or_nan(value: float | None) -> float:
+    return math.nan if value is None else value
 
 
-def _lower(clause: str) -> str:
-    return clause[:1].lower() + clause[1:]
+def _with_group(diagnosis: Diagnosis, name: str) -> str:
+    ranked = diagnosis.candidate(name)
+    group = () if ranked is None else ranked.group
+    return name + (f" (or {', '.join(group)}: indistinguishable)" if group else "")
 
 
-def _named(candidate: RankedEffect) -> str:
-    amplitude = next(iter(candidate.parameters), "")
-    values = {
-        name.rpartition(".")[2]: fitted.value for name, fitted in candidate.parameters.items()
-        if name == amplitude or candidate.effect in _PLACED or _is_known(fitted)
-    }  # fmt: skip
-    text = effect_phrase(candidate.effect, values)
-    if candidate.group:
-        rivals = " or ".join(plain_name(name) for name in candidate.group)
-        text += f" (or {rivals}: this log cannot tell them apart)"
-    return text
+def prediction_horizon(diagnosis: Diagnosis) -> list[str]:
+    """How far ahead the model predicts each channel."""
+    errors = diagnosis.whole_run_errors
+    if errors is None:
+        return []
+    limited = [name for name in errors.horizon if name not in errors.predictable_to_end]
+    sentences = []
+    if limited:
+        ahead = ", ".join(f"{plain_name(name)} {errors.horizon[name]:.0f} s" for name in limited)
+        sentences.append(f"The error of a free simulation reaches the channel's own spread after: {ahead}.")
+    if errors.predictable_to_end:
+        channels = ", ".join(plain_name(name) for name in errors.predictable_to_end)
+        sentences.append(f"It stays below the channel's own spread to the end of the log: {channels}.")
+    return sentences
 
 
-def _is_known(fitted: FittedParameter) -> bool:
-    """Whether a log tells a value: what may as well be several times as much, or nothing, is not worth a word."""
-    if fitted.interval is None:
-        return True
-    low, high = sorted(abs(end) for end in fitted.interval)
-    return fitted.interval[0] * fitted.interval[1] > 0.0 and high <= _KNOWN * low
+def describe_shape(shape: ResidualShape) -> Sentence:
+    """A residual's shape with its numbers."""
+    return describe_curve(shape.disturbance, shape.x, shape.x_unit, shape.y, shape.y_unit)
 
 
 def closed_in_words(closed: float | None, interval: Interval | None) -> str:
-    """The share of the gap that is closed, where it is one."""
+    """The share of the gap that is closed."""
     if closed is None:
-        return "the gap shrinks, by how much of it cannot be said"
+        return "the gap shrinks by a share that cannot be stated"
     if closed >= _WHOLE:
         return "the whole gap is closed"
     span = f" [{100.0 * interval[0]:.0f}, {100.0 * interval[1]:.0f}]" if interval is not None else ""
     return f"{100.0 * closed:.0f} %{span} of the gap is closed"
 
 
-def format_share(found: RankedEffect | ClosedShare | None) -> str:
-    """The share of the gap that is closed with its interval, "-" where that says nothing."""
-    if found is None or found.closed is None:
-        return "-"
-    span = "" if found.interval is None else f" [{found.interval[0]:.2f}, {found.interval[1]:.2f}]"
-    return f"{found.closed:.2f}{span}"
+def _effects(diagnosis: Diagnosis, gap: Gap) -> Sentence:
+    ranked = [found for name in diagnosis.effects if (found := diagnosis.candidate(name)) is not None]
+    clauses = [_phrase(effect) for effect in ranked]
+    text: Text = sentence(*clauses[:1], *(sentence(", and ", lower_first(clause)) for clause in clauses[1:]))
+    partial = diagnosis.verdict == "effect_and_unknown"
+    if partial:
+        text = sentence("The rig behaves as if ", lower_first(text))
+    falls = _falls(gap)
+    closes = closed_in_words(gap.closed, gap.closed_interval)
+    errors: tuple[Text, ...] = () if falls is None else (falls, " and ")
+    text = sentence(text, ". With that in the model, ", *errors, closes, ".")
+    return sentence(text, " ", _remainder(diagnosis, gap)) if partial else text
 
 
-def share_headers(ranking: Sequence[RankedEffect]) -> tuple[str, ...]:
-    """Heads of the shares of a ranking: also of what a fit to other runs closes where that was asked, and of what gap
-    these are shares where one was found before another.
-    """
-    heads = [_CLOSES]
-    if any(one.other_runs is not None for one in ranking):
-        heads.append(_UNSEEN)
-    if any(one.beside for one in ranking):
-        heads.append(_LEFT_BY)
-    return tuple(heads)
+def _remainder(diagnosis: Diagnosis, gap: Gap) -> Sentence:
+    """What there is beside the named effects: a disturbance that explains as much, or what they leave."""
+    shape = diagnosis.residual_shape
+    if shape is not None and shape.of == "alternative":
+        return sentence("Something else would explain as much: ", describe_shape(shape), ".")
+    channel = _worst_channel(gap, "with_effect")
+    mostly = f", mostly in {plain_name(channel)}" if channel else ""
+    looks: tuple[Text, ...] = () if shape is None else ("; it looks like this: ", describe_shape(shape))
+    return sentence(f"A residual that no known effect explains remains{mostly}", *looks, ".")
 
 
-def share_cells(candidate: RankedEffect, heads: Sequence[str]) -> tuple[str, ...]:
-    """The shares below those heads."""
-    cells = {
-        _CLOSES: format_share(candidate),
-        _UNSEEN: format_share(candidate.other_runs),
-        _LEFT_BY: _left_by(candidate),
-    }
-    return tuple(cells[head] for head in heads)
-
-
-def _left_by(candidate: RankedEffect) -> str:
-    """What left the gap of which a candidate closes a share: re-tuning, or what had been found before it."""
-    return ", ".join(plain_name(name) for name in candidate.beside) or "re-tuning"
-
-
-def prediction_horizon(outcome: Outcome) -> list[str]:
-    """What the answer does not reach: how far ahead the model foretells."""
-    lost = [name for name in outcome.horizon or {} if name not in outcome.foretold]
-    found = []
-    if lost:
-        assert outcome.horizon is not None
-        ahead = ", ".join(f"{plain_name(name)} {outcome.horizon[name]:.0f} s" for name in lost)
-        found.append(
-            f"The model foretells so far ahead before its error is as large as the channel's own spread: {ahead}."
-        )
-    if outcome.foretold:
-        channels = ", ".join(plain_name(name) for name in outcome.foretold)
-        found.append(f"To the end of the log the model's error stays below the channel's own spread: {channels}.")
-    return found
-
-
-def fitted_and_others(outcome: Outcome) -> tuple[list[RankedEffect], str]:
-    """The candidates of the ranking that were fitted, and why the others were not, "" where there are none."""
-    fitted = [one for one in outcome.ranking if one.parameters]
-    others: dict[str, list[str]] = {}
-    for one in outcome.ranking:
-        if not one.parameters:
-            others.setdefault("; ".join(one.why_not), []).append(one.effect)
-    return fitted, " ".join(f"{', '.join(names)}: {why}." for why, names in others.items())
-
-
-def candidate_status(candidate: RankedEffect) -> str:
-    """What became of a candidate: in the answer, passed but not in it, or why not."""
-    if candidate.in_answer:
-        return _in_the_answer(candidate)
-    why = "; ".join(candidate.why_not)
-    return f"passed, not in the answer: {why}" if candidate.passed and why else "passed" if candidate.passed else why
-
-
-def candidate_status_by_number(candidate: RankedEffect, reasons: Sequence[str]) -> str:
-    """The same where there is little room, with the numbers of the reasons in their list."""
-    if candidate.in_answer:
-        return _in_the_answer(candidate)
-    why = " ".join(f"({reasons.index(one) + 1})" for one in candidate.why_not)
-    return f"{'passed' if candidate.passed else 'not'} {why}".rstrip()
-
-
-def _in_the_answer(candidate: RankedEffect) -> str:
-    others = " and ".join(plain_name(name) for name in candidate.together)
-    return f"in the answer, together with {others}" if others else "in the answer"
-
-
-def _unknown(outcome: Outcome, gap: Gap) -> str:
-    channel = _largest(gap, "tuned")
-    text = "None of the known effects explains what re-tuning leaves"
+def _unknown(diagnosis: Diagnosis, gap: Gap) -> Sentence:
+    parts: list[Text] = ["No known effect explains what calibration leaves"]
+    channel = _worst_channel(gap, "tuned")
     if channel is not None:
         errors = gap.rms[channel]
-        assert errors.tuned is not None
-        text += f" ({format_quantity(errors.tuned, errors.unit, 2)} of {plain_name(channel)})"
-    if outcome.site is not None:
-        text += f"; most of it points at {SITES.get(outcome.site, outcome.site)}"
-    if outcome.shape is not None:
-        text += f", where it looks like this: {outcome.shape.words}"
-    return f"{text}."
+        parts.append(sentence(" (", displayed(errors.tuned, errors.unit, 2), f" of {plain_name(channel)})"))
+    if diagnosis.site is not None:
+        parts.append(f". Most of it points at {SITES.get(diagnosis.site, diagnosis.site)}")
+    if diagnosis.residual_shape is not None:
+        parts += [". It looks like this: ", describe_shape(diagnosis.residual_shape)]
+    return sentence(*parts, ".")
 
 
-def _tuned(outcome: Outcome) -> str:
-    """The multiples of the rig file's values that moved most, in words; what may as well be the file's has none."""
-    moved = {
-        name: fitted.value for name, fitted in outcome.tuned_parameters.items()
-        if fitted.nominal == 1.0 and fitted.unit == "-" and "." not in name and abs(fitted.value - 1.0) > _TUNED_BY
+def _phrase(ranked: RankedEffect) -> Sentence:
+    """The effect with the values that the log determines."""
+    amplitude = next(iter(ranked.parameters), "")
+    values = {
+        name.rpartition(".")[2]: fitted.value for name, fitted in ranked.parameters.items()
+        if name == amplitude or ranked.effect in _LOCATED or _is_known(fitted)
+    }  # fmt: skip
+    phrase = effect_phrase(ranked.effect, values)
+    if not ranked.group:
+        return phrase
+    group = " or ".join(plain_name(name) for name in ranked.group)
+    return sentence(phrase, f" (or {group}: this log cannot distinguish them)")
+
+
+def _is_known(fitted: FittedParameter) -> bool:
+    """Whether the log determines a value: its interval excludes zero, and its ends are within a factor."""
+    if fitted.interval is None:
+        return True
+    low, high = sorted(abs(end) for end in fitted.interval)
+    return fitted.interval[0] * fitted.interval[1] > 0.0 and high <= _MAX_SPREAD * low
+
+
+def lower_first(text: Text) -> Sentence:
+    """A clause inside a sentence: its first letter in lower case."""
+    first, *rest = text.parts if isinstance(text, Sentence) else (text,)
+    return sentence(first[:1].lower() + first[1:] if isinstance(first, str) else first, *rest)
+
+
+def _falls(gap: Gap) -> Sentence | None:
+    """By how much the error of the most improved channel falls, None if two digits do not show it."""
+    improved = _most_improved(gap)
+    if improved is None:
+        return None
+    name, errors = improved
+    before, after = displayed(errors.tuned, errors.unit, 2), displayed(errors.with_effect, errors.unit, 2)
+    if str(sentence(before)) == str(sentence(after)):
+        return None
+    return sentence(f"{plain_name(name)} error falls from ", before, " to ", after)
+
+
+def _calibrated(diagnosis: Diagnosis) -> str:
+    """The multiples of the rig file's values that changed most; those that may still be 1 are left out."""
+    changed = {
+        name: fitted.value for name, fitted in diagnosis.tuned_parameters.items()
+        if fitted.nominal == 1.0 and fitted.unit == "-" and "." not in name and abs(fitted.value - 1.0) > _MIN_CHANGE
         and not (fitted.interval is not None and fitted.interval[0] <= 1.0 <= fitted.interval[1])
     }  # fmt: skip
-    most = sorted(moved, key=lambda name: -abs(moved[name] - 1.0))[:_MOST_TUNED]
+    most = sorted(changed, key=lambda name: -abs(changed[name] - 1.0))[:_MAX_PARAMETERS]
     if not most:
         return ""
-    return ": " + ", ".join(f"{plain_name(name)} is {format_number(moved[name])} times the file's" for name in most)
+    clauses = [f"{plain_name(name)} is {format_number(changed[name])} times the rig file's" for name in most]
+    return f": {', '.join(clauses)}"
 
 
-def _instead(outcome: Outcome) -> str:
-    """The laws that would do what re-tuning does, where that went far."""
-    found = [one for name in outcome.instead if (one := outcome.candidate(name)) is not None]
-    if not found:
+def _masked(diagnosis: Diagnosis) -> Text:
+    """The effects that a far calibration may hide."""
+    ranked = [found for name in diagnosis.masked_effects if (found := diagnosis.candidate(name)) is not None]
+    if not ranked:
         return ""
-    laws = " or ".join(_lower(_named(one)) for one in found)
-    return f" That takes values far from the file's; they may stay near it if {laws}: this log cannot tell."
+    clauses: list[Text] = []
+    for effect in ranked:
+        clauses += [" or ", lower_first(_phrase(effect))]
+    return sentence(
+        " It takes values far from the rig file's. They may stay near it if ", *clauses[1:],
+        ": this log cannot distinguish the two.",
+    )  # fmt: skip
 
 
-def _as_near(gap: Gap) -> str:
+def _residual_gap(gap: Gap) -> str:
     if gap.tuned is None or gap.threshold is None:
         return ""
     if gap.tuned <= gap.threshold:
-        return "; re-tuned it matches the log as closely as noise lets anybody tell"
+        return "Calibrated, it matches the log within the sensors' noise."
     return (
-        f"; re-tuned it leaves {format_number(gap.tuned)} times the noise, little more than noise can "
-        f"({format_number(gap.threshold)}), and no known effect takes that away"
+        f"Calibrated, it leaves {format_number(gap.tuned)} times the noise, slightly more than noise alone can "
+        f"({format_number(gap.threshold)}), and no known effect explains the rest."
     )
 
 
 def _most_improved(gap: Gap) -> tuple[str, ChannelErrors] | None:
-    """The channel whose error falls most in noise floors, None where none falls."""
-    fall: dict[str, float] = {}
+    """The channel whose error falls most, relative to its noise; None if none falls."""
+    improvement: dict[str, float] = {}
     for name, errors in gap.rms.items():
         if errors.tuned is not None and errors.with_effect is not None and name in gap.noise_floor:
-            floor = gap.noise_floor[name].value
-            fall[name] = (errors.tuned**2 - errors.with_effect**2) / floor**2
-    best = max(fall, key=lambda name: fall[name], default=None)
-    return None if best is None or fall[best] <= 0.0 else (best, gap.rms[best])
+            noise = gap.noise_floor[name].value
+            improvement[name] = (errors.tuned**2 - errors.with_effect**2) / noise**2
+    best = max(improvement, key=lambda name: improvement[name], default=None)
+    return None if best is None or improvement[best] <= 0.0 else (best, gap.rms[best])
 
 
-def _largest(gap: Gap, stage: str) -> str | None:
-    """The channel with the largest error at a stage, in noise floors."""
+def _worst_channel(gap: Gap, stage: str) -> str | None:
+    """The channel with the largest error at a stage, relative to its noise."""
     size = {
         name: value / gap.noise_floor[name].value for name, errors in gap.rms.items()
         if (value := getattr(errors, stage)) is not None and name in gap.noise_floor
     }  # fmt: skip
     return max(size, key=lambda name: size[name], default=None)
-
-
-def _amount(value: float, unit: str) -> str:
-    """The number alone: its unit follows with the next one."""
-    return format_quantity(value, unit, 2).removesuffix(f" {display_unit(unit)[0]}")
-
-
-def sentence(outcome: Outcome) -> str:
-    """The verdict with code names and E."""
-    gap = outcome.gap
-    if outcome.verdict == "inconclusive" or gap is None:
-        return f"No conclusion: {'; '.join(outcome.remarks) or 'the fits did not converge'}."
-    stages = [(gap.nominal, "as given"), (gap.tuned, "re-tuned"), (gap.with_effect, "with it")]
-    figures = "E = " + ", ".join(f"{value:.2f} {name}" for value, name in stages if value is not None)
-    if gap.threshold is not None:
-        figures += f"; noise alone stays below {gap.threshold:.2f}"
-        left = next((value for value in (gap.with_effect, gap.tuned) if value is not None), math.inf)
-        channels = [plain_name(name) for name in gap.stand_out]
-        figures += structured_residual_clause(outcome.verdict, left, gap.threshold, channels)
-    if outcome.verdict == "none":
-        return f"none: the rig file as given leaves what noise would ({figures})."
-    if outcome.verdict == "parameters":
-        stands_for = f"; they may stand for {' or '.join(outcome.instead)}" if outcome.instead else ""
-        return f"parameters: re-fitting them leaves no effect of the catalogue to find ({figures}){stands_for}."
-    if outcome.verdict == "unknown":
-        return f"unknown, at {outcome.site or 'no site'}: no effect of the catalogue is accepted ({figures})."
-    names = " and ".join(_with_rivals(outcome.candidate(name), name) for name in outcome.effects)
-    closes = (
-        ""
-        if gap.closed is None
-        else f", closes {gap.closed:.2f}"
-        + ("" if gap.closed_interval is None else " [{:.2f}, {:.2f}]".format(*gap.closed_interval))
-    )
-    end = f"; {_rest(outcome.shape)}" if outcome.verdict == "effect_and_unknown" else ""
-    return f"{outcome.verdict}: {names}{closes} ({figures}){end}."
-
-
-def _rest(shape: ResidualShape | None) -> str:
-    if shape is not None and shape.of == "alternative":
-        return f"{shape.words}: explains as much"
-    return "something structured remains" + ("" if shape is None else f": {shape.words}")
-
-
-def _with_rivals(candidate: RankedEffect | None, name: str) -> str:
-    rivals: Sequence[str] = () if candidate is None else candidate.group
-    return name + (f" (or {', '.join(rivals)}: not told apart)" if rivals else "")

@@ -1,72 +1,91 @@
-"""diagnosis.json: the outcome as a tree of plain values (schema slider_drilling/diagnosis/2)."""
+"""diagnosis.json: the result, field by field. docs/reference/diagnosis.md explains every key."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from slider_drilling import __version__
-from slider_drilling.diagnosis.result import Gap, RankedEffect
+from slider_drilling.diagnosis.describe_curve import axis_labels, describe_curve
+from slider_drilling.diagnosis.result import Diagnosis, Gap, RankedEffect, ResidualShape
+from slider_drilling.diagnosis.sentences import summary, technical_summary
+from slider_drilling.gap.results.whole_runs import WholeRunErrors
 
-if TYPE_CHECKING:
-    from slider_drilling.diagnosis.diagnose import Diagnosis
-
-SCHEMA = "slider_drilling/diagnosis/2"
+SCHEMA = "slider_drilling/diagnosis/3"
 
 
 def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
-    """The tree of diagnosis.json: SI and rad, null for what is not known; docs/reference/diagnosis.md has every key."""
-    outcome, logs = diagnosis.outcome, diagnosis.logs
-    tree = {
+    """The tree of diagnosis.json: SI units and rad, null for what is unknown."""
+    logs, errors, shape = diagnosis.logs, diagnosis.whole_run_errors, diagnosis.residual_shape
+    return {
         "schema": SCHEMA,
         "version": __version__,
         "log": logs[0] if len(logs) == 1 else list(logs),
-        "rig": diagnosis.rig_source,
-        "verdict": outcome.verdict,
-        "driller": diagnosis.driller,
-        "sentence": diagnosis.sentence,
-        "site": outcome.site,
-        "effects": outcome.effects,
-        "instead": outcome.instead,
-        "shape": outcome.shape,
-        "partial": outcome.partial,
-        "gap": outcome.gap or Gap(),
-        "simulated": outcome.simulated,
-        "where": outcome.where,
-        "ranking": [_candidate(entry) for entry in outcome.ranking],
-        "next_manoeuvre": outcome.next_manoeuvre,
-        "tuned_parameters": outcome.tuned_parameters,
-        "horizon": outcome.horizon,
-        "foretold": outcome.foretold,
-        "counts": outcome.counts,
-        "remarks": diagnosis.remarks,
-        "would_help": diagnosis.would_help,
-        "runtime_s": outcome.runtime,
+        "rig": _plain(diagnosis.rig_source),
+        "verdict": diagnosis.verdict,
+        "summary": str(summary(diagnosis)),
+        "technical_summary": technical_summary(diagnosis),
+        "site": diagnosis.site,
+        "effects": list(diagnosis.effects),
+        "suspected": list(diagnosis.suspected),
+        "masked_effects": list(diagnosis.masked_effects),
+        "residual_shape": None if shape is None else _residual_shape(shape),
+        "interrupted": diagnosis.interrupted,
+        "gap": _plain(diagnosis.gap or Gap()),
+        "whole_run_errors": None if errors is None else _whole_run_errors(errors),
+        "where": _plain(diagnosis.breakdown),
+        "ranking": [_ranked_effect(ranked) for ranked in diagnosis.ranking],
+        "next_manoeuvre": _plain(diagnosis.next_manoeuvre),
+        "tuned_parameters": _plain(diagnosis.tuned_parameters),
+        "prediction_horizon": None if errors is None else _plain(errors.horizon),
+        "predictable_to_end": [] if errors is None else list(errors.predictable_to_end),
+        "counts": {"simulations": diagnosis.simulations, "not_refitted": diagnosis.not_refitted},
+        "remarks": [str(remark) for remark in diagnosis.remarks],
+        "missing_channels": list(diagnosis.missing_channels),
+        "runtime_s": diagnosis.runtime,
     }
-    plain: dict[str, Any] = _plain(tree)
-    return plain
 
 
-def _candidate(entry: RankedEffect) -> dict[str, Any]:
-    """With the parameters' short names: the effect's own is beside them."""
-    tree = {field.name: getattr(entry, field.name) for field in fields(RankedEffect)}
-    tree["parameters"] = {name.rpartition(".")[2]: fitted for name, fitted in entry.parameters.items()}
-    return tree
+def _whole_run_errors(errors: WholeRunErrors) -> dict[str, Any]:
+    return {
+        "fitted_share": _plain(errors.share),
+        "fitted_part": _plain(errors.fitted),
+        "rest": _plain(errors.rest),
+        "whole_run": _plain(errors.whole),
+        "fitted_parameters": _plain(errors.freed),
+    }
+
+
+def _ranked_effect(ranked: RankedEffect) -> dict[str, Any]:
+    """Parameters have their short names: the effect's own is beside them."""
+    short = {name.rpartition(".")[2]: fitted for name, fitted in ranked.parameters.items()}
+    return {field.name: _plain(getattr(ranked, field.name)) for field in fields(ranked)} | {"parameters": _plain(short)}
+
+
+def _residual_shape(shape: ResidualShape) -> dict[str, Any]:
+    x_label, y_label = axis_labels(shape.disturbance, shape.x_unit, shape.y_unit)
+    return {
+        "of": shape.of,
+        "description": str(describe_curve(shape.disturbance, shape.x, shape.x_unit, shape.y, shape.y_unit)),
+        "x_label": x_label,
+        "y_label": y_label,
+        "x": _plain(shape.x),
+        "y": _plain(shape.y),
+    }
 
 
 def _plain(value: Any) -> Any:
-    """Dataclasses, mappings and tuples as dicts and lists; numbers that are none as None."""
+    """Dataclasses and mappings as dicts, arrays and tuples as lists, numbers that are not finite as None."""
     if is_dataclass(value) and not isinstance(value, type):
         return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, Mapping):
-        return {str(key): _plain(one) for key, one in value.items()}
+        return {str(key): _plain(item) for key, item in value.items()}
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, (list, tuple)):
-        return [_plain(one) for one in value]
+        return [_plain(item) for item in value]
     if isinstance(value, (bool, str, int)) or value is None:
         return value
-    number = float(value)
-    return number if math.isfinite(number) else None
+    return float(value) if math.isfinite(float(value)) else None

@@ -1,0 +1,107 @@
+"""The result of a diagnosis has the final model's values, and a share only of the gap that it closes."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from slider_drilling.diagnosis import build_result
+from slider_drilling.diagnosis.build_result import rank_effects, why_not_in_answer
+from slider_drilling.diagnosis.ranking_table import candidate_status
+
+
+def effect(name: str) -> SimpleNamespace:
+    return SimpleNamespace(name=name, site="contact")
+
+
+def candidate(
+    effects: list[SimpleNamespace], closed: float, known: tuple[str, ...] = (), failures: tuple[str, ...] = ()
+):
+    """A candidate whose newest effect is the last of the effects."""
+    return SimpleNamespace(
+        effect=effects[-1], closed=closed, interval=(closed - 0.1, closed + 0.1), failures=failures,
+        passed=not failures, closed_in_other_runs=None, beside=known,
+        fitted=SimpleNamespace(effects=effects, names=tuple(effect.name for effect in effects), score=None),
+    )  # fmt: skip
+
+
+def engine_answer(
+    effects: tuple[str, ...], candidates: tuple[SimpleNamespace, ...], accepted: SimpleNamespace, **changes
+):
+    state = SimpleNamespace(
+        current="final", bootstrap=None, calibrated=SimpleNamespace(score=None),
+        steps=(SimpleNamespace(accepted=accepted, predicted_gain={}),),
+    )  # fmt: skip
+    given = {"closed": 0.76, "closed_interval": (0.69, 0.81), "alternative": None, "indistinguishable": {},
+             "verdict": "effect"}  # fmt: skip
+    return SimpleNamespace(
+        effects=effects,
+        candidates=candidates,
+        gap_calibrated=28.0,
+        null_threshold=3.8,
+        state=state,
+        **(given | changes),
+    )
+
+
+@pytest.fixture
+def parameters(monkeypatch):
+    """Fitted parameters stand for the model that they are from."""
+    monkeypatch.setattr(build_result, "fitted_parameters", lambda model, prefix="": {f"{prefix}size": model})
+
+
+def test_effect_in_the_answer_has_the_final_models_parameters(parameters):
+    first = candidate([effect("static_aging")], 0.40)
+    second = candidate([effect("static_aging"), effect("torque_at_motor")], 0.52, ("static_aging",))
+    alone = candidate([effect("heave")], 0.03, failures=("no",))
+    answer = engine_answer(("static_aging", "torque_at_motor"), (second, first, alone), second)
+    rows = {row.effect: row for row in rank_effects(answer, [])}
+    assert rows["torque_at_motor"].parameters == {"torque_at_motor.size": "final"}
+    assert rows["heave"].parameters == {"heave.size": alone.fitted}
+    assert [rows[name].in_answer for name in ("static_aging", "torque_at_motor", "heave")] == [True, True, False]
+    assert (rows["torque_at_motor"].closed, rows["torque_at_motor"].known_before) == (0.52, ("static_aging",))
+    assert rows["heave"].closed == 0.03
+
+
+def test_effects_accepted_together_share_what_they_close(parameters):
+    """Three were found together and one was removed: the other two are in the answer."""
+    effects = [effect(name) for name in ("stribeck", "static_aging", "torque_at_motor")]
+    three = candidate(effects, 0.80, ("heave",))
+    answer = engine_answer(("static_aging", "torque_at_motor"), (three,), three)
+    rows = {row.effect: row for row in rank_effects(answer, effects)}
+    for name in answer.effects:
+        assert rows[name].in_answer
+        assert rows[name].closed == 0.76
+        assert rows[name].known_before == ()
+        assert rows[name].parameters == {f"{name}.size": "final"}
+    assert rows["static_aging"].accepted_with == ("torque_at_motor",)
+    assert rows["torque_at_motor"].accepted_with == ("static_aging",)
+    assert candidate_status(rows["static_aging"]) == "in the answer, together with torque at motor"
+    assert rows["stribeck"].accepted_with == ()
+    assert not rows["stribeck"].in_answer
+
+
+def test_indistinguishable_effect_is_not_called_worse():
+    groups = {"stribeck": ("static_aging",), "heave": ()}
+    answer = engine_answer(("stribeck", "heave"), (), None, indistinguishable=groups)
+    twin, other = candidate([effect("static_aging")], 0.5), candidate([effect("tortuosity")], 0.5)
+    assert why_not_in_answer(twin, answer) == "this log cannot distinguish it from stribeck"
+    assert why_not_in_answer(other, answer) == "stribeck and heave explain the same part of the gap better"
+
+
+@pytest.mark.parametrize(
+    ("verdict", "shorter", "expected"),
+    [
+        ("parameters", True, "what remains is within the noise"),
+        ("unknown", False, "does not shrink the calibrated gap significantly"),
+        ("unknown", True, "a free-form disturbance predicts better"),
+    ],
+)
+def test_reason_without_named_effects_follows_the_verdict(monkeypatch, verdict, shorter, expected):
+    monkeypatch.setattr(build_result, "shrinks", lambda *scores: shorter)
+    accepted, other = candidate([effect("stribeck")], 0.5), candidate([effect("static_aging")], 0.5)
+    answer = engine_answer((), (), accepted, verdict=verdict)
+    assert expected in why_not_in_answer(accepted, answer)
+    if verdict == "unknown":
+        assert why_not_in_answer(other, answer) == "stribeck fits better but was not confirmed"
