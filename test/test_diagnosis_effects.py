@@ -54,9 +54,9 @@ def test_the_effects_block_of_the_page_is_taken(repository):
 @pytest.mark.parametrize(
     ("block", "says"),
     [
-        ("cuttings_bed: {factor: 1.5}", "lies nowhere.*top = 0 to bottom = 0 m"),
-        ("cuttings_bed: {factor: 1.5, top: 2000.0}", "lies nowhere"),
-        ("cuttings_bed: {factor: 0.5, top: 2000.0, bottom: 1500.0}", "lies nowhere"),
+        ("cuttings_bed: {factor: 1.5}", "has no extent, top = 0 and bottom = 0 m"),
+        ("cuttings_bed: {factor: 1.5, top: 2000.0}", "has no extent"),
+        ("cuttings_bed: {factor: 0.5, top: 2000.0, bottom: 1500.0}", "has no extent"),
         ("cuttings_bed: {factor: 1.5, top: 9000.0, bottom: 9500.0}", "below the string's end"),
         ("axial_oscillation_tool: {force: 8000.0}", "where in the string"),
         ("axial_oscillation_tool: {force: 8000.0, depth: 9000.0}", "depth = 9000.*at most 4000 m"),
