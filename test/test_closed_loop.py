@@ -16,11 +16,10 @@ from slider_drilling.closed_loop.faulty_rig import FaultyRig
 from slider_drilling.closed_loop.page import closed_loop_page
 from slider_drilling.closed_loop.report import as_json, information_costs, interlock_stops
 from slider_drilling.closed_loop.run import ScenarioResult
-from slider_drilling.closed_loop.scenarios import effects_with
 from slider_drilling.commands.closed_loop import _print, command
 from slider_drilling.control.interface import RigCommand
 from slider_drilling.drillstring import VirtualRig
-from slider_drilling.effects import Effects
+from slider_drilling.effects import Effects, effects_with
 from slider_drilling.errors import InputError
 from slider_drilling.pages import page_html
 from slider_drilling.rig import check_rig

@@ -81,8 +81,8 @@ def test_a_bed_that_was_fitted_is_one_that_a_rig_file_may_hold(middle, excess):
     assert not [name for name in bed if name.rpartition(".")[2] in ("excess", "middle", "length")]
 
 
-def test_a_lag_of_less_than_half_a_sample_is_how_samples_are_stamped():
-    (lag,) = [e for e in catalogue(3000.0, 400.0, interval=0.1) if e.name == "torque_sensor_lag"]
+def test_lag_below_half_a_sample_is_no_lag():
+    (lag,) = [e for e in catalogue(3000.0, 400.0, torque_interval=0.1) if e.name == "torque_sensor_lag"]
     assert not lag.is_physical({"torque_sensor_lag.lag": 0.016})
     assert lag.is_physical({"torque_sensor_lag.lag": 0.1})
-    assert "stamped" in lag.nonphysical
+    assert "time stamps" in lag.nonphysical

@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 
 import slider_drilling as sd
-from slider_drilling.api.with_effect import USUAL_SIZES
-from slider_drilling.effects import Effects
+from slider_drilling.effects import EFFECTS, Effects
 
 ELEMENTS = 40
 
@@ -211,7 +210,7 @@ def test_planted_effect_shows_in_a_replay_without_it(rig: sd.Rig, run: sd.Run) -
     assert sd.replay(planted, elements=ELEMENTS).rms["surface_torque"] == pytest.approx(np.hypot(500, 150), rel=0.05)
 
 
-@pytest.mark.parametrize("name", USUAL_SIZES)
+@pytest.mark.parametrize("name", EFFECTS)
 def test_every_usual_size_acts(rig: sd.Rig, name: str) -> None:
     assert getattr(sd.with_effect(rig, name).effects, name) != getattr(Effects(), name)
 

@@ -9,9 +9,9 @@ import pytest
 from slider_drilling.closed_loop import SCENARIOS
 from slider_drilling.closed_loop.contenders import UNDER_TEST, build_contender
 from slider_drilling.closed_loop.faulty_rig import FaultyRig
-from slider_drilling.closed_loop.scenarios import effects_with
 from slider_drilling.control.interlocks.slide_interlocks import Interlocks, StallGuard
 from slider_drilling.control.interlocks.torque_prediction import Stroke
+from slider_drilling.effects import effects_with
 
 MAKE_UP, BACK_OFF = 25e3, 15e3
 SLIDES = {scenario.name: scenario for scenario in SCENARIOS}

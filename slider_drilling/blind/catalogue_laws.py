@@ -1,4 +1,8 @@
-"""The catalogue's effects in another form than the diagnosis fits: what sealed logs are made with."""
+"""The laws of the catalogue's effects in sealed logs.
+
+Most differ in form from the law that the diagnosis fits, so that a sealed log does not repeat the model that is tested
+on it. An effect without another form here has the registry's law, its amplitude scaled by the size.
+"""
 
 from __future__ import annotations
 
@@ -9,16 +13,30 @@ import numpy as np
 from slider_drilling.blind.plant_law import SLOW_UPDATE_S, LawFactory, OperatingPoint, PlantLaw
 from slider_drilling.drillstring import Commands, Response
 from slider_drilling.drillstring.kernel_arrays import Array
+from slider_drilling.effects import EFFECTS, EffectDefinition
 from slider_drilling.rig import Rig
 
 
-def _steady(name: str, site: str, **values: float) -> PlantLaw:
-    named = {f"{name}.{parameter}": value for parameter, value in values.items()}
-    return PlantLaw(name, site, True, values=lambda at: named)
+def registry_law(definition: EffectDefinition) -> LawFactory:
+    """Returns the effect's own law; size 1 is its usual size, size 0 is neutral."""
+
+    def make(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
+        values = definition.sizes.values("usual", rig.string.length)
+        amplitude = next(iter(values))
+        neutral = getattr(definition.section(), amplitude)
+        values[amplitude] = neutral + size * (values[amplitude] - neutral)
+        return _constant(definition.name, definition.site, **values)
+
+    return make
+
+
+def _constant(name: str, site: str, **values: float) -> PlantLaw:
+    by_name = {f"{name}.{key}": value for key, value in values.items()}
+    return PlantLaw(name, site, True, values=lambda at: by_name)
 
 
 def stribeck(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
-    """With some mud drag besides, which the catalogue's Stribeck law has not."""
+    """Returns a Stribeck law with a little mud drag, which the catalogue's law does not have."""
     values = {
         "stribeck.drop": 0.3 * size,
         "stribeck.speed": generator.uniform(0.02, 0.12),
@@ -28,7 +46,7 @@ def stribeck(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
 
 
 def viscous_drag(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
-    """Mud that thins a little while it is stirred."""
+    """Returns the drag of a mud that thins a little while it is stirred."""
 
     def values(at: OperatingPoint) -> dict[str, float]:
         return {"viscous_drag.coefficient": 25.0 * size * (1.0 - 0.0003 * at.time)}
@@ -37,21 +55,21 @@ def viscous_drag(generator: np.random.Generator, rig: Rig, size: float) -> Plant
 
 
 def static_aging(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
-    """Another speed that counts as rest and another distance to forget over."""
-    return _steady("static_aging", "contact", growth=0.5 * size, time=generator.uniform(2.0, 15.0),
+    """Returns aging with another rest speed and another slip distance."""
+    return _constant("static_aging", "contact", growth=0.5 * size, time=generator.uniform(2.0, 15.0),
                    rest_speed=0.008, slip_distance=0.008)  # fmt: skip
 
 
 def buckling_contact(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
-    """In a hole that is a little wider than the file says."""
-    law = _steady("buckling_contact", "contact", factor=1.5 * size)
+    """Returns buckling in a hole that is 5 % wider than the rig file states."""
+    law = _constant("buckling_contact", "contact", factor=1.5 * size)
     return replace(
         law, change_rig=lambda r, at: replace(r, well=replace(r.well, hole_diameter=1.05 * r.well.hole_diameter))
     )
 
 
 def cuttings_bed(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
-    """A bed with sloping ends."""
+    """Returns a cuttings bed with sloping ends."""
     length = rig.string.length
     middle, half = length * generator.uniform(0.55, 0.85), length * generator.uniform(0.04, 0.08)
 
@@ -62,7 +80,7 @@ def cuttings_bed(generator: np.random.Generator, rig: Rig, size: float) -> Plant
 
 
 def tortuosity(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
-    """Curvature that comes and goes along the open hole."""
+    """Returns curvature that varies along the open hole."""
     top = rig.well.friction_intervals[0].to
 
     def curvature(depth: Array) -> Array:
@@ -72,17 +90,17 @@ def tortuosity(generator: np.random.Generator, rig: Rig, size: float) -> PlantLa
 
 
 def friction_drift(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
-    """A drift that slows down."""
+    """Returns a drift of friction that slows down."""
 
     def values(at: OperatingPoint) -> dict[str, float]:
-        grown = 1.0 + 0.2 * size * (1.0 - np.exp(-at.time / 500.0))
-        return {"friction_drift.rate": (grown - 1.0) / max(at.time, 1.0)}
+        factor = 1.0 + 0.2 * size * (1.0 - np.exp(-at.time / 500.0))
+        return {"friction_drift.rate": (factor - 1.0) / max(at.time, 1.0)}
 
     return PlantLaw("friction_drift", "contact", True, values=values, update_interval=SLOW_UPDATE_S)
 
 
 def top_drive_backlash(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
-    """A dead zone that widens a little during the run."""
+    """Returns a dead zone that widens a little during the run."""
 
     def values(at: OperatingPoint) -> dict[str, float]:
         return {"top_drive_backlash.angle": 0.4 * size * (1.0 + 0.0003 * at.time)}
@@ -91,7 +109,7 @@ def top_drive_backlash(generator: np.random.Generator, rig: Rig, size: float) ->
 
 
 def torsional_compliance(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
-    """Steel whose shear modulus is lower: the compliance without any other change."""
+    """Returns a lower shear modulus: the compliance changes and nothing else does."""
     soft = 1.0 / (1.0 + 0.12 * size)
 
     def change(r: Rig, at: OperatingPoint) -> Rig:
@@ -101,7 +119,7 @@ def torsional_compliance(generator: np.random.Generator, rig: Rig, size: float) 
 
 
 def axial_oscillation_tool(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
-    """An agitator whose frequency follows the flow a little."""
+    """Returns an agitator whose frequency partly follows the flow."""
     depth, hertz = rig.string.length * generator.uniform(0.6, 0.85), generator.uniform(10.0, 18.0)
 
     def values(at: OperatingPoint) -> dict[str, float]:
@@ -112,19 +130,19 @@ def axial_oscillation_tool(generator: np.random.Generator, rig: Rig, size: float
 
 
 def heave(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
-    """A wave with a tenth of its second harmonic."""
+    """Returns a wave with a second harmonic of a tenth of its amplitude."""
     omega, phase = 2.0 * np.pi / generator.uniform(7.0, 14.0), generator.uniform(0.0, 6.0)
 
-    def really(commands: Commands) -> Commands:
+    def true_motion(commands: Commands) -> Commands:
         wave = 0.08 * size * (np.sin(omega * commands.time + phase) + 0.1 * np.sin(2.0 * omega * commands.time))
         rate = np.gradient(wave, commands.time)
         return replace(commands, block_position=commands.block_position + wave, block_speed=commands.block_speed + rate)
 
-    return PlantLaw("heave", "draw_works", True, change_commands=really)
+    return PlantLaw("heave", "draw_works", True, change_commands=true_motion)
 
 
 def motor_wear(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
-    """Wear whose leak grows while the motor runs."""
+    """Returns motor wear whose leak grows during the run."""
 
     def values(at: OperatingPoint) -> dict[str, float]:
         return {"motor_wear.torque_loss": min(0.28 * size, 0.8),
@@ -134,18 +152,18 @@ def motor_wear(generator: np.random.Generator, rig: Rig, size: float) -> PlantLa
 
 
 def formation_change(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
-    """A boundary that the bit takes sixteen seconds to cross."""
-    begins = generator.uniform(0.25, 0.75)
+    """Returns a formation boundary that the bit takes 16 s to cross."""
+    start_share = generator.uniform(0.25, 0.75)
 
     def values(at: OperatingPoint) -> dict[str, float]:
-        share = float(np.clip((at.time - begins * at.duration + 8.0) / 16.0, 0.0, 1.0))
+        share = float(np.clip((at.time - start_share * at.duration + 8.0) / 16.0, 0.0, 1.0))
         return {"formation_change.factor": 1.0 + 0.4 * size * share}
 
     return PlantLaw("formation_change", "bit", True, values=values, update_interval=SLOW_UPDATE_S)
 
 
 def torque_sensor_gain(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
-    """A factor that falls a little towards large torques."""
+    """Returns a gain error that gets smaller towards large torques."""
 
     def read(response: Response) -> Response:
         torque = response.surface_torque
@@ -155,7 +173,7 @@ def torque_sensor_gain(generator: np.random.Generator, rig: Rig, size: float) ->
 
 
 def torque_sensor_lag(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
-    """Two equal lags in series."""
+    """Returns two equal first-order lags in series."""
 
     def read(response: Response) -> Response:
         torque, share = response.surface_torque, 1.0 - np.exp(-0.1 / (0.25 * size))
@@ -172,7 +190,7 @@ def torque_sensor_lag(generator: np.random.Generator, rig: Rig, size: float) -> 
 
 
 def torque_sensor_bias(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
-    """A zero that wanders by a tenth of itself."""
+    """Returns a bias that drifts by 2.5 % of itself in 100 s."""
 
     def read(response: Response) -> Response:
         return replace(response, surface_torque=response.surface_torque + 500.0 * size * (1.0 + response.time / 4000.0))
@@ -181,16 +199,16 @@ def torque_sensor_bias(generator: np.random.Generator, rig: Rig, size: float) ->
 
 
 def torque_at_motor(generator: np.random.Generator, rig: Rig, size: float) -> PlantLaw:
-    """A drive whose friction falls while its gears warm up."""
+    """Returns a drive whose friction falls while its gears warm up."""
 
     def values(at: OperatingPoint) -> dict[str, float]:
-        warmed = 1.0 - 0.3 * (1.0 - np.exp(-at.time / 200.0))
-        return {"torque_at_motor.inertia": 900.0 * size, "torque_at_motor.friction": 200.0 * size * warmed}
+        warm_up = 1.0 - 0.3 * (1.0 - np.exp(-at.time / 200.0))
+        return {"torque_at_motor.inertia": 900.0 * size, "torque_at_motor.friction": 200.0 * size * warm_up}
 
     return PlantLaw("torque_at_motor", "top_drive", True, values=values, update_interval=SLOW_UPDATE_S)
 
 
-CATALOGUE_LAWS: dict[str, LawFactory] = {
+_OTHER_FORMS: dict[str, LawFactory] = {
     make.__name__: make
     for make in (
         stribeck, viscous_drag, static_aging, buckling_contact, cuttings_bed, tortuosity, friction_drift,
@@ -198,3 +216,6 @@ CATALOGUE_LAWS: dict[str, LawFactory] = {
         torque_sensor_gain, torque_sensor_lag, torque_sensor_bias, torque_at_motor,
     )
 }  # fmt: skip
+CATALOGUE_LAWS: dict[str, LawFactory] = {
+    name: _OTHER_FORMS.get(name) or registry_law(definition) for name, definition in EFFECTS.items()
+}

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from slider_drilling.blind.wells import DEFAULT_WELLS, WELLS
 from slider_drilling.closed_loop.scenario import Scenario
-from slider_drilling.closed_loop.scenarios import effects_with
-from slider_drilling.effects import Effects
+from slider_drilling.effects import EFFECTS, Effects, effects_with
 from slider_drilling.rig import Rig, Sensors, check_rig
 
 DURATION_S = 900.0
@@ -88,37 +85,5 @@ def _off(random: Random, value: float, spread: float) -> float:
 def _effects(random: Random, rig: Rig, duration: float) -> tuple[Effects, list[str]]:
     chance = random.uniform()
     count = 2 if chance < _TWO_EFFECTS else 1 if chance < _TWO_EFFECTS + _ONE_EFFECT else 0
-    names = [str(name) for name in random.choice(sorted(_BLOCKS), size=count, replace=False)]
-    return effects_with(**{name: _BLOCKS[name](random, rig, duration) for name in names}), names
-
-
-def _bed(random: Random, rig: Rig, duration: float) -> dict[str, float]:
-    middle, half = rig.string.length * random.uniform(0.5, 0.85), random.uniform(60.0, 200.0)
-    return {"factor": random.uniform(1.3, 2.5), "top": middle - half, "bottom": middle + half}
-
-
-_BLOCKS: dict[str, Callable[[Random, Rig, float], dict[str, float]]] = {
-    "stribeck": lambda random, rig, t: {"drop": random.uniform(0.1, 0.5), "speed": random.uniform(0.02, 0.1)},
-    "viscous_drag": lambda random, rig, t: {"coefficient": random.uniform(2.0, 30.0)},
-    "static_aging": lambda random, rig, t: {"growth": random.uniform(0.1, 0.6), "time": random.uniform(2.0, 20.0)},
-    "buckling_contact": lambda random, rig, t: {"factor": random.uniform(0.5, 2.0)},
-    "cuttings_bed": _bed,
-    "tortuosity": lambda random, rig, t: {"curvature": random.uniform(1e-4, 1e-3)},
-    "friction_drift": lambda random, rig, t: {"rate": random.uniform(-0.2, 0.4) / t},
-    "top_drive_backlash": lambda random, rig, t: {"angle": random.uniform(0.1, 0.6)},
-    "torsional_compliance": lambda random, rig, t: {"extra": random.uniform(0.02, 0.12)},
-    "axial_oscillation_tool": lambda random, rig, t: {
-        "force": random.uniform(2e3, 2e4), "frequency": random.uniform(10.0, 20.0),
-        "depth": rig.string.length * random.uniform(0.6, 0.9)},
-    "heave": lambda random, rig, t: {"amplitude": random.uniform(0.02, 0.2), "period": random.uniform(7.0, 14.0),
-                                     "phase": random.uniform(0.0, 2.0 * math.pi)},
-    "motor_wear": lambda random, rig, t: {"torque_loss": random.uniform(0.05, 0.3),
-                                          "extra_leak": random.uniform(0.0, 0.2)},
-    "formation_change": lambda random, rig, t: {"factor": random.uniform(0.6, 2.0),
-                                                "time": t * random.uniform(0.3, 0.7)},
-    "torque_sensor_gain": lambda random, rig, t: {"gain": random.uniform(-0.1, 0.1)},
-    "torque_sensor_lag": lambda random, rig, t: {"lag": random.uniform(0.1, 0.8)},
-    "torque_sensor_bias": lambda random, rig, t: {"bias": random.uniform(-500.0, 500.0)},
-    "torque_at_motor": lambda random, rig, t: {"inertia": random.uniform(300.0, 1500.0),
-                                               "friction": random.uniform(50.0, 400.0)},
-}  # fmt: skip
+    names = [str(name) for name in random.choice(sorted(EFFECTS), size=count, replace=False)]
+    return effects_with(**{name: EFFECTS[name].draw(random, rig.string.length, duration) for name in names}), names

@@ -10,6 +10,7 @@ import numpy as np
 from slider_drilling.closed_loop.scenario import Scenario
 from slider_drilling.control.interface import Measurements, MwdSample, RigCommand
 from slider_drilling.drillstring import VirtualRig
+from slider_drilling.effects import AngleFriction
 
 _SLIP_TIME = 3.0  # s, over which the block drops
 
@@ -18,9 +19,8 @@ class FaultyRig:
     """Steps like `VirtualRig`; the faults have a generator of their own, so every contender meets the same."""
 
     def __init__(self, scenario: Scenario, seed: int, elements: int):
-        share = scenario.angle_friction
-        keyed = (lambda angle: 1.0 + share * np.cos(angle)) if share else None
-        self.rig = VirtualRig(scenario.true_rig(), seed, elements, scenario.start, friction_of_angle=keyed)
+        by_angle = AngleFriction(scenario.angle_friction) if scenario.angle_friction else None
+        self.rig = VirtualRig(scenario.true_rig(), seed, elements, scenario.start, friction_of_angle=by_angle)
         self._scenario = scenario
         self._random = np.random.default_rng((seed, 1))
 

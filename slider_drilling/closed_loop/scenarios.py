@@ -2,19 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 from slider_drilling.closed_loop.scenario import WELLS, Scenario
-from slider_drilling.effects import Effects
+from slider_drilling.effects import effects_with
 
 _SHORT, _MIDDLE, _LONG = WELLS
-
-
-def effects_with(**blocks: dict[str, float]) -> Effects:
-    """Effects by block and parameter, the rest neutral."""
-    neutral = Effects()
-    return dataclasses.replace(neutral, **{
-        name: dataclasses.replace(getattr(neutral, name), **values) for name, values in blocks.items()})
 
 
 def _three(name: str, about: str, **what: float) -> tuple[Scenario, ...]:

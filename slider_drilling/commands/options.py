@@ -90,11 +90,9 @@ def print_written(paths: Iterable[Path]) -> None:
 
 def complete_effect(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
     """Shell completion: effects that start with the typed text."""
-    from dataclasses import fields
+    from slider_drilling.effects import EFFECTS
 
-    from slider_drilling.effects import Effects
-
-    return [field.name for field in fields(Effects) if field.name.startswith(incomplete)]
+    return [name for name in EFFECTS if name.startswith(incomplete)]
 
 
 def print_listing(entries: Iterable[tuple[str, str]]) -> None:

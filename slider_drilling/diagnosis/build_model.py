@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from slider_drilling.diagnosis.catalogue import ANY_WAVE_S, catalogue, static_aging_with_slip_distance
+from slider_drilling.diagnosis.catalogue import SEA_WAVE_PERIODS_S, catalogue, static_aging_with_slip_distance
 from slider_drilling.diagnosis.drill_string import MESHES, DrillString, depth_probes
 from slider_drilling.diagnosis.nuisance import nuisance_parameters, run_parameters
 from slider_drilling.diagnosis.replay import measured_channels
 from slider_drilling.diagnosis.run_inputs import RunInputs, read_run_inputs
 from slider_drilling.diagnosis.user_effects import UserEffect, guarded, try_effects
+from slider_drilling.effects import EFFECTS
 from slider_drilling.errors import InputError
 from slider_drilling.gap.model import Array, LoggedRun
 from slider_drilling.gap.problem.spectral_lines import LINE_FALSE_ALARM, peak_is_significant, resample_evenly
@@ -62,7 +63,7 @@ def build_model(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEff
     taken += [parameter.name for effect in effects for parameter in effect.parameters]
     try_effects(own, taken, rig, driven[0].commands)
     users = {user.effect.name: user for user in own}
-    effects = tuple(effect for effect in effects if _can_be_seen(effect.name, names, off_bottom))
+    effects = tuple(effect for effect in effects if EFFECTS[effect.name].visible(names, off_bottom))
     if "hook_load" not in names:
         remarks.append("no hook load: axial_oscillation_tool is not looked for")
     alone = names == ["surface_torque"]
@@ -83,24 +84,6 @@ def _torque_interval(runs: Sequence[LoggedRun]) -> float:
     """s between samples of torque, the longest of the runs'; 0 without."""
     times = [c.time for run in runs for c in run.channels if c.name == "surface_torque" and c.time.size > 1]
     return max((float(np.median(np.diff(time))) for time in times), default=0.0)
-
-
-def _can_be_seen(effect: str, channels: Sequence[str], off_bottom: bool) -> bool:
-    """Effects whose law acts on nothing that this log holds are no candidates."""
-    if effect == "axial_oscillation_tool":
-        # What it does to the hook load is what tells it from less friction.
-        return "hook_load" in channels
-    if effect in ("torque_sensor_lag", "torque_sensor_bias", "torque_at_motor"):
-        return "surface_torque" in channels
-    if effect in ("torsional_compliance", "torque_sensor_gain"):
-        # Friction and stiffness that are re-tuned scale such a torque too.
-        return list(channels) != ["surface_torque"]
-    if effect in ("motor_wear", "formation_change"):
-        return not off_bottom
-    if effect == "heave":
-        # A wave of the block shows in torque by way of drag alone.
-        return "hook_load" in channels or "standpipe_pressure" in channels
-    return True
 
 
 def run_of(log: RigLog, rig: Rig, driven: RunInputs, remarks: list[str]) -> LoggedRun:
@@ -135,7 +118,7 @@ def wave_periods(run: LoggedRun) -> tuple[float, ...]:
     inside = np.flatnonzero((frequency > 1.0 / 40.0) & (frequency < 1.0 / 4.0))
     peaks = [i for i in inside[1:-1] if power[i] >= power[i - 1] and power[i] >= power[i + 1]]
     peaks.sort(key=lambda i: -power[i])
-    return tuple(float(1.0 / frequency[i]) for i in peaks[:6]) if len(peaks) >= 2 else ANY_WAVE_S
+    return tuple(float(1.0 / frequency[i]) for i in peaks[:6]) if len(peaks) >= 2 else SEA_WAVE_PERIODS_S
 
 
 def tool_frequencies(runs: Sequence[LoggedRun]) -> tuple[float, ...]:
