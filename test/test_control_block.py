@@ -1,4 +1,4 @@
-"""What lowers the block: pressure, drag, lock-up, approach and heave, each against what it must be in closed form."""
+"""Block control: pressure, drag, lock-up, return to bottom and heave, against closed forms."""
 
 import dataclasses
 import math
@@ -22,7 +22,7 @@ CONFIG = Path(__file__).resolve().parents[1] / "config"
 RIG = load_rig(CONFIG / "rig.example.yaml")
 
 
-def test_differential_pressure_is_zero_off_bottom_at_any_flow():
+def test_differential_pressure_off_bottom_is_independent_of_flow():
     for share in (0.6, 1.0, 1.1):
         pressure = DifferentialPressure(RIG, 0.0, 0.5, 5.0)
         for _ in range(100):
@@ -31,7 +31,7 @@ def test_differential_pressure_is_zero_off_bottom_at_any_flow():
         assert pressure.reactive_torque == pytest.approx(1600.0, rel=1e-3)
 
 
-def test_lost_pressure_holds_the_last_value():
+def test_missing_pressure_holds_last_value():
     pressure = DifferentialPressure(RIG, 0.0, 0.5, 5.0)
     pressure.update(1.9e7, 0.032 / 0.0026, 100.0)
     held = pressure.smooth
@@ -39,8 +39,8 @@ def test_lost_pressure_holds_the_last_value():
     assert pressure.smooth == held
 
 
-def test_auto_driller_holds_pressure_on_a_spring_and_a_bit():
-    """Against the string's stiffness and the rig file's rock, without friction: the pressure wanted is reached."""
+def test_auto_driller_reaches_target_pressure():
+    """On the string as a spring and the rig file's rock, without friction."""
     driller = AutoDriller(RIG, 30.0, 0.02)
     wanted = driller.pressure_for(0.0025)
     stiffness, weight = 1.775e5, 0.0
@@ -52,8 +52,8 @@ def test_auto_driller_holds_pressure_on_a_spring_and_a_bit():
     assert speed == pytest.approx(0.0025, rel=0.05)
 
 
-def test_depth_that_holds_is_where_pipe_that_lies_still_drags_as_much():
-    """In the horizontal hole each metre of drill pipe drags by friction times its buoyed weight."""
+def test_held_below_matches_drag_of_nonrotating_pipe():
+    """In the horizontal hole the drag per metre of drill pipe is friction times its buoyed weight."""
     depths = []
     for held in (0.0, 3e4, 5e4, 9e5):
         drag = DragMonitor(RIG, 0.235, 8e4)
@@ -63,15 +63,15 @@ def test_depth_that_holds_is_where_pipe_that_lies_still_drags_as_much():
     metre = 0.235 * (RIG.string.density - RIG.mud.density) * 9.81 * math.pi / 4.0 * (0.127**2 - 0.1086**2)
     assert depths[1] - depths[2] == pytest.approx(2e4 / metre, rel=0.01)
     assert depths[0] == pytest.approx(4000.0) and depths[3] == 0.0
-    assert DragMonitor(RIG, 0.235, 8e4).held_below == pytest.approx(4000.0), "nothing was measured yet"
+    assert DragMonitor(RIG, 0.235, 8e4).held_below == pytest.approx(4000.0), "no measurement yet"
     looser = DragMonitor(RIG, 0.235, 8e4)
     looser.tare(460e3, 0.1)
     looser.update(460e3 - 8e4 - 3e4, 8e4, 0.1, 0.8, 0.1)
-    assert looser.held_below < depths[1], "where friction is less, more pipe must lie still to drag as much"
+    assert looser.held_below < depths[1], "less friction needs more non-rotating pipe for the same drag"
 
 
-def test_pipe_that_is_known_to_buckle_locks_up_at_the_same_drag():
-    """What buckling holds is lock-up: a rig file that knows of it must not make it count for less."""
+def test_known_buckling_leaves_drag_share():
+    """Drag by buckling is lock-up: buckling in the rig file must not raise the reference drag."""
     known = dataclasses.replace(RIG, effects=dataclasses.replace(RIG.effects, buckling_contact=BucklingContact(1.0)))
     shares = []
     for rig in (RIG, known):
@@ -82,31 +82,31 @@ def test_pipe_that_is_known_to_buckle_locks_up_at_the_same_drag():
     assert shares[1] == pytest.approx(shares[0])
 
 
-def test_drag_is_the_weight_that_neither_hook_nor_bit_carries():
+def test_drag_is_weight_off_hook_and_bit():
     drag = DragMonitor(RIG, 0.235, 8e4)
     for _ in range(300):
         drag.tare(460e3, 0.1)
-    assert drag.arriving == 1.0
+    assert drag.transmitted_share == 1.0
     for hook_load, weight, arriving in ((360e3, 8e4, 1.0), (250e3, 4e4, 0.0), (250e3, 4e4, 0.0), (360e3, 8e4, 1.0)):
         for _ in range(900):
             drag.update(hook_load, weight, 0.1, 1.0, 0.1)
         assert drag.drag == pytest.approx(460e3 - hook_load - weight, abs=500.0)
-        assert drag.arriving == arriving
+        assert drag.transmitted_share == arriving
 
 
-def test_drag_is_certain_less_what_motor_and_bit_leave_open_of_the_weight():
-    """Where the whole string's drag is small beside the weight on bit, that is all of it."""
+def test_drag_lower_bound_subtracts_weight_uncertainty():
+    """In a short well the uncertainty is as large as the drag."""
     drag = DragMonitor(RIG, 0.235, 8e4)
     drag.tare(460e3, 0.1)
     for sigma in (0.0, 0.12):
         drag.update(460e3 - 8e4 - 3e4, 8e4, sigma, 1.0, 0.1)
         open_share = math.hypot(sigma, 0.1) * 8e4 / 3e4
-        assert drag.certain == pytest.approx(drag.share * (1.0 - open_share))
+        assert drag.share_lower_bound == pytest.approx(drag.share * (1.0 - open_share))
 
 
 @pytest.mark.parametrize(("falling", "lifted"), [(0.2, True), (0.03, True), (0.0, False), (-0.2, False)])
-def test_a_block_that_comes_down_by_itself_is_lifted_back_to_where_it_should_be(falling, lifted):
-    """Beside 2.5 mm/s that are asked for it falls (m/s) for 10 s; what is lifted is lifted at 0.2 m/s."""
+def test_slipping_block_is_lifted_back(falling, lifted):
+    """The block falls (m/s) for 10 s beyond its command of 2.5 mm/s, and is lifted at 0.2 m/s."""
     slip, block, furthest = BlockSlipInterlock(), 0.0, 0.0
     for k in range(400):
         lift = slip.update(block, 0.0025, 0.1)
@@ -118,7 +118,7 @@ def test_a_block_that_comes_down_by_itself_is_lifted_back_to_where_it_should_be(
         assert block - 40.0 * 0.0025 < 0.2
 
 
-def test_a_sensor_that_leaps_drops_out_or_lags_is_no_block_that_slips():
+def test_sensor_faults_are_no_block_slip():
     slip = BlockSlipInterlock()
     waves = [0.2 * math.sin(2.0 * math.pi * 0.1 * k / 8.0) for k in range(200)]   # asked for, and made 0.2 s later
     readings = [5.0, math.nan, 0.3, 0.0, *(waves[max(k - 2, 0)] for k in range(200))]
@@ -134,10 +134,10 @@ def lock_up_after(lock, drag, pressure, seconds):
     return lock.state
 
 
-def test_lock_up_lets_go_with_less_weight_each_time_and_then_latches():
+def test_lock_up_reduces_weight_then_latches():
     lock = LockUpInterlock()
-    assert lock_up_after(lock, 0.7, 1.7e6, 600.0) is LockUpState.FREE, "weight that arrives is no lock-up"
-    assert lock_up_after(lock, 0.3, 0.9e6, 600.0) is LockUpState.FREE, "pipe that hardly drags holds no weight"
+    assert lock_up_after(lock, 0.7, 1.7e6, 600.0) is LockUpState.FREE, "weight arrives"
+    assert lock_up_after(lock, 0.3, 0.9e6, 600.0) is LockUpState.FREE, "low drag holds no weight"
     for trip, share in ((1, 0.9), (2, 0.81)):
         assert lock_up_after(lock, 0.7, 0.9e6, 21.0) is LockUpState.HELD and lock.stops
         assert lock.share_left == pytest.approx(share) and lock.trips == trip
@@ -150,43 +150,43 @@ def test_lock_up_lets_go_with_less_weight_each_time_and_then_latches():
     assert lock.state is LockUpState.FREE and lock.share_left == 1.0
 
 
-def test_lock_up_that_rocking_does_not_free_latches():
+def test_lock_up_not_freed_by_rocking_latches():
     lock = LockUpInterlock()
     assert lock_up_after(lock, 0.7, 0.9e6, 300.0) is LockUpState.LATCHED
     assert lock.never_freed and lock.trips == 1
 
 
-def test_weight_that_arrives_too_slowly_is_lock_up_too():
+def test_moderate_drag_trips_lock_up_later():
     assert lock_up_after(LockUpInterlock(), 0.45, 0.9e6, 170.0) is LockUpState.FREE
     assert lock_up_after(LockUpInterlock(), 0.45, 0.9e6, 181.0) is LockUpState.HELD
     assert lock_up_after(LockUpInterlock(), math.nan, 0.9e6, 600.0) is LockUpState.FREE
 
 
-def test_nothing_is_lowered_that_would_hang_on_the_wall():
+def test_drag_holds_back_lowering():
     driller = AutoDriller(RIG, 20.0, 0.1)
     free = [driller.update(0.5e6, 1.8e6, 1e5, 0.1) for _ in range(100)]
     hung = AutoDriller(RIG, 20.0, 0.1)
-    held = [hung.update(0.5e6, 1.8e6, 1e5, 0.1, arriving=0.0) for _ in range(100)]
+    held = [hung.update(0.5e6, 1.8e6, 1e5, 0.1, transmitted_share=0.0) for _ in range(100)]
     assert held[-1] == pytest.approx(min(hung.speed_per_pressure * 0.5e6, held[0])) and free[-1] > held[-1]
     assert hung.setpoint == 0.0 and driller.setpoint == pytest.approx(1e6)
-    driller.follow(0.3e6)
+    driller.track(0.3e6)
     assert driller.setpoint == 0.3e6
 
 
-def test_load_waits_for_a_tool_face_that_reactive_torque_has_turned_away_and_is_taken_back():
-    """Only to the left: what is right of its target the reactive torque brings back."""
+def test_toolface_left_of_target_reduces_load():
+    """Only to the left: reactive torque turns the toolface left, and so corrects an error to the right."""
     degrees = (-90.0, 0.0, 8.0, 10.5, 13.0, 18.0, 90.0)
     shares = [load_share_for_tool_face(math.radians(behind)) for behind in degrees]
     assert shares == pytest.approx([1.0, 1.0, 1.0, 0.5, 0.0, -1.0, -1.0])
     driller = AutoDriller(RIG, 20.0, 0.1)
     risen = [driller.update(0.5e6, 1.8e6, 1e5, 0.1) for _ in range(100)]
     reached = driller.setpoint
-    taken = [driller.update(0.5e6, 1.8e6, 1e5, 0.1, arriving=-1.0) for _ in range(50)]
+    taken = [driller.update(0.5e6, 1.8e6, 1e5, 0.1, transmitted_share=-1.0) for _ in range(50)]
     assert reached == pytest.approx(1e6) and driller.setpoint == reached
     assert taken[-1] < driller.speed_per_pressure * 0.5e6 < risen[-1]
 
 
-def test_pressure_is_tared_off_bottom_but_not_while_drilling():
+def test_pressure_tare_ignores_drilling():
     for extra, tared in ((3e5, True), (1.8e6, False)):
         pressure = DifferentialPressure(RIG, 0.0, 0.5, 5.0)
         for _ in range(400):
@@ -195,14 +195,14 @@ def test_pressure_is_tared_off_bottom_but_not_while_drilling():
         assert pressure.smooth == pytest.approx(1e6 + (0.0 if tared else extra), rel=0.01)
 
 
-def test_approach_knows_where_the_bit_touches_and_a_slip_hardly_moves_it():
-    """Drilling at 80 kN on 1e5 N/m the bit would touch 0.8 m higher; a block that slips 0.6 m shows before pressure."""
+def test_return_to_bottom_rests_above_touching_point():
+    """At 80 kN on 1e5 N/m the bit touches 0.8 m higher; a short slip of 0.6 m hardly moves that point."""
     approach, pressure = ReturnToBottom(1e5, 0.04), 2e6
     for k in range(3000):
-        approach.drilling(10.0 + 2.5e-4 * k, pressure, 0.1)
+        approach.update_touching_position(10.0 + 2.5e-4 * k, pressure, 0.1)
     end = 10.0 + 2.5e-4 * 3000
     for _ in range(50):
-        approach.drilling(end + 0.6, pressure, 0.1)
+        approach.update_touching_position(end + 0.6, pressure, 0.1)
     approach.pick_up()
     assert approach.speed(end - 2.8, 0.1, 0.5, 0.1) == 0.1 and approach.fast
     position = end - 2.8
@@ -213,12 +213,12 @@ def test_approach_knows_where_the_bit_touches_and_a_slip_hardly_moves_it():
     assert approach.speed(position, 0.1, 0.1, 0.1) > 0.0
 
 
-def test_approach_that_knows_no_bottom_creeps():
+def test_return_to_unknown_bottom_creeps():
     assert ReturnToBottom(1e5, 0.04).speed(0.0, 0.1, 0.0, 0.1) < 0.01
 
 
-def test_heave_is_found_and_taken_out_of_the_block():
-    """A wave of 0.15 m on a spring three times as stiff as believed, beside rocking at 4 s and a slow drift of load."""
+def test_heave_is_found_and_cancelled():
+    """A wave of 0.15 m on a string three times as stiff as assumed, with rocking at 4 s and a drifting load."""
     heave, moved, loads, random = HeaveCompensator(1e5, 0.2), 0.0, [], np.random.default_rng(2)
     for k in range(4000):
         time = 0.1 * k
@@ -231,8 +231,8 @@ def test_heave_is_found_and_taken_out_of_the_block():
     assert abs(moved) < 0.3
 
 
-def test_rocking_is_not_taken_for_heave():
-    """It frees pipe from its drag twice a cycle."""
+def test_rocking_is_not_heave():
+    """Rocking changes the hook load twice per cycle."""
     heave, random = HeaveCompensator(1e5, 0.2), np.random.default_rng(2)
     for k in range(3000):
         load = 4e5 + 1e4 * math.sin(2.0 * math.pi * 0.1 * k / 6.0) + random.normal(0.0, 4e3)
@@ -241,8 +241,8 @@ def test_rocking_is_not_taken_for_heave():
 
 
 @pytest.mark.parametrize("rocking", [8.3, 9.0])
-def test_rocking_hides_no_wave(rocking):
-    """Neither where it rocks a little faster nor where it rocks as the wave goes."""
+def test_heave_near_rocking_period_is_found(rocking):
+    """Slightly faster than the wave, and at the period of the wave."""
     heave, moved, loads, random = HeaveCompensator(1.8e5, 0.2), 0.0, [], np.random.default_rng(2)
     for k in range(4000):
         time = 0.1 * k

@@ -1,4 +1,4 @@
-"""What the controller rocks with: drive, reach, periods and strokes, each against what it must be in closed form."""
+"""Rocking: reference, amplitude adaptation, periods and averages, against closed forms."""
 
 import itertools
 import math
@@ -23,7 +23,7 @@ CONFIG = Path(__file__).resolve().parents[1] / "config"
 RIG = load_rig(CONFIG / "rig.example.yaml")
 
 
-def test_drive_draws_the_ideal_trajectory():
+def test_reference_follows_ideal_trajectory():
     """With everything constant: the slopes, the turning points and the period of the paper's Fig. 22."""
     acceleration = 16.0
     rocking = Rocking(10.0, 10.0, 4.0 / acceleration)
@@ -40,105 +40,105 @@ def test_drive_draws_the_ideal_trajectory():
     assert np.diff(peaks) * 0.01 == pytest.approx(10.0, abs=0.02)
 
 
-WISHES = st.builds(RockingSetpoint, st.floats(-50.0, 50.0), st.floats(0.0, 40.0), st.floats(2.0, 40.0),
+SETPOINTS = st.builds(RockingSetpoint, st.floats(-50.0, 50.0), st.floats(0.0, 40.0), st.floats(2.0, 40.0),
                    st.sampled_from([0.0, 1.0, 3.0]))
 
 
-@given(st.lists(st.tuples(WISHES, st.sampled_from(list(DriveMode)), st.integers(1, 30)), min_size=1, max_size=8))
-def test_drive_never_jumps_whatever_is_wished(wishes):
+@given(st.lists(st.tuples(SETPOINTS, st.sampled_from(list(DriveMode)), st.integers(1, 30)), min_size=1, max_size=8))
+def test_reference_never_jumps(setpoints):
     drive = RockingReference(12.0, 16.0, 3.0)
-    for wish, motion, count in wishes:
+    for setpoint, motion, count in setpoints:
         for _ in range(count):
             angle, speed = drive.angle, drive.speed
-            drive.advance(0.1, wish, motion)
+            drive.advance(0.1, setpoint, motion)
             assert abs(drive.speed) <= 12.0 + 1e-9
             assert abs(drive.speed - speed) <= 16.0 * 0.1 + 1e-9
             assert abs(drive.angle - angle) <= 12.0 * 0.1 + 1e-9
 
 
-def test_phase_is_half_a_turn_a_stroke_and_goes_on_where_old_strokes_are_dropped():
+def test_rocking_phase_is_half_turn_per_stroke():
     phase = RockingPhase()
     assert math.isnan(phase.at(0.0))
     for k in range(60):
         phase.add_reversal(4.0 * k)
-    assert math.isnan(phase.at(1.0)), "too long ago"
+    assert math.isnan(phase.at(1.0)), "before the strokes that are kept"
     assert phase.at(201.0) - phase.at(199.0) == pytest.approx(0.5 * math.pi)
-    assert phase.at(238.0) - phase.at(234.0) == pytest.approx(math.pi), "the stroke that is under way"
+    assert phase.at(238.0) - phase.at(234.0) == pytest.approx(math.pi), "the stroke in progress"
     before = phase.at(230.0)
     phase.add_reversal(240.0)
     assert phase.at(230.0) == pytest.approx(before)
 
 
-def test_period_is_chosen_so_that_samples_meet_unlike_phases():
-    def clear(period, sampling):
+def test_chosen_period_gives_distinct_mwd_phases():
+    def margin(period, sampling):
         cycles = abs(math.remainder(sampling / period, 1.0))
         return min(cycles / 0.2, (0.5 - cycles) / 0.05, 1.0)
 
     for period, sampling in itertools.product((6.0, 8.1, 11.2, 11.3), (8.0, 12.0, 20.0)):
         chosen = period_with_distinct_phases(period, sampling)
         assert 0.969 <= chosen / period <= 1.121
-        assert clear(chosen, sampling) >= clear(period, sampling) - 1e-9
-    # A little shorter only where a little longer does not do.
+        assert margin(chosen, sampling) >= margin(period, sampling) - 1e-9
+    # A shorter period only where no longer one serves.
     assert period_with_distinct_phases(11.2, 12.0) == pytest.approx(0.97 * 11.2)
     assert period_with_distinct_phases(6.0, 12.0) == pytest.approx(1.12 * 6.0)
-    # Every second sample at nearly the same phase shows the swing at once.
+    # A change of nearly half a cycle shows both sides of the swing.
     assert period_with_distinct_phases(8.3, 12.0) == 8.3
 
 
-def test_reach_goes_deeper_for_drag_and_less_deep_for_swing():
-    def after(drag, swing, pull=0.0, error=0.3, doubt=0.0):
-        reach = AmplitudeAdaptation()
+def test_drag_grows_and_swing_reduces_amplitude():
+    def after(drag, swing, driving_twist=0.0, error=0.3, drag_sigma=0.0):
+        adaptation = AmplitudeAdaptation()
         for k in range(1000):
-            reach.check_response(pull, 60.0, 0.0, error, 0.1)
-            reach.update(drag, drag - doubt, swing, 0.01, 0.1)
-            assert 0.65 <= reach.factor <= 1.8, k
-        return reach
+            adaptation.check_response(driving_twist, 60.0, 0.0, error, 0.1)
+            adaptation.update(drag, drag - drag_sigma, swing, 0.01, 0.1)
+            assert 0.65 <= adaptation.factor <= 1.8, k
+        return adaptation
 
     assert after(0.5, 0.0).factor > 1.2
-    assert after(0.5, 0.0, doubt=0.25).factor == 1.0, "drag that may be an error of the weight asks for nothing"
-    assert after(0.5, 0.1, doubt=0.25).factor < 0.9, "and keeps the swing from nothing"
+    assert after(0.5, 0.0, drag_sigma=0.25).factor == 1.0, "uncertain drag asks for no amplitude"
+    assert after(0.5, 0.1, drag_sigma=0.25).factor < 0.9, "uncertain drag does not stop the reduction by swing"
     assert after(0.2, 0.1).factor < 0.9
     assert after(0.19, 0.02).factor == 1.0
-    assert after(0.3, 0.0).factor < after(0.3, 0.0, pull=2.0).factor
-    assert after(0.3, 0.0, pull=2.0).bit_stuck and not after(0.3, 0.0).bit_stuck
-    assert after(0.3, 0.0, pull=2.0).gain_boost > 0.9 and after(0.3, 0.0).gain_boost == 0.0
-    assert not after(0.3, 0.0, pull=2.0, error=-0.3).bit_stuck, "a pull that no error asked for is the sensors'"
-    assert after(0.1, 0.0, pull=2.0).factor <= 1.0, "pipe that does not drag does not hold the bit"
+    assert after(0.3, 0.0).factor < after(0.3, 0.0, driving_twist=2.0).factor
+    assert after(0.3, 0.0, driving_twist=2.0).bit_stuck and not after(0.3, 0.0).bit_stuck
+    assert after(0.3, 0.0, driving_twist=2.0).gain_boost > 0.9 and after(0.3, 0.0).gain_boost == 0.0
+    assert not after(0.3, 0.0, driving_twist=2.0, error=-0.3).bit_stuck, "this twist corrects no error"
+    assert after(0.1, 0.0, driving_twist=2.0).factor <= 1.0, "without drag nothing holds the bit"
 
 
-def test_means_over_whole_strokes_leave_no_rocking():
-    """Friction that opposes either stroke alike and a mean torque, on strokes of unlike speed."""
-    means, cycles, strokes = CycleAverager(), [], 0
+def test_cycle_average_cancels_rocking():
+    """Friction that opposes both strokes equally, plus a mean torque."""
+    averager, cycles, strokes = CycleAverager(), [], 0
     for k in range(1, 401):
         if k % 40 == 0:
             strokes += 1
         side = 1.0 if strokes % 2 == 0 else -1.0
         within = (k % 40) / 40.0 - 0.5
-        cycle = means.update(0.1, 2.0 + side * within, 700.0 + side * 3000.0, 500.0, strokes)
+        cycle = averager.update(0.1, 2.0 + side * within, 700.0 + side * 3000.0, 500.0, strokes)
         cycles += [cycle] if cycle else []
     assert cycles[-1].torque == pytest.approx(700.0, abs=1e-6)
     assert cycles[-1].angle == pytest.approx(2.0, abs=1e-6)
     assert (cycles[-1].reactive_torque, cycles[-1].duration) == pytest.approx((500.0, 8.0))
 
 
-def test_a_stroke_that_was_not_measured_gives_no_mean():
-    means, cycles = CycleAverager(), []
+def test_unmeasured_stroke_gives_no_average():
+    averager, cycles = CycleAverager(), []
     for k in range(400):
         torque = math.nan if 80 <= k < 120 else 0.0
-        cycles.append(means.update(0.1, 0.0, torque, 0.0, k // 40))
+        cycles.append(averager.update(0.1, 0.0, torque, 0.0, k // 40))
     assert [k for k in range(400) if cycles[k]] == [80, 200, 240, 280, 320, 360]
 
 
 @pytest.mark.parametrize("lag", [0.0, 0.5])
 @pytest.mark.parametrize("friction", [0.75, 1.0, 1.25])
-def test_breakover_test_finds_friction_through_a_sensor_that_lags(friction, lag):
+def test_breakover_test_finds_friction_despite_sensor_lag(friction, lag):
     """On a string without inertia: loaded along the closed form, unloaded and loaded again along twice of it."""
     belief = TorqueAndDrag(RIG, 0.235, 0.0)
     finder, drive = BreakoverTest(belief, 10.0), RockingReference(12.0, 16.0)
-    wish = RockingSetpoint(0.0, 14.0, 9.0, SLOW_DOWN_TRAVEL_TIMES * belief.travel_time)
+    setpoint = RockingSetpoint(0.0, 14.0, 9.0, SLOW_DOWN_TRAVEL_TIMES * belief.travel_time)
     from_angle, from_torque, sensed, side, twice = 0.0, 0.0, 0.0, 1.0, 1.0
     for _ in range(3000):
-        drive.advance(0.1, wish)
+        drive.advance(0.1, setpoint)
         turned = side * (drive.angle - from_angle) / twice
         torque = from_torque + side * twice * belief.breakover_torque(max(turned, 0.0), friction)
         if drive.side != side:
@@ -149,12 +149,12 @@ def test_breakover_test_finds_friction_through_a_sensor_that_lags(friction, lag)
     assert finder.friction_scale == pytest.approx(friction, rel=0.03 if lag else 0.01)
 
 
-def test_torque_turn_ends_strokes_and_bumps():
+def test_torque_limits_reverse_strokes_with_bump():
     """On 200 N m per rad with limits of 2 and 1 kN m; a centre wanted 1 rad right goes a rad beyond the right one."""
-    turn, angle, side, ends = TorqueLimitedReversal(2000.0, 1000.0), 0.0, 1.0, []
+    reversal, angle, side, ends = TorqueLimitedReversal(2000.0, 1000.0), 0.0, 1.0, []
     for _ in range(4000):
         angle += side * 0.05
-        if turn.must_reverse(angle, 200.0 * angle, side, 2.5 if len(ends) < 4 else 3.5):
+        if reversal.must_reverse(angle, 200.0 * angle, side, 2.5 if len(ends) < 4 else 3.5):
             ends.append(angle)
             side = -side
     assert ends[0] == pytest.approx(10.0, abs=0.11) and ends[1] == pytest.approx(-5.0, abs=0.11)

@@ -1,4 +1,4 @@
-"""How hard the controller pulls, and what it takes a torque reading for."""
+"""Lead of the centre, torque sensor and response of the toolface filter."""
 
 import dataclasses
 import math
@@ -9,50 +9,53 @@ import pytest
 
 from slider_drilling.control import SlideController, SlideSettings
 from slider_drilling.control.estimation.cycle_average import CycleAverage
+from slider_drilling.control.estimation.slide_state import SlideState
 from slider_drilling.control.estimation.string_kalman_filter import StringKalmanFilter
 from slider_drilling.control.estimation.tool_face_estimator import EstimatorNoise, ToolFaceEstimator
 from slider_drilling.control.estimation.torque_sensor_model import TorqueSensorModel
 from slider_drilling.control.interface import MwdSample
+from slider_drilling.control.top_drive.amplitude_control import AmplitudeControl
+from slider_drilling.control.top_drive.centre_control import CentreControl
 from slider_drilling.control.top_drive.centre_lead import ToolFaceResponse, centre_lead, stable_gain
 from slider_drilling.rig import load_rig
 
 CONFIG = Path(__file__).resolve().parents[1] / "config"
-LOOSE = ToolFaceResponse(
+QUICK_STRING = ToolFaceResponse(
     response_time=60.0, rocking_period=8.0, mwd_delay=18.0, tool_face_sigma=0.0, breakover_amplitude=24.0)
 
 
-def turns_too_far(gain, answer):
-    """Whether the toolface, following what pulls late by a cycle and a half, passes its target by more than half."""
-    step, late = 0.1, round(1.5 * answer.rocking_period / 0.1)
-    off = [1.0] * (late + 1)
+def overshoots(gain, response):
+    """Whether a toolface with a dead time of 1.5 cycles overshoots its target by more than half."""
+    step, dead_time = 0.1, round(1.5 * response.rocking_period / 0.1)
+    off = [1.0] * (dead_time + 1)
     for _ in range(6000):
-        off.append(off[-1] - step * (1.0 + gain) * off[-1 - late] / answer.response_time)
+        off.append(off[-1] - step * (1.0 + gain) * off[-1 - dead_time] / response.response_time)
     return min(off) < -0.5
 
 
 @pytest.mark.parametrize("response_time", [8.0, 20.0, 60.0, 300.0])
-def test_gain_is_what_a_late_loop_bears(response_time):
-    answer = dataclasses.replace(LOOSE, response_time=response_time)
-    gain = centre_lead(0.1, 3.0, 5.0, answer) / 0.1
+def test_lead_gain_is_stable_with_dead_time(response_time):
+    response = dataclasses.replace(QUICK_STRING, response_time=response_time)
+    gain = centre_lead(0.1, 3.0, 5.0, response) / 0.1
     assert 0.5 <= gain < 3.001
-    # Three would have gone round in a string that answers within 20 s; what is left does not.
-    assert turns_too_far(3.0, answer) == (response_time <= 20.0)
-    assert not turns_too_far(gain, answer) or gain == 0.5
+    # A gain of 3 is unstable where the string responds within 20 s; the reduced gain is not.
+    assert overshoots(3.0, response) == (response_time <= 20.0)
+    assert not overshoots(gain, response) or gain == 0.5
 
 
-def test_a_held_string_gets_the_whole_gain_and_slow_mwd_less():
+def test_gain_grows_with_response_time_not_mwd_delay():
     assert stable_gain(ToolFaceResponse(300.0, 8.0, 18.0, 0.0, 24.0)) > 3.0
-    assert stable_gain(ToolFaceResponse(60.0, 8.0, 36.0, 0.0, 24.0)) < stable_gain(LOOSE)
+    assert stable_gain(ToolFaceResponse(60.0, 8.0, 36.0, 0.0, 24.0)) < stable_gain(QUICK_STRING)
 
 
-def test_no_lead_breaks_the_string_free():
-    assert centre_lead(math.pi, 3.0, 5.0, LOOSE) == 5.0
+def test_lead_stays_below_breakover_amplitude():
+    assert centre_lead(math.pi, 3.0, 5.0, QUICK_STRING) == 5.0
     short = ToolFaceResponse(60.0, 6.0, 18.0, 0.0, breakover_amplitude=5.0)
     assert centre_lead(-math.pi, 3.0, 5.0, short) == pytest.approx(-1.5)
 
 
-def test_an_angle_that_may_be_any_is_worth_no_pull():
-    sure, unsure = (centre_lead(1.0, 1.0, 5.0, dataclasses.replace(LOOSE, tool_face_sigma=sigma))
+def test_unknown_toolface_gives_no_lead():
+    sure, unsure = (centre_lead(1.0, 1.0, 5.0, dataclasses.replace(QUICK_STRING, tool_face_sigma=sigma))
                     for sigma in (0.05, 3.0))
     assert sure == pytest.approx(1.0, abs=0.01)
     assert unsure < 0.02
@@ -78,7 +81,7 @@ def strokes(inertia, lag=0.0, friction=5e3, noise=150.0, seconds=60.0):
 
 
 @pytest.mark.parametrize(("inertia", "lag"), [(0.0, 0.0), (300.0, 0.0), (1500.0, 0.0), (1500.0, 0.05)])
-def test_what_speeds_the_drive_up_is_no_torque_of_the_pipe(inertia, lag):
+def test_drive_inertia_is_removed_from_torque(inertia, lag):
     reading = TorqueSensorModel(IMPEDANCE, 150.0, 0.1)
     off, read = [], []
     for speed, pipe, torque in strokes(inertia, lag):
@@ -90,7 +93,7 @@ def test_what_speeds_the_drive_up_is_no_torque_of_the_pipe(inertia, lag):
 
 
 @pytest.mark.parametrize("lag", [0.0, 0.4, 0.8])
-def test_a_torque_that_comes_late_is_known_by_the_drives_own_changes_of_speed(lag):
+def test_sensor_lag_is_found_from_speed_changes(lag):
     reading = TorqueSensorModel(IMPEDANCE, 150.0, 0.1)
     for speed, _, torque in strokes(0.0, lag):
         reading.pipe_torque(speed, torque, 0.1)
@@ -98,7 +101,7 @@ def test_a_torque_that_comes_late_is_known_by_the_drives_own_changes_of_speed(la
     assert (reading.lag == pytest.approx(0.0, abs=0.03)) if lag == 0.0 else (0.75 * lag < reading.lag < 2.0 * lag)
 
 
-def test_a_torque_that_is_missing_stays_so_and_teaches_nothing():
+def test_missing_torque_changes_no_estimate():
     reading = TorqueSensorModel(IMPEDANCE, 150.0, 0.1)
     before = reading.lag
     for speed, _, _ in strokes(0.0, seconds=20.0):
@@ -110,8 +113,8 @@ def test_a_torque_that_is_missing_stays_so_and_teaches_nothing():
         assert reading.torque_from_below(500.0) == 500.0 and reading.speed == 0.0
 
 
-def test_response_time_stays_within_what_strings_do():
-    """A toolface that leaps about must not teach that the string answers at once."""
+def test_response_time_stays_within_bounds():
+    """A toolface that jumps about must not make the string look immediate."""
     string = StringKalmanFilter(0.0042, 60.0)
     string.reset_tool_face(0.0, 0.0, 0.01)
     random = np.random.default_rng(2)
@@ -121,8 +124,8 @@ def test_response_time_stays_within_what_strings_do():
     assert 20.0 <= string.estimate.response_time <= 181.0
 
 
-def followed(every, seconds=120.0):
-    """Degrees that the estimate of a toolface at rest swings by, where the bit swings by ten: read every so many s."""
+def swing_of_estimate(every, seconds=120.0):
+    """Swing of the estimate (deg) where the bit swings by 10 deg about a toolface at rest, read every `every` s."""
     noise = EstimatorNoise(math.radians(3.0), 150.0, 0.1, 0.1, 0.3, math.radians(0.6), math.radians(0.15))
     estimator, samples, held = ToolFaceEstimator(0.0042, 60.0, noise), round(every / 0.1), []
     for k in range(1, round(seconds * 10)):
@@ -137,12 +140,12 @@ def followed(every, seconds=120.0):
     return math.degrees(np.max(np.abs(held[-80:])))
 
 
-def test_samples_within_half_a_cycle_are_worth_one():
-    """At 10 Hz what rocking leaves at the bit is the same in forty samples: it must not be taken for the mean."""
-    assert followed(0.1) < 5.0
+def test_samples_within_half_cycle_count_once():
+    """At 10 Hz forty samples show the same side of the swing."""
+    assert swing_of_estimate(0.1) < 5.0
 
 
-def test_swing_is_found_in_samples_at_ten_hertz():
+def test_swing_is_found_at_ten_hertz():
     filter_ = StringKalmanFilter(0.0042, 60.0)
     for k in range(600):
         phase = 2.0 * math.pi * 0.1 * k / 8.0
@@ -152,7 +155,7 @@ def test_swing_is_found_in_samples_at_ten_hertz():
     assert filter_.swing == pytest.approx(math.radians(5.0), rel=0.05)
 
 
-def doubt(noise, until, every, reading):
+def sigma_after(noise, until, every, reading):
     """One standard deviation of the toolface, deg, after `until` steps of 0.5 s with a stroke every 8 s and every
     `every` steps a sample of `noise` (deg), which is `reading` of the step (deg), or lost where that is None."""
     noises = EstimatorNoise(math.radians(noise), 150.0, 0.1, 0.1, 0.3, math.radians(0.6), math.radians(0.15))
@@ -167,27 +170,27 @@ def doubt(noise, until, every, reading):
     return math.degrees(estimator.sigma)
 
 
-def surprised(jump):
-    """The doubt after samples that leap by `jump` (deg) to and fro."""
-    return doubt(3.0, 601, 24, lambda k: jump if k % 48 == 0 else -jump)
+def sigma_with_jumps(jump):
+    """Standard deviation (deg) after samples that alternate by `jump` (deg)."""
+    return sigma_after(3.0, 601, 24, lambda k: jump if k % 48 == 0 else -jump)
 
 
-def test_samples_that_surprise_widen_the_doubt_of_the_tool_face():
-    assert surprised(2.0) == pytest.approx(surprised(0.0), rel=0.02)
-    assert surprised(12.0) > 1.3 * surprised(2.0)
+def test_large_innovations_widen_toolface_sigma():
+    assert sigma_with_jumps(2.0) == pytest.approx(sigma_with_jumps(0.0), rel=0.02)
+    assert sigma_with_jumps(12.0) > 1.3 * sigma_with_jumps(2.0)
 
 
-def doubt_after(third):
-    """The doubt 29 s after the fifth sample of an MWD of 30 s, which is `third` (deg), or lost where that is None."""
-    return doubt(2.0, 359, 60, lambda k: third if k == 300 else 0.0)
+def sigma_after_sample(third):
+    """Standard deviation (deg) 29 s after the fifth sample of MWD every 30 s: `third` (deg), lost where None."""
+    return sigma_after(2.0, 359, 60, lambda k: third if k == 300 else 0.0)
 
 
-def test_a_wrong_sample_does_not_open_the_door_to_the_next_one():
-    assert doubt_after(140.0) == pytest.approx(doubt_after(None), rel=0.02)
-    assert doubt_after(1.0) < 0.95 * doubt_after(None)
+def test_outlier_does_not_widen_toolface_sigma():
+    assert sigma_after_sample(140.0) == pytest.approx(sigma_after_sample(None), rel=0.02)
+    assert sigma_after_sample(1.0) < 0.95 * sigma_after_sample(None)
 
 
-def thrown_by(second, first):
+def moved_by(second, first):
     """Degrees by which a sample that is `second` (deg) off moves a toolface at rest that was lost for two minutes, one
     MWD period after a sample that is `first` (deg) off, or lost where that is None."""
     estimator = ToolFaceEstimator(0.0042, 60.0, EstimatorNoise(
@@ -203,13 +206,13 @@ def thrown_by(second, first):
     return abs(math.degrees(estimator.tool_face))
 
 
-def test_a_sample_after_a_wrong_one_is_believed_less_unless_it_agrees_with_the_string():
-    alone, after = thrown_by(-65.0, None), thrown_by(-65.0, 140.0)
+def test_sample_after_outlier_counts_less():
+    alone, after = moved_by(-65.0, None), moved_by(-65.0, 140.0)
     assert alone > 30.0 and after < 0.5 * alone
-    assert thrown_by(-10.0, 140.0) == pytest.approx(thrown_by(-10.0, None), abs=1.5)
+    assert moved_by(-10.0, 140.0) == pytest.approx(moved_by(-10.0, None), abs=1.5)
 
 
-def test_a_sample_that_may_be_wrong_moves_the_tool_face_by_as_much_as_it_is_likely_and_leaves_the_doubt():
+def test_doubtful_sample_moves_toolface_by_its_probability():
     outcome = {}
     for genuine in (1.0, 0.5, 0.0):
         string = StringKalmanFilter(0.0042, 60.0)
@@ -222,21 +225,22 @@ def test_a_sample_that_may_be_wrong_moves_the_tool_face_by_as_much_as_it_is_like
 
 @pytest.mark.parametrize(("rig", "seconds"), [("rig.short.yaml", 60.0), ("rig.example.yaml", 60.0),
                                               ("rig.long.yaml", 60.0 * (5.6 / 4.0) ** 2)])
-def test_lag_of_the_tool_face_goes_with_the_square_of_the_length_of_a_long_string(rig, seconds):
-    own = SlideController(load_rig(CONFIG / rig))
-    assert status_value(own, "string", "response_time_s") == pytest.approx(seconds, rel=0.1)
-    told = SlideController(load_rig(CONFIG / rig), SlideSettings(response_time=77.0))
-    assert status_value(told, "string", "response_time_s") == 77.0
+def test_response_time_grows_with_squared_length(rig, seconds):
+    automatic = SlideController(load_rig(CONFIG / rig))
+    assert status_value(automatic, "string", "response_time_s") == pytest.approx(seconds, rel=0.1)
+    given = SlideController(load_rig(CONFIG / rig), SlideSettings(response_time=77.0))
+    assert status_value(given, "string", "response_time_s") == 77.0
 
 
 def status_value(controller, name, key):
-    return float(next(dict(one.values)[key] for one in controller.status() if one.name == name))
+    return float(next(dict(status.values)[key] for status in controller.status() if status.name == name))
 
 
-def test_pipe_that_drags_raises_no_gain(monkeypatch):
-    own = SlideController(load_rig(CONFIG / "rig.short.yaml"))
-    monkeypatch.setattr(SlideController, "error", 0.2)
+def test_mobility_does_not_change_lead(monkeypatch):
+    rig, settings = load_rig(CONFIG / "rig.short.yaml"), SlideSettings()
+    amplitude, centre = AmplitudeControl(rig, settings, 8e4), CentreControl(rig, settings)
+    estimator = SlideState(rig, settings, amplitude.model).tool_face
     monkeypatch.setattr(ToolFaceEstimator, "sigma", 0.05)
-    free = own._lead()
-    own._estimator.mobility = 0.1
-    assert own._lead() == free != 0.0
+    lead = centre.lead(0.2, estimator, amplitude)
+    estimator.mobility = 0.1
+    assert centre.lead(0.2, estimator, amplitude) == lead != 0.0

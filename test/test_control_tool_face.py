@@ -1,4 +1,4 @@
-"""What the controller believes of the toolface and of the string, against what it must be in closed form."""
+"""Estimates of toolface and string, against closed forms."""
 
 import math
 from pathlib import Path
@@ -21,7 +21,7 @@ NOISE = EstimatorNoise(math.radians(3.0), 150.0, 0.1, 0.1, 0.3, math.radians(0.6
 S = 0.0042   # rad/(N m)
 
 
-def test_belief_of_a_uniform_side_force_is_the_parabola(tmp_path):
+def test_uniform_side_force_gives_parabolic_reach(tmp_path):
     """Horizontal throughout: torque falls linearly, A = q s^2 / 2GJ."""
     text = (CONFIG / "rig.example.yaml").read_text()
     survey = text[text.index("    - [0.0, 0.0"):text.index("  hole_diameter")]
@@ -59,7 +59,7 @@ def feed(estimator, twist, offset, until, samples):
             estimator.update_with_mwd(MwdSample(time - 6.0, time, math.remainder(angle, 2.0 * math.pi)), 0.0)
 
 
-def test_torque_tells_the_tool_face_between_samples():
+def test_torque_shows_toolface_between_samples():
     """After four samples off bottom none come any more, and the reactive torque winds the string up by a turn."""
     estimator, x = slide(following=0.0, last_sample=54.0, duration=190.0)
     assert x < -2.0 * math.pi
@@ -67,7 +67,7 @@ def test_torque_tells_the_tool_face_between_samples():
     assert estimator.sigma < 1.5
 
 
-def test_one_wrong_sample_hardly_counts_and_what_repeats_is_believed():
+def test_single_outlier_is_rejected_repeated_offset_accepted():
     every = dict.fromkeys(np.arange(18.0, 300.0, 12.0))
     estimator = ToolFaceEstimator(S, 60.0, NOISE)
     feed(estimator, lambda time: 0.0, 0.5, 300.0, every | {150.0: 3.0})
@@ -91,7 +91,7 @@ def slide(softer=0.0, motor=0.0, bias=0.0, following=1.0, last_sample=math.inf, 
         centre = following * S * shown + (1.0 if time > 300.0 else 0.0)
         torque, reactive = (centre - x + 0.4) / compliance, (1.0 + motor) * shown
         x += 0.5 * compliance * (torque - reactive) / 60.0
-        estimator.settled = time > 130.0
+        estimator.bit_loaded = time > 130.0
         estimator.advance(time, shown)
         if time > 8.0 and time % 4.0 == 0.0:
             cycle = CycleAverage(centre, torque + bias + random.normal(0.0, 17.0), shown, 8.0)
@@ -105,16 +105,16 @@ def slide(softer=0.0, motor=0.0, bias=0.0, following=1.0, last_sample=math.inf, 
 
 @pytest.mark.parametrize(("softer", "motor", "bias"), [
     (0.13, 0.0, 0.0), (0.0, -0.25, 0.0), (0.0, 0.0, -500.0), (0.08, -0.12, 300.0), (0.0, 0.0, 0.0)])  # fmt: skip
-def test_string_is_learnt_while_sliding(softer, motor, bias):
-    """Compliance, motor and sensor at once, within what their stated one-sigma allows; the toolface is right."""
+def test_string_errors_are_estimated_while_sliding(softer, motor, bias):
+    """Compliance, motor and sensor bias together, each within three standard deviations."""
     estimator, x = slide(softer, motor, bias)
-    learnt = estimator.filter.estimate
+    estimate = estimator.filter.estimate
     assert estimator.tool_face == pytest.approx(x, abs=math.radians(3.0))
-    assert learnt.compliance == pytest.approx(softer, abs=3.0 * learnt.compliance_sigma)
-    assert learnt.motor == pytest.approx(motor, abs=3.0 * learnt.motor_sigma)
-    assert learnt.bias == pytest.approx(bias, abs=3.0 * learnt.bias_sigma)
-    # together they foretell the torque at which the toolface rests better than the rig file does
-    resting = (1.0 + learnt.motor) * 2900.0 + learnt.bias
+    assert estimate.compliance == pytest.approx(softer, abs=3.0 * estimate.compliance_sigma)
+    assert estimate.motor == pytest.approx(motor, abs=3.0 * estimate.motor_sigma)
+    assert estimate.bias == pytest.approx(bias, abs=3.0 * estimate.bias_sigma)
+    # Together they predict the torque at which the toolface rests.
+    resting = (1.0 + estimate.motor) * 2900.0 + estimate.bias
     assert resting == pytest.approx((1.0 + motor) * 2900.0 + bias, abs=60.0)
 
 
@@ -122,7 +122,7 @@ def swung(amplitude, period, every=12.0, seed=1):
     """A string at rest whose bit swings with rocking of `period` s, as MWD every `every` s shows it over 400 s."""
     random, estimator = np.random.default_rng(seed), ToolFaceEstimator(S, 60.0, NOISE)
     cycle = CycleAverage(0.0, 0.0, 0.0, period)
-    estimator.settled = True
+    estimator.bit_loaded = True
     for k in range(1, 801):
         time = 0.5 * k
         estimator.advance(time, 0.0)
@@ -136,7 +136,7 @@ def swung(amplitude, period, every=12.0, seed=1):
 
 
 @pytest.mark.parametrize("amplitude", [0.0, 0.05, 0.15])
-def test_swing_of_rocking_is_told_from_the_tool_face(amplitude):
+def test_swing_is_separated_from_toolface(amplitude):
     estimator = swung(amplitude, 8.3)
     assert estimator.filter.swing == pytest.approx(amplitude, abs=3.0 * estimator.filter.swing_sigma)
     assert estimator.filter.swing_sigma < 0.042
@@ -144,12 +144,12 @@ def test_swing_of_rocking_is_told_from_the_tool_face(amplitude):
     assert estimator.filter.swing_at(math.nan) == 0.0
 
 
-def learnt_lag(quickest, seed):
-    """Lag (s) that is learnt in an hour of a string that follows in 60 s, held by what is believed of it; MWD every
+def estimated_response_time(min_response_time, seed):
+    """Lag (s) that is estimate in an hour of a string that follows in 60 s, held by what is believed of it; MWD every
     30 s reads a swing that stays unknown."""
     random, x = np.random.default_rng(seed), 0.0
-    estimator = ToolFaceEstimator(S, 60.0, NOISE, quickest=quickest)
-    estimator.settled = True
+    estimator = ToolFaceEstimator(S, 60.0, NOISE, min_response_time=min_response_time)
+    estimator.bit_loaded = True
     for k in range(1, 7201):
         time, pull = 0.5 * k, -estimator.tool_face if estimator.known else 0.0
         x += 0.5 * pull / 60.0
@@ -163,24 +163,24 @@ def learnt_lag(quickest, seed):
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_few_samples_make_no_string_quicker_than_torsion_spreads(seed):
-    """What the loop corrects of one sample, the next one seems to say of the string."""
-    assert learnt_lag(0.0, seed) < 30.0
-    assert 45.0 <= learnt_lag(45.0, seed) < 60.0
-    assert learnt_lag(90.0, seed) >= 60.0   # one that was set by hand is believed
+def test_estimated_response_time_has_lower_bound(seed):
+    """The loop's correction of one sample looks like a quick response at the next one."""
+    assert estimated_response_time(0.0, seed) < 30.0
+    assert 45.0 <= estimated_response_time(45.0, seed) < 60.0
+    assert estimated_response_time(90.0, seed) >= 60.0   # a set value stays
 
 
-def test_a_swing_that_samples_meet_at_one_phase_stays_in_doubt():
-    """It cannot be told from the toolface, and both say so."""
+def test_swing_sampled_at_one_phase_stays_uncertain():
+    """It cannot be distinguished from the toolface, and both have a larger sigma."""
     same, unlike = swung(0.1, 12.0), swung(0.1, 8.3)
     assert same.filter.swing_sigma > 1.3 * unlike.filter.swing_sigma
     assert same.sigma > 1.2 * unlike.sigma
     assert same.tool_face == pytest.approx(0.3, abs=3.0 * same.sigma)
 
 
-def test_what_was_learnt_is_a_rig_file():
-    learnt = StringEstimate(0.1, 0.02, -0.2, 0.05, 250.0, 80.0, 70.0)
-    again = parse_rig(dump_rig(calibrated_rig(RIG, learnt)))
+def test_calibrated_rig_is_valid_rig_file():
+    estimate = StringEstimate(0.1, 0.02, -0.2, 0.05, 250.0, 80.0, 70.0)
+    again = parse_rig(dump_rig(calibrated_rig(RIG, estimate)))
     assert again.effects.torsional_compliance.extra == pytest.approx(0.1)
     assert again.effects.motor_wear.torque_loss == pytest.approx(0.2)
     assert again.effects.torque_sensor_bias.bias == pytest.approx(250.0)
@@ -188,7 +188,7 @@ def test_what_was_learnt_is_a_rig_file():
     assert TorqueAndDrag(again, 0.235, 0.0).compliance == pytest.approx(1.1 * TorqueAndDrag(RIG, 0.235, 0.0).compliance)
 
 
-def test_a_wrong_first_sample_is_outvoted():
+def test_wrong_first_sample_is_outvoted():
     estimator = ToolFaceEstimator(S, 60.0, NOISE)
     feed(estimator, lambda time: 0.0, 0.5, 60.0, {18.0: -2.5, 30.0: None, 42.0: None})
     assert estimator.tool_face == pytest.approx(0.5, abs=math.radians(2.0))
@@ -196,7 +196,7 @@ def test_a_wrong_first_sample_is_outvoted():
 
 @pytest.mark.parametrize("sample", [MwdSample(math.nan, 1.0, 0.0), MwdSample(0.0, 1.0, math.nan),
                                     MwdSample(1e9, 1e9, 0.0), MwdSample(-200.0, 1.0, 0.0)])
-def test_estimator_refuses_nonsense(sample):
+def test_estimator_rejects_invalid_samples(sample):
     estimator = ToolFaceEstimator(S, 60.0, NOISE)
     assert not estimator.update_with_mwd(sample, 0.0)
     estimator.update_with_cycle(10.0, CycleAverage(0.0, 0.0, 0.0, 8.0), 1.0, 0.0)
@@ -204,13 +204,13 @@ def test_estimator_refuses_nonsense(sample):
     assert not estimator.known
 
 
-def test_circular_belief_is_bayes_of_normal_samples():
-    """Across the half turn; variances add as for the normal distribution, and spread by what it may have moved."""
-    belief = CircularHistogram(0.05)
+def test_circular_histogram_matches_normal_distribution():
+    """Across the half turn: precisions add at an update, variances at a diffusion."""
+    histogram = CircularHistogram(0.05)
     for off in (-0.02, 0.06):
-        belief.update(math.remainder(math.pi + off, 2.0 * math.pi), 0.01)
-    assert abs(math.remainder(belief.mean - (math.pi + 0.02), 2.0 * math.pi)) < 2e-3
-    assert belief.spread == pytest.approx(math.sqrt(0.005), rel=0.05)
-    assert belief.weight > 0.99
-    belief.diffuse(0.02)
-    assert belief.spread == pytest.approx(math.sqrt(0.025), rel=0.05)
+        histogram.update(math.remainder(math.pi + off, 2.0 * math.pi), 0.01)
+    assert abs(math.remainder(histogram.mean - (math.pi + 0.02), 2.0 * math.pi)) < 2e-3
+    assert histogram.sigma == pytest.approx(math.sqrt(0.005), rel=0.05)
+    assert histogram.weight > 0.99
+    histogram.diffuse(0.02)
+    assert histogram.sigma == pytest.approx(math.sqrt(0.025), rel=0.05)

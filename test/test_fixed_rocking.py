@@ -1,4 +1,4 @@
-"""Fixed rocking: which way it corrects, that it never jumps, that torque limits turn the stroke."""
+"""FixedRocking: sign of its correction, continuity, and torque limits."""
 
 import dataclasses
 import itertools
@@ -57,7 +57,7 @@ def test_centre_moves_against_the_error(tool_face_deg, side):
     assert shift == pytest.approx(side * 0.1 * math.radians(20.0))
 
 
-def test_error_is_unwrapped_across_half_a_turn():
+def test_error_is_unwrapped():
     """170 then -170 degrees is 190: the correction goes on to the left, it does not turn round."""
     controller = FixedRocking(RIG)
     samples = {10: math.radians(170.0), 20: math.radians(-170.0)}
@@ -67,14 +67,14 @@ def test_error_is_unwrapped_across_half_a_turn():
     assert shift == pytest.approx(-0.1 * math.radians(170.0 + 190.0))
 
 
-def test_trajectory_is_continuous_and_speed_is_its_slope():
+def test_trajectory_is_continuous():
     commands = run(FixedRocking(RIG), 60.0, lambda k: 1.0 if k % 120 == 60 else None)
     fastest = 4 * 20.0 / 24.0 + 0.5
     for before, after in itertools.pairwise(commands):
         assert abs(after.top_drive_angle - before.top_drive_angle) <= fastest * 0.1 + 1e-9
 
 
-def test_torque_limit_turns_the_stroke():
+def test_torque_limit_reverses_stroke():
     """On a rig whose torque is 200 N m per rad, limits of 2 and 1 kN m turn it near 10 and -5 rad."""
     settings = dataclasses.replace(settings_for(RIG), right_torque_limit=2000.0, left_torque_limit=1000.0)
     angles = [c.top_drive_angle for c in run(FixedRocking(RIG, settings), 120.0, torque=lambda a: 200.0 * a)]
@@ -83,7 +83,7 @@ def test_torque_limit_turns_the_stroke():
     assert -5.0 - overshoot <= min(angles) <= -5.0
 
 
-def test_torque_limited_rocking_bumps_to_correct():
+def test_torque_limited_rocking_corrects_by_bump():
     settings = dataclasses.replace(settings_for(RIG), right_torque_limit=2000.0, left_torque_limit=2000.0)
     controller = FixedRocking(RIG, settings)
     angles = [c.top_drive_angle for c in
@@ -94,13 +94,13 @@ def test_torque_limited_rocking_bumps_to_correct():
     assert min(angles[400:]) >= min(angles[:400]) - 0.4
 
 
-def test_lost_torque_leaves_the_amplitude_as_limit():
+def test_missing_torque_leaves_amplitude_limit():
     settings = dataclasses.replace(settings_for(RIG), right_torque_limit=2000.0, left_torque_limit=2000.0)
     angles = [c.top_drive_angle for c in run(FixedRocking(RIG, settings), 120.0, torque=lambda a: math.nan)]
     assert max(angles) <= 20.0 and min(angles) >= -20.0
 
 
-def test_a_silent_rig_is_held_and_taken_up_where_it_was():
+def test_silent_rig_is_held_and_resumed():
     controller = FixedRocking(RIG)
     before = run(controller, 5.0)[-1]
     lost = [controller.step(measurements(4.9 + 0.1 * k, math.nan)) for k in range(1, 10)]
@@ -110,7 +110,7 @@ def test_a_silent_rig_is_held_and_taken_up_where_it_was():
     assert abs(after.top_drive_angle - before.top_drive_angle) < 0.5 and after.block_speed == 0.0025
 
 
-def test_clock_that_runs_backwards_holds_the_angle():
+def test_backward_clock_holds_angle():
     controller = FixedRocking(RIG)
     for k in range(50):
         last = controller.step(measurements(0.1 * k))
@@ -127,7 +127,7 @@ def test_configure_keeps_the_angle():
 
 @pytest.mark.parametrize("change", [{"amplitude": -1.0}, {"shift_gain": math.nan}, {"block_speed": 1.0},
                                     {"amplitude": 100.0, "rounding": 0.1}])
-def test_bad_settings_are_refused_and_change_nothing(change):
+def test_invalid_settings_are_refused(change):
     controller = FixedRocking(RIG)
     before = controller.settings
     with pytest.raises(InputError, match=next(iter(change)) + "|rounding"):
@@ -135,7 +135,7 @@ def test_bad_settings_are_refused_and_change_nothing(change):
     assert controller.settings is before
 
 
-def test_every_setting_has_unit_range_and_description():
+def test_settings_have_unit_range_and_description():
     for field in dataclasses.fields(FixedRockingSettings):
         limits = field.metadata["limits"]
         assert limits.unit and limits.description and limits.low < limits.high

@@ -1,4 +1,4 @@
-"""The rig as a gymnasium environment: its own checker, what an action does, what a reward is made of."""
+"""SlideEnvironment: gymnasium's own checker, actions, rewards and seeds."""
 
 import dataclasses
 import re
@@ -29,11 +29,11 @@ def slid(action, seed=3):
     return np.array(seen), np.array(rewards), facts
 
 
-def test_gymnasium_itself_finds_no_fault():
+def test_gymnasium_checker_passes():
     check_env(SlideEnvironment(HOLD, elements=20), skip_render_check=True)
 
 
-def test_an_action_turns_the_drive_and_lowers_the_block():
+def test_action_turns_drive_and_lowers_block():
     seen, rewards, facts = slid((0.1, 0.02))
     assert len(rewards) == 20
     assert seen[-1][0] == pytest.approx(20.0 * 0.1 * HOLD.believed_rig().top_drive.max_speed, rel=0.1)
@@ -42,12 +42,12 @@ def test_an_action_turns_the_drive_and_lowers_the_block():
     assert rewards[-1] == pytest.approx(-abs(facts["error"]) / np.pi, abs=0.01)
 
 
-def test_a_seed_is_an_episode():
+def test_seed_fixes_episode():
     assert np.array_equal(slid((0.1, 0.0))[0], slid((0.1, 0.0))[0])
     assert not np.array_equal(slid((0.1, 0.0))[0], slid((0.1, 0.0), seed=4)[0])
 
 
-def test_a_step_before_a_reset_is_an_error():
+def test_step_before_reset_raises():
     with pytest.raises(RuntimeError, match="reset"):
         SlideEnvironment(HOLD, elements=20).step(np.zeros(2, np.float32))
 

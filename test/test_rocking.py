@@ -26,7 +26,7 @@ def test_paper_case():
 
 
 @given(ROCKINGS, st.floats(0.0, 1.0))
-def test_half_period_antisymmetry(rocking, share):
+def test_wave_is_antisymmetric(rocking, share):
     phase = share * rocking.period
     angle, speed = rocking.point(phase)
     opposite_angle, opposite_speed = rocking.point(phase + rocking.period / 2.0)
@@ -35,7 +35,7 @@ def test_half_period_antisymmetry(rocking, share):
 
 
 @given(ROCKINGS)
-def test_speed_is_the_slope_and_acceleration_is_bounded(rocking):
+def test_speed_is_slope_of_angle(rocking):
     time = np.linspace(-0.1 * rocking.period, 1.5 * rocking.period, 801)
     angle, speed = np.array([rocking.from_rest(t) for t in time]).T
     step = time[1] - time[0]
@@ -54,6 +54,6 @@ def test_start_is_from_rest():
 
 @pytest.mark.parametrize("values", [(-1.0, 10.0, 0.2), (10.0, 0.0, 0.2), (10.0, 10.0, 0.0), (10.0, 10.0, 1.7),
                                     (math.nan, 10.0, 0.2), (10.0, math.inf, 0.2)])
-def test_nonsense_is_refused(values):
+def test_invalid_values_are_refused(values):
     with pytest.raises(InputError, match="rocking: "):
         Rocking(*values)

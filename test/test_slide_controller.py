@@ -1,4 +1,4 @@
-"""The toolface controller against any stream of measurements, and each of its interlocks."""
+"""SlideController: any stream of measurements, and each interlock."""
 
 import dataclasses
 import math
@@ -27,7 +27,7 @@ def sample(time, mwd=(), **changed):
 
 
 def follow(controller, seconds, start=0.0, mwd_every=12.0, tool_face=0.0, **changed):
-    """Step a controller whose top drive follows at once, on a string whose bit is held; returns its commands."""
+    """Commands of a controller whose top drive follows immediately, on a string with its bit held."""
     commands, angle = [], vars(controller).get("followed", 0.0)
     for k in range(1, round(seconds / PERIOD) + 1):
         time = start + k * PERIOD
@@ -59,8 +59,8 @@ EVENTS = st.one_of(
 
 @settings(max_examples=60)
 @given(st.lists(st.tuples(EVENTS, st.integers(1, 80)), min_size=1, max_size=12))
-def test_any_stream_gives_finite_bounded_continuous_commands(events):
-    """Drop-outs, NaN, absurd values, a clock that stands still, leaps or runs backwards, MWD of any kind."""
+def test_any_stream_gives_finite_continuous_commands(events):
+    """Drop-outs, NaN, implausible values, a clock that stops, jumps or runs backwards, MWD of any kind."""
     s = SlideSettings()
     controller = SlideController(RIG, s)
     time, angle, lost, last = 0.0, 0.0, {}, None
@@ -99,7 +99,7 @@ def test_any_stream_gives_finite_bounded_continuous_commands(events):
 
 
 @pytest.mark.parametrize("channel", [name for name in CHANNELS if name not in ("top_drive_speed", "block_speed")])
-def test_losing_any_channel_stops_lowering_then_rocking_and_is_said(channel):
+def test_lost_channel_stops_lowering_then_rocking(channel):
     controller = SlideController(RIG)
     assert any(command.block_speed > 0.0 for command in follow(controller, 60.0))
     soon = follow(controller, 3.0, 60.0, **{channel: math.nan})
@@ -113,7 +113,7 @@ def test_losing_any_channel_stops_lowering_then_rocking_and_is_said(channel):
     assert level(controller, channel) is Level.OK
 
 
-def test_a_clock_that_stands_stops_the_drive_and_is_said():
+def test_stopped_clock_stops_drive():
     controller = SlideController(RIG)
     follow(controller, 60.0)
     for _ in range(150):
@@ -122,7 +122,7 @@ def test_a_clock_that_stands_stops_the_drive_and_is_said():
     assert level(controller, "clock") is Level.ERROR
 
 
-def test_without_mwd_lowering_stops():
+def test_missing_mwd_stops_lowering():
     controller = SlideController(RIG)
     follow(controller, 60.0)
     commands = follow(controller, 160.0, 60.0, mwd_every=0.0)
@@ -142,7 +142,7 @@ def test_stall_picks_up_and_resumes():
     assert level(controller, "motor_stall") is Level.OK
 
 
-def test_a_block_that_slips_is_lifted_at_once_and_it_is_said():
+def test_slipping_block_is_lifted():
     controller = SlideController(RIG)
     follow(controller, 60.0)
     commands = [follow(controller, PERIOD, 60.0 + PERIOD * k, block_position=0.02 * k)[0] for k in range(1, 11)]
@@ -155,7 +155,7 @@ def test_a_block_that_slips_is_lifted_at_once_and_it_is_said():
     assert level(controller, "draw_works") is Level.OK
 
 
-def test_losing_pressure_does_not_switch_a_stall_off():
+def test_lost_pressure_keeps_stall_state():
     controller = SlideController(RIG)
     follow(controller, 60.0)
     follow(controller, 5.0, 60.0, standpipe_pressure=1.8e7 + RIG.motor.max_pressure)
@@ -173,26 +173,26 @@ def test_pump_off_stops_lowering():
 
 @pytest.mark.parametrize(("limits", "side"), [({"make_up_torque_limit": 2000.0}, 1.0),
                                               ({"back_off_torque_limit": 1500.0}, -1.0)])
-def test_stroke_ends_before_its_torque_limit(limits, side):
+def test_stroke_ends_before_torque_limit(limits, side):
     controller = SlideController(RIG, dataclasses.replace(SlideSettings(), **limits))
     torque = [TORSION * side * command.top_drive_angle for command in follow(controller, 60.0)]
     assert max(torque) <= next(iter(limits.values()))
     assert any("torque" in status.message for status in controller.status() if status.name == "torque_limits")
 
 
-def test_where_torque_limits_leave_no_room_less_pressure_is_wanted():
-    """At a pressure that asks for more than the limit leaves, strokes are cut short and the block slows down."""
+def test_tight_torque_limit_reduces_pressure():
+    """Strokes are cut short, and the block slows down."""
     lowered = []
     for limit in (25e3, 1500.0):
         controller = SlideController(RIG, dataclasses.replace(SlideSettings(), make_up_torque_limit=limit))
         follow(controller, 240.0)
         lowered.append(sum(command.block_speed for command in follow(controller, 60.0, 240.0)))
         status = next(status for status in controller.status() if status.name == "reach")
-        assert (float(dict(status.values)["share_of_pressure_wanted"]) < 1.0) == (limit == 1500.0)
+        assert (float(dict(status.values)["share_of_target_pressure"]) < 1.0) == (limit == 1500.0)
     assert lowered[1] < lowered[0]
 
 
-def test_after_a_stall_the_block_goes_back_fast_and_touches_slowly():
+def test_return_to_bottom_is_fast_then_slow():
     controller = SlideController(RIG)
     follow(controller, 90.0, standpipe_pressure=1.8e7 + 1.8e6)
     drilled = 90.0 * controller.settings.rate_of_penetration
@@ -208,25 +208,25 @@ def test_after_a_stall_the_block_goes_back_fast_and_touches_slowly():
 def test_centre_moves_against_the_error(tool_face_deg, side):
     """A toolface that stays left of its target calls for a centre further right than one that is on it, whatever
     the load meanwhile."""
-    wished = []
+    centres = []
     for tool_face in (0.0, math.radians(tool_face_deg)):
         controller = SlideController(RIG, SlideSettings(feed_forward=0.0))
         follow(controller, 120.0, tool_face=tool_face)
         status = next(status for status in controller.status() if status.name == "tool_face")
-        wished.append(float(dict(status.values)["centre_rad"]))
-    assert side * (wished[1] - wished[0]) > 0.3
+        centres.append(float(dict(status.values)["centre_rad"]))
+    assert side * (centres[1] - centres[0]) > 0.3
 
 
-def test_load_waits_for_a_tool_face_left_of_its_target_and_it_is_said():
+def test_toolface_left_of_target_delays_load():
     for tool_face, waits in ((math.radians(-40.0), True), (math.radians(40.0), False)):
         controller = SlideController(RIG)
         commands = follow(controller, 120.0, tool_face=tool_face)
-        said = next(status.message for status in controller.status() if status.name == "reach")
-        assert ("load waits" in said) == waits
+        message = next(status.message for status in controller.status() if status.name == "reach")
+        assert ("weight on bit waits" in message) == waits
         assert (commands[-1].block_speed <= 0.0) == waits
 
 
-def test_more_pressure_turns_the_centre_right_before_the_tool_face_moves():
+def test_pressure_feeds_forward_to_centre():
     centres = []
     for pressure in (1.8e7, 1.8e7 + 1e6):
         controller = SlideController(RIG)
@@ -238,7 +238,7 @@ def test_more_pressure_turns_the_centre_right_before_the_tool_face_moves():
     assert centres[1] - centres[0] > 0.5 * twist_share
 
 
-def test_settings_change_without_a_jump_and_nonsense_is_refused():
+def test_settings_change_without_jump():
     controller = SlideController(RIG)
     before = follow(controller, 60.0)[-1]
     controller.configure(dataclasses.replace(controller.settings, amplitude=5.0, period=30.0, max_rocking_speed=6.0))
@@ -250,7 +250,7 @@ def test_settings_change_without_a_jump_and_nonsense_is_refused():
     assert controller.settings is kept
 
 
-def test_parking_comes_to_rest_smoothly():
+def test_parking_comes_to_rest():
     controller = SlideController(RIG)
     follow(controller, 60.0)
     controller.configure(dataclasses.replace(controller.settings, rocking=0.0))

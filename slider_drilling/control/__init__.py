@@ -1,4 +1,4 @@
-"""Controllers in plain Python: a trajectory, a control law, and what a controller is. No ROS."""
+"""Controllers in plain Python, without ROS: their interface to a rig, rocking trajectories, and two controllers."""
 
 from slider_drilling.control.fixed_rocking import FixedRocking, FixedRockingSettings
 from slider_drilling.control.interface import Controller, Level, Status

@@ -1,7 +1,7 @@
 """Settings of a controller: dataclass fields that know their unit, range and meaning.
 
-One declaration serves the ROS parameters, the command line and the documentation; a value out of range is
-refused with a reason, never clamped.
+One declaration serves the ROS parameters, the command line and the documentation. A value out of range is refused with
+a reason, never clamped.
 """
 
 from __future__ import annotations
@@ -15,7 +15,14 @@ from slider_drilling.errors import InputError
 
 @dataclasses.dataclass(frozen=True)
 class Limits:
-    """What a setting may be. low, high: inclusive; unit: as in documentation, `-` where there is none."""
+    """Range and meaning of a setting.
+
+    Attributes:
+        unit: As in the documentation; `-` where there is none.
+        low: Smallest value allowed.
+        high: Largest value allowed.
+        description: One line.
+    """
 
     unit: str
     low: float
@@ -24,18 +31,22 @@ class Limits:
 
 
 def setting(default: float, unit: str, low: float, high: float, description: str) -> Any:
-    """A float field of a settings dataclass with its unit, inclusive range and meaning."""
+    """Return a float field of a settings dataclass, with its unit, inclusive range and meaning."""
     return dataclasses.field(default=default, metadata={"limits": Limits(unit, low, high, description)})
 
 
 def limits_of(settings: Any) -> dict[str, Limits]:
-    """Name -> Limits of every field that `setting` declared, in order; settings: an instance or its class."""
+    """Return the limits of every field that `setting` declared, in order.
+
+    Args:
+        settings: A settings dataclass or an instance of it.
+    """
     return {field.name: field.metadata["limits"] for field in dataclasses.fields(settings)
             if "limits" in field.metadata}
 
 
 def refusal(name: str, value: float, limits: Limits) -> str | None:
-    """Why `value` cannot be used for setting `name`, or None where it can."""
+    """Return why `value` is refused for the setting `name`, or None where it is allowed."""
     if not math.isfinite(value):
         return f"{name} = {value}: must be a finite number"
     if not limits.low <= value <= limits.high:
@@ -45,7 +56,11 @@ def refusal(name: str, value: float, limits: Limits) -> str | None:
 
 
 def check(settings: Any) -> None:
-    """Raise InputError for the first field of a settings dataclass that is out of its range."""
+    """Check every field of a settings dataclass.
+
+    Raises:
+        InputError: The first field that is out of its range.
+    """
     for name, limits in limits_of(settings).items():
         reason = refusal(name, getattr(settings, name), limits)
         if reason is not None:

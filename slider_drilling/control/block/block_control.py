@@ -1,4 +1,4 @@
-"""The block: how much weight is asked for, how fast to lower, and when not to."""
+"""Block control: the pressure to ask for, the block speed, and when not to lower."""
 
 from __future__ import annotations
 
@@ -17,106 +17,150 @@ if TYPE_CHECKING:
     from slider_drilling.control.estimation.string_kalman_filter import StringEstimate
     from slider_drilling.rig import Rig
 
-_LOADED_SHARE = 0.8          # of the pressure asked for, from which on the string slides steadily
-_TOUCHED_SHARE = 0.1         # of the pressure wanted, at which the bit is on bottom again
-_LOADS, _RESTS = math.radians(8.0), math.radians(13.0)   # of the toolface behind: full load until, none from there on
-_EASED, _LEAST_SHARE, _RESTORED = 0.04, 0.6, 0.0002   # of the pressure wanted: at a torque limit, the least, per s
+_LOADED_SHARE = 0.8       # of the allowed pressure, above which the string slides steadily
+_TOUCHED_SHARE = 0.1      # of the target pressure, at which the bit is on bottom again
+_FULL_LOAD_ERROR, _NO_LOAD_ERROR = math.radians(8.0), math.radians(13.0)   # rad of toolface left of its target
+# Share of the target pressure: reduction at a torque limit, least share, recovery per s.
+_PRESSURE_REDUCTION, _MIN_PRESSURE_SHARE, _RECOVERY_RATE = 0.04, 0.6, 0.0002
 
 
 class BlockControl:
-    """wanted: Pa across the motor, by the settings; asked: what torque limits and lock-up leave of it."""
+    """Lowers the block by differential pressure.
+
+    Args:
+        rig: Rig file.
+        settings: Settings of the slide.
+
+    Attributes:
+        target_pressure: Pressure across the motor by the settings, Pa.
+        torque_limit_share: Share of the target pressure that the torque limits leave.
+        load_share: Share of the load that the toolface error allows.
+    """
 
     def __init__(self, rig: Rig, settings: SlideSettings):
-        self.driller = AutoDriller(rig, settings.auto_driller_time, settings.max_block_speed)
-        self.approach = ReturnToBottom(rig.string.axial_stiffness, self.driller.weight_per_pressure)
+        self.auto_driller = AutoDriller(rig, settings.auto_driller_time, settings.max_block_speed)
+        self.return_to_bottom = ReturnToBottom(rig.string.axial_stiffness, self.auto_driller.weight_per_pressure)
         self.lock_up = LockUpInterlock()
         self.slip = BlockSlipInterlock()
-        self._told = 0.0         # m/s
-        self.borne_share = 1.0   # of the pressure wanted, that torque limits leave
-        self.following = 1.0     # share of the load that the toolface lets be put on
+        self._commanded_speed = 0.0   # m/s
+        self.torque_limit_share = 1.0
+        self.load_share = 1.0
         self.configure(rig, settings)
-        self.drag = DragMonitor(rig, settings.friction_factor, self.weight_wanted)
+        self.drag = DragMonitor(rig, settings.friction_factor, self.target_weight_on_bit)
 
     def configure(self, rig: Rig, settings: SlideSettings) -> None:
-        """Use other settings from now on; a lock-up is let go of."""
+        """Use other settings from now on; this releases a lock-up."""
         self._settings = settings
-        self.driller.configure(rig, settings.auto_driller_time, settings.max_block_speed)
-        self.wanted = settings.differential_pressure or self.driller.pressure_for(settings.rate_of_penetration)
+        self.auto_driller.configure(rig, settings.auto_driller_time, settings.max_block_speed)
+        rate = settings.rate_of_penetration
+        self.target_pressure = settings.differential_pressure or self.auto_driller.pressure_for(rate)
         self.lock_up.release()
 
     @property
-    def weight_wanted(self) -> float:
-        """N on bit, as believed."""
-        return self.driller.weight_per_pressure * self.wanted
+    def target_weight_on_bit(self) -> float:
+        """Weight on bit at the target pressure by the rig file, N."""
+        return self.auto_driller.weight_per_pressure * self.target_pressure
 
     @property
-    def asked(self) -> float:
-        """Pa."""
-        return self.lock_up.share_left * self.borne_share * self.wanted
+    def allowed_pressure(self) -> float:
+        """Target pressure less what torque limits and lock-up take off, Pa."""
+        return self.lock_up.share_left * self.torque_limit_share * self.target_pressure
 
     def loaded(self, pressure: float) -> bool:
-        """Whether the bit is, at this pressure (Pa) across the motor, and the string slides after it."""
-        return not self.approach.under_way and pressure > _LOADED_SHARE * self.asked
+        """Whether the bit is loaded at this pressure (Pa) across the motor and the string slides after it."""
+        return not self.return_to_bottom.under_way and pressure > _LOADED_SHARE * self.allowed_pressure
 
-    def ease(self) -> None:
-        """A torque limit was met: the reactive torque takes its part of what the pipe bears."""
-        self.borne_share = max(self.borne_share - _EASED, _LEAST_SHARE)
+    def reduce_pressure(self) -> None:
+        """Ask for less pressure after a torque limit was met: reactive torque uses part of the pipe's limit."""
+        self.torque_limit_share = max(self.torque_limit_share - _PRESSURE_REDUCTION, _MIN_PRESSURE_SHARE)
 
-    def regain(self, step: float) -> None:
-        """`step` s without: what was taken back returns slowly."""
-        self.borne_share = min(self.borne_share + _RESTORED * step, 1.0)
+    def restore_pressure(self, step: float) -> None:
+        """Restore the pressure slowly; step: time since the last sample, s."""
+        self.torque_limit_share = min(self.torque_limit_share + _RECOVERY_RATE * step, 1.0)
 
-    def weigh(self, hook_load: float, pressure: float, string: StringEstimate, friction: float, step: float) -> None:
-        """Take a sample: N, NaN where there is none; Pa across the motor; what is learnt of string and motor; friction
-        over its belief; s since the last one."""
-        weight = self.driller.weight_per_pressure * (1.0 + string.motor) * max(pressure, 0.0)
-        self.drag.update(hook_load, weight, string.motor_sigma, friction, step)
+    def update_drag(
+        self, hook_load: float, pressure: float, string: StringEstimate, friction_scale: float, step: float
+    ) -> None:
+        """Take one sample while the bit may be loaded.
 
-    def judge(self, pressure: float, step: float) -> None:
-        """See whether weight arrives: Pa across the motor, s."""
-        self.lock_up.update(self.drag.share, pressure, self.asked, step)
+        Args:
+            hook_load: N; NaN where unknown.
+            pressure: Across the motor, Pa.
+            string: Estimate of string and motor.
+            friction_scale: Friction over the assumed friction factor.
+            step: Time since the last sample, s.
+        """
+        weight = self.auto_driller.weight_per_pressure * (1.0 + string.motor) * max(pressure, 0.0)
+        self.drag.update(hook_load, weight, string.motor_sigma, friction_scale, step)
+
+    def update_lock_up(self, pressure: float, step: float) -> None:
+        """Check that weight arrives at the bit: pressure across the motor Pa, time since the last sample s."""
+        self.lock_up.update(self.drag.share, pressure, self.allowed_pressure, step)
 
     def pick_up(self) -> float:
         """Block speed (m/s) that lifts the bit."""
-        self.driller.restart()
-        self.approach.pick_up()
+        self.auto_driller.restart()
+        self.return_to_bottom.pick_up()
         return -self._settings.pick_up_speed
 
     def rest(self) -> float:
-        """No speed, and none to go on from."""
-        self.driller.restart()
+        """Zero block speed; drilling starts again from no weight on bit."""
+        self.auto_driller.restart()
         return 0.0
 
-    def speed(self, pressure: DifferentialPressure, position: float, behind: float, step: float) -> float:
-        """Block speed, m/s. position: m, of the block; behind: rad, of the toolface left of its target; step: s since
-        the last sample."""
-        if self.lock_up.stops:
-            self.driller.follow(pressure.smooth)
-            return 0.0
-        if self.approach.under_way and pressure.quick < _TOUCHED_SHARE * self.wanted:
-            return self.approach.speed(position, self._settings.max_block_speed, self.drag.share, step)
-        self.approach.touched()
-        self.approach.drilling(position, pressure.quick, step)
-        ramp = self.wanted / self._settings.pressure_ramp_time
-        self.following = load_share_for_tool_face(behind)
-        return self.driller.update(pressure.smooth, self.asked, ramp, step, self.drag.arriving * self.following)
+    def speed(self, pressure: DifferentialPressure, position: float, error: float, step: float) -> float:
+        """Block speed while lowering is permitted.
 
-    def held(self, speed: float, position: float, step: float) -> float:
-        """Block speed, m/s: `speed` (m/s), or what lifts a block that has come down by itself. position: m, of the
-        block but for what it moves against heave, NaN where there is none; step: s since the last sample."""
-        if speed < 0.0 or self.approach.under_way:
+        Args:
+            pressure: Across the motor.
+            position: Of the block, m.
+            error: Target minus toolface, rad; positive where the toolface is left of its target.
+            step: Time since the last sample, s.
+
+        Returns:
+            m/s, positive lowers.
+        """
+        if self.lock_up.stops:
+            self.auto_driller.track(pressure.smooth)
+            return 0.0
+        if self.return_to_bottom.under_way and pressure.quick < _TOUCHED_SHARE * self.target_pressure:
+            return self.return_to_bottom.speed(position, self._settings.max_block_speed, self.drag.share, step)
+        self.return_to_bottom.touched()
+        self.return_to_bottom.update_touching_position(position, pressure.quick, step)
+        ramp = self.target_pressure / self._settings.pressure_ramp_time
+        self.load_share = load_share_for_tool_face(error)
+        transmitted_share = self.drag.transmitted_share * self.load_share
+        return self.auto_driller.update(pressure.smooth, self.allowed_pressure, ramp, step, transmitted_share)
+
+    def correct_slip(self, speed: float, position: float, step: float) -> float:
+        """Replace the block speed by a lift while the block has slipped.
+
+        Args:
+            speed: Block speed wanted, m/s.
+            position: Of the block less its heave compensation, m; NaN where unknown.
+            step: Time since the last sample, s.
+
+        Returns:
+            Block speed, m/s.
+        """
+        if speed < 0.0 or self.return_to_bottom.under_way:
             self.slip.restart()
             return speed
-        lift = self.slip.update(position, self._told, step)
-        self._told = 0.0 if lift else speed
+        lift = self.slip.update(position, self._commanded_speed, step)
+        self._commanded_speed = 0.0 if lift else speed
         return -self._settings.pick_up_speed if lift else speed
 
 
-def load_share_for_tool_face(behind: float) -> float:
-    """Share of the load that may be put on, for a toolface that is `behind` (rad, left of its target): 1 to -1, what
-    is taken back.
+def load_share_for_tool_face(error: float) -> float:
+    """Share of the load that may be put on for a toolface error.
 
-    Reactive torque turns the toolface to the left within seconds, rocking winds the string against it within minutes
-    where much of it is held. So the load waits for the winding.
+    Reactive torque turns the toolface to the left within seconds. Rocking winds the string against it, which takes
+    minutes where friction holds much of the string. So the load waits for the toolface.
+
+    Args:
+        error: Target minus toolface, rad; positive where the toolface is left of its target.
+
+    Returns:
+        1 (full load) down to -1 (take load off).
     """
-    return min(max((_RESTS - behind) / (_RESTS - _LOADS), -1.0), 1.0)
+    return min(max((_NO_LOAD_ERROR - error) / (_NO_LOAD_ERROR - _FULL_LOAD_ERROR), -1.0), 1.0)

@@ -1,4 +1,4 @@
-"""From a rig file to what a controller believes of its string, and from what it has learnt back to a rig file."""
+"""The rig with a worn motor, as a controller uses it, and the rig file with what a slide has shown of the string."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from slider_drilling.rig import Rig
 
 
 def with_worn_motor(rig: Rig) -> Rig:
-    """The rig with the motor's torque per pressure as its file's effects say that it is."""
+    """Return the rig with the motor's torque per pressure reduced by its `motor_wear` effect."""
     left = 1.0 - rig.effects.motor_wear.torque_loss
     motor = dataclasses.replace(rig.motor, torque_per_pressure=left * rig.motor.torque_per_pressure)
     return dataclasses.replace(rig, motor=motor)
 
 
-def calibrated_rig(rig: Rig, learnt: StringEstimate) -> Rig:
-    """The rig file with what a slide has shown of it, in its effects: compliance, motor and torque sensor."""
+def calibrated_rig(rig: Rig, estimate: StringEstimate) -> Rig:
+    """Return the rig file with the estimate in its effects: compliance, motor wear and torque-sensor bias."""
     effects = rig.effects
-    extra = (1.0 + effects.torsional_compliance.extra) * (1.0 + learnt.compliance) - 1.0
-    loss = 1.0 - (1.0 - effects.motor_wear.torque_loss) * (1.0 + learnt.motor)
+    extra = (1.0 + effects.torsional_compliance.extra) * (1.0 + estimate.compliance) - 1.0
+    loss = 1.0 - (1.0 - effects.motor_wear.torque_loss) * (1.0 + estimate.motor)
     return dataclasses.replace(rig, effects=dataclasses.replace(
         effects,
         torsional_compliance=dataclasses.replace(effects.torsional_compliance, extra=extra),
         motor_wear=dataclasses.replace(effects.motor_wear, torque_loss=loss),
-        torque_sensor_bias=dataclasses.replace(effects.torque_sensor_bias, bias=learnt.bias)))
+        torque_sensor_bias=dataclasses.replace(effects.torque_sensor_bias, bias=estimate.bias)))

@@ -1,4 +1,4 @@
-"""Means over whole cycles of rocking: what is left of angle and torque where the rocking itself cancels."""
+"""Averages over whole rocking cycles, in which the rocking itself cancels."""
 
 from __future__ import annotations
 
@@ -6,14 +6,20 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-_LONGEST = 30.0       # s after which a stroke that does not end is taken as one
-_LEAST_SHARE = 0.8    # of a stroke that must have been measured
+_MAX_STROKE_TIME = 30.0   # s, after which a stroke that does not end counts as one
+_MIN_MEASURED_SHARE = 0.8   # of a stroke
 
 
 @dataclass(frozen=True)
 class CycleAverage:
-    """angle: rad, of the top drive; torque: N m at surface; reactive_torque: N m of the motor; duration: s, of the
-    two strokes that the means were taken over."""
+    """Averages over two strokes.
+
+    Attributes:
+        angle: Of the top drive, rad.
+        torque: At surface, N m.
+        reactive_torque: Of the motor, N m.
+        duration: Measured time, s.
+    """
 
     angle: float
     torque: float
@@ -22,7 +28,7 @@ class CycleAverage:
 
 
 @dataclass
-class _Sums:
+class _StrokeSums:
     measured: float = 0.0
     elapsed: float = 0.0
     angle: float = 0.0
@@ -31,38 +37,49 @@ class _Sums:
 
 
 class CycleAverager:
-    """Gives the mean over the last two strokes, to either side, each time a stroke has ended."""
+    """Returns the average over the last two strokes, one to either side, whenever a stroke has ended."""
 
     def __init__(self) -> None:
-        self._now = _Sums()
-        self._whole: deque[_Sums] = deque(maxlen=2)
+        self._stroke = _StrokeSums()
+        self._completed: deque[_StrokeSums] = deque(maxlen=2)
         self._strokes = 0
 
     def update(
         self, step: float, angle: float, torque: float, reactive_torque: float, strokes: int
     ) -> CycleAverage | None:
-        """Take one sample: s since the last one, rad, N m (NaN where there is none), N m, reversals so far."""
+        """Take one sample.
+
+        Args:
+            step: Time since the last sample, s.
+            angle: Of the top drive, rad; NaN where unknown.
+            torque: At surface, N m; NaN where unknown.
+            reactive_torque: Of the motor, N m.
+            strokes: Reversals so far.
+
+        Returns:
+            The average of the cycle that has just ended, or None.
+        """
         cycle = None
-        if strokes != self._strokes or self._now.elapsed >= _LONGEST:
+        if strokes != self._strokes or self._stroke.elapsed >= _MAX_STROKE_TIME:
             self._strokes = strokes
             cycle = self._end_stroke()
-        self._now.elapsed += step
+        self._stroke.elapsed += step
         if math.isfinite(torque) and math.isfinite(angle):
-            self._now.measured += step
-            self._now.angle += step * angle
-            self._now.torque += step * torque
-            self._now.reactive_torque += step * reactive_torque
+            self._stroke.measured += step
+            self._stroke.angle += step * angle
+            self._stroke.torque += step * torque
+            self._stroke.reactive_torque += step * reactive_torque
         return cycle
 
     def _end_stroke(self) -> CycleAverage | None:
-        stroke, self._now = self._now, _Sums()
-        if stroke.measured <= 0.0 or stroke.measured < _LEAST_SHARE * stroke.elapsed:
-            self._whole.clear()
+        stroke, self._stroke = self._stroke, _StrokeSums()
+        if stroke.measured <= 0.0 or stroke.measured < _MIN_MEASURED_SHARE * stroke.elapsed:
+            self._completed.clear()
             return None
-        self._whole.append(stroke)
-        if len(self._whole) < 2:
+        self._completed.append(stroke)
+        if len(self._completed) < 2:
             return None
-        duration = sum(one.measured for one in self._whole)
-        return CycleAverage(sum(one.angle for one in self._whole) / duration,
-                         sum(one.torque for one in self._whole) / duration,
-                         sum(one.reactive_torque for one in self._whole) / duration, duration)
+        duration = sum(sums.measured for sums in self._completed)
+        return CycleAverage(sum(sums.angle for sums in self._completed) / duration,
+                            sum(sums.torque for sums in self._completed) / duration,
+                            sum(sums.reactive_torque for sums in self._completed) / duration, duration)

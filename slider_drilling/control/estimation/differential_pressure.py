@@ -1,4 +1,4 @@
-"""What the motor takes: standpipe pressure less what circulation alone would need at this flow."""
+"""Differential pressure: standpipe pressure less what circulation alone needs at this flow."""
 
 from __future__ import annotations
 
@@ -8,18 +8,27 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from slider_drilling.rig import Rig
 
-_FLOW_EXPONENT = 1.8
-_LEAST_FLOW = 0.8    # of the reference flow, to tare
-_MOST_TARE = 0.06    # of the rig file's off-bottom pressure
-_TARE_TIME = 8.0     # s
+_FLOW_EXPONENT = 1.8    # of the circulating pressure
+_MIN_TARE_FLOW = 0.8    # of the reference flow
+_MAX_TARE_ERROR = 0.06  # of the rig file's off-bottom pressure; a larger difference is the bit's load
+_TARE_TIME = 8.0        # s, time constant
 
 
 class DifferentialPressure:
-    """Pressure across the motor (Pa) and the reactive torque (N m) that it means, filtered for two purposes.
+    """Pressure across the motor, and the reactive torque that it stands for.
 
-    `quick` follows within a second or so and watches for stall; `smooth` feeds control. off_bottom_pressure: Pa at
-    the reference flow, off bottom; 0 takes the rig file's until `tare` has seen the rig's own. Without a sample both
-    hold their last value.
+    Without a sample both filters hold their last value.
+
+    Args:
+        rig: Rig file.
+        off_bottom_pressure: Standpipe pressure at the reference flow, off bottom, Pa; 0: the rig file's, until `tare`
+            has measured it.
+        quick_time: Time constant of `quick`, s.
+        smooth_time: Time constant of `smooth`, s.
+
+    Attributes:
+        quick: Pa, for stall detection.
+        smooth: Pa, for control.
     """
 
     def __init__(self, rig: Rig, off_bottom_pressure: float, quick_time: float, smooth_time: float):
@@ -31,23 +40,25 @@ class DifferentialPressure:
         self.smooth = 0.0
 
     def configure(self, rig: Rig, off_bottom_pressure: float) -> None:
-        """Another off-bottom pressure from now on."""
+        """Use another off-bottom pressure (Pa, 0: the rig file's) from now on."""
         self._given = off_bottom_pressure > 0.0
-        self._believed = rig.circulating_pressure
-        self._off_bottom = off_bottom_pressure or self._believed
+        self._rig_file_pressure = rig.circulating_pressure
+        self._off_bottom = off_bottom_pressure or self._rig_file_pressure
 
     def tare(self, standpipe_pressure: float, pump_speed: float, step: float) -> None:
-        """Take one sample without weight on bit, before `update`: what is measured is circulation. A string that drills
-        already would show far more than a rig file is wrong by, and is not believed."""
+        """Take one sample off bottom, before `update`: pressure Pa, crank speed rad/s, time since the last one s.
+
+        A string that already drills shows far more pressure than a rig file is wrong by; such samples are ignored.
+        """
         flow = pump_speed / self._reference_speed
-        if self._given or not (math.isfinite(standpipe_pressure) and flow >= _LEAST_FLOW):
+        if self._given or not (math.isfinite(standpipe_pressure) and flow >= _MIN_TARE_FLOW):
             return
-        seen = standpipe_pressure / flow**_FLOW_EXPONENT
-        if abs(seen / self._believed - 1.0) <= _MOST_TARE:
-            self._off_bottom += (1.0 - math.exp(-step / _TARE_TIME)) * (seen - self._off_bottom)
+        measured = standpipe_pressure / flow**_FLOW_EXPONENT
+        if abs(measured / self._rig_file_pressure - 1.0) <= _MAX_TARE_ERROR:
+            self._off_bottom += (1.0 - math.exp(-step / _TARE_TIME)) * (measured - self._off_bottom)
 
     def update(self, standpipe_pressure: float, pump_speed: float, step: float) -> None:
-        """Take one sample: Pa, rad/s of the pump's crank, s since the last one."""
+        """Take one sample: pressure Pa, crank speed of the pump rad/s, time since the last one s."""
         if not (math.isfinite(standpipe_pressure) and math.isfinite(pump_speed)):
             return
         flow = max(pump_speed, 0.0) / self._reference_speed
@@ -57,10 +68,10 @@ class DifferentialPressure:
 
     @property
     def reactive_torque(self) -> float:
-        """Torque (N m) with which the motor turns its housing to the left, from `smooth`."""
+        """Torque with which the motor turns its housing to the left, from `smooth`, N m."""
         return self._torque_per_pressure * max(self.smooth, 0.0)
 
     @property
     def quick_reactive_torque(self) -> float:
-        """The same from `quick`, for what is averaged anyway."""
+        """The same from `quick`, for averages over a cycle, N m."""
         return self._torque_per_pressure * self.quick

@@ -1,6 +1,6 @@
-"""What the hook load tells of reach: weight that neither hook nor bit carries hangs on pipe that rocking left still.
+"""Axial drag from the hook load: weight that hangs on pipe which rocking does not rotate.
 
-Pipe that turns drags little along the hole. Off bottom, while it rocks, the hook load is tared; what it has fallen by
+Rotating pipe has little axial drag. The hook load is tared off bottom while the string rocks. What it has fallen by
 since, less the weight on bit, is the drag of the pipe that rocking does not reach.
 """
 
@@ -18,67 +18,85 @@ from slider_drilling.wellbore.static_loads import static_loads
 if TYPE_CHECKING:
     from slider_drilling.rig import Rig
 
-_TARE_TIME = 10.0      # s
-_MEAN_TIME = 15.0      # s, a stroke or two
-_BIT = 0.1             # share, one sigma of a bit's weight per torque
-_ARRIVES, _HANGS = 0.3, 0.55   # shares of drag, up to which all that is lowered arrives, and from which on nothing does
+_TARE_TIME = 10.0      # s, time constant
+_AVERAGING_TIME = 15.0   # s, one stroke or two
+_BIT_SIGMA = 0.1       # share, one standard deviation of the bit's weight per torque
+_FREE_DRAG, _HANGING_DRAG = 0.3, 0.55   # shares of drag: below, all lowered weight arrives; above, none does
 
 
 class DragMonitor:
-    """weight_on_bit: N, and friction_factor: as believed, with which the drag of a string that does not turn is
-    reckoned."""
+    """Drag of the string, absolute and as a share of the drag of a string that does not rotate.
+
+    Args:
+        rig: Rig file.
+        friction_factor: Assumed friction factor.
+        weight_on_bit: Weight on bit for the reference drag, N.
+
+    Attributes:
+        drag: N; NaN before the first sample.
+        share: Over the drag of a string that does not rotate.
+        share_lower_bound: `share` less one standard deviation.
+    """
 
     def __init__(self, rig: Rig, friction_factor: float, weight_on_bit: float):
-        # What buckling holds is lock-up, not the drag to measure it by.
+        # Drag by buckling is lock-up; it must not raise the reference that drag is compared with.
         rig = dataclasses.replace(rig, effects=dataclasses.replace(rig.effects, buckling_contact=BucklingContact()))
-        turned = static_loads(rig, weight_on_bit=weight_on_bit)
-        lowered = static_loads(rig, axial_speed=1.0, weight_on_bit=weight_on_bit, friction_coefficient=friction_factor)
-        self._depth = lowered.measured_depth
-        self._below = turned.tension - lowered.tension   # N, drag of the pipe below each depth where it does not turn
-        self._whole = max(float(self._below[0]), 1.0)
-        self._friction = 1.0
-        self._hanging = self._hook = math.nan
-        self.drag = math.nan     # N
-        self.share = math.nan    # of the drag of a string that does not turn
-        self.certain = math.nan  # the same, less one sigma
+        rotating = static_loads(rig, weight_on_bit=weight_on_bit)
+        sliding = static_loads(rig, axial_speed=1.0, weight_on_bit=weight_on_bit, friction_coefficient=friction_factor)
+        self._depth = sliding.measured_depth
+        self._drag_below = rotating.tension - sliding.tension   # N, of the non-rotating pipe below each depth
+        self._full_drag = max(float(self._drag_below[0]), 1.0)
+        self._friction_scale = 1.0
+        self._off_bottom_load = self._load = math.nan   # N
+        self.drag = math.nan
+        self.share = math.nan
+        self.share_lower_bound = math.nan
 
     def tare(self, hook_load: float, step: float) -> None:
-        """Take a sample off bottom: N, s since the last one."""
+        """Take one sample off bottom: hook load N, time since the last one s."""
         if math.isfinite(hook_load):
-            if math.isnan(self._hanging):
-                self._hanging = hook_load
-            self._hanging += (1.0 - math.exp(-step / _TARE_TIME)) * (hook_load - self._hanging)
+            if math.isnan(self._off_bottom_load):
+                self._off_bottom_load = hook_load
+            self._off_bottom_load += (1.0 - math.exp(-step / _TARE_TIME)) * (hook_load - self._off_bottom_load)
 
     def update(
-        self, hook_load: float, weight_on_bit: float, motor_sigma: float, friction: float, step: float
+        self, hook_load: float, weight_on_bit: float, motor_sigma: float, friction_scale: float, step: float
     ) -> None:
-        """Take a sample: N, N as believed from pressure, one sigma of the motor's torque as a share, friction over its
-        belief, s since the last one.
+        """Take one sample.
 
-        Drag is a difference of two large forces, and in a short well it is small: what motor and bit leave open of the
-        weight is then as large, and does not fall however deep the string is rocked.
+        Drag is a difference of two large forces, and in a short well it is small. The uncertainty of motor and bit is
+        then as large as the drag, however deep the string rocks: `share_lower_bound` takes it off.
+
+        Args:
+            hook_load: N; NaN where unknown.
+            weight_on_bit: From pressure, N.
+            motor_sigma: One standard deviation of the motor's torque, as a share.
+            friction_scale: Friction over the assumed friction factor.
+            step: Time since the last sample, s.
         """
         if not math.isfinite(hook_load):
             return
-        if math.isnan(self._hook):
-            self._hook = hook_load
-        self._hook += (1.0 - math.exp(-step / _MEAN_TIME)) * (hook_load - self._hook)
-        self._friction = friction
-        self.drag = self._hanging - self._hook - weight_on_bit
-        whole = self._whole * friction
-        self.share = self.drag / whole
-        self.certain = self.share - math.hypot(motor_sigma, _BIT) * weight_on_bit / whole
+        if math.isnan(self._load):
+            self._load = hook_load
+        self._load += (1.0 - math.exp(-step / _AVERAGING_TIME)) * (hook_load - self._load)
+        self._friction_scale = friction_scale
+        self.drag = self._off_bottom_load - self._load - weight_on_bit
+        full_drag = self._full_drag * friction_scale
+        self.share = self.drag / full_drag
+        self.share_lower_bound = self.share - math.hypot(motor_sigma, _BIT_SIGMA) * weight_on_bit / full_drag
 
     @property
     def held_below(self) -> float:
-        """Measured depth (m) below which pipe that does not turn would drag as much: the string's end where none is
-        known of. What torque says of the reach of rocking is blind to pipe that drags more than the rest."""
-        drag = self.drag / self._friction if math.isfinite(self.drag) else 0.0
-        return float(np.interp(-drag, -self._below, self._depth))
+        """Measured depth (m) below which non-rotating pipe would have this drag; the string's end without drag.
+
+        It complements the reach computed from torque, which cannot see a section with more axial drag than the rest.
+        """
+        drag = self.drag / self._friction_scale if math.isfinite(self.drag) else 0.0
+        return float(np.interp(-drag, -self._drag_below, self._depth))
 
     @property
-    def arriving(self) -> float:
-        """Share of what is lowered that may be lowered: the rest would hang on the wall, to come down all at once."""
+    def transmitted_share(self) -> float:
+        """Share of the lowering that is allowed: the rest would hang on the wall and come down suddenly later."""
         if not math.isfinite(self.share):
             return 1.0
-        return min(max((_HANGS - self.share) / (_HANGS - _ARRIVES), 0.0), 1.0)
+        return min(max((_HANGING_DRAG - self.share) / (_HANGING_DRAG - _FREE_DRAG), 0.0), 1.0)

@@ -1,10 +1,10 @@
-"""How far the centre may lead for an error of the toolface: as far as the loop bears, and no further.
+"""How far the centre of rocking may lead for a toolface error, limited by the stability of the loop.
 
-What pulls turns the bit within ``response time / (1 + gain)``. A loop that learns of it later than that turns too far,
-pulls back too far, and goes round. How late it is, is known: rocking shows the mean torque a cycle late and the centre
-follows within one, MWD comes now and then. So a string that answers quickly gets a smaller gain, one that friction
-holds the whole of it. And more than a share of the amplitude that frees the whole string breaks it free all at once:
-the bit then turns as far as the centre went, whatever the gain.
+The toolface follows the centre with the time constant ``response_time / (1 + gain)``. The loop has a dead time: the
+mean torque is known one rocking cycle late, the centre follows within one cycle, and MWD arrives only now and then. A
+gain whose time constant is shorter than the dead time overshoots and oscillates. So a string that responds quickly gets
+a smaller gain, and a string held by friction gets all of it. A lead beyond a share of the breakover amplitude frees the
+whole string suddenly: the bit then turns as far as the centre went, whatever the gain.
 """
 
 from __future__ import annotations
@@ -12,17 +12,23 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-_CYCLES_LATE = 1.5     # of a cycle of rocking: the centre follows, the mean is taken
-_MWD_LATE = 0.2        # of MWD's period and latency: between samples the string's torque tells
-_LEAST_GAIN = 0.5
-_LEAD_SHARE = 0.3      # of the amplitude that frees the whole string
+_DEAD_TIME_CYCLES = 1.5   # rocking periods: one to average the torque, half of one for the centre to follow
+_DEAD_TIME_MWD = 0.2      # of MWD's delay: between samples the surface torque shows most of the motion
+_MIN_GAIN = 0.5
+_MAX_LEAD_SHARE = 0.3     # of the breakover amplitude
 
 
 @dataclass(frozen=True)
 class ToolFaceResponse:
-    """How the toolface answers. response_time: s, in which it follows what pulls; cycle: s, of rocking; mwd: s, the
-    period and the latency of MWD together; spread: rad, one standard deviation of the toolface; freeing: rad, the
-    amplitude that frees the whole string."""
+    """How the toolface responds to the centre of rocking.
+
+    Attributes:
+        response_time: Time constant of the toolface, s.
+        rocking_period: s.
+        mwd_delay: Period plus latency of MWD, s.
+        tool_face_sigma: Standard deviation of the toolface estimate, rad.
+        breakover_amplitude: Rocking amplitude that frees the whole string, rad.
+    """
 
     response_time: float
     rocking_period: float
@@ -31,15 +37,25 @@ class ToolFaceResponse:
     breakover_amplitude: float
 
 
-def stable_gain(answer: ToolFaceResponse) -> float:
-    """Centre shift per error that the loop bears."""
-    late = _CYCLES_LATE * answer.rocking_period + _MWD_LATE * answer.mwd_delay
-    return max(answer.response_time / late - 1.0, _LEAST_GAIN)
+def stable_gain(response: ToolFaceResponse) -> float:
+    """Largest centre shift per toolface error that keeps the loop stable, at least 0.5."""
+    dead_time = _DEAD_TIME_CYCLES * response.rocking_period + _DEAD_TIME_MWD * response.mwd_delay
+    return max(response.response_time / dead_time - 1.0, _MIN_GAIN)
 
 
-def centre_lead(error: float, gain: float, most: float, answer: ToolFaceResponse) -> float:
-    """rad that the centre leads by for an error (rad): gain and most (rad) as wished."""
-    # The mean of the sine of an angle that is normal about its estimate: one that may be any is worth no pull.
-    certain = math.exp(-0.5 * min(answer.tool_face_sigma, math.pi) ** 2)
-    most = min(most, _LEAD_SHARE * answer.breakover_amplitude)
-    return min(max(certain * min(gain, stable_gain(answer)) * error, -most), most)
+def centre_lead(error: float, gain: float, max_lead: float, response: ToolFaceResponse) -> float:
+    """Lead of the centre for a toolface error.
+
+    Args:
+        error: Target minus toolface, rad.
+        gain: Largest gain to use.
+        max_lead: Largest lead to either side, rad.
+        response: Response of the toolface.
+
+    Returns:
+        Lead, rad, to the side of the error.
+    """
+    # Mean of the sine of a normally distributed angle: the lead vanishes where the toolface is unknown.
+    confidence = math.exp(-0.5 * min(response.tool_face_sigma, math.pi) ** 2)
+    max_lead = min(max_lead, _MAX_LEAD_SHARE * response.breakover_amplitude)
+    return min(max(confidence * min(gain, stable_gain(response)) * error, -max_lead), max_lead)

@@ -1,4 +1,4 @@
-"""The torque limits of the connections, against strings that do what no rig file says; on the pipe's own torque."""
+"""Torque limits of the connections, on the true torque of the pipe, with effects unknown to the controller."""
 
 import dataclasses
 import math
@@ -9,7 +9,8 @@ import pytest
 from slider_drilling.closed_loop import SCENARIOS
 from slider_drilling.closed_loop.contenders import UNDER_TEST, build_contender
 from slider_drilling.closed_loop.faulty_rig import FaultyRig
-from slider_drilling.control.interlocks.slide_interlocks import Interlocks, StallGuard
+from slider_drilling.control.interlocks.motor_stall import StallGuard
+from slider_drilling.control.interlocks.slide_interlocks import Interlocks
 from slider_drilling.control.interlocks.torque_prediction import Stroke
 from slider_drilling.effects import effects_with
 
@@ -40,11 +41,11 @@ def pipe_torque(scenario, seconds):
     ],
     ids=lambda effect: "+".join(effect) or "none",
 )
-def test_pipe_torque_never_passes_its_limits(effect):
+def test_pipe_torque_stays_within_limits(effect):
     torque, controller = pipe_torque(dataclasses.replace(TIGHT, effects=effects_with(**effect)), 90.0)
     assert np.max(torque) <= TIGHT.make_up_limit
     assert -np.min(torque) <= TIGHT.back_off_limit
-    # Nor are they kept by not rocking.
+    # The limits are not kept by not rocking.
     assert np.max(torque) > 0.6 * TIGHT.make_up_limit and -np.min(torque) > 0.6 * TIGHT.back_off_limit
     if "torque_sensor_lag" not in effect:
         limits = next(status for status in controller.status() if status.name == "torque_limits")
@@ -55,11 +56,11 @@ def interlocks():
     return Interlocks(MAKE_UP, BACK_OFF, StallGuard(1e7, 1e6), 1.0)
 
 
-def first_turn(arriving, stroke, noise=0.0):
+def first_turn(torque_from_below, stroke, noise=0.0):
     """s after which a stroke is ended on what arrives from below, a function of time (s)."""
     limits, random = interlocks(), np.random.default_rng(0)
     for k in range(1, 600):
-        if limits.must_reverse(stroke.side * (arriving(0.1 * k) + random.normal(0.0, noise)), stroke, 0.1):
+        if limits.must_reverse(stroke.side * (torque_from_below(0.1 * k) + random.normal(0.0, noise)), stroke, 0.1):
             return 0.1 * k
     return math.inf
 
@@ -69,7 +70,7 @@ STROKE = Stroke(side=1.0, speed=10.0, acceleration=16.0, impedance=300.0, delay=
 
 @pytest.mark.parametrize(("side", "limit"), [(1.0, MAKE_UP), (-1.0, BACK_OFF)])
 @pytest.mark.parametrize("rate", [1e3, 3e3, 8e3])
-def test_a_stroke_ends_in_time_whatever_rises_from_below(side, limit, rate):
+def test_stroke_ends_in_time_for_rising_torque(side, limit, rate):
     """What the pipe takes from then on: what arrives goes on rising while the drive brakes. The delay holds a sample's
     wait, within which the stroke should have been ended."""
     stroke = dataclasses.replace(STROKE, side=side)
@@ -81,7 +82,7 @@ def test_a_stroke_ends_in_time_whatever_rises_from_below(side, limit, rate):
     assert 0.95 * limit - 0.1 * rate < peak <= limit + 1e-6
 
 
-def test_a_faster_stroke_an_older_reading_and_a_rough_one_end_it_earlier():
+def test_speed_delay_and_noise_end_stroke_earlier():
     def ended(noise=0.0, **changed):
         return first_turn(lambda time: 2e3 * time, dataclasses.replace(STROKE, **changed), noise)
 
@@ -90,7 +91,7 @@ def test_a_faster_stroke_an_older_reading_and_a_rough_one_end_it_earlier():
     assert ended(noise=500.0) < ended()
 
 
-def test_a_steady_torque_below_the_limit_ends_no_stroke():
+def test_steady_torque_below_limit_ends_no_stroke():
     steady = MAKE_UP - STROKE.impedance * STROKE.speed - 1e3
     assert first_turn(lambda time: steady, STROKE, noise=100.0) == math.inf
     assert first_turn(lambda time: math.nan, STROKE) == math.inf
