@@ -159,7 +159,7 @@ def test_a_recording_takes_its_name_when_it_begins(tmp_path: Path) -> None:
     with LogWriter(tmp_path / "run.mcap") as writer:
         writer.joint_state("top_drive/joint_states", 1.0, "top_drive", 7.0, 0.0, 0.0)
         assert (tmp_path / "run.mcap").stat().st_mode & 0o044
-        with pytest.raises(InputError, match=r"run\.mcap: is there already; give another name"):
+        with pytest.raises(InputError, match=r"run\.mcap: exists already; give another name"):
             LogWriter(tmp_path / "run.mcap")
     assert read_log(tmp_path / "run.mcap").top_drive.position == [7.0]  # type: ignore[union-attr]
 

@@ -134,7 +134,7 @@ def test_a_bit_that_never_drilled_is_not_judged():
     assert summary.drilled_nothing
     said = dict(summary_rows(summary))
     assert said["drilled"] == "nothing: the bit made no new hole"
-    assert said["toolface"].startswith("not judged") and not any("within" in name for name in said)
+    assert said["toolface"].startswith("not evaluated") and not any("within" in name for name in said)
     shown = run_page(log(truth_bit=joint(0 * TIME), **depth(np.full_like(TIME, 4000.0))), summary)
     assert shown.headline.tone == "bad" and "Nothing was drilled" in shown.headline.text
 

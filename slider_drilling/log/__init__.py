@@ -1,4 +1,4 @@
-"""Logs: MCAP in and out, other formats in. No ROS needed."""
+"""Logs: MCAP files are read and written, other formats are imported. Needs no ROS."""
 
 from slider_drilling.log.csv_table import read_table
 from slider_drilling.log.read import read_log

@@ -1,4 +1,4 @@
-"""A recording as a rosbag2 bag: a folder of MCAP parts and the metadata.yaml that lists them."""
+"""Writes a recording as a rosbag2 bag: a folder of MCAP files and the metadata.yaml that lists them."""
 
 from __future__ import annotations
 
@@ -17,15 +17,20 @@ from slider_drilling.files.output_files import write_atomically
 from slider_drilling.log.write import LogWriter, MessageCounts
 
 METADATA = "metadata.yaml"
-NOTHING = MessageCounts(0, 0, {})
-VERSION = 9  # of metadata.yaml: ROS 2 Jazzy and later
+EMPTY = MessageCounts(0, 0, {})
+VERSION = 9  # of the format of metadata.yaml in ROS 2 Jazzy and later
 
 
 @dataclass(frozen=True)
 class RecordedTopic:
-    """One topic of a bag. kind: `package/msg/Name`; schema: its ros2msg definition; qos: what its publishers offer.
+    """One topic of a bag.
 
-    type_hash: of the type's description, "RIHS01_...", empty where it is not known.
+    Attributes:
+        topic: Its name.
+        message_type: ``package/msg/Name``.
+        schema: The ros2msg definition of the type.
+        qos: Quality of service that its publishers offer.
+        type_hash: Hash of the type's description, "RIHS01_..."; empty where unknown.
     """
 
     topic: str
@@ -35,14 +40,22 @@ class RecordedTopic:
     type_hash: str = ""
 
     def channel_metadata(self) -> dict[str, str]:
-        """As rosbag2 writes it into an MCAP file."""
+        """Metadata of its MCAP channel, as rosbag2 writes it."""
         profiles = yaml.safe_dump([*self.qos], sort_keys=False) if self.qos else ""
         return {"offered_qos_profiles": profiles, "topic_type_hash": self.type_hash}
 
 
 @dataclass(frozen=True)
 class BagSettings:
-    """How a bag is written. split_bytes, split_s: size and duration at which a new part begins; 0 for never."""
+    """How a bag is written.
+
+    Attributes:
+        rig_text: The rig file to attach.
+        recorded_by: What records it, for the metadata.
+        notes: Free text for the metadata.
+        split_bytes: Size at which a new file starts; 0 for never.
+        split_s: Duration after which a new file starts, s; 0 for never.
+    """
 
     rig_text: str | None = None
     recorded_by: str = ""
@@ -53,18 +66,26 @@ class BagSettings:
 
 @dataclass
 class BagFile:
-    """One file of a bag; written: what is in it, as of the last time that metadata.yaml was written."""
+    """One file of a bag, and what it held when metadata.yaml was written last."""
 
     name: str
-    written: MessageCounts = NOTHING
+    written: MessageCounts = EMPTY
 
 
 class BagWriter:
-    """Writes messages to a bag. What has come in is kept, whatever ends the recording.
+    """Writes messages to a bag. What has been recorded is kept, whatever ends the recording.
 
-    directory: becomes the bag, made where it is missing. Where it is one already, a recording with a name of its own
-    stands beside it, its parts not in metadata.yaml; one without a name becomes a bag in a folder within. file: name
-    of the first part, ending in .mcap; empty for slide_ and the time. Raises InputError where any of that fails.
+    Methods raise InputError where the bag cannot be written.
+
+    Args:
+        directory: Folder that becomes the bag; it is made if missing. If it is a bag already, a recording with a file
+            name is written beside that bag and is not in its metadata.yaml; one without becomes a bag in a subfolder.
+        file: Name of the first file, ending in .mcap; empty for slide_ and the time.
+        settings: How to write it.
+
+    Attributes:
+        folder: The folder of the files.
+        is_bag: Whether metadata.yaml in it is written for this recording.
     """
 
     def __init__(self, directory: Path, file: str, settings: BagSettings) -> None:
@@ -72,15 +93,15 @@ class BagWriter:
         self._rig_text = settings.rig_text
         self._topics: dict[str, RecordedTopic] = {}
         self._stem = Path(file).stem if file else f"slide_{datetime.datetime.now().astimezone():%Y%m%d_%H%M%S}"
-        self.folder, self.is_bag = _take_folder(directory, self._stem, named=bool(file))
-        self._inside = self.folder != directory
-        self._parts: list[BagFile] = []
+        self.folder, self.is_bag = _claim_folder(directory, self._stem, named=bool(file))
+        self._made_subfolder = self.folder != directory
+        self._files: list[BagFile] = []
         self._declared: set[str] = set()
-        self._part_began: int | None = None
+        self._file_start_ns: int | None = None
         try:
-            self._writer = self._begin_part()
+            self._writer = self._open_next_file()
         except BaseException:
-            self._forget()
+            self._release_names()
             raise
         try:
             self._write_metadata()
@@ -90,15 +111,15 @@ class BagWriter:
 
     @property
     def path(self) -> Path:
-        """The part that is being written."""
-        return self.folder / self._parts[-1].name
+        """The file that is being written."""
+        return self.folder / self._files[-1].name
 
     def declare(self, topic: RecordedTopic) -> None:
-        """Add a topic, or replace what is known of it. Raises InputError."""
+        """Add a topic, or replace its description."""
         self._topics[topic.topic] = topic
 
     def message(self, topic: str, data: bytes, log_time: int, sequence: int | None = None) -> None:
-        """Add a message of a declared topic as it came; log_time: ns; sequence: counts lost ones too."""
+        """Add a message of a declared topic as CDR; `log_time` in ns; `sequence` counts lost messages, too."""
         if self._is_full(log_time):
             self.split()
         recorded = self._topics[topic]
@@ -108,79 +129,79 @@ class BagWriter:
         self._writer.message(topic, recorded.message_type, data, log_time, log_time, sequence)
 
     def attach_rig(self, rig_text: str) -> None:
-        """Add the rig file, to this part and to those that follow. Raises InputError."""
+        """Attach the rig file to this file and to those that follow."""
         self._rig_text = rig_text
         self._writer.attach_rig(rig_text)
 
     def add_metadata(self, name: str, values: dict[str, str]) -> None:
-        """Add a metadata record to this part. Raises InputError."""
+        """Add a metadata record to this file."""
         self._writer.add_metadata(name, values)
 
     def flush(self) -> None:
-        """Write out what has come in. Raises InputError."""
+        """Write out the messages so far."""
         self._writer.flush()
 
     def split(self) -> None:
-        """Go on in a new part. Raises InputError."""
+        """Continue in a new file."""
         self._writer.close()
-        self._parts[-1].written = self._writer.message_counts()
-        self._writer = self._begin_part()
+        self._files[-1].written = self._writer.message_counts()
+        self._writer = self._open_next_file()
         self._write_metadata()
 
     def close(self) -> None:
-        """Finish the bag. Raises InputError where that fails, saying what is safe."""
+        """Finish the bag. An InputError tells what is safe."""
         try:
             self._writer.close()
         finally:
-            self._parts[-1].written = self._writer.message_counts()
-            # The messages are what counts: where the disk is full, metadata.yaml stays as the part's beginning left it.
+            self._files[-1].written = self._writer.message_counts()
+            # On a full disk metadata.yaml stays as it was written when the file was opened.
             with contextlib.suppress(InputError):
                 self._write_metadata()
 
     def discard(self) -> None:
-        """Leave nothing: what was to be recorded never began."""
+        """Delete the files: nothing was recorded."""
         self._writer.discard()
-        self._forget()
+        self._release_names()
 
     def _is_full(self, log_time: int) -> bool:
         limits = self._settings
-        if self._part_began is None:
-            self._part_began = log_time
+        if self._file_start_ns is None:
+            self._file_start_ns = log_time
             return False
         return bool(limits.split_bytes and self._writer.size >= limits.split_bytes) or bool(
-            limits.split_s and log_time - self._part_began >= limits.split_s * 1e9
+            limits.split_s and log_time - self._file_start_ns >= limits.split_s * 1e9
         )
 
-    def _begin_part(self) -> LogWriter:
-        """The next part, open for writing."""
-        number = len(self._parts)
+    def _open_next_file(self) -> LogWriter:
+        """The writer of the next file."""
+        number = len(self._files)
         name = f"{self._stem}_{number}.mcap" if number else f"{self._stem}.mcap"
         settings = self._settings
         writer = LogWriter(self.folder / name, self._rig_text, settings.recorded_by, settings.notes)
-        self._parts.append(BagFile(name))
+        self._files.append(BagFile(name))
         self._declared.clear()
-        self._part_began = None
+        self._file_start_ns = None
         return writer
 
     def _write_metadata(self) -> None:
         if self.is_bag:
-            text = yaml.safe_dump(_metadata(self._parts, self._topics), sort_keys=False)
+            text = yaml.safe_dump(_metadata(self._files, self._topics), sort_keys=False)
             write_atomically(self.folder / METADATA, text.encode())
 
-    def _forget(self) -> None:
-        """Give back the names that were taken."""
+    def _release_names(self) -> None:
+        """Remove metadata.yaml and the subfolder that were made."""
         if self.is_bag:
             (self.folder / METADATA).unlink(missing_ok=True)
-        if self._inside:
+        if self._made_subfolder:
             with contextlib.suppress(OSError):
                 self.folder.rmdir()
 
 
-def _take_folder(directory: Path, stem: str, named: bool) -> tuple[Path, bool]:
-    """The folder for the parts, and whether metadata.yaml in it is ours to write: whoever makes that file has it."""
+def _claim_folder(directory: Path, stem: str, named: bool) -> tuple[Path, bool]:
+    """The folder for the files, and whether this recording owns metadata.yaml in it: the one that created it does."""
     try:
         directory.mkdir(parents=True, exist_ok=True)
-        if _take_metadata(directory):
+        if _claim_metadata(directory):
             return directory, True
         if named:
             return directory, False
@@ -188,14 +209,14 @@ def _take_folder(directory: Path, stem: str, named: bool) -> tuple[Path, bool]:
             folder = directory / (stem if number == 1 else f"{stem}_{number}")
             with contextlib.suppress(FileExistsError):
                 folder.mkdir()
-                return folder, _take_metadata(folder)
+                return folder, _claim_metadata(folder)
     except OSError as error:
         raise InputError(f"{directory}: cannot make this folder for logs: {error.strerror}") from None
     raise InputError(f"{directory}: holds a thousand recordings named {stem} already; give another folder")
 
 
-def _take_metadata(folder: Path) -> bool:
-    """Whether metadata.yaml was not there and is now."""
+def _claim_metadata(folder: Path) -> bool:
+    """Create metadata.yaml; whether it was not there before."""
     try:
         os.close(os.open(folder / METADATA, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666))
     except FileExistsError:
@@ -203,20 +224,21 @@ def _take_metadata(folder: Path) -> bool:
     return True
 
 
-def _metadata(parts: list[BagFile], topics: dict[str, RecordedTopic]) -> dict[str, Any]:
-    """What metadata.yaml says."""
-    filled = [part.written for part in parts if part.written.counts]
-    first, last = min((one.first for one in filled), default=0), max((one.last for one in filled), default=0)
-    counts = sum((Counter(one.counts) for one in filled), Counter[str]())
+def _metadata(files: list[BagFile], topics: dict[str, RecordedTopic]) -> dict[str, Any]:
+    """The content of metadata.yaml."""
+    filled = [file.written for file in files if file.written.counts]
+    first = min((written.first for written in filled), default=0)
+    last = max((written.last for written in filled), default=0)
+    counts = sum((Counter(written.counts) for written in filled), Counter[str]())
     listed = [
         {
             "topic_metadata": {
-                "name": topic, "type": one.message_type, "serialization_format": "cdr",
-                "offered_qos_profiles": [*one.qos], "type_description_hash": one.type_hash,
+                "name": topic, "type": described.message_type, "serialization_format": "cdr",
+                "offered_qos_profiles": [*described.qos], "type_description_hash": described.type_hash,
             },
             "message_count": counts[topic],
         }
-        for topic, one in topics.items()
+        for topic, described in topics.items()
     ]  # fmt: skip
     return {
         "rosbag2_bagfile_information": {
@@ -228,15 +250,15 @@ def _metadata(parts: list[BagFile], topics: dict[str, RecordedTopic]) -> dict[st
             "topics_with_message_count": listed,
             "compression_format": "",
             "compression_mode": "",
-            "relative_file_paths": [part.name for part in parts],
+            "relative_file_paths": [file.name for file in files],
             "files": [
                 {
-                    "path": part.name,
-                    "starting_time": {"nanoseconds_since_epoch": part.written.first},
-                    "duration": {"nanoseconds": part.written.last - part.written.first},
-                    "message_count": sum(part.written.counts.values()),
+                    "path": file.name,
+                    "starting_time": {"nanoseconds_since_epoch": file.written.first},
+                    "duration": {"nanoseconds": file.written.last - file.written.first},
+                    "message_count": sum(file.written.counts.values()),
                 }
-                for part in parts
+                for file in files
             ],
             "custom_data": None,
             "ros_distro": os.environ.get("ROS_DISTRO", "jazzy"),

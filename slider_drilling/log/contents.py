@@ -1,4 +1,4 @@
-"""What a log holds, as a table to look at before trusting it."""
+"""The quantities that a log holds, with their ranges, as a table."""
 
 from __future__ import annotations
 
@@ -12,13 +12,25 @@ from slider_drilling.log.series import Array, LogContents
 from slider_drilling.messages.topics import TOPICS
 from slider_drilling.units import SI, Units, format_number
 
-# Of an SI unit: its value in the unit that tables start from, and that unit.
-_SHOWN = {"N m": (1e-3, "kN m"), "N": (1e-3, "kN"), "Pa": (1e-5, "bar")}
+# SI unit -> the metric unit that tables and plots start from, and its SI value.
+DISPLAY_UNITS = {"N m": ("kN m", 1e3), "N": ("kN", 1e3), "Pa": ("bar", 1e5)}
 
 
 @dataclass(frozen=True)
 class LoggedQuantity:
-    """One array of a log. first, last: s; lowest, highest: in the unit; longest_gap: s between samples."""
+    """One array of a log.
+
+    Attributes:
+        topic: Its topic.
+        quantity: position, velocity, effort or value.
+        unit: SI.
+        samples: Number of values.
+        first: Time of the first value, s.
+        last: Time of the last value, s.
+        lowest: In the unit.
+        highest: In the unit.
+        longest_gap: Between values, s; None for fewer than two.
+    """
 
     topic: str
     quantity: str
@@ -32,15 +44,31 @@ class LoggedQuantity:
 
 
 def contents_table(log: LogContents, units: Units = SI) -> Table:
-    """One line an array that the log holds: samples, time span, range, longest gap between samples."""
+    """One row for each array that the log holds."""
     table = Table("topic", "quantity", "samples", "time, s", "range", "unit", "longest gap, s", box=SIMPLE_HEAD)
-    for one in logged_quantities(log):
-        gap = "-" if one.longest_gap is None else f"{one.longest_gap:.2f}"
-        factor, unit = _SHOWN.get(one.unit, (1.0, one.unit))
-        low, high = (format_number(units.convert(factor * value, unit), 5) for value in (one.lowest, one.highest))
-        table.add_row(one.topic, one.quantity, str(one.samples), f"{one.first:.1f} to {one.last:.1f}",
+    for row in logged_quantities(log):
+        gap = "-" if row.longest_gap is None else f"{row.longest_gap:.2f}"
+        unit, size = DISPLAY_UNITS.get(row.unit, (row.unit, 1.0))
+        low, high = (format_number(units.convert(value / size, unit), 5) for value in (row.lowest, row.highest))
+        table.add_row(row.topic, row.quantity, str(row.samples), f"{row.first:.1f} to {row.last:.1f}",
                       f"{low} to {high}", units.display_unit(unit), gap)
     return table
+
+
+def displayed(log: LogContents, key: str, array: str) -> tuple[str, str, Array, Array] | None:
+    """One quantity of a log for a plot: label, display unit, time s, values; None where the log does not hold it.
+
+    Args:
+        log: The log.
+        key: Of the topic in the registry.
+        array: position, velocity, effort or value.
+    """
+    series = log.series().get(key)
+    if series is None or np.isnan(getattr(series, array)).all():
+        return None
+    quantity = TOPICS[key].quantity(array)
+    unit, size = DISPLAY_UNITS.get(quantity.unit, (quantity.unit, 1.0))
+    return quantity.label, unit, series.time, getattr(series, array) / size
 
 
 def logged_quantities(log: LogContents) -> list[LoggedQuantity]:
@@ -54,7 +82,9 @@ def logged_quantities(log: LogContents) -> list[LoggedQuantity]:
 
 
 def _content(topic: str, quantity: str, unit: str, time: Array, values: Array) -> LoggedQuantity:
-    there = ~np.isnan(values)
-    gap = float(np.diff(time[there]).max()) if there.sum() > 1 else None
-    return LoggedQuantity(topic, quantity, unit, int(there.sum()), float(time[there][0]), float(time[there][-1]),
-                   float(values[there].min()), float(values[there].max()), gap)
+    given = ~np.isnan(values)
+    gap = float(np.diff(time[given]).max()) if given.sum() > 1 else None
+    return LoggedQuantity(
+        topic, quantity, unit, int(given.sum()), float(time[given][0]), float(time[given][-1]),
+        float(values[given].min()), float(values[given].max()), gap,
+    )  # fmt: skip

@@ -1,4 +1,4 @@
-"""The messages of one chunk, or of a stretch without chunks, as columns; nothing larger than memory can bear."""
+"""The messages of one chunk, or of a part of a file without chunks, as columns; sizes are limited."""
 
 from __future__ import annotations
 
@@ -18,28 +18,38 @@ from mcap.records import Channel, Schema
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-MAX_CHUNK_BYTES = 256 * 1024 * 1024  # bytes of a chunk that is opened: recorders write a few MB
+MAX_CHUNK_BYTES = 256 * 1024 * 1024  # unpacked; recorders write a few MB
 COMPRESSIONS = ("", "zstd", "lz4")
-_SIGNS = {b"\x28\xb5\x2f\xfd": "zstd", b"\x04\x22\x4d\x18": "lz4"}
+_MAGIC_NUMBERS = {b"\x28\xb5\x2f\xfd": "zstd", b"\x04\x22\x4d\x18": "lz4"}
 _HEAD = struct.Struct("<BQ")
 _FIXED = np.dtype([("channel", "<u2"), ("sequence", "<u4"), ("log_time", "<u8"), ("publish_time", "<u8")])
 _LENGTH = np.dtype([("length", "<u8")])
 _ZSTD = zstandard.ZstdDecompressor(max_window_size=MAX_CHUNK_BYTES)
-# What the parsers beneath raise on bytes that are no record.
+# What the parsers raise on bytes that are no record.
 PARSE_ERRORS = (McapError, ValueError, struct.error, zstandard.ZstdError, RuntimeError, OverflowError)
 
 
 class UnreadableChunk(Exception):
-    """A chunk that cannot be opened: the message says why, in the words of a note."""
+    """A chunk that cannot be unpacked; the message is the reason, as notes print it."""
 
 
 class UnknownCompression(UnreadableChunk):
-    """One that is whole, but packed by a method that this program does not have."""
+    """A whole chunk, but compressed by a method that this program does not have."""
 
 
 @dataclass(frozen=True)
 class MessageBlock:
-    """Messages as columns, each (n,): channel, sequence, log and publish time, ns; start, end: of their data."""
+    """Messages as columns, each (n,).
+
+    Attributes:
+        data: Bytes that hold them.
+        channel: Channel id of each.
+        sequence: Sequence number.
+        log_time: When it was recorded, ns.
+        publish_time: When it was sent, ns.
+        start: First byte of its content in `data`.
+        end: Behind the last byte of its content.
+    """
 
     data: bytes
     channel: NDArray[np.int64]
@@ -50,7 +60,7 @@ class MessageBlock:
     end: NDArray[np.int64]
 
     def select(self, chosen: NDArray[np.bool_]) -> MessageBlock:
-        """Those messages alone."""
+        """The chosen messages; `chosen` has shape (n,)."""
         return MessageBlock(
             self.data, self.channel[chosen], self.sequence[chosen], self.log_time[chosen], self.publish_time[chosen],
             self.start[chosen], self.end[chosen],
@@ -59,7 +69,14 @@ class MessageBlock:
 
 @dataclass(frozen=True)
 class ChunkContents:
-    """What a chunk holds; places: where in its data the content of each message begins."""
+    """What a chunk holds.
+
+    Attributes:
+        schemas: Its schema records.
+        channels: Its channel records.
+        data: Its unpacked bytes.
+        message_offsets: Where in `data` the content of each message record begins.
+    """
 
     schemas: list[Schema]
     channels: list[Channel]
@@ -69,7 +86,16 @@ class ChunkContents:
 
 @dataclass(frozen=True)
 class ChunkHeader:
-    """What a chunk says of itself; data: where its compressed bytes begin in its content."""
+    """The header of a chunk.
+
+    Attributes:
+        first: Log time of its first message, ns.
+        last: Log time of its last message, ns.
+        size: Bytes when unpacked.
+        crc: Checksum of the unpacked bytes; 0 for none.
+        compression: Name of the method.
+        data: Where the compressed bytes begin in the record's content.
+    """
 
     first: int
     last: int
@@ -80,21 +106,25 @@ class ChunkHeader:
 
 
 def chunk_header(content: bytes) -> ChunkHeader:
-    """The beginning of a chunk's content. Raises Unreadable."""
+    """The header at the beginning of a chunk's content."""
     first, last, size, crc, name = struct.unpack_from("<QQQII", content)
     raw = content[32 : 32 + name]
     return ChunkHeader(first, last, size, crc, raw.decode("utf-8", "replace"), 40 + name)
 
 
 def unpack_chunk(content: bytes) -> ChunkContents:
-    """Unpack a chunk. Raises Unreadable where it is damaged or larger than LARGEST."""
+    """Unpack a chunk.
+
+    Raises:
+        UnreadableChunk: It is damaged, or larger than MAX_CHUNK_BYTES.
+    """
     head = chunk_header(content)
     packed = memoryview(content)[head.data :]
-    compression = head.compression if head.compression in COMPRESSIONS else _SIGNS.get(bytes(packed[:4]))
+    compression = head.compression if head.compression in COMPRESSIONS else _MAGIC_NUMBERS.get(bytes(packed[:4]))
     size = _size(head, compression, packed)
     if size > MAX_CHUNK_BYTES:
         raise UnreadableChunk(
-            f"of {size / 1e6:.0f} MB unpacked, more than the {MAX_CHUNK_BYTES / 1e6:.0f} MB that are opened"
+            f"of {size / 1e6:.0f} MB unpacked, over the limit of {MAX_CHUNK_BYTES / 1e6:.0f} MB,"
         )
     data = _unpacked(head, compression, size, packed)
     if head.crc and zlib.crc32(data) != head.crc:
@@ -108,10 +138,7 @@ def unpack_chunk(content: bytes) -> ChunkContents:
 
 
 def _size(head: ChunkHeader, compression: str | None, packed: memoryview) -> int:
-    """Bytes that it will unpack to: as zstd's own head says, which the checksum then has to agree with, or the chunk's.
-
-    Raises Unreadable where it is damaged.
-    """
+    """Unpacked size: from the header of zstd where a checksum confirms it, else from the chunk's own header."""
     if compression == "zstd" and head.crc:
         try:
             size = zstandard.frame_content_size(packed)
@@ -125,7 +152,7 @@ def _size(head: ChunkHeader, compression: str | None, packed: memoryview) -> int
 def _unpacked(head: ChunkHeader, compression: str | None, size: int, packed: memoryview) -> bytes:
     try:
         if compression == "zstd":
-            # Not `decompress`: that allocates whatever size the packed bytes claim.
+            # `decompress` would allocate whatever size the packed bytes claim.
             with _ZSTD.stream_reader(packed) as reader:
                 return bytes(reader.read(size + 1))
         if compression == "lz4":
@@ -138,8 +165,8 @@ def _unpacked(head: ChunkHeader, compression: str | None, size: int, packed: mem
 
 
 def _opened(data: bytes) -> ChunkContents:
-    """The records of an unpacked chunk. Raises one of DAMAGE where it is none."""
-    schemas, channels, places = [], [], []
+    """The records of an unpacked chunk. Raises one of PARSE_ERRORS where they are damaged."""
+    schemas, channels, offsets = [], [], []
     at, size = 0, len(data)
     message = int(Opcode.MESSAGE)
     while at < size:
@@ -149,33 +176,33 @@ def _opened(data: bytes) -> ChunkContents:
             raise ValueError("a record runs beyond its chunk")
         if opcode == message:
             if length < _FIXED.itemsize:
-                raise ValueError("a message shorter than its own head")
-            places.append(at)
+                raise ValueError("a message record is too short")
+            offsets.append(at)
         elif opcode == Opcode.CHANNEL:
             channels.append(Channel.read(_stream(data, at, length)))
         elif opcode == Opcode.SCHEMA:
             schemas.append(Schema.read(_stream(data, at, length)))
         at += length
-    return ChunkContents(schemas, channels, data, places)
+    return ChunkContents(schemas, channels, data, offsets)
 
 
-def message_block(data: bytes, places: list[int]) -> MessageBlock:
-    """The block of messages whose contents begin at these places of `data`, each behind its opcode and length."""
-    place = np.array(places, dtype=np.int64)
+def message_block(data: bytes, offsets: list[int]) -> MessageBlock:
+    """The block of messages whose contents begin at these offsets of `data`, each behind its opcode and length."""
+    offset = np.array(offsets, dtype=np.int64)
     raw = np.frombuffer(data, dtype=np.uint8)
-    length = _columns(raw, place - 8, _LENGTH)["length"].astype(np.int64)
-    fixed = _columns(raw, place, _FIXED)
+    length = _columns(raw, offset - 8, _LENGTH)["length"].astype(np.int64)
+    fixed = _columns(raw, offset, _FIXED)
     return MessageBlock(
         data, fixed["channel"].astype(np.int64), fixed["sequence"].astype(np.int64), fixed["log_time"],
-        fixed["publish_time"], place + _FIXED.itemsize, place + length,
+        fixed["publish_time"], offset + _FIXED.itemsize, offset + length,
     )  # fmt: skip
 
 
-def _columns(raw: NDArray[np.uint8], place: NDArray[np.int64], kind: np.dtype[np.void]) -> NDArray[np.void]:
-    """Structures of this kind at these places."""
-    if not len(place):
+def _columns(raw: NDArray[np.uint8], offset: NDArray[np.int64], kind: np.dtype[np.void]) -> NDArray[np.void]:
+    """Structures of this kind at these offsets."""
+    if not len(offset):
         return np.empty(0, dtype=kind)
-    return np.ascontiguousarray(sliding_window_view(raw, kind.itemsize)[place]).reshape(-1).view(kind)
+    return np.ascontiguousarray(sliding_window_view(raw, kind.itemsize)[offset]).reshape(-1).view(kind)
 
 
 def _stream(data: bytes, at: int, length: int) -> ReadDataStream:

@@ -1,4 +1,4 @@
-"""An MCAP file record by record, over damaged stretches to the next record that can be one."""
+"""An MCAP file record by record; damaged bytes are skipped up to the next plausible record."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from mcap.opcode import Opcode
 MAGIC = b"\x89MCAP0\r\n"
 _HEAD = struct.Struct("<BQ")
 HEAD = _HEAD.size
-# Content bytes that a record has at least; those of a fixed size have exactly so many.
-_LEAST = {
+# Smallest content of each record, bytes; records of _FIXED have exactly this size.
+_MIN_BYTES = {
     Opcode.HEADER: 8, Opcode.FOOTER: 20, Opcode.SCHEMA: 14, Opcode.CHANNEL: 16, Opcode.MESSAGE: 22, Opcode.CHUNK: 40,
     Opcode.MESSAGE_INDEX: 6, Opcode.CHUNK_INDEX: 64, Opcode.ATTACHMENT: 36, Opcode.ATTACHMENT_INDEX: 48,
     Opcode.STATISTICS: 46, Opcode.METADATA: 8, Opcode.METADATA_INDEX: 20, Opcode.SUMMARY_OFFSET: 17, Opcode.DATA_END: 4,
 }  # fmt: skip
 _FIXED = (Opcode.FOOTER, Opcode.SUMMARY_OFFSET, Opcode.DATA_END)
-_PRIVATE = 0x80  # opcodes from here on are other makers' own
-# What a record can begin with: an opcode and a length below 4 GiB.
+_PRIVATE = 0x80  # opcodes from here on are extensions of other programs
+# The possible beginning of a record: an opcode and a length below 4 GiB.
 _CANDIDATE = re.compile(rb"[\x01-\x0f][\x00-\xff]{4}\x00{4}")
 _LONGEST_COMPRESSION = 32
-_CHAIN = 4  # records in a row that must fit before a stretch counts as read again
+_CHAIN = 4  # consecutive valid records after which reading resumes
 _BLOCK = 1 << 20
 
 
 class FileBytes:
-    """Bytes of a file at any place, read a block at a time. Raises OSError."""
+    """Random access to the bytes of a file, read in blocks. Methods raise OSError."""
 
     def __init__(self, file: IO[bytes]) -> None:
         self._file = file
@@ -41,7 +41,7 @@ class FileBytes:
         self._block = b""
 
     def read(self, at: int, length: int) -> bytes:
-        """`length` bytes from `at` on, fewer at the file's end."""
+        """`length` bytes from offset `at` on; fewer at the file's end."""
         first = at - self._start
         if first < 0 or first + length > len(self._block):
             self._file.seek(at)
@@ -50,7 +50,7 @@ class FileBytes:
         return self._block[first : first + length]
 
     def crc(self, first: int, last: int) -> int:
-        """Checksum of the bytes from first up to last."""
+        """CRC-32 of the bytes in [first, last)."""
         crc = 0
         for at in range(first, last, _BLOCK):
             crc = zlib.crc32(self.read(at, min(_BLOCK, last - at)), crc)
@@ -59,7 +59,7 @@ class FileBytes:
 
 @dataclass(frozen=True)
 class RecordSpan:
-    """Where a record is: its opcode, where it begins, where its content ends."""
+    """A record's opcode, and the offsets where it starts and ends."""
 
     opcode: int
     start: int
@@ -67,13 +67,13 @@ class RecordSpan:
 
     @property
     def content_start(self) -> int:
-        """Where its content begins."""
+        """Offset where its content starts."""
         return self.start + HEAD
 
 
 @dataclass(frozen=True)
 class DamagedSpan:
-    """A stretch of bytes that hold no record; at_end: nothing follows it."""
+    """A range of bytes without a valid record; `at_end`: no record follows."""
 
     start: int
     end: int
@@ -82,13 +82,13 @@ class DamagedSpan:
 
 @dataclass(frozen=True)
 class EndOfLog:
-    """What follows a footer, from here on."""
+    """The offset behind a footer, where the log ends."""
 
     at: int
 
 
 def record_at(source: FileBytes, at: int) -> RecordSpan | None:
-    """The record that begins here; None where none can."""
+    """The record that starts at this offset; None where there is no valid one."""
     head = source.read(at, HEAD)
     if len(head) < HEAD:
         return None
@@ -96,22 +96,22 @@ def record_at(source: FileBytes, at: int) -> RecordSpan | None:
     if at + HEAD + length > source.size:
         return None
     if opcode != Opcode.MESSAGE and _fits_chunk(source, at, length):
-        # Whatever a flipped bit made of the opcode: the lengths within leave no doubt, and the content has a checksum.
+        # A flipped bit may have changed the opcode, but the lengths inside identify a chunk, and it has a checksum.
         return RecordSpan(Opcode.CHUNK, at, at + HEAD + length)
-    least = _LEAST.get(opcode)
-    if opcode == Opcode.CHUNK or (least is None and opcode < _PRIVATE):
+    min_bytes = _MIN_BYTES.get(opcode)
+    if opcode == Opcode.CHUNK or (min_bytes is None and opcode < _PRIVATE):
         return None
-    if least is not None and (length < least or (opcode in _FIXED and length != least)):
+    if min_bytes is not None and (length < min_bytes or (opcode in _FIXED and length != min_bytes)):
         return None
     return RecordSpan(opcode, at, at + HEAD + length)
 
 
 def _fits_chunk(source: FileBytes, at: int, length: int) -> bool:
-    """Whether the lengths within a record are those of a chunk: of its compression's name and of its data."""
-    if length < _LEAST[Opcode.CHUNK]:
+    """Whether the lengths inside a record (of the compression's name, of the data) are those of a chunk."""
+    if length < _MIN_BYTES[Opcode.CHUNK]:
         return False
     (name,) = struct.unpack("<I", source.read(at + HEAD + 28, 4))
-    if name > _LONGEST_COMPRESSION or length < _LEAST[Opcode.CHUNK] + name:
+    if name > _LONGEST_COMPRESSION or length < _MIN_BYTES[Opcode.CHUNK] + name:
         return False
     (data,) = struct.unpack("<Q", source.read(at + HEAD + 32 + name, 8))
     return bool(data == length - 40 - name)
@@ -120,9 +120,15 @@ def _fits_chunk(source: FileBytes, at: int, length: int) -> bool:
 def iterate_records(
     source: FileBytes, at: int, chunks: Sequence[int] = ()
 ) -> Iterator[RecordSpan | DamagedSpan | EndOfLog]:
-    """Records from `at` up to and with the next footer, then End. Where none can be, Damage and what comes after it.
+    """Yield the records from an offset up to and including the next footer, then EndOfLog.
 
-    chunks: where chunks are known to begin, increasing: no record but a chunk reaches beyond one.
+    Args:
+        source: The file.
+        at: Offset of the first record.
+        chunks: Offsets of chunks that the summary lists, increasing. A record that reaches beyond one is damaged.
+
+    Yields:
+        Records; DamagedSpan for bytes that hold none; EndOfLog behind the footer.
     """
     while True:
         record = record_at(source, at)
@@ -131,11 +137,11 @@ def iterate_records(
             if next_chunk < len(chunks) and chunks[next_chunk] < record.end:
                 record = None
         if record is None:
-            found = find_next_record(source, at + 1)
-            yield DamagedSpan(at, source.size if found is None else found, found is None)
-            if found is None:
+            resume = find_next_record(source, at + 1)
+            yield DamagedSpan(at, source.size if resume is None else resume, resume is None)
+            if resume is None:
                 return
-            at = found
+            at = resume
             continue
         yield record
         at = record.end
@@ -148,12 +154,12 @@ def iterate_records(
 
 
 def find_next_record(source: FileBytes, at: int) -> int | None:
-    """Where, from `at` on, the next record begins that others follow; None for nowhere."""
+    """Offset of the next record, from `at` on, that is followed by valid records; None where there is none."""
     while at < source.size:
         block = source.read(at, _BLOCK)
         first = 0
         while (match := _CANDIDATE.search(block, first)) is not None:
-            if _chains(source, at + match.start()):
+            if _starts_chain(source, at + match.start()):
                 return at + match.start()
             first = match.start() + 1
         if at + len(block) >= source.size:
@@ -162,8 +168,8 @@ def find_next_record(source: FileBytes, at: int) -> int | None:
     return None
 
 
-def _chains(source: FileBytes, at: int) -> bool:
-    """Whether records follow each other from here: several, or up to a footer with the file's magic behind it."""
+def _starts_chain(source: FileBytes, at: int) -> bool:
+    """Whether valid records follow each other from here: _CHAIN of them, or up to a footer and the file's magic."""
     for _ in range(_CHAIN):
         record = record_at(source, at)
         if record is None or record.opcode >= _PRIVATE:

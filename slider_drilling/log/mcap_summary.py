@@ -1,11 +1,11 @@
-"""The summary at the end of an MCAP file, read before the rest: it describes channels that a damaged chunk does not."""
+"""The summary at the end of an MCAP file. It is read first: it describes channels whose chunk may be damaged."""
 
 from __future__ import annotations
 
 import io
 import struct
 import zlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
@@ -15,13 +15,13 @@ from slider_drilling.log.mcap_chunk import PARSE_ERRORS
 from slider_drilling.log.mcap_records import HEAD, MAGIC, FileBytes, RecordSpan, record_at
 
 _FOOTER = 20
-# A summary is some 200 bytes a chunk: this is one of a month of recording.
-_LARGEST = 512 * 1024 * 1024
+# A summary has some 200 bytes a chunk: this is a month of recording.
+_MAX_BYTES = 512 * 1024 * 1024
 
 
 @dataclass(frozen=True)
 class McapSummary:
-    """What the summary says, its checksum having been found right. chunks: by where each begins."""
+    """The records of a summary whose checksum is right; chunks by the offset where each starts."""
 
     schemas: list[Schema] = field(default_factory=list)
     channels: list[Channel] = field(default_factory=list)
@@ -30,40 +30,43 @@ class McapSummary:
 
 
 def read_mcap_summary(source: FileBytes, base: int) -> McapSummary | None:
-    """The summary of the log that begins at `base` and ends with the file; None where there is no whole one."""
+    """The summary of the log that starts at `base` and ends with the file; None where it is missing or damaged."""
     at = source.size - len(MAGIC) - _FOOTER - HEAD
     footer = record_at(source, at) if at >= base else None
     if footer is None or footer.opcode != Opcode.FOOTER or source.read(footer.end, len(MAGIC)) != MAGIC:
         return None
     start, _, crc = struct.unpack("<QQI", source.read(footer.content_start, _FOOTER))
-    if start == 0 or not base < base + start < at or at - base - start > _LARGEST:
+    if start == 0 or not base < base + start < at or at - base - start > _MAX_BYTES:
         return None
     data = source.read(base + start, at - base - start)
-    # The checksum goes on over the footer's own beginning.
+    # The checksum includes the beginning of the footer.
     if crc and zlib.crc32(source.read(at, HEAD + 16), zlib.crc32(data)) != crc:
         return None
-    tail = McapSummary()
+    summary = McapSummary()
     try:
-        statistics = _collect(source, base, base + start, at, tail)
+        statistics = _collect(source, base, base + start, at, summary)
     except PARSE_ERRORS:
         return None
-    return None if statistics is None else McapSummary(tail.schemas, tail.channels, tail.chunks, statistics)
+    return None if statistics is None else replace(summary, statistics=statistics)
 
 
-def _collect(source: FileBytes, base: int, at: int, end: int, tail: McapSummary) -> Statistics | None:
-    """Fill the tail from its records; its statistics. Raises one of DAMAGE, or gives None, where it is none."""
+def _collect(source: FileBytes, base: int, at: int, end: int, summary: McapSummary) -> Statistics | None:
+    """Fill the lists of a summary from its records; return its statistics, None where it is damaged.
+
+    Raises one of PARSE_ERRORS where a record is damaged.
+    """
     statistics = None
     while at < end:
         record = record_at(source, at)
         if record is None or record.end > end:
             return None
         if record.opcode == Opcode.SCHEMA:
-            tail.schemas.append(Schema.read(_stream(source, record)))
+            summary.schemas.append(Schema.read(_stream(source, record)))
         elif record.opcode == Opcode.CHANNEL:
-            tail.channels.append(Channel.read(_stream(source, record)))
+            summary.channels.append(Channel.read(_stream(source, record)))
         elif record.opcode == Opcode.CHUNK_INDEX:
             index = ChunkIndex.read(_stream(source, record))
-            tail.chunks[base + index.chunk_start_offset] = index
+            summary.chunks[base + index.chunk_start_offset] = index
         elif record.opcode == Opcode.STATISTICS:
             statistics = Statistics.read(_stream(source, record))
         at = record.end

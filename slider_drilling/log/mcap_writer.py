@@ -1,7 +1,7 @@
-"""An MCAP file that grows by whole records, and can be ended in order at any moment, on a full disk too.
+"""Writes an MCAP file by whole records, so that it can be finished at any moment, even on a full disk.
 
-The records' encoding is the mcap package's. Its own Writer cannot serve a recording: once a write has failed it
-can neither end the file nor say what is in it.
+Records are encoded by the mcap package. Its own Writer is not used: after a failed write it can neither finish the
+file nor tell what is in it.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ MAGIC = b"\x89MCAP0\r\n"
 # opcode, length, channel, sequence, log time, publish time; the message's data follows.
 _MESSAGE = struct.Struct("<BQHIQQ")
 _MESSAGE_FIXED = 22
-# Of an open chunk, at most, before it is written.
+# A chunk is written when it has this size.
 CHUNK_BYTES = 64 * 1024
 
 
@@ -50,7 +50,12 @@ def encoded(record: McapRecord) -> bytes:
 
 
 class AppendOnlyFile:
-    """A file that only ever holds whole records: a write that fails takes back what it had begun."""
+    """A file that holds whole records only: a failed write is rolled back.
+
+    Attributes:
+        size: Bytes in the file.
+        crc: CRC-32 of them.
+    """
 
     def __init__(self, descriptor: int) -> None:
         self._descriptor = descriptor
@@ -59,23 +64,23 @@ class AppendOnlyFile:
         self.crc = 0
 
     def append(self, data: bytes) -> int:
-        """Write it all, and return where it begins. Raises OSError, the file then being as it was."""
-        at, rest = self.size, memoryview(data)
+        """Append bytes and return their offset. Raises OSError and leaves the file as it was."""
+        start, rest = self.size, memoryview(data)
         try:
             while rest:
                 rest = rest[os.write(self._descriptor, rest) :]
         except BaseException:
-            # Without room for the record there may be none for the file's end either, unless this gives some back.
+            # The end of the file needs the room that the partial record takes.
             with contextlib.suppress(OSError):
-                os.ftruncate(self._descriptor, at)
-                os.lseek(self._descriptor, at, os.SEEK_SET)
+                os.ftruncate(self._descriptor, start)
+                os.lseek(self._descriptor, start, os.SEEK_SET)
             raise
         self.size += len(data)
         self.crc = zlib.crc32(data, self.crc)
-        return at
+        return start
 
     def close(self) -> None:
-        """Close it; a second time does nothing. Raises OSError where the system could not keep what was written."""
+        """Close the file; a second call does nothing. Raises OSError where the system lost what was written."""
         if self._open:
             self._open = False
             os.close(self._descriptor)
@@ -83,7 +88,15 @@ class AppendOnlyFile:
 
 @dataclass
 class OpenChunk:
-    """Messages that are not in the file yet. index: channel -> (log time, place) of each."""
+    """Messages that are not in the file yet.
+
+    Attributes:
+        data: Their records.
+        index: Channel id -> (log time ns, offset in `data`) of each message.
+        first: Lowest log time, ns.
+        last: Highest log time, ns.
+        count: Number of messages.
+    """
 
     data: bytearray = field(default_factory=bytearray)
     index: dict[int, list[tuple[int, int]]] = field(default_factory=lambda: defaultdict(list))
@@ -93,11 +106,16 @@ class OpenChunk:
 
 
 class McapWriter:
-    """Writes one MCAP file on an open descriptor, which becomes its own.
+    """Writes one MCAP file to an open descriptor, and closes it.
 
-    Messages gather in a chunk that is written when it is full or by `flush`. Those that are in the file: `messages`,
-    `counts` by channel, log times from `first` to `until`, ns. Every method raises OSError where a write fails; what
-    is in the file stays readable then and the file can still be finished.
+    Messages are collected in a chunk, which is written when it is full, or by `flush`. Every method raises OSError
+    where a write fails; the file stays readable then and can still be finished.
+
+    Attributes:
+        messages: Number of messages in the file.
+        counts: Number of messages by channel id.
+        first: Lowest log time in the file, ns.
+        until: Highest log time in the file, ns.
     """
 
     def __init__(self, descriptor: int, library: str, chunk_bytes: int = CHUNK_BYTES) -> None:
@@ -121,37 +139,38 @@ class McapWriter:
 
     @property
     def size(self) -> int:
-        """Bytes in the file and in the chunk that is still to be compressed."""
+        """Bytes in the file and in the open chunk, which is not compressed yet."""
         return self._file.size + len(self._chunk.data)
 
     @property
     def pending(self) -> int:
-        """Messages that are not in the file yet."""
+        """Number of messages that are not in the file yet."""
         return self._chunk.count
 
     def schema(self, name: str, encoding: str, data: bytes) -> int:
-        """Add a schema; its id."""
+        """Add a schema and return its id."""
         self._schemas.append(Schema(id=len(self._schemas) + 1, name=name, encoding=encoding, data=data))
         self._chunk.data += encoded(self._schemas[-1])
         return self._schemas[-1].id
 
     def channel(self, topic: str, encoding: str, schema_id: int, metadata: dict[str, str]) -> int:
-        """Add a channel; its id. schema_id: 0 for none."""
-        one = Channel(id=len(self._channels) + 1, topic=topic, message_encoding=encoding, metadata=metadata,
-                      schema_id=schema_id)  # fmt: skip
-        self._channels.append(one)
-        self._chunk.data += encoded(one)
-        return one.id
+        """Add a channel and return its id; `schema_id` is 0 for none."""
+        channel = Channel(
+            id=len(self._channels) + 1, topic=topic, message_encoding=encoding, metadata=metadata, schema_id=schema_id
+        )
+        self._channels.append(channel)
+        self._chunk.data += encoded(channel)
+        return channel.id
 
     def message(self, channel_id: int, sequence: int, log_time: int, publish_time: int, data: bytes) -> None:
         """Add a message, times in ns."""
-        chunk, place = self._chunk, len(self._chunk.data)
+        chunk, offset = self._chunk, len(self._chunk.data)
         head = _MESSAGE.pack(
             Opcode.MESSAGE, _MESSAGE_FIXED + len(data), channel_id, sequence & 0xFFFFFFFF, log_time, publish_time
         )
-        # The record goes in at once, and first: an interrupt in between leaves a chunk that is whole.
+        # The record goes in first and in one step: an interrupt afterwards leaves a valid chunk.
         chunk.data += head + data
-        chunk.index[channel_id].append((log_time, place))
+        chunk.index[channel_id].append((log_time, offset))
         chunk.first = log_time if not chunk.count else min(chunk.first, log_time)
         chunk.last = max(chunk.last, log_time)
         chunk.count += 1
@@ -159,7 +178,7 @@ class McapWriter:
             self.flush()
 
     def attachment(self, name: str, media_type: str, data: bytes) -> None:
-        """Add a file, after the messages so far."""
+        """Add an attachment behind the messages so far."""
         self.flush()
         record = encoded(Attachment(create_time=0, log_time=0, name=name, media_type=media_type, data=data))
         self._attachments.append(
@@ -167,13 +186,13 @@ class McapWriter:
                             data_size=len(data), name=name, media_type=media_type))  # fmt: skip
 
     def metadata(self, name: str, values: dict[str, str]) -> None:
-        """Add a metadata record, after the messages so far."""
+        """Add a metadata record behind the messages so far."""
         self.flush()
         record = encoded(Metadata(name=name, metadata=values))
         self._metadata.append(MetadataIndex(offset=self._file.append(record), length=len(record), name=name))
 
     def flush(self) -> None:
-        """Write the open chunk: a program that is killed after this loses none of it."""
+        """Write the open chunk. A program that is killed afterwards loses none of it."""
         chunk = self._chunk
         if not chunk.data:
             return
@@ -187,10 +206,10 @@ class McapWriter:
         for channel_id, entries in chunk.index.items():
             offsets[channel_id] = self._file.size + len(record) + len(indexes)
             indexes += encoded(MessageIndex(channel_id=channel_id, records=entries))
-        at = self._file.append(record + bytes(indexes))
+        start = self._file.append(record + bytes(indexes))
         self._chunk = OpenChunk()
         self._chunks.append(
-            ChunkIndex(chunk_start_offset=at, chunk_length=len(record), compression="zstd",
+            ChunkIndex(chunk_start_offset=start, chunk_length=len(record), compression="zstd",
                        compressed_size=len(compressed), uncompressed_size=len(data), message_start_time=chunk.first,
                        message_end_time=chunk.last, message_index_length=len(indexes), message_index_offsets=offsets)
         )  # fmt: skip
@@ -202,23 +221,23 @@ class McapWriter:
                 self.counts[channel_id] += len(entries)
 
     def finish(self) -> None:
-        """End and close the file. Raises OSError where something does not fit: what does is in it then.
+        """Write the end of the file and close it. A full disk raises OSError; what fits is in the file then.
 
-        A file that can hold no summary is ended without one: any reader still goes through it from the front.
+        Where the summary does not fit, the file ends without one: readers then go through it from the front.
         """
         try:
             try:
                 self.flush()
             finally:
-                self._end()
+                self._write_end()
         finally:
             self._file.close()
 
     def close(self) -> None:
-        """Close the file as it is, if it is open still."""
+        """Close the file as it is, if it is still open."""
         self._file.close()
 
-    def _end(self) -> None:
+    def _write_end(self) -> None:
         end = encoded(DataEnd(self._file.crc))
         try:
             self._file.append(end + self._summary(self._file.size + len(end)) + MAGIC)
@@ -227,7 +246,7 @@ class McapWriter:
             raise
 
     def _summary(self, start: int) -> bytes:
-        """The summary section, that begins at `start`, and the footer."""
+        """The summary section, which starts at offset `start`, and the footer."""
         statistics = Statistics(
             attachment_count=len(self._attachments), channel_count=len(self._channels),
             channel_message_counts=dict(self.counts), chunk_count=len(self._chunks), message_count=self.messages,
@@ -241,7 +260,7 @@ class McapWriter:
         ]  # fmt: skip
         out, offsets = bytearray(), bytearray()
         for opcode, records in groups:
-            group = b"".join(encoded(one) for one in records)
+            group = b"".join(encoded(record) for record in records)
             if group:
                 offsets += encoded(
                     SummaryOffset(group_opcode=opcode, group_start=start + len(out), group_length=len(group))

@@ -1,4 +1,4 @@
-"""One topic's samples in order: repeated stamps, stamps that are no time of the log's, several runs in one log."""
+"""Puts the samples of a topic in order; removes repeated and wrong stamps; refuses several runs in one log."""
 
 from __future__ import annotations
 
@@ -15,39 +15,54 @@ Integers = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 SECOND = 1_000_000_000
-# A log whose clock differs from its stamps' by more was recorded on another clock (wall against simulated time).
+# Log times and stamps that differ by more are of different clocks (wall and simulated time), ns.
 MAX_CLOCK_OFFSET = 10 * SECOND
-# A surface channel whose stamps step back by more holds two runs.
+# A surface topic whose stamps step back by more holds two runs, ns.
 MAX_STEP_BACK = SECOND
-# One whose stamps leap ahead by more has had its clock set, or holds two runs.
+# One whose stamps leap ahead by more holds two runs, or its clock was set, ns.
 MAX_LEAP = 86_400 * SECOND
-# Stamps so far before or after all of the log's clock are of another clock, or of none.
+# Stamps so far outside the time of the log are of another clock, or invalid, ns.
 FOREIGN_STAMP_DISTANCE = 3_600 * SECOND
-# As many stamps in a row as half of this may be wrong among right ones; a larger share of all makes another run.
+# Samples of the running median that finds wrong stamps: up to half as many in a row are found.
 OUTLIER_WINDOW = 11
+# More wrong stamps than this fraction are not outliers but another run.
 MAX_OUTLIER_FRACTION = 0.1
 
 
 @dataclass(frozen=True)
 class StampedSamples:
-    """One series in the stamps' clock: stamps and log times, ns, stamps strictly increasing; values, shape (n, 3)."""
+    """Samples of one topic.
+
+    Attributes:
+        stamp: When each was measured, ns, (n,).
+        logged: When each was logged, ns, (n,).
+        values: Logged numbers of the topic's type, (n, fields).
+    """
 
     stamp: Integers
     logged: Integers
     values: Array
 
     def select(self, chosen: Mask | Integers) -> StampedSamples:
-        """Those samples alone, or in that order."""
+        """The chosen samples, by a mask (n,) or by indices in their order."""
         return StampedSamples(self.stamp[chosen], self.logged[chosen], self.values[chosen])
 
 
 def sort_by_stamp(
     track: StampedSamples, topic: str, is_surface: bool, moved: bool, source: str, notes: list[str]
 ) -> StampedSamples:
-    """The samples of one topic in the order of their stamps, one a stamp.
+    """The samples of a topic in the order of their stamps, with one sample for each stamp.
 
-    track: in the order of the file; moved: which says nothing, the file's parts having changed places. Raises
-    InputError for two runs in one log. What is done to the samples is noted.
+    Args:
+        track: Samples in the order of the file.
+        topic: Name of the topic, for notes.
+        is_surface: Whether samples are stamped in the order in which they arrive.
+        moved: Whether chunks of the file are out of order, so that its order means nothing.
+        source: The log, for messages.
+        notes: Gets a sentence for each correction.
+
+    Raises:
+        InputError: The log holds two runs.
     """
     back = -np.diff(track.logged, prepend=track.logged[:1])
     if moved or (back.size and back.max() <= MAX_STEP_BACK):
@@ -61,58 +76,71 @@ def sort_by_stamp(
     track = track.select(np.argsort(track.stamp, kind="stable"))
     last = np.append(np.diff(track.stamp) > 0, True)
     if not last.all():
-        notes.append(f"{topic}: {np.count_nonzero(~last)} repeated stamps; the last message of each kept")
+        notes.append(f"{topic}: {np.count_nonzero(~last)} repeated stamps; the last message of each was kept")
     return track.select(last)
 
 
 def drop_foreign_stamps(
     track: StampedSamples, clock: StampedSamples, topic: str, is_surface: bool, notes: list[str]
 ) -> StampedSamples | None:
-    """The samples stamped within the time of the log's clock, or about; None where none is left."""
-    # A target may have been set long before the log began.
+    """The samples stamped within the time of the log, or near it; None where none is left.
+
+    Args:
+        track: Samples of a topic.
+        clock: Samples of the topic that gives the log's time.
+        topic: Name of the topic, for notes.
+        is_surface: Whether samples are stamped in the order in which they arrive.
+        notes: Gets a sentence on what is left out.
+    """
+    # A target may have been set long before the log started.
     early = FOREIGN_STAMP_DISTANCE if is_surface else MAX_LEAP
     inside = (track.stamp >= clock.stamp[0] - early) & (track.stamp <= clock.stamp[-1] + FOREIGN_STAMP_DISTANCE)
     if inside.all():
         return track
     if not inside.any():
         far = (int(track.stamp[0]) - int(clock.stamp[0])) / SECOND
-        notes.append(f"{topic}: stamped {far:.0f} s off the other channels, by another clock; left out")
+        notes.append(f"{topic}: stamped {far:.0f} s off the other topics, by another clock; left out")
         return None
-    notes.append(f"{topic}: {np.count_nonzero(~inside)} samples stamped an hour and more outside the log left out")
+    count = np.count_nonzero(~inside)
+    notes.append(f"{topic}: {count} samples stamped more than an hour outside the log were left out")
     return track.select(inside)
 
 
 def _with_stamps(track: StampedSamples, topic: str, notes: list[str]) -> StampedSamples:
-    """Without samples whose stamp is 0, as of a publisher that sets none, where the others are of another time."""
+    """Without samples whose stamp is 0, as of a publisher that sets none, unless the others are near 0, too."""
     unset = track.stamp == 0
     if not unset.any() or unset.all() or np.abs(track.stamp[~unset]).min() < FOREIGN_STAMP_DISTANCE:
         return track
-    notes.append(f"{topic}: {np.count_nonzero(unset)} samples without a stamp left out")
+    notes.append(f"{topic}: {np.count_nonzero(unset)} samples without a stamp were left out")
     return track.select(~unset)
 
 
 def _without_outliers(track: StampedSamples, topic: str, notes: list[str]) -> StampedSamples:
-    """Without samples whose stamps do not fit in with those before and after them."""
+    """Without samples whose stamps do not fit those around them."""
     wrong = stamp_outliers(track.stamp, track.logged)
     count = np.count_nonzero(wrong)
     if count == 0 or count > MAX_OUTLIER_FRACTION * len(wrong):
         return track
     first = int(track.stamp[np.flatnonzero(wrong)[0]])
-    notes.append(f"{topic}: {count} samples with stamps out of all order (the first: {first / SECOND:.3f} s) left out")
+    notes.append(f"{topic}: {count} samples with wrong stamps (the first: {first / SECOND:.3f} s) were left out")
     return track.select(~wrong)
 
 
 def stamp_outliers(stamp: Integers, logged: Integers) -> Mask:
-    """Which stamps lie off those around them, (n,), in the order of recording; none where there are few.
+    """Which stamps do not fit those around them, (n,); none where there are fewer than OUTLIER_WINDOW.
 
-    Within the log the middle of the stamps around tells: it is the stamp itself where they only grow. At the log's
-    ends it is not, and a stamp must be off by FAR, by the log's clock as well, to be taken for wrong.
+    Inside the log a stamp is compared with the running median, which is the stamp itself where stamps only grow. At the
+    log's ends a stamp must be off by FOREIGN_STAMP_DISTANCE, and by the log times as well.
+
+    Args:
+        stamp: ns, (n,), in the order of recording.
+        logged: Log times, ns, (n,).
     """
     half = OUTLIER_WINDOW // 2
     wrong = np.zeros(len(stamp), dtype=np.bool_)
     if len(stamp) < OUTLIER_WINDOW:
         return wrong
-    # Differences to the first: numbers of 1e18 ns lose their last digits as floats, and int64 may overflow.
+    # Differences to the first stamp: 1e18 ns lose their last digits as floats, and int64 may overflow.
     from_first = stamp.astype(np.float64) - float(stamp[0])
     middle = np.median(sliding_window_view(from_first, OUTLIER_WINDOW), axis=1)
     usual = np.median(np.abs(np.diff(from_first)))
@@ -127,7 +155,7 @@ def stamp_outliers(stamp: Integers, logged: Integers) -> Mask:
 
 
 def _check_one_run(track: StampedSamples, topic: str, source: str) -> None:
-    """Raises InputError where stamps step back, or leap ahead by more than a slide lasts."""
+    """Raise InputError where stamps step back, or leap ahead by more than a slide lasts."""
     steps = np.diff(track.stamp.astype(np.float64))
     if not steps.size:
         return

@@ -1,4 +1,4 @@
-"""From a running rig or simulation to an MCAP file; no ROS needed."""
+"""Writes a log of a running rig or simulation to an MCAP file. Needs no ROS."""
 
 from __future__ import annotations
 
@@ -28,16 +28,22 @@ from slider_drilling.messages.message_types import (
 )
 from slider_drilling.messages.topics import Topic
 
-# What a killed recording may lose, s of wall time: messages are written out at least this often.
+# Messages are written out at least this often, s of wall time: a killed recording loses no more.
 FLUSH_PERIOD = 0.5
-# A damaged chunk is lost as a whole: this much is some three seconds of a rig's channels at 10 Hz. A recording's are
-# smaller than its limit by FLUSH_PERIOD, unless so much comes in that they are shorter than that.
+# Chunk size of a log that is made from another, bytes: three seconds of a rig's channels at 10 Hz, since a damaged
+# chunk is lost as a whole. Chunks of a recording are bounded by FLUSH_PERIOD, too.
 WHOLE_CHUNK = 16 * 1024
 
 
 @dataclass(frozen=True)
 class MessageCounts:
-    """What a file holds: log times of its first and last message, ns, and how many there are of each topic."""
+    """What a file holds.
+
+    Attributes:
+        first: Log time of its first message, ns.
+        last: Log time of its last message, ns.
+        counts: Number of messages by topic.
+    """
 
     first: int
     last: int
@@ -50,18 +56,24 @@ def nanoseconds(seconds: float) -> int:
 
 
 class LogWriter:
-    """Writes one log, under its name from the start: what has come in is kept, whatever ends the recording.
+    """Writes one log. What has been recorded is kept, whatever ends the recording.
 
-    Use it as a context manager: leaving it closes the log, by an error or an interrupt too. A run that is killed
-    leaves a file without an end, which read_log and `slider-drilling recover` read up to the last FLUSH_PERIOD
-    before the kill; where messages may stay away, call `flush` now and then. The name must not be taken.
+    Use it as a context manager: leaving it closes the log, after an error or an interrupt, too. A killed process leaves
+    a file without an end, which `read_log` and `slider-drilling recover` read up to the last FLUSH_PERIOD before the
+    kill. Where no messages may come for long, call `flush` now and then.
 
-    whole: for a log that is made from another: it gets its name when it is closed, in place of whatever had that
-    name; an error or an interrupt leaves nothing.
+    All methods take stamps in s of the rig's (or the simulation's) clock; `log_time_s` is when the message arrived, the
+    stamp if not given. Topics without a leading slash get one. Where the file cannot be written they raise InputError,
+    which tells what is safe in it.
 
-    Stamps are s of the rig's (or the simulation's) clock; log_time_s is when the message arrived, the stamp if not
-    given; started is when the recording began, now if not given. Topics get a leading slash if they have none. Raises
-    InputError where the file cannot be written, and says what is safe in it.
+    Args:
+        path: The MCAP file. The name must be free, unless `whole`.
+        rig_text: The rig file to attach.
+        recorded_by: What recorded the log, for its metadata.
+        notes: Free text for its metadata.
+        whole: For a log that is made from another. The file gets its name when it is closed, and replaces whatever had
+            that name; after an error or an interrupt there is no file.
+        started: When the recording started; now if not given.
     """
 
     def __init__(
@@ -78,9 +90,9 @@ class LogWriter:
         if self.path.is_dir():
             raise InputError(f"{self.path}: cannot write this log: it is a folder; name a file in it")
         try:
-            descriptor, self._part = create_part_file(self.path) if whole else (_take(self.path), self.path)
+            descriptor, self._part = create_part_file(self.path) if whole else (_create(self.path), self.path)
         except FileExistsError:
-            raise InputError(f"{self.path}: is there already; give another name") from None
+            raise InputError(f"{self.path}: exists already; give another name") from None
         except OSError as error:
             raise InputError(f"{self.path}: cannot write this log: {error.strerror}") from None
         self._whole = whole
@@ -96,7 +108,7 @@ class LogWriter:
             self._file = file
             self._describe(rig_text, recorded_by, notes, started)
         except BaseException as error:
-            # Nothing has been recorded yet: an empty log explains nothing.
+            # Nothing has been recorded yet, so no file is left.
             if file is not None:
                 file.close()
             self._part.unlink(missing_ok=True)
@@ -106,41 +118,41 @@ class LogWriter:
 
     @property
     def size(self) -> int:
-        """Bytes so far, about."""
+        """Approximate size, bytes."""
         return self._file.size
 
     def message_counts(self) -> MessageCounts:
-        """What is safe in the file."""
+        """The messages that are safe in the file."""
         file, topics = self._file, {number: topic for topic, number in self._channels.items()}
         return MessageCounts(file.first, file.until, {topics[number]: count for number, count in file.counts.items()})
 
     def attach_rig(self, rig_text: str) -> None:
-        """Add the rig file, where it was not known when the log was begun."""
-        with self._failing():
+        """Attach the rig file, where it was not known when the log was opened."""
+        with self._ending_on_failure():
             self._file.attachment("rig.yaml", "application/yaml", rig_text.encode("utf-8"))
 
     def add_attachment(self, name: str, media_type: str, data: bytes) -> None:
-        """Add a file of any kind."""
-        with self._failing():
+        """Attach a file of any kind."""
+        with self._ending_on_failure():
             self._file.attachment(name, media_type, data)
 
     def add_metadata(self, name: str, values: dict[str, str]) -> None:
-        """Add a metadata record, beside the one named slider_drilling that every log has."""
-        with self._failing():
+        """Add a metadata record, beside `slider_drilling` that every log has."""
+        with self._ending_on_failure():
             self._file.metadata(name, values)
 
     def _describe(
         self, rig_text: str | None, recorded_by: str, notes: str, started: datetime.datetime | None
     ) -> None:
-        """The rig file and the metadata record, at the front so that a broken-off file has them too."""
+        """Write the rig file and the metadata record first, so that an unfinished file has them, too."""
         if rig_text is not None:
             self._file.attachment("rig.yaml", "application/yaml", rig_text.encode("utf-8"))
-        begun = (started or datetime.datetime.now(datetime.timezone.utc)).isoformat(timespec="seconds")
-        record = {"version": __version__, "recorded_by": recorded_by, "start_time": begun, "notes": notes}
+        start_time = (started or datetime.datetime.now(datetime.timezone.utc)).isoformat(timespec="seconds")
+        record = {"version": __version__, "recorded_by": recorded_by, "start_time": start_time, "notes": notes}
         self._file.metadata("slider_drilling", {name: printable(text) for name, text in record.items()})
 
     def sample(self, topic: Topic, stamp_s: float, numbers: Sequence[float], log_time_s: float | None = None) -> None:
-        """A message of a topic of the registry.
+        """Write a message of a registered topic.
 
         Args:
             topic: Its entry, of `slider_drilling.messages.topics.TOPICS`.
@@ -165,7 +177,7 @@ class LogWriter:
         effort: float | None = None,
         log_time_s: float | None = None,
     ) -> None:
-        """One joint: rad or m, rad/s or m/s, N m or N; None leaves a quantity out."""
+        """Write one joint: rad or m, rad/s or m/s, N m or N; None leaves a quantity out."""
         stamp = nanoseconds(stamp_s)
         data = cdr.encode_joint_state(stamp, name, position, velocity, effort)
         self._write(topic, JOINT_STATE, data, stamp, log_time_s)
@@ -173,7 +185,7 @@ class LogWriter:
     def fluid_pressure(
         self, topic: str, stamp_s: float, pressure: float, variance: float = 0.0, log_time_s: float | None = None
     ) -> None:
-        """A pressure, Pa, and its variance, Pa2; 0 says that the variance is not known."""
+        """Write a pressure, Pa, and its variance, Pa2; 0 means unknown."""
         known = 0.0 if math.isnan(variance) else float(variance)
         stamp = nanoseconds(stamp_s)
         self._write(topic, FLUID_PRESSURE, cdr.encode_fluid_pressure(stamp, pressure, known), stamp, log_time_s)
@@ -186,48 +198,62 @@ class LogWriter:
         torque: Sequence[float] = (0.0, 0.0, 0.0),
         log_time_s: float | None = None,
     ) -> None:
-        """A force (x, y, z), N, and a torque, N m."""
+        """Write a force (x, y, z), N, and a torque, N m."""
         stamp = nanoseconds(stamp_s)
         self._write(topic, WRENCH_STAMPED, cdr.encode_wrench_stamped(stamp, force, torque), stamp, log_time_s)
 
     def diagnostics(
         self, topic: str, stamp_s: float, status: Sequence[Status], log_time_s: float | None = None
     ) -> None:
-        """The health of one node's parts."""
+        """Write the statuses of one node."""
         stamp = nanoseconds(stamp_s)
-        rows = [(one.level, one.name, one.message, one.hardware_id, one.values) for one in status]
+        rows = [(part.level, part.name, part.message, part.hardware_id, part.values) for part in status]
         self._write(topic, DIAGNOSTIC_ARRAY, cdr.encode_diagnostic_array(stamp, rows), stamp, log_time_s)
 
     def message(
         self, topic: str, kind: str, data: bytes, log_time_ns: int, publish_time_ns: int, sequence: int | None = None
     ) -> None:
-        """A message as it came, CDR bytes; times are ns, of its arrival and of its sending.
+        """Write a message as it is.
 
-        kind: a type in MESSAGE_TYPES, or any for a topic that was declared. sequence: counts the topic's messages,
-        those that were lost too; how many there are if not given.
+        Args:
+            topic: Name of the topic.
+            kind: Its type: one of MESSAGE_TYPES, or any for a topic that was declared.
+            data: The message as CDR.
+            log_time_ns: When it arrived, ns.
+            publish_time_ns: When it was sent, ns.
+            sequence: Number of the message, which counts lost ones, too; the next number if not given.
         """
         name = _absolute(topic)
         if not 0 <= log_time_ns < 2**63:
-            raise InputError(f"{self.path}: {name}: logged at {log_time_ns * 1e-9:g} s, not a time of any clock")
+            seconds = f"{log_time_ns * 1e-9:g} s"
+            raise InputError(f"{self.path}: {name}: log time {seconds} is out of range; give 0 to 2^63 ns")
         if name not in self._channels:
             self.declare(name, kind, MESSAGE_TYPES[kind].definition)
         if sequence is None:
             sequence = self._sequence.get(name, 0)
             self._sequence[name] = sequence + 1
         if not self._open:
-            raise self._closed()
+            raise self._closed_error()
         try:
             self._file.message(self._channels[name], sequence, log_time_ns, publish_time_ns, data)
         except OSError as error:
-            raise self._failed(error) from None
+            raise self._end_after(error) from None
         if time.monotonic() >= self._next_flush:
             self.flush()
 
     def declare(
         self, topic: str, kind: str, schema: str, metadata: dict[str, str] | None = None, encoding: str = "ros2msg"
     ) -> None:
-        """Add a topic: its type as `package/msg/Name`, that type's definition, metadata of its channel."""
-        with self._failing():
+        """Add a topic.
+
+        Args:
+            topic: Its name.
+            kind: Its type, ``package/msg/Name``.
+            schema: The definition of the type.
+            metadata: Of the MCAP channel.
+            encoding: Of the definition.
+        """
+        with self._ending_on_failure():
             if kind not in self._schemas:
                 self._schemas[kind] = self._file.schema(kind, encoding, schema.encode())
             self._channels[_absolute(topic)] = self._file.channel(
@@ -235,14 +261,14 @@ class LogWriter:
             )
 
     def flush(self) -> None:
-        """Write out what has come in: a kill, later, loses nothing of it. Raises InputError where that fails."""
-        with self._failing():
+        """Write out the messages so far, so that a kill afterwards loses none. Raises InputError where that fails."""
+        with self._ending_on_failure():
             self._file.flush()
         if not self._whole:
             self._next_flush = time.monotonic() + FLUSH_PERIOD
 
     def close(self) -> None:
-        """Finish the log. Raises InputError where that fails, saying what is safe; a second time does nothing."""
+        """Finish the log; a second call does nothing. Where that fails, the InputError tells what is safe."""
         if not self._open:
             return
         try:
@@ -250,14 +276,14 @@ class LogWriter:
             if self._whole:
                 commit_part_file(self._part, self.path)
         except OSError as error:
-            raise self._failed(error) from None
+            raise self._end_after(error) from None
         except BaseException:
             self.discard()
             raise
         self._open = False
 
     def discard(self) -> None:
-        """Remove what was written; the log gets no file."""
+        """Delete what was written."""
         if self._open:
             self._open = False
             self._file.close()
@@ -279,38 +305,38 @@ class LogWriter:
         self.message(topic, kind, data, logged, logged)
 
     @contextlib.contextmanager
-    def _failing(self) -> Iterator[None]:
-        """Turns a write that fails into the end of the log, and one line about it."""
+    def _ending_on_failure(self) -> Iterator[None]:
+        """End the log and raise InputError where a write in the block fails."""
         if not self._open:
-            raise self._closed()
+            raise self._closed_error()
         try:
             yield
         except OSError as error:
-            raise self._failed(error) from None
+            raise self._end_after(error) from None
 
-    def _closed(self) -> InputError:
-        return InputError(self._failure or f"{self.path}: this log is closed already")
+    def _closed_error(self) -> InputError:
+        return InputError(self._failure or f"{self.path}: this log is already closed")
 
-    def _failed(self, error: OSError) -> InputError:
-        """End the log as far as it goes; why it goes no further, and what is safe."""
-        why = f"{self.path}: cannot write this log: {error.strerror}"
+    def _end_after(self, error: OSError) -> InputError:
+        """Finish the log as far as possible; the error that tells what is safe."""
+        reason = f"{self.path}: cannot write this log: {error.strerror}"
         if self._whole:
             self.discard()
-            self._failure = why
-            return InputError(why)
+            self._failure = reason
+            return InputError(reason)
         self._open = False
         with contextlib.suppress(OSError):
             self._file.finish()
         span = (self._file.until - self._file.first) * 1e-9
         self._failure = (
-            f"{why}; {self._file.messages} messages over {span:.1f} s are safe in it, "
+            f"{reason}; {self._file.messages} messages over {span:.1f} s are safe in it, "
             f"the {self._file.pending} after them are lost"
         )
         return InputError(self._failure)
 
 
-def _take(path: Path) -> int:
-    """A new file of this name, open for writing. Raises FileExistsError where it is taken, OSError."""
+def _create(path: Path) -> int:
+    """The descriptor of a new file. Raises FileExistsError where the name is taken, OSError."""
     return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
 
 

@@ -1,1 +1,1 @@
-"""What nodes publish and logs hold: topics, schemas, and CDR bytes. No ROS needed."""
+"""What nodes publish and logs hold: topics, message types and CDR bytes. Needs no ROS."""
