@@ -129,7 +129,7 @@ class TestOtherMakers:
             (f"/{rig}/top_drive/joint_states", joint(1.0, "top_drive", k, 0, 0), 10**9) for k, rig in enumerate("ab")
         ]
         path = self.ros2(tmp_path / "run.mcap", rows)
-        with pytest.raises(InputError, match="say with --namespace which"):
+        with pytest.raises(InputError, match="choose one with --namespace"):
             read_log(path)
         chosen = read_log(path, namespace="b").top_drive
         assert chosen is not None and chosen.position[0] == 1.0
@@ -210,7 +210,7 @@ class TestOtherMakers:
         with pytest.raises(InputError, match=r"other_run\.mcap and third_run\.mcap overlap in time"):
             read_log(tmp_path)
         (tmp_path / "empty").mkdir()
-        with pytest.raises(InputError, match=r"a folder without \.mcap files"):
+        with pytest.raises(InputError, match=r"holds no \.mcap files"):
             read_log(tmp_path / "empty")
 
 

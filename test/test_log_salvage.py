@@ -212,7 +212,7 @@ def test_other_channels_by_another_clock_are_left_out(tmp_path: Path) -> None:
     log = read_log(path)
     assert log.top_drive is not None and len(log.top_drive.time) == 100 and log.mud_pump is None
     assert log.tool_face_target is not None and log.tool_face_target.time.tolist() == [-40_000.0]
-    assert any("/mud_pump/joint_states: stamped -999999995 s off the other channels" in note for note in log.notes)
+    assert any("/mud_pump/joint_states: stamped -999999995 s off the other topics" in note for note in log.notes)
 
 
 def test_gaps_and_late_messages_are_no_outliers(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""`slider-drilling import`: a CSV table into an MCAP log."""
+"""`slider-drilling import`: turns a CSV table into an MCAP log."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from slider_drilling.units import Units
 
 EXAMPLES = """\
-The mapping file names columns and units; config/import.example.yaml explains every key of it.
+The mapping file names columns and units; config/import.example.yaml explains every key.
 
 Examples:
 
@@ -41,10 +41,12 @@ class RowRange(click.ParamType):
 
 @click.command("import", epilog=EXAMPLES)
 @click.argument("data", type=click.Path(path_type=Path))
-@click.option("--mapping", required=True, type=click.Path(path_type=Path), help="Which column is which channel.")
+@click.option(
+    "--mapping", required=True, type=click.Path(path_type=Path), help="The mapping file: which column is which channel."
+)
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The MCAP log to write.")
 @click.option("--rig", type=click.Path(path_type=Path), help="A rig file to put into the log.")
-@click.option("--rows", type=RowRange(), help="Data rows to keep, counted from 0, both ends included.")
+@click.option("--rows", type=RowRange(), help="Data rows to keep, counted from 0; both ends are included.")
 @click.option("--notes", default="", help="A note for the log's metadata.")
 @json_option
 @units_option
@@ -52,7 +54,7 @@ def command(
     data: Path, mapping: Path, output: Path, rig: Path | None, rows: tuple[int, int] | None, notes: str, as_json: bool,
     units: Units,
 ) -> None:
-    """Turn the CSV table DATA into an MCAP log, in SI units, and list what it holds."""
+    """Turn the CSV table DATA into an MCAP log in SI units, and list its contents."""
     from slider_drilling.console.printable import is_valid_utf8
     from slider_drilling.console.streams import progress_bar, stderr, stdout
     from slider_drilling.files.output_files import check_outputs
@@ -79,7 +81,7 @@ def command(
     for note in log.notes:
         stderr().print(f"{data.name}: {note}")
     if as_json:
-        print_json({"contents": [asdict(one) for one in logged_quantities(log)], "notes": log.notes, "wrote": [output]})
+        print_json({"contents": [asdict(row) for row in logged_quantities(log)], "notes": log.notes, "wrote": [output]})
         return
     stdout().print(contents_table(log, units))
     print_written((output,))

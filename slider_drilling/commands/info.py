@@ -1,4 +1,4 @@
-"""`slider-drilling info`: what a log holds, what it has lost, and what it is good for."""
+"""`slider-drilling info`: lists what a log holds, what is lost, and what a replay and a diagnosis lack."""
 
 from __future__ import annotations
 
@@ -23,35 +23,35 @@ if TYPE_CHECKING:
 @units_option
 @json_option
 def command(log: Path, rig_path: Path | None, namespace: str | None, units: Units, as_json: bool) -> None:
-    """Topics of LOG, or of a folder of its parts: types, rates, gaps, steps of the clock, losses; then what it lacks.
+    """List the topics of LOG, or of a folder of its parts: types, rates, gaps, steps of the clock, lost messages.
 
-    Says what is missing for a replay and for a diagnosis.
+    Then print what is missing for a replay and for a diagnosis.
     """
     from slider_drilling.errors import InputError
     from slider_drilling.log import read_log
     from slider_drilling.log.info import log_info
 
-    found = log_info(log)
+    info = log_info(log)
     record: RigLog | None = None
     try:
         record = read_log(log, rig_path, namespace)
         refused = ""
     except InputError as error:
         refused = str(error)
-    notes = list(found.notes)
+    notes = list(info.notes)
     for note in record.notes if record is not None else ():
         if note not in notes:
             notes.append(note)
     missing = {use: [refused] if record is None else _missing(record, use) for use in ("replay", "diagnosis")}
     assumed = [] if record is None else _assumed(record)
     if as_json:
-        _print_json(found, notes, missing, assumed)
+        _print_json(info, notes, missing, assumed)
     else:
-        _print(found, notes, missing, assumed, units)
+        _print(info, notes, missing, assumed, units)
 
 
 def _missing(record: RigLog, use: str) -> list[str]:
-    """What keeps the log from this use, a sentence each; empty where nothing does."""
+    """Reasons why the log cannot be used for this, one sentence each; empty where it can."""
     from slider_drilling.diagnosis.replay import measured_channels
     from slider_drilling.errors import InputError
     from slider_drilling.log_inputs.commands_from_log import commands_from_log
@@ -63,7 +63,7 @@ def _missing(record: RigLog, use: str) -> list[str]:
     else:
         reasons = []
     if record.top_drive is None:
-        return [*reasons, f"{record.source}: holds no top_drive/joint_states; without it nothing drives the plant"]
+        return [*reasons, f"{record.source}: holds no top_drive/joint_states, which drives the plant"]
     if rig is None:
         return reasons
     try:
@@ -72,19 +72,19 @@ def _missing(record: RigLog, use: str) -> list[str]:
     except InputError as error:
         return [str(error)]
     if use == "diagnosis" and "surface_torque" not in channels:
-        reasons.append("no surface torque (effort of top_drive/joint_states): nothing tells friction's shape")
+        reasons.append("no surface torque (effort of top_drive/joint_states): friction cannot be identified")
     return reasons
 
 
 def _assumed(record: RigLog) -> list[str]:
-    """What a replay takes in place of what the log lacks."""
+    """What a replay assumes where the log lacks data."""
     from slider_drilling.errors import InputError
     from slider_drilling.log_inputs.commands_from_log import commands_from_log
 
     try:
         return list(commands_from_log(record, record.rig()).assumptions)
     except InputError:
-        return []  # what is missing says why
+        return []  # the reason is printed as missing
 
 
 def _row(topic: TopicInfo) -> dict[str, object]:
@@ -96,38 +96,40 @@ def _row(topic: TopicInfo) -> dict[str, object]:
     }  # fmt: skip
 
 
-def _print_json(found: LogInfo, notes: list[str], missing: dict[str, list[str]], assumed: list[str]) -> None:
+def _print_json(info: LogInfo, notes: list[str], missing: dict[str, list[str]], assumed: list[str]) -> None:
     print_json({
-        "files": found.files, "bytes": found.bytes, "start_ns": found.start_ns, "duration_s": found.seconds,
-        "messages": sum(topic.messages for topic in found.topics), "topics": [_row(topic) for topic in found.topics],
-        "attachments": found.attachments, "metadata": found.metadata, "notes": notes,
+        "files": info.files, "bytes": info.bytes, "start_ns": info.start_ns, "duration_s": info.seconds,
+        "messages": sum(topic.messages for topic in info.topics), "topics": [_row(topic) for topic in info.topics],
+        "attachments": info.attachments, "metadata": info.metadata, "notes": notes,
         "missing_for_replay": missing["replay"], "missing_for_diagnosis": missing["diagnosis"],
         "assumed_in_replay": assumed,
     })  # fmt: skip
 
 
 def _print(
-    found: LogInfo, notes: list[str], missing: dict[str, list[str]], assumed: list[str], units: Units
+    info: LogInfo, notes: list[str], missing: dict[str, list[str]], assumed: list[str], units: Units
 ) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
     from slider_drilling.console.streams import stdout
 
-    total, say = sum(topic.messages for topic in found.topics), stdout().print
-    many = f"{len(found.files)} files, " if len(found.files) > 1 else ""
-    say(f"{many}{found.bytes / 1e6:.2f} MB, {total} messages over {found.seconds:.1f} s")
+    total, say = sum(topic.messages for topic in info.topics), stdout().print
+    many = f"{len(info.files)} files, " if len(info.files) > 1 else ""
+    say(f"{many}{info.bytes / 1e6:.2f} MB, {total} messages over {info.seconds:.1f} s")
     table = Table(box=SIMPLE_HEAD)
     table.add_column("topic", overflow="fold")
     table.add_column("type", overflow="fold")
     for heading in ("messages", "rate, Hz", "longest gap, s", "gaps", "lost", "steps back", "lag, s"):
         table.add_column(heading, justify="right", no_wrap=True)
-    for one in found.topics:
-        back = f"{one.stamp_steps_back} ({one.largest_step_back:.1f} s)" if one.stamp_steps_back else "0"
-        table.add_row(one.topic, one.message_type.rpartition("/")[2], str(one.messages), _number(one.rate, ".4g"),
-                      _number(one.longest_gap, ".2f"), str(one.gaps), str(one.lost), back, _number(one.lag, ".2f"))
+    for topic in info.topics:
+        back = f"{topic.stamp_steps_back} ({topic.largest_step_back:.1f} s)" if topic.stamp_steps_back else "0"
+        table.add_row(
+            topic.topic, topic.message_type.rpartition("/")[2], str(topic.messages), _number(topic.rate, ".4g"),
+            _number(topic.longest_gap, ".2f"), str(topic.gaps), str(topic.lost), back, _number(topic.lag, ".2f"),
+        )  # fmt: skip
     say(table)
-    say(f"attachments: {', '.join(found.attachments) or 'none'}; metadata: {', '.join(found.metadata) or 'none'}")
+    say(f"attachments: {', '.join(info.attachments) or 'none'}; metadata: {', '.join(info.metadata) or 'none'}")
     for note in notes:
         say(f"note: {units.convert_text(note)}")
     for use, reasons in missing.items():

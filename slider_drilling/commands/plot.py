@@ -1,4 +1,4 @@
-"""`slider-drilling plot`: the page and the picture of a log."""
+"""`slider-drilling plot`: writes the page and the picture of a log."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 @click.command(epilog="Example:\n\n  slider-drilling plot run.mcap -o pages")
 @click.argument("log", type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for both; the log's own if not given.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for both; that of the log if not given.")
 @namespace_option
 @units_option
 @json_option
 def command(log: Path, output: Path | None, namespace: str | None, units: Units, as_json: bool) -> None:
-    """Print what happened in LOG; plot it as an HTML page that stands alone, and as PNG."""
+    """Print a summary of LOG, and plot it as a self-contained HTML page and as PNG."""
     from slider_drilling.console.streams import stderr, stdout
     from slider_drilling.files.output_files import check_outputs, make_folder
     from slider_drilling.log import read_log

@@ -1,4 +1,4 @@
-"""`slider-drilling recover`: what a damaged log still holds, as whole logs of one run each."""
+"""`slider-drilling recover`: writes what a damaged log still holds to whole logs of one run each."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ Examples:
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The MCAP log to write.")
 @json_option
 def command(log: Path, output: Path, as_json: bool) -> None:
-    """Write what LOG, or a folder of its parts, still holds to a whole log; two runs in one become two logs.
+    """Write what a damaged LOG, or a folder of its parts, still holds to a whole log.
 
-    Says what was lost. Messages are copied as they are, of whatever topic.
+    Two runs in one log become two logs. Messages of all topics are copied as they are. Prints what was lost.
     """
     from slider_drilling.console.streams import stderr, stdout
     from slider_drilling.files.output_files import check_outputs
@@ -34,10 +34,10 @@ def command(log: Path, output: Path, as_json: bool) -> None:
     check_outputs([output], log_files(log))
     written, notes = recover(log, output)
     if as_json:
-        rows = [{"path": one.path, "messages": one.messages, "seconds": one.seconds} for one in written]
+        rows = [{"path": log.path, "messages": log.messages, "seconds": log.seconds} for log in written]
         print_json({"written": rows, "notes": notes})
         return
     for note in notes:
         stderr().print(f"note: {note}")
-    for one in written:
-        stdout().print(f"wrote {one.path}: {one.messages} messages over {one.seconds:.1f} s")
+    for recovered in written:
+        stdout().print(f"wrote {recovered.path}: {recovered.messages} messages over {recovered.seconds:.1f} s")

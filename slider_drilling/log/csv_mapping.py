@@ -1,4 +1,4 @@
-"""The mapping file: which column of a table is which channel of a rig, in which unit."""
+"""The mapping file of an import: which column of a table is which channel of a rig, and in which unit."""
 
 from __future__ import annotations
 
@@ -48,18 +48,23 @@ def _registered_channels() -> dict[str, ImportChannel]:
 
 
 IMPORT_CHANNELS = _registered_channels()
-# What an integral over time of a channel in one kind of unit is.
-INTEGRAL = {"angle": "angular speed", "length": "speed"}
+# Kind of a channel -> kind of the column that is integrated to it.
+RATE_OF = {"angle": "angular speed", "length": "speed"}
 
 
 @dataclass(frozen=True)
 class ColumnMapping:
     """How one channel is made of columns.
 
-    plus: further columns added to the first (a second pump); sign: -1 where the table counts the other way (a block
-    position that grows upwards); from_first: the first value is taken off; integral: the column is the rate of the
-    channel and is integrated from zero; on_change: only the samples where the value changes (a toolface that the
-    table repeats until the next arrives); delay: s between measuring a value and its line in the table.
+    Attributes:
+        column: Name of the column.
+        unit: Of its numbers.
+        plus: Further columns that are added to it, such as a second pump.
+        sign: -1 where the table counts the other way, such as a block position that grows upwards.
+        from_first: Whether the first value is subtracted.
+        integral: Whether the column is the rate of the channel, and is integrated from zero.
+        on_change: Whether to keep only samples where the value changes: a table repeats a toolface until the next.
+        delay: From measuring a value to its line in the table, s.
     """
 
     column: str
@@ -74,10 +79,17 @@ class ColumnMapping:
 
 @dataclass(frozen=True)
 class TableLayout:
-    """How the table is written.
+    """The format of the table.
 
-    names: of the columns, for a table without a header line; null_values: numbers that stand for no value;
-    skip_lines: before the header; unit_line: a line of units follows the header; start: when time 0 was.
+    Attributes:
+        schema: Version of the mapping file.
+        time: The column of the times.
+        names: Names of the columns, for a table without a header line.
+        delimiter: Between cells.
+        null_values: Numbers that mean no value.
+        skip_lines: Number of lines before the header.
+        unit_line: Whether a line of units follows the header.
+        start: Date and time of time 0.
     """
 
     schema: str
@@ -92,7 +104,14 @@ class TableLayout:
 
 @dataclass(frozen=True)
 class CsvMapping:
-    """A mapping file, see `load_mapping`; scale: SI value of one unit of each channel."""
+    """A mapping file.
+
+    Attributes:
+        source: The file, for messages.
+        layout: The format of the table.
+        channels: How each channel is made.
+        scale: SI value of one unit of each channel, with its sign.
+    """
 
     source: str
     layout: TableLayout
@@ -101,15 +120,15 @@ class CsvMapping:
 
 
 def load_mapping(path: str | os.PathLike[str]) -> CsvMapping:
-    """Read a mapping file; `config/import.example.yaml` says what one holds. Raises InputError."""
+    """Read a mapping file; `config/import.example.yaml` documents its keys. Raises InputError."""
     source = str(path)
     return parse_mapping(parse_yaml(read_text(path, "mapping file", MAX_MAPPING_BYTES), source), source)
 
 
 def parse_mapping(raw: Any, source: str) -> CsvMapping:
-    """A mapping from what YAML gives. Raises InputError naming source, key and value."""
+    """The mapping from parsed YAML. Raises InputError with source, key and value."""
     if not isinstance(raw, dict):
-        raise InputError(f"{source}: holds no keys; see config/import.example.yaml")
+        raise InputError(f"{source}: has no keys; see config/import.example.yaml")
     layout = build_dataclass(TableLayout, {key: value for key, value in raw.items() if key != "channels"}, source)
     if layout.schema != SCHEMA:
         raise InputError(f"{source}: schema = {layout.schema!r}: this version reads {SCHEMA!r}")
@@ -131,6 +150,7 @@ def parse_mapping(raw: Any, source: str) -> CsvMapping:
 
 
 def _channel_entries(raw: dict[str, Any], source: str) -> list[tuple[str, Any]]:
+    """Name and entry of each channel. Raises InputError where there is none, or an unknown one."""
     entries = raw.get("channels")
     if not isinstance(entries, dict) or not entries:
         raise InputError(f"{source}: channels: missing; map at least one of {', '.join(IMPORT_CHANNELS)}")
@@ -141,19 +161,20 @@ def _channel_entries(raw: dict[str, Any], source: str) -> list[tuple[str, Any]]:
 
 
 def _kind(name: str, column: ColumnMapping, source: str) -> str:
+    """The kind of quantity that a channel's column holds. Raises InputError for an integral of another kind."""
     kind = IMPORT_CHANNELS[name].kind
     if not column.integral:
         return kind
-    if kind not in INTEGRAL:
-        raise InputError(f"{source}: channels.{name}.integral: only angles and positions can be integrals")
-    return INTEGRAL[kind]
+    if kind not in RATE_OF:
+        raise InputError(f"{source}: channels.{name}.integral: only angles and positions can be integrated")
+    return RATE_OF[kind]
 
 
 def _check_targets(channels: dict[str, ColumnMapping], source: str) -> None:
-    """Two channels must not fill the same array."""
+    """Raise InputError where two channels fill the same array."""
     seen: dict[tuple[str, str], str] = {}
     for name in channels:
         target = (IMPORT_CHANNELS[name].series, IMPORT_CHANNELS[name].array)
         if target in seen:
-            raise InputError(f"{source}: channels.{name}: says the same as {seen[target]}; keep one")
+            raise InputError(f"{source}: channels.{name}: is the same quantity as {seen[target]}; keep one")
         seen[target] = name

@@ -1,4 +1,4 @@
-"""Tables of numbers (CSV exports of a rig's recorder) into a RigLog, by a mapping file."""
+"""Reads a CSV table, such as the export of a rig's recorder, into a RigLog by a mapping file."""
 
 from __future__ import annotations
 
@@ -25,15 +25,21 @@ from slider_drilling.messages.topics import CLOCK_TOPICS, TOPICS
 from slider_drilling.rig import parse_rig
 from slider_drilling.schema.yaml_tree import shorten
 
-LAST = 2.0**31  # s since the epoch that a message's stamp can hold: January 2038
-_MOST_CELLS = 10_000_000  # of the columns that are kept: a gigabyte, as text and as numbers
-_TALLEST = 50  # lines of a cell; a quote that is never closed takes in the rest of the table
+MAX_EPOCH_S = 2.0**31  # the last second that a message's stamp can hold: January 2038
+_MAX_CELLS = 10_000_000  # of the columns that are kept: a gigabyte, as text and as numbers
+_MAX_CELL_LINES = 50  # a cell with more comes from a quote that is never closed
 Words = dict[str, list[str]]
 
 
 @dataclass(frozen=True)
 class TextTable:
-    """The wanted columns as written, and the line in the file that each row came from."""
+    """The mapped columns as text.
+
+    Attributes:
+        source: The file, for messages.
+        columns: Cells of each column by its name.
+        lines: Line of the file that each row ends on.
+    """
 
     source: str
     columns: Words
@@ -46,10 +52,19 @@ def read_table(
     rig_path: str | os.PathLike[str] | None = None,
     rows: tuple[int, int] | None = None,
 ) -> RigLog:
-    """Read a CSV table into a RigLog as its mapping file says.
+    """Read a CSV table into a RigLog.
 
-    rig_path: the rig file to go with the log; pump_flow needs it. rows: first and last data row, 0-based, both kept.
-    Raises InputError naming file, line and column for anything that is no number, and for times that go back.
+    Args:
+        path: The table.
+        mapping_path: The mapping file.
+        rig_path: The rig file to attach; the channel pump_flow needs it.
+        rows: First and last data row to keep, counted from 0.
+
+    Returns:
+        The log in memory.
+
+    Raises:
+        InputError: A cell is no number, or times go back; the message names file, line and column.
     """
     mapping = load_mapping(mapping_path)
     rig_text = read_text(rig_path, "rig file") if rig_path is not None else None
@@ -63,13 +78,13 @@ def read_table(
         values["pump_flow"] = values["pump_flow"] / parse_rig(rig_text, str(rig_path)).mud_pump.displacement
     kept = _increasing(seconds, table, notes)
     built = {key: _series(key, mapping, values, seconds, kept, notes) for key in TOPICS}
-    there = {key: series for key, series in built.items() if series is not None}
-    if not there:
-        raise InputError(f"{table.source}: every mapped column is empty or null")
-    origin = float(there[next(key for key in CLOCK_TOPICS if key in there)].time[0])
-    series = {key: replace(one, time=one.time - origin, arrival=one.arrival - origin) for key, one in there.items()}
-    last = epoch_ns * 1e-9 + origin + max(float(one.arrival[-1]) for one in series.values())
-    if last >= LAST or origin < -LAST:
+    filled = {key: series for key, series in built.items() if series is not None}
+    if not filled:
+        raise InputError(f"{table.source}: all mapped columns are empty or null")
+    origin = float(filled[next(key for key in CLOCK_TOPICS if key in filled)].time[0])
+    series = {key: replace(s, time=s.time - origin, arrival=s.arrival - origin) for key, s in filled.items()}
+    last = epoch_ns * 1e-9 + origin + max(float(s.arrival[-1]) for s in series.values())
+    if last >= MAX_EPOCH_S or origin < -MAX_EPOCH_S:
         raise InputError(
             f"{mapping.source}: time.unit = {mapping.layout.time.unit!r}: times would end in the year "
             f"{round(1970 + last / 31_556_952, 0):.6g}; are they in ms or ns?"
@@ -90,7 +105,7 @@ def read_table(
 
 
 def _read_words(path: Path, mapping: CsvMapping, rows: tuple[int, int] | None) -> TextTable:
-    """The columns that the mapping names, as text; the others, and rows that are not asked for, are not kept."""
+    """The mapped columns of the chosen rows, as text."""
     layout = mapping.layout
     body = _rows(path, layout)
     header = list(layout.names) or [word.strip() for word in next(body, (0, []))[1]]
@@ -98,8 +113,8 @@ def _read_words(path: Path, mapping: CsvMapping, rows: tuple[int, int] | None) -
         raise InputError(f"{path}: is empty; expected a header line and rows of numbers")
     if layout.unit_line:
         next(body, None)
-    places = _places(mapping, header, path)
-    columns: Words = {name: [] for name in places}
+    indices = _column_indices(mapping, header, path)
+    columns: Words = {name: [] for name in indices}
     first, last = rows if rows is not None else (0, math.inf)
     lines: list[int] = []
     count = 0
@@ -109,14 +124,14 @@ def _read_words(path: Path, mapping: CsvMapping, rows: tuple[int, int] | None) -
             continue
         if len(row) != len(header):
             raise InputError(f"{path}: line {line}: {len(row)} cells where {len(header)} columns are named")
-        if len(lines) * len(places) >= _MOST_CELLS:
+        if len(lines) * len(indices) >= _MAX_CELLS:
             raise InputError(
-                f"{path}: line {line}: more than {_MOST_CELLS} cells so far, in {len(places)} columns that the mapping "
+                f"{path}: line {line}: more than {_MAX_CELLS} cells so far, in {len(indices)} columns that the mapping "
                 f"names; import it in parts, the first with --rows {int(first)}:{int(first) + len(lines) - 1}"
             )
         lines.append(line)
-        for name, place in places.items():
-            columns[name].append(row[place].strip())
+        for name, position in indices.items():
+            columns[name].append(row[position].strip())
     if rows is not None and not first <= last < count:
         raise InputError(f"{path}: rows {first}:{last}: the table has rows 0 to {count - 1}")
     if not lines:
@@ -125,41 +140,42 @@ def _read_words(path: Path, mapping: CsvMapping, rows: tuple[int, int] | None) -
 
 
 def _rows(path: Path, layout: TableLayout) -> Iterator[tuple[int, list[str]]]:
-    """Rows that hold anything, each with the line it ends on."""
+    """Yield the rows that are not empty, each with the line that it ends on."""
     lines = read_lines(path, "table")
     for _ in range(layout.skip_lines):
         next(lines, None)
     reader = csv.reader(lines, delimiter=layout.delimiter)
-    begun = layout.skip_lines + 1
+    row_start = layout.skip_lines + 1
     try:
         for row in reader:
-            if any(word.count("\n") > _TALLEST for word in row):
-                raise csv.Error(f"a cell of more than {_TALLEST} lines")
+            if any(word.count("\n") > _MAX_CELL_LINES for word in row):
+                raise csv.Error(f"a cell of more than {_MAX_CELL_LINES} lines")
             if any(word.strip() for word in row):
                 yield layout.skip_lines + reader.line_num, row
-                begun = layout.skip_lines + reader.line_num + 1
+                row_start = layout.skip_lines + reader.line_num + 1
     except csv.Error as error:
-        raise InputError(f"{path}: line {begun}: {error}; is a quote opened there and never closed?") from None
+        raise InputError(f"{path}: line {row_start}: {error}; is a quote opened there and never closed?") from None
 
 
-def _places(mapping: CsvMapping, header: list[str], path: Path) -> dict[str, int]:
-    """Where each column that the mapping names stands in a row."""
-    places = {}
-    entries = {"time": mapping.layout.time, **{f"channels.{name}": one for name, one in mapping.channels.items()}}
+def _column_indices(mapping: CsvMapping, header: list[str], path: Path) -> dict[str, int]:
+    """Index of each mapped column. Raises InputError for a column that is missing or there twice."""
+    indices = {}
+    channels = {f"channels.{name}": channel for name, channel in mapping.channels.items()}
+    entries = {"time": mapping.layout.time, **channels}
     for where, entry in entries.items():
         for name in (entry.column, *entry.plus):
             if header.count(name) != 1:
-                often = "no" if name not in header else f"{header.count(name)}"
+                count = header.count(name) or "no"
                 raise InputError(
-                    f"{mapping.source}: {where}: column {name!r}: {often} such column in {path}, "
+                    f"{mapping.source}: {where}: column {name!r}: {count} such column in {path}, "
                     f"which has {' '.join(', '.join(header).split())[:300]}"
                 )
-            places[name] = header.index(name)
-    return places
+            indices[name] = header.index(name)
+    return indices
 
 
 def _numbers(table: TextTable, name: str, layout: TableLayout) -> Array:
-    """One column as numbers, NaN where it is empty or null."""
+    """One column as numbers; NaN where a cell is empty or null."""
     numbers = np.empty(len(table.lines))
     for index, word in enumerate(table.columns[name]):
         try:
@@ -173,7 +189,7 @@ def _numbers(table: TextTable, name: str, layout: TableLayout) -> Array:
 
 
 def _times(table: TextTable, mapping: CsvMapping) -> tuple[Array, int]:
-    """Seconds of every row, NaN where it has none, and the epoch ns that they count from."""
+    """Time of every row, s, NaN where it has none; and the epoch ns of time 0."""
     layout = mapping.layout
     start_ns = 0 if not layout.start else _epoch_ns(layout.start, f"{mapping.source}: start")
     if layout.time.unit != ISO_TIME:
@@ -185,7 +201,7 @@ def _times(table: TextTable, mapping: CsvMapping) -> tuple[Array, int]:
 
 
 def _epoch_ns(text: str, where: str) -> int:
-    """ns since the epoch; a time without a zone is UTC."""
+    """ns since the epoch of a date and time; UTC where it names no zone. Raises InputError, beginning with `where`."""
     # Python 3.10 reads neither Z nor fractions of other than three or six digits.
     written = re.sub(r"[.,](\d+)", lambda fraction: f".{fraction[1]:0<6.6}", text.strip()).replace("Z", "+00:00")
     try:
@@ -208,8 +224,8 @@ def _channel(table: TextTable, mapping: CsvMapping, name: str, seconds: Array) -
     if entry.integral:
         total = _integral(total, seconds)
     if entry.from_first:
-        there = total[~np.isnan(total)]
-        total = total - (there[0] if there.size else 0.0)
+        given = total[~np.isnan(total)]
+        total = total - (given[0] if given.size else 0.0)
     if IMPORT_CHANNELS[name].is_wrapped:
         total = math.pi - np.mod(math.pi - total, 2.0 * math.pi)
     return total
@@ -218,16 +234,16 @@ def _channel(table: TextTable, mapping: CsvMapping, name: str, seconds: Array) -
 def _integral(rate: Array, seconds: Array) -> Array:
     """Trapezoidal integral from zero over the rows that have both; NaN elsewhere."""
     # Not scipy's: the recorder imports this package and must start without scipy.
-    there = ~np.isnan(rate) & ~np.isnan(seconds)
+    given = ~np.isnan(rate) & ~np.isnan(seconds)
     total = np.full(rate.shape, math.nan)
-    value = rate[there]
-    steps = np.diff(seconds[there]) * (value[1:] + value[:-1]) / 2.0
-    total[there] = np.concatenate([[0.0], np.cumsum(steps)])[: value.size]
+    value = rate[given]
+    steps = np.diff(seconds[given]) * (value[1:] + value[:-1]) / 2.0
+    total[given] = np.concatenate([[0.0], np.cumsum(steps)])[: value.size]
     return total
 
 
 def _increasing(seconds: Array, table: TextTable, notes: list[str]) -> NDArray[np.bool_]:
-    """Rows with a time of their own: the last of those that share one. Raises InputError for a time that goes back."""
+    """Which rows to keep: those with a time, the last one of each time. Raises InputError where times go back."""
     timed = np.flatnonzero(~np.isnan(seconds))
     if not timed.size:
         raise InputError(f"{table.source}: no row with a time")
@@ -237,12 +253,12 @@ def _increasing(seconds: Array, table: TextTable, notes: list[str]) -> NDArray[n
         before, after = timed[back[0]], timed[back[0] + 1]
         raise InputError(
             f"{table.source}: line {table.lines[after]}: time goes back from {seconds[before]:g} s to "
-            f"{seconds[after]:g} s; if these are two runs, import them apart by their rows"
+            f"{seconds[after]:g} s; if these are two runs, import each with --rows"
         )
     kept = np.zeros(seconds.shape, dtype=np.bool_)
     kept[timed[np.append(steps > 0.0, True)]] = True
     if not kept.all():
-        notes.append(f"{np.count_nonzero(~kept)} rows without a time of their own were left out")
+        notes.append(f"{np.count_nonzero(~kept)} rows without a time, or with a repeated one, were left out")
     return kept
 
 
@@ -254,7 +270,7 @@ def _series(
     kept: NDArray[np.bool_],
     notes: list[str],
 ) -> Series | None:
-    """One series of the RigLog from its channels, without the rows in which all of them are null."""
+    """One series from its channels, without rows where all of them are null; None where nothing is left."""
     own = {IMPORT_CHANNELS[name].array: (name, values[name]) for name in values if IMPORT_CHANNELS[name].series == key}
     if not own:
         return None
@@ -274,8 +290,8 @@ def _series(
 
 
 def _changes(column: Array) -> NDArray[np.bool_]:
-    """Where a value is there and differs from the last one that was."""
-    there = np.flatnonzero(~np.isnan(column))
+    """Where a value is given and differs from the last given one."""
+    given = np.flatnonzero(~np.isnan(column))
     changed = np.zeros(column.shape, dtype=np.bool_)
-    changed[there] = np.append(True, np.diff(column[there]) != 0.0)[: there.size]
+    changed[given] = np.append(True, np.diff(column[given]) != 0.0)[: given.size]
     return changed

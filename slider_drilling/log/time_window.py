@@ -1,4 +1,4 @@
-"""A part of a log as a log: where the whole is longer than what is to be done with it can take."""
+"""Cuts a time window out of a log."""
 
 from __future__ import annotations
 
@@ -13,9 +13,14 @@ from slider_drilling.log.series import Array, Series
 
 
 def cut_time_window(log: RigLog, first: float, last: float) -> RigLog:
-    """The samples measured from `first` to `last` (s of the log); its t = 0 is `first`.
+    """The log between two times.
 
-    The last value of a target before that stays, as of then. A series without a sample in it is None.
+    The last target before the window is kept at its own time. A series without samples in the window is None.
+
+    Args:
+        log: The whole log.
+        first: Start of the window, s of the log; t = 0 of the result.
+        last: End of the window, s of the log.
     """
     changed: dict[str, Any] = {"start_ns": log.start_ns + round(first * 1e9)}
     for key, series in log.series().items():
@@ -34,33 +39,39 @@ def _cut(series: Series, keep: NDArray[np.bool_], first: float) -> Series:
 
 
 def most_active_window(log: RigLog, longest: float) -> tuple[RigLog, str]:
-    """At most `longest` s of the log, and a sentence on which; the log itself, and "", where it is no longer.
+    """The window in which the top drive reverses most often, or turns most where it never reverses.
 
-    The stretch in which the top drive turns round most often, or turns most where it never does: rocking is where
-    friction shows.
+    Rocking is where friction shows best.
+
+    Args:
+        log: The whole log.
+        longest: Length of the window, s.
+
+    Returns:
+        The window and a sentence on it; the log itself and "" where it is not longer.
     """
     drive = log.top_drive
     if drive is None or drive.time[-1] - drive.time[0] <= longest:
         return log, ""
     time = drive.time
-    begins = np.arange(time[0], time[-1] - longest + 1.0, longest / 20.0)
+    starts = np.arange(time[0], time[-1] - longest + 1.0, longest / 20.0)
     total = _activity(time, drive.position, drive.velocity)
-    ends = np.searchsorted(time, begins + longest, side="right") - 1
-    gained = total[ends] - total[np.searchsorted(time, begins)]
-    first = float(begins[int(np.argmax(gained))])
+    ends = np.searchsorted(time, starts + longest, side="right") - 1
+    activity = total[ends] - total[np.searchsorted(time, starts)]
+    first = float(starts[int(np.argmax(activity))])
     sentence = (
-        f"the log's {time[-1] - time[0]:.0f} s but for the {longest:.0f} s from {first:.0f} s on, where the top drive "
-        "rocks most: more than that is not analysed at once"
+        f"all but {longest:.0f} s of the log's {time[-1] - time[0]:.0f} s: analysed from {first:.0f} s on, where the "
+        "top drive rocks most"
     )
     return cut_time_window(log, first, first + longest), sentence
 
 
 def _activity(time: Array, position: Array, velocity: Array) -> Array:
-    """How often the top drive has turned round up to each sample, with a bit for how far it has turned."""
+    """Number of reversals of the top drive up to each sample, plus a millionth of the angle turned."""
     speed = np.where(np.isfinite(velocity), velocity, np.gradient(np.nan_to_num(position), time))
     moving = np.flatnonzero(np.abs(speed) > 0.05)
-    turned = np.zeros(len(time))
+    reversals = np.zeros(len(time))
     turns = moving[1:][np.sign(speed[moving[1:]]) != np.sign(speed[moving[:-1]])]
-    turned[turns] = 1.0
-    way = np.concatenate([[0.0], np.abs(speed[1:]) * np.diff(time)])
-    return np.asarray(np.cumsum(turned + 1e-6 * np.nan_to_num(way)))
+    reversals[turns] = 1.0
+    angle = np.concatenate([[0.0], np.abs(speed[1:]) * np.diff(time)])
+    return np.asarray(np.cumsum(reversals + 1e-6 * np.nan_to_num(angle)))
