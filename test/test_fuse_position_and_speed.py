@@ -13,7 +13,7 @@ from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import JointSeries
 from slider_drilling.log_inputs.commands_from_log import commands_from_log
-from slider_drilling.log_inputs.fuse_position_and_speed import smooth_motion, fuse_position_and_speed
+from slider_drilling.log_inputs.fuse_position_and_speed import fuse_position_and_speed, smooth_motion
 from slider_drilling.rig import load_rig
 
 TIME = 0.1 * np.arange(1200)

@@ -95,9 +95,8 @@ def test_a_log_without_draw_works_is_fitted_with_the_rates_of_its_block(tmp_path
     whole = read_log(tmp_path / "run.mcap")
     log = replace(whole, draw_works=None)
     driven = commands_from_log(log, RIG)
-    assert (
-        driven.block_from_pressure and "the block's motion is reconstructed from standpipe pressure" in driven.assumptions[0]
-    )
+    assert driven.block_from_pressure
+    assert "the block's motion is reconstructed from standpipe pressure" in driven.assumptions[0]
     assert not commands_from_log(whole, RIG).block_from_pressure
     assert not commands_from_log(replace(log, standpipe_pressure=None), RIG).commands.block_position.any()
 
