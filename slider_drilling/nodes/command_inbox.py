@@ -1,4 +1,4 @@
-"""Collects the commands for one sample from the topics they come on."""
+"""Collects the commands that answer one sample from their topics."""
 
 from __future__ import annotations
 
@@ -12,25 +12,40 @@ from slider_drilling.messages.health import Level
 from slider_drilling.nodes.clock_check import describe_clock
 
 TOP_DRIVE, BLOCK, PUMP = "top_drive/command", "draw_works/command", "mud_pump/command"
-AHEAD = 0.5  # s by which a command may be ahead of the rig's clock in real time: stamped between two samples
-SLOW = 60.0  # s behind: a controller that is late, not one with another clock
-REMEMBERED = 20  # answered stamps of a topic, by which a second controller gives itself away
+MAX_AHEAD = 0.5  # s by which a command may be ahead of the rig's clock in real time: stamped between two samples
+LATE_CONTROLLER = 60.0  # s behind the rig up to which a controller is late; beyond, it uses another clock
+REMEMBERED = 20  # answered stamps of a topic, to recognise a second controller
 
 
 @dataclass(frozen=True)
 class Refusal:
-    """Why a command was not taken. level: ERROR for one that a controller must not send."""
+    """Why a command was not taken.
+
+    Attributes:
+        level: ERROR for a command that a controller must not send.
+        reason: Part of a sentence for logs and statuses.
+    """
 
     level: Level
     reason: str
 
 
 class CommandInbox:
-    """The last command of each topic and the stamp that it answers.
+    """The last command of each topic, and the stamp that it answers.
 
-    `now_ns` is the stamp of the present sample. In lockstep a command answers that sample or none; in real time it
-    may be as old as `timeout` s and AHEAD s ahead. A topic that has been silent for `timeout` s of the rig's time is
-    dead in real time: the top drive then stands, the block stops, the pump goes on.
+    In lockstep a command answers the present sample or none. In real time it may be up to `timeout` old and MAX_AHEAD
+    ahead. In real time a topic times out after `timeout` without a command: the top drive then holds, the block stops
+    and the pump goes on.
+
+    Args:
+        pump_speed: Crank speed until a command comes, rad/s.
+        timeout: s of the rig's time.
+        lockstep: Whether commands advance time.
+
+    Attributes:
+        now_ns: Stamp of the present sample.
+        refused: Count of the commands that were not taken.
+        conflict_ns: Stamp of the last sample that two controllers answered; None if there is none.
     """
 
     def __init__(self, pump_speed: float, timeout: float, lockstep: bool) -> None:
@@ -38,40 +53,41 @@ class CommandInbox:
         self.lockstep = lockstep
         self.now_ns = 0
         self.refused = 0
-        self.conflict_ns: int | None = None  # the sample that was last answered once too often
+        self.conflict_ns: int | None = None
         self._start_pump_speed = pump_speed
         self.reset(0)
 
     def reset(self, now_ns: int) -> None:
-        """Begin anew at this stamp, as if no command had ever come."""
-        self._began_ns = self.now_ns = now_ns
+        """Start anew at this stamp, as if no command had ever come."""
+        self._start_ns = self.now_ns = now_ns
         self._stamp = {TOP_DRIVE: -1, BLOCK: -1, PUMP: -1}
-        self._heard = dict.fromkeys(self._stamp, -1)  # ns of the rig's clock when the last one was taken
+        self._taken_ns = dict.fromkeys(self._stamp, -1)  # the rig's clock when the last command was taken
         self._answered: dict[str, deque[int]] = {topic: deque(maxlen=REMEMBERED) for topic in self._stamp}
         self._top_drive: tuple[float, float] | None = None
         self._block_speed = 0.0
         self._pump_speed = self._start_pump_speed
-        self._sent_again: Counter[int] = Counter()
+        self._resent: Counter[int] = Counter()
         self.conflict_ns = None
 
     def note_resent(self) -> None:
-        """The present sample has been sent once more: one controller may then answer it once more."""
-        self._sent_again[self.now_ns] += 1
+        """Note that the present sample has been sent again; one controller may answer it once more."""
+        self._resent[self.now_ns] += 1
 
     def put(self, topic: str, stamp_ns: int, position: float, velocity: float) -> Refusal | None:
-        """Keep a command; says why where it is not taken."""
+        """Keep a command, or return why it is not taken."""
         needed = (position, velocity) if topic == TOP_DRIVE else (velocity,)
         if not all(map(math.isfinite, needed)):
             return self._refuse(Level.WARN, f"position {position} and velocity {velocity}: not finite")
         if stamp_ns == 0 and self.now_ns != 0 and not self.lockstep:
-            stamp_ns = self.now_ns  # typed by hand, without a stamp: for now
-        elif refusal := self._of_another_time(stamp_ns):
+            stamp_ns = self.now_ns  # typed by hand, without a stamp: for the present sample
+        elif refusal := self._check_stamp(stamp_ns):
             return refusal
-        self._look_for_a_rival(topic, stamp_ns)
+        if self._answered[topic].count(stamp_ns) > self._resent[stamp_ns]:
+            self.conflict_ns = stamp_ns
         if stamp_ns < self._stamp[topic]:
-            return self._refuse(Level.WARN, f"for {stamp_ns / 1e9:.3f} s: older than the command before")
+            return self._refuse(Level.WARN, f"for {stamp_ns / 1e9:.3f} s: older than the previous command")
         self._stamp[topic] = min(stamp_ns, self.now_ns)
-        self._heard[topic] = self.now_ns
+        self._taken_ns[topic] = self.now_ns
         self._answered[topic].append(stamp_ns)
         if topic == TOP_DRIVE:
             self._top_drive = (position, velocity)
@@ -81,18 +97,14 @@ class CommandInbox:
             self._pump_speed = velocity
         return None
 
-    def _of_another_time(self, stamp_ns: int) -> Refusal | None:
+    def _check_stamp(self, stamp_ns: int) -> Refusal | None:
         ahead = (stamp_ns - self.now_ns) / 1e9
-        if ahead > (0.0 if self.lockstep else AHEAD):
+        if ahead > (0.0 if self.lockstep else MAX_AHEAD):
             return self._refuse(Level.ERROR, f"stamped {ahead:.3f} s ahead of the rig: {describe_clock(stamp_ns)}")
         if not self.lockstep and -ahead > self.timeout:
-            why = "that is too late" if -ahead < SLOW else describe_clock(stamp_ns)
-            return self._refuse(Level.ERROR, f"stamped {-ahead:.3f} s behind the rig: {why}")
+            cause = "that is too late" if -ahead < LATE_CONTROLLER else describe_clock(stamp_ns)
+            return self._refuse(Level.ERROR, f"stamped {-ahead:.3f} s behind the rig: {cause}")
         return None
-
-    def _look_for_a_rival(self, topic: str, stamp_ns: int) -> None:
-        if self._answered[topic].count(stamp_ns) > self._sent_again[stamp_ns]:
-            self.conflict_ns = stamp_ns
 
     def _refuse(self, level: Level, reason: str) -> Refusal:
         self.refused += 1
@@ -103,28 +115,31 @@ class CommandInbox:
         return [topic for topic in awaited if self._stamp[topic] < stamp_ns]
 
     def silent_for(self, topic: str) -> float:
-        """For how long, s of the rig's clock, nothing could be taken from a topic."""
-        return (self.now_ns - max(self._heard[topic], self._began_ns)) / 1e9
+        """For how long no command of a topic was taken, s of the rig's clock."""
+        return (self.now_ns - max(self._taken_ns[topic], self._start_ns)) / 1e9
 
     def timed_out(self) -> list[str]:
-        """Topics of top drive and block that have been silent for too long; one that never was is not missed."""
+        """Which of top drive and block have timed out; a block that was never commanded has not."""
         if self.lockstep:
             return []
         return [
             topic
             for topic in (TOP_DRIVE, BLOCK)
-            if self.silent_for(topic) > self.timeout and (self._heard[topic] >= 0 or topic == TOP_DRIVE)
+            if self.silent_for(topic) > self.timeout and (self._taken_ns[topic] >= 0 or topic == TOP_DRIVE)
         ]
 
     def command(self, stamp_ns: int, angle: float) -> RigCommand:
-        """What the rig is to do next; angle: rad, where the top drive is, held until it is told otherwise.
+        """The command that drives the rig from the sample of this stamp to the next.
 
-        A top drive whose last command answered an earlier sample stands at that command's angle: a slope says
-        nothing of what comes after its own interval.
+        A late top drive command holds at its angle: its speed is valid only until the sample after the one it answers.
+
+        Args:
+            stamp_ns: Stamp of the present sample.
+            angle: Present angle of the top drive, rad; held until a command comes.
         """
         block_speed = 0.0 if BLOCK in self.timed_out() else self._block_speed
         if self._top_drive is None:
             return RigCommand(angle, 0.0, block_speed, self._pump_speed)
         target, speed = self._top_drive
-        fresh = self._stamp[TOP_DRIVE] >= stamp_ns
-        return RigCommand(target, speed if fresh else 0.0, block_speed, self._pump_speed)
+        is_fresh = self._stamp[TOP_DRIVE] >= stamp_ns
+        return RigCommand(target, speed if is_fresh else 0.0, block_speed, self._pump_speed)

@@ -1,4 +1,4 @@
-"""A controller's settings as parameters; apart from those, as a controller loads what other nodes do not need."""
+"""A controller's settings as node parameters; apart from `parameters`, which nodes without a controller load."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from slider_drilling.nodes.parameters import NodeParameter
 
 
 def settings_parameters(settings: Any) -> list[NodeParameter]:
-    """A controller's settings as parameters that can change while it runs; their values are the defaults."""
+    """A controller's settings as live parameters; their present values are the defaults."""
 
     def declared(name: str, limits: Limits) -> NodeParameter:
         value = getattr(settings, name)

@@ -1,4 +1,4 @@
-"""What a log says of a topic's type and quality of service, from what ROS 2 knows of them."""
+"""A message type's definition and a publisher's quality of service as a log stores them."""
 
 from __future__ import annotations
 
@@ -11,13 +11,18 @@ from rclpy.qos import QoSProfile
 from slider_drilling.messages.message_types import MESSAGE_TYPES, join_definitions
 from slider_drilling.nodes.raw_topics import message_class
 
-# IDL names of basic types that a .msg file calls otherwise.
+# Basic types whose names differ between IDL and .msg files.
 _NAMES = {"boolean": "bool", "octet": "byte", "float": "float32", "double": "float64"}
 _BOUND = re.compile(r"(sequence)<(.+?)(?:, (\d+))?>|(.+)\[(\d+)\]|(w?string)<(\d+)>")
 
 
 def message_definition(kind: str) -> str:
-    """The ros2msg definition of `package/msg/Name` with those it uses. Raises ImportError, AttributeError."""
+    """The ros2msg definition of `package/msg/Name`, followed by those of the types that it uses.
+
+    Raises:
+        ImportError: The type's package is not installed.
+        AttributeError: The package has no such type.
+    """
     if kind in MESSAGE_TYPES:
         return MESSAGE_TYPES[kind].definition
     found: dict[str, str] = {}
@@ -43,7 +48,7 @@ def _collect(kind: str, found: dict[str, str]) -> None:
 
 
 def _field(idl: str) -> tuple[str, str]:
-    """The type within any array, and the field's type as a .msg file writes it."""
+    """A field's element type, and its type as a .msg file writes it."""
     match = _BOUND.fullmatch(idl)
     if match is None:
         return idl, _NAMES.get(idl, idl)

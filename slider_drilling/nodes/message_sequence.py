@@ -1,13 +1,16 @@
-"""Messages that never came, found by the numbers that their publisher gave the others."""
+"""Counts messages that never came, from the sequence numbers of the others."""
 
 from __future__ import annotations
 
 
 class SequenceCounter:
-    """Follows the numbers of one topic's messages; each of its publishers counts for itself, from any number on.
+    """Follows the sequence numbers of one topic's messages; each publisher counts for itself, from any number on.
 
-    lost: how many were skipped so far. A publisher is known by its numbers alone, as rclpy tells no more of it: a
-    number continues the publisher that is closest below it, and begins a new one where none is.
+    rclpy does not say which publisher sent a message. A number continues the publisher whose last number is closest
+    below it; if there is none, it belongs to a new publisher.
+
+    Attributes:
+        lost: Count of the messages that never came.
     """
 
     def __init__(self) -> None:
@@ -15,7 +18,7 @@ class SequenceCounter:
         self._latest: list[int] = []
 
     def count_missing(self, number: int) -> int:
-        """How many messages are missing right before the one of this number."""
+        """How many messages are missing directly before the one of this sequence number."""
         before = max((latest for latest in self._latest if latest < number), default=None)
         if before is None:
             self._latest.append(number)

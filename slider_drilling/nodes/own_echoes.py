@@ -1,28 +1,30 @@
-"""Tells what a node hears of itself on a topic that it both publishes and listens to."""
+"""Recognises a node's own messages on a topic that it both publishes and subscribes to."""
 
 from __future__ import annotations
 
 from collections import deque
 
+MAX_PENDING = 100
+
 
 class OwnEchoes:
-    """Messages sent that have not come back yet, byte for byte and in order.
+    """The messages that were published and have not come back yet, in order.
 
-    A stamp proves nothing: somebody else's message may have the same. An equal message that comes from somebody else
-    while ours is on its way is taken for ours, and ours then for theirs: the same message either way.
+    Messages are compared byte for byte: a stamp proves nothing, since another node's message may have the same. If
+    another node sends an equal message, the two are mistaken for each other, which makes no difference.
     """
 
     def __init__(self) -> None:
-        self._on_their_way: deque[bytes] = deque(maxlen=100)
+        self._pending: deque[bytes] = deque(maxlen=MAX_PENDING)
 
     def add(self, data: bytes) -> None:
         """Note a message that is being published."""
-        self._on_their_way.append(data)
+        self._pending.append(data)
 
     def is_own(self, data: bytes) -> bool:
-        """Whether a message that was heard is one sent; those sent before it will not come any more."""
-        if data not in self._on_their_way:
+        """Whether a received message is an own one; those published before it will not come any more."""
+        if data not in self._pending:
             return False
-        while self._on_their_way.popleft() != data:
+        while self._pending.popleft() != data:
             pass
         return True

@@ -1,4 +1,4 @@
-"""A log's messages in memory, ready to be published: which topics, of which types, when."""
+"""Reads a log's messages into memory for publishing."""
 
 from __future__ import annotations
 
@@ -12,15 +12,19 @@ from slider_drilling.log.read import log_files
 from slider_drilling.messages.topics import TOPICS, canonical_type, namespace_of
 from slider_drilling.nodes import raw_topics
 
-MADE_ANEW = (
-    "clock",
-    raw_topics.RIG_DESCRIPTION.name,
-)  # the clock from the log times, the rig from the log's attachment
+# Topics that are not played: the clock follows from the log times, the description is the log's attachment.
+REGENERATED = ("clock", raw_topics.RIG_DESCRIPTION.name)
 
 
 @dataclass(frozen=True)
 class LoggedMessage:
-    """One message: ns of its log time, its topic relative to the rig's namespace, its bytes."""
+    """One message.
+
+    Attributes:
+        time_ns: Its log time.
+        topic: Relative to the rig's namespace.
+        data: Its bytes.
+    """
 
     time_ns: int
     topic: str
@@ -29,7 +33,14 @@ class LoggedMessage:
 
 @dataclass
 class PlayedLog:
-    """messages: in the order of their times; types: relative topic -> `package/msg/Name`; notes: what was left out."""
+    """A log to play.
+
+    Attributes:
+        messages: In the order of their log times.
+        types: `package/msg/Name` by relative topic.
+        notes: What is not played, and why.
+        rig_text: The attached rig file.
+    """
 
     messages: list[LoggedMessage] = field(default_factory=list)
     types: dict[str, str] = field(default_factory=dict)
@@ -43,14 +54,19 @@ class PlayedLog:
 
     @property
     def length_ns(self) -> int:
-        """From the first message to the last."""
+        """Log time from the first message to the last."""
         return self.messages[-1].time_ns - self.messages[0].time_ns
 
 
 def load(path: Path, topics: Iterable[str]) -> PlayedLog:
-    """Read an MCAP file, or every one of a bag's folder. topics: those to play, without the rig's namespace; none: all.
+    """Read a log for playing.
 
-    Raises InputError for what is no log, holds nothing to play, or lacks a topic that was asked for.
+    Args:
+        path: An MCAP file, or the folder of a bag.
+        topics: Topics to play, without the rig's namespace; none: all.
+
+    Raises:
+        InputError: The path is not a log, holds nothing to play or lacks one of the topics.
     """
     wanted = {name.strip("/") for name in topics if name}
     played = PlayedLog()
@@ -61,20 +77,20 @@ def load(path: Path, topics: Iterable[str]) -> PlayedLog:
         raise InputError(f"{path}: has no {' and no '.join(sorted(absent))} to play")
     if not played.messages:
         raise InputError(f"{path}: no message that can be played")
-    played.messages.sort(key=lambda one: one.time_ns)
+    played.messages.sort(key=lambda message: message.time_ns)
     return played
 
 
 def _read(path: Path, wanted: set[str], played: PlayedLog) -> None:
     container = McapReader(path)
-    found = [(channel.id, message.log_time, message.data) for channel, message in container.messages()]
+    messages = [(channel.id, message.log_time, message.data) for channel, message in container.messages()]
     own = _namespace(channel.topic for channel in container.channels.values())
     names: dict[int, str] = {}
     for channel in container.channels.values():
         name = channel.topic.removeprefix(own + "/").lstrip("/")
         schema = container.schemas.get(channel.schema_id)
         kind = "" if schema is None else schema.name
-        if name in MADE_ANEW or (wanted and name not in wanted):
+        if name in REGENERATED or (wanted and name not in wanted):
             continue
         if channel.message_encoding != "cdr" or not kind:
             played.notes.append(f"{channel.topic}: not played: encoded as {channel.message_encoding!r}, type {kind!r}")
@@ -82,7 +98,7 @@ def _read(path: Path, wanted: set[str], played: PlayedLog) -> None:
         names[channel.id] = name
         played.types[name] = canonical_type(kind)
     played.messages += [
-        LoggedMessage(time_ns, names[channel], data) for channel, time_ns, data in found if channel in names
+        LoggedMessage(time_ns, names[channel], data) for channel, time_ns, data in messages if channel in names
     ]
     played.notes += [f"{path}: {note}" for note in container.notes]
     rig = next((one.data for one in container.attachments if one.name == "rig.yaml"), None)
@@ -91,11 +107,11 @@ def _read(path: Path, wanted: set[str], played: PlayedLog) -> None:
 
 
 def _namespace(topics: Iterable[str]) -> str:
-    """The namespace that the rig's topics of a log share; "" where there is none, or several rigs'."""
-    found = {
+    """The namespace that the rig's topics of a log share; "" if there is none, or several rigs'."""
+    namespaces = {
         namespace
         for topic in topics
         for known in (*TOPICS.values(), raw_topics.PUMP_COMMAND)
         if (namespace := namespace_of(topic, known.name)) is not None
     }
-    return found.pop() if len(found) == 1 else ""
+    return namespaces.pop() if len(namespaces) == 1 else ""

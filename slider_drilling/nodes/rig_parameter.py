@@ -1,4 +1,4 @@
-"""The parameter `rig`, the same for every node that needs the rig file."""
+"""The parameter `rig`, the same in every node that needs a rig file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RIG_PARAMETER = NodeParameter("rig", "", "path of the rig file, or of a log that
 
 
 def read_rig(path: str) -> tuple[Rig, str]:
-    """A rig and its file's text, from a path or, where that is empty, from the example. Raises InputError."""
+    """A rig and the text of its file; an empty path stands for the example. Raises InputError."""
     source = Path(path) if path else installed_file(EXAMPLE)
     if source.suffix == ".mcap" or source.is_dir():
         log = read_log(source)
@@ -25,5 +25,5 @@ def read_rig(path: str) -> tuple[Rig, str]:
 
 
 def rig_name(path: str) -> str:
-    """What a rig is called in `diagnostics`: its file's name."""
+    """The rig file's name without suffix, which identifies the rig in `diagnostics`."""
     return Path(path or "rig.example.yaml").stem

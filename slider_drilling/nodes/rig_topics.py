@@ -1,7 +1,9 @@
-"""One sample of the virtual rig on its topics."""
+"""Publishes the virtual rig's channels, one sample at a time."""
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from collections.abc import Callable
 
 from rclpy.node import Node
@@ -10,37 +12,45 @@ from rclpy.publisher import Publisher
 from slider_drilling.control.interface import Measurements
 from slider_drilling.drillstring.virtual_rig import GroundTruth
 from slider_drilling.messages import cdr
-from slider_drilling.messages.topics import TOPICS
+from slider_drilling.messages.topics import TOPICS, Topic
 from slider_drilling.nodes import raw_topics
 
-NAMES = (
-    "mwd_tool_face",
-    "truth_bit",
-    "truth_weight_on_bit",
-    "truth_depth",
-    "standpipe_pressure",
-    "mud_pump",
-    "draw_works",
-    "top_drive",
-)
+MWD = TOPICS["mwd_tool_face"]
+_FIELDS = {source: {field.name for field in dataclasses.fields(source)} for source in (GroundTruth, Measurements)}
+
+
+def _published_topics() -> list[Topic]:
+    """The topics whose quantities a sample has: ground truth first, the top drive last."""
+
+    def has_quantity(topic: Topic) -> bool:
+        fields = _FIELDS[GroundTruth if topic.is_simulated_only else Measurements]
+        return any(quantity.column in fields for quantity in topic.quantities)
+
+    topics = [topic for topic in reversed(TOPICS.values()) if has_quantity(topic)]
+    return sorted(topics, key=lambda topic: not topic.is_simulated_only)
 
 
 class RigPublishers:
-    """Publishes /clock and the rig's channels, the top drive's last: it is the one that controllers act on.
+    """Publishes /clock and the rig's channels, the top drive's last because controllers act on it.
 
-    pressure_variance: Pa2. The last sample is kept, for a controller that came too late to hear it.
+    The last sample is kept, for a controller that joined too late to receive it.
+
+    Args:
+        node: Makes the publishers.
+        pressure_variance: Of the standpipe pressure sensor, Pa2.
     """
 
     def __init__(self, node: Node, pressure_variance: float) -> None:
         self._variance = pressure_variance
         self._clock = raw_topics.publisher(node, raw_topics.CLOCK)
-        self._publishers = {name: raw_topics.publisher(node, TOPICS[name]) for name in NAMES}
-        self._last: list[tuple[Publisher, bytes]] = []
+        self._mwd = raw_topics.publisher(node, MWD)
+        self._channels = [(topic, raw_topics.publisher(node, topic)) for topic in _published_topics()]
+        self._sample: list[tuple[Publisher, bytes]] = []
 
     @property
     def subscription_count(self) -> int:
         """Subscriptions to the top drive's readings."""
-        return int(self._publishers["top_drive"].get_subscription_count())
+        return int(self._channels[-1][1].get_subscription_count())
 
     def publish(
         self,
@@ -48,44 +58,36 @@ class RigPublishers:
         stamp_ns: int,
         measurements: Measurements,
         truth: GroundTruth,
-        before_the_beat: Callable[[], None],
+        before_top_drive: Callable[[], None],
     ) -> None:
-        """start_ns: the stamp of the rig's time 0; before_the_beat is called before the top drive's reading goes."""
-        m, out = measurements, self._publishers
-        messages = [(self._clock, cdr.encode_clock(stamp_ns))]
-        messages += [
-            (
-                out["mwd_tool_face"],
-                cdr.encode_joint_state(start_ns + round(one.measured_at * 1e9), "tool_face", one.tool_face),
-            )
-            for one in m.mwd
-        ]
-        self._last = [
-            *messages,
-            (
-                out["truth_bit"],
-                cdr.encode_joint_state(stamp_ns, "bit", truth.tool_face, truth.tool_face_rate, truth.bit_torque),
-            ),
-            (out["truth_weight_on_bit"], cdr.encode_wrench_stamped(stamp_ns, (truth.weight_on_bit, 0.0, 0.0))),
-            (out["truth_depth"], cdr.encode_joint_state(stamp_ns, "bit", truth.bit_depth, truth.rate_of_penetration)),
-            (out["standpipe_pressure"], cdr.encode_fluid_pressure(stamp_ns, m.standpipe_pressure, self._variance)),
-            (out["mud_pump"], cdr.encode_joint_state(stamp_ns, "mud_pump", None, m.pump_speed)),
-            (
-                out["draw_works"],
-                cdr.encode_joint_state(stamp_ns, "block", m.block_position, m.block_speed, m.hook_load),
-            ),
-            (
-                out["top_drive"],
-                cdr.encode_joint_state(stamp_ns, "top_drive", m.top_drive_angle, m.top_drive_speed, m.surface_torque),
-            ),
-        ]
-        for publisher, data in self._last[:-1]:
+        """Publish one sample.
+
+        Args:
+            start_ns: Stamp of the rig's time 0.
+            stamp_ns: Stamp of the sample.
+            measurements: Surface channels and the toolfaces that arrived.
+            truth: The rig's true state.
+            before_top_drive: Called before the top drive's reading is published.
+        """
+        self._sample = [(self._clock, cdr.encode_clock(stamp_ns))]
+        for mwd in measurements.mwd:
+            measured_ns = start_ns + round(mwd.measured_at * 1e9)
+            self._sample.append((self._mwd, cdr.encode_joint_state(measured_ns, MWD.joint, mwd.tool_face)))
+        for topic, publisher in self._channels:
+            source = truth if topic.is_simulated_only else measurements
+            self._sample.append((publisher, cdr.encode_numbers(topic, stamp_ns, self._numbers(topic, source))))
+        for publisher, data in self._sample[:-1]:
             publisher.publish(data)
-        before_the_beat()
-        publisher, data = self._last[-1]
+        before_top_drive()
+        publisher, data = self._sample[-1]
         publisher.publish(data)
 
     def resend(self) -> None:
-        """The last sample once more."""
-        for publisher, data in self._last:
+        """Publish the last sample again."""
+        for publisher, data in self._sample:
             publisher.publish(data)
+
+    def _numbers(self, topic: Topic, source: GroundTruth | Measurements) -> list[float]:
+        """A message's numbers; NaN for those that a sample does not have."""
+        numbers = [float(getattr(source, quantity.column, math.nan)) for quantity in topic.quantities]
+        return [*numbers, self._variance] if topic is TOPICS["standpipe_pressure"] else numbers

@@ -1,4 +1,4 @@
-"""Collects the surface channels of one sample from the topics they come on."""
+"""Collects the surface channels of one sample from their topics."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ NAN = float("nan")
 
 @dataclass(frozen=True)
 class JointReading:
-    """One reading: ns, rad or m, rad/s or m/s, N m or N."""
+    """One reading: stamp, ns; position, rad or m (or Pa); velocity, rad/s or m/s; effort, N m or N."""
 
     stamp_ns: int
     position: float
@@ -21,10 +21,16 @@ class JointReading:
 
 
 class SampleInbox:
-    """Makes Measurements of what arrives: one for every reading of the top drive.
+    """Combines readings into samples, one for every reading of the top drive.
 
-    A reading waits for the other channels to reach its stamp, but not beyond the top drive's next reading, and not for
-    a channel that is stale: one whose last reading is `stale_after` s off. Stale channels are NaN.
+    A reading of the top drive waits until the other channels have reached its stamp. It does not wait beyond the top
+    drive's next reading, nor for a stale channel. Stale channels are NaN in the sample.
+
+    Args:
+        stale_after: Age at which a channel counts as lost, s.
+
+    Attributes:
+        last_reading: The reading of the top drive that gave the last sample.
     """
 
     CHANNELS = ("draw_works", "standpipe_pressure", "mud_pump")
@@ -34,11 +40,11 @@ class SampleInbox:
         self._last: dict[str, JointReading] = {}
         self._first_ns: int | None = None
         self._waiting: JointReading | None = None
-        self.last_reading: JointReading | None = None  # the reading of the top drive that made the last sample
+        self.last_reading: JointReading | None = None
         self._mwd: list[tuple[int, float]] = []
 
     def put(self, channel: str, reading: JointReading) -> list[Measurements]:
-        """Take a reading of any channel; returns the samples that it completes."""
+        """Take a reading of any channel and return the samples that it completes."""
         complete = []
         if channel == "top_drive":
             if self._first_ns is None:
@@ -48,7 +54,7 @@ class SampleInbox:
             self._waiting = reading
         else:
             self._last[channel] = reading
-        if self._waiting is not None and all(self._is_there(name, self._waiting) for name in self.CHANNELS):
+        if self._waiting is not None and all(self._is_settled(name, self._waiting) for name in self.CHANNELS):
             complete.append(self._take(self._waiting))
         return complete
 
@@ -57,19 +63,19 @@ class SampleInbox:
         self._mwd.append((measured_ns, tool_face))
 
     def stale_channels(self, stamp_ns: int) -> list[str]:
-        """Channels without a reading within stale_after of this stamp."""
+        """Channels without a reading within `stale_after` of a stamp."""
         return [name for name in self.CHANNELS if not self._is_fresh(name, stamp_ns)]
 
     def empty_sample(self, stamp_ns: int) -> Measurements:
-        """The sample of a rig that has gone silent: its time and NaN."""
+        """A sample without readings, for a silent rig."""
         return Measurements(stamp_ns / 1e9, NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN)
 
     def _is_fresh(self, channel: str, stamp_ns: int) -> bool:
         last = self._last.get(channel)
         return last is not None and abs(last.stamp_ns - stamp_ns) <= self.stale_after * 1e9
 
-    def _is_there(self, channel: str, waiting: JointReading) -> bool:
-        """Whether nothing is gained by waiting for the channel."""
+    def _is_settled(self, channel: str, waiting: JointReading) -> bool:
+        """Whether a sample need not wait for the channel."""
         last = self._last.get(channel)
         if last is None:
             silent_since = waiting.stamp_ns if self._first_ns is None else self._first_ns

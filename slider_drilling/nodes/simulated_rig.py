@@ -1,4 +1,4 @@
-"""A simulated rig for the launch files: simulator, controller and, where a folder is given, recorder."""
+"""A simulated rig for the launch files: simulator, controller and, with `record`, a recorder."""
 
 from __future__ import annotations
 
@@ -15,26 +15,23 @@ from slider_drilling.nodes.launch_helpers import (
     target,
 )
 
-SIMULATED = (
-    "rig",
-    "duration",
-    "speed",
-    "target_deg",
-    "controller",
-    "record",
-    "dashboard",
-    "namespace",
-    "parameters",
-    "respawn",
-    "discovery",
-)
+SIMULATED = ("rig", "duration", "speed", "target_deg", "controller", "record", "dashboard", "namespace", "parameters",
+             "respawn", "discovery")  # fmt: skip
 
 
 def simulated_rig(
     given: LaunchArguments, namespace: str | None = None, port: int | None = None
 ) -> tuple[Node, list[Node]]:
-    """The simulator's process and the others of one rig. port: of its live page. Raises ValueError for an argument that
-    makes no sense."""
+    """The simulator's process, and the other processes of one rig.
+
+    Args:
+        given: The launch arguments.
+        namespace: The rig's, if it is not the argument's.
+        port: Of its live page.
+
+    Raises:
+        ValueError: An argument makes no sense.
+    """
     shown = dashboard(given, namespace, port)
     simulator = process(
         "friction_simulator",

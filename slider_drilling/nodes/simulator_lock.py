@@ -1,4 +1,4 @@
-"""The place of a rig in the graph, taken by one simulator at a time on this machine."""
+"""A lock that lets one simulator per ROS domain and namespace run on this machine."""
 
 from __future__ import annotations
 
@@ -10,18 +10,21 @@ from slider_drilling.errors import InputError
 
 
 class SimulatorLock:
-    """Held from its making until `leave` or the end of the process, however that ends.
+    """Held until `release`, or until the process ends, however it ends.
 
-    Two rigs in one domain and namespace end each other's runs and spoil each other's logs. A socket of Linux's
-    abstract kind belongs, like the loopback interface that DDS uses, to this machine (or container) and vanishes with
-    its process. Raises InputError where the place is taken.
+    Two rigs in one domain and namespace would end each other's runs and mix their logs. The lock is a Linux abstract
+    socket. Like the loopback interface that DDS uses, it belongs to this machine (or container), and it vanishes with
+    its process.
+
+    Raises:
+        InputError: Another simulator holds the lock.
     """
 
     def __init__(self, namespace: str) -> None:
         self._socket: socket.socket | None = None
         discovery = os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "")
         if discovery == "OFF" or sys.platform != "linux":
-            return  # nobody else sees it; elsewhere there is no such socket
+            return  # no other process sees this rig; or abstract sockets do not exist
         domain = os.environ.get("ROS_DOMAIN_ID") or "0"
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         try:
@@ -35,7 +38,7 @@ class SimulatorLock:
             ) from None
 
     def release(self) -> None:
-        """Make room for another one."""
+        """Let another simulator run."""
         if self._socket is not None:
             self._socket.close()
             self._socket = None

@@ -1,30 +1,33 @@
-"""When a rig has gone silent: by the wall's clock, whatever its own clock does."""
+"""Detects a silent rig by wall time, whatever the rig's own clock does."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
 
-SLOW_MOTION = 3.0  # times the last pause between two samples before a slow rig counts as silent
+SLOW_RIG_FACTOR = 3.0  # a slow rig is silent after this many times its last interval between samples
 
 
 class Watchdog:
-    """Counts from the last sample; a rig in slow motion, a minute between two samples, is not silent."""
+    """Measures the wall time since the last sample.
+
+    A simulation in slow motion, with a minute between two samples, does not count as silent.
+    """
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
         self._now = now
-        self._heard: float | None = None
-        self._pause = 0.0
+        self._last_sample: float | None = None
+        self._interval = 0.0
 
     def note_sample(self) -> None:
         """A sample has come."""
         now = self._now()
-        self._pause = 0.0 if self._heard is None else now - self._heard
-        self._heard = now
+        self._interval = 0.0 if self._last_sample is None else now - self._last_sample
+        self._last_sample = now
 
     def silent_for(self, stale_after: float) -> float:
-        """Seconds of wall time without a sample, 0 while that is no silence yet; stale_after: s."""
-        if self._heard is None:
+        """Seconds since the last sample if they exceed `stale_after`, s, and the rig is not just slow; else 0."""
+        if self._last_sample is None:
             return 0.0
-        silent = self._now() - self._heard
-        return silent if silent > max(stale_after, SLOW_MOTION * self._pause) else 0.0
+        silence = self._now() - self._last_sample
+        return silence if silence > max(stale_after, SLOW_RIG_FACTOR * self._interval) else 0.0

@@ -53,7 +53,7 @@ def test_rocking_is_stopped_and_started(start, ear):
     parked = ear.time
     ear.until(lambda: any(abs(speed) > 1.0 for stamp, _, speed, _ in ear.heard["top_drive"] if stamp > parked), "rocks")
     success, message = triggered(ear, "rocking_controller/reset")
-    assert success and "begins anew" in message
+    assert success and "starts anew" in message
 
 
 def test_a_managed_controller_starts_and_stops_when_told(start, ear):

@@ -226,7 +226,7 @@ def test_a_log_without_block_or_pump_commands_says_what_stands_still(make, tmp_p
         writer.joint_state("top_drive/command", 0.0, "top_drive", 1.0, 0.0)
     player = make(LogPlayer, log=str(path), commands_only=True)
     assert player._status().message == (
-        "no mud_pump/command in the log: the pump goes on as it begins; "
+        "no mud_pump/command in the log: the pump keeps its initial speed; "
         "no draw_works/command in the log: the block stands still"
     )
     assert "the block stands still" in capfd.readouterr().err

@@ -171,7 +171,7 @@ def test_two_controllers_in_lockstep_are_refused(make):
 
 def test_a_player_in_a_loop_begins_again(make, log):
     player = make(LogPlayer, log=str(log), rate=100.0, loop=True, delay=0.0)
-    turn([player], lambda: player._turns >= 2)
+    turn([player], lambda: player.turns >= 2)
     assert not player.shutdown_request.requested
     player.set_parameters([Parameter("loop", value=False)])
     turn([player], lambda: player.shutdown_request.requested)

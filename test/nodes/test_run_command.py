@@ -176,7 +176,7 @@ session.FrictionSimulator, session.Recorder = Rig, Recorder
 
 def act():
     raise_on_signals()
-    session.run(session.Plan(record=Path("out")))
+    session.run_session(session.SessionOptions(record=Path("out")))
 
 cli.run_group(click.Group("g", commands={"act": click.Command("act", callback=act)}), ["act"])
 """
