@@ -24,7 +24,7 @@ EXTRAS = pages,analysis,cluster,frames,identify,live,test,lint
 HINT = "make: not installed: ROS wheels are for x86-64 Linux and Python 3.10 to 3.13; elsewhere source a ROS 2 Jazzy first"
 
 # What `ros2 run` and `ros2 launch` look for: an editable install has these beside the environment, not in it.
-PROGRAMS = slider-drilling friction_simulator rocking_controller recorder log_player dashboard
+PROGRAMS = $(shell sed -n '/^console_scripts/,/^$$/s/^    \([a-z_-]*\) =.*/\1/p' setup.cfg)
 
 # Left behind by the ROS wheels of another environment, these would load that environment's libraries.
 ifdef _ROS_WHEELS_BOOTSTRAP_COMPLETE

@@ -2,6 +2,8 @@
 
 import os
 import signal
+from collections.abc import Callable
+from functools import partial
 
 
 def _leave(number: int, frame: object) -> None:
@@ -15,29 +17,11 @@ for _number in (signal.SIGINT, signal.SIGTERM):
 signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGINT, signal.SIGTERM))
 
 
-def friction_simulator() -> None:
-    """Entry point of `friction_simulator`."""
-    _main("friction_simulator")
-
-
-def rocking_controller() -> None:
-    """Entry point of `rocking_controller`."""
-    _main("rocking_controller")
-
-
-def recorder() -> None:
-    """Entry point of `recorder`."""
-    _main("recorder")
-
-
-def log_player() -> None:
-    """Entry point of `log_player`."""
-    _main("log_player")
-
-
-def dashboard() -> None:
-    """Entry point of `dashboard`."""
-    _main("dashboard")
+def __getattr__(name: str) -> Callable[[], None]:
+    """Returns the entry point of the node `name`; setup.cfg lists them."""
+    if name.startswith("_"):
+        raise AttributeError(name)
+    return partial(_main, name)
 
 
 def _main(name: str) -> None:
