@@ -112,7 +112,7 @@ def test_nulls_repeats_and_unit_line(tmp_path: Path) -> None:
     np.testing.assert_allclose(log.top_drive.time, [0.0, 2.0, 3.0])
     np.testing.assert_array_equal(log.top_drive.effort, [10.0, 30.0, np.nan])
     np.testing.assert_array_equal(log.top_drive.position, [np.nan, 8.0, 9.0])
-    assert "1 rows without a time of their own were left out" in log.notes
+    assert "1 rows without a time, or with a repeated one, were left out" in log.notes
     assert log.start == 1.0
 
 
@@ -143,7 +143,7 @@ def test_flow_needs_the_rig(tmp_path: Path) -> None:
         ("t,torque\n0,1\n1,abc\n", {}, "line 3: column 'torque' = 'abc': not a number"),
         ("t,torque\n0,1\n1\n", {}, "line 3: 1 cells where 2 columns are named"),
         ("t,torque\n0,1\n5,1\n4,1\n", {}, "line 4: time goes back from 5 s to 4 s"),
-        ("t,torque\n0,\n1,-999.25\n", {}, "every mapped column is empty or null"),
+        ("t,torque\n0,\n1,-999.25\n", {}, "all mapped columns are empty or null"),
         ("t,torque\n,1\n", {}, "no row with a time"),
         ("t,torque\n-5,1\n", {}, "start: times begin at -5 s"),
         ("t,other\n0,1\n", {}, r"channels\.surface_torque: column 'torque': no such column in .*, which has t, other"),
@@ -179,7 +179,7 @@ def test_flow_needs_the_rig(tmp_path: Path) -> None:
                     "pump_flow": {"column": "torque", "unit": "gpm"},
                 }
             },
-            "pump_(flow|speed): says the same as pump_(speed|flow)",
+            "pump_(flow|speed): is the same quantity as pump_(speed|flow)",
         ),
     ],
 )
