@@ -1,4 +1,4 @@
-"""Units of the oil field and their SI values: the one place where numbers that are not SI come in or go out."""
+"""Oilfield units and their SI values: the only place where numbers that are not SI come in or go out."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _GALLON = 3.785411784e-3
 _POUND = 0.45359237
 _TURN = 2.0 * math.pi
 
-# Kind of quantity -> unit -> its value in the SI unit, which is the kind's first.
+# Kind of quantity -> unit -> its value in the SI unit, which comes first.
 KINDS: dict[str, dict[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0, "d": 86400.0},
     "angle": {"rad": 1.0, "deg": math.pi / 180.0, "rev": _TURN, "turns": _TURN},
@@ -83,8 +83,7 @@ KINDS: dict[str, dict[str, float]] = {
     "force per length": {"N/m": 1.0, "kN/m": 1e3, "lbf/ft": _POUND_FORCE / _FOOT},
 }
 
-# What a quantity that is told in the first unit is told in where the oil field's units are asked for.
-_OF_THE_FIELD = {
+FIELD_UNITS = {
     "m": "ft", "mm": "in", "km": "ft",
     "m/s": "ft/s", "m/min": "ft/min", "m/h": "ft/h",
     "N": "lbf", "kN": "klbf", "MN": "klbf",
@@ -94,11 +93,12 @@ _OF_THE_FIELD = {
     "m3/s": "gal/min", "L/s": "gal/min", "L/min": "gal/min",
     "J": "ft lbf", "kJ": "ft lbf", "kg/m3": "lb/gal", "N/m": "lbf/ft", "kN/m": "lbf/ft",
 }  # fmt: skip
+"""Oilfield display unit for each SI unit."""
 
 _NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
 _QUANTITY = re.compile(
     rf"(?<![\w.])(?P<numbers>{_NUMBER}(?:(?: to | and | or |, |; ){_NUMBER})*) "
-    rf"(?P<unit>{'|'.join(re.escape(unit) for unit in sorted(_OF_THE_FIELD, key=len, reverse=True) if unit != 'km')})"
+    rf"(?P<unit>{'|'.join(re.escape(unit) for unit in sorted(FIELD_UNITS, key=len, reverse=True) if unit != 'km')})"
     r"(?![\w/])"
 )
 
@@ -107,18 +107,19 @@ Number = TypeVar("Number", float, NDArray[np.float64])
 
 @dataclass(frozen=True)
 class Units:
-    """The units that a page, a plot or a table speaks in: `SI` (m, kN, bar, kN m, rad) or `FIELD` (ft, klbf, psi,
-    ft lbf, turns). Degrees and seconds are the same in both, and so is any unit that is in neither's table.
+    """Display units of a page, plot or table: `SI` (m, kN, bar, kN m, rad) or `FIELD` (ft, klbf, psi, ft lbf, turns).
+
+    Degrees and seconds are the same in both, and so is any unit that neither table holds.
     """
 
     name: str
 
     def display_unit(self, unit: str) -> str:
-        """What a quantity told in `unit` is told in here."""
-        return _OF_THE_FIELD.get(unit, unit) if self.name == "field" else unit
+        """The display unit for a quantity in `unit`."""
+        return FIELD_UNITS.get(unit, unit) if self.name == "field" else unit
 
     def convert(self, value: Number, unit: str) -> Number:
-        """A number or an array of `unit`, told in `self.unit(unit)`."""
+        """A number or an array in `unit`, converted to the display unit."""
         shown = self.display_unit(unit)
         if shown == unit:
             return value
@@ -126,14 +127,14 @@ class Units:
         return value * factor
 
     def format(self, value: float | None, unit: str, digits: int = 3) -> str:
-        """A number of `unit` with the unit it is told in: "12.3 kN m" or "9070 ft lbf"; "-" for None and NaN."""
+        """A number in `unit` as text in the display unit: "12.3 kN m" or "9070 ft lbf"; "-" for None and NaN."""
         if value is None or math.isnan(value):
             return "-"
         return f"{format_number(self.convert(value, unit), digits)} {self.display_unit(unit)}".rstrip()
 
     def format_range(self, low: float, high: float, unit: str, digits: int = 3) -> str:
-        """Two numbers of `unit` and the unit they are told in once: "-4.10 to 12.3 kN m"."""
-        first, last = (format_number(self.convert(one, unit), digits) for one in (low, high))
+        """Two numbers in `unit` as a range in the display unit: "-4.10 to 12.3 kN m"."""
+        first, last = (format_number(self.convert(end, unit), digits) for end in (low, high))
         return f"{first} to {last} {self.display_unit(unit)}".rstrip()
 
     def convert_text(self, text: str | Sentence) -> str:
@@ -150,20 +151,20 @@ class Units:
         if self.name == "si":
             return text
 
-        def told(match: re.Match[str]) -> str:
+        def converted(match: re.Match[str]) -> str:
             unit = match["unit"]
-            numbers = re.sub(_NUMBER, lambda found: self._again(found[0], unit), match["numbers"])
+            numbers = re.sub(_NUMBER, lambda number: self._convert_written(number[0], unit), match["numbers"])
             return f"{numbers} {self.display_unit(unit)}"
 
-        return _QUANTITY.sub(told, text)
+        return _QUANTITY.sub(converted, text)
 
-    def _again(self, written: str, unit: str) -> str:
+    def _convert_written(self, written: str, unit: str) -> str:
         digits = len(written.lstrip("+-0.").replace(".", "").partition("e")[0])
         sign = "+" if written.startswith("+") else ""
         return sign + format_number(self.convert(float(written), unit), max(digits, 2))
 
     def convert_label(self, label: str) -> str:
-        """A heading or an axis's label, "name, unit", with the unit it is told in."""
+        """A heading or axis label, "name, unit", with the display unit."""
         name, unit = split_label(label)
         return f"{name}, {self.display_unit(unit)}" if unit else label
 
@@ -214,13 +215,13 @@ UNITS = {units.name: units for units in (SI, FIELD)}
 
 
 def split_label(label: str) -> tuple[str, str]:
-    """Name and unit of a label "name, unit"; the unit is "" where what follows the comma is none."""
+    """Name and unit of a label "name, unit"; the unit is "" where no known unit follows the comma."""
     name, _, unit = label.rpartition(", ")
     return (name, unit) if any(unit in known for known in KINDS.values()) else (label, "")
 
 
 def format_number(value: float, digits: int = 3) -> str:
-    """A number for reading: this many significant digits, none lost before the point, and rounding noise as 0."""
+    """A number as text with this many significant digits; all digits before the point are kept, rounding noise is 0."""
     if not math.isfinite(value):
         return "-" if math.isnan(value) else f"{value}"
     if abs(value) < 1e-12:
@@ -233,10 +234,15 @@ def format_number(value: float, digits: int = 3) -> str:
 
 
 def si_factor(unit: str, kind: str, where: str) -> float:
-    """What one of this unit is in the SI unit of its kind (N m, not ft lbf).
+    """Value of one such unit in the SI unit of its kind.
 
-    A dot, hyphen or asterisk between two units means what a space does. Raises InputError, starting with ``where``,
-    for a unit that is not of this kind.
+    Args:
+        unit: Such as "ft lbf"; a dot, hyphen or asterisk between two units means a space.
+        kind: A key of `KINDS`.
+        where: Starts the error message.
+
+    Raises:
+        InputError: For a unit that is not of this kind.
     """
     known = KINDS[kind]
     written = " ".join(unit.replace("·", " ").replace("*", " ").replace("-", " ").replace(".", " ").split())

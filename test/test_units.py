@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from slider_drilling.units import _OF_THE_FIELD, FIELD, KINDS, SI, format_number, split_label
+from slider_drilling.units import FIELD, FIELD_UNITS, KINDS, SI, format_number, split_label
 
 
 @pytest.mark.parametrize(
@@ -31,7 +31,7 @@ def test_the_fields_units(value: float, unit: str, told: float, in_unit: str) ->
 
 
 def test_every_unit_of_the_field_measures_the_same_kind() -> None:
-    for unit, shown in _OF_THE_FIELD.items():
+    for unit, shown in FIELD_UNITS.items():
         assert [kind for kind, known in KINDS.items() if unit in known and shown in known], (unit, shown)
 
 

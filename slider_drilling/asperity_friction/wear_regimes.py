@@ -1,6 +1,6 @@
-"""Friction of one rigid asperity against its attack angle: the Challen-Oxley regimes.
+"""Wear regimes and friction of one rigid asperity: the slip-line fields of Challen and Oxley.
 
-Paper section 3.3.1, eq. 1-5. Three of them are misprinted; what is computed here is
+Paper section 3.3.1, eq. 1-5. Three of its equations are misprinted; those computed here are
 
     cutting     mu = tan(t - pi/4 + arccos(f)/2)                                              (1)
     ploughing   mu = (A1 sin t + cos(arccos f - t)) / (A1 cos t + sin(arccos f - t))           (2)
@@ -8,9 +8,11 @@ Paper section 3.3.1, eq. 1-5. Three of them are misprinted; what is computed her
     wedge       mu = (W sin t + f cos t) / (W cos t - f sin t),  W = 1 - 2 sin A2 + sqrt(1-f^2) (4)
                 A2 = t - pi/4 - arccos(f)/2 + arcsin(sin t / sqrt(1 - f))                      (5)
 
-with t the attack angle and f the shear factor. A2 is minus the fan angle of the plastic wave, so the wave (ploughing)
-needs A2 <= 0; the shear plane of a chip leaves at t - pi/2 + arccos(f)/2, so cutting needs that to be >= 0; between
-the two the wave has become a wedge that is pushed along.
+with t the attack angle and f the shear factor. Where each regime exists (`model.md` section 1):
+
+* ploughing: A2 is minus the fan angle of the plastic wave, so A2 <= 0;
+* cutting: the chip's shear plane leaves at t - pi/2 + arccos(f)/2, so that angle is >= 0;
+* wedge formation: between the two the wave has become a wedge that the asperity pushes along.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ from slider_drilling.errors import InputError
 
 
 class WearMode(IntEnum):
-    """How an asperity wears what it slides on; without a steady solution eq. 4 has no positive denominator."""
+    """How an asperity wears the surface it slides on. NO_STEADY_SOLUTION: eq. 4 has no positive denominator."""
 
     PLOUGHING = 0
     WEDGE_FORMATION = 1
@@ -34,19 +36,30 @@ class WearMode(IntEnum):
 
 
 def wear_mode(shear_factor: ArrayLike, attack_angle: ArrayLike) -> NDArray[np.int8]:
-    """Regime of the wear-mode diagram (paper Fig. 8), as WearMode values.
+    """Wear regime as `WearMode` values (paper Fig. 8).
 
-    shear_factor f (-) and attack_angle (rad) broadcast. Raises InputError unless 0 <= f < 1 and
-    0 < angle < pi/2.
+    Args:
+        shear_factor: f, in [0, 1).
+        attack_angle: rad, in (0, pi/2); broadcasts with ``shear_factor``.
+
+    Raises:
+        InputError: Outside these ranges.
     """
     return _solve(shear_factor, attack_angle)[0]
 
 
 def friction_coefficient(shear_factor: ArrayLike, attack_angle: ArrayLike) -> NDArray[np.float64]:
-    """Friction coefficient of an asperity (eq. 1-5), shape of the broadcast arguments.
+    """Friction coefficient of an asperity (eq. 1-5).
 
-    shear_factor f: -; attack_angle: rad. Raises InputError outside 0 <= f < 1, 0 < angle < pi/2, and where
-    there is no steady solution, naming the first such pair.
+    Args:
+        shear_factor: f, in [0, 1).
+        attack_angle: rad, in (0, pi/2); broadcasts with ``shear_factor``.
+
+    Returns:
+        Shape of the broadcast arguments.
+
+    Raises:
+        InputError: Outside these ranges, and where there is no steady solution, naming the first such pair.
     """
     mode, friction = _solve(shear_factor, attack_angle)
     stuck = np.flatnonzero(mode == WearMode.NO_STEADY_SOLUTION)
@@ -68,7 +81,7 @@ def _solve(shear_factor: ArrayLike, attack_angle: ArrayLike) -> tuple[NDArray[np
     sine = np.sin(t) / np.sqrt(1.0 - f)
     arcsine = np.arcsin(np.minimum(sine, 1.0))
     a2 = t - 0.25 * math.pi - half + arcsine
-    # At f = 0 ploughing ends where cutting begins; no rounding of A2 may open a sliver of wedge between.
+    # At f = 0 ploughing ends where cutting begins; testing cutting first keeps rounding from putting wedge between.
     cuts = t - 0.5 * math.pi + half >= 0.0
     ploughs = (sine <= 1.0) & (a2 <= 0.0)
 

@@ -12,7 +12,7 @@ from slider_drilling.commands.options import SEED, json_option, units_option, wr
 from slider_drilling.console.printable import printable
 
 if TYPE_CHECKING:
-    from slider_drilling.contact.identify import Data, Identification
+    from slider_drilling.contact.identify import FrictionData, Identification
     from slider_drilling.paper_studies.study import Study
     from slider_drilling.rig import Contact
     from slider_drilling.units import Units
@@ -120,13 +120,13 @@ def _plain(contact: Contact) -> dict[str, Any]:
     return {name: value if isinstance(value, dict) else float(value) for name, value in tree.items()}
 
 
-def _page(path: Path, data: Data, found: Identification) -> Study:
+def _page(path: Path, data: FrictionData, found: Identification) -> Study:
     import numpy as np
 
-    from slider_drilling.contact.measured_friction import AgainstTime
+    from slider_drilling.contact.measured_friction import FrictionOverTime
     from slider_drilling.paper_studies.study import Study, StudyChart, StudyTable, study_line
 
-    if isinstance(data, AgainstTime):
+    if isinstance(data, FrictionOverTime):
         axis, label, against = data.time, "time, s", "samples of friction against time"
         measured, predicted = found.measured[: axis.size], found.predicted[: axis.size]
     else:

@@ -1,4 +1,4 @@
-"""The paper's multiscale friction model: rigid asperities that wear, on elastic ones that deform.
+"""The paper's multiscale friction model: a rigid asperity that wears the wall, on an elastic foot that deforms.
 
 A friction history of any motion, in three lines::
 
@@ -9,7 +9,7 @@ A friction history of any motion, in three lines::
 Arrays are in s and m; see `friction_history`.
 """
 
-from slider_drilling.asperity_friction.wear_regimes import WearMode, friction_coefficient, wear_mode
+from slider_drilling.asperity_friction import WearMode, friction_coefficient, wear_mode
 from slider_drilling.contact.asperity import (
     PAPER,
     TABLE_SIZE,

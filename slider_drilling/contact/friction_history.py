@@ -1,4 +1,4 @@
-"""Friction history of one contact under any motion: paper section 3.3 put together, eq. 7-26.
+"""Friction history of one contact under any motion: all of paper section 3.3 (eq. 7-26).
 
 The asperity's deformation follows the pipe by Dahl's law (`dahl.advance`), its direction sets the friction
 coefficient through the asperity's attack angle (`asperity.friction_table`), and the force on the pipe is -kt M.
@@ -17,18 +17,22 @@ from slider_drilling.contact.dahl import advance_on_table, compiled, friction_of
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Contact
 
-LONGEST_STEP = 0.1
-"""Of z_ss: a longer move within one sample is cut into equal parts, each then within 2e-8 z_ss of exact."""
+MAX_STEP = 0.1
+"""Longest move in one step, over z_ss. Longer ones are divided; each part is then exact to 2e-8 z_ss."""
 
 Series = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class FrictionMeans:
-    """Time means over a stretch of a history, of the force and torque on the pipe.
+    """Time means over a part of a history, of force and torque on the pipe.
 
-    absolute_axial_force F_x (eq. 25) and absolute_torque M_y (eq. 26) are means of magnitudes; axial_force and
-    torque keep the sign and are what a driller feels. N and N m. friction_coefficient: -.
+    Attributes:
+        absolute_axial_force: F_x, mean magnitude, N (eq. 25).
+        axial_force: Signed mean, N: what resists the feed.
+        absolute_torque: M_y, mean magnitude, N m (eq. 26).
+        torque: Signed mean, N m.
+        friction_coefficient: Mean.
     """
 
     absolute_axial_force: float
@@ -40,11 +44,15 @@ class FrictionMeans:
 
 @dataclass(frozen=True)
 class FrictionHistory:
-    """One contact through time; every array is (n,), at the times given.
+    """One contact over time, every array (n,).
 
-    axial_force f_x: N and torque m_y: N m act on the pipe, so both oppose its motion (eq. 23, 24 with the sign
-    of a reaction); deformation_axial, deformation_tangential: m; friction_coefficient: -; beta_v: rad in
-    [0, pi/2], the angle between slip and the asperity's axis, without regard to the sense of either.
+    Attributes:
+        time: s.
+        axial_force, torque: f_x (N) and m_y (N m) on the pipe, so both oppose its motion (eq. 23, 24 with the sign of a
+            reaction).
+        deformation_axial, deformation_tangential: m, of the asperity.
+        friction_coefficient: -.
+        beta_v: rad in [0, pi/2], angle between slip and the asperity's axis, whatever the sense of either.
     """
 
     time: Series
@@ -56,7 +64,7 @@ class FrictionHistory:
     beta_v: Series
 
     def means(self, since: float = -math.inf, until: float = math.inf) -> FrictionMeans:
-        """Means (trapezoidal in time) over the samples with since <= time <= until, s.
+        """Means (trapezoidal in time) over the samples with since <= time <= until (s).
 
         Raises InputError where fewer than two samples lie there.
         """
@@ -91,19 +99,22 @@ def friction_history(
     deformation: tuple[float, float] = (0.0, 0.0),
     paper_operator: bool = False,
 ) -> FrictionHistory:
-    """Friction of one contact that is moved.
+    """Friction of one contact under a given motion, straight between samples.
 
-    time: (n,) s, increasing. axial, tangential: (n,) m, displacement of the pipe's surface down the hole and
-    around it (angle times radius). normal_force: N, one number or (n,), positive. radius: m, outer radius of the
-    pipe. deformation: m, of the asperity at the first sample. The motion is straight between samples.
+    Args:
+        time: s, (n,), increasing.
+        axial, tangential: Displacement of the pipe's surface down the hole and around it (angle times radius), m, (n,).
+        normal_force: N, one number or (n,), positive.
+        contact: The contact.
+        radius: Outer radius of the pipe, m.
+        stiffness_follows_load: Take kt = (kt_ref / F_ref) F_N, as the drill string does; z_ss then depends on mu
+            alone. By default kt is constant, as in the paper, and z_ss = mu F_N / kt follows the load.
+        deformation: Of the asperity at the first sample, m.
+        paper_operator: Step with the paper's operator as printed (eq. 11-21), for comparison: the same law at first
+            order in the time step instead of second (see `dahl`).
 
-    The paper has one contact of constant kt, so that z_ss = mu F_N/kt follows the load; with
-    stiffness_follows_load, kt = (kt_ref/F_ref) F_N as in the drill string, and z_ss depends on mu alone.
-
-    paper_operator steps the two-step operator as printed (eq. 11-21), for comparison: the same law, at first order in
-    the time step instead of second (see `dahl`).
-
-    Raises InputError for arrays that do not match, are not finite, or a contact outside the model.
+    Raises:
+        InputError: For arrays that do not match or are not finite, and for a contact outside the model.
     """
     t, x, y, load = _checked(time, axial, tangential, normal_force)
     if not (math.isfinite(radius) and radius > 0.0):
@@ -115,16 +126,7 @@ def friction_history(
     if stiffness_follows_load:
         compliance = np.full_like(load, contact.reference_load / contact.stiffness)
     m_x, m_y, friction, cosine = integrate_deformation(
-        x,
-        y,
-        compliance,
-        table,
-        contact.dahl_exponent,
-        axis_x,
-        axis_y,
-        deformation[0],
-        deformation[1],
-        paper_operator,
+        x, y, compliance, table, contact.dahl_exponent, axis_x, axis_y, *deformation, paper_operator
     )
     stiffness = load / compliance
     return FrictionHistory(
@@ -151,9 +153,14 @@ def integrate_deformation(
     start_y: float,
     paper_operator: bool,
 ) -> tuple[Series, Series, Series, Series]:
-    """Deformation (two axes, m), friction coefficient and |cos beta_v| at every sample of a motion.
+    """Deformation along both axes (m), friction coefficient and |cos beta_v| at every sample of a motion.
 
-    axial, tangential: (n,) m; compliance: (n,) F_N/kt, m; table, exponent and axes as in `dahl.advance_on_table`.
+    Args:
+        axial, tangential: m, (n,).
+        compliance: F_N / kt, m, (n,).
+        table, exponent, axis_x, axis_y: As in `dahl.advance_on_table`.
+        start_x, start_y: Deformation at the first sample, m.
+        paper_operator: See `friction_history`.
     """
     n = axial.size
     lowest = table.min()
@@ -163,7 +170,7 @@ def integrate_deformation(
         if k > 0:
             dx, dy = axial[k] - axial[k - 1], tangential[k] - tangential[k - 1]
             c0, c1 = compliance[k - 1], compliance[k]
-            parts = int(math.sqrt(dx * dx + dy * dy) / (LONGEST_STEP * lowest * min(c0, c1))) + 1
+            parts = int(math.sqrt(dx * dx + dy * dy) / (MAX_STEP * lowest * min(c0, c1))) + 1
             for part in range(parts):
                 length = c0 + (c1 - c0) * (part + 0.5) / parts
                 if paper_operator:

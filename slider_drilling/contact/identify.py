@@ -1,13 +1,13 @@
-"""The contact's parameters from measured friction: paper section 4.
+"""Identification of a contact's parameters from measured friction (paper section 4).
 
-A particle swarm looks over the whole range, a local least-squares fit ends it and gives intervals. What can be
-found at all is less than the paper's table suggests: eq. 6 reads
+A particle swarm searches the whole range; a local least-squares fit refines its result and gives intervals. Less can
+be identified than the paper's table suggests, since eq. 6 reads
 
-    tan^2 theta_eff = (2 h / (chi b))^2 sin^2 beta_v + (2 h / (chi a))^2 cos^2 beta_v,
+    tan^2 theta_eff = (2 h / (chi b))^2 sin^2 beta_v + (2 h / (chi a))^2 cos^2 beta_v:
 
-so a, b, h and chi enter only as the two slopes h/(chi a) and h/(chi b). The search runs over those (and kt); a and
-b are then given for a height h and a shape factor chi that are held. Motion along the asperity's axis alone shows
-h/(chi a) only, and no friction in plain sliding tells f from the slopes.
+a, b, h and chi enter only as the two slopes h/(chi a) and h/(chi b). The search therefore fits these slopes and kt; a
+and b follow for a height h and a shape factor chi that are held. Motion along the asperity's axis alone shows only
+h/(chi a), and friction in plain sliding cannot separate f from the slopes.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from scipy import optimize, stats
 from slider_drilling.contact.asperity import PAPER, friction_table
 from slider_drilling.contact.dahl import advance_on_table, compiled
 from slider_drilling.contact.friction_history import integrate_deformation
-from slider_drilling.contact.measured_friction import AgainstTime, AgainstVelocity
+from slider_drilling.contact.measured_friction import FrictionOverTime, FrictionOverVelocity
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Contact
 
@@ -35,20 +35,20 @@ RANGES = {
     "shear_factor": (1e-3, 0.5),
     "dahl_exponent": (0.3, 3.0),
 }
-"""What the search looks over, on a logarithmic scale: kt in N/m; the slopes h/(chi a), h/(chi b), f and i are pure
-numbers."""
+"""Search range of each parameter, on a logarithmic scale: kt in N/m; the slopes h/(chi a) and h/(chi b), f and i are
+pure numbers."""
 UNDETERMINED = 1.0
-"""Standard error of a parameter's logarithm above which the data says nothing of it."""
+"""Standard error of a parameter's logarithm above which the data does not determine it."""
 NUDGE = 1e-3
-"""Relative change of a parameter whose effect is weighed against the noise."""
+"""Relative step of the difference quotients."""
 
 Series = NDArray[np.float64]
-Data = AgainstTime | AgainstVelocity
+FrictionData = FrictionOverTime | FrictionOverVelocity
 
 
 @dataclass(frozen=True)
 class ParameterEstimate:
-    """A parameter and its 95 % interval; determined is False where the data says nothing of it (interval None)."""
+    """A parameter and its 95 % interval; where the data does not determine it the interval is None."""
 
     value: float
     interval: tuple[float, float] | None
@@ -57,8 +57,17 @@ class ParameterEstimate:
 
 @dataclass(frozen=True)
 class Identification:
-    """What was found. predicted and measured are (m,) N; residual_rms: N; largest_error is of the largest measured
-    friction; degeneracies are sentences on what the data cannot tell apart."""
+    """Result of `identify`.
+
+    Attributes:
+        contact: The fitted contact.
+        estimates: By parameter name.
+        measured, predicted: Friction, N, (m,).
+        residual_rms: N.
+        largest_error: Over the largest measured friction.
+        degeneracies: Sentences on what the data cannot separate.
+        evaluations: Number of predictions that the search made.
+    """
 
     contact: Contact
     estimates: dict[str, ParameterEstimate]
@@ -70,12 +79,12 @@ class Identification:
     evaluations: int
 
 
-def predict(data: Data, contact: Contact) -> Series:
-    """Friction (m,) in N that a contact would have shown: axial, then tangential where that was measured."""
+def predict(data: FrictionData, contact: Contact) -> Series:
+    """Friction (m,) N that a contact would show: axial, then tangential where that was measured."""
     table = friction_table(contact.shear_factor, contact.asperity)
     axis = math.cos(contact.asperity.orientation), math.sin(contact.asperity.orientation)
     compliance = data.normal_force / contact.stiffness
-    if isinstance(data, AgainstVelocity):
+    if isinstance(data, FrictionOverVelocity):
         return contact.stiffness * settled_deformation(
             data.feed, data.vibration, data.frequency, data.direction, compliance, table, contact.dahl_exponent, *axis
         )
@@ -86,7 +95,7 @@ def predict(data: Data, contact: Contact) -> Series:
 
 
 def identify(
-    data: Data,
+    data: FrictionData,
     *,
     free: Sequence[str] = (),
     base: Contact = PAPER,
@@ -96,10 +105,18 @@ def identify(
     workers: int = 2,
     progress: Callable[[int, float], None] | None = None,
 ) -> Identification:
-    """Fit kt and the two slopes, and any of shear_factor and dahl_exponent named in free.
+    """Fit kt, the two slopes, and what is named in ``free``.
 
-    base: holds what is not fitted: h, chi, orientation, f and i. progress(generation, best misfit in N) is called
-    after every generation. Raises InputError for a parameter that cannot be freed, or too little data.
+    Args:
+        data: Measured friction.
+        free: Further parameters to fit: any of shear_factor and dahl_exponent.
+        base: Holds what is not fitted: h, chi, orientation, f and i.
+        particles, generations, seed: Of the swarm.
+        workers: Threads.
+        progress: Called with the generation and the best misfit (N) after every generation.
+
+    Raises:
+        InputError: For a parameter that cannot be freed, and for too little data.
     """
     names = _names(data, free)
     measured = _measured(data)
@@ -136,23 +153,25 @@ def identify(
     )
 
 
-def _names(data: Data, free: Sequence[str]) -> list[str]:
+def _names(data: FrictionData, free: Sequence[str]) -> list[str]:
     unknown = [name for name in free if name not in ("shear_factor", "dahl_exponent", "shape_factor")]
     if unknown:
-        raise InputError(f"identify: --free {unknown[0]}: only shear_factor, shape_factor and dahl_exponent can be")
-    across = np.any(data.tangential) if isinstance(data, AgainstTime) else np.any(np.sin(data.direction))
+        raise InputError(
+            f"identify: --free {unknown[0]}: only shear_factor, shape_factor and dahl_exponent can be fitted"
+        )
+    across = np.any(data.tangential) if isinstance(data, FrictionOverTime) else np.any(np.sin(data.direction))
     names = ["stiffness", "axial_slope", *(["tangential_slope"] if across else [])]
     return [*names, *(name for name in free if name != "shape_factor")]
 
 
-def _measured(data: Data) -> Series:
-    if isinstance(data, AgainstTime) and data.tangential_friction.size:
+def _measured(data: FrictionData) -> Series:
+    if isinstance(data, FrictionOverTime) and data.tangential_friction.size:
         return np.concatenate([data.friction, data.tangential_friction])
     return data.friction
 
 
 def _contact(base: Contact, values: dict[str, float]) -> Contact | None:
-    """The contact of a point of the search; None where there is no steady friction."""
+    """The contact with these parameter values; None where friction has no steady solution."""
     asperity = base.asperity
     ratio = asperity.height / asperity.shape_factor
     minor = ratio / values["axial_slope"]
@@ -181,7 +200,7 @@ def _swarm(
     workers: int,
     progress: Callable[[int, float], None] | None,
 ) -> tuple[Series, int]:
-    """The best point that a particle swarm finds, and how often it looked."""
+    """The best point of a particle swarm, and the number of its evaluations."""
     from pymoo.algorithms.soo.nonconvex.pso import PSO
     from pymoo.core.callback import Callback
     from pymoo.core.problem import Problem
@@ -208,10 +227,13 @@ def _swarm(
 
 
 def _uncertainty(jacobian: Series, residual: Series) -> tuple[Series, Series]:
-    """Standard errors and correlations of the fit; neighbouring samples that err alike count as fewer samples."""
+    """Standard errors and correlations of the fit.
+
+    Correlation between residuals of neighbouring samples reduces the effective number of samples.
+    """
     count, parameters = jacobian.shape
-    alike = float(np.clip(np.corrcoef(residual[:-1], residual[1:])[0, 1], 0.0, 0.99)) if count > 10 else 0.0
-    variance = float(residual @ residual) / max(count - parameters, 1) * (1.0 + alike) / (1.0 - alike)
+    lag_one = float(np.clip(np.corrcoef(residual[:-1], residual[1:])[0, 1], 0.0, 0.99)) if count > 10 else 0.0
+    variance = float(residual @ residual) / max(count - parameters, 1) * (1.0 + lag_one) / (1.0 - lag_one)
     _, singular, v = np.linalg.svd(jacobian, full_matrices=False)
     inverse = 1.0 / np.maximum(singular, 1e-9 * singular[0])
     covariance = (v.T * inverse**2) @ v * max(variance, 1e-30)
@@ -222,47 +244,51 @@ def _uncertainty(jacobian: Series, residual: Series) -> tuple[Series, Series]:
 def _estimates(
     names: list[str], point: Series, errors: Series, freedom: int, contact: Contact
 ) -> dict[str, ParameterEstimate]:
-    reach = float(stats.t.ppf(0.975, freedom))
-    found: dict[str, ParameterEstimate] = {}
+    quantile = float(stats.t.ppf(0.975, freedom))
+    estimates: dict[str, ParameterEstimate] = {}
     for name, x, error in zip(names, point, errors, strict=True):
         known = error < UNDETERMINED
-        wide = (math.exp(x - reach * error), math.exp(x + reach * error)) if known else None
-        found[name] = ParameterEstimate(math.exp(x), wide, bool(known))
+        interval = (math.exp(x - quantile * error), math.exp(x + quantile * error)) if known else None
+        estimates[name] = ParameterEstimate(math.exp(x), interval, bool(known))
     ratio = contact.asperity.height / contact.asperity.shape_factor
     for axis, slope in (("minor_axis", "axial_slope"), ("major_axis", "tangential_slope")):
-        bounds = found[slope].interval if slope in found else None
+        bounds = estimates[slope].interval if slope in estimates else None
         if bounds is not None:
-            found[axis] = ParameterEstimate(ratio / found[slope].value, (ratio / bounds[1], ratio / bounds[0]), True)
+            estimates[axis] = ParameterEstimate(
+                ratio / estimates[slope].value, (ratio / bounds[1], ratio / bounds[0]), True
+            )
         else:
-            found[axis] = ParameterEstimate(getattr(contact.asperity, axis), None, False)
-    return found
+            estimates[axis] = ParameterEstimate(getattr(contact.asperity, axis), None, False)
+    return estimates
 
 
 def _degeneracies(
     names: list[str], free: Sequence[str], estimates: dict[str, ParameterEstimate], correlation: Series, base: Contact
 ) -> tuple[str, ...]:
-    said = [
-        "a, b, h and chi enter only as the slopes h/(chi a) and h/(chi b): no friction tells them apart further. "
+    sentences = [
+        "a, b, h and chi enter only as the slopes h/(chi a) and h/(chi b); friction cannot separate them further. "
         f"a and b are given for h = {base.asperity.height * 1e6:g} um and chi = {base.asperity.shape_factor:g}, held."
     ]
     if "shape_factor" in free:
-        said.append("shape_factor was asked for: it cannot be found beside a and b, see above; it stays held.")
+        sentences.append("shape_factor cannot be fitted beside a and b, see above; it stays held.")
     if "tangential_slope" not in names:
-        said.append(
-            "All motion is along the axis: this data says nothing of h/(chi b), so nothing of b; it is kept in its "
-            "ratio to a. Add motion across the axis (tangential_m, or direction_deg)."
+        sentences.append(
+            "All motion is along the axis, so this data does not determine h/(chi b) or b; b keeps its ratio to a. "
+            "Add motion across the axis (tangential_m, or direction_deg)."
         )
     if "shear_factor" not in names:
-        said.append(
+        sentences.append(
             f"f is held at {base.shear_factor:g}: in plain sliding a larger f and smaller slopes give the same "
             "friction, so the slopes are those for this f."
         )
-    said += [f"{name} is not determined by this data." for name in names if not estimates[name].determined]
-    for j, one in enumerate(names):
+    sentences += [f"{name} is not determined by this data." for name in names if not estimates[name].determined]
+    for j, name in enumerate(names):
         for k in range(j):
             if abs(correlation[j, k]) > 0.95:
-                said.append(f"{names[k]} and {one} are hardly told apart (correlation {correlation[j, k]:+.3f}).")
-    return tuple(said)
+                sentences.append(
+                    f"{names[k]} and {name} are hardly separable (correlation {correlation[j, k]:+.3f})."
+                )
+    return tuple(sentences)
 
 
 @compiled
@@ -277,10 +303,17 @@ def settled_deformation(
     axis_x: float,
     axis_y: float,
 ) -> Series:
-    """Mean axial deformation (m) in the settled cycle of each experiment: feed plus a harmonic vibration.
+    """Mean axial deformation (m) in the settled cycle of each experiment: a feed plus a harmonic vibration.
 
-    Arrays (n,) as in `AgainstVelocity`, compliance F_N/kt in m. A cycle has 60 steps; it has settled when its mean
-    changes by less than 1e-5 of z_ss.
+    A cycle has 60 steps. It has settled when its mean changes by less than 1e-5 of z_ss.
+
+    Args:
+        feed, vibration, frequency, direction: As in `FrictionOverVelocity`, (n,).
+        compliance: F_N / kt, m, (n,).
+        table, exponent, axis_x, axis_y: As in `dahl.advance_on_table`.
+
+    Returns:
+        (n,).
     """
     out = np.empty(feed.size)
     sine = np.sin(2.0 * math.pi * np.arange(61) / 60.0)

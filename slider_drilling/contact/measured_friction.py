@@ -1,6 +1,6 @@
-"""Measured friction as `identify` reads it: a CSV table against time or against velocity.
+"""Measured friction, as `identify` reads it from a CSV table: over time, or over velocity.
 
-Against time, one row per sample of one experiment, which starts with the contact undeformed:
+Over time: one row per sample of one experiment, which starts with the contact undeformed:
 
     time_s            s, increasing
     axial_m           m, displacement along the hole's axis
@@ -9,7 +9,7 @@ Against time, one row per sample of one experiment, which starts with the contac
     friction_n        N along the axis, positive where it resists motion towards positive axial_m
     tangential_friction_n   N across it, likewise (left out: not measured)
 
-Against velocity, one row per settled experiment, mean friction while a harmonic vibration comes on top of a feed:
+Over velocity: one row per settled experiment, with the mean friction while a harmonic vibration is added to a feed:
 
     feed_m_per_s        m/s, along the axis
     vibration_m_per_s   m/s, amplitude of the vibration's velocity
@@ -31,14 +31,14 @@ from numpy.typing import NDArray
 
 from slider_drilling.errors import InputError
 
-AGAINST_TIME = ("time_s", "axial_m", "normal_force_n", "friction_n")
-OPTIONAL_AGAINST_TIME = ("tangential_m", "tangential_friction_n")
-AGAINST_VELOCITY = ("feed_m_per_s", "vibration_m_per_s", "frequency_hz", "normal_force_n", "friction_n")
-OPTIONAL_AGAINST_VELOCITY = ("direction_deg",)
+OVER_TIME = ("time_s", "axial_m", "normal_force_n", "friction_n")
+OPTIONAL_OVER_TIME = ("tangential_m", "tangential_friction_n")
+OVER_VELOCITY = ("feed_m_per_s", "vibration_m_per_s", "frequency_hz", "normal_force_n", "friction_n")
+OPTIONAL_OVER_VELOCITY = ("direction_deg",)
 
 Series = NDArray[np.float64]
-# What no experiment shows, in each column's unit: beyond it a number is a unit's mistake or none at all.
-MOST = {
+# Largest plausible magnitude in each column's unit: a larger number has the wrong unit.
+LIMITS = {
     "time_s": 1e9, "axial_m": 1e4, "tangential_m": 1e4, "normal_force_n": 1e8, "friction_n": 1e8,
     "tangential_friction_n": 1e8, "feed_m_per_s": 1e3, "vibration_m_per_s": 1e3, "frequency_hz": 1e5,
     "direction_deg": 1e4,
@@ -46,8 +46,8 @@ MOST = {
 
 
 @dataclass(frozen=True)
-class AgainstTime:
-    """One experiment through time, every array (n,) in s, m and N; tangential_friction is empty where not measured."""
+class FrictionOverTime:
+    """One experiment over time: arrays (n,) in s, m and N; tangential_friction is empty where not measured."""
 
     time: Series
     axial: Series
@@ -58,8 +58,8 @@ class AgainstTime:
 
 
 @dataclass(frozen=True)
-class AgainstVelocity:
-    """Settled experiments, every array (n,): m/s, m/s, Hz, rad, N, N."""
+class FrictionOverVelocity:
+    """Settled experiments: arrays (n,) in m/s, m/s, Hz, rad, N and N."""
 
     feed: Series
     vibration: Series
@@ -69,35 +69,35 @@ class AgainstVelocity:
     friction: Series
 
 
-def read_measured(path: Path) -> AgainstTime | AgainstVelocity:
-    """Read a table of measured friction; the header says which of the two kinds it is.
+def read_measured(path: Path) -> FrictionOverTime | FrictionOverVelocity:
+    """Read a table of measured friction; its header says which of the two kinds it is.
 
-    Raises InputError naming the file, and the rows (as lines of the file) with a missing, NaN or impossible value.
+    Raises InputError naming the file, and the lines with a missing, NaN or impossible value.
     """
     header, columns = _columns(path)
     if "time_s" in header:
-        found = _named(path, header, columns, AGAINST_TIME, OPTIONAL_AGAINST_TIME)
-        _check(path, "time_s", np.concatenate([[True], np.diff(found["time_s"]) > 0.0]), "must increase")
-        _check(path, "normal_force_n", found["normal_force_n"] > 0.0, "must be positive")
-        _rubs(path, found["friction_n"])
+        table = _named(path, header, columns, OVER_TIME, OPTIONAL_OVER_TIME)
+        _check(path, "time_s", np.concatenate([[True], np.diff(table["time_s"]) > 0.0]), "must increase")
+        _check(path, "normal_force_n", table["normal_force_n"] > 0.0, "must be positive")
+        _require_friction(path, table["friction_n"])
         nothing = np.zeros(0)
-        return AgainstTime(
-            found["time_s"], found["axial_m"], found.get("tangential_m", np.zeros_like(found["time_s"])),
-            found["normal_force_n"], found["friction_n"], found.get("tangential_friction_n", nothing),
+        return FrictionOverTime(
+            table["time_s"], table["axial_m"], table.get("tangential_m", np.zeros_like(table["time_s"])),
+            table["normal_force_n"], table["friction_n"], table.get("tangential_friction_n", nothing),
         )  # fmt: skip
-    found = _named(path, header, columns, AGAINST_VELOCITY, OPTIONAL_AGAINST_VELOCITY)
+    table = _named(path, header, columns, OVER_VELOCITY, OPTIONAL_OVER_VELOCITY)
     for name in ("feed_m_per_s", "frequency_hz", "normal_force_n"):
-        _check(path, name, found[name] > 0.0, "must be positive")
-    _check(path, "vibration_m_per_s", found["vibration_m_per_s"] >= 0.0, "must not be negative")
-    _rubs(path, found["friction_n"])
-    direction = np.radians(found.get("direction_deg", np.zeros_like(found["feed_m_per_s"])))
-    return AgainstVelocity(
-        found["feed_m_per_s"], found["vibration_m_per_s"], found["frequency_hz"], direction, found["normal_force_n"],
-        found["friction_n"],
+        _check(path, name, table[name] > 0.0, "must be positive")
+    _check(path, "vibration_m_per_s", table["vibration_m_per_s"] >= 0.0, "must not be negative")
+    _require_friction(path, table["friction_n"])
+    direction = np.radians(table.get("direction_deg", np.zeros_like(table["feed_m_per_s"])))
+    return FrictionOverVelocity(
+        table["feed_m_per_s"], table["vibration_m_per_s"], table["frequency_hz"], direction, table["normal_force_n"],
+        table["friction_n"],
     )  # fmt: skip
 
 
-def _rubs(path: Path, friction: Series) -> None:
+def _require_friction(path: Path, friction: Series) -> None:
     if not friction.any():
         raise InputError(f"{path}: friction_n is zero throughout: there is no friction to identify")
 
@@ -115,9 +115,9 @@ def _columns(path: Path) -> tuple[list[str], list[list[str]]]:
     if len(rows) < 2:
         raise InputError(f"{path}: needs a header line and rows below it")
     header = [name.strip() for name in rows[0]]
-    twice = [name for name in dict.fromkeys(header) if header.count(name) > 1]
-    if twice:
-        raise InputError(f"{path}: header: {', '.join(twice)[:100]}: given twice; keep one")
+    repeated = [name for name in dict.fromkeys(header) if header.count(name) > 1]
+    if repeated:
+        raise InputError(f"{path}: header: {', '.join(repeated)[:100]}: given twice; keep one")
     return header, rows[1:]
 
 
@@ -127,8 +127,8 @@ def _named(
     missing = [name for name in needed if name not in header]
     if missing:
         raise InputError(
-            f"{path}: header: {', '.join(missing)} missing; needs {', '.join(AGAINST_TIME)} (against time) or "
-            f"{', '.join(AGAINST_VELOCITY)} (against velocity)"
+            f"{path}: header: {', '.join(missing)} missing; needs {', '.join(OVER_TIME)} (over time) or "
+            f"{', '.join(OVER_VELOCITY)} (over velocity)"
         )
     unknown = [name for name in header if name not in (*needed, *optional)]
     if unknown:
@@ -139,7 +139,7 @@ def _named(
 def _numbers(path: Path, name: str, column: int, rows: list[list[str]]) -> Series:
     values = np.array([_number(row[column]) if column < len(row) else math.nan for row in rows])
     _check(path, name, np.isfinite(values), "is missing or not a finite number")
-    _check(path, name, np.abs(values) <= MOST[name], f"is beyond {MOST[name]:g}, which nothing measures")
+    _check(path, name, np.abs(values) <= LIMITS[name], f"is beyond {LIMITS[name]:g}; check its unit")
     return values
 
 

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from slider_drilling.asperity_friction.wear_regimes import WearMode, wear_mode
+from slider_drilling.asperity_friction import WearMode, wear_mode
 from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
 from slider_drilling.rig.parts import Bit, Contact, Motor, Mud, String, Well

@@ -1,4 +1,4 @@
-"""Nested changes to a tree of keys and values, as YAML gives it and `schema.build` takes it."""
+"""Nested changes to a tree of keys and values, as `parse_yaml` gives it and `build_dataclass` takes it."""
 
 from __future__ import annotations
 
@@ -16,17 +16,24 @@ _PATH = re.compile(r"[^.\[\]]+(?:\[\d+\])*(?:\.[^.\[\]]+(?:\[\d+\])*)*")
 
 
 def apply_changes(tree: Mapping[str, Any], changes: Mapping[str, Any], source: str) -> dict[str, Any]:
-    """A copy of ``tree`` with ``changes`` made; neither is touched.
+    """A copy of a tree with some values changed; neither argument is modified.
 
-    A key of ``changes`` is a key or a path (``mud.density``, ``string.sections[0].length``). A mapping changes keys
-    below it, anything else (lists too) takes the place of what was there. What the values may be is for
-    `schema.build` to say. Raises InputError for a path that leads nowhere.
+    `build_dataclass` checks the values afterwards.
+
+    Args:
+        tree: Keys and values.
+        changes: By key or path (``mud.density``, ``string.sections[0].length``). A mapping changes keys below it;
+            anything else (lists too) replaces what was there.
+        source: Names the tree in errors.
+
+    Raises:
+        InputError: For a path that does not exist.
     """
     result: dict[str, Any] = copy.deepcopy(dict(tree))
     for path, value in _leaves(changes, ""):
-        *way, last = _steps(path, source)
+        *parents, last = _steps(path, source)
         here: Any = result
-        for step in way:
+        for step in parents:
             here = _below(here, step, path, source)
         if isinstance(last, int) or not isinstance(here, dict):
             _below(here, last, path, source)
@@ -35,7 +42,7 @@ def apply_changes(tree: Mapping[str, Any], changes: Mapping[str, Any], source: s
 
 
 def _leaves(changes: Mapping[str, Any], above: str) -> Iterator[tuple[str, Any]]:
-    """(path, value) of each value that is no mapping."""
+    """(path, value) of each value that is not a mapping."""
     for key, value in changes.items():
         path = f"{above}{key}"
         if isinstance(value, Mapping):
@@ -45,7 +52,7 @@ def _leaves(changes: Mapping[str, Any], above: str) -> Iterator[tuple[str, Any]]
 
 
 def _as_yaml(value: Any) -> Any:
-    """Dataclasses, tuples, arrays and their numbers as what YAML knows."""
+    """Dataclasses, tuples, arrays and their numbers as YAML types."""
     if hasattr(value, "tolist"):
         return value.tolist()
     if isinstance(value, Mapping):
@@ -57,19 +64,19 @@ def _as_yaml(value: Any) -> Any:
 
 def _steps(path: str, source: str) -> list[str | int]:
     if not _PATH.fullmatch(path):
-        raise InputError(f"{source}: {path!r}: not a key; write keys as mud.density or string.sections[0].length")
+        raise InputError(f"{source}: {path!r}: not a key; write keys like mud.density or string.sections[0].length")
     return [name or int(index) for name, index in _STEP.findall(path)]
 
 
 def _below(here: Any, step: str | int, path: str, source: str) -> Any:
     if isinstance(step, int):
         if not isinstance(here, list):
-            raise InputError(f"{source}: {path}: [{step}] is asked of what is no list")
+            raise InputError(f"{source}: {path}: [{step}] needs a list there")
         if step >= len(here):
-            raise InputError(f"{source}: {path}: there are only {len(here)}, the first of which is [0]")
+            raise InputError(f"{source}: {path}: the list has {len(here)} entries, the first is [0]")
         return here[step]
     if not isinstance(here, dict):
-        raise InputError(f"{source}: {path}: {step!r} is asked of what has no keys")
+        raise InputError(f"{source}: {path}: {step!r} needs keys and values there")
     if step not in here:
         near = difflib.get_close_matches(step, [str(key) for key in here], n=1)
         hint = f"did you mean {near[0]}?" if near else f"known keys: {', '.join(map(str, here))}"
@@ -78,7 +85,7 @@ def _below(here: Any, step: str | int, path: str, source: str) -> Any:
 
 
 def parse_number(text: str, what: str) -> float:
-    """A number as typed on a command line; ``what`` names it in errors. Raises InputError."""
+    """A number typed on a command line; ``what`` names it in errors. Raises InputError."""
     try:
         return float(text)
     except ValueError:

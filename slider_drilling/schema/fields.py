@@ -1,4 +1,4 @@
-"""Frozen dataclasses from YAML mappings, each value checked against the unit and range it declares."""
+"""Frozen dataclasses from YAML mappings; every number is checked against the unit and range that its field declares."""
 
 from __future__ import annotations
 
@@ -13,13 +13,18 @@ from slider_drilling.errors import InputError
 from slider_drilling.schema.yaml_tree import shorten
 
 T = TypeVar("T")
+_MAX_ENTRIES = 10_000  # of a list; surveys have a thousand stations at most
 
 
 @dataclasses.dataclass(frozen=True)
 class Range:
-    """Unit and limits of one number: at_least and at_most are allowed themselves, above and below are not.
+    """Unit and limits of one number.
 
-    why: what the limits come from, for whoever is refused.
+    Attributes:
+        unit: "-" for a pure number.
+        at_least, at_most: Limits that are allowed themselves.
+        above, below: Limits that are not.
+        why: Reason for the limits, shown when a value is refused.
     """
 
     unit: str = "-"
@@ -46,29 +51,29 @@ class Range:
         return None
 
     def __str__(self) -> str:
-        """The limits in words, such as ``above 0, at most 1``."""
+        """The limits in words, like ``above 0, at most 1``."""
         bounds = (("at least", self.at_least), ("above", self.above), ("at most", self.at_most), ("below", self.below))
         return ", ".join(f"{word} {bound:g}" for word, bound in bounds if math.isfinite(bound)) or "any"
 
 
 def quantity(unit: str = "-", default: Any = dataclasses.MISSING, why: str = "", **limits: float) -> Any:
-    """A dataclass field that holds a number of this unit within these limits (see `Range`)."""
+    """A dataclass field for a number with this unit and these limits (see `Range`)."""
     return dataclasses.field(default=default, metadata={"range": Range(unit, why=why, **limits)})
 
 
 def table(**columns: Range) -> Any:
-    """A dataclass field that holds rows of numbers, each column with its range."""
+    """A dataclass field for rows of numbers, with a range for each column."""
     return dataclasses.field(metadata={"columns": columns})
 
 
 def nested(**ranges: Range) -> Any:
-    """A dataclass field that holds a dataclass some of whose numbers have these ranges here, by name."""
+    """A dataclass field for a nested dataclass; ``ranges`` replace those of its own fields, by name."""
     return dataclasses.field(metadata={"ranges": ranges})
 
 
 @dataclasses.dataclass(frozen=True)
 class NumberField:
-    """One number of a schema: its key from the top, its range, its default or None where it must be given."""
+    """One number of a schema: its key from the top, its range, and its default (None where it must be given)."""
 
     key: str
     range: Range
@@ -76,7 +81,7 @@ class NumberField:
 
 
 def number_fields(cls: type, path: str = "", ranges: Mapping[str, Range] | None = None) -> Iterator[NumberField]:
-    """Every number that a dataclass and those within it declare, in order; ``[]`` marks items of a list."""
+    """Every number that a dataclass and its nested ones declare, in order; ``[]`` marks items of a list."""
     hints = typing.get_type_hints(cls)
     for field in dataclasses.fields(cls):
         where, hint = _join(path, field.name), hints[field.name]
@@ -94,13 +99,21 @@ def number_fields(cls: type, path: str = "", ranges: Mapping[str, Range] | None 
 def build_dataclass(
     cls: type[T], raw: Any, source: str, path: str = "", ranges: Mapping[str, Range] | None = None
 ) -> T:
-    """Make the dataclass ``cls`` from a mapping as YAML gives it; ``ranges`` replace those of its fields, by name.
+    """Build a dataclass from a mapping as YAML gives it.
 
-    Raises InputError, naming source, key and value, for a key that is unknown or missing, a value of the wrong
-    type, or a number outside its declared range.
+    Args:
+        cls: The dataclass.
+        raw: Keys and values.
+        source: Names the file in errors.
+        path: Key of ``raw`` from the top, for errors.
+        ranges: Replace the ranges that fields declare, by name.
+
+    Raises:
+        InputError: Naming source, key and value, for an unknown or missing key, a value of the wrong type, or a number
+            outside its range.
     """
     if not isinstance(raw, dict):
-        raise InputError(f"{source}: {path or 'top level'} = {shorten(raw)}: expected keys and values, found none")
+        raise InputError(f"{source}: {path or 'top level'} = {shorten(raw)}: expected keys and values")
     fields = {f.name: f for f in dataclasses.fields(cls) if f.init}  # type: ignore[arg-type]
     for key in raw:
         if key not in fields:
@@ -120,7 +133,7 @@ def build_dataclass(
 
 
 def to_tree(value: Any) -> Any:
-    """Dataclasses and tuples as the dicts and lists that YAML writes; the inverse of `build`."""
+    """Dataclasses and tuples as dicts and lists for YAML; the inverse of `build_dataclass`."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {f.name: to_tree(getattr(value, f.name)) for f in dataclasses.fields(value) if f.init}
     if isinstance(value, tuple):
@@ -158,8 +171,8 @@ def _convert_list(
     kinds = typing.get_args(hint)
     if not isinstance(raw, list):
         raise InputError(f"{source}: {where} = {shorten(raw)}: expected a list")
-    if len(raw) > _LONGEST:
-        raise InputError(f"{source}: {where}: {len(raw)} entries; at most {_LONGEST} are read")
+    if len(raw) > _MAX_ENTRIES:
+        raise InputError(f"{source}: {where}: {len(raw)} entries; at most {_MAX_ENTRIES} are read")
     columns = metadata.get("columns")
     if columns is not None and kinds[-1] is Ellipsis:
         names = [f"{where}[{index}]" for index in range(len(raw))]
@@ -170,9 +183,6 @@ def _convert_list(
         raise InputError(f"{source}: {where} = {shorten(raw)}: expected {len(kinds)} numbers, found {len(raw)}")
     pairs = enumerate(zip(raw, kinds, strict=True))
     return tuple(_convert(item, kind, limits, metadata, source, f"{where}[{index}]") for index, (item, kind) in pairs)
-
-
-_LONGEST = 10_000  # entries of a list: surveys have a thousand stations at most
 
 
 def _convert_columns(raw: Any, columns: Mapping[str, Range], source: str, where: str) -> tuple[float, ...]:

@@ -1,4 +1,4 @@
-"""YAML as plain dicts, lists, words and decimal numbers; what YAML 1.1 would quietly make of a value is refused."""
+"""YAML as plain dicts, lists, strings and decimal numbers, without the surprising conversions of YAML 1.1."""
 
 from __future__ import annotations
 
@@ -12,14 +12,21 @@ from slider_drilling.errors import InputError
 
 _INTEGER = re.compile(r"[-+]?(0|[1-9][0-9]{0,999})")
 _PREFIX = "tag:yaml.org,2002:"
-_SHOWN = 100  # characters of a value that an error shows
+_MAX_SHOWN = 100  # characters of a value that an error shows
 
 
 def parse_yaml(text: str, source: str) -> Any:
-    """What a YAML text holds; ``source`` names it in errors.
+    """The tree that a YAML text holds.
 
-    Numbers are decimal, anything else that YAML 1.1 takes for one (``12:30`` is 750 there, ``010`` is 8) stays text,
-    as dates do. Raises InputError for what is not YAML, a key given twice, a tag, and a list that holds itself.
+    Numbers are decimal. What YAML 1.1 would also read as a number (``12:30`` as 750, ``010`` as 8) stays text, and so
+    do dates.
+
+    Args:
+        text: YAML.
+        source: Names the text in errors.
+
+    Raises:
+        InputError: For invalid YAML, a repeated key, a tag, and an alias that contains itself.
     """
     try:
         node = yaml.compose(text, Loader=yaml.SafeLoader)
@@ -31,19 +38,22 @@ def parse_yaml(text: str, source: str) -> Any:
 
 
 def shorten(value: Any) -> str:
-    """A value for an error message: on one line, cut where it is long."""
+    """A value for an error message: on one line, shortened where it is long."""
     shortened = reprlib.Repr()
-    shortened.maxstring = shortened.maxother = shortened.maxlong = _SHOWN
+    shortened.maxstring = shortened.maxother = shortened.maxlong = _MAX_SHOWN
     shortened.maxlist = shortened.maxdict = 4
     shortened.maxlevel = 2
     return " ".join(shortened.repr(value).split())
 
 
 def _value(node: yaml.Node, source: str, known: dict[int, Any], above: set[int]) -> Any:
-    """``known``: values of nodes seen before, by identity, as aliases share them; ``above``: the nodes around this."""
+    """The value of a node.
+
+    known: Values of nodes seen before, by identity, since aliases share them; above: nodes that contain this one.
+    """
     place = id(node)
     if place in above:
-        raise InputError(f"{_line(node, source)}: an alias that holds itself; write the values out")
+        raise InputError(f"{_line(node, source)}: an alias that contains itself; write the values out")
     if place not in known:
         if isinstance(node, yaml.ScalarNode):
             known[place] = _scalar(node, source)
@@ -57,17 +67,17 @@ def _value(node: yaml.Node, source: str, known: dict[int, Any], above: set[int])
 
 def _mapping(node: yaml.Node, source: str, known: dict[int, Any], above: set[int]) -> dict[Any, Any]:
     _check_tag(node, "map", source)
-    found: dict[Any, Any] = {}
+    values: dict[Any, Any] = {}
     for key_node, value_node in node.value:
         if not isinstance(key_node, yaml.ScalarNode):
             raise InputError(f"{_line(key_node, source)}: a key must be a word")
         if key_node.tag == f"{_PREFIX}merge":
             raise InputError(f"{_line(key_node, source)}: <<: merging keys is not supported; write them out")
         key = key_node.value
-        if key in found:
+        if key in values:
             raise InputError(f"{_line(key_node, source)}: {shorten(key)[1:-1]}: given twice; keep one")
-        found[key] = _value(value_node, source, known, above)
-    return found
+        values[key] = _value(value_node, source, known, above)
+    return values
 
 
 def _scalar(node: yaml.ScalarNode, source: str) -> Any:
@@ -91,7 +101,7 @@ def _scalar(node: yaml.ScalarNode, source: str) -> Any:
 def _float(text: str) -> float | str:
     plain = text.lower().replace(".inf", "inf").replace(".nan", "nan")
     try:
-        # Underscores and, by YAML 1.1, sixtieths (1:30.5) are within a float's tag.
+        # YAML 1.1 also tags numbers with underscores and sexagesimals (1:30.5) as floats.
         return text if "_" in text else float(plain)
     except ValueError:
         return text

@@ -1,1 +1,1 @@
-"""The hole and the string that lies in it: course, mesh, and loads at rest or in steady motion."""
+"""The hole and the string in it: well path, mesh, side force, and loads at rest or in steady motion."""

@@ -1,7 +1,7 @@
-"""Torque and drag against the bit's depth, as a string goes into the hole: the planner's broomstick.
+"""Torque and drag over bit depth while a string goes into the hole: the planner's broomstick plot.
 
-At each depth the string is what hangs there: its lower end, the bottom-hole assembly and as much pipe above it as the
-depth takes. Loads are those of `static_loads`: picked up, slacked off and turned off bottom.
+At each depth the string in the hole is its lower end: the bottom-hole assembly and as much pipe above it as the depth
+needs. Loads are those of `static_loads`: picking up, slacking off and rotating off bottom.
 """
 
 from __future__ import annotations
@@ -21,9 +21,13 @@ from slider_drilling.wellbore.well_path import Array
 
 @dataclass(frozen=True)
 class Broomstick:
-    """friction: the coefficient, None for that of the rig's contact; every array is (n,) at bit depths m.
+    """Loads over bit depth, each array (n,).
 
-    pick_up, slack_off, rotating: N of hook load; torque: N m to turn the string off bottom.
+    Attributes:
+        friction: Friction coefficient; None for that of the rig's contact.
+        depth: Of the bit, m.
+        pick_up, slack_off, rotating: Hook load, N.
+        torque: To rotate the string off bottom, N m.
     """
 
     friction: float | None
@@ -35,25 +39,30 @@ class Broomstick:
 
 
 def with_bit_at(rig: Rig, depth: float) -> Rig:
-    """The rig while its bit is at this depth, m: pipe taken off at the top. Raises InputError outside the string."""
+    """The rig with its bit at this depth (m): pipe is removed at the top. Raises InputError outside the string."""
     if not 0.0 < depth <= rig.string.length + 1e-6:
         raise InputError(f"bit depth = {depth:g} m: must be above 0 and at most the string's {rig.string.length:g} m")
-    left, sections = depth, []
+    missing, sections = depth, []
     for section in reversed(rig.string.sections):
-        if left <= 1e-9:
+        if missing <= 1e-9:
             break
-        sections.append(dataclasses.replace(section, length=min(section.length, left)))
-        left -= section.length
+        sections.append(dataclasses.replace(section, length=min(section.length, missing)))
+        missing -= section.length
     return dataclasses.replace(rig, string=dataclasses.replace(rig.string, sections=tuple(sections[::-1])))
 
 
 def broomstick(
     rig: Rig, friction: float | None = None, depths: Sequence[float] | None = None, elements: int = 200
 ) -> Broomstick:
-    """Loads off bottom at every depth; by default 40 of them down to the string's length.
+    """Loads off bottom at every depth.
 
-    friction: one coefficient for every slip, times the well's friction intervals; None takes the rig's contact's.
-    Raises InputError for a depth outside the string and a friction below zero.
+    Args:
+        friction: One coefficient for every slip, times the well's friction intervals; None for the rig's contact.
+        depths: Of the bit, m, (n,); None for 40 of them down to the string's length.
+        elements: Of the string at each depth.
+
+    Raises:
+        InputError: For a depth outside the string and a friction below zero.
     """
     length = rig.string.length
     at = np.linspace(length / 40.0, length, 40) if depths is None else np.asarray(depths, dtype=float)

@@ -1,4 +1,4 @@
-"""The string as lumped elements: masses at element middles, springs between them, the wall beside them."""
+"""The string as lumped elements (`model.md` section 3): masses at element middles, springs between them, the wall."""
 
 from __future__ import annotations
 
@@ -12,17 +12,23 @@ from slider_drilling.rig import Rig, StringSection
 from slider_drilling.wellbore.side_force import side_force_geometry
 from slider_drilling.wellbore.well_path import Array, WellPath
 
-GRAVITY = 9.81  # m/s2; the reference logs' hanging weight tells 9.81 from 9.80665
+GRAVITY = 9.81  # m/s2, not 9.80665: the hanging weight of the reference logs shows the difference
 
 
 @dataclass(frozen=True)
 class Mesh:
-    """Per-element geometry and section properties, each (n,), surface first.
+    """Geometry and section properties of the elements, each (n,), surface first.
 
-    top, bottom, middle: measured depth m. area: m2. second_moment: m4 (bending). polar_moment: m4.
-    outer_radius, clearance: m. cosine: of the inclination, averaged so that the hanging weight is exact. sine: of the
-    inclination, vertical_curvature: d inclination / ds, lateral_curvature: sin(inclination) d azimuth / ds, rad/m, so
-    that the side force is the element's own (`slider_drilling.wellbore.side_force`).
+    Attributes:
+        top, bottom, middle: Measured depth, m.
+        area: Of steel, m2.
+        second_moment, polar_moment: m4, of bending and torsion.
+        outer_radius, clearance: m; clearance is radial.
+        cosine: Of the inclination, averaged so that the hanging weight is exact.
+        sine: Of the inclination.
+        vertical_curvature: d inclination / ds, rad/m.
+        lateral_curvature: sin(inclination) d azimuth / ds, rad/m. These three give the side force of the element as a
+            whole (see `side_force`).
     """
 
     top: Array
@@ -51,8 +57,8 @@ class Mesh:
 
 
 def build_mesh(rig: Rig, elements: int) -> Mesh:
-    """About ``elements`` elements of near-equal length, none of which straddles two sections."""
-    # Rows of a rig that was put together in Python may be lists, which no cache takes for a key.
+    """A mesh of about ``elements`` elements of near-equal length, none of which straddles two sections."""
+    # In a rig made in Python rows may be lists, which cannot be a cache's key.
     survey = tuple((depth, inclination, azimuth) for depth, inclination, azimuth in rig.well.survey)
     return _mesh(survey, tuple(rig.string.sections), rig.well.hole_diameter, elements)
 
@@ -64,7 +70,7 @@ def _mesh(
     hole_diameter: float,
     elements: int,
 ) -> Mesh:
-    """The same mesh for all rigs of a well and string: its arrays are not to be written to."""
+    """The mesh shared by all rigs of a well and string; its arrays are read-only."""
     counts = _elements_per_section([section.length for section in sections], elements)
     edges = [0.0]
     for section, count in zip(sections, counts, strict=True):
@@ -75,7 +81,7 @@ def _mesh(
     quartic, area = math.pi / 64.0 * (outer**4 - inner**4), math.pi / 4.0 * (outer**2 - inner**2)
     course = WellPath.from_survey(survey)
     falls = np.diff(course.interpolate(boundaries)[1][:, 2])
-    lying = side_force_geometry(course, boundaries, area, falls)
+    geometry = side_force_geometry(course, boundaries, area, falls)
     mesh = Mesh(
         top=boundaries[:-1],
         bottom=boundaries[1:],
@@ -85,9 +91,9 @@ def _mesh(
         outer_radius=0.5 * outer,
         clearance=0.5 * (hole_diameter - outer),
         cosine=falls / np.diff(boundaries),
-        sine=lying.sine,
-        vertical_curvature=lying.vertical_curvature,
-        lateral_curvature=lying.lateral_curvature,
+        sine=geometry.sine,
+        vertical_curvature=geometry.vertical_curvature,
+        lateral_curvature=geometry.lateral_curvature,
     )
     for column in fields(mesh):
         getattr(mesh, column.name).setflags(write=False)
@@ -95,14 +101,13 @@ def _mesh(
 
 
 def covered_fraction(mesh: Mesh, top: float, bottom: float) -> Array:
-    """Share (n,) of each element's length that lies between two measured depths."""
+    """Fraction (n,) of each element's length between two measured depths (m)."""
     overlap = np.minimum(mesh.bottom, bottom) - np.maximum(mesh.top, top)
     return np.clip(overlap, 0.0, None) / mesh.length
 
 
 def friction_factors(rig: Rig, mesh: Mesh) -> Array:
-    """What multiplies the contact's friction (n,): the well's interval and a cuttings bed, averaged where one ends
-    inside an element."""
+    """Factors (n,) of the contact's friction: friction intervals times a cuttings bed, averaged over each element."""
     bed = rig.effects.cuttings_bed
     covered = 1.0 + (bed.factor - 1.0) * covered_fraction(mesh, bed.top, bed.bottom)
     if not rig.well.friction_intervals:
@@ -116,20 +121,20 @@ def friction_factors(rig: Rig, mesh: Mesh) -> Array:
 
 
 def torsional_compliances(rig: Rig, mesh: Mesh) -> Array:
-    """Angle (n,) by which each element twists per torque, rad/(N m)."""
+    """Twist of each element per torque (n,), rad/(N m)."""
     stiffness = rig.string.shear_modulus * mesh.polar_moment / mesh.length
     return (1.0 + rig.effects.torsional_compliance.extra) / stiffness
 
 
 def open_hole_fraction(rig: Rig, mesh: Mesh) -> Array:
-    """Share (n,) of each element that lies in the last friction interval, the open hole."""
+    """Fraction (n,) of each element that lies in the last friction interval, the open hole."""
     intervals = rig.well.friction_intervals
     cased_to = intervals[-2].to if len(intervals) > 1 else 0.0
     return covered_fraction(mesh, cased_to, math.inf)
 
 
 def _elements_per_section(lengths: list[float], elements: int) -> list[int]:
-    """Split ``elements`` by length, at least one a section; the longest takes the rounding."""
+    """Elements of each section: in proportion to length, at least one; the longest takes the rounding."""
     total = math.fsum(lengths)
     counts = [max(1, round(elements * length / total)) for length in lengths]
     longest = lengths.index(max(lengths))

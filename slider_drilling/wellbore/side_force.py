@@ -1,15 +1,15 @@
-"""The side force of a whole element: a wall that turns inside it presses elsewhere than its middle does.
+"""The side force of a whole element, also where the hole bends differently within it.
 
-A metre of pipe presses by ``w |(sin t - x dt/ds, x sin t da/ds)|``, w being its buoyed weight and x = T / w its tension
-over that (m). Averaged over an element this is no such law any more where the curvature changes inside it, at a survey
-station above all: pipe that lies on the low side before the station and on the high side behind it presses on both, and
-its middle, or its mean curvature, on neither. What comes nearest is
+A metre of pipe is pressed on the wall by ``w |(sin t - x dt/ds, x sin t da/ds)|``, with w its buoyed weight and
+x = T / w its tension over that (m). Where the curvature changes inside an element, above all at a survey station, the
+average over the element has another form: pipe that lies on the low side before the station and on the high side after
+it presses on both, while the element's middle, or its mean curvature, shows no side force. The closest law of the form
 
-    w sqrt((a - x b)^2 + (x c)^2),
+    w sqrt((a - x b)^2 + (x c)^2)
 
-right without tension (a: the mean of sin t) and by least squares over the tensions that a string of the well may
-have. Where nothing changes a, b and c are sin t, dt/ds and sin t da/ds of the middle, right to the square of the
-element's length.
+is exact without tension (a is the mean of sin t), with b and c by least squares over the tensions that a string of the
+well may have. Where the curvature is constant, a, b and c are sin t, dt/ds and sin t da/ds at the middle, accurate to
+the square of the element's length.
 """
 
 from __future__ import annotations
@@ -21,17 +21,21 @@ from numpy.typing import NDArray
 
 from slider_drilling.wellbore.well_path import Array, WellPath
 
-_PARTS = 8  # of an element, beside those that stations make
-_DRAGS = 0.3 * np.linspace(-1.0, 1.0, 5)  # friction by which a string may be raised and lowered
-_LEAST = 1e-6  # of the square of what presses, over the weight: pipe that hangs free presses on nothing
-_FAR = 1e-3  # share that the mean curvature has in the fit: what tension alone presses
+_PARTS = 8  # of an element, besides those that stations make
+_FRICTION = 0.3 * np.linspace(-1.0, 1.0, 5)  # coefficients with which a string may be raised or lowered
+_MIN_SQUARE = 1e-6  # of side force over weight: freely hanging pipe has none
+_FAR_WEIGHT = 1e-3  # of the mean curvature in the fit, which is the limit of large tension
 _TINY = 1e-12
 
 
 @dataclass(frozen=True)
 class SideForceGeometry:
-    """How pieces of hole lie, each (m,): sine of the inclination at the middle; d inclination / ds; sin(inclination)
-    d azimuth / ds, rad/m.
+    """The coefficients of side force for pieces of hole, each (m,).
+
+    Attributes:
+        sine: sin(inclination) at the middle (a of the module's law).
+        vertical_curvature: d inclination / ds, rad/m (b).
+        lateral_curvature: sin(inclination) d azimuth / ds, rad/m (c).
     """
 
     sine: Array
@@ -39,10 +43,10 @@ class SideForceGeometry:
     lateral_curvature: Array
 
     @classmethod
-    def between(cls, course: WellPath, boundaries: Array) -> SideForceGeometry:
-        """Of the pieces between measured depths (m + 1,)."""
-        direction, _ = course.interpolate(boundaries)
-        middle, _ = course.interpolate(0.5 * (boundaries[:-1] + boundaries[1:]))
+    def between(cls, path: WellPath, boundaries: Array) -> SideForceGeometry:
+        """Geometry at the middle of the pieces between measured depths (m + 1,), m."""
+        direction, _ = path.interpolate(boundaries)
+        middle, _ = path.interpolate(0.5 * (boundaries[:-1] + boundaries[1:]))
         curvature = np.diff(direction, axis=0) / np.diff(boundaries)[:, None]
         cosine, sine = middle[:, 2], np.hypot(middle[:, 0], middle[:, 1])
         flat = sine < 1e-9
@@ -53,58 +57,67 @@ class SideForceGeometry:
         return cls(sine, np.sum(curvature * high_side, axis=1), np.sum(curvature * across, axis=1))
 
     def side_force_per_weight(self, tension: Array) -> Array:
-        """(m,) side force over the buoyed weight, at a tension (m,) over the buoyed weight per metre."""
+        """Side force over buoyed weight (m,), at a tension over buoyed weight per metre (m,), m."""
         return np.hypot(self.sine - tension * self.vertical_curvature, tension * self.lateral_curvature)
 
 
-def side_force_geometry(course: WellPath, boundaries: Array, area: Array, falls: Array) -> SideForceGeometry:
-    """How elements lie as far as their side force goes; boundaries: (n + 1,) m; area: (n,) m2 of steel; falls: (n,) m
-    of true vertical depth. Those without a station inside lie as their middle does.
+def side_force_geometry(path: WellPath, boundaries: Array, area: Array, falls: Array) -> SideForceGeometry:
+    """Side-force coefficients of elements; those without a station inside take those of their middle.
+
+    Args:
+        path: The well path.
+        boundaries: Of the elements, m, (n + 1,).
+        area: Of steel, m2, (n,).
+        falls: True vertical depth that each element spans, m, (n,).
     """
     count, length = len(area), np.diff(boundaries)
     even = boundaries[:-1, None] + length[:, None] * np.arange(_PARTS) / _PARTS
-    inside = course.depth[(course.depth > boundaries[0]) & (course.depth < boundaries[-1])]
+    inside = path.depth[(path.depth > boundaries[0]) & (path.depth < boundaries[-1])]
     edges = np.unique(np.concatenate([even.ravel(), boundaries[-1:], inside]))
     owner = _owner(boundaries, 0.5 * (edges[:-1] + edges[1:]))
-    pieces, share = SideForceGeometry.between(course, edges), np.diff(edges) / length[owner]
+    pieces, fraction = SideForceGeometry.between(path, edges), np.diff(edges) / length[owner]
 
-    def mean(of: Array) -> Array:
-        return np.asarray(np.bincount(owner, share * of, count), dtype=np.float64)
+    def mean(values: Array) -> Array:
+        return np.asarray(np.bincount(owner, fraction * values, count), dtype=np.float64)
 
     sine, curved = mean(pieces.sine), mean(np.hypot(pieces.vertical_curvature, pieces.lateral_curvature))
     hanging, drag = _carried(area * falls) / area, _carried(area * length * sine) / area
-    tensions = hanging + _DRAGS[:, None] * drag
-    pressing = np.stack([mean(pieces.side_force_per_weight(tension[owner])) for tension in tensions])
-    vertical, lateral = _bends(sine, curved, tensions, pressing)
+    tensions = hanging + _FRICTION[:, None] * drag
+    forces = np.stack([mean(pieces.side_force_per_weight(tension[owner])) for tension in tensions])
+    vertical, lateral = _fit_curvatures(sine, curved, tensions, forces)
     lateral = np.where(mean(pieces.lateral_curvature) < 0.0, -lateral, lateral)
-    turns, middle = np.zeros(count, dtype=bool), SideForceGeometry.between(course, boundaries)
-    turns[_owner(boundaries, inside[~np.isin(inside, boundaries)])] = True
+    has_station, middle = np.zeros(count, dtype=bool), SideForceGeometry.between(path, boundaries)
+    has_station[_owner(boundaries, inside[~np.isin(inside, boundaries)])] = True
     return SideForceGeometry(
-        np.where(turns, sine, middle.sine), np.where(turns, vertical, middle.vertical_curvature),
-        np.where(turns, lateral, middle.lateral_curvature),
+        np.where(has_station, sine, middle.sine), np.where(has_station, vertical, middle.vertical_curvature),
+        np.where(has_station, lateral, middle.lateral_curvature),
     )  # fmt: skip
 
 
 def _owner(boundaries: Array, depth: Array) -> NDArray[np.intp]:
-    """(m,) the element that each depth (m,) is in."""
+    """Index of the element that holds each depth (m,)."""
     return np.clip(np.searchsorted(boundaries, depth, side="right") - 1, 0, len(boundaries) - 2)
 
 
-def _bends(sine: Array, curved: Array, tensions: Array, pressing: Array) -> tuple[Array, Array]:
-    """b and c (n,) of the module's law; tensions, pressing: (K, n) m and - of what it is fitted to, relative errors
-    alike; curved: (n,) rad/m, which counts for a little, and alone where tensions tell nothing.
+def _fit_curvatures(sine: Array, curved: Array, tensions: Array, forces: Array) -> tuple[Array, Array]:
+    """b and c (n,) of the module's law by least squares with equal relative errors.
+
+    Args:
+        sine: a, (n,).
+        curved: Mean curvature, rad/m, (n,): a weak prior, which decides alone where tensions give no information.
+        tensions, forces: Tension over weight (m) and side force over weight that are fitted, (K, n).
     """
-    weights = 1.0 / (pressing**2 + _LEAST)
+    weights = 1.0 / (forces**2 + _MIN_SQUARE)
     # (a - x b)^2 + (x c)^2 = a^2 + linear x + square x^2
     first, second, third = (np.sum(weights * tensions**power, axis=0) for power in (2, 3, 4))
-    bent = pressing**2 - sine**2
+    bent = forces**2 - sine**2
     of_linear, of_square = (np.sum(weights * bent * tensions**power, axis=0) for power in (1, 2))
-    far = _FAR * third + _TINY
+    far = _FAR_WEIGHT * third + _TINY
     firm, third, of_far = first + _TINY, third + far, of_square + far * curved**2
     determinant = firm * third - second**2
     linear = (third * of_linear - second * of_far) / determinant
     square = (firm * of_far - second * of_linear) / determinant
-    # Of no real c: then the mean curvature alone is the far end, which with any tension's pressing leaves c real.
+    # Where c would be imaginary the mean curvature alone sets the limit of large tension, which leaves c real.
     real = (square >= 0.0) & (linear**2 <= 4.0 * sine**2 * square)
     square = np.where(real, square, curved**2)
     linear = np.where(real, linear, (of_linear - square * second) / firm)
@@ -113,6 +126,6 @@ def _bends(sine: Array, curved: Array, tensions: Array, pressing: Array) -> tupl
     return vertical, np.sqrt(np.maximum(square - vertical**2, 0.0))
 
 
-def _carried(of: Array) -> Array:
-    """(n,) what the middle of each element carries of what elements (n,) weigh."""
-    return np.cumsum(of[::-1])[::-1] - 0.5 * of
+def _carried(weights: Array) -> Array:
+    """Weight that hangs from the middle of each element (n,)."""
+    return np.cumsum(weights[::-1])[::-1] - 0.5 * weights

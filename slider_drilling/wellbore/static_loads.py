@@ -1,4 +1,4 @@
-"""Static torque and drag: the loads of a string that is raised, lowered or turned steadily.
+"""Static torque and drag: the loads of a string that is raised, lowered or rotated steadily.
 
 The soft string of `model.md` section 3 without inertia. Going up from the bit, with T the tension, M the torque, w_b
 the buoyed weight per metre, w_n the side force and mu the friction of a slip in this direction,
@@ -7,7 +7,7 @@ the buoyed weight per metre, w_n the side force and mu the friction of a slip in
     dM = mu w_n R v_around / v ds
     w_n = sqrt((w_b sin t - T dt/ds)^2 + (T sin t da/ds)^2) + |T| k_t + k_b min(T, 0)^2,
 
-the last two, of tortuosity and of pipe that buckles, where the rig file has these effects.
+where k_t is tortuosity and k_b buckled pipe, if the rig file has these effects.
 
 Each element is integrated by the implicit midpoint rule, of second order in its length: with 200 elements the
 exponential growth of tension around a quarter turn comes out within 1e-5.
@@ -27,13 +27,13 @@ from slider_drilling.rig import Rig
 from slider_drilling.wellbore.mesh import GRAVITY, Mesh, build_mesh, friction_factors, open_hole_fraction
 from slider_drilling.wellbore.well_path import Array
 
-_ITERATIONS = 50
-_CLOSE = 1e-12  # relative; the midpoint's tension converges by a factor of mu * bend / 2 an iteration
+_MAX_ITERATIONS = 50
+_TOLERANCE = 1e-12  # relative; the midpoint's tension converges by a factor of mu * bend / 2 an iteration
 
 
 @dataclass(frozen=True)
 class StaticLoads:
-    """measured_depth, tension N, torque N m: (n + 1,) at the elements' ends, surface first; side_force: (n,) N/m."""
+    """Loads along a string: depth m, tension N and torque N m at element ends (n + 1,), side_force N/m (n,)."""
 
     measured_depth: Array
     tension: Array
@@ -42,12 +42,12 @@ class StaticLoads:
 
     @property
     def hook_load(self) -> float:
-        """N, of the string alone."""
+        """Hook load of the string alone, N."""
         return float(self.tension[0])
 
     @property
     def surface_torque(self) -> float:
-        """N m that the top drive gives."""
+        """Torque of the top drive, N m."""
         return float(self.torque[0])
 
 
@@ -63,10 +63,18 @@ def static_loads(
 ) -> StaticLoads:
     """Loads along a string that moves steadily, or hangs without friction where both speeds are zero.
 
-    axial_speed: m/s, positive lowers; rotation_speed: rad/s, positive clockwise; only their ratio matters.
-    weight_on_bit: N; bit_torque: N m. friction_coefficient: the same for every slip, times the well's friction
-    intervals; by default that of the rig's contact for the direction of slip. mesh: `build_mesh(rig, elements)`, where
-    it is there already. Raises InputError for a number that is not finite and for a friction coefficient below zero.
+    Args:
+        rig: The rig.
+        axial_speed: m/s, positive lowers. Only the ratio of the two speeds matters.
+        rotation_speed: rad/s, positive clockwise.
+        weight_on_bit, bit_torque: N and N m.
+        friction_coefficient: One for every slip, times the well's friction intervals; None for that of the rig's
+            contact in the direction of slip.
+        elements: Of the mesh.
+        mesh: `build_mesh(rig, elements)`, if it exists already.
+
+    Raises:
+        InputError: For a number that is not finite and for a friction coefficient below zero.
     """
     for name, value in (("axial_speed", axial_speed), ("rotation_speed", rotation_speed),
                         ("weight_on_bit", weight_on_bit), ("bit_torque", bit_torque),
@@ -96,7 +104,7 @@ def static_loads(
 
 
 def _extra_side_force(rig: Rig, mesh: Mesh) -> tuple[Array, Array]:
-    """Of tortuosity, per tension (n,), and of buckled pipe, per squared compression (n,) 1/N, of whole elements."""
+    """Side force of tortuosity per tension (n,), and of buckled pipe per squared compression (n,) 1/N, per element."""
     bending = 4.0 * rig.string.youngs_modulus * mesh.second_moment
     return (rig.effects.tortuosity.curvature * open_hole_fraction(rig, mesh) * mesh.length,
             rig.effects.buckling_contact.factor * mesh.clearance / bending * mesh.length)
@@ -107,21 +115,24 @@ def _integrate(
     weight, side_weight, vertical_bend, lateral_bend, tortuous_bend, buckling, drag, lever, tension_at_bit,
     torque_at_bit,
 ):
-    """Tension and torque (n + 1,) up from the bit, side force (n,) N an element; drag: -, lever: m of torque, of it."""
+    """Tension and torque (n + 1,) and side force of each element (n,) N, from the bit up.
+
+    drag, lever: Drag (N) and torque (N m) per side force.
+    """
     n = len(weight)
     tension, torque, side = np.empty(n + 1), np.empty(n + 1), np.empty(n)
     tension[n], torque[n] = tension_at_bit, torque_at_bit
     for i in range(n - 1, -1, -1):
         top = tension[i + 1] + weight[i]
-        for _ in range(_ITERATIONS):
+        for _ in range(_MAX_ITERATIONS):
             middle = 0.5 * (tension[i + 1] + top)
             vertical = side_weight[i] - middle * vertical_bend[i]
             lateral = middle * lateral_bend[i]
-            pressed = min(middle, 0.0)
+            compression = min(middle, 0.0)
             side[i] = math.sqrt(vertical * vertical + lateral * lateral)
-            side[i] += abs(middle) * tortuous_bend[i] + buckling[i] * pressed * pressed
+            side[i] += abs(middle) * tortuous_bend[i] + buckling[i] * compression * compression
             before, top = top, tension[i + 1] + weight[i] - drag[i] * side[i]
-            if abs(top - before) <= _CLOSE * (abs(top) + side[i]):
+            if abs(top - before) <= _TOLERANCE * (abs(top) + side[i]):
                 break
         tension[i] = top
         torque[i] = torque[i + 1] + lever[i] * side[i]

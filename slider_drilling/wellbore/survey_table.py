@@ -1,4 +1,4 @@
-"""A well's path from a CSV table: measured depth, inclination and azimuth, each head with its unit."""
+"""A survey from a CSV table: measured depth, inclination and azimuth, each column head with its unit."""
 
 from __future__ import annotations
 
@@ -11,18 +11,21 @@ from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import read_text
 from slider_drilling.units import si_factor
 
-# What a head is for, by how its words begin; the unit stands behind in brackets, or after the last underscore.
+# Quantity of a column, by how its head begins; the unit follows in brackets or after the last underscore.
 _COLUMNS = {"depth": ("md", "measured depth", "measured_depth", "depth"), "inclination": ("inc",), "azimuth": ("azi",)}
 _UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]\s*$|_(m|ft|deg|rad)$")
 _DEFAULT = {"inclination": "deg", "azimuth": "deg"}
 
 
 def read_survey(path: Path) -> tuple[tuple[float, float, float], ...]:
-    """Rows of (measured depth m, inclination deg, azimuth deg), as a rig file's `well.survey` has them.
+    """Rows of (measured depth m, inclination deg, azimuth deg), as a rig file's `well.survey` holds them.
 
     The first line names the columns: `md`, `inclination` and `azimuth` (or longer words that begin so), in any order,
-    others beside them; the depth's unit has to be there, as in `md_ft` or `MD [m]`; angles are deg unless they say
-    otherwise. A path that begins below 0 m gets a first station there. Raises InputError, naming file and line.
+    among others. The depth needs its unit, as in `md_ft` or `MD [m]`; angles are deg unless the head names a unit. A
+    path that begins below 0 m gets a first station there.
+
+    Raises:
+        InputError: Naming file and line of what cannot be read.
     """
     lines = read_text(path, "survey").splitlines()
     if not lines:
@@ -48,15 +51,15 @@ def read_survey(path: Path) -> tuple[tuple[float, float, float], ...]:
 
 
 def _column(heads: list[str], what: str, path: Path) -> int:
-    found = [place for place, head in enumerate(heads) if head.lower().startswith(_COLUMNS[what])]
-    if len(found) != 1:
-        many = "none" if not found else "more than one"
+    matches = [place for place, head in enumerate(heads) if head.lower().startswith(_COLUMNS[what])]
+    if len(matches) != 1:
+        many = "none" if not matches else "more than one"
         raise InputError(f"{path}: {many} of {', '.join(heads)} is the {what}; name one column {_COLUMNS[what][0]}")
-    return found[0]
+    return matches[0]
 
 
 def _factor(head: str, what: str, path: Path) -> float:
-    """What one unit of the column is in m, or in deg."""
+    """Value of one unit of the column, in m or deg."""
     match = _UNIT.search(head)
     unit = (match[1] or match[2]) if match else _DEFAULT.get(what)
     if unit is None:

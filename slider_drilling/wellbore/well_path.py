@@ -1,4 +1,4 @@
-"""The hole's course: survey stations joined by minimum curvature."""
+"""The well path: survey stations joined by minimum curvature."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ Array = NDArray[np.float64]
 
 
 def tangent(inclination: Array, azimuth: Array) -> Array:
-    """Unit vectors along the hole, shape (..., 3) as north, east, down, from angles in rad."""
+    """Unit vectors along the hole, (..., 3) as north, east, down; angles in rad."""
     sine = np.sin(inclination)
     return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), np.cos(inclination)], axis=-1)
 
 
 @dataclass(frozen=True)
 class WellPath:
-    """Stations of a survey: measured depth (n,) m, tangents (n, 3), positions (n, 3) m north, east, down."""
+    """Stations of a survey: measured depth m (n,), tangents (n, 3), positions m (n, 3) as north, east, down."""
 
     depth: Array
     tangent: Array
@@ -26,7 +26,7 @@ class WellPath:
 
     @classmethod
     def from_survey(cls, survey: tuple[tuple[float, float, float], ...]) -> WellPath:
-        """From rows of measured depth m, inclination deg, azimuth deg, depth increasing."""
+        """The path of rows (measured depth m, inclination deg, azimuth deg), depth increasing."""
         rows = np.asarray(survey, dtype=float)
         directions = tangent(np.radians(rows[:, 1]), np.radians(rows[:, 2]))
         legs = np.diff(rows[:, 0])[:, None] * _chord_ratio(directions[:-1], directions[1:])[:, None]

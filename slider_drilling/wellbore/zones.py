@@ -1,6 +1,7 @@
-"""The three zones of slide drilling (paper 2.2, Fig. 5): rocked from surface, static, turned by the reactive torque.
+"""The three zones of slide drilling in closed form (paper 2.2, Fig. 5).
 
-In closed form a torque T reaches as far as the friction torque of the pipe that it must turn adds up to it,
+From surface down the string is rocked, then static, then turned by the reactive torque. A torque T reaches as far as
+the friction torque of the pipe that it turns adds up to it,
 
     integral of mu w_n R ds = T,
 
@@ -18,23 +19,26 @@ from slider_drilling.wellbore.well_path import Array
 
 @dataclass(frozen=True)
 class Zones:
-    """Measured depths, m: rocking reaches down to rocked_to, the reactive torque up to reactive_from."""
+    """Measured depths (m): rocking reaches down to rocked_to, the reactive torque up to reactive_from."""
 
     rocked_to: float
     reactive_from: float
 
     @property
     def static_length(self) -> float:
-        """Pipe between the two that nothing turns, m; zero where they meet."""
+        """Length of the static zone between the two, m; zero where they meet."""
         return max(self.reactive_from - self.rocked_to, 0.0)
 
 
 def zones_in_closed_form(length: Array, turning_torque: Array, surface_torque: float, reactive_torque: float) -> Zones:
-    """Where torques (N m, magnitudes) end along a string whose elements, of length (n,) m, take turning_torque (n,)
-    N m to turn.
+    """Depths at which torques from both ends are used up by friction.
 
-    ``surface_torque`` is half the peak-to-peak of a rocking cycle: at each reversal friction turns round with it, so
-    twice the friction opposes twice the torque.
+    Args:
+        length: Of the elements, m, (n,).
+        turning_torque: Torque that turns each element against friction, N m, (n,).
+        surface_torque: Half the peak-to-peak of a rocking cycle, N m: at each reversal friction reverses too, so twice
+            the friction opposes twice the torque.
+        reactive_torque: N m.
     """
     edges = np.concatenate([[0.0], np.cumsum(length)])
     from_top = np.concatenate([[0.0], np.cumsum(turning_torque)])
