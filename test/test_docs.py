@@ -10,7 +10,7 @@ from slider_drilling.cli import COMMANDS
 from slider_drilling.files.installed_files import installed_file
 
 
-def test_code_of_the_log_page_runs(repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_log_page_code_runs(repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     blocks = re.findall(r"```python\n(.*?)```", (repository / "docs" / "how_to" / "logs.md").read_text(), re.DOTALL)
     assert len(blocks) == 2
     reading, writing = blocks
@@ -22,7 +22,7 @@ def test_code_of_the_log_page_runs(repository: Path, tmp_path: Path, monkeypatch
     exec(reading, namespace)
 
 
-def test_controller_of_the_nodes_page_slides(repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nodes_page_controller_slides(repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from slider_drilling.control.controller_loader import checked_step, load_controller
     from slider_drilling.drillstring import VirtualRig
     from slider_drilling.rig import load_rig
@@ -38,7 +38,7 @@ def test_controller_of_the_nodes_page_slides(repository: Path, tmp_path: Path, m
     assert virtual.measurements.block_position > 0.004
 
 
-def test_controller_of_the_control_page_turns_towards_its_target(
+def test_control_page_controller_turns_towards_target(
     repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from slider_drilling.control.controller_loader import checked_step, load_controller
@@ -70,7 +70,7 @@ def test_readme_lists_every_command(repository: Path) -> None:
 @pytest.mark.parametrize(
     "page", ["README.md", "docs/how_to/logs.md", "docs/how_to/nodes.md", "docs/explanation/control.md"]
 )
-def test_files_that_pages_name_exist(repository: Path, page: str) -> None:
+def test_files_named_by_pages_exist(repository: Path, page: str) -> None:
     text = (repository / page).read_text()
     named = re.findall(r"`((?:config|slider_drilling|launch)/[\w./]+\.\w+)`", text)
     linked = [Path(page).parent / link for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", text)]

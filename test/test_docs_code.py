@@ -55,13 +55,13 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_every_page_has_command_lines_to_check() -> None:
+def test_pages_with_command_lines_are_checked() -> None:
     assert {page.name for page, _ in LINES} >= {"quickstart.md", "pages.md", "diagnose.md", "control.md"}
     assert {line[0] for _, line in LINES} <= set(COMMANDS)
 
 
 @pytest.mark.parametrize(("page", "line"), LINES, ids=lambda value: " ".join(value) if isinstance(value, list) else "")
-def test_every_command_line_is_one_that_the_program_takes(desk: Path, page: Path, line: list[str]) -> None:
+def test_command_lines_of_pages_parse(desk: Path, page: Path, line: list[str]) -> None:
     parent = click.Context(group, info_name="slider-drilling")
     command = group.get_command(parent, line[0])
     assert command is not None
@@ -73,7 +73,7 @@ def test_every_command_line_is_one_that_the_program_takes(desk: Path, page: Path
         assert leaving.exit_code == 0
 
 
-def test_quick_commands_run(desk: Path) -> None:
+def test_quick_commands_of_pages_run(desk: Path) -> None:
     run = sd.simulate(sd.load_rig(), "slider_drilling.control:SlideController", 40.0, elements=20)
     for name in ("run.mcap", "out/slide/slide.mcap"):
         (desk / name).parent.mkdir(parents=True, exist_ok=True)
@@ -95,13 +95,13 @@ def test_quick_commands_run(desk: Path) -> None:
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if page.name not in ELSEWHERE and blocks(page, "python")])
-def test_python_of_a_page_runs(page: Path, desk: Path) -> None:
+def test_python_of_pages_runs(page: Path, desk: Path) -> None:
     namespace: dict[str, object] = {"__name__": "page"}
     for code in blocks(page, "python"):
         exec(compile(code, str(page), "exec"), namespace)
 
 
-def test_every_python_block_is_run_by_some_test() -> None:
+def test_every_python_block_has_a_test() -> None:
     tested = (ROOT / "test").rglob("test_*.py")
     said = "".join(path.read_text() for path in tested if path.name != Path(__file__).name)
     for page in PAGES:
@@ -110,14 +110,14 @@ def test_every_python_block_is_run_by_some_test() -> None:
             assert page.name not in ELSEWHERE or f'"{page.name}"' in said
 
 
-def test_your_controller_of_the_page_scores_through_its_command(desk: Path) -> None:
+def test_tutorial_controller_slides(desk: Path) -> None:
     code = blocks(ROOT / "docs" / "tutorial" / "your_controller.md", "python")[0]
     (desk / "mine.py").write_text(code)
     run = sd.simulate(sd.load_rig(), "mine:Mine", 5.0, elements=20)
     assert np.ptp(run.response.surface_torque) > 1e3
 
 
-def test_yaml_of_pages_is_read(desk: Path) -> None:
+def test_yaml_of_pages_is_valid(desk: Path) -> None:
     found = [code for page in PAGES for code in blocks(page, "yaml")]
     trees = [yaml.safe_load(code) for code in found]
     effects = [tree["effects"] for tree in trees if isinstance(tree, dict) and "effects" in tree]
@@ -127,7 +127,7 @@ def test_yaml_of_pages_is_read(desk: Path) -> None:
         build_dataclass(kind, tree, "page")
 
 
-def test_links_of_pages_lead_somewhere() -> None:
+def test_links_of_pages_resolve() -> None:
     made = {"pictures", "reference"}
     for page in PAGES:
         for link in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", page.read_text()):
@@ -143,13 +143,13 @@ def test_readme_links_to_every_page() -> None:
     assert not missing
 
 
-def test_the_site_lists_every_page() -> None:
+def test_site_navigation_lists_every_page() -> None:
     navigation = (ROOT / "mkdocs.yml").read_text()
     for page in (ROOT / "docs").rglob("*.md"):
         assert f"{page.relative_to(ROOT / 'docs')}" in navigation, page
 
 
-def test_pages_speak_to_users_only() -> None:
+def test_pages_and_code_hold_no_history() -> None:
     """Neither pages nor code say how their figures came about."""
     forbidden = re.compile(r"\b[Ii]ssues? #?\d|\b[Ii]ssue's|\bthe issue\b|of its hour|\bthis session\b")
     sources = [*PAGES, *(ROOT / "slider_drilling").rglob("*.py"), *(ROOT / "config").glob("*.yaml")]

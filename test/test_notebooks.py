@@ -13,7 +13,7 @@ pytest.importorskip("ipykernel", reason="no Jupyter: pip install '.[test]'")
 NOTEBOOKS = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
 
 
-def test_there_are_notebooks() -> None:
+def test_three_notebooks_exist() -> None:
     assert [path.stem[:2] for path in NOTEBOOKS] == ["1_", "2_", "3_"]
 
 
@@ -27,6 +27,6 @@ def test_notebook_runs(path: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_notebook_is_kept_without_results(path: Path) -> None:
+def test_notebook_has_no_stored_output(path: Path) -> None:
     notebook = nbformat.read(path, as_version=4)
     assert not any(cell.outputs or cell.execution_count for cell in notebook.cells if cell.cell_type == "code")

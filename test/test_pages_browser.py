@@ -56,7 +56,7 @@ def opened(browser, path: Path, **context):
     return page, said
 
 
-def test_a_page_draws_itself_alone_and_fits_a_telephone(browser, page_file: Path) -> None:
+def test_page_draws_without_network_and_fits_telephone(browser, page_file: Path) -> None:
     page, said = opened(browser, page_file, viewport={"width": 390, "height": 844}, is_mobile=True, has_touch=True)
     assert said == []
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
@@ -81,7 +81,7 @@ def test_a_page_draws_itself_alone_and_fits_a_telephone(browser, page_file: Path
     page.wait_for_function("Boolean(document.querySelector('details .plot').data)")
 
 
-def test_a_page_in_dark_is_dark_in_its_figures_too(browser, page_file: Path) -> None:
+def test_dark_page_has_dark_figures(browser, page_file: Path) -> None:
     page, said = opened(browser, page_file, color_scheme="dark")
     assert said == []
     assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(20, 25, 31)"
@@ -91,7 +91,7 @@ def test_a_page_in_dark_is_dark_in_its_figures_too(browser, page_file: Path) -> 
     page.wait_for_function("document.querySelector('.plot').data[0].line.color === '#1c2733'")
 
 
-def test_paper_is_light_and_no_figure_is_longer_than_it(browser, page_file: Path, tmp_path: Path) -> None:
+def test_print_is_light_and_figures_fit_page(browser, page_file: Path, tmp_path: Path) -> None:
     page, _ = opened(browser, page_file, color_scheme="dark")
     page.pdf(path=tmp_path / "page.pdf", format="A4")
     page.evaluate("dispatchEvent(new Event('beforeprint'))")

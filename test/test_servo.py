@@ -48,7 +48,7 @@ def crossings(time, angle):
 
 
 @pytest.mark.parametrize("start", [0.05, 1.0, 2.0])
-def test_a_free_arm_swings_with_the_pendulums_period(start):
+def test_free_arm_has_pendulum_period(start):
     made = log(8.0, start)
     period = float(np.mean(np.diff(crossings(made.time, swing(made, **FREE)))))
     # Complete elliptic integral by the arithmetic-geometric mean.
@@ -58,7 +58,7 @@ def test_a_free_arm_swings_with_the_pendulums_period(start):
     assert period == pytest.approx(2.0 * math.pi * math.sqrt(INERTIA / WEIGHT) / a, rel=1e-4)
 
 
-def test_a_free_arm_keeps_its_energy():
+def test_free_arm_conserves_energy():
     made = log(60.0, 1.2)
     angle = swing(made, **FREE)
     speed = np.gradient(angle, made.time)
@@ -68,7 +68,7 @@ def test_a_free_arm_keeps_its_energy():
     assert np.max(angle[half:]) == pytest.approx(1.2, abs=1e-3)
 
 
-def test_dry_friction_takes_the_same_from_every_half_swing():
+def test_dry_friction_shortens_half_swings_equally():
     """Small swings under Coulomb friction lose 2 f / k a half swing, k the weight's stiffness."""
     made = log(5.0, 0.1)
     angle = swing(made, coulomb=0.002, viscous=0.0)
@@ -77,7 +77,7 @@ def test_dry_friction_takes_the_same_from_every_half_swing():
     assert lost == pytest.approx((2.0 * 0.002 / WEIGHT) * np.arange(1, 7), abs=2e-4)
 
 
-def test_dry_friction_holds_the_arm_at_rest_and_lets_it_go():
+def test_dry_friction_holds_up_to_its_limit():
     held, gone = (
         swing(log(2.0, math.asin(share * 0.05 / WEIGHT)), coulomb=0.05, viscous=0.0) for share in (0.98, 1.05)
     )
@@ -85,7 +85,7 @@ def test_dry_friction_holds_the_arm_at_rest_and_lets_it_go():
     assert np.ptp(gone) > 1e-3
 
 
-def test_viscous_friction_damps_by_its_closed_form():
+def test_viscous_friction_matches_closed_form():
     made = log(4.0, 0.02)
     angle = swing(made, coulomb=0.0, viscous=0.004)
     rate = 0.5 * 0.004 / INERTIA
@@ -94,12 +94,12 @@ def test_viscous_friction_damps_by_its_closed_form():
     assert angle == pytest.approx(exact, abs=2e-5)
 
 
-def test_a_motor_that_is_off_neither_drives_nor_brakes():
+def test_disabled_motor_gives_no_torque():
     off = log(2.0, 0.3, enabled=0.0, goal=1.0)
     assert np.array_equal(swing(off, torque_constant=0.387), swing(off, torque_constant=0.2, resistance=2.0))
 
 
-def test_the_firmwares_law_holds_the_arm_where_torques_balance():
+def test_firmware_holds_arm_where_torques_balance():
     """Stalled: gain x error turned into duty, k_t duty V / R against the weight; friction helps whoever holds."""
     made = log(6.0, goal=0.8, enabled=1.0, gain=200.0)
     end = swing(made, coulomb=0.0)[-1]
@@ -109,14 +109,14 @@ def test_the_firmwares_law_holds_the_arm_where_torques_balance():
     assert WEIGHT * math.sin(full) == pytest.approx(0.387 * 4.0 / 4.0, rel=1e-3)
 
 
-def test_back_emf_brakes_as_a_viscous_friction_does():
+def test_back_emf_acts_as_viscous_friction():
     powered = log(2.0, 0.05, enabled=1.0, gain=0.0)
     braked = swing(powered, coulomb=0.0, viscous=0.0)
     same = swing(log(2.0, 0.05), coulomb=0.0, viscous=0.387**2 / 4.0)
     assert braked == pytest.approx(same, abs=1e-12)
 
 
-def test_friction_in_proportion_to_load_holds_more_the_more_it_bears():
+def test_load_friction_grows_with_load():
     """Lowered slowly against the motor the arm lags more by both shares; still, friction reaches what it says."""
     start = 0.9
     for name, share in (("load_friction_external__share", 0.2), ("quadratic_load__factor", 0.5)):
@@ -130,7 +130,7 @@ def test_friction_in_proportion_to_load_holds_more_the_more_it_bears():
     assert swing(motor, load_friction_motor__share=0.4)[-1] < swing(motor)[-1] - 0.02
 
 
-def test_stribeck_needs_more_to_start_than_to_go_on():
+def test_stribeck_breakaway_exceeds_sliding():
     start = math.asin(0.05 / WEIGHT)
     held = swing(log(1.0, start), coulomb=0.03, stribeck__drop=0.021)
     gone = swing(log(1.0, start), coulomb=0.03, stribeck__drop=0.018)
@@ -138,19 +138,19 @@ def test_stribeck_needs_more_to_start_than_to_go_on():
     assert np.ptp(gone) > 0.03
 
 
-def test_the_encoder_may_show_another_angle_than_the_arms():
+def test_encoder_offset_shifts_measured_angle():
     shown = swing(log(2.0, 0.0), encoder_offset__angle=0.1, **FREE)
     plain = swing(log(2.0, 0.1), **FREE)
     assert shown == pytest.approx(plain - 0.1, abs=1e-12)
 
 
-def test_a_delay_reaches_the_motor_later_by_itself():
+def test_delay_shifts_motor_command():
     made = log(1.0, goal=np.where(np.arange(500) * 0.002 < 0.1, 0.0, 0.5), enabled=1.0)
     begins = [made.time[np.argmax(np.abs(swing(made, delay__time=delay)) > 1e-5)] for delay in (0.0, 0.02, 0.05)]
     assert np.diff(begins) == pytest.approx([0.02, 0.03], abs=0.003)
 
 
-def test_a_sagging_supply_and_a_hot_winding_weaken_the_motor():
+def test_sagging_supply_and_hot_winding_weaken_motor():
     made = log(6.0, goal=1.2, enabled=1.0, gain=400.0)
     end = swing(made, coulomb=0.0, supply_sag__resistance=1.5)[-1]
     duty = min(400.0 * servo.DUTY_PER_RADIAN * (1.2 - end), 1.0)
@@ -159,7 +159,7 @@ def test_a_sagging_supply_and_a_hot_winding_weaken_the_motor():
     assert hot[-1] < cold[-1] - 0.01
 
 
-def test_play_lets_the_arm_swing_inside_it():
+def test_arm_swings_inside_backlash():
     """Within the play the arm, without the motor's inertia, swings about the bottom as if it hung freely."""
     made = log(4.0, 0.05)
     inside = swing(made, backlash__angle=0.4, coulomb=0.1, viscous=0.0)
@@ -170,7 +170,7 @@ def test_play_lets_the_arm_swing_inside_it():
     assert np.all(np.abs(wide) <= 0.5 + 1e-9)
 
 
-def test_play_of_nothing_changes_nothing_and_a_collision_takes_energy():
+def test_zero_backlash_changes_nothing_collision_dissipates():
     made = log(3.0, 0.6)
     assert swing(made, **FREE) == pytest.approx(swing(made, backlash__angle=1e-9, **FREE), abs=1e-2)
     loose = swing(log(20.0, 0.6), backlash__angle=0.1, **FREE)
@@ -179,7 +179,7 @@ def test_play_of_nothing_changes_nothing_and_a_collision_takes_energy():
     assert swings[-1] < 0.5
 
 
-def test_a_smaller_step_changes_less_than_the_encoder_shows():
+def test_smaller_step_changes_less_than_encoder_resolution():
     """Samples closer together make the step smaller."""
     goal = 0.8 * np.sin(3.0 * np.arange(0.0, 4.0, 0.004))
     coarse = replace(log(4.0, goal=goal, enabled=1.0, interval=0.004), gain=400.0)
@@ -191,7 +191,7 @@ def test_a_smaller_step_changes_less_than_the_encoder_shows():
         assert np.max(np.abs(difference)) < 2.0 * math.pi / servo.COUNTS
 
 
-def test_many_parameter_sets_at_once_are_each_as_if_alone():
+def test_batch_equals_single_runs():
     made = log(1.0, goal=0.5, enabled=1.0)
     sets = [{}, {"delay.time": 0.01}, {"backlash.angle": 0.02}, {"motor_heating.per_joule": 0.1}]
     together = made.swing(sets)
@@ -199,7 +199,7 @@ def test_many_parameter_sets_at_once_are_each_as_if_alone():
         assert np.array_equal(row, made.swing([values])[0])
 
 
-def test_every_effect_is_neutral_at_its_nominal_value_and_moves_the_arm_at_every_scan_point():
+def test_effects_are_neutral_at_nominal_only():
     model = servo.Servo((log(3.0, goal=np.where(np.arange(1500) < 700, 1.2, -0.4), enabled=1.0, gain=400.0),))
     plain = model.simulate(0, [{}], SimulationOptions())["position"][0]
     for effect in model.effects:
@@ -213,7 +213,7 @@ def test_every_effect_is_neutral_at_its_nominal_value_and_moves_the_arm_at_every
         assert servo.NOMINAL[parameter.name] == parameter.nominal
 
 
-def test_logs_are_read_whatever_the_order_of_their_columns(tmp_path):
+def test_logs_are_read_in_any_column_order(tmp_path):
     rows = [(0.01 * k, 0.2 * k, 0.1 * k, 1) for k in range(20)]
     first = tmp_path / "arm_kp250_a.csv"
     first.write_text("time_s,goal_rad,position_rad,torque_enabled\n" + "\n".join(",".join(map(str, r)) for r in rows))
@@ -236,7 +236,7 @@ def test_logs_are_read_whatever_the_order_of_their_columns(tmp_path):
     assert servo.main([str(tmp_path / "none.csv")]) == 2
 
 
-def test_of_logs_that_no_fit_has_seen_a_finalist_closes_what_those_before_it_leave():
+def test_unseen_logs_measure_added_share():
     """What was found before is no merit of whoever is tried beside it."""
     made = log(2.0, goal=0.8, enabled=1.0, gain=200.0)
     unseen = replace(made, position=swing(made, load_friction_external__share=0.3, delay__time=0.01))
@@ -267,7 +267,7 @@ def test_of_logs_that_no_fit_has_seen_a_finalist_closes_what_those_before_it_lea
     ]
 
 
-def test_the_real_logs_follow_the_firmwares_law_and_friction_grows_with_load(shared_data):
+def test_real_logs_show_load_friction(shared_data):
     """What the servo reports as its duty is gain x error; and its weight alone does not explain where it stalls."""
     paths = sorted((shared_data / "servo").glob("*.csv"))
     assert len(paths) == 8
@@ -284,7 +284,7 @@ def test_the_real_logs_follow_the_firmwares_law_and_friction_grows_with_load(sha
     assert all(after < before for before, after in zip(plain, loaded, strict=True))
 
 
-def test_what_closes_the_gap_of_one_log_may_widen_that_of_another():
+def test_effect_may_widen_gap_of_another_log():
     # At rest for the tenth of a second that tells the speed at the start.
     late = np.arange(1500) > 60
     near, far = (log(3.0, goal=np.where(late, goal, 0.0), enabled=1.0) for goal in (0.3, 1.2))
@@ -295,7 +295,7 @@ def test_what_closes_the_gap_of_one_log_may_widen_that_of_another():
     assert 0.0 < servo.closed(measured[1:], {}, {"load_friction_external.share": 0.2}) < 1.0
 
 
-def test_the_script_says_what_is_wrong_in_one_line(tmp_path):
+def test_script_reports_mistakes_in_one_line(tmp_path):
     outcome = subprocess.run([sys.executable, str(_SOURCE), str(tmp_path / "kp1.csv")], capture_output=True, text=True)
     assert outcome.returncode == 2
     assert outcome.stderr.startswith("Error: ")

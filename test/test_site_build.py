@@ -21,7 +21,7 @@ def site_build(monkeypatch: pytest.MonkeyPatch) -> None:
         del sys.modules[name]
 
 
-def test_the_rig_reference_has_every_key() -> None:
+def test_rig_reference_has_every_key() -> None:
     from site_build.rig_reference import rig_page
 
     page = rig_page()
@@ -31,7 +31,7 @@ def test_the_rig_reference_has_every_key() -> None:
     assert headings[0] == "well" and headings[-1] == "effects" and len(headings) == len(set(headings)) >= 11
 
 
-def test_the_topics_page_has_every_topic() -> None:
+def test_topics_page_has_every_topic() -> None:
     from site_build.topics_reference import topics_page
 
     page = topics_page()
@@ -40,13 +40,13 @@ def test_the_topics_page_has_every_topic() -> None:
     assert all(f"`{quantity.column}`" in page for topic in TOPICS.values() for quantity in topic.quantities)
 
 
-def test_the_readme_has_the_table_of_topics() -> None:
+def test_readme_has_topics_table() -> None:
     from site_build.topics_reference import topic_table
 
     assert topic_table() in (ROOT / "README.md").read_text()
 
 
-def test_the_command_reference_has_every_command_and_option() -> None:
+def test_command_reference_has_every_command_and_option() -> None:
     from site_build.cli_reference import cli_page
 
     page = cli_page()
@@ -56,7 +56,7 @@ def test_the_command_reference_has_every_command_and_option() -> None:
         assert option in run
 
 
-def test_every_equation_of_the_model_is_drawn() -> None:
+def test_equations_become_mathml() -> None:
     pytest.importorskip("latex2mathml", reason="pip install '.[docs]'")
     pytest.importorskip("mkdocs", reason="pip install '.[docs]'")
     from site_build.hooks import on_page_markdown
@@ -66,7 +66,7 @@ def test_every_equation_of_the_model_is_drawn() -> None:
     assert "$" not in drawn and "\\frac" not in drawn
 
 
-def test_code_is_no_mathematics() -> None:
+def test_dollars_in_code_stay() -> None:
     pytest.importorskip("latex2mathml", reason="pip install '.[docs]'")
     pytest.importorskip("mkdocs", reason="pip install '.[docs]'")
     from site_build.hooks import on_page_markdown

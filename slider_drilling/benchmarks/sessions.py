@@ -30,7 +30,7 @@ def session_rates() -> list[BenchmarkResult]:
     if not ros_is_there():
         units = {"closed_loop_real_time_factor": "-", "recorder_messages_per_s": "1/s", "closed_loop_peak_memory": "MB"}
         return [BenchmarkResult(name, None, unit, note=NO_ROS) for name, unit in units.items()]
-    closed, recorded = _measured("closed_loop"), _measured("recorder")
+    closed, recorded = run_benchmark("closed_loop"), run_benchmark("recorder")
     return [
         BenchmarkResult("closed_loop_real_time_factor", closed["factor"], "-", _without_topics(),
                "the same rig and controller without topics and log",
@@ -47,12 +47,12 @@ def node_start() -> BenchmarkResult:
     """Start time of the friction simulator with compiled code in the cache."""
     if not ros_is_there():
         return BenchmarkResult("node_start_s", None, "s", note=NO_ROS)
-    _measured("start")
-    return BenchmarkResult("node_start_s", wall_seconds(lambda: _measured("start"), 3), "s",
+    run_benchmark("start")
+    return BenchmarkResult("node_start_s", wall_seconds(lambda: run_benchmark("start"), 3), "s",
                   note="friction_simulator, code compiled before")  # fmt: skip
 
 
-def _measured(what: str) -> dict[str, float]:
+def run_benchmark(what: str) -> dict[str, float]:
     """Run a benchmark process and read the figures that it prints; its files are deleted."""
     command = [sys.executable, "-m", "slider_drilling.nodes.benchmark", what]
     with tempfile.TemporaryDirectory() as scratch:

@@ -50,7 +50,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         "analyse analysis.json -o .",
     ],
 )
-def test_an_output_that_is_an_input_is_refused_before_any_work(arguments: str) -> None:
+def test_output_that_is_an_input_is_refused_first(arguments: str) -> None:
     with pytest.raises(InputError, match="in use already; choose another name"):
         group.main(arguments.split(), standalone_mode=False)
 
@@ -61,12 +61,12 @@ def test_an_output_that_is_an_input_is_refused_before_any_work(arguments: str) -
      "diagnose run.mcap -o run.mcap/deeper", "analyse run.mcap -o run.mcap", "identify table.csv -o table.csv",
      "closed-loop --only hold -o run.mcap", "study rocking -o run.mcap", "blind-check -o run.mcap"],
 )  # fmt: skip
-def test_what_cannot_be_written_is_said_before_any_work(arguments: str) -> None:
+def test_unwritable_output_is_refused_first(arguments: str) -> None:
     with pytest.raises(InputError, match=r"cannot (write this file|make this folder)"):
         group.main(arguments.split(), standalone_mode=False)
 
 
-def test_one_log_twice_is_refused() -> None:
+def test_same_log_twice_is_refused() -> None:
     Path("copy.mcap").write_bytes(Path("run.mcap").read_bytes())
     for other in ("run.mcap", "linked.mcap", "copy.mcap"):
         with pytest.raises(InputError, match=rf"{other}: the same as run.mcap; give each log once"):
@@ -74,7 +74,7 @@ def test_one_log_twice_is_refused() -> None:
     check_distinct([Path("run.mcap"), Path("table.csv"), Path("absent")])
 
 
-def test_a_link_is_written_through() -> None:
+def test_link_is_written_through() -> None:
     Path("target").write_text("before")
     os.symlink("target", "link")
     os.symlink("nowhere-yet", "dangling")
@@ -84,7 +84,7 @@ def test_a_link_is_written_through() -> None:
     assert Path("dangling").is_symlink() and Path("nowhere-yet").read_text() == "new"
 
 
-def test_a_pipe_and_a_device_stay_what_they_are() -> None:
+def test_pipe_and_device_are_not_replaced() -> None:
     os.mkfifo("pipe")
     reader = os.open("pipe", os.O_RDONLY | os.O_NONBLOCK)
     check_outputs([Path("pipe"), Path("/dev/null")])
@@ -100,7 +100,7 @@ def test_a_pipe_and_a_device_stay_what_they_are() -> None:
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anything")
-def test_a_read_only_file_is_not_replaced() -> None:
+def test_read_only_file_is_not_replaced() -> None:
     Path("kept").write_text("before")
     Path("kept").chmod(0o444)
     with pytest.raises(InputError, match="kept: cannot write this file: it is read-only"):
@@ -108,12 +108,12 @@ def test_a_read_only_file_is_not_replaced() -> None:
     assert Path("kept").read_text() == "before"
 
 
-def test_two_outputs_of_one_name_are_refused() -> None:
+def test_two_outputs_of_same_name_are_refused() -> None:
     with pytest.raises(InputError, match="in use already"):
         check_outputs([Path("a"), Path("folder/../a")])
 
 
-def test_a_name_that_no_file_can_have_gets_one_line() -> None:
+def test_impossible_file_name_is_reported_in_one_line() -> None:
     for name in ("a" * 300, "nul\x00byte"):
         with pytest.raises(InputError, match="cannot write this file"):
             check_outputs([Path(name)])
@@ -121,7 +121,7 @@ def test_a_name_that_no_file_can_have_gets_one_line() -> None:
             write_atomically(Path(name), b"")
 
 
-def test_a_long_name_that_a_file_can_have_is_written() -> None:
+def test_longest_file_name_is_written() -> None:
     name = "µ" * 120
     write_atomically(Path(name), b"x")
     assert Path(name).read_bytes() == b"x"

@@ -35,7 +35,7 @@ ASKED = ("single_ns_per_element_step", "batch_ns_per_element_step", "single_prec
          "help_s")  # fmt: skip
 
 
-def test_json_has_every_figure_with_its_reference_and_ratio(monkeypatch):
+def test_json_has_figures_references_and_ratios(monkeypatch):
     """The command's own output, with the minutes of measuring left out."""
     quick = tuple((name, lambda name=name: [BenchmarkResult(name, 3.0, "ns", 2.0, "another")]) for name in ASKED)
     monkeypatch.setattr(everything, "STAGES", quick)
@@ -48,7 +48,7 @@ def test_json_has_every_figure_with_its_reference_and_ratio(monkeypatch):
     assert "processor" in printed["machine"]
 
 
-def test_stages_give_the_figures_asked_for(monkeypatch):
+def test_stages_give_their_figures(monkeypatch):
     """Without ROS every name is still there, and says why it has no value."""
     monkeypatch.setattr(sessions, "ros_is_there", lambda: False)
     monkeypatch.setattr(string_rates, "BATCH", 2)
@@ -68,12 +68,12 @@ STAYS = (
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the kernel of Linux tells a process that its parent is gone")
-def test_what_measures_ends_with_a_bench_that_is_killed(tmp_path):
+def test_benchmark_process_ends_with_killed_parent(tmp_path):
     other = tmp_path / "python"
     other.write_text(f'#!/bin/sh\nexec {sys.executable} -c "{STAYS}"\n')
     other.chmod(0o755)
     code = f"import sys\nfrom slider_drilling.benchmarks import sessions\nsys.executable = {str(other)!r}\n"
-    code += "sessions._measured('')"
+    code += "sessions.run_benchmark('')"
     with subprocess.Popen([sys.executable, "-c", code], cwd=tmp_path, start_new_session=True) as bench:
         try:
             waited = time.monotonic() + 60.0
@@ -88,7 +88,7 @@ def test_what_measures_ends_with_a_bench_that_is_killed(tmp_path):
                 os.killpg(bench.pid, signal.SIGKILL)
 
 
-def test_table_shows_what_is_missing(monkeypatch):
+def test_table_shows_missing_figures(monkeypatch):
     rows = [BenchmarkResult("help_s", 0.25, "s", 0.125, "python"),
             BenchmarkResult("diagnose_s", None, "s", note="not available: why")]  # fmt: skip
     monkeypatch.setattr(everything, "STAGES", (("all", lambda: rows),))
@@ -97,7 +97,7 @@ def test_table_shows_what_is_missing(monkeypatch):
     assert "not available: why" in done.stdout
 
 
-def test_timed_plant_goes_on_like_one_run():
+def test_timed_plant_equals_one_run():
     """What is timed is the whole simulation with all channels: in parts it ends where one run ends."""
     rig = example_rig()
     plant = RockingPlant(rig, elements=20)
@@ -120,7 +120,7 @@ def test_variants_differ():
     assert len(set(shares)) == 5
 
 
-def test_reference_arithmetic_stays_ordinary():
+def test_reference_arithmetic_stays_normal():
     """Numbers that overflow or fade to nothing would take another time than those of a step."""
     moving = np.full((8, 96), 0.1)
     string_rates.repeat_arithmetic(5000, 96, np.full((16, 96), 0.1), moving, np.linspace(4.0, 0.1, 8))
@@ -129,13 +129,13 @@ def test_reference_arithmetic_stays_ordinary():
     assert np.all(np.abs(moving) < 1e3)
 
 
-def test_median_is_of_the_runs():
+def test_median_is_over_runs():
     calls = []
     assert math.isfinite(wall_seconds(lambda: calls.append(1), repeats=3))
     assert len(calls) == 3
 
 
-def test_log_to_diagnose_is_a_rig_that_its_file_does_not_describe(tmp_path):
+def test_log_to_diagnose_has_unknown_effect(tmp_path):
     path = tmp_path / "log.mcap"
     write_log(path, duration=30.0)
     log = read_log(path)
@@ -158,7 +158,7 @@ def test_static_peers_agree_within_three_percent():
     assert as_it_comes.hook_loads[2] == pytest.approx(mine.hook_loads[2], rel=0.03)
 
 
-def test_welleng_as_it_comes_is_our_string_bent_the_other_way():
+def test_welleng_equals_our_string_with_reversed_curvature():
     """What a build's sign does to hook loads; 652 and 360 kN are welleng 0.30's own figures for this well."""
     rig = peers.one_pipe(example_rig())
     mesh = build_mesh(rig, 200)
@@ -169,7 +169,7 @@ def test_welleng_as_it_comes_is_our_string_bent_the_other_way():
     assert (raised, lowered) == pytest.approx((652.0e3, 359.6e3), rel=0.003)
 
 
-def test_published_size_is_the_size_asked_for():
+def test_published_run_has_its_size():
     rig = published.shortened(example_rig(), 2500.0)
     assert rig.string.length == pytest.approx(2500.0)
     assert [one.to for one in rig.well.friction_intervals][-1] == pytest.approx(2500.0)

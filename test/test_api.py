@@ -39,7 +39,7 @@ def test_import_is_light(repository: Path) -> None:
     assert (answer.stdout.strip(), answer.stderr) == ("[]", "")
 
 
-def test_types_are_stated_for_every_name(repository: Path) -> None:
+def test_stub_has_every_public_name(repository: Path) -> None:
     stub = ast.parse((repository / "slider_drilling" / "__init__.pyi").read_text())
     stated = {alias.asname: node.module for node in stub.body if isinstance(node, ast.ImportFrom)
               for alias in node.names}  # fmt: skip
@@ -55,7 +55,7 @@ def test_unknown_name_is_an_attribute_error() -> None:
         sd.simulat  # noqa: B018
 
 
-def test_rig_from_path_text_and_tree(rig: sd.Rig, repository: Path) -> None:
+def test_rig_loads_from_path_text_and_tree(rig: sd.Rig, repository: Path) -> None:
     path = repository / "config" / "rig.example.yaml"
     assert sd.load_rig(path) == sd.load_rig(str(path)) == sd.load_rig(path.read_text()) == rig
     import yaml
@@ -65,7 +65,7 @@ def test_rig_from_path_text_and_tree(rig: sd.Rig, repository: Path) -> None:
         sd.load_rig("nowhere.yaml")
 
 
-def test_nested_changes(rig: sd.Rig) -> None:
+def test_with_changes_nested_keys(rig: sd.Rig) -> None:
     changed = rig.with_({"string.sections[1].length": np.float64(70.0), "string.sections[0].length": 3930},
                         mud={"density": 1100}, effects={"stribeck": {"drop": 0.3}})  # fmt: skip
     assert [section.length for section in changed.string.sections] == [3930.0, 70.0]
@@ -90,12 +90,12 @@ def test_nested_changes(rig: sd.Rig) -> None:
         ({"well.hole_diameter": 0.1}, "does not fit the hole"),
     ],
 )
-def test_changes_are_checked(rig: sd.Rig, changes: dict[str, object], said: str) -> None:
+def test_invalid_changes_are_refused(rig: sd.Rig, changes: dict[str, object], said: str) -> None:
     with pytest.raises(sd.InputError, match=said):
         rig.with_(changes)
 
 
-def test_run_of_commands(run: sd.Run) -> None:
+def test_commands_give_run_and_log(run: sd.Run) -> None:
     frame = run.to_frame()
     assert frame.attrs["units"]["surface_torque"] == "N m"
     np.testing.assert_array_equal(frame["surface_torque"], run.response.surface_torque)
@@ -105,21 +105,21 @@ def test_run_of_commands(run: sd.Run) -> None:
     assert len(run.plot().data) > 5
 
 
-def test_run_is_what_the_plant_does(rig: sd.Rig, run: sd.Run) -> None:
+def test_run_equals_plant_response(rig: sd.Rig, run: sd.Run) -> None:
     from slider_drilling.drillstring import simulate
 
     np.testing.assert_array_equal(run.response.tool_face, simulate(rig, run.commands, ELEMENTS).tool_face)
     assert run.commands.top_drive_angle.max() == pytest.approx(10.0 - 0.5 * 40.0 / 15.0 * 0.5, abs=0.15)
 
 
-def test_seed_moves_the_sensors_alone(rig: sd.Rig, run: sd.Run) -> None:
+def test_seed_changes_sensors_only(rig: sd.Rig, run: sd.Run) -> None:
     again, other = (sd.simulate(rig, run.commands, elements=ELEMENTS, seed=seed) for seed in (3, 4))
     np.testing.assert_array_equal(again.log.top_drive.effort, run.log.top_drive.effort)
     assert not np.array_equal(other.log.top_drive.effort, run.log.top_drive.effort)
     np.testing.assert_array_equal(other.response.surface_torque, run.response.surface_torque)
 
 
-def test_saved_log_is_the_log(slide: sd.Run, tmp_path: Path) -> None:
+def test_saved_log_equals_log(slide: sd.Run, tmp_path: Path) -> None:
     path = slide.save(tmp_path / "slide.mcap")
     log = sd.read_log(path)
     assert log.rig() == slide.rig
@@ -134,7 +134,7 @@ def test_saved_log_is_the_log(slide: sd.Run, tmp_path: Path) -> None:
     assert "top_drive" in repr(log) and len(repr(log)) < 300
 
 
-def test_csv_and_parquet_hold_the_frame(slide: sd.Run, tmp_path: Path) -> None:
+def test_csv_and_parquet_equal_frame(slide: sd.Run, tmp_path: Path) -> None:
     import pandas
 
     frame = slide.to_frame()
@@ -148,13 +148,13 @@ def test_csv_and_parquet_hold_the_frame(slide: sd.Run, tmp_path: Path) -> None:
     pandas.testing.assert_frame_equal(pandas.read_parquet(slide.to_parquet(tmp_path / "slide.parquet")), frame)
 
 
-def test_frames_are_asked_for_in_one_line(slide: sd.Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_pandas_is_reported_in_one_line(slide: sd.Run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(sd.InputError, match=r"slider_drilling\[frames\]"):
         slide.to_frame()
 
 
-def test_batch_of_every_combination(rig: sd.Rig, run: sd.Run) -> None:
+def test_batch_runs_every_combination(rig: sd.Rig, run: sd.Run) -> None:
     batch = sd.batch(rig, run.commands, elements=ELEMENTS,
                      vary={"well.friction_intervals[1].factor": [0.8, 1.2], "bit.aggressiveness": [0.4, 0.6]})
     assert len(batch) == 4
@@ -168,7 +168,7 @@ def test_batch_of_every_combination(rig: sd.Rig, run: sd.Run) -> None:
         batch.plot("torque")
 
 
-def test_batch_of_different_wells_is_each_by_itself(rig: sd.Rig, run: sd.Run) -> None:
+def test_batch_of_different_wells_equals_single_runs(rig: sd.Rig, run: sd.Run) -> None:
     short = sd.load_rig("short")
     batch = sd.batch([rig, short, rig], run.commands, elements=ELEMENTS)
     alone = sd.simulate(short, run.commands, elements=ELEMENTS)
@@ -176,7 +176,7 @@ def test_batch_of_different_wells_is_each_by_itself(rig: sd.Rig, run: sd.Run) ->
     np.testing.assert_array_equal(batch[0].response.tool_face, batch[2].response.tool_face)
 
 
-def test_batch_makes_each_run_a_controller(rig: sd.Rig) -> None:
+def test_batch_builds_controller_per_run(rig: sd.Rig) -> None:
     from slider_drilling.control import FixedRocking
 
     batch = sd.batch([rig, rig], FixedRocking, 5.0, elements=ELEMENTS)
@@ -190,12 +190,12 @@ def test_batch_makes_each_run_a_controller(rig: sd.Rig) -> None:
     ("slider_drilling.control:SlideController", None, "duration is missing"),
     (object(), 5.0, "drives nothing"),
 ])  # fmt: skip
-def test_what_drives_nothing_is_refused(rig: sd.Rig, drive: object, duration: float | None, said: str) -> None:
+def test_invalid_drive_is_refused(rig: sd.Rig, drive: object, duration: float | None, said: str) -> None:
     with pytest.raises(sd.InputError, match=said):
         sd.simulate(rig, drive, duration)  # type: ignore[arg-type]
 
 
-def test_replay_of_a_run_leaves_its_noise(run: sd.Run) -> None:
+def test_replay_of_own_run_leaves_noise(run: sd.Run) -> None:
     replayed = sd.replay(run, elements=ELEMENTS)
     assert 0.8 < replayed.rms_over_noise["surface_torque"] < 1.2
     frame = replayed.to_frame()
@@ -204,14 +204,14 @@ def test_replay_of_a_run_leaves_its_noise(run: sd.Run) -> None:
     assert len(replayed.plot().data) == 2
 
 
-def test_planted_effect_shows_in_a_replay_without_it(rig: sd.Rig, run: sd.Run) -> None:
+def test_replay_shows_missing_effect(rig: sd.Rig, run: sd.Run) -> None:
     planted = sd.simulate(sd.with_effect(rig, "torque_sensor_bias"), run.commands, elements=ELEMENTS, nominal=rig)
     assert planted.log.rig() == rig
     assert sd.replay(planted, elements=ELEMENTS).rms["surface_torque"] == pytest.approx(np.hypot(500, 150), rel=0.05)
 
 
 @pytest.mark.parametrize("name", EFFECTS)
-def test_every_usual_size_acts(rig: sd.Rig, name: str) -> None:
+def test_every_usual_size_changes_response(rig: sd.Rig, name: str) -> None:
     assert getattr(sd.with_effect(rig, name).effects, name) != getattr(Effects(), name)
 
 
@@ -223,12 +223,12 @@ def test_every_usual_size_acts(rig: sd.Rig, name: str) -> None:
     ("stribeck:dropp=0.3", "did you mean drop"),
     ("stribeck:drop=-2", "must be above -1"),
 ])  # fmt: skip
-def test_effects_that_cannot_be_planted(rig: sd.Rig, effect: str, said: str) -> None:
+def test_invalid_effects_are_refused(rig: sd.Rig, effect: str, said: str) -> None:
     with pytest.raises(sd.InputError, match=said):
         sd.with_effect(rig, effect)
 
 
-def test_study(tmp_path: Path) -> None:
+def test_study_gives_claims_and_files(tmp_path: Path) -> None:
     studied = sd.study("wear_modes")
     assert "claims hold" in repr(studied)
     assert set(studied.to_frame().reset_index()["figure"]) <= {chart.title for chart in studied.study.figures}
@@ -253,13 +253,13 @@ def test_study(tmp_path: Path) -> None:
          r"effects\.friction_drift\.rate = -0\.01: leaves no friction after 100 s, and the run takes 120 s"),
     ],
 )  # fmt: skip
-def test_arguments_of_a_run_are_checked(rig: sd.Rig, changed: dict[str, object], said: str) -> None:
+def test_invalid_run_arguments_are_refused(rig: sd.Rig, changed: dict[str, object], said: str) -> None:
     asked = {"rig": rig, "duration": 10.0, "elements": ELEMENTS, **changed}
     with pytest.raises(sd.InputError, match=said):
         sd.simulate(asked.pop("rig"), "slider_drilling.control:SlideController", **asked)
 
 
-def test_commands_that_outlast_the_friction_are_refused(rig: sd.Rig) -> None:
+def test_commands_longer_than_friction_drift_are_refused(rig: sd.Rig) -> None:
     drifting = rig.with_({"effects.friction_drift.rate": -0.01})
     commands = sd.rocking(rig, 120.0, amplitude=10.0, period=15.0)
     for ran in (sd.simulate, sd.batch):
