@@ -28,7 +28,7 @@ def stamp_ns(message):
 
 
 @given(STAMPS, st.text(st.characters(codec="ascii", exclude_characters="\0"), max_size=12), VALUES, VALUES, VALUES)
-def test_joint_state_as_others_read_it(stamp, name, position, velocity, effort):
+def test_joint_state_agrees_with_mcap_ros2(stamp, name, position, velocity, effort):
     message = decoded(JOINT_STATE, cdr.encode_joint_state(stamp, name, position, velocity, effort))
     assert stamp_ns(message) == stamp
     assert message.name == [name]
@@ -47,7 +47,7 @@ def test_joint_state_comes_back(stamp, position, velocity, effort):
         assert math.isnan(back) if value is None else back == value
 
 
-def test_the_named_joint_is_taken_from_several():
+def test_named_joint_is_read_among_several():
     """Big-endian, with a frame and two joints, as no encoder here writes it."""
     data = (b"\x00\x00\x00\x00" + struct.pack(">iII8s", 5, 7, 8, b"rig_a77\0")
             + struct.pack(">II4sI10s2xI", 2, 4, b"saw\0", 10, b"top_drive\0", 2) + struct.pack(">4x2d", 1.0, 2.0)
@@ -59,7 +59,7 @@ def test_the_named_joint_is_taken_from_several():
         cdr.decode_joint_state(data, "block")
 
 
-def test_every_message_is_in_the_rigs_frame_and_an_empty_one_is_read_as_well():
+def test_messages_have_the_rig_frame_or_none():
     framed = cdr.encode_joint_state(1_500_000_000, "top_drive", 1.0, 2.0, 3.0)
     assert decoded(JOINT_STATE, framed).header.frame_id == cdr.FRAME_ID
     assert decoded(FLUID_PRESSURE, cdr.encode_fluid_pressure(0, 1.0, 2.0)).header.frame_id == cdr.FRAME_ID
@@ -103,7 +103,7 @@ def test_broken_messages_are_refused(cut):
             cdr.header_stamp_ns(data[:cut])
 
 
-def test_a_claimed_length_is_not_believed():
+def test_length_beyond_the_message_is_refused():
     data = bytearray(cdr.encode_joint_state(0, "top_drive", 1.0))
     data[32:36] = b"\xff\xff\xff\x7f"
     with pytest.raises(InputError, match="no JointState"):

@@ -32,7 +32,7 @@ def write(path: Path, torque: float) -> Path:
 
 
 @pytest.mark.parametrize("wild", [1e30, -1e308, float("inf"), 1.1e9])
-def test_a_value_that_no_rig_has_is_left_out_and_said(tmp_path: Path, wild: float) -> None:
+def test_impossible_value_is_masked_and_noted(tmp_path: Path, wild: float) -> None:
     log = read_log(write(tmp_path / "run.mcap", wild))
     assert log.top_drive is not None
     assert np.flatnonzero(np.isnan(log.top_drive.effort)).tolist() == [7]

@@ -143,7 +143,7 @@ def test_what_was_recorded_is_kept_whatever_ends_it(tmp_path: Path, error: type[
 
 
 @pytest.mark.parametrize("error", [ZeroDivisionError, KeyboardInterrupt])
-def test_a_log_made_from_another_is_whole_or_absent(tmp_path: Path, error: type[BaseException]) -> None:
+def test_whole_log_is_complete_or_absent(tmp_path: Path, error: type[BaseException]) -> None:
     path = tmp_path / "run.mcap"
     write_example(path, seconds=1)
     before = path.read_bytes()
@@ -199,7 +199,7 @@ def test_unreachable_folder_is_one_line(tmp_path: Path) -> None:
         LogWriter(tmp_path / "no-such" / "run.mcap")
 
 
-def test_folder_as_a_log_and_times_before_zero_are_refused(tmp_path: Path) -> None:
+def test_folder_and_negative_log_times_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="it is a folder"):
         LogWriter(tmp_path)
     refused = pytest.raises(InputError, match="/tool_face/target: log time -1 s is out of range")
@@ -249,7 +249,7 @@ def test_full_disk_keeps_what_was_written(tmp_path: Path, size: int) -> None:
     assert log.notes == ()
 
 
-def test_full_disk_leaves_no_copy_and_no_empty_log(tmp_path: Path) -> None:
+def test_full_disk_leaves_no_empty_log(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     assert fill_disk(path, 150_000, "whole") == f"{path}: cannot write this log: File too large\n"
     assert fill_disk(path, 100) == f"{path}: cannot write this log: File too large\n"

@@ -107,7 +107,7 @@ def test_lost_messages_are_said(whole: bytes, place: Path) -> None:
     assert any(f"holds {count} messages of the {STEPS}" in note for note in read_log(place).notes)
 
 
-def test_a_chunk_is_known_by_more_than_its_opcode(whole: bytes, place: Path) -> None:
+def test_chunk_with_damaged_opcode_is_read(whole: bytes, place: Path) -> None:
     for opcode in (0x7F, 0x07, 0x05):
         damaged = bytearray(whole)
         damaged[chunks_of(whole, place)[-1].chunk_start_offset] = opcode

@@ -75,7 +75,7 @@ def test_two_runs_become_two_logs(tmp_path: Path) -> None:
         assert log.top_drive_command.position[1:].tolist() == [run + step for step in range(1, 300)]
 
 
-def test_logs_in_one_file_and_parts_in_a_folder(tmp_path: Path) -> None:
+def test_concatenated_logs_and_folders_are_recovered(tmp_path: Path) -> None:
     one, two = write(tmp_path / "a.mcap", range(500)), write(tmp_path / "b.mcap", range(500, 900))
     (tmp_path / "joined.mcap").write_bytes(one + two)
     (tmp_path / "parts").mkdir()
@@ -171,7 +171,7 @@ def test_info_says_what_is_missing(tmp_path: Path, repository: Path) -> None:
     assert done.returncode == 2 and done.stderr == "nothing.mcap: no such log; check the path\n"
 
 
-def test_info_of_a_log_that_cannot_be_replayed_says_why(tmp_path: Path) -> None:
+def test_info_tells_why_replay_is_impossible(tmp_path: Path) -> None:
     path = tmp_path / "two.mcap"
     with LogWriter(path) as writer:
         for time in (1.0, 2.0, 3.0, 0.0, 1.0):

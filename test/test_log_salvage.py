@@ -83,7 +83,7 @@ def test_a_damaged_first_chunk_loses_no_channel(tmp_path: Path) -> None:
     assert any("a damaged chunk was left out: a gap of" in note for note in log.notes)
 
 
-def test_without_a_summary_the_messages_of_lost_channels_are_counted(tmp_path: Path) -> None:
+def test_messages_of_lost_channels_are_counted(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     whole = write(path)
     chunks = chunks_of(path)

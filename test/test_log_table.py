@@ -235,7 +235,7 @@ def test_field_table_equals_the_field_log(shared_data: Path) -> None:
     np.testing.assert_allclose(table.top_drive.effort, log.top_drive.effort)
 
 
-def test_slide_of_the_1_hz_log_by_the_command(shared_data: Path, tmp_path: Path) -> None:
+def test_command_imports_slide_of_1_hz_log(shared_data: Path, tmp_path: Path) -> None:
     output = tmp_path / "slide.mcap"
     arguments = [str(shared_data / "rig_1hz" / "SampleData1.csv"), "-o", str(output), "--rows", "30063:30853"]
     arguments += ["--mapping", str(installed_file("config/import.surface_1hz.yaml"))]
@@ -267,7 +267,7 @@ def test_command_does_not_overwrite_the_table(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("units", "told"), [("si", "1.0000 to 2.0000"), ("field", "737.56 to 1475.1")])
-def test_command_lists_what_the_log_holds_in_the_units_asked_for(tmp_path: Path, units: str, told: str) -> None:
+def test_command_lists_contents_in_chosen_units(tmp_path: Path, units: str, told: str) -> None:
     table = table_file(tmp_path, "t,torque\n0,1000\n1,2000\n")
     arguments = [str(table), "--mapping", str(mapping_file(tmp_path)), "-o", str(tmp_path / "o.mcap")]
     answer = CliRunner().invoke(command, [*arguments, "--units", units], catch_exceptions=False)

@@ -24,7 +24,7 @@ def log(**series):
     return RigLog(source="run.mcap", start_ns=0, metadata={"version": "1", "notes": "<b>&"}, **series)
 
 
-def test_a_tool_face_that_is_set_after_100_s():
+def test_tool_face_is_set_after_100_s():
     """90 degrees off for 100 s, then 6 degrees off; the target is 350 degrees, that is -10."""
     tool_face = np.where(TIME < 100.0, np.radians(80.0), np.radians(-4.0)) + 4 * np.pi
     target = JointSeries(*(np.array([value]) for value in (0.0, 0.0, np.radians(350.0), 0.0, 0.0)))
@@ -37,7 +37,7 @@ def test_a_tool_face_that_is_set_after_100_s():
     assert np.degrees(one.error_once_set) == pytest.approx(6.0) and one.target == pytest.approx(np.radians(350.0))
 
 
-def test_passing_by_is_not_being_set():
+def test_passing_the_target_does_not_set_it():
     tool_face = np.radians(60.0) * np.sin(2 * np.pi * TIME / 30.0)
     hold = summarise_run(log(truth_bit=joint(tool_face))).tool_face
     assert hold.targets[0].set_after is None and hold.targets[0].error_once_set is None
@@ -68,7 +68,7 @@ def test_figures_of_the_surface():
     assert "toolface error, mean (truth)" not in said
 
 
-def test_target_before_its_first_message_and_after_a_change():
+def test_target_holds_before_and_after_change():
     target = JointSeries(*(np.array(value) for value in ([5.0, 20.0], [5.0, 20.0], [0.1, 0.2], [0.0] * 2, [0.0] * 2)))
     held = target_at(log(tool_face_target=target), np.array([0.0, 5.0, 19.9, 20.0, 99.0]))
     np.testing.assert_array_equal(held, [0.1, 0.1, 0.1, 0.2, 0.2])
@@ -104,7 +104,7 @@ def depth(metres, weight=None):
     return {"truth_depth": joint(position=metres), **weighed}
 
 
-def test_what_was_drilled_is_not_what_the_block_was_lowered():
+def test_drilled_length_differs_from_lowered_block():
     """The string stretches: the block goes down 1.2 m, the bit makes 0.6 m of hole in the last 200 of 300 s."""
     hole = 4000.0 + np.maximum(TIME - 100.0, 0.0) * 0.003
     summary = summarise_run(log(draw_works=joint(0.004 * TIME, effort=NONE), truth_bit=joint(0 * TIME), **depth(hole)))
@@ -115,19 +115,19 @@ def test_what_was_drilled_is_not_what_the_block_was_lowered():
     assert said["bit depth"] == "4000.00 to 4000.60 m" and said["block lowered"] == "1.20 m"
 
 
-def test_pulling_off_bottom_and_going_back_is_no_new_hole():
+def test_pulling_off_bottom_makes_no_hole():
     bit = 4000.0 + np.interp(TIME, [0, 100, 150, 200, 300], [0.0, 0.5, -5.0, 0.5, 0.8])
     found = summarise_run(log(truth_bit=joint(0 * TIME), **depth(bit))).drilled
     assert found.length == pytest.approx(0.8) and found.on_bottom == pytest.approx(200.0, abs=0.5)
 
 
-def test_a_rounded_bit_depth_of_a_recorder_gives_the_rate():
+def test_rounded_bit_depth_gives_the_rate():
     bit = np.floor((1000.0 + 0.002 * TIME) * 100.0) / 100.0
     found = summarise_run(log(truth_bit=joint(0 * TIME), bit_depth=joint(bit))).drilled
     assert found.source == "bit depth" and found.rate == pytest.approx(0.002, rel=0.03)
 
 
-def test_a_bit_that_never_drilled_is_not_judged():
+def test_toolface_without_drilling_is_not_evaluated():
     """A controller that does nothing holds toolface 0 to perfection."""
     depths = depth(np.full_like(TIME, 4000.0))
     summary = summarise_run(log(truth_bit=joint(0 * TIME), draw_works=joint(0 * TIME), **depths))
@@ -171,7 +171,7 @@ def test_figures_against_depth():
     assert depth_charts(log(truth_bit=joint(0 * TIME))) == ()
 
 
-def test_a_hole_too_short_for_figures_has_no_empty_heading():
+def test_short_hole_gets_no_depth_section():
     for metres, expected in ((0.05, False), (0.9, True)):
         record = log(truth_bit=joint(0 * TIME), **depth(4000.0 + metres * TIME / TIME[-1], 6e4 + 0 * TIME))
         headings = [section.title for section in run_page(record, summarise_run(record)).sections]

@@ -84,6 +84,20 @@ def read_table(
     origin = float(filled[next(key for key in CLOCK_TOPICS if key in filled)].time[0])
     series = {key: replace(s, time=s.time - origin, arrival=s.arrival - origin) for key, s in filled.items()}
     last = epoch_ns * 1e-9 + origin + max(float(s.arrival[-1]) for s in series.values())
+    log = RigLog(
+        source=table.source,
+        start_ns=_start_ns(mapping, epoch_ns, origin, last),
+        rig_text=rig_text,
+        rig_source=None if rig_path is None else str(rig_path),
+        metadata={},
+        notes=tuple(notes),
+        **series,  # type: ignore[arg-type]
+    )
+    return mask_impossible_values(log)
+
+
+def _start_ns(mapping: CsvMapping, epoch_ns: int, origin: float, last: float) -> int:
+    """ns since the epoch of the first time, `origin`. Raises InputError for times that a stamp cannot hold."""
     if last >= MAX_EPOCH_S or origin < -MAX_EPOCH_S:
         raise InputError(
             f"{mapping.source}: time.unit = {mapping.layout.time.unit!r}: times would end in the year "
@@ -92,16 +106,7 @@ def read_table(
     start_ns = epoch_ns + round(origin * 1e9)
     if start_ns < 0:
         raise InputError(f"{mapping.source}: start: times begin at {start_ns * 1e-9:g} s; give the table's start time")
-    log = RigLog(
-        source=table.source,
-        start_ns=start_ns,
-        rig_text=rig_text,
-        rig_source=None if rig_path is None else str(rig_path),
-        metadata={},
-        notes=tuple(notes),
-        **series,  # type: ignore[arg-type]
-    )
-    return mask_impossible_values(log)
+    return start_ns
 
 
 def _read_words(path: Path, mapping: CsvMapping, rows: tuple[int, int] | None) -> TextTable:

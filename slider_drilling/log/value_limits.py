@@ -9,7 +9,7 @@ import numpy as np
 
 from slider_drilling.log.rig_log import RigLog
 from slider_drilling.log.series import Series
-from slider_drilling.messages.topics import TOPICS, Quantity
+from slider_drilling.messages.topics import TOPICS, TopicQuantity
 
 
 def mask_impossible_values(log: RigLog) -> RigLog:
@@ -32,7 +32,7 @@ def mask_impossible_values(log: RigLog) -> RigLog:
     return dataclasses.replace(log, notes=(*log.notes, *notes), **changes) if changes else log  # type: ignore[arg-type]
 
 
-def _limits(quantities: tuple[Quantity, ...]) -> dict[str, float]:
+def _limits(quantities: tuple[TopicQuantity, ...]) -> dict[str, float]:
     """The largest magnitude of each array that has one; a variance has the square of its value's."""
     limits = {part.array: part.max_magnitude for part in quantities if math.isfinite(part.max_magnitude)}
     return {**limits, "variance": limits["value"] ** 2} if "value" in limits else limits

@@ -20,7 +20,7 @@ from slider_drilling.messages.message_types import (
 
 
 @dataclass(frozen=True)
-class Quantity:
+class TopicQuantity:
     """One number that a topic's messages give.
 
     Attributes:
@@ -59,7 +59,7 @@ class Topic:
     name: str
     type: str
     joint: str = ""
-    quantities: tuple[Quantity, ...] = ()
+    quantities: tuple[TopicQuantity, ...] = ()
     content: str = ""
     is_simulated_only: bool = False
     is_surface: bool = False
@@ -68,7 +68,7 @@ class Topic:
         """The description of its messages. Raises InputError for a type whose numbers a log does not keep."""
         return logged_type(self.type, self.name)
 
-    def quantity(self, array: str) -> Quantity:
+    def quantity(self, array: str) -> TopicQuantity:
         """The quantity of one array: position, velocity, effort or value."""
         return next(quantity for quantity in self.quantities if quantity.array == array)
 
@@ -78,103 +78,103 @@ TOPICS: dict[str, Topic] = {
     "top_drive": Topic(
         "top_drive/joint_states", JOINT_STATE, "top_drive",
         (
-            Quantity("position", "top_drive_angle", "rad", "top drive angle", "top_drive_angle", 1e8),
-            Quantity("velocity", "top_drive_speed", "rad/s", "top drive speed", "top_drive_speed", 1e5),
-            Quantity("effort", "surface_torque", "N m", "surface torque", "surface_torque", 1e9),
+            TopicQuantity("position", "top_drive_angle", "rad", "top drive angle", "top_drive_angle", 1e8),
+            TopicQuantity("velocity", "top_drive_speed", "rad/s", "top drive speed", "top_drive_speed", 1e5),
+            TopicQuantity("effort", "surface_torque", "N m", "surface torque", "surface_torque", 1e9),
         ),
         "angle rad, speed rad/s, effort = surface torque N m", is_surface=True,
     ),
     "top_drive_command": Topic(
         "top_drive/command", JOINT_STATE, "top_drive",
         (
-            Quantity("position", "top_drive_angle_command", "rad", "top drive angle setpoint",
+            TopicQuantity("position", "top_drive_angle_command", "rad", "top drive angle setpoint",
                      "top_drive_angle_command", 1e8),
-            Quantity("velocity", "top_drive_speed_command", "rad/s", "top drive speed setpoint",
+            TopicQuantity("velocity", "top_drive_speed_command", "rad/s", "top drive speed setpoint",
                      "top_drive_speed_command", 1e5),
-            Quantity("effort", "surface_torque_command", "N m", "surface torque setpoint", "", 1e9),
+            TopicQuantity("effort", "surface_torque_command", "N m", "surface torque setpoint", "", 1e9),
         ),
         "setpoints of angle rad and speed rad/s", is_surface=True,
     ),
     "draw_works": Topic(
         "draw_works/joint_states", JOINT_STATE, "block",
         (
-            Quantity("position", "block_position", "m", "block position", "block_position", 1e7),
-            Quantity("velocity", "block_speed", "m/s", "block speed", "block_speed", 1e5),
-            Quantity("effort", "hook_load", "N", "hook load", "hook_load", 1e11),
+            TopicQuantity("position", "block_position", "m", "block position", "block_position", 1e7),
+            TopicQuantity("velocity", "block_speed", "m/s", "block speed", "block_speed", 1e5),
+            TopicQuantity("effort", "hook_load", "N", "hook load", "hook_load", 1e11),
         ),
         "block position m, lowered since the start; speed m/s; effort = hook load N", is_surface=True,
     ),
     "draw_works_command": Topic(
         "draw_works/command", JOINT_STATE, "block",
         (
-            Quantity("position", "block_position_command", "m", "block position setpoint", "", 1e7),
-            Quantity("velocity", "block_speed_command", "m/s", "block speed setpoint", "block_speed_command", 1e5),
-            Quantity("effort", "hook_load_command", "N", "hook load setpoint", "", 1e11),
+            TopicQuantity("position", "block_position_command", "m", "block position setpoint", "", 1e7),
+            TopicQuantity("velocity", "block_speed_command", "m/s", "block speed setpoint", "block_speed_command", 1e5),
+            TopicQuantity("effort", "hook_load_command", "N", "hook load setpoint", "", 1e11),
         ),
         "setpoint of the block speed m/s, positive lowers",
     ),
     "standpipe_pressure": Topic(
         "standpipe_pressure", FLUID_PRESSURE, "",
-        (Quantity("value", "standpipe_pressure", "Pa", "standpipe pressure", "standpipe_pressure", 1e11),),
+        (TopicQuantity("value", "standpipe_pressure", "Pa", "standpipe pressure", "standpipe_pressure", 1e11),),
         "pressure Pa with its variance Pa2; 0 is unknown", is_surface=True,
     ),
     "mud_pump": Topic(
         "mud_pump/joint_states", JOINT_STATE, "mud_pump",
         (
-            Quantity("position", "pump_angle", "rad", "pump angle", "", 1e10),
-            Quantity("velocity", "pump_speed", "rad/s", "pump speed", "pump_speed", 1e6),
-            Quantity("effort", "pump_torque", "N m", "pump torque", "", 1e11),
+            TopicQuantity("position", "pump_angle", "rad", "pump angle", "", 1e10),
+            TopicQuantity("velocity", "pump_speed", "rad/s", "pump speed", "pump_speed", 1e6),
+            TopicQuantity("effort", "pump_torque", "N m", "pump torque", "", 1e11),
         ),
         "crank speed rad/s; flow = speed times the rig file's `mud_pump.displacement`", is_surface=True,
     ),
     "mwd_tool_face": Topic(
         "mwd/tool_face", JOINT_STATE, "tool_face",
         (
-            Quantity("position", "mwd_tool_face", "rad", "MWD toolface", "tool_face", 1e6, is_wrapped=True),
-            Quantity("velocity", "mwd_tool_face_rate", "rad/s", "MWD toolface rate"),
-            Quantity("effort", "mwd_torque", "N m", "MWD torque"),
+            TopicQuantity("position", "mwd_tool_face", "rad", "MWD toolface", "tool_face", 1e6, is_wrapped=True),
+            TopicQuantity("velocity", "mwd_tool_face_rate", "rad/s", "MWD toolface rate"),
+            TopicQuantity("effort", "mwd_torque", "N m", "MWD torque"),
         ),
         "toolface rad in (-pi, pi]; stamped when measured downhole, logged when decoded at surface",
     ),
     "tool_face_target": Topic(
         "tool_face/target", JOINT_STATE, "tool_face",
         (
-            Quantity("position", "tool_face_target", "rad", "toolface target", "tool_face_target", 1e6,
+            TopicQuantity("position", "tool_face_target", "rad", "toolface target", "tool_face_target", 1e6,
                      is_wrapped=True),
-            Quantity("velocity", "tool_face_target_rate", "rad/s", "toolface target rate"),
-            Quantity("effort", "tool_face_target_torque", "N m", "toolface target torque"),
+            TopicQuantity("velocity", "tool_face_target_rate", "rad/s", "toolface target rate"),
+            TopicQuantity("effort", "tool_face_target_torque", "N m", "toolface target torque"),
         ),
         "toolface to hold, rad",
     ),
     "bit_depth": Topic(
         "bit_depth", JOINT_STATE, "bit",
         (
-            Quantity("position", "measured_bit_depth", "m", "bit depth", "bit_depth"),
-            Quantity("velocity", "measured_bit_speed", "m/s", "bit speed"),
-            Quantity("effort", "measured_bit_force", "N", "bit force"),
+            TopicQuantity("position", "measured_bit_depth", "m", "bit depth", "bit_depth"),
+            TopicQuantity("velocity", "measured_bit_speed", "m/s", "bit speed"),
+            TopicQuantity("effort", "measured_bit_force", "N", "bit force"),
         ),
         "measured depth of the bit m, where the rig's recorder has it",
     ),
     "truth_bit": Topic(
         "truth/bit", JOINT_STATE, "bit",
         (
-            Quantity("position", "tool_face", "rad", "toolface"),
-            Quantity("velocity", "tool_face_rate", "rad/s", "toolface rate"),
-            Quantity("effort", "bit_torque", "N m", "bit torque"),
+            TopicQuantity("position", "tool_face", "rad", "toolface"),
+            TopicQuantity("velocity", "tool_face_rate", "rad/s", "toolface rate"),
+            TopicQuantity("effort", "bit_torque", "N m", "bit torque"),
         ),
         "toolface rad, unwrapped; its rate rad/s; effort = bit torque N m", is_simulated_only=True, is_surface=True,
     ),
     "truth_weight_on_bit": Topic(
         "truth/weight_on_bit", WRENCH_STAMPED, "",
-        (Quantity("value", "weight_on_bit", "N", "weight on bit"),),
+        (TopicQuantity("value", "weight_on_bit", "N", "weight on bit"),),
         "force.x = weight on bit N", is_simulated_only=True,
     ),
     "truth_depth": Topic(
         "truth/depth", JOINT_STATE, "bit",
         (
-            Quantity("position", "bit_depth", "m", "true bit depth"),
-            Quantity("velocity", "rate_of_penetration", "m/s", "rate of penetration"),
-            Quantity("effort", "bit_force", "N", "true bit force"),
+            TopicQuantity("position", "bit_depth", "m", "true bit depth"),
+            TopicQuantity("velocity", "rate_of_penetration", "m/s", "rate of penetration"),
+            TopicQuantity("effort", "bit_force", "N", "true bit force"),
         ),
         "measured depth of the bit m, rate of penetration m/s", is_simulated_only=True,
     ),
