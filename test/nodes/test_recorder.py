@@ -32,7 +32,7 @@ from slider_drilling.messages import cdr
 from slider_drilling.messages.topics import TOPICS
 from slider_drilling.nodes import raw_topics
 from slider_drilling.nodes.message_sequence import SequenceCounter
-from slider_drilling.nodes.recorder import PAUSES, Recorder
+from slider_drilling.nodes.recorder import PAUSES, RECORDED, Recorder
 from slider_drilling.nodes.shutdown import ShutdownRequest
 from slider_drilling.nodes.spin import drain, make_executor
 
@@ -86,6 +86,10 @@ def bench(alone: None) -> Iterator[Callable[..., Bench]]:
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     yield Bench
     rclpy.try_shutdown()
+
+
+def test_every_registered_topic_is_recorded():
+    assert set(TOPICS.values()) <= set(RECORDED)
 
 
 def test_the_folder_is_a_bag(bench, tmp_path):
