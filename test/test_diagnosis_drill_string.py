@@ -217,8 +217,8 @@ def test_runs_that_could_be_made_next(tmp_path):
 @pytest.mark.parametrize("words", ["friction over depth", "drive angle off over time", "block off over time",
                                    "flow off over time", "bit torque per weight over time", "friction over slip speed",
                                    "friction over rest", "rock over time",
-                                   "friction by direction: asperities lying across the pipe",
-                                   "contact that gives way another distance before it slides"])  # fmt: skip
+                                   "asperities turned across the pipe",
+                                   "contact compliance before it slides"])  # fmt: skip
 def test_flexible_rivals_are_neutral_at_zero_and_change_something(tmp_path, words):
     log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))
     model = replace(build_model([log], short_rig()).model, meshes=(12, 20))

@@ -127,7 +127,7 @@ def test_constant_pump_is_renewed_with_other_messages():
 
 def test_replay_masks_repeated_samples_and_says_so():
     run = replay(log_of(5), RIG, elements=32)
-    assert any("renewed every 0.5 s" in sentence for sentence in run.assumed)
+    assert any("renewed every 0.5 s" in sentence for sentence in run.assumptions)
     assert run.channels["surface_torque"].channel.time.size == 180
 
 

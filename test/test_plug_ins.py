@@ -22,7 +22,7 @@ from slider_drilling.control.controller_loader import (
 )
 from slider_drilling.control.interface import Measurements
 from slider_drilling.diagnosis import user_effects
-from slider_drilling.diagnosis.user_effects import GuardedEffect, installed_effects, load_effect, try_effects
+from slider_drilling.diagnosis.user_effects import CheckedUserEffect, check_user_effects, installed_effects, load_effect
 from slider_drilling.drillstring import Commands
 from slider_drilling.errors import InputError
 from slider_drilling.rig import load_rig
@@ -186,11 +186,11 @@ def commands() -> Commands:
         ("def modifiers(self): return 3", "modifiers raised TypeError"),
         ("def commands(self, commands, values): return 3", "commands returned int, not Commands"),
         ("def commands(self, commands, values): return 1 / 0", r"commands raised ZeroDivisionError.*plug_in_\d+\.py:8"),
-        ("def channels(self, times, channels, values): return []", "channels returned list, not channels by name"),
+        ("def channels(self, times, channels, values): return []", "channels returned list, not a mapping"),
         ("def channels(self, times, channels, values): return {'x': 1}", "channels returned 'x'; this log has"),
         ("def channels(self, times, channels, values): return {'hook_load': [1.0]}", r"hook_load has shape \(1,\)"),
-        ("effect = Effect('stribeck', 'contact', effect.parameters, effect.scan)", "the name stribeck is taken"),
-        ("effect = Effect('m', 'bit', (Parameter('friction_1', 0.0, 0.0, 3.0, 1.0),), effect.scan)", "_1 is taken"),
+        ("effect = Effect('stribeck', 'contact', effect.parameters, effect.scan)", "name stribeck is already taken"),
+        ("effect = Effect('m', 'bit', (Parameter('friction_1', 0.0, 0.0, 3.0, 1.0),), effect.scan)", "_1 is already"),
     ],
 )  # fmt: skip
 def test_a_wrong_effect_gets_one_line_before_any_fit(write: Callable[[str], str], body: str, said: str) -> None:
@@ -198,7 +198,7 @@ def test_a_wrong_effect_gets_one_line_before_any_fit(write: Callable[[str], str]
     name = write(code)
 
     def act() -> None:
-        try_effects([load_effect(f"{name}:Mine")], ["stribeck", "friction_1"], RIG, commands())
+        check_user_effects([load_effect(f"{name}:Mine")], ["stribeck", "friction_1"], RIG, commands())
 
     one_line(act, said)
 
@@ -218,9 +218,10 @@ def test_an_effect_goes_wrong_before_the_log_is_even_read(write: Callable[[str],
 def test_a_right_effect_is_taken_and_one_twice_is_not(write: Callable[[str], str]) -> None:
     name = write(EFFECT)
     effect = load_effect(f"{name}:Mine")
-    assert isinstance(effect, GuardedEffect)
-    try_effects([effect], ["stribeck"], RIG, commands())
-    one_line(lambda: try_effects([effect, effect], [], RIG, commands()), "the name mine is taken; give another")
+    assert isinstance(effect, CheckedUserEffect)
+    check_user_effects([effect], ["stribeck"], RIG, commands())
+    twice = [effect, effect]
+    one_line(lambda: check_user_effects(twice, [], RIG, commands()), "name mine is already taken; choose another")
 
 
 def test_an_entry_point_that_cannot_be_loaded_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from slider_drilling.diagnosis.build_model import build_model
-from slider_drilling.diagnosis.unlogged_block import lowered_blocks
+from slider_drilling.diagnosis.unlogged_block import block_offsets
 from slider_drilling.drillstring import Commands, simulate, simulate_batch
 from slider_drilling.drillstring.simulated_log import write_simulated
 from slider_drilling.gap.model import SimulationOptions
@@ -119,4 +119,4 @@ def test_of_two_logs_only_the_block_that_nobody_logged_is_fitted(tmp_path):
     pressures = [model.simulate(index, sets, SimulationOptions())["standpipe_pressure"] for index in (0, 1)]
     moved = [np.ptp(pressure, axis=0).max() for pressure in pressures]
     assert moved[0] == 0.0 and moved[1] > 1e5
-    assert lowered_blocks(run.time, sets, model.nuisance)[1][-1] == pytest.approx(0.002 * 40.0, rel=0.01)
+    assert block_offsets(run.time, sets, model.nuisance)[1][-1] == pytest.approx(0.002 * 40.0, rel=0.01)

@@ -11,7 +11,7 @@ import pytest
 
 from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.run_inputs import read_run_inputs
-from slider_drilling.diagnosis.unlogged_flow import step_parameters, with_steps
+from slider_drilling.diagnosis.unlogged_flow import add_flow_steps, flow_step_parameters
 from slider_drilling.drillstring import Commands, simulate
 from slider_drilling.drillstring.simulated_log import write_simulated
 from slider_drilling.gap.model import SimulationOptions
@@ -82,13 +82,13 @@ def test_a_pump_that_is_off_is_seen_by_what_circulation_needs():
 def test_a_step_comes_behind_the_lag_and_stays():
     time = np.linspace(0.0, 40.0, 401)
     values = {"circulation_step_1": -2e6, "circulation_step_2": 1e6}
-    found = with_steps(np.zeros(401), time, (10.0, 20.0), values, 1.5)
+    found = add_flow_steps(np.zeros(401), time, (10.0, 20.0), values, 1.5)
     assert found[time < 10.0] == pytest.approx(0.0)
     assert found[115] == pytest.approx(-2e6 * (1.0 - math.exp(-1.0)), rel=1e-6)
     assert found[-1] == pytest.approx(-1e6, rel=1e-4)
-    sudden = with_steps(np.zeros(401), time, (10.0, 20.0), values, 0.0)
+    sudden = add_flow_steps(np.zeros(401), time, (10.0, 20.0), values, 0.0)
     assert sudden[101] == -2e6 and sudden[99] == 0.0
-    assert len(step_parameters([(10.0, 20.0), (5.0,)])) == 2
+    assert len(flow_step_parameters([(10.0, 20.0), (5.0,)])) == 2
 
 
 def test_a_log_without_pump_is_fitted_with_its_steps(without_pump):
@@ -110,7 +110,7 @@ def test_nothing_is_looked_for_where_the_pump_was_logged(without_pump):
     pump = JointSeries(logged.time, logged.time, nothing, np.full_like(logged.time, REFERENCE), nothing)
 
     def steps(log):
-        return read_run_inputs(log, RIG, []).flow_steps
+        return read_run_inputs(log, RIG, []).flow_step_times
 
     empty = replace(pump, velocity=nothing)
     assert steps(without_pump) and steps(replace(without_pump, mud_pump=empty)) == steps(without_pump)

@@ -52,7 +52,7 @@ def test_own_run_written_and_replayed_is_the_same_run(tmp_path):
     assert again.channels["standpipe_pressure"].rms < 1.0
     assert again.channels["hook_load"].rms < 1.0
     assert again.channels["tool_face"].rms < 1e-4
-    assert again.assumed == ()
+    assert again.assumptions == ()
 
 
 def test_command_prints_the_documented_json(tmp_path):
@@ -77,5 +77,5 @@ def test_missing_draw_works_and_pump_are_said(tmp_path):
     log = read_log(tmp_path / "torque.mcap")
     run = replay(log, log.rig(), elements=40)
     assert list(run.channels) == ["surface_torque"]
-    assert len(run.assumed) == 2
+    assert len(run.assumptions) == 2
     assert run.commands.top_drive_angle[-1] == pytest.approx(0.5 * 9.9**2, rel=1e-6)

@@ -47,19 +47,19 @@ def command(
 
     def show() -> None:
         _print(run, units)
-        for sentence in (*record.notes, *run.assumed):
+        for sentence in (*record.notes, *run.assumptions):
             stderr().print(f"note: {sentence}")
 
     def write() -> list[Path]:
         if output is not None:
             replayed.save(output)
         if page is not None:
-            write_page(page, replay_page(record, run, units, (*record.notes, *run.assumed)), units)
+            write_page(page, replay_page(record, run, units, (*record.notes, *run.assumptions)), units)
         return written
 
     channels = {name: {"rms": rms, "rms_over_noise": replayed.rms_over_noise[name]}
                 for name, rms in replayed.rms.items()}
-    tree = {"channels": channels, "assumed": run.assumed, "notes": record.notes}
+    tree = {"channels": channels, "assumed": run.assumptions, "notes": record.notes}
     write_and_print(tree if as_json else None, show, write)
 
 

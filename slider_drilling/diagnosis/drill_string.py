@@ -1,4 +1,4 @@
-"""The drill string as a model of the gap engine: logs and a rig file in, channels for many parameter sets out."""
+"""The drill string as a model of the gap engine: it simulates logged runs for many parameter sets at once."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 
 from slider_drilling.diagnosis.catalogue import to_user, user_parameters
 from slider_drilling.diagnosis.free_forms import (
-    bite_factor,
-    commands_part,
+    bit_torque_factor,
+    catalogue_free_forms,
     contact_with,
-    disturbances,
-    disturbed,
+    disturbance_key,
+    disturbed_commands,
     friction_factor,
 )
 from slider_drilling.diagnosis.manoeuvres import next_runs
 from slider_drilling.diagnosis.run_inputs import RunInputs
-from slider_drilling.diagnosis.unlogged_block import lowered_blocks
-from slider_drilling.diagnosis.unlogged_flow import with_steps
+from slider_drilling.diagnosis.unlogged_block import block_offsets
+from slider_drilling.diagnosis.unlogged_flow import add_flow_steps
 from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
 from slider_drilling.drillstring import InitialState, Observer, Response, simulate_batch
 from slider_drilling.effects import Effects
@@ -35,15 +35,24 @@ from slider_drilling.gap.model import (
 )
 from slider_drilling.rig import FrictionInterval, Rig
 
-# Elements of each fidelity.
+# Elements of the string at each fidelity.
 MESHES = (32, 100, 160)
 
 
 @dataclass(frozen=True)
 class DrillString:
-    """See `slider_drilling.gap.model`: `Model` and every optional protocol beside it (`Has...`, `CanTruncate`).
+    """A `slider_drilling.gap.model.Model` with every optional protocol (`Has...`, `CanTruncate`). It is immutable.
 
-    rig: with the log's nominal parameters; driven: what moved it, one per run. Nothing here changes by being used.
+    Attributes:
+        rig: The rig file as given.
+        runs: The logs.
+        inputs: What drove each run.
+        nuisance: Calibrated parameters.
+        effects: All candidates, users' effects among them.
+        user_effects: Users' effects by name.
+        probes: Friction multipliers (parameter, from, to), m of measured depth, which locate the gap along the hole.
+        coupled_effects: Effects that may show only together.
+        meshes: Elements of the string at each fidelity.
     """
 
     rig: Rig
@@ -87,19 +96,19 @@ class DrillString:
 
     def free_forms(self, values: Values) -> list[FreeForm]:
         """See `HasFreeForms`."""
-        return disturbances(values, self.probes, max(run.duration for run in self.runs), self.rig.contact)
+        return catalogue_free_forms(values, self.probes, max(run.duration for run in self.runs), self.rig.contact)
 
     def sensor_site(self, channel: str) -> str:
         """See `HasFreeForms`."""
         return "hydraulics" if channel == "standpipe_pressure" else "sensor"
 
     def simulate(self, run: int, sets: Sequence[Values], options: SimulationOptions) -> Mapping[str, Array]:
-        """Channels (K, n) of K parameter sets."""
+        """See `Model`."""
         return self._channels(run, sets, self.meshes[options.fidelity], options.observer_gain)
 
     def truncated(self, fraction: float) -> DrillString:
-        """The first part of every run."""
-        runs, driven = [], []
+        """See `CanTruncate`."""
+        runs, inputs = [], []
         for index, run in enumerate(self.runs):
             until = run.time[0] + fraction * run.duration
             kept = [
@@ -108,94 +117,105 @@ class DrillString:
             inside = run.time <= until
             channels = tuple(channel for channel in kept if channel.time.size)
             runs.append(replace(run, time=run.time[inside], excitation=run.excitation[inside], channels=channels))
-            own = self.inputs[index]
-            faster = None if own.acceleration is None else own.acceleration[inside]
-            driven.append(replace(own, commands=own.commands.samples(inside), acceleration=faster))
-        return replace(self, runs=tuple(runs), inputs=tuple(driven))
+            whole = self.inputs[index]
+            acceleration = None if whole.acceleration is None else whole.acceleration[inside]
+            inputs.append(replace(whole, commands=whole.commands.samples(inside), acceleration=acceleration))
+        return replace(self, runs=tuple(runs), inputs=tuple(inputs))
 
     def manoeuvres(self) -> list[Manoeuvre]:
-        """Runs that could be made next."""
+        """See `HasManoeuvres`."""
         return [
             Manoeuvre(text, settings, replace(self, runs=(run,), inputs=(RunInputs(commands),)))
             for text, settings, run, commands in next_runs(self.rig, self.runs[0], self.inputs[0].commands)
         ]
 
-    def _channels(self, run: int, sets: Sequence[Values], elements: int, pull: float = 0.0) -> dict[str, Array]:
-        responses = self._responses(run, sets, elements, self._observer(run, pull))
-        found: dict[str, Array] = {}
+    def _channels(
+        self, run: int, sets: Sequence[Values], elements: int, observer_gain: float = 0.0
+    ) -> dict[str, Array]:
+        responses = self._responses(run, sets, elements, self._observer(run, observer_gain))
+        simulated: dict[str, Array] = {}
         for channel in self.runs[run].channels:
             lag = sensor_lag(self.rig, channel.name)
-            rows = [sample(response, channel.name, channel.time, lag) for response in responses]
-            if channel.name == "standpipe_pressure" and self.inputs[run].flow_steps:
-                rows = [self._with_steps(run, row, channel.time, own) for row, own in zip(rows, sets, strict=True)]
-            found[channel.name] = np.stack(rows)
+            rows = [sample_channel(response, channel.name, channel.time, lag) for response in responses]
+            if channel.name == "standpipe_pressure" and self.inputs[run].flow_step_times:
+                rows = [
+                    self._with_flow_steps(run, row, channel.time, values)
+                    for row, values in zip(rows, sets, strict=True)
+                ]
+            simulated[channel.name] = np.stack(rows)
         for index, values in enumerate(sets):
-            for user in self._switched_on(values):
-                own = {name: rows[index] for name, rows in found.items()}
+            for user in self._active_users(values):
+                rows_of_set = {name: rows[index] for name, rows in simulated.items()}
                 times = {channel.name: channel.time for channel in self.runs[run].channels}
-                for name, row in user.channels(times, own, values).items():
-                    found[name][index] = row
-        return found
+                for name, row in user.channels(times, rows_of_set, values).items():
+                    simulated[name][index] = row
+        return simulated
 
-    def _lowered(self, run: int, sets: Sequence[Values]) -> Array | None:
-        own = self.inputs[run]
-        return lowered_blocks(own.commands.time, sets, self.nuisance) if own.lowered else None
+    def _block_offset(self, run: int, sets: Sequence[Values]) -> Array | None:
+        inputs = self.inputs[run]
+        return block_offsets(inputs.commands.time, sets, self.nuisance) if inputs.block_from_pressure else None
 
-    def _with_steps(self, run: int, row: Array, time: Array, values: Values) -> Array:
+    def _with_flow_steps(self, run: int, pressure: Array, time: Array, values: Values) -> Array:
         lag = rig_with(self.rig, values).hydraulics.lag
-        return with_steps(row, time, self.inputs[run].flow_steps or (), values, lag)
+        return add_flow_steps(pressure, time, self.inputs[run].flow_step_times or (), values, lag)
 
-    def _switched_on(self, values: Values) -> list[UserEffect]:
-        return [user for name, user in self.user_effects.items() if user.effect.parameters[0].name in values]
+    def _active_users(self, values: Values) -> list[UserEffect]:
+        """Users' effects whose amplitude is among the values."""
+        return [user for user in self.user_effects.values() if user.effect.parameters[0].name in values]
 
-    def _observer(self, run: int, pull: float) -> Observer | None:
+    def _observer(self, run: int, gain: float) -> Observer | None:
         measured = [channel for channel in self.runs[run].channels if channel.name == self.observed_channel]
-        if pull == 0.0 or not measured:
+        if gain == 0.0 or not measured:
             return None
-        return Observer(measured[0].time, measured[0].measured, pull)
+        return Observer(measured[0].time, measured[0].measured, gain)
 
     def _responses(
         self, run: int, sets: Sequence[Values], elements: int, observer: Observer | None = None
     ) -> list[Response]:
-        """One batch of those that differ in the rig alone; a user's effect, which may change the elements, runs by
-        itself.
+        """Simulate in batches of sets that differ in the rig alone.
+
+        A set with a user's effect runs by itself: the effect may change the elements.
         """
-        found: dict[int, Response] = {}
+        responses: dict[int, Response] = {}
         batches: dict[tuple[tuple[str, float], ...], list[int]] = {}
         for index, values in enumerate(sets):
-            if self._switched_on(values):
-                found[index] = self._with_users(run, values, elements, observer)
+            if self._active_users(values):
+                responses[index] = self._with_users(run, values, elements, observer)
             else:
-                batches.setdefault(commands_part(values), []).append(index)
-        for own in batches.values():
-            first, rigs = sets[own[0]], [rig_with(self.rig, sets[index]) for index in own]
-            commands = disturbed(self.inputs[run].commands, first)
-            batch = simulate_batch(
-                rigs, commands, elements, [start_with(sets[index], self.inputs[run].start) for index in own],
-                workers=None, observer=observer, friction_factor=friction_factor(commands, first),
-                acceleration=self.inputs[run].acceleration,
-                bit_torque_factor=bite_factor(commands, first),
-                block_offset=self._lowered(run, [sets[index] for index in own]), single_precision=True,
-            )  # fmt: skip
-            found.update(zip(own, batch, strict=True))
-        return [found[index] for index in range(len(sets))]
+                batches.setdefault(disturbance_key(values), []).append(index)
+        for indices in batches.values():
+            batch = self._batch(run, [sets[index] for index in indices], elements, observer)
+            responses.update(zip(indices, batch, strict=True))
+        return [responses[index] for index in range(len(sets))]
+
+    def _batch(self, run: int, sets: Sequence[Values], elements: int, observer: Observer | None) -> Sequence[Response]:
+        """Simulate sets with the same disturbance."""
+        inputs, disturbance = self.inputs[run], sets[0]
+        commands = disturbed_commands(inputs.commands, disturbance)
+        return simulate_batch(
+            [rig_with(self.rig, values) for values in sets], commands, elements,
+            [initial_state_with(values, inputs.initial_state) for values in sets],
+            workers=None, observer=observer, friction_factor=friction_factor(commands, disturbance),
+            acceleration=inputs.acceleration, bit_torque_factor=bit_torque_factor(commands, disturbance),
+            block_offset=self._block_offset(run, sets), single_precision=True,
+        )  # fmt: skip
 
     def _with_users(self, run: int, values: Values, elements: int, observer: Observer | None) -> Response:
-        users, rig = self._switched_on(values), rig_with(self.rig, values)
-        commands = disturbed(self.inputs[run].commands, values)
+        users, rig, inputs = self._active_users(values), rig_with(self.rig, values), self.inputs[run]
+        commands = disturbed_commands(inputs.commands, values)
         for user in users:
             commands = user.commands(commands, values)
-        extra = combined_modifiers(users, rig, elements, values)
         return simulate_batch(
-            [rig], commands, elements, [start_with(values, self.inputs[run].start)], [extra], observer=observer,
-            friction_factor=friction_factor(commands, values), acceleration=self.inputs[run].acceleration,
-            bit_torque_factor=bite_factor(commands, values), block_offset=self._lowered(run, [values]),
+            [rig], commands, elements, [initial_state_with(values, inputs.initial_state)],
+            [combined_modifiers(users, rig, elements, values)], observer=observer,
+            friction_factor=friction_factor(commands, values), acceleration=inputs.acceleration,
+            bit_torque_factor=bit_torque_factor(commands, values), block_offset=self._block_offset(run, [values]),
             single_precision=True,
         )[0]  # fmt: skip
 
 
-def start_with(values: Values, before: InitialState) -> InitialState:
-    """How the run begins; before: without the values."""
+def initial_state_with(values: Values, before: InitialState) -> InitialState:
+    """The initial state with fitted values; before: without them."""
     start = replace(before, twist=values.get("start_twist", 0.0), tool_face_offset=values.get("tool_face_offset", 0.0))
     if not before.loaded:
         return start
@@ -206,8 +226,9 @@ def start_with(values: Values, before: InitialState) -> InitialState:
 
 
 def rig_with(rig: Rig, values: Values) -> Rig:
-    """The rig with nuisance multiples and effect parameters set; what else values holds is not the rig's. A second
-    friction is that of the lower half where the file has one for the whole hole.
+    """The rig with nuisance multiples and effect parameters; values that are not the rig's are ignored.
+
+    If the file has one friction for the whole hole, ``friction_2`` is that of its lower half.
     """
     intervals = rig.well.friction_intervals or (FrictionInterval(rig.string.length, 1.0),)
     if len(intervals) == 1 and "friction_2" in values:
@@ -217,7 +238,7 @@ def rig_with(rig: Rig, values: Values) -> Rig:
         for index, interval in enumerate(intervals)
     ]
     string, motor, hydraulics = rig.string, rig.motor, rig.hydraulics
-    tuned = replace(
+    calibrated = replace(
         rig,
         well=replace(rig.well, friction_intervals=with_probes(tuple(scaled), rig.string.length, values)),
         string=replace(
@@ -235,7 +256,7 @@ def rig_with(rig: Rig, values: Values) -> Rig:
             lag=hydraulics.lag * values.get("pressure_lag", 1.0),
         ),
     )
-    return replace(tuned, effects=_effects_with(tuned, to_user(values, string.length)))
+    return replace(calibrated, effects=_effects_with(calibrated, to_user(values, string.length)))
 
 
 def _effects_with(rig: Rig, values: Values) -> Effects:
@@ -249,7 +270,7 @@ def _effects_with(rig: Rig, values: Values) -> Effects:
 
 
 def depth_probes(length: float, count: int = 10) -> tuple[tuple[Parameter, float, float], ...]:
-    """Friction multipliers of equal stretches of the hole."""
+    """Friction multipliers (parameter, from, to) of equal stretches of a hole; length: m."""
     edges = np.linspace(0.0, length, count + 1)
     return tuple(
         (Parameter(f"probe_{index}", 1.0, 0.1, 5.0, 0.2), float(edges[index]), float(edges[index + 1]))
@@ -258,7 +279,7 @@ def depth_probes(length: float, count: int = 10) -> tuple[tuple[Parameter, float
 
 
 def with_probes(intervals: tuple[FrictionInterval, ...], length: float, values: Values) -> tuple[FrictionInterval, ...]:
-    """Friction intervals cut at the probes' edges and multiplied where a probe says so."""
+    """Friction intervals, cut at the edges of the probes among the values and multiplied by them."""
     probes = [(low, high, values[p.name]) for p, low, high in depth_probes(length) if p.name in values]
     if not probes:
         return intervals
@@ -276,13 +297,13 @@ def with_probes(intervals: tuple[FrictionInterval, ...], length: float, values: 
 
 
 def sensor_lag(rig: Rig, channel: str) -> float:
-    """The lag s that the rig file states for a surface sensor, 0 for the toolface."""
+    """First-order lag, s, of a surface sensor by the rig file; 0 for the toolface."""
     sensor = getattr(rig.sensors, channel, None)
     return float(sensor.lag) if sensor is not None else 0.0
 
 
-def sample(response: Response, channel: str, times: Array, lag: float) -> Array:
-    """A channel of the response at the sensor's own times (n,), through its first-order lag."""
+def sample_channel(response: Response, channel: str, times: Array, lag: float) -> Array:
+    """A channel as its sensor shows it: (n,) at the sensor's times, s, behind its first-order lag, s."""
     values = getattr(response, channel)
     if lag > 0.0:
         values = _lagged(response.time, values, lag)

@@ -1,6 +1,7 @@
-"""Flexible rivals of the catalogue: at each site of the rig, something off that no law describes.
+"""Free-form disturbances: at each site of the rig, a deviation that no law describes.
 
-Of most only the linear part is used (`slider_drilling.gap.evidence.free_forms`): each coefficient is moved a little.
+The engine compares them with the catalogue. Of most only the linear part is used
+(`slider_drilling.gap.evidence.free_forms`): each coefficient is moved by a small step.
 """
 
 from __future__ import annotations
@@ -16,160 +17,164 @@ from slider_drilling.gap.model import Array, FreeForm, Parameter, Values
 from slider_drilling.rig import Contact
 
 _KNOTS = 8
-_QUARTERS = 4  # of a turn, at which friction over the angle has its coefficients
-_MOVED = "moved."
-_ANGLE, _BLOCK, _SHARE = f"{_MOVED}angle_", f"{_MOVED}block_", f"{_MOVED}angle_share"
-_FRICTION, _AROUND = f"{_MOVED}friction_", f"{_MOVED}friction_at_"
-_PUMP, _BITE = f"{_MOVED}pump_", f"{_MOVED}bite_"
-_ACROSS, _GIVE = f"{_MOVED}across", f"{_MOVED}give"
+_QUARTERS = 4  # of a turn: knots of friction over the pipe's angle
+_PREFIX = "moved."  # of all coefficients
+_ANGLE, _BLOCK, _SHARE = f"{_PREFIX}angle_", f"{_PREFIX}block_", f"{_PREFIX}angle_share"
+_FRICTION, _AROUND = f"{_PREFIX}friction_", f"{_PREFIX}friction_at_"
+_PUMP, _BITE = f"{_PREFIX}pump_", f"{_PREFIX}bite_"
+_ACROSS, _GIVE = f"{_PREFIX}across", f"{_PREFIX}give"
 _SPEEDS = (0.01, 0.03, 0.1, 0.3)  # m/s
 _RESTS = (1.0, 5.0, 20.0, 60.0)  # s
-_NOTHING = -1.0  # of a share that is off: nothing is left of it
+_NOTHING_LEFT = -1.0  # lower bound of a share: friction or flow cannot be negative
 
 
-def disturbances(
+def catalogue_free_forms(
     values: Values, probes: Sequence[tuple[Parameter, float, float]], duration: float, contact: Contact
 ) -> list[FreeForm]:
-    """Everything that may be off at some site of the rig, around the values; contact: the rig file's.
+    """All free forms around a fit.
 
-    What moves a law's own parameters is left out where that law is in force: where its amplitude is among the values.
+    Args:
+        values: Parameters of the fit. If they hold a law's amplitude, its own free form is left out.
+        probes: Friction multipliers along the hole.
+        duration: s, of the longest run.
+        contact: The rig file's.
     """
-    found = [*_friction(values, probes, duration), *_asperities(values, contact), *_motion(values, duration)]
+    forms = [*_friction(values, probes, duration), *_asperities(values, contact), *_motion(values, duration)]
     if "formation_change.factor" not in values:
         steps = tuple(float(t) for t in np.linspace(0.1, 0.9, 6) * duration)
         sets = [{"formation_change.factor": 1.05, "formation_change.time": at} for at in steps]
-        rock = _moved("bit", "rock over time", ("formation_change",), steps, "s", values, sets, 0.05)
-        found.append(_spanned(rock, lambda at, begun: float(at >= begun)))
-    return found
+        rock = _form("bit", "rock over time", ("formation_change",), steps, "s", values, sets, 0.05)
+        forms.append(_with_basis(rock, lambda at, step: float(at >= step)))
+    return forms
 
 
 def _friction(values: Values, probes: Sequence[tuple[Parameter, float, float]], duration: float) -> list[FreeForm]:
-    """Over depth, time, the pipe's angle, slip speed, and rest."""
+    """Friction over depth, time, the pipe's angle, slip speed and rest time."""
     depths = [0.5 * (low + high) for _, low, high in probes]
-    by_depth = ("cuttings_bed", "tortuosity", "buckling_contact")
+    depth_laws = ("cuttings_bed", "tortuosity", "buckling_contact")
     sets = [{p.name: p.nominal + 0.1} for p, _, _ in probes]
-    over = _moved("contact", "friction over depth", by_depth, depths, "m", values, sets, 0.1)
-    found = [replace(over, lower_bound=_NOTHING)]
+    over = _form("contact", "friction over depth", depth_laws, depths, "m", values, sets, 0.1)
+    forms = [replace(over, lower_bound=_NOTHING_LEFT)]
     times, quarters = np.linspace(0.0, duration, _KNOTS), 2.0 * np.pi * np.arange(_QUARTERS) / _QUARTERS
-    free: list[tuple[str, tuple[str, ...], Array, str, str, float | None]] = [
+    curves: list[tuple[str, tuple[str, ...], Array, str, str, float | None]] = [
         ("friction over time", ("friction_drift",), times, "s", _FRICTION, None),
         ("friction over the pipe's angle", (), quarters, "rad", _AROUND, 2.0 * np.pi),
     ]
-    for words, like, x, unit, prefix, period in free:
-        # Friction may be off by half, and fast strokes then reach elsewhere: a small step does not show that.
+    for description, laws, x, unit, prefix, period in curves:
+        # Friction may be wrong by half, and fast strokes then reach another depth: a linear step does not show that.
         shares = tuple(Parameter(f"{prefix}{k}", 0.0, -0.9, 3.0, 0.05, spread=0.5) for k in range(x.size))
         sets = [{share.name: 0.02} for share in shares]
-        found.append(_moved("contact", words, like, list(x), unit, values, sets, 0.02, shares, period))
+        forms.append(_form("contact", description, laws, list(x), unit, values, sets, 0.02, shares, period))
     if "stribeck.drop" not in values:
         sets = [{"stribeck.drop": 0.03, "stribeck.speed": speed} for speed in _SPEEDS]
-        of_speed = ("stribeck", "viscous_drag")
-        over = _moved("contact", "friction over slip speed", of_speed, _SPEEDS, "m/s", values, sets, 0.03)
-        found.append(_spanned(over, lambda speed, own: math.exp(-speed / own)))
+        speed_laws = ("stribeck", "viscous_drag")
+        over = _form("contact", "friction over slip speed", speed_laws, _SPEEDS, "m/s", values, sets, 0.03)
+        forms.append(_with_basis(over, lambda speed, scale: math.exp(-speed / scale)))
     if "static_aging.growth" not in values:
         sets = [{"static_aging.growth": 0.03, "static_aging.time": rest} for rest in _RESTS]
-        over = _moved("contact", "friction over rest", ("static_aging",), _RESTS, "s", values, sets, 0.03)
-        found.append(_spanned(over, lambda rest, own: 1.0 - math.exp(-rest / own)))
-    return found
+        over = _form("contact", "friction over rest", ("static_aging",), _RESTS, "s", values, sets, 0.03)
+        forms.append(_with_basis(over, lambda rest, scale: 1.0 - math.exp(-rest / scale)))
+    return forms
 
 
 def _asperities(values: Values, contact: Contact) -> list[FreeForm]:
-    """What the file says of the contact and nothing that is tuned: how its asperities lie, and how far it gives way
-    before it slides.
-    """
-    across = _lying_across(contact)
-    lies = (Parameter(_ACROSS, 0.0, -across, 1.0 - across, 0.05),)
-    gives = (Parameter(_GIVE, 0.0, -0.8, 20.0, 0.2),)
+    """Properties of the contact that are not calibrated: direction of its asperities, compliance before it slides."""
+    across = _share_across(contact)
+    direction = (Parameter(_ACROSS, 0.0, -across, 1.0 - across, 0.05),)
+    compliance = (Parameter(_GIVE, 0.0, -0.8, 20.0, 0.2),)
     return [
-        _moved("contact", words, (), [0.0], "-", values, [{one[0].name: step}], step, one)
-        for words, one, step in (
-            ("friction by direction: asperities lying across the pipe", lies, 0.05 if across < 0.5 else -0.05),
-            ("contact that gives way another distance before it slides", gives, 0.1),
+        _form("contact", description, (), [0.0], "-", values, [{parameters[0].name: step}], step, parameters)
+        for description, parameters, step in (
+            ("asperities turned across the pipe", direction, 0.05 if across < 0.5 else -0.05),
+            ("contact compliance before it slides", compliance, 0.1),
         )
     ]
 
 
 def contact_with(contact: Contact, values: Values) -> Contact:
-    """The contact whose asperities lie otherwise, and that gives way farther by a share before it slides."""
+    """The contact with its asperities turned, and with another compliance before it slides."""
     if _ACROSS not in values and _GIVE not in values:
         return contact
-    angle, before = contact.asperity.orientation, _lying_across(contact)
+    angle, before = contact.asperity.orientation, _share_across(contact)
     after = float(np.clip(before + values.get(_ACROSS, 0.0), 0.0, 1.0))
     turned = float(np.arcsin(np.sqrt(after)) - np.arcsin(np.sqrt(before)))
     away = -1.0 if np.sin(2.0 * angle) < 0.0 else 1.0
-    lying = replace(contact.asperity, orientation=angle + away * turned)
-    return replace(contact, asperity=lying, stiffness=contact.stiffness / (1.0 + values.get(_GIVE, 0.0)))
+    asperity = replace(contact.asperity, orientation=angle + away * turned)
+    return replace(contact, asperity=asperity, stiffness=contact.stiffness / (1.0 + values.get(_GIVE, 0.0)))
 
 
-def _lying_across(contact: Contact) -> float:
-    """By how much of 1 asperities lie across the hole's axis: where they lie along it, their angle's square tells."""
+def _share_across(contact: Contact) -> float:
+    """Share (0 to 1) by which asperities lie across the hole's axis.
+
+    The squared sine of their angle: friction of asperities along the axis depends on the angle's square.
+    """
     return float(np.sin(contact.asperity.orientation) ** 2)
 
 
 def _motion(values: Values, duration: float) -> list[FreeForm]:
-    """The drive's angle, the block, what the pump and the bit give for what they get, over time; and a drive that turns
-    more or less than it says.
-    """
+    """Errors over time of the drive's angle, the block, the flow and the bit's torque; and of the drive's scale."""
     times = [float(t) for t in np.linspace(0.0, duration, _KNOTS)]
-    found = []
-    # None is a law's free form: so few knots hold no wave of the sea, and no dead zone.
-    for site, words, prefix, step, unit, least in (
+    forms = []
+    # None of them is a law's free form: so few knots can show neither a wave of the sea nor a dead zone.
+    for site, description, prefix, step, unit, lower_bound in (
         ("top_drive", "drive angle off over time", _ANGLE, 0.05, "rad", -math.inf),
         ("draw_works", "block off over time", _BLOCK, 0.005, "m", -math.inf),
-        ("hydraulics", "flow off over time", _PUMP, 0.002, "-", _NOTHING),
-        ("bit", "bit torque per weight over time", _BITE, 0.02, "-", _NOTHING),
+        ("hydraulics", "flow off over time", _PUMP, 0.002, "-", _NOTHING_LEFT),
+        ("bit", "bit torque per weight over time", _BITE, 0.02, "-", _NOTHING_LEFT),
     ):  # fmt: skip
         sets = [{f"{prefix}{k}": step} for k in range(_KNOTS)]
-        found.append(replace(_moved(site, words, (), times, "s", values, sets, step), y_unit=unit, lower_bound=least))
-    share = (Parameter(_SHARE, 0.0, -0.7, 0.5, 0.01),)
-    words = "drive turns another share of its angle"
-    return [*found, _moved("top_drive", words, (), [0.0], "-", values, [{_SHARE: 0.005}], 0.005, share)]
+        form = _form(site, description, (), times, "s", values, sets, step)
+        forms.append(replace(form, y_unit=unit, lower_bound=lower_bound))
+    scale = (Parameter(_SHARE, 0.0, -0.7, 0.5, 0.01),)
+    scaled = _form("top_drive", "drive angle scaled", (), [0.0], "-", values, [{_SHARE: 0.005}], 0.005, scale)
+    return [*forms, scaled]
 
 
-def _spanned(moved: FreeForm, off: Callable[[float, float], float]) -> FreeForm:
-    """A share whose coefficients are a law's, one at each x: what is off is off(x, the coefficient's own x) of each."""
-    curve = tuple(tuple(off(at, own) for own in moved.x) for at in moved.x)
-    return replace(moved, basis=curve, lower_bound=_NOTHING)
+def _with_basis(form: FreeForm, basis: Callable[[float, float], float]) -> FreeForm:
+    """A share that is a sum of a law's curves, one with its parameter at each x; basis: value at x of one of them."""
+    curves = tuple(tuple(basis(x, parameter) for parameter in form.x) for x in form.x)
+    return replace(form, basis=curves, lower_bound=_NOTHING_LEFT)
 
 
-def _moved(
-    site: str, words: str, like: tuple[str, ...], x: Sequence[float], x_unit: str, values: Values,
-    sets: Sequence[Values], step: float, parameters: tuple[Parameter, ...] = (), period: float | None = None,
+def _form(
+    site: str, description: str, laws: tuple[str, ...], x: Sequence[float], x_unit: str, values: Values,
+    steps: Sequence[Values], step: float, parameters: tuple[Parameter, ...] = (), period: float | None = None,
 ) -> FreeForm:  # fmt: skip
-    """A disturbance by what one step of each coefficient changes of the values."""
-    moved = tuple({**values, **one} for one in sets)
-    return FreeForm(site, words, like, tuple(map(float, x)), x_unit, moved, (step,) * len(moved), parameters, period)
+    """A free form by one step of each coefficient around the values."""
+    sets = tuple({**values, **one_step} for one_step in steps)
+    return FreeForm(
+        site, description, laws, tuple(map(float, x)), x_unit, sets, (step,) * len(sets), parameters, period
+    )
 
 
-def commands_part(values: Values) -> tuple[tuple[str, float], ...]:
-    """What of the values changes what the rig did, or all friction as it did it."""
-    return tuple(sorted((name, value) for name, value in values.items() if name.startswith(_MOVED)))
+def disturbance_key(values: Values) -> tuple[tuple[str, float], ...]:
+    """The coefficients among the values: sets with the same key share their commands and factors."""
+    return tuple(sorted((name, value) for name, value in values.items() if name.startswith(_PREFIX)))
 
 
 def friction_factor(commands: Commands, values: Values) -> Array | None:
-    """(n,) what all friction is multiplied by over the commands' times, None where nothing changes it.
+    """(n,) factor of all friction at the commands' times, None without such a coefficient.
 
-    Over the pipe's angle: that of the drive, a broken line around the turn.
+    It is piecewise linear over time, and over the drive's angle, which stands for the pipe's.
     """
     if not any(name.startswith(_FRICTION) for name in values):
         return None
     knots = np.arange(_QUARTERS + 1) / _QUARTERS
-    around = [values.get(f"{_AROUND}{k % _QUARTERS}", 0.0) for k in range(_QUARTERS + 1)]
-    turned = np.interp(commands.top_drive_angle / (2.0 * np.pi) % 1.0, knots, around)
-    return np.asarray(1.0 + _line(commands.time, values, _FRICTION) + turned)
+    by_angle = [values.get(f"{_AROUND}{k % _QUARTERS}", 0.0) for k in range(_QUARTERS + 1)]
+    angle_part = np.interp(commands.top_drive_angle / (2.0 * np.pi) % 1.0, knots, by_angle)
+    return np.asarray(1.0 + _line(commands.time, values, _FRICTION) + angle_part)
 
 
-def bite_factor(commands: Commands, values: Values) -> Array | None:
-    """(n,) what the bit's torque per weight is multiplied by at the commands' times, None where nothing changes it."""
+def bit_torque_factor(commands: Commands, values: Values) -> Array | None:
+    """(n,) factor of the bit's torque per weight at the commands' times, None without such a coefficient."""
     if not any(name.startswith(_BITE) for name in values):
         return None
     return 1.0 + _line(commands.time, values, _BITE)
 
 
-def disturbed(commands: Commands, values: Values) -> Commands:
-    """What the rig did if these coefficients were so: added angle rad and block m, and a share of the pump's speed,
-    each a broken line over time.
-    """
-    if not commands_part(values):
+def disturbed_commands(commands: Commands, values: Values) -> Commands:
+    """The commands with an added angle (rad), block position (m) and share of the pump's speed over time."""
+    if not disturbance_key(values):
         return commands
     angle, block = _line(commands.time, values, _ANGLE), _line(commands.time, values, _BLOCK)
     share = values.get(_SHARE, 0.0)

@@ -1,4 +1,4 @@
-"""What any rig is tuned in, and what of a run nobody logged: fitted beside every effect."""
+"""Nuisance parameters: what is calibrated on any rig, and unknowns of a single run. Fitted beside every effect."""
 
 from __future__ import annotations
 
@@ -7,65 +7,63 @@ from collections.abc import Sequence
 import numpy as np
 
 from slider_drilling.diagnosis.run_inputs import RunInputs
-from slider_drilling.diagnosis.unlogged_block import block_rates
-from slider_drilling.diagnosis.unlogged_flow import step_parameters
+from slider_drilling.diagnosis.unlogged_block import block_rate_parameters
+from slider_drilling.diagnosis.unlogged_flow import flow_step_parameters
 from slider_drilling.gap.model import Parameter
 from slider_drilling.rig import Rig
 
-# Of the pump's speed, by which it was set to another.
-_OTHER_FLOW = 0.02
+_MIN_FLOW_CHANGE = 0.02  # of the pump's speed
 
 
 def nuisance_parameters(rig: Rig, channels: Sequence[str]) -> tuple[Parameter, ...]:
-    """What any rig is tuned in, as multiples of the rig file's values; those that no channel can see are left out."""
-    # Nothing but torque: no hook load has checked the file's friction, nor what a bend of the hole presses the string
-    # with; no toolface how far its string twists.
-    alone = set(channels) == {"surface_torque"}
-    lowest, spread = (0.15, 0.5) if alone else (0.4, 0.2)
-    intervals = range(max(len(rig.well.friction_intervals), 2 if alone else 1))
-    found = [Parameter(f"friction_{index + 1}", 1.0, lowest, 2.5, 0.05, spread=spread) for index in intervals]
-    found += [
+    """Calibrated multiples of the rig file's values that these channels can show, and the string's initial twist."""
+    # With torque alone no hook load confirms the file's friction and side force, and no toolface its stiffness.
+    torque_only = set(channels) == {"surface_torque"}
+    lowest, spread = (0.15, 0.5) if torque_only else (0.4, 0.2)
+    intervals = range(max(len(rig.well.friction_intervals), 2 if torque_only else 1))
+    parameters = [Parameter(f"friction_{index + 1}", 1.0, lowest, 2.5, 0.05, spread=spread) for index in intervals]
+    parameters += [
         Parameter("torsional_damping", 1.0, 0.1, 5.0, 0.2, spread=0.5),
         Parameter("start_twist", 0.0, -60.0, 60.0, 0.2, "rad", spread=5.0, per_run=True),
     ]
-    if alone:
-        found.append(Parameter("torsional_stiffness", 1.0, 0.7, 1.5, 0.02, spread=0.15))
-    seen = set(channels)
-    if seen & {"hook_load", "standpipe_pressure", "tool_face"}:
-        found.append(Parameter("axial_damping", 1.0, 0.1, 5.0, 0.2, spread=0.5))
-        found.append(Parameter("bit_stiffness", 1.0, 0.4, 2.5, 0.05, spread=0.2))
-    if "standpipe_pressure" in seen:
-        # A gain that is off by more than this is a fault with a name (motor_wear), not a calibration.
-        found.append(Parameter("motor_gain", 1.0, 0.85, 1.15, 0.02, spread=0.05))
-        found.append(Parameter("pressure_gain", 1.0, 0.8, 1.2, 0.005, spread=0.05))
-    if "tool_face" in seen:
-        found.append(Parameter("tool_face_offset", 0.0, -3.2, 3.2, 0.1, "rad", spread=0.5, per_run=True))
-    return tuple(found)
+    if torque_only:
+        parameters.append(Parameter("torsional_stiffness", 1.0, 0.7, 1.5, 0.02, spread=0.15))
+    if set(channels) & {"hook_load", "standpipe_pressure", "tool_face"}:
+        parameters.append(Parameter("axial_damping", 1.0, 0.1, 5.0, 0.2, spread=0.5))
+        parameters.append(Parameter("bit_stiffness", 1.0, 0.4, 2.5, 0.05, spread=0.2))
+    if "standpipe_pressure" in channels:
+        # A larger error of the gain is a fault with its own name (motor_wear), not a calibration.
+        parameters.append(Parameter("motor_gain", 1.0, 0.85, 1.15, 0.02, spread=0.05))
+        parameters.append(Parameter("pressure_gain", 1.0, 0.8, 1.2, 0.005, spread=0.05))
+    if "tool_face" in channels:
+        parameters.append(Parameter("tool_face_offset", 0.0, -3.2, 3.2, 0.1, "rad", spread=0.5, per_run=True))
+    return tuple(parameters)
 
 
 def run_parameters(channels: Sequence[str], runs: Sequence[RunInputs]) -> tuple[Parameter, ...]:
-    """What is tuned because of how these runs were driven and of what their logs do not hold."""
-    found: tuple[Parameter, ...] = ()
-    if any(run.lowered for run in runs):
-        found += block_rates([run.commands for run in runs])
+    """Parameters that stand for what these logs lack: block rate, flow steps, state of a loaded string at the start."""
+    parameters: tuple[Parameter, ...] = ()
+    if any(run.block_from_pressure for run in runs):
+        parameters += block_rate_parameters([run.commands for run in runs])
     if "standpipe_pressure" in channels and any(_flow_changes(run) for run in runs):
-        # Of the column of mud, which shows where the flow changes at once.
-        found += (Parameter("pressure_lag", 1.0, 0.3, 3.0, 0.05, spread=0.2),)
-        found += step_parameters([run.flow_steps or () for run in runs])
-    if any(run.start.loaded for run in runs):
-        found += work_parameters()
-    return found
+        # The lag of the mud column shows where the flow changes suddenly.
+        parameters += (Parameter("pressure_lag", 1.0, 0.3, 3.0, 0.05, spread=0.2),)
+        parameters += flow_step_parameters([run.flow_step_times or () for run in runs])
+    if any(run.initial_state.loaded for run in runs):
+        parameters += loaded_start_parameters()
+    return parameters
 
 
 def _flow_changes(run: RunInputs) -> bool:
-    """Whether the pump was set to another speed meanwhile, or may have been."""
+    """Whether the pump's speed changed, or may have."""
     speed = run.commands.pump_speed
-    return bool(run.flow_steps) or float(np.ptp(speed)) > _OTHER_FLOW * float(np.max(np.abs(speed), initial=0.0))
+    changed = float(np.ptp(speed)) > _MIN_FLOW_CHANGE * float(np.max(np.abs(speed), initial=0.0))
+    return bool(run.flow_step_times) or changed
 
 
-def work_parameters() -> tuple[Parameter, ...]:
-    """Of a string that was at work when its log began: weight on its bit and share of the friction along the hole
-    beyond what the first second shows, and the share of that which acts around it.
+def loaded_start_parameters() -> tuple[Parameter, ...]:
+    """Initial state of a loaded string: weight on bit and axial friction beyond what the log's first second shows, and
+    the tangential share of the friction.
     """
     return (
         Parameter("start_weight", 0.0, -5e5, 5e5, 2e3, "N", spread=2e4, per_run=True),

@@ -1,4 +1,4 @@
-"""Drive the plant with a log's commands and hold its channels against what the log measured."""
+"""Simulate a log's commands and compare channel by channel with what the log measured."""
 
 from __future__ import annotations
 
@@ -20,8 +20,14 @@ from slider_drilling.rig import Mwd, Rig, Sensor
 
 
 @dataclass(frozen=True)
-class Comparison:
-    """A channel beside the plant's own: simulated and residual (n,) at the channel's times."""
+class ChannelComparison:
+    """A measured channel and its simulation.
+
+    Attributes:
+        channel: As measured.
+        simulated: (n,) at the channel's times.
+        residual: (n,) measured minus simulated.
+    """
 
     channel: Channel
     simulated: Array
@@ -34,28 +40,39 @@ class Comparison:
 
     @property
     def rms_over_noise(self) -> float | None:
-        """The same in units of the declared sensor noise; None where none is declared."""
+        """The same relative to the declared noise of the sensor; None if none is declared."""
         declared = self.channel.declared_noise
         return self.rms / declared if declared else None
 
 
 @dataclass(frozen=True)
 class Replay:
-    """The plant driven by a log."""
+    """The simulation of a log.
+
+    Attributes:
+        commands: What drove the plant.
+        response: What the plant did.
+        channels: Comparison of each channel that the log holds.
+        assumptions: One sentence for each thing that the log lacks.
+    """
 
     commands: Commands
     response: Response
-    channels: Mapping[str, Comparison]
-    assumed: tuple[str, ...]
+    channels: Mapping[str, ChannelComparison]
+    assumptions: tuple[str, ...]
 
 
 def measured_channels(log: RigLog, rig: Rig) -> dict[str, Channel]:
-    """The channels of gap.md that the log holds, missing samples left out, within the top drive's record.
+    """The channels of the log that a diagnosis compares, by name, without missing samples.
 
-    Noise and resolution are what the rig file declares. Raises InputError where there is no channel.
+    Only samples within the top drive's record count: it drives the simulation. Noise and resolution are those that the
+    rig file declares.
+
+    Raises:
+        InputError: The log holds no top drive, or none of these channels.
     """
     sensors, mwd = rig.sensors, rig.sensors.mwd
-    found: dict[str, Channel] = {}
+    channels: dict[str, Channel] = {}
     if log.top_drive is None:
         raise InputError(f"{log.source}: holds no top_drive/joint_states; without it nothing drives the plant")
     last = log.top_drive.time[-1]
@@ -63,7 +80,7 @@ def measured_channels(log: RigLog, rig: Rig) -> dict[str, Channel]:
     def add(name: str, unit: str, time: Array, values: Array, sensor: Sensor | Mwd) -> None:
         keep = np.isfinite(values) & (time >= 0.0) & (time <= last)
         if keep.any():
-            found[name] = Channel(
+            channels[name] = Channel(
                 name, time[keep], values[keep], unit, declared_noise=sensor.noise, resolution=sensor.resolution
             )
 
@@ -75,15 +92,15 @@ def measured_channels(log: RigLog, rig: Rig) -> dict[str, Channel]:
         add("hook_load", "N", log.draw_works.time, log.draw_works.effort, sensors.hook_load)
     if log.mwd_tool_face is not None:
         add("tool_face", "rad", log.mwd_tool_face.time, log.mwd_tool_face.position, mwd)
-        if "tool_face" in found:
-            # Its resolution is part of the noise: MWD samples are too few to tell the two apart.
+        if "tool_face" in channels:
+            # MWD samples are too few to separate noise and resolution: both count as noise.
             noise = math.hypot(mwd.noise, mwd.resolution / math.sqrt(12.0))
-            found["tool_face"] = replace(
-                found["tool_face"], period=2.0 * math.pi, declared_noise=noise, resolution=0.0, accumulates=True
+            channels["tool_face"] = replace(
+                channels["tool_face"], period=2.0 * math.pi, declared_noise=noise, resolution=0.0, accumulates=True
             )
-    if not found:
+    if not channels:
         raise InputError(f"{log.source}: holds no surface torque, standpipe pressure, hook load or MWD toolface")
-    return found
+    return channels
 
 
 def replay(
@@ -93,21 +110,30 @@ def replay(
     start: InitialState | None = None,
     modifiers: Modifiers = Modifiers(),
 ) -> Replay:
-    """Simulate the log's run from its first sample and compare channel by channel; start: by default as the log's first
-    second shows it (`start_of`). Values that are held between renewals are left out. Raises InputError.
+    """Simulate a log from its first sample and compare channel by channel.
+
+    Args:
+        log: The log. Samples that only repeat the one before are left out.
+        rig: Its rig file.
+        elements: Elements of the string.
+        start: Initial state; by default inferred from the log's first second.
+        modifiers: Changes along the string.
+
+    Raises:
+        InputError: The log holds nothing to drive the plant with, or nothing to compare with.
     """
     log, repeats = mask_repeated_samples(log)
-    driven = commands_from_log(log, rig)
-    start = start or infer_initial_state(log, rig, driven.commands)
+    logged = commands_from_log(log, rig)
+    start = start or infer_initial_state(log, rig, logged.commands)
     channels = measured_channels(log, rig)
-    faster = driven.acceleration_for(rig)
+    acceleration = logged.acceleration_for(rig)
     response = require_finite(
-        simulate_batch([rig], driven.commands, elements, [start], [modifiers], acceleration=faster)[0]
+        simulate_batch([rig], logged.commands, elements, [start], [modifiers], acceleration=acceleration)[0]
     )
-    compared = {}
+    comparisons = {}
     for name, channel in channels.items():
         simulated = np.interp(channel.time, response.time, getattr(response, name))
-        compared[name] = Comparison(channel, simulated, channel.residual(simulated))
+        comparisons[name] = ChannelComparison(channel, simulated, channel.residual(simulated))
     loaded = [LOADED_START_NOTE] if start.loaded else []
-    assumed = (*(str(issue.text) for issue in repeats), *driven.assumptions, *loaded)
-    return Replay(driven.commands, response, compared, assumed)
+    assumptions = (*(str(issue.text) for issue in repeats), *logged.assumptions, *loaded)
+    return Replay(logged.commands, response, comparisons, assumptions)

@@ -1,68 +1,63 @@
-"""A replay as a table and as a page: every channel of the log with the plant's own over it."""
+"""A replay as a table and as a page: measured and simulated channels."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from pathlib import Path
 
-import numpy as np
-
-from slider_drilling.diagnosis.replay import Comparison, Replay
-from slider_drilling.gap.model import Array
+from slider_drilling.diagnosis.display_units import display_unit, displayed
+from slider_drilling.diagnosis.replay import ChannelComparison, Replay
+from slider_drilling.diagnosis.sentences import plain_name
 from slider_drilling.log import RigLog
 from slider_drilling.log.run_page import log_title
 from slider_drilling.pages import Chart, Line, Page, Panel, Section, Table
 from slider_drilling.pages.colours import BLUE, INK, RED
-from slider_drilling.pages.figures import wrap_degrees
-from slider_drilling.units import Units, format_number
+from slider_drilling.pages.figures import Style, wrap_degrees
+from slider_drilling.units import Text, Units, format_number, sentence
 
-# Of a channel's SI unit: its value in the unit that pages start from, and that unit.
-SHOWN = {"N m": (1e-3, "kN m"), "N": (1e-3, "kN"), "Pa": (1e-5, "bar"), "rad": (180.0 / math.pi, "deg")}
-HEADER = ("channel", "samples", "RMS difference", "over noise")
+HEADER = ("channel", "samples", "RMS difference", "relative to noise")
 
 
 def table_rows(run: Replay, units: Units) -> list[tuple[str, str, str, str]]:
-    """One row of `HEADER` a channel."""
+    """One row per channel, below `HEADER`."""
     rows = []
-    for name, one in run.channels.items():
-        factor, unit = SHOWN[one.channel.unit]
-        ratio = one.rms_over_noise
-        rows.append((name.replace("_", " "), str(len(one.residual)), units.format(one.rms * factor, unit),
-                     "-" if ratio is None else format_number(ratio)))  # fmt: skip
+    for name, comparison in run.channels.items():
+        rms = units.convert_text(sentence(displayed(comparison.rms, comparison.channel.unit)))
+        ratio = comparison.rms_over_noise
+        relative = "-" if ratio is None else format_number(ratio)
+        rows.append((plain_name(name), str(len(comparison.residual)), rms, relative))
     return rows
 
 
-def replay_page(log: RigLog, run: Replay, units: Units, notes: Iterable[str] = ()) -> Page:
-    """Measured, simulated and their difference for every channel, and the numbers above."""
-    panels = tuple(panel for name, one in run.channels.items() for panel in _panels(name, one))
-    worst = Table(HEADER, tuple(table_rows(run, units)))
+def replay_page(log: RigLog, run: Replay, units: Units, notes: Iterable[Text] = ()) -> Page:
+    """The page of a replay: RMS differences, then measured and simulated over time."""
+    about = "RMS of measured minus simulated, in the channel's unit and relative to the rig file's noise."
+    panels = tuple(panel for name, comparison in run.channels.items() for panel in _panels(name, comparison))
     sections = (
-        Section("How far apart", ("Root mean square of measured minus simulated, in the channel's unit and in units of "
-                                  "the noise that the rig file declares for its sensor.", worst)),
+        Section("How large the difference is", (about, Table(HEADER, tuple(table_rows(run, units))))),
         Section("", (Chart("Measured and simulated", "time, s", panels, wide=True),)),
-    )  # fmt: skip
+    )
     facts = (("log", Path(log.source).name),)
     return Page("Replay", log_title(log, units), sections, facts, notes=tuple(notes))
 
 
-def _panels(name: str, one: Comparison) -> tuple[Panel, Panel]:
-    factor, unit = SHOWN[one.channel.unit]
-    said, time = name.replace("_", " "), one.channel.time
-    sparse = one.channel.period is not None
-    measured, simulated = factor * one.channel.measured, factor * one.simulated
-    if sparse:
-        measured, simulated = 180.0 - (180.0 - measured) % 360.0, 180.0 - (180.0 - simulated) % 360.0
-    over = (
-        Line("measured", time, measured, "dots" if sparse else "line", INK),
-        Line("simulated", time, _unbroken(simulated, sparse), "line", BLUE),
+def _panels(name: str, comparison: ChannelComparison) -> tuple[Panel, Panel]:
+    """Measured and simulated, and below their difference."""
+    channel = comparison.channel
+    unit, factor = display_unit(channel.unit)
+    wrapped = channel.period is not None
+    measured, simulated = factor * channel.measured, factor * comparison.simulated
+    if wrapped:
+        # Into (-180, 180] deg, with a gap in the line where it wraps.
+        measured, simulated = 180.0 - (180.0 - measured) % 360.0, wrap_degrees(simulated)
+    style: Style = "dots" if wrapped else "line"
+    both = (
+        Line("measured", channel.time, measured, style, INK),
+        Line("simulated", channel.time, simulated, "line", BLUE),
     )
-    difference = Line("measured less simulated", time, factor * one.residual, "dots" if sparse else "line", RED)
+    difference = Line("measured minus simulated", channel.time, factor * comparison.residual, style, RED)
+    label = plain_name(name)
     return (
-        Panel(f"{said}, {unit}", over),
-        Panel(f"{said}: measured less simulated, {unit}", (difference,), reference_line=(0.0, ""), height=0.7),
+        Panel(f"{label}, {unit}", both),
+        Panel(f"{label}: measured minus simulated, {unit}", (difference,), reference_line=(0.0, ""), height=0.7),
     )
-
-
-def _unbroken(degrees: Array, wrapped: bool) -> Array:
-    return wrap_degrees(np.asarray(degrees)) if wrapped else degrees

@@ -1,4 +1,4 @@
-"""Which rig file a diagnosis holds the logs against, and where it came from."""
+"""Where the rig file of a diagnosis came from, and what a reader must know about it."""
 
 from __future__ import annotations
 
@@ -16,8 +16,13 @@ from slider_drilling.rig import Rig
 
 @dataclass(frozen=True)
 class RigSource:
-    """name: of the file as it is told; source: given beside the log, or attached to it; path: None where it was made in
-    Python and has no file."""
+    """Origin of a rig file.
+
+    Attributes:
+        name: Name that is shown.
+        source: ``given`` beside the log, or ``attached`` to it.
+        path: File that holds it; None for a rig made in Python.
+    """
 
     name: str
     source: Literal["given", "attached"]
@@ -25,11 +30,11 @@ class RigSource:
 
 
 def find_rig_source(logs: Sequence[RigLog], rig: Rig) -> RigSource:
-    """Where this rig came from, by what the logs carry."""
+    """Where this rig came from, by the rig files that the logs name or carry."""
     for log in logs:
-        if log.rig_text is None or log.rig_source is None or _carried(log) != rig:
+        if log.rig_text is None or log.rig_source is None or _own_rig(log) != rig:
             continue
-        # An attachment is told as "run.mcap: rig.yaml", a file beside the log by its path.
+        # An attachment is named "run.mcap: rig.yaml", a file beside the log by its path.
         file, colon, attachment = log.rig_source.rpartition(": ")
         if colon and attachment.endswith("rig.yaml"):
             return RigSource(f"{attachment} in {Path(file).name}", "attached", file)
@@ -37,22 +42,28 @@ def find_rig_source(logs: Sequence[RigLog], rig: Rig) -> RigSource:
     return RigSource("the rig given", "given", None)
 
 
-def rig_remarks(origin: RigSource, logs: Sequence[RigLog], rig: Rig) -> list[str]:
-    """What a reader must know of the rig file before believing a verdict."""
-    found = []
-    on = [f.name for f in dataclasses.fields(Effects) if getattr(rig.effects, f.name) != getattr(Effects(), f.name)]
-    if origin.source == "attached":
+def rig_remarks(source: RigSource, logs: Sequence[RigLog], rig: Rig) -> list[str]:
+    """What a reader must know about the rig file before believing a verdict."""
+    remarks = []
+    switched_on = [
+        f.name for f in dataclasses.fields(Effects) if getattr(rig.effects, f.name) != getattr(Effects(), f.name)
+    ]
+    if source.source == "attached":
         recorder = logs[0].metadata.get("recorded_by", "")
         by = f" ({recorder})" if recorder else ""
-        found.append(f"held against the rig file that the log itself carries, the one it was recorded with{by}")
-    if on:
-        plural = "an effect" if len(on) == 1 else "effects"
-        advice = "" if origin.source == "given" else "; to look for them, give a rig file without them with --rig"
-        found.append(f"the rig file has {plural} switched on ({', '.join(on)}), so they are no gap{advice}")
-    return found
+        remarks.append(f"the log is compared with the rig file attached to it, the one that it was recorded with{by}")
+    if switched_on:
+        effects = "an effect" if len(switched_on) == 1 else "effects"
+        it = "it is" if len(switched_on) == 1 else "they are"
+        advice = "" if source.source == "given" else "; to find such effects, give a rig file without them with --rig"
+        remarks.append(
+            f"the rig file has {effects} switched on ({', '.join(switched_on)}): {it} in the model, not in the "
+            f"gap{advice}"
+        )
+    return remarks
 
 
-def _carried(log: RigLog) -> Rig | None:
+def _own_rig(log: RigLog) -> Rig | None:
     try:
         return log.rig()
     except InputError:

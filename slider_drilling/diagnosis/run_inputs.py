@@ -1,4 +1,4 @@
-"""How a log drove its rig, as far as it was logged and as its sensors tell the rest."""
+"""What drove the rig in a log: as logged, and reconstructed where the log lacks it."""
 
 from __future__ import annotations
 
@@ -14,34 +14,48 @@ from slider_drilling.rig import Rig
 
 @dataclass(frozen=True)
 class RunInputs:
-    """commands: what moved the rig; acceleration: (n,) rad/s2 of the top drive, None where commands have no noise;
-    start: what the run begins with, before anything is fitted; flow_steps: s at which the flow may have changed unseen,
-    None where the pump was logged; lowered: whether nobody logged the block; begin: s from which the run is compared.
+    """Inputs of a simulated run.
+
+    Attributes:
+        commands: Motion of top drive, block and pump.
+        acceleration: (n,) rad/s2 of the top drive; None for commands without noise, which can be differentiated.
+        initial_state: Of the string, before anything is fitted.
+        flow_step_times: s at which the flow may have changed; None if the pump was logged.
+        block_from_pressure: The block was not logged; its motion comes from standpipe pressure.
+        compared_from: s from which measured and simulated are compared.
     """
 
     commands: Commands
     acceleration: Array | None = None
-    start: InitialState = InitialState()
-    flow_steps: tuple[float, ...] | None = None
-    lowered: bool = False
-    begin: float = 0.0
+    initial_state: InitialState = InitialState()
+    flow_step_times: tuple[float, ...] | None = None
+    block_from_pressure: bool = False
+    compared_from: float = 0.0
 
 
 def read_run_inputs(log: RigLog, rig: Rig, remarks: list[str]) -> RunInputs:
-    """How this log drove the rig; what it does not hold and how that is made up for is added to the remarks."""
-    driven = commands_from_log(log, rig)
-    said = [*driven.assumptions]
-    if driven.flow_step_times:
-        at = ", ".join(f"{step:.1f}" for step in driven.flow_step_times)
-        said.append(f"pressure steps at {at} s: by how much the flow changed is fitted")
-    start, begin = infer_initial_state(log, rig, driven.commands), float(driven.commands.time[0])
-    if start.loaded:
-        begin = initial_transient_end(rig, driven.commands)
-        said.append(
-            "begins while the string is at work: its state is fitted, and what was measured before "
-            f"{begin:.1f} s is left out"
+    """The inputs of a logged run.
+
+    Args:
+        log: The checked log.
+        rig: Its rig file.
+        remarks: Gets one sentence for each assumption that replaces a missing channel.
+    """
+    logged = commands_from_log(log, rig)
+    notes = [*logged.assumptions]
+    if logged.flow_step_times:
+        times = ", ".join(f"{step:.1f}" for step in logged.flow_step_times)
+        notes.append(f"standpipe pressure steps at {times} s: the change of flow there is fitted")
+    initial_state = infer_initial_state(log, rig, logged.commands)
+    compared_from = float(logged.commands.time[0])
+    if initial_state.loaded:
+        compared_from = initial_transient_end(rig, logged.commands)
+        notes.append(
+            "the log starts while the string is loaded: its initial state is fitted, and samples before "
+            f"{compared_from:.1f} s are left out"
         )
-    remarks += [f"{log.source}: {sentence}" for sentence in said]
+    remarks += [f"{log.source}: {note}" for note in notes]
     return RunInputs(
-        driven.commands, driven.acceleration, start, driven.flow_step_times, driven.block_from_pressure, begin
-    )
+        logged.commands, logged.acceleration, initial_state, logged.flow_step_times, logged.block_from_pressure,
+        compared_from,
+    )  # fmt: skip

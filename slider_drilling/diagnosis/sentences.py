@@ -90,10 +90,14 @@ def prediction_horizon(diagnosis: Diagnosis) -> list[str]:
     sentences = []
     if limited:
         ahead = ", ".join(f"{plain_name(name)} {errors.horizon[name]:.0f} s" for name in limited)
-        sentences.append(f"The error of a free simulation reaches the channel's own spread after: {ahead}.")
+        sentences.append(
+            f"A free simulation predicts so far before its error reaches the channel's own spread: {ahead}."
+        )
     if errors.predictable_to_end:
         channels = ", ".join(plain_name(name) for name in errors.predictable_to_end)
-        sentences.append(f"It stays below the channel's own spread to the end of the log: {channels}.")
+        sentences.append(
+            f"The error of a free simulation stays below the channel's own spread to the end of the log: {channels}."
+        )
     return sentences
 
 

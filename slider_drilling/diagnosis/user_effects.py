@@ -1,7 +1,7 @@
-"""Effects that a user brings along: a class, named on the command line or by the entry point group.
+"""Effects of users: a class, named on the command line or offered by an installed package.
 
-An installed package offers effects under ``slider_drilling.effects``; ``diagnose --effect module:Class`` takes one
-that is not installed. See docs/how_to/user_effects.md for an example.
+A package offers effects under the entry point group ``slider_drilling.effects``; ``diagnose --effect module:Class``
+takes one that is not installed. See docs/how_to/user_effects.md for an example.
 """
 
 from __future__ import annotations
@@ -25,28 +25,28 @@ GROUP = "slider_drilling.effects"
 
 
 class UserEffect(Protocol):
-    """What a user's effect offers. Each method may hand back what it was given.
+    """What a user's effect must have. Each method may return its argument unchanged.
 
-    `effect` names it, its site, its parameters (the first is the amplitude; it is neutral at its nominal) and the
-    points where a search begins.
+    Attributes:
+        effect: Name, site, parameters (the first is the amplitude, neutral at its nominal value) and search starts.
     """
 
     effect: Effect
 
     def commands(self, commands: Commands, values: Values) -> Commands:
-        """What the rig really did when the log says ``commands``."""
+        """What the rig really did if the log says `commands`."""
 
     def modifiers(self, measured_depth: Array, values: Values) -> Modifiers:
-        """Friction factor (-), extra curvature (rad/m) and axial force (N) of elements at these middles (n,) m."""
+        """Friction factor (-), extra curvature (rad/m) and axial force (N) of each element; measured_depth: (n,) m."""
 
     def channels(
         self, times: Mapping[str, Array], channels: Mapping[str, Array], values: Values
     ) -> Mapping[str, Array]:
-        """What the sensors show at ``times`` of each channel when the plant does ``channels``."""
+        """What the sensors show if the plant's channels are `channels`; times: s, of each channel."""
 
 
 class UnchangedPlant:
-    """The three methods of a `UserEffect` that change nothing, for classes that need only one of them."""
+    """Base class: the three methods of a `UserEffect`, changing nothing. Override those that you need."""
 
     def commands(self, commands: Commands, values: Values) -> Commands:
         """The log's commands."""
@@ -64,62 +64,65 @@ class UnchangedPlant:
 
 
 def installed_effects() -> list[UserEffect]:
-    """Every effect that an installed package offers. Raises InputError naming one that cannot be used."""
-    found = []
+    """All effects of installed packages. Raises InputError for one that cannot be loaded."""
+    effects = []
     for point in entry_points(group=GROUP):
         where = f"effect of entry point {point.name} ({point.value})"
-        found.append(_made(call_user_code(point.load, f"{where}: loading it"), where))
-    return found
+        effects.append(_instance(call_user_code(point.load, f"{where}: loading it"), where))
+    return effects
 
 
 def load_effect(reference: str) -> UserEffect:
     """The effect ``module:Class`` from the working directory or the Python path. Raises InputError."""
     where = f"--effect {reference}"
-    return _made(import_reference(reference, where, "clay:SwellingClay"), where)
+    return _instance(import_reference(reference, where, "clay:SwellingClay"), where)
 
 
-def _made(kind: Any, where: str) -> UserEffect:
-    made = call_user_code(lambda: kind(), f"{where}: {getattr(kind, '__name__', kind)}()")
+def _instance(user_class: Any, where: str) -> UserEffect:
+    user = call_user_code(lambda: user_class(), f"{where}: {getattr(user_class, '__name__', user_class)}()")
     for name in ("effect", "commands", "modifiers", "channels"):
-        if not call_user_code(lambda name=name: hasattr(made, name), f"{where}: {name}"):  # type: ignore[misc]
+        if not call_user_code(lambda name=name: hasattr(user, name), f"{where}: {name}"):  # type: ignore[misc]
             raise InputError(f"{where}: has no `{name}`; see docs/how_to/user_effects.md")
-    if not isinstance(made.effect, Effect):
-        raise InputError(f"{where}: `effect` is {shorten(made.effect)}, not a slider_drilling.gap.Effect")
-    named = [made.effect.name, made.effect.site, *(parameter.name for parameter in made.effect.parameters)]
-    for name in named:
+    if not isinstance(user.effect, Effect):
+        raise InputError(f"{where}: `effect` is {shorten(user.effect)}, not a slider_drilling.gap.Effect")
+    names = [user.effect.name, user.effect.site, *(parameter.name for parameter in user.effect.parameters)]
+    for name in names:
         if not isinstance(name, str):
             raise InputError(f"{where}: `effect` has {shorten(name)} for a name, which must be text")
-    return GuardedEffect(made.effect, made, where)
+    return CheckedUserEffect(user.effect, user, where)
 
 
 @dataclass
-class GuardedEffect:
-    """A user's effect each answer of which is checked: what it raises, or hands back wrong, is an InputError.
+class CheckedUserEffect:
+    """A user's effect whose results are checked: an exception or a wrong result becomes an InputError.
 
-    where: begins the error, such as ``--effect clay:Clay``.
+    Attributes:
+        effect: As `UserEffect.effect`.
+        user_object: The user's own object.
+        where: Start of the error message, such as ``--effect clay:Clay``.
     """
 
     effect: Effect
-    made: UserEffect
+    user_object: UserEffect
     where: str
 
     def commands(self, commands: Commands, values: Values) -> Commands:
         """As `UserEffect.commands`. Raises InputError."""
         what = f"{self.where}: commands"
-        given = call_user_code(lambda: self.made.commands(commands, values), what)
-        if not isinstance(given, Commands):
-            raise InputError(f"{what} returned {type(given).__name__}, not Commands")
-        arrays = [_array(getattr(given, f.name), (commands.time.size,), f"{what}: {f.name}") for f in fields(Commands)]
+        result = call_user_code(lambda: self.user_object.commands(commands, values), what)
+        if not isinstance(result, Commands):
+            raise InputError(f"{what} returned {type(result).__name__}, not Commands")
+        arrays = [_array(getattr(result, f.name), (commands.time.size,), f"{what}: {f.name}") for f in fields(Commands)]
         return Commands(*arrays)
 
     def modifiers(self, measured_depth: Array, values: Values) -> Modifiers:
         """As `UserEffect.modifiers`. Raises InputError."""
         what = f"{self.where}: modifiers"
-        given = call_user_code(lambda: self.made.modifiers(measured_depth, values), what)
-        if not isinstance(given, Modifiers):
-            raise InputError(f"{what} returned {type(given).__name__}, not Modifiers")
+        result = call_user_code(lambda: self.user_object.modifiers(measured_depth, values), what)
+        if not isinstance(result, Modifiers):
+            raise InputError(f"{what} returned {type(result).__name__}, not Modifiers")
         shape = (measured_depth.size,)
-        arrays = [_array(getattr(given, f.name), shape, f"{what}: {f.name}", True) for f in fields(Modifiers)]
+        arrays = [_array(getattr(result, f.name), shape, f"{what}: {f.name}", True) for f in fields(Modifiers)]
         if np.any(arrays[0] < 0.0):
             raise InputError(f"{what}: friction_factor = {arrays[0].min():g}: friction cannot be negative")
         return Modifiers(*arrays)
@@ -129,25 +132,35 @@ class GuardedEffect:
     ) -> Mapping[str, Array]:
         """As `UserEffect.channels`. Raises InputError."""
         what = f"{self.where}: channels"
-        given = call_user_code(lambda: self.made.channels(times, channels, values), what)
-        if not isinstance(given, Mapping):
-            raise InputError(f"{what} returned {type(given).__name__}, not channels by name")
-        for name in given:
+        result = call_user_code(lambda: self.user_object.channels(times, channels, values), what)
+        if not isinstance(result, Mapping):
+            raise InputError(f"{what} returned {type(result).__name__}, not a mapping of channels by name")
+        for name in result:
             if name not in channels:
                 raise InputError(f"{what} returned {shorten(name)}; this log has {', '.join(channels)}")
-        return {name: _array(row, channels[name].shape, f"{what}: {name}") for name, row in given.items()}
+        return {name: _array(row, channels[name].shape, f"{what}: {name}") for name, row in result.items()}
 
 
-def guarded(effect: UserEffect) -> GuardedEffect:
-    """The effect, its answers checked."""
-    return effect if isinstance(effect, GuardedEffect) else GuardedEffect(effect.effect, effect, effect.effect.name)
+def checked_effect(effect: UserEffect) -> CheckedUserEffect:
+    """The effect with its results checked."""
+    return (
+        effect
+        if isinstance(effect, CheckedUserEffect)
+        else CheckedUserEffect(effect.effect, effect, effect.effect.name)
+    )
 
 
-def try_effects(users: Sequence[GuardedEffect], known: Sequence[str], rig: Rig, commands: Commands) -> None:
-    """Ask every effect once for all that a diagnosis will, before minutes of fitting.
+def check_user_effects(users: Sequence[CheckedUserEffect], known: Sequence[str], rig: Rig, commands: Commands) -> None:
+    """Call every method of every effect once, so that errors show before minutes of fitting.
 
-    known: names of effects and of parameters that there are already. Raises InputError for an effect that answers
-    wrong, or one that has a name that is taken.
+    Args:
+        users: The effects.
+        known: Names of effects and parameters that are taken.
+        rig: The rig file as given.
+        commands: Of the first log.
+
+    Raises:
+        InputError: An effect returns something wrong, or a name is taken.
     """
     taken = set(known)
     depth = build_mesh(rig, 40).middle
@@ -158,7 +171,7 @@ def try_effects(users: Sequence[GuardedEffect], known: Sequence[str], rig: Rig, 
         effect, where = user.effect, user.where
         for name in (effect.name, *(parameter.name for parameter in effect.parameters)):
             if name in taken:
-                raise InputError(f"{where}: the name {name} is taken; give another")
+                raise InputError(f"{where}: the name {name} is already taken; choose another")
             taken.add(name)
         nominal = tuple(parameter.nominal for parameter in effect.parameters)
         for point in (nominal, *effect.scan):
@@ -168,13 +181,13 @@ def try_effects(users: Sequence[GuardedEffect], known: Sequence[str], rig: Rig, 
             user.channels(dict.fromkeys(names, short.time), dict(flat), values)
 
 
-def _array(value: Any, shape: tuple[int, ...], what: str, may_be_one: bool = False) -> Array:
-    """Finite numbers (n,), one number repeated where that is allowed. Raises InputError."""
+def _array(value: Any, shape: tuple[int, ...], what: str, scalar_allowed: bool = False) -> Array:
+    """Finite numbers of this shape; an allowed scalar is repeated. Raises InputError."""
     try:
         array = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"{what} is {shorten(value)}, not an array of numbers") from None
-    if array.shape != shape and not (may_be_one and array.shape == ()):
+    if array.shape != shape and not (scalar_allowed and array.shape == ()):
         raise InputError(f"{what} has shape {array.shape}, must have {shape}")
     if not np.all(np.isfinite(array)):
         raise InputError(f"{what} holds {array[~np.isfinite(array)].flat[0]}; must be finite numbers")
@@ -182,14 +195,14 @@ def _array(value: Any, shape: tuple[int, ...], what: str, may_be_one: bool = Fal
 
 
 def combined_modifiers(users: Sequence[UserEffect], rig: Rig, elements: int, values: Values) -> Modifiers:
-    """What several effects add to the elements of this rig's mesh together."""
+    """The modifiers of several effects together, on this rig's mesh."""
     middle = build_mesh(rig, elements).middle
     friction: Array = np.ones(middle.size)
     curvature: Array = np.zeros(middle.size)
     force: Array = np.zeros(middle.size)
     for user in users:
-        own = user.modifiers(middle, values)
-        friction = friction * own.friction_factor
-        curvature = curvature + own.extra_curvature
-        force = force + own.axial_force
+        modifiers = user.modifiers(middle, values)
+        friction = friction * modifiers.friction_factor
+        curvature = curvature + modifiers.extra_curvature
+        force = force + modifiers.axial_force
     return Modifiers(friction, curvature, force)

@@ -19,7 +19,7 @@ from slider_drilling.control.controller_loader import (
     settings_of,
     statuses_of,
 )
-from slider_drilling.diagnosis.user_effects import load_effect, try_effects
+from slider_drilling.diagnosis.user_effects import check_user_effects, load_effect
 from slider_drilling.drillstring import Commands, VirtualRig
 from slider_drilling.rig import load_rig
 
@@ -139,7 +139,7 @@ def _controller(name: str, plant: VirtualRig) -> str:
 def _effect(name: str, plant: VirtualRig) -> str:
     time = np.arange(0.0, 20.0, 0.1)
     commands = Commands(time, *(np.zeros_like(time) for _ in range(5)))
-    try_effects([load_effect(f"{name}:Mine")], ["stribeck", "stribeck.drop", "friction_1"], RIG, commands)
+    check_user_effects([load_effect(f"{name}:Mine")], ["stribeck", "stribeck.drop", "friction_1"], RIG, commands)
     return "ran"
 
 
