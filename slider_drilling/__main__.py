@@ -4,7 +4,7 @@ import os
 import signal
 
 
-def _leave(number: int, frame: object) -> None:
+def _exit_on_signal(number: int, frame: object) -> None:
     os._exit(128 + number)
 
 
@@ -12,7 +12,7 @@ def _leave(number: int, frame: object) -> None:
 # that the parent process ignores stay ignored.
 for _number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
     if signal.getsignal(_number) is not signal.SIG_IGN:
-        signal.signal(_number, _leave)
+        signal.signal(_number, _exit_on_signal)
 
 from slider_drilling.cli import main  # noqa: E402
 

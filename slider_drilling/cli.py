@@ -1,4 +1,4 @@
-"""The command line: a table of sub-commands, each imported when it is asked for and not before."""
+"""The command line: a table of sub-commands, each imported only when it is called."""
 
 from __future__ import annotations
 
@@ -35,12 +35,17 @@ Examples:
 
 
 MAX_ERROR_LENGTH = 2000
-"""Characters of an error: what it quotes may be a whole file."""
+"""Characters of an error message, which may quote a whole file."""
 
 
 @dataclass(frozen=True)
 class CommandEntry:
-    """One sub-command: the module that holds its `command`, and the line that `--help` shows for it."""
+    """One sub-command.
+
+    Attributes:
+        module: Holds its click command `command`.
+        help: The line that `--help` of the group shows.
+    """
 
     module: str
     help: str
@@ -86,7 +91,7 @@ COMMANDS: dict[str, CommandEntry] = {
 
 
 class LazyGroup(click.Group):
-    """A click group whose `--help` needs none of its sub-commands' modules."""
+    """A click group that shows its `--help` without importing its sub-commands."""
 
     def __init__(self, *args: object, table: Mapping[str, CommandEntry], **kwargs: object) -> None:
         super().__init__(*args, **kwargs)  # type: ignore[arg-type]
@@ -118,7 +123,7 @@ def group() -> None:
 
 
 def fail(message: str, code: int) -> NoReturn:
-    """One line on stderr, whatever the message held, and the exit code."""
+    """Print a message as one line on stderr and exit with a code."""
     restore_default_handlers()
     line = printable(" ".join(message.split()))
     if len(line) > MAX_ERROR_LENGTH:
@@ -129,7 +134,10 @@ def fail(message: str, code: int) -> NoReturn:
 
 
 def run_group(command: click.Group, arguments: list[str] | None = None) -> None:
-    """Run a command group and end the process: 0, 2 for the user's mistake, 128 and its number for a signal."""
+    """Run a command group and end the process.
+
+    The exit code is 0; 2 for a mistake of the user; 1 if the output was closed; 128 plus the number for a signal.
+    """
     try:
         outcome = command.main(args=arguments, prog_name="slider-drilling", standalone_mode=False)
         sys.stdout.flush()
@@ -144,34 +152,33 @@ def run_group(command: click.Group, arguments: list[str] | None = None) -> None:
     except (KeyboardInterrupt, click.Abort):
         fail("interrupted", signal_exit_code() or 130)
     except BrokenPipeError:
-        # Whoever read our output has left.
-        _say_no_more()
+        _silence_stdout()
         raise SystemExit(1) from None
     except MemoryError:
-        fail("slider-drilling: not enough memory; give it less to do at once", 2)
+        fail("slider-drilling: not enough memory; shorten the log or use fewer elements", 2)
     except OSError as error:
-        _say_no_more()
+        _silence_stdout()
         where = error.filename if error.filename is not None else "slider-drilling"
         fail(f"{where}: {error.strerror or error}", 2)
     except Exception as error:
-        # Python 3.11 and older make a RuntimeError of what is raised while a class is made.
+        # Python 3.11 and older turn an exception raised while a class is created into a RuntimeError.
         if not caused_by_signal(error):
             raise
         fail("interrupted", signal_exit_code())
-    # What a signal cut short is whole on disk and says that it is partial; so does the code.
+    # A command that a signal cut short has written partial results, which say so; the exit code does too.
     raise SystemExit(signal_exit_code() or (outcome if isinstance(outcome, int) else 0))
 
 
-def _say_no_more() -> None:
-    """Let the interpreter's own flush at exit not complain again of an output that takes nothing more."""
+def _silence_stdout() -> None:
+    """Keep the interpreter's flush at exit from reporting a closed output again."""
     with contextlib.suppress(OSError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _open_streams() -> None:
-    """Have all three, whatever the process was started with, and write any name to them.
+    """Open missing standard streams, and let them print any file name.
 
-    A file opened where no output is would get the number that libraries print to.
+    Without a standard output, the next file opened would get its descriptor, to which libraries print.
     """
     while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:
         os.set_inheritable(descriptor, True)
@@ -185,8 +192,8 @@ def _open_streams() -> None:
 
 def main() -> None:
     """Entry point of `slider-drilling` and of `python -m slider_drilling`."""
-    # Before anything imports numpy: its matrices here are small, and threads that wait for work of theirs keep the
-    # simulations' threads from a third of the processor.
+    # Before numpy is imported: the matrices are small, and OpenBLAS's waiting threads would take a third of the
+    # processor from the simulations.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     _open_streams()
     raise_on_signals()

@@ -1,4 +1,4 @@
-"""Code that a user brings along: found by its name, and its errors told in one line with the user's file and line."""
+"""Imports and calls a user's code; its errors become one line that names the user's file and line."""
 
 from __future__ import annotations
 
@@ -12,17 +12,22 @@ from typing import TypeVar
 
 from slider_drilling.errors import InputError
 
-_OURS = str(Path(__file__).parent)
-_PYTHONS = tuple(filter(None, (sysconfig.get_path("stdlib"), sysconfig.get_path("platlib"), "<frozen")))
+_PACKAGE_FOLDER = str(Path(__file__).parent)
+_PYTHON_FOLDERS = tuple(filter(None, (sysconfig.get_path("stdlib"), sysconfig.get_path("platlib"), "<frozen")))
 Result = TypeVar("Result")
-_LONGEST = 300  # characters of an error's own words
+_MAX_MESSAGE_LENGTH = 300  # characters of the error's own message
 
 
 def import_reference(reference: str, where: str, example: str) -> object:
-    """What ``module:Name`` is; modules in the working directory are found too.
+    """The object that ``module:Name`` refers to; modules in the working directory are found too.
 
-    where: begins the error, such as ``--effect clay:Clay``. Raises InputError for what is no such reference, or cannot
-    be imported for whatever reason.
+    Args:
+        reference: ``module:Name``.
+        where: Starts the error message, such as ``--effect clay:Clay``.
+        example: A valid reference, for the error message.
+
+    Raises:
+        InputError: The reference is malformed, or the import fails for whatever reason.
     """
     module_name, _, name = reference.partition(":")
     if not (name.isidentifier() and all(part.isidentifier() for part in module_name.split("."))):
@@ -37,7 +42,15 @@ def import_reference(reference: str, where: str, example: str) -> object:
 
 
 def call_user_code(function: Callable[[], Result], what: str) -> Result:
-    """What a call of the user's code returns; ``what`` was called. Raises InputError for whatever it raises."""
+    """Call a user's code and return its result.
+
+    Args:
+        function: Calls the code.
+        what: Names the call in the error message.
+
+    Raises:
+        InputError: The code raised something.
+    """
     try:
         return function()
     except InputError:
@@ -47,14 +60,14 @@ def call_user_code(function: Callable[[], Result], what: str) -> Result:
 
 
 def one_line_error(error: BaseException) -> str:
-    """The error in one line: its kind, its words, and the innermost line of the user's own code."""
+    """An error as one line: its type, its message, and the innermost line of the user's own code."""
     try:
-        words = " ".join(str(error).split())[:_LONGEST]
+        message = " ".join(str(error).split())[:_MAX_MESSAGE_LENGTH]
     except Exception as worse:
-        words = f"(its text cannot be made: {type(worse).__name__})"
-    kind = f"{type(error).__name__}: {words}" if words else type(error).__name__
+        message = f"(its text cannot be made: {type(worse).__name__})"
+    kind = f"{type(error).__name__}: {message}" if message else type(error).__name__
     if isinstance(error, SyntaxError) and error.filename:
         return f"{type(error).__name__}: {error.msg} at {Path(error.filename).name}:{error.lineno}"
     frames = traceback.extract_tb(error.__traceback__)
-    own = [frame for frame in frames if not frame.filename.startswith((_OURS, *_PYTHONS))]
+    own = [frame for frame in frames if not frame.filename.startswith((_PACKAGE_FOLDER, *_PYTHON_FOLDERS))]
     return f"{kind} at {Path(own[-1].filename).name}:{own[-1].lineno}" if own else kind

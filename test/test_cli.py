@@ -101,7 +101,7 @@ def test_a_date_that_is_none_is_refused_before_numpy_reads_it(
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "x")
     with pytest.raises(SystemExit, match="2"):
         run_group(cli.group, list(words))
-    line = "SOURCE_DATE_EPOCH = 'x': must be a whole number of seconds since 1970; mend it, or unset it\n"
+    line = "SOURCE_DATE_EPOCH = 'x': must be a whole number of seconds since 1970; correct it, or unset it\n"
     assert capsys.readouterr().err == line
 
 

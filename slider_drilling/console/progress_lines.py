@@ -1,4 +1,4 @@
-"""Progress where no bar can be drawn: a line now and then, for a log file or a pipe."""
+"""Progress as occasional lines, for a log file or a pipe, in which rich would draw nothing until the end."""
 
 from __future__ import annotations
 
@@ -22,7 +22,12 @@ class _Task:
 
 @dataclass
 class ProgressLines:
-    """Takes what `rich.progress.Progress` takes. show: prints a line; clock: s."""
+    """A replacement for `rich.progress.Progress`.
+
+    Attributes:
+        show: Prints a line.
+        clock: Time, s.
+    """
 
     show: Callable[[str], None]
     clock: Callable[[], float] = time.monotonic
@@ -41,12 +46,12 @@ class ProgressLines:
     def add_task(
         self, description: str, *, total: float | None = 100.0, completed: float = 0.0, **more: object
     ) -> TaskID:
-        """A task of this much work, None where that is not known; its number."""
+        """Add a task and return its number; `total` is None if the amount of work is not known."""
         self._tasks.append(_Task(description, total, completed))
         return TaskID(len(self._tasks) - 1)
 
     def advance(self, task: TaskID, advance: float = 1.0) -> None:
-        """So much more is done."""
+        """Add to the work dstate."""
         self.update(task, advance=advance)
 
     def update(
@@ -59,15 +64,15 @@ class ProgressLines:
         total: float | None = None,
         **more: object,
     ) -> None:
-        """How far a task is; prints a line where one is due."""
-        one = self._tasks[task]
-        one.description = one.description if description is None else description
-        one.total = one.total if total is None else total
-        one.completed = (one.completed if completed is None else completed) + advance
+        """Set how far a task is; print a line if one is due."""
+        state = self._tasks[task]
+        state.description = state.description if description is None else description
+        state.total = state.total if total is None else total
+        state.completed = (state.completed if completed is None else completed) + advance
         now = self.clock()
         if now >= self._due:
             self._due = now + LINE_INTERVAL
-            self.show(_line(one))
+            self.show(_line(state))
 
 
 def _line(task: _Task) -> str:

@@ -1,7 +1,7 @@
 """The two consoles that commands write to: results on stdout, progress and remarks on stderr.
 
-Text is shown as it is: paths, names and messages come from files of others, and neither brackets in them are markup
-nor may escapes in them reach the terminal. What is to be bold is given as `rich.text.Text`.
+They print strings literally, since paths, names and messages may come from files of others: brackets are not markup,
+and escape sequences do not reach the terminal. Styled text is passed as `rich.text.Text`.
 """
 
 from __future__ import annotations
@@ -22,36 +22,36 @@ from slider_drilling.console.table_fit import fit_table
 
 
 class LiteralConsole(Console):
-    """A rich console without markup, emoji codes or colours of its own choice, and with control characters escaped."""
+    """A rich console without markup, emoji codes and highlighting, with control characters escaped."""
 
-    def __init__(self, **where: Any) -> None:
-        super().__init__(**where, soft_wrap=True, markup=False, emoji=False, highlight=False)
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options, soft_wrap=True, markup=False, emoji=False, highlight=False)
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
-        """As rich does, every piece of text made printable: it is here that all of them pass."""
+        """Render with every text made printable."""
         for segment in super().render(renderable, options):
             text, style, control = segment
             yield segment if control else Segment(printable(text), style)
 
-    def print(self, *objects: Any, **how: Any) -> None:
-        """As rich does, tables made to fit."""
-        super().print(*(fit_table(one, self) if isinstance(one, Table) else one for one in objects), **how)
+    def print(self, *objects: Any, **options: Any) -> None:
+        """Print with tables made to fit."""
+        super().print(*(fit_table(item, self) if isinstance(item, Table) else item for item in objects), **options)
 
 
 @cache
 def stdout() -> Console:
-    """Where results go; in a pipe or a file 80 columns wide, unless COLUMNS says otherwise."""
+    """The console for results; in a pipe or a file 80 columns wide, unless COLUMNS is set."""
     return LiteralConsole()
 
 
 @cache
 def stderr() -> Console:
-    """Where progress and remarks go, so that results can be piped on."""
+    """The console for progress and remarks, so that results can be piped."""
     return LiteralConsole(stderr=True)
 
 
 def progress_bar(*columns: ProgressColumn | str) -> Progress | ProgressLines:
-    """A bar on stderr that leaves nothing behind; where stderr is no terminal, a line now and then."""
+    """A progress bar on stderr that disappears at the end; if stderr is not a terminal, occasional lines."""
     if not stderr().is_terminal:
         return ProgressLines(stderr().print)
     return Progress(*columns, console=stderr(), transient=True)
@@ -59,7 +59,7 @@ def progress_bar(*columns: ProgressColumn | str) -> Progress | ProgressLines:
 
 @contextmanager
 def progress_stages() -> Iterator[Callable[[str, float], None]]:
-    """A ``progress(stage, share)`` that draws a bar on stderr, or prints lines where stderr is no terminal."""
+    """Yields ``progress(stage, share)``, which draws a bar on stderr, or prints lines if stderr is not a terminal."""
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), TextColumn("left"),
                TimeRemainingColumn())  # fmt: skip
     with progress_bar(*columns) as bar:

@@ -1,4 +1,7 @@
-"""Tables that fit their console: columns give way between words only, and what is wider still is told row by row."""
+"""Fits rich tables to their console without breaking or cutting a word, as rich itself would do.
+
+Columns are narrowed between words only. A table that is still too wide is printed row by row.
+"""
 
 from __future__ import annotations
 
@@ -10,12 +13,12 @@ from rich.text import Text
 
 
 def fit_table(table: Table, console: Console) -> RenderableType:
-    """The table, its columns set so that no word of it is broken or cut; its rows as lines where that is impossible."""
-    return table if _arrange(table, console, console.width) else _told(table, console)
+    """The table with column widths that break no word; if none fit, its rows as lines."""
+    return table if _arrange(table, console, console.width) else _as_lines(table, console)
 
 
 def _arrange(table: Table, console: Console, width: int) -> bool:
-    """Set the columns' widths where that is needed; False where words would have to be broken."""
+    """Set column widths if the table is too wide; False if that would break words."""
     wide = console.options.update(width=10_000)
     spans = [_span(column, console) for column in table.columns]
     frame = Measurement.get(console, wide, table).maximum - sum(span.maximum for span in spans)
@@ -29,7 +32,7 @@ def _arrange(table: Table, console: Console, width: int) -> bool:
 
 
 def _span(column: Column, console: Console) -> Measurement:
-    """Longest word and longest line of a column; of one that must not be wrapped both are the line."""
+    """Longest word and longest line of a column; both are the line if the column must not be wrapped."""
     wide = console.options.update(width=10_000)
     cells = [Measurement.get(console, wide, cell) for cell in (column.header, *column.cells, column.footer)]
     longest = max(cell.maximum for cell in cells)
@@ -37,16 +40,16 @@ def _span(column: Column, console: Console) -> Measurement:
 
 
 def _shared(spans: list[Measurement], room: int) -> list[int]:
-    """Widths that fill the room, none below its minimum: the least that must be taken is taken from the widest."""
+    """Widths that fill the room, none below its minimum: the widest columns are narrowed first."""
     widths = [span.maximum for span in spans]
     while sum(widths) > room:
-        give = [width if width > span.minimum else 0 for width, span in zip(widths, spans, strict=True)]
-        widths[give.index(max(give))] -= 1
+        reducible = [width if width > span.minimum else 0 for width, span in zip(widths, spans, strict=True)]
+        widths[reducible.index(max(reducible))] -= 1
     return widths
 
 
-def _told(table: Table, console: Console) -> RenderableType:
-    """Each row as its first cell and, below it, every other cell beside (or below) its column's head."""
+def _as_lines(table: Table, console: Console) -> RenderableType:
+    """Each row as its first cell and, below it, every other cell beside (or below) its column's header."""
     heads = [column.header for column in table.columns]
     parts: list[RenderableType] = [Text(str(table.title), style="italic")] if table.title else []
     for first, *cells in zip(*(column.cells for column in table.columns), strict=True):

@@ -1,4 +1,4 @@
-"""Where the files installed beside the package are: rig files, node parameters, launch files."""
+"""Finds the files installed beside the package: rig files, node parameters, launch files."""
 
 from __future__ import annotations
 
@@ -10,10 +10,16 @@ PACKAGE = "slider_drilling"
 
 
 def installed_file(name: str) -> Path:
-    """The path of a shared file such as `config/rig.example.yaml`.
+    """The path of an installed file.
 
-    Looks above the package for `share/slider_drilling` (pip and colcon installs) and for the checkout that
-    the package is in (editable installs). Raises InputError where the installation lacks the file.
+    Searches the folders above the package for `share/slider_drilling` (pip and colcon installs) and for the checkout
+    that holds the package (editable installs).
+
+    Args:
+        name: Such as `config/rig.example.yaml`.
+
+    Raises:
+        InputError: The installation lacks the file.
     """
     package = Path(__file__).resolve().parent
     for above in package.parents:

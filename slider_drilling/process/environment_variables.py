@@ -1,4 +1,4 @@
-"""Variables of the environment that libraries read as they are loaded, and would answer with a traceback."""
+"""Checks environment variables whose bad values would make libraries fail with a traceback on import."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from slider_drilling.errors import InputError
 
 
 def check_variables(variables: Mapping[str, str]) -> None:
-    """Raises InputError for a SOURCE_DATE_EPOCH that is no number: numpy and matplotlib date by it what they make."""
+    """Raises InputError if SOURCE_DATE_EPOCH, from which numpy and matplotlib take dates, is not a number."""
     given = variables.get("SOURCE_DATE_EPOCH", "0")
     try:
         int(given)
     except ValueError:
         raise InputError(
-            f"SOURCE_DATE_EPOCH = {given!r}: must be a whole number of seconds since 1970; mend it, or unset it"
+            f"SOURCE_DATE_EPOCH = {given!r}: must be a whole number of seconds since 1970; correct it, or unset it"
         ) from None

@@ -1,7 +1,7 @@
-"""How the numerical loops are compiled: for this very processor, once, and kept on disk.
+"""Compiles the numerical loops for this processor and keeps the machine code on disk.
 
-Modules take `njit` from here, so that the settings hold before numba's first function fixes them for the process, and
-the cache (numba's own: beside the source where that can be written, else in the user's cache directory) is found again.
+Modules import `njit` from here, because numba fixes its settings with the first function that it decorates. The cache
+is numba's own: beside the source if that folder is writable, else in the user's cache directory.
 """
 
 from __future__ import annotations
@@ -29,38 +29,37 @@ try:
         from numba.core.codegen import get_host_cpu_features
         from numba.core.event import Event, Listener, install_listener
 except Exception as error:
-    # Whatever numba makes of a variable that it cannot read; without any it is no fault of the user's.
+    # Numba raises different errors for a variable that it cannot read. Without variables it is not the user's mistake.
     if not (_given := " ".join(f"{name}={value}" for name, value in os.environ.items() if name.startswith("NUMBA_"))):
         raise
-    _why = str(error).partition("\n")[0].rstrip(".")
-    raise InputError(f"{_given}: numba does not start: {_why}; unset it") from None
+    _cause = str(error).partition("\n")[0].rstrip(".")
+    raise InputError(f"{_given}: numba does not start: {_cause}; unset it") from None
 
 __all__ = ["INLINED_JIT_OPTIONS", "JIT_OPTIONS", "announce_compilation", "available_threads", "njit", "vector_bits"]
 
 JIT_OPTIONS: dict[str, Any] = {
     "cache": True,
     "error_model": "numpy",
-    # Not "nnan" and "ninf": a run that blows up must show it.
+    # Not "nnan" and "ninf": a diverging run must show NaN or infinity.
     "fastmath": {"contract", "arcp", "nsz", "reassoc"},
     "nogil": True,
-    # The loops allocate nothing. Reference counts of their arrays, one atomic addition each, would cost a quarter of
-    # a single run's step.
+    # The loops allocate nothing, and counting references to their arrays would cost a quarter of a single run's step.
     "_nrt": False,
 }
-# Of functions that only compiled code calls: no entry for Python, which takes longest to compile, and no calls, each of
-# which would push seven words an array and compare every two arrays for overlap anew: 40 % of a step of few elements.
+# For functions that only compiled code calls. Without an entry for Python, which takes longest to compile; and inlined,
+# since each call would push seven words per array and check all pairs of arrays for overlap: 40 % of a short step.
 INLINED_JIT_OPTIONS: dict[str, Any] = {
     **JIT_OPTIONS, "cache": False, "forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
 }  # fmt: skip
 
 
 def available_threads() -> int:
-    """How many threads a batch of simulations may use: two, or as many as numba was allowed (NUMBA_NUM_THREADS)."""
-    return min(2, config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
+    """How many threads a batch may use: NUMBA_NUM_THREADS, by default the cores that this process may run on."""
+    return int(config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
 
 
 def vector_bits() -> int:
-    """Width of the vectors that loops are compiled for."""
+    """Width of the vector registers that the loops are compiled for, bits."""
     features = config.CPU_FEATURES or get_host_cpu_features()  # type: ignore[attr-defined]
     if "+avx512vl" in features and "-prefer-256-bit" in features:
         return 512
@@ -69,7 +68,12 @@ def vector_bits() -> int:
 
 @contextmanager
 def announce_compilation(function: Any, description: str) -> Iterator[None]:
-    """Tell the user on stderr while ``function`` is compiled, if it is, during the block."""
+    """Report on stderr if a function is compiled during the block.
+
+    Args:
+        function: Made by `njit`.
+        description: What the function is, for the message.
+    """
     if function.overloads:
         yield
         return
@@ -78,29 +82,29 @@ def announce_compilation(function: Any, description: str) -> Iterator[None]:
 
 
 class _Announcement(Listener):
-    """Hears of compilations that the cache could not spare: of its own thread, for every listener hears of all."""
+    """Reports compilations of one function by its own thread; numba tells every listener of all compilations."""
 
-    def __init__(self, function: Any, what: str) -> None:
-        self._function, self._what = function, what
-        self._thread, self._begun = get_ident(), 0.0
+    def __init__(self, function: Any, description: str) -> None:
+        self._function, self._description = function, description
+        self._thread, self._start = get_ident(), 0.0
 
     def on_start(self, event: Event) -> None:
         if self._is_own(event):
-            self._begun = time.monotonic()
-            self._say(f"compiling {self._what} for this processor; this happens once and takes about ten seconds")
+            self._start = time.monotonic()
+            self._print(f"compiling {self._description} for this processor, once; it takes about ten seconds")
 
     def on_end(self, event: Event) -> None:
         if self._is_own(event):
-            self._say(f"compiled in {time.monotonic() - self._begun:.0f} s")
+            self._print(f"compiled in {time.monotonic() - self._start:.0f} s")
 
     def _is_own(self, event: Event) -> bool:
         return event.data["dispatcher"] is self._function and get_ident() == self._thread
 
     @staticmethod
-    def _say(sentence: str) -> None:
+    def _print(message: str) -> None:
         from slider_drilling.console.streams import stderr
 
-        stderr().print(sentence)
+        stderr().print(message)
 
 
 def _set_up() -> None:
@@ -118,10 +122,17 @@ def _set_up() -> None:
 
 
 def cache_folder(given: str) -> str:
-    """Where numba is to keep what it compiles: the folder given, its own choice (empty), or one of this user's.
+    """The folder for numba's cache.
 
-    Raises InputError where the folder given cannot be written; numba would end with a traceback there, as it would
-    where it can write neither beside the source nor at home.
+    Args:
+        given: NUMBA_CACHE_DIR; empty if it is not set.
+
+    Returns:
+        The given folder; "" to leave the choice to numba; or a folder of this user's, if numba can write neither beside
+        the source nor in the home directory, which would end it with a traceback.
+
+    Raises:
+        InputError: The given folder cannot be written, or the user's folder is somebody else's.
     """
     if given:
         try:
@@ -133,14 +144,14 @@ def cache_folder(given: str) -> str:
                 f"NUMBA_CACHE_DIR = {given}: cannot be written: {error.strerror}; name a folder of yours, or unset it"
             ) from None
     beside, home = Path(__file__).parent, Path(os.path.expanduser("~"))
-    if any(os.access(place, os.W_OK) for place in (beside, home / ".cache", home)):
+    if any(os.access(folder, os.W_OK) for folder in (beside, home / ".cache", home)):
         return ""
-    # One folder a user, found again by the next run; code from one that others can write to must not be run.
+    # One folder per user, so that the next run finds it. Code from a folder that others can write to must not run.
     own = Path(tempfile.gettempdir()) / f"slider_drilling_{os.getuid()}"
     with contextlib.suppress(FileExistsError):
         own.mkdir(mode=0o700)
-    found = own.lstat()
-    if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or stat.S_IMODE(found.st_mode) & 0o077:
+    status = own.lstat()
+    if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid() or stat.S_IMODE(status.st_mode) & 0o077:
         raise InputError(f"{own}: not this user's own folder for compiled code; remove it, or set NUMBA_CACHE_DIR")
     return str(own)
 

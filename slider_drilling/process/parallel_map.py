@@ -1,7 +1,7 @@
-"""Independent pieces of work on all cores: compiled loops run without the interpreter's lock.
+"""Maps a function over items on all cores with threads: compiled loops run without the interpreter's lock.
 
-Work may ask for more work to be done at once: who asks is at it, and as many others as have nothing to do, so that no
-more are at work than there are cores for.
+Tasks may start nested maps. The calling thread and any idle threads run them, so the process never runs more threads
+than there are cores. `concurrent.futures` alone would start new threads for each nested map.
 """
 
 from __future__ import annotations
@@ -13,74 +13,90 @@ from typing import Any, TypeVar
 
 from slider_drilling.process.jit_cache import available_threads
 
-_Given = TypeVar("_Given")
-_Made = TypeVar("_Made")
+_Item = TypeVar("_Item")
+_Result = TypeVar("_Result")
 
 
-class _AtWork:
-    """How many threads of the process are at work, the one that asks first being one of them."""
+class _ThreadBudget:
+    """Counts the running threads of the process; the one that starts a first map is one of them."""
 
     def __init__(self) -> None:
-        self._count, self._lock = 1, Lock()
+        self._running, self._lock = 1, Lock()
 
     @property
     def idle(self) -> int:
-        return max(available_threads() - self._count, 0)
+        return max(available_threads() - self._running, 0)
 
-    def add(self, change: int) -> None:
+    def release(self) -> None:
+        """One thread has ended."""
         with self._lock:
-            self._count += change
+            self._running -= 1
 
-    def call(self, wanted: int, most: int | None) -> int:
-        """How many more are at work from now on: of those wanted the idle ones, or up to `most` in all."""
+    def resume(self) -> None:
+        """The calling thread goes on after its map."""
         with self._lock:
-            called = max(min(wanted, self.idle if most is None else most - 1), 0)
-            self._count += called
-            return called
+            self._running += 1
+
+    def reserve(self, wanted: int, max_threads: int | None) -> int:
+        """Reserve up to `wanted` more threads and return their number."""
+        with self._lock:
+            reserved = max(min(wanted, self.idle if max_threads is None else max_threads - 1), 0)
+            self._running += reserved
+            return reserved
 
 
-_AT_WORK = _AtWork()
+_BUDGET = _ThreadBudget()
 
 
 def idle_threads() -> int:
-    """How many threads have nothing to do."""
-    return _AT_WORK.idle
+    """How many threads a map could start now beside the calling one."""
+    return _BUDGET.idle
 
 
 def parallel_map(
-    function: Callable[[_Given], _Made], given: Iterable[_Given], max_threads: int | None = None
-) -> list[_Made]:
-    """What the work makes of everything that is given, in its order; of what fails, the first in that order is raised.
+    function: Callable[[_Item], _Result], items: Iterable[_Item], max_threads: int | None = None
+) -> list[_Result]:
+    """Apply a function to every item.
 
-    most: threads that are to be at it, whatever else is done; by default those that have nothing to do.
+    Args:
+        function: Called from several threads.
+        items: In the order of the results.
+        max_threads: How many threads to use, the calling one included; by default it and all idle ones.
+
+    Returns:
+        The results in the order of the items, whatever the number of threads.
+
+    Raises:
+        Exception: What `function` raised; of several failures that of the first item.
     """
-    items = list(given)
-    called = _AT_WORK.call(len(items) - 1, max_threads)
-    if not called:
+    items = list(items)
+    reserved = _BUDGET.reserve(len(items) - 1, max_threads)
+    if not reserved:
         return [function(item) for item in items]
-    made: list[Any] = [None] * len(items)
-    failed: dict[int, BaseException] = {}
-    left = iter(range(len(items)))
+    results: list[Any] = [None] * len(items)
+    errors: dict[int, BaseException] = {}
+    remaining = iter(range(len(items)))
 
-    def go_on() -> None:
+    def work() -> None:
         index = -1
         try:
-            for index in left:
-                if failed:
+            for index in remaining:
+                if errors:
                     break
-                made[index] = function(items[index])
+                results[index] = function(items[index])
         except BaseException as error:
-            failed[index] = error
+            errors[index] = error
         finally:
-            _AT_WORK.add(-1)
+            # Idle for nested maps of other tasks from here on.
+            _BUDGET.release()
 
     try:
-        with ThreadPoolExecutor(called) as pool:
-            for _ in range(called):
-                pool.submit(go_on)
-            go_on()
+        with ThreadPoolExecutor(reserved) as pool:
+            for _ in range(reserved):
+                pool.submit(work)
+            work()
     finally:
-        _AT_WORK.add(1)
-    if failed:
-        raise failed[min(failed)]
-    return made
+        _BUDGET.resume()
+    if errors:
+        raise errors[min(errors)]
+    return results

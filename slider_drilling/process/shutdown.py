@@ -1,4 +1,4 @@
-"""SIGINT, SIGTERM and SIGHUP end a command alike: by an exception, and with an exit code that tells which it was."""
+"""SIGINT, SIGTERM and SIGHUP end a command by an exception, with an exit code that names the signal."""
 
 from __future__ import annotations
 
@@ -12,14 +12,18 @@ from types import FrameType
 from typing import Any
 
 _ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-_received: list[int] = []
-_waiting: list[int] | None = None  # signals that came while they were put off; None while they are not
+_received: list[int] = []  # signal numbers
+_deferred: list[int] | None = None  # received during `defer_signals`; None outside of it
 
-_LATER = 0.02  # s after which a signal whose exception was lost comes again
+_RESEND_DELAY = 0.02  # s after which a signal whose exception was lost is sent again
 
 
 class TerminationSignal(KeyboardInterrupt):
-    """A signal asked the command to end. What ends in order on Ctrl-C ends in order on this. number: of the signal."""
+    """A signal asks the command to end; code that handles Ctrl-C handles this too.
+
+    Attributes:
+        number: Of the signal.
+    """
 
     def __init__(self, number: int) -> None:
         super().__init__(signal.Signals(number).name)
@@ -31,41 +35,38 @@ def raise_on_signals() -> None:
     _received.clear()
     for number in _ENDING:
         if signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, _end)
-    sys.unraisablehook = _again
+            signal.signal(number, _handle)
+    sys.unraisablehook = _resend_lost_signal
 
 
 @contextmanager
 def defer_signals() -> Iterator[None]:
-    """Have the signals that come meanwhile end the command after this: for a second of work that must not be torn.
+    """Raise for signals after the block instead of within it. Use it for short work that must not be interrupted.
 
-    A library in C++ that calls Python makes another error of what a signal raises there, or aborts the process.
+    A C++ library that calls Python turns an exception of a signal handler into another error, or aborts the process.
     """
-    global _waiting
-    if _waiting is not None or threading.current_thread() is not threading.main_thread():
+    global _deferred
+    if _deferred is not None or threading.current_thread() is not threading.main_thread():
         yield
         return
-    came = _waiting = []
+    received = _deferred = []
     try:
         yield
     finally:
-        _waiting = None
-    if came:
-        raise TerminationSignal(came[0])
+        _deferred = None
+    if received:
+        raise TerminationSignal(received[0])
 
 
 def restore_default_handlers() -> None:
-    """From now on such a signal ends the process without a word: what there was to do in order is done.
-
-    While Python shuts down an exception would only be printed.
-    """
+    """Let signals end the process silently from now on: while Python shuts down, an exception would be printed."""
     for number in _ENDING:
-        if signal.getsignal(number) is _end:
+        if signal.getsignal(number) is _handle:
             signal.signal(number, signal.SIG_DFL)
 
 
 def signal_exit_code() -> int:
-    """128 and the number of the first signal that came, as shells have it; 0 where none did."""
+    """128 plus the number of the first signal, as shells report it; 0 without a signal."""
     return 128 + _received[0] if _received else 0
 
 
@@ -80,22 +81,22 @@ def caused_by_signal(error: BaseException) -> bool:
 
 
 def record_signal(number: int) -> None:
-    """Keep for `exit_code` a signal that another handler has taken."""
+    """Note a signal that another handler received, for `signal_exit_code`."""
     _received.append(number)
 
 
-def _end(number: int, frame: FrameType | None) -> None:
+def _handle(number: int, frame: FrameType | None) -> None:
     record_signal(number)
-    if _waiting is not None:
-        _waiting.append(number)
+    if _deferred is not None:
+        _deferred.append(number)
         return
     raise TerminationSignal(number)
 
 
-def _again(lost: Any) -> None:
-    """Send a signal again that came where Python lets nothing be raised: in a finaliser, in a callback of an import."""
+def _resend_lost_signal(lost: Any) -> None:
+    """Send a signal again whose exception Python dropped: in a finaliser, or in a callback of an import."""
     if isinstance(lost.exc_value, TerminationSignal):
-        timer = threading.Timer(_LATER, os.kill, (os.getpid(), lost.exc_value.number))
+        timer = threading.Timer(_RESEND_DELAY, os.kill, (os.getpid(), lost.exc_value.number))
         timer.daemon = True
         timer.start()
     else:

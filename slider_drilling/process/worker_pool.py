@@ -1,4 +1,4 @@
-"""Work in processes of this machine that end when this one does, however it ends."""
+"""Runs calls in worker processes that end with this process, however it ends."""
 
 from __future__ import annotations
 
@@ -9,27 +9,38 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar
 
 T = TypeVar("T")
-_PERIOD = 0.5  # s between two looks at who the parent is
+_CHECK_PERIOD = 0.5  # s between two looks whether the parent lives
 
 
 def map_in_processes(function: Callable[..., T], calls: Iterable[tuple[object, ...]], jobs: int) -> Iterator[T]:
-    """What ``function`` returns for each tuple of arguments, as they end, in up to ``jobs`` processes. Raises what it
-    raises."""
+    """Call a function in worker processes.
+
+    Args:
+        function: Can be pickled.
+        calls: The arguments of each call.
+        jobs: How many processes to use.
+
+    Yields:
+        The results, in the order in which the calls end.
+
+    Raises:
+        Exception: What a call raised.
+    """
     from joblib import Parallel, delayed
 
     parallel = Parallel(
-        n_jobs=jobs, return_as="generator_unordered", initializer=_end_with_parent, initargs=(os.getpid(),)
+        n_jobs=jobs, return_as="generator_unordered", initializer=_exit_with_parent, initargs=(os.getpid(),)
     )
-    one = delayed(function)
-    yield from parallel(one(*call) for call in calls)
+    task = delayed(function)
+    yield from parallel(task(*call) for call in calls)
 
 
-def _end_with_parent(parent: int) -> None:
-    """A process that wants to hand over a result waits for ever where its parent was killed and nobody takes it."""
+def _exit_with_parent(parent: int) -> None:
+    """A worker whose parent was killed would wait for ever to hand over its result."""
 
-    def look() -> None:
+    def watch() -> None:
         while os.getppid() == parent:
-            time.sleep(_PERIOD)
+            time.sleep(_CHECK_PERIOD)
         os._exit(1)
 
-    threading.Thread(target=look, daemon=True).start()
+    threading.Thread(target=watch, daemon=True).start()

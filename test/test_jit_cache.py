@@ -10,8 +10,9 @@ from pathlib import Path
 from threading import Thread
 
 import pytest
+from numba.core import config
 
-from slider_drilling.process.jit_cache import announce_compilation, njit, vector_bits
+from slider_drilling.process.jit_cache import announce_compilation, available_threads, njit, vector_bits
 
 PACKAGE = Path(__file__).parents[1] / "slider_drilling"
 
@@ -91,3 +92,20 @@ def test_of_what_another_thread_compiles_only_that_thread_speaks(own_stderr):
         other.join()
     told = own_stderr.readouterr().err
     assert told.count("compiling a tripling") == told.count("compiled in") == 1
+
+
+def test_threads_are_all_cores_of_the_process():
+    code = "import os; cores = sorted(os.sched_getaffinity(0))[:{count}]; os.sched_setaffinity(0, cores);"
+    code += "from slider_drilling.process.jit_cache import available_threads; print(len(cores), available_threads())"
+    variables = {name: value for name, value in os.environ.items() if name != "NUMBA_NUM_THREADS"}
+    for count in ("1", ""):
+        command = [sys.executable, "-c", code.format(count=count)]
+        output = subprocess.run(command, capture_output=True, text=True, check=True, cwd=PACKAGE.parent, env=variables)
+        cores, threads = map(int, output.stdout.split())
+        assert threads == cores
+
+
+@pytest.mark.parametrize("count", [1, 3, 64])
+def test_numba_num_threads_limits_threads(count, monkeypatch):
+    monkeypatch.setattr(config, "NUMBA_NUM_THREADS", count)
+    assert available_threads() == count
