@@ -1,4 +1,4 @@
-"""Controller and recorder beside a real rig, whose measurements come from a bridge, by the wall's clock.
+"""Controller and recorder for a real rig, on the wall clock; a bridge publishes the rig's measurements.
 
     ros2 launch slider_drilling real_rig.launch.py rig:=rig.yaml record:=out target_deg:=45
 """

@@ -1,4 +1,4 @@
-"""A recording drives a simulated rig: its commands answer the simulator, its measurements come beside, in `recorded`.
+"""A simulated rig driven by the commands of a log, with the log's measurements in the namespace `recorded`.
 
     ros2 launch slider_drilling replay.launch.py log:=slide.mcap speed:=max record:=out
 """

@@ -1,4 +1,4 @@
-"""Friction simulator, rocking controller and recorder, a process each.
+"""Friction simulator, rocking controller and recorder, one process each.
 
     ros2 launch slider_drilling rocking.launch.py rig:=rig.yaml duration:=300 speed:=1 record:=out target_deg:=45
 """

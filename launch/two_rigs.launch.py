@@ -1,4 +1,4 @@
-"""Two simulated rigs in one graph, in the namespaces rig_a and rig_b, each with its own time and its own log.
+"""Two simulated rigs in one graph, in the namespaces rig_a and rig_b, each with its own clock and log.
 
     ros2 launch slider_drilling two_rigs.launch.py duration:=600 speed:=max record:=out
 """
