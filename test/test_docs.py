@@ -1,5 +1,6 @@
 """The documents hold: their code runs, their commands and files exist."""
 
+import importlib
 import re
 import shutil
 from pathlib import Path
@@ -8,6 +9,9 @@ import pytest
 
 from slider_drilling.cli import COMMANDS
 from slider_drilling.files.installed_files import installed_file
+
+ROOMS = ("tutorial", "how_to", "reference", "explanation", "design")
+GENERATED = {"docs/reference/cli.md", "docs/reference/rig.md", "docs/reference/topics.md"}
 
 
 def test_log_page_code_runs(repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -67,13 +71,27 @@ def test_readme_lists_every_command(repository: Path) -> None:
     assert listed == set(COMMANDS)
 
 
-@pytest.mark.parametrize(
-    "page", ["README.md", "docs/how_to/logs.md", "docs/how_to/nodes.md", "docs/explanation/control.md"]
-)
+@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", *(f"docs/{room}" for room in ROOMS)])
 def test_files_named_by_pages_exist(repository: Path, page: str) -> None:
-    text = (repository / page).read_text()
-    named = re.findall(r"`((?:config|slider_drilling|launch)/[\w./]+\.\w+)`", text)
-    linked = [Path(page).parent / link for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", text)]
-    assert named or linked
-    for path in [*named, *linked]:
-        assert (repository / path).exists(), path
+    path = repository / page
+    pages = [path] if path.is_file() else sorted(path.rglob("*.md"))
+    named = re.compile(r"`((?:config|slider_drilling|launch|test|site_build|docs)/[\w./]+\.\w+)`")
+    for text in (file.read_text() for file in pages):
+        for name in named.findall(text):
+            assert "NAME" in name or name in GENERATED or (repository / name).exists(), name
+
+
+def test_modules_named_by_pages_exist(repository: Path) -> None:
+    for page in [repository / "README.md", *(repository / "docs").rglob("*.md")]:
+        for name in re.findall(r"`(slider_drilling(?:\.\w+)+)`", page.read_text()):
+            assert _exists(repository, name.split(".")), (page.name, name)
+
+
+def _exists(repository: Path, parts: list[str]) -> bool:
+    """Whether a dotted name is a module, or a name within one."""
+    for count in range(len(parts), 0, -1):
+        path = repository.joinpath(*parts[:count])
+        if path.with_suffix(".py").is_file() or (path / "__init__.py").is_file():
+            module = importlib.import_module(".".join(parts[:count]))
+            return count == len(parts) or hasattr(module, parts[count])
+    return False
