@@ -1,4 +1,4 @@
-"""Sealed logs: the same from the same seed, of the size asked for, their labels out of the diagnosis's reach."""
+"""Sealed logs: reproducible, of their target size, with labels that a diagnosis cannot read."""
 
 from __future__ import annotations
 
@@ -41,11 +41,10 @@ def case(name, size=3.0, **keywords):
 
 
 def run(what, jobs, folder):
-    """As the command does, in this process."""
     return run_jobs(jobs, folder, WorkerSettings(1))
 
 
-def test_the_same_case_is_the_same_file_and_the_same_label(tmp_path, base):
+def test_same_case_gives_same_file_and_label(tmp_path, base):
     one = make(case("torque_sensor_bias"), base, tmp_path / "one.mcap")
     two = make(case("torque_sensor_bias"), base, tmp_path / "two.mcap")
     assert (tmp_path / "one.mcap").read_bytes() == (tmp_path / "two.mcap").read_bytes()
@@ -53,13 +52,13 @@ def test_the_same_case_is_the_same_file_and_the_same_label(tmp_path, base):
 
 
 @pytest.mark.parametrize(("name", "size"), [("torque_sensor_bias", 4.0), ("motor_wear", 0.5), ("washout", 1.5)])
-def test_an_effect_is_sealed_at_the_size_asked_for(tmp_path, base, name, size):
+def test_sealed_effect_reaches_its_target_size(tmp_path, base, name, size):
     label = make(case(name, size), base, tmp_path / "log.mcap")
     assert label.sizes[0] == pytest.approx(size, rel=0.101)
     assert label.size == size
 
 
-def test_a_log_says_nothing_of_what_is_in_it(tmp_path, base):
+def test_log_does_not_reveal_its_content(tmp_path, base):
     make(case("torque_sensor_bias"), base, tmp_path / "log.mcap")
     log = read_log(tmp_path / "log.mcap")
     assert log.rig() == base  # the file's own rig, none of the nuisance
@@ -67,7 +66,7 @@ def test_a_log_says_nothing_of_what_is_in_it(tmp_path, base):
     assert b"bias: 0" not in content and b"torque_sensor_bias" not in content and b"truth" not in content
 
 
-def test_what_is_behind_the_seal_differs_from_the_file_in_all_that_it_should():
+def test_perturbation_differs_from_the_rig_file():
     hidden = [random_perturbation(np.random.default_rng(seed)) for seed in range(30)]
     assert len({one.elements for one in hidden}) > 20 and min(one.elements for one in hidden) > 160
     assert all(one.finer_step > 1.1 for one in hidden)
@@ -78,7 +77,7 @@ def test_what_is_behind_the_seal_differs_from_the_file_in_all_that_it_should():
     assert {step for one in recorders for step in one.resolution} == {0.0, 0.25, 0.5, 1.0}
 
 
-def test_noise_has_the_declared_size_and_the_colour_and_steps_asked_for(tmp_path, base):
+def test_noise_has_declared_size_correlation_and_resolution(tmp_path, base):
     commands = MANOEUVRES["steady"](np.random.default_rng(1), base, 120.0)
     response = simulate_sealed(
         base, PlantPerturbation(elements=40), no_effect(np.random.default_rng(1), base, 1.0), commands
@@ -95,7 +94,7 @@ def test_noise_has_the_declared_size_and_the_colour_and_steps_asked_for(tmp_path
     assert len(log.top_drive.time) == commands.time.size
 
 
-def test_samples_are_lost_in_stretches_and_one_by_one(tmp_path, base):
+def test_samples_are_lost_singly_and_in_outages(tmp_path, base):
     commands = MANOEUVRES["rotary"](np.random.default_rng(1), base, 120.0)
     response = simulate_sealed(
         base, PlantPerturbation(elements=40), no_effect(np.random.default_rng(1), base, 1.0), commands
@@ -121,7 +120,7 @@ def test_every_well_and_manoeuvre_drills(base, well, manoeuvre):
     assert np.isfinite(response.surface_torque).all() and response.weight_on_bit.max() > 0.0
 
 
-def test_two_laws_at_once_do_what_each_does(base):
+def test_combined_laws_do_what_each_does(base):
     generator = np.random.default_rng(3)
     commands = MANOEUVRES["varied"](generator, base, 60.0)
     hidden = PlantPerturbation(elements=30)
@@ -136,7 +135,7 @@ def test_two_laws_at_once_do_what_each_does(base):
     assert np.allclose(together.surface_torque - alone.surface_torque, 500.0 * (1.0 + commands.time / 4000.0))
 
 
-def test_twins_are_the_same_run_with_other_noise_and_losses(tmp_path, base):
+def test_twins_repeat_the_run_with_other_noise(tmp_path, base):
     one = case("torque_sensor_bias")
     make(one, base, tmp_path / "alone.mcap")
     make(one, base, tmp_path / "log.mcap", [tmp_path / "first.mcap", tmp_path / "second.mcap"])
@@ -154,7 +153,8 @@ def test_twins_are_the_same_run_with_other_noise_and_losses(tmp_path, base):
     assert not np.array_equal(first, second)
 
 
-def test_logs_and_labels_are_made_apart_and_only_once(tmp_path, base):
+@pytest.mark.slow
+def test_logs_and_labels_are_made_apart_once(tmp_path, base):
     rig = installed_file("config/rig.short.yaml")
     cases = draw_cases(CasePlan(effects=("none", "torque_sensor_bias"), wells=("own",), duration=60.0), 2)
     assert check.seal(cases, rig, tmp_path, run).exit_code == 0
@@ -174,7 +174,8 @@ def test_logs_and_labels_are_made_apart_and_only_once(tmp_path, base):
     assert (tmp_path / "labels").stat().st_mode & 0o077 == 0
 
 
-def test_with_the_labels_deleted_the_answers_are_the_same_and_with_them_there_they_cannot_be_opened(
+@pytest.mark.slow
+def test_diagnosis_cannot_open_the_labels(
     tmp_path, base, monkeypatch
 ):
     monkeypatch.setattr(situation, "MESHES", (16, 24, 30))
@@ -198,7 +199,7 @@ def test_with_the_labels_deleted_the_answers_are_the_same_and_with_them_there_th
     assert with_labels["effects"] == ["torque_sensor_bias"]
 
 
-def test_the_command_seals_scores_answers_and_refuses_what_cannot_be(tmp_path):
+def test_command_seals_scores_and_refuses_wrong_options(tmp_path):
     runner = CliRunner()
     sealed = ["blind-check", "--cases", "1", "--effects", "none", "--duration", "60", "-o", str(tmp_path)]
     assert runner.invoke(group, [*sealed, "--seal-only"]).exit_code == 0
@@ -221,7 +222,7 @@ def test_the_command_seals_scores_answers_and_refuses_what_cannot_be(tmp_path):
         assert type(refused.exception).__name__ == "InputError", wrong
 
 
-def test_a_folder_without_sealed_logs_is_one_line(tmp_path):
+def test_folder_without_sealed_logs_is_refused(tmp_path):
     result = CliRunner().invoke(group, ["blind-check", "--logs", str(tmp_path), "-o", str(tmp_path / "out")])
     assert "holds no sealed logs" in str(result.exception)
     assert Path(tmp_path / "out").is_dir()

@@ -1,4 +1,4 @@
-"""The blind check: seal logs, diagnose them from the logs alone, open the seals, score."""
+"""The blind check: seal logs, diagnose them from the logs alone, open the labels, score."""
 
 from __future__ import annotations
 
@@ -12,12 +12,7 @@ from typing import Any
 from slider_drilling.blind.cases import Case
 from slider_drilling.blind.label import Label, read_labels
 from slider_drilling.blind.oracle import NO_ORACLE, OracleResult, oracle_job
-from slider_drilling.blind.reported_diagnosis import (
-    ReportedDiagnosis,
-    diagnose_job,
-    diagnosis_from_json,
-    read_diagnosis,
-)
+from slider_drilling.blind.reported_diagnosis import diagnose_job, diagnosis_from_json, read_diagnosis
 from slider_drilling.blind.score import ScoredCase, score
 from slider_drilling.blind.seal import REPEATS, seal_job
 from slider_drilling.blind.totals import count_totals, without_nan
@@ -28,45 +23,61 @@ from slider_drilling.campaign.run import CampaignOutcome
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import make_folder, write_atomically
 
-SCHEMA = "slider_drilling/blind/1"
+SCHEMA = "slider_drilling/blind/2"
 LOGS, LABELS, TWINS, RESULTS, ANSWERS = "logs", "labels", "twins", "results", "answers"
 
 JobRunner = Callable[[str, Sequence[Job], Path], CampaignOutcome]
-"""(what is done, jobs, folder of their results) -> what became of them."""
+"""(stage, jobs, folder of their results) -> outcome."""
 
 
 @dataclass
 class CheckResult:
-    """Scored cases; ran: of each stage that was run, in order, so that the last one says whether it was stopped;
-    answers: the diagnosis of each log, by its stem."""
+    """What a blind check found.
+
+    Attributes:
+        cases: The scored cases.
+        stages: Outcome of each stage that was run, in order; the last one shows whether the check was stopped.
+        answers: Tree of diagnosis.json by the stem of its log.
+    """
 
     cases: list[ScoredCase]
-    ran: list[CampaignOutcome]
+    stages: list[CampaignOutcome]
     answers: dict[str, dict[str, Any]]
 
     @property
-    def code(self) -> int:
-        """Exit code, see `Ran.code`."""
-        return max((ran.exit_code for ran in self.ran), default=0)
+    def exit_code(self) -> int:
+        """See `CampaignOutcome.exit_code`."""
+        return max((outcome.exit_code for outcome in self.stages), default=0)
 
 
 def seal(cases: Sequence[Case], rig: Path, folder: Path, run: JobRunner, repeats: int = REPEATS) -> CampaignOutcome:
-    """Make the logs in ``folder/logs``, what is in them in ``folder/labels``, and so many twins of each in
-    ``folder/twins``.
+    """Makes logs, labels and twins in subfolders.
+
+    Args:
+        cases: What to seal.
+        rig: Rig file that wells, string and fluids are drawn from.
+        folder: Folder of the subfolders `LOGS`, `LABELS` and `TWINS`.
+        run: Runs the jobs.
+        repeats: Twins of each log.
     """
     logs, labels, twins = folder / LOGS, folder / LABELS, folder / TWINS
     make_folder(logs)
     for hidden in (labels, twins):
         make_folder(hidden)
-        # Only its owner may look; the diagnosing processes are kept out besides, whoever runs them.
+        # No other user may read them; `Job.forbidden_folders` keeps the diagnosing processes out.
         hidden.chmod(0o700)
     return run("sealing", [seal_job(case, rig, logs, labels, twins, repeats) for case in cases], labels / "made")
 
 
 @dataclass(frozen=True)
 class DiagnosisRequest:
-    """How logs are diagnosed. only: candidates, all if empty; seed: of the diagnosis; oracle: whether the truth is
-    fitted to the twins."""
+    """How logs are diagnosed.
+
+    Attributes:
+        candidates: Effects that are considered; all if empty.
+        seed: Of the diagnosis.
+        oracle: Whether the true effects are fitted to the twins.
+    """
 
     candidates: tuple[str, ...] = ()
     seed: int = 0
@@ -74,32 +85,49 @@ class DiagnosisRequest:
 
 
 def check(
-    sealed: Path, output: Path, stems: Sequence[str] | None, asked: DiagnosisRequest, run: JobRunner
+    sealed: Path, output: Path, stems: Sequence[str] | None, request: DiagnosisRequest, run: JobRunner
 ) -> CheckResult:
-    """Diagnose the sealed logs of a folder, all of them or those named, and score what has labels."""
-    logs = _logs(sealed, stems)
-    closed = tuple(str((sealed / name).resolve()) for name in (LABELS, TWINS))
+    """Diagnoses sealed logs and scores those that have a label.
+
+    Args:
+        sealed: Folder that `seal` filled.
+        output: Folder of the results.
+        stems: Logs to diagnose; None for all.
+        request: How logs are diagnosed.
+        run: Runs the jobs.
+
+    Raises:
+        InputError: There are no logs.
+    """
+    logs = _find_logs(sealed, stems)
+    forbidden = tuple(str((sealed / name).resolve()) for name in (LABELS, TWINS))
     folder = output / RESULTS
-    jobs = [diagnose_job(log, asked.seed, asked.candidates, closed) for log in logs]
-    ran = [run("diagnosing", jobs, folder)]
-    keys = dict(zip((log.stem for log in logs), ran[0].keys, strict=True))
-    answers = {stem: result for stem, key in keys.items() if (result := ran[0].result(key)) is not None}
+    jobs = [diagnose_job(log, request.seed, request.candidates, forbidden) for log in logs]
+    diagnosed = run("diagnosing", jobs, folder)
+    keys = dict(zip((log.stem for log in logs), diagnosed.keys, strict=True))
+    answers = {stem: result for stem, key in keys.items() if (result := diagnosed.result(key)) is not None}
     labels = read_labels(sealed / LABELS) if (sealed / LABELS).is_dir() else {}
-    known = {stem: label for stem, label in labels.items() if stem in keys}
-    truth: dict[str, OracleResult] = {}
-    if asked.oracle and not ran[0].stop_code:
-        fitted, truth = _oracles(known, sealed / TWINS, asked.seed, closed[:1], folder, run)
-        ran.append(fitted)
+    labels = {stem: label for stem, label in labels.items() if stem in keys}
+    stages = [diagnosed]
+    oracles: dict[str, OracleResult] = {}
+    if request.oracle and not diagnosed.stop_code:
+        fitted, oracles = _fit_oracles(labels, sealed / TWINS, request.seed, forbidden[:1], folder, run)
+        stages.append(fitted)
     cases = []
-    for stem, label in known.items():
-        failed = stem not in answers and ran[0].results.error(keys[stem]) is not None
-        if stem in answers or failed:
-            cases.append(_scored(label, answers.get(stem), stem, truth.get(stem, NO_ORACLE)))
-    return CheckResult(cases, ran, {stem: result.tree for stem, result in answers.items()})
+    for stem, label in labels.items():
+        if stem in answers:
+            cases.append(_scored(label, answers[stem], stem, oracles.get(stem, NO_ORACLE)))
+        elif diagnosed.results.error(keys[stem]) is not None:
+            cases.append(score(label, None))
+    return CheckResult(cases, stages, {stem: result.tree for stem, result in answers.items()})
 
 
 def write_answers(folder: Path, answers: Mapping[str, dict[str, Any]]) -> None:
-    """Write each log's diagnosis into a file of the folder. Raises InputError."""
+    """Writes each log's diagnosis into a file of the folder.
+
+    Raises:
+        InputError: A file cannot be written.
+    """
     make_folder(folder)
     for stem, tree in answers.items():
         content = (json.dumps(tree, indent=1, allow_nan=False) + "\n").encode("utf-8")
@@ -107,7 +135,15 @@ def write_answers(folder: Path, answers: Mapping[str, dict[str, Any]]) -> None:
 
 
 def score_answers(labels: Path, answers: Path) -> list[ScoredCase]:
-    """Score diagnosis.json files, ``LOG.json`` or ``LOG/diagnosis.json``, of whatever made them."""
+    """Scores diagnosis.json files of any origin.
+
+    Args:
+        labels: Folder of the labels.
+        answers: Folder of ``LOG.json`` or ``LOG/diagnosis.json``.
+
+    Raises:
+        InputError: No log that has a label has an answer.
+    """
     cases = []
     for stem, label in read_labels(labels).items():
         for path in (answers / f"{stem}.json", answers / stem / "diagnosis.json"):
@@ -120,36 +156,33 @@ def score_answers(labels: Path, answers: Path) -> list[ScoredCase]:
 
 
 def as_json(cases: Sequence[ScoredCase], options: dict[str, Any]) -> dict[str, Any]:
-    """The tree of blind.json."""
+    """Returns the tree of blind.json."""
     rows = [{**asdict(case), "correct": case.correct} for case in cases]
     date = datetime.datetime.now(datetime.timezone.utc).date().isoformat()
-    tree = {"schema": SCHEMA, "date": date, "code": code_version(), "options": options,
-            "totals": asdict(count_totals(cases)), "cases": rows}  # fmt: skip
-    found: dict[str, Any] = without_nan(tree)
-    return found
+    tree: dict[str, Any] = without_nan(
+        {"schema": SCHEMA, "date": date, "code": code_version(), "options": options,
+         "totals": asdict(count_totals(cases)), "cases": rows}
+    )  # fmt: skip
+    return tree
 
 
-def _logs(sealed: Path, stems: Sequence[str] | None) -> list[Path]:
-    found = sorted((sealed / LOGS).glob("*.mcap"))
-    if stems is not None:
-        found = [path for path in found if path.stem in stems]
-    if not found:
+def _find_logs(sealed: Path, stems: Sequence[str] | None) -> list[Path]:
+    logs = [path for path in sorted((sealed / LOGS).glob("*.mcap")) if stems is None or path.stem in stems]
+    if not logs:
         raise InputError(f"{sealed / LOGS}: holds no sealed logs (*.mcap); make some with `blind-check --seal-only`")
-    return found
+    return logs
 
 
-def _oracles(
-    labels: dict[str, Label], twins: Path, seed: int, closed: tuple[str, ...], folder: Path, run: JobRunner
+def _fit_oracles(
+    labels: dict[str, Label], twins: Path, seed: int, forbidden: tuple[str, ...], folder: Path, run: JobRunner
 ) -> tuple[CampaignOutcome, dict[str, OracleResult]]:
-    made = {stem: found for stem in labels if (found := sorted(twins.glob(f"{stem}_*.mcap")))}
-    jobs = [oracle_job(stem, found, labels[stem].effects, seed, closed) for stem, found in made.items()]
-    ran = run("fitting the truth", jobs, folder)
-    results = {stem: ran.result(key) for stem, key in zip(made, ran.keys, strict=True)}
-    return ran, {stem: OracleResult(**result.tree) for stem, result in results.items() if result is not None}
+    repeats = {stem: paths for stem in labels if (paths := sorted(twins.glob(f"{stem}_*.mcap")))}
+    jobs = [oracle_job(stem, paths, labels[stem].effects, seed, forbidden) for stem, paths in repeats.items()]
+    outcome = run("fitting the true effects", jobs, folder)
+    results = {stem: outcome.result(key) for stem, key in zip(repeats, outcome.keys, strict=True)}
+    return outcome, {stem: OracleResult(**result.tree) for stem, result in results.items() if result is not None}
 
 
-def _scored(label: Label, result: JobResult | None, stem: str, oracle: OracleResult) -> ScoredCase:
-    if result is None:
-        return score(label, None)
-    answer: ReportedDiagnosis = diagnosis_from_json(result.tree, f"answer to {stem}")
+def _scored(label: Label, result: JobResult, stem: str, oracle: OracleResult) -> ScoredCase:
+    answer = diagnosis_from_json(result.tree, f"answer to {stem}")
     return score(label, answer, oracle, result.cpu_s, result.wall_s)

@@ -15,6 +15,10 @@ SCHEMA = "slider_drilling/blind_label/2"
 # Version 1 has other keys for the same things.
 _VERSION_1 = "slider_drilling/blind_label/1"
 _RENAMED_KEYS = {"interval": "depth_interval", "hidden": "plant", "lacking": "log_defect"}
+_RENAMED_DEFECTS = {
+    "nothing": NO_DEFECT, "beginning": "late_start", "drawworks": "no_drawworks", "pump": "no_pump",
+    "samples": "few_samples", "renewals": "held_samples", "resolution": "coarse_values",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -64,6 +68,7 @@ def read_label(path: Path) -> Label:
         tree = json.loads(read_text(path, "label"))
         if tree["schema"] == _VERSION_1:
             tree = {_RENAMED_KEYS.get(key, key): value for key, value in tree.items()} | {"schema": SCHEMA}
+            tree["log_defect"] = _RENAMED_DEFECTS[tree["log_defect"]]
         if tree["schema"] != SCHEMA:
             raise InputError(f"{path}: schema = {tree['schema']!r}: this version reads {SCHEMA!r}")
         interval = tree["depth_interval"]

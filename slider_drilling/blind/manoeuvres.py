@@ -1,4 +1,4 @@
-"""What the rig of a sealed log does: top drive, block and pump."""
+"""Manoeuvres of sealed logs: the commands of top drive, block and pump."""
 
 from __future__ import annotations
 
@@ -11,50 +11,49 @@ from slider_drilling.drillstring import Commands
 from slider_drilling.drillstring.kernel_arrays import Array
 from slider_drilling.rig import Rig
 
-# Block speed m/s: 8 to 13 m/h.
-_BLOCK = (0.0022, 0.0036)
-# Of the run: where block speed changes, where flow is lower.
-_BLOCK_STEPS = (0.4, 0.7)
-_FLOW_STEP, _LESS_FLOW = (0.5, 0.59), 0.93
-_ROUNDED = 4  # samples over which the drive changes its speed
+_BLOCK_SPEED = (0.0022, 0.0036)  # m/s, 8 to 13 m/h
+_BLOCK_STEPS = (0.4, 0.7)  # shares of the run at which the block changes its speed
+_LOW_FLOW_TIME, _LOW_FLOW = (0.5, 0.59), 0.93  # share of the run with lower flow, relative to the reference flow
+_SMOOTHING = 4  # samples over which the drive changes its speed
+_FIRST_STROKE_S = 5.0
 
 
 def varied(generator: np.random.Generator, rig: Rig, duration: float) -> Commands:
-    """Rocking of several amplitudes and speeds with rests between, a flow step, steps of block speed."""
+    """Returns rocking with several amplitudes and speeds and rests between, a flow step, and steps of block speed."""
     time = _times(duration)
     speed: Array = np.zeros_like(time)
-    at = 5.0
+    at = _FIRST_STROKE_S
     while at < duration - 40.0:
         amplitude, rate = generator.uniform(6.0, 28.0), generator.uniform(1.5, 4.5)
         at = _rock(speed, time, at, amplitude, rate, int(generator.integers(3, 6)))
         at += generator.uniform(8.0, 20.0)
-    levels = generator.uniform(*_BLOCK, size=3)
+    levels = generator.uniform(*_BLOCK_SPEED, size=3)
     first, second = (share * duration for share in _BLOCK_STEPS)
     block = np.interp(time, [0.0, first - 2.0, first, second - 2.0, second, duration], np.repeat(levels, 2))
-    low = (time > _FLOW_STEP[0] * duration) & (time < _FLOW_STEP[1] * duration)
-    return _commands(rig, time, speed, block, np.where(low, _LESS_FLOW, 1.0))
+    low = (time > _LOW_FLOW_TIME[0] * duration) & (time < _LOW_FLOW_TIME[1] * duration)
+    return _commands(rig, time, speed, block, np.where(low, _LOW_FLOW, 1.0))
 
 
 def steady(generator: np.random.Generator, rig: Rig, duration: float) -> Commands:
-    """A routine slide: one amplitude and speed from beginning to end, block and pump even."""
+    """Returns a routine slide: one amplitude and speed of rocking, constant block speed and flow."""
     time = _times(duration)
     speed: Array = np.zeros_like(time)
     amplitude, rate = generator.uniform(10.0, 22.0), generator.uniform(2.0, 4.5)
     cycles = int((duration - 15.0) * rate / (4.0 * amplitude))
-    _rock(speed, time, 5.0, amplitude, rate, max(cycles, 1))
-    return _commands(rig, time, speed, np.full_like(time, generator.uniform(*_BLOCK)), np.ones_like(time))
+    _rock(speed, time, _FIRST_STROKE_S, amplitude, rate, max(cycles, 1))
+    return _commands(rig, time, speed, np.full_like(time, generator.uniform(*_BLOCK_SPEED)), np.ones_like(time))
 
 
 def rotary(generator: np.random.Generator, rig: Rig, duration: float) -> Commands:
-    """Rotary drilling: the pipe turns at several speeds and is stopped now and then; the block is stepped."""
+    """Returns rotary drilling: several speeds with stops between, and one step of block speed."""
     time = _times(duration)
     speed: Array = np.zeros_like(time)
-    at = 5.0
+    at = _FIRST_STROKE_S
     while at < duration - 10.0:
         until = at + generator.uniform(25.0, 50.0)
         speed[(time >= at) & (time < until)] = generator.uniform(2.0, 8.0)
         at = until + (generator.uniform(8.0, 20.0) if generator.uniform() < 0.6 else 0.0)
-    levels = generator.uniform(*_BLOCK, size=2)
+    levels = generator.uniform(*_BLOCK_SPEED, size=2)
     half = 0.5 * duration
     block = np.interp(time, [0.0, half, half + 2.0, duration], np.repeat(levels, 2))
     return _commands(rig, time, speed, block, np.ones_like(time))
@@ -70,7 +69,7 @@ def _times(duration: float) -> Array:
 
 
 def _rock(speed: Array, time: Array, at: float, amplitude: float, rate: float, cycles: int) -> float:
-    """Strokes about where the drive stands, written into its speed; when they end."""
+    """Writes strokes into the drive's speed from the time `at` on; returns the time at which they end."""
     quarter = amplitude / rate
     for leg in range(2 * cycles):
         length = quarter if leg == 0 else 2.0 * quarter
@@ -81,7 +80,7 @@ def _rock(speed: Array, time: Array, at: float, amplitude: float, rate: float, c
 
 
 def _commands(rig: Rig, time: Array, speed: Array, block_speed: Array, flow: Array) -> Commands:
-    speed = np.convolve(speed, np.ones(_ROUNDED) / _ROUNDED, mode="same").astype(np.float64)
+    speed = np.convolve(speed, np.ones(_SMOOTHING) / _SMOOTHING, mode="same").astype(np.float64)
     crank = flow * rig.hydraulics.reference_flow / rig.mud_pump.displacement
     return Commands(time, _integral(speed), speed, _integral(block_speed), block_speed, crank)
 

@@ -1,4 +1,7 @@
-"""What a diagnosis could have said at best: the true effects, and no others, fitted to the same run made again."""
+"""The oracle: the true effects, and no other candidates, fitted to repeats of the same run.
+
+It shows what the best possible diagnosis could report of such a run.
+"""
 
 from __future__ import annotations
 
@@ -10,19 +13,14 @@ from typing import Any
 from slider_drilling.campaign.job import Job
 
 
-def oracle_job(stem: str, twins: Sequence[Path], effects: Sequence[str], seed: int, closed: tuple[str, ...]) -> Job:
-    """The job that fits the true effects of one log to its twins."""
-    options = {"effects": sorted(effects)}
-    call = "slider_drilling.blind.oracle:fit_truth"
-    inputs = {twin.stem: str(twin) for twin in twins}
-    return Job(call, f"oracle of {stem}", inputs, options, seed, forbidden_folders=closed)
-
-
 @dataclass(frozen=True)
 class OracleResult:
-    """closed: share of the tuned model's gap that the true effects close together, the mean over repeats of the run,
-    None where there is nothing to close; named: share of the repeats in which they are all named, with no other
-    candidate, None where no log can show one of them.
+    """What the true effects alone achieve.
+
+    Attributes:
+        closed_share: Share of the calibrated model's gap that they close together, the mean over the repeats; None
+            where there is no gap to close.
+        named_share: Share of the repeats in which all of them are named; None where no log can show one of them.
     """
 
     closed_share: float | None
@@ -32,10 +30,29 @@ class OracleResult:
 NO_ORACLE = OracleResult(None, None)
 
 
+def oracle_job(
+    stem: str, twins: Sequence[Path], effects: Sequence[str], seed: int, forbidden_folders: tuple[str, ...]
+) -> Job:
+    """Returns the job that fits the true effects of one log to its twins.
+
+    Args:
+        stem: Of the log.
+        twins: Logs of repeats of the run.
+        effects: The true effects.
+        seed: Of the diagnosis.
+        forbidden_folders: Folders that the job cannot read.
+    """
+    inputs = {twin.stem: str(twin) for twin in twins}
+    options = {"effects": sorted(effects)}
+    return Job("slider_drilling.blind.oracle:fit_twins", f"oracle of {stem}", inputs, options, seed,
+               forbidden_folders=forbidden_folders)  # fmt: skip
+
+
 def fit_twins(job: Job) -> dict[str, Any]:
-    """A `Truth` as JSON, of all twins that say something."""
-    found = [fit_true_effects(Path(twin), job.options["effects"], job.seed) for twin in job.inputs.values()]
-    return asdict(OracleResult(_mean(one.closed_share for one in found), _mean(one.named_share for one in found)))
+    """Returns the `OracleResult` over the job's twins, as JSON holds it."""
+    results = [fit_true_effects(Path(twin), job.options["effects"], job.seed) for twin in job.inputs.values()]
+    closed = _mean(result.closed_share for result in results)
+    return asdict(OracleResult(closed, _mean(result.named_share for result in results)))
 
 
 def _mean(values: Iterable[float | None]) -> float | None:
@@ -44,19 +61,24 @@ def _mean(values: Iterable[float | None]) -> float | None:
 
 
 def fit_true_effects(log: Path, effects: Sequence[str], seed: int) -> OracleResult:
-    """What the true effects make of one log. Raises InputError where the log cannot be read."""
+    """Returns what the true effects achieve on one log.
+
+    Raises:
+        InputError: The log cannot be read.
+    """
     from slider_drilling.diagnosis.diagnose import diagnose
     from slider_drilling.diagnosis.to_json import to_json
     from slider_drilling.errors import InputError
     from slider_drilling.log import read_log
 
-    record = read_log(log)
+    rig_log = read_log(log)
     try:
-        tree = to_json(diagnose([record], record.rig(), seed=seed, only=effects))
+        tree = to_json(diagnose([rig_log], rig_log.rig(), seed=seed, only=effects))
     except InputError:
+        # The log lacks the channels that can show the effect.
         return NO_ORACLE
     closed: float | None = tree["gap"]["closed"]
     if closed is None and tree["ranking"] and len(effects) == 1:
-        # Fitted, and not accepted.
+        # The effect was fitted and not accepted.
         closed = tree["ranking"][0]["closed"]
     return OracleResult(closed, float(set(effects) <= set(tree["effects"])))

@@ -1,4 +1,4 @@
-"""What a diagnosis said of one log, as its diagnosis.json holds it: nothing else is scored."""
+"""What a diagnosis reports of one log: the content of its diagnosis.json. Nothing else is scored."""
 
 from __future__ import annotations
 
@@ -14,21 +14,29 @@ from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import read_text
 
 SCHEMAS = tuple(f"slider_drilling/diagnosis/{version}" for version in (1, 2, 3))
-_NAMING = ("effect", "effect_and_unknown")
+_VERDICTS_WITH_NAMES = ("effect", "effect_and_unknown")
 
 
 @dataclass(frozen=True)
 class ReportedDiagnosis:
-    """named: what the verdict rests on, empty where it names nothing; groups: what each named effect could not be told
-    from; instead: what a re-tuning that was enough, but went far, may stand for; site: None where the verdict has none;
-    tuned: E with nothing but the nuisance re-tuned; closed, interval: share of the gap, NaN where none is given;
-    parameters: of each effect in the ranking.
+    """One diagnosis.
+
+    Attributes:
+        verdict: See docs/reference/diagnosis.md, or ``failed``.
+        named_effects: Effects that the verdict rests on; empty for a verdict without a name.
+        indistinguishable: For each named effect, those that the log cannot distinguish from it.
+        masked_effects: Effects that calibration may stand for: it was enough, but went far from the rig file.
+        site: None for a verdict without a site.
+        calibrated_gap: E after calibration of the nuisance parameters alone.
+        closed: Share of the gap that the named effects close; NaN where none is given.
+        closed_interval: 95 % interval of that share; NaN where none is given.
+        parameters: Fitted values of each effect in the ranking.
     """
 
     verdict: str
     named_effects: tuple[str, ...]
     indistinguishable: Mapping[str, tuple[str, ...]]
-    suspected: tuple[str, ...]
+    masked_effects: tuple[str, ...]
     site: str | None
     calibrated_gap: float
     closed: float
@@ -36,18 +44,30 @@ class ReportedDiagnosis:
     parameters: Mapping[str, Mapping[str, float]]
 
     def covers(self, name: str) -> bool:
-        """Whether an effect is named, or is one that a named one could not be told from."""
-        return any(name == other or name in self.indistinguishable[other] for other in self.named_effects)
+        """Returns whether an effect is named, or cannot be distinguished from a named one."""
+        return any(name == named or name in self.indistinguishable[named] for named in self.named_effects)
 
 
-def diagnose_job(log: Path, seed: int, only: Sequence[str], closed: tuple[str, ...]) -> Job:
-    """The job that diagnoses one log and can open nothing in the closed folders; only: as `diagnose` has it."""
-    call = "slider_drilling.blind.reported_diagnosis:diagnose_log"
-    return Job(call, log.stem, {"log": str(log)}, {"only": list(only)}, seed, forbidden_folders=closed)
+FAILED = ReportedDiagnosis("failed", (), {}, (), None, math.nan, math.nan, (math.nan, math.nan), {})
+"""Stands for a diagnosis that ended with an error."""
+
+
+def diagnose_job(log: Path, seed: int, candidates: Sequence[str], forbidden_folders: tuple[str, ...]) -> Job:
+    """Returns the job that diagnoses one log.
+
+    Args:
+        log: The log.
+        seed: Of the diagnosis.
+        candidates: Effects that are considered; all if empty.
+        forbidden_folders: Folders that the job cannot read.
+    """
+    function = "slider_drilling.blind.reported_diagnosis:diagnose_log"
+    options = {"only": list(candidates)}
+    return Job(function, log.stem, {"log": str(log)}, options, seed, forbidden_folders=forbidden_folders)
 
 
 def diagnose_log(job: Job) -> dict[str, Any]:
-    """The tree of diagnosis.json for the job's one log."""
+    """Returns the tree of diagnosis.json for the job's log."""
     from slider_drilling.diagnosis.diagnose import diagnose
     from slider_drilling.diagnosis.to_json import to_json
     from slider_drilling.log import read_log
@@ -57,7 +77,11 @@ def diagnose_log(job: Job) -> dict[str, Any]:
 
 
 def read_diagnosis(path: Path) -> ReportedDiagnosis:
-    """Raises InputError where it is no diagnosis.json."""
+    """Returns the diagnosis in a diagnosis.json.
+
+    Raises:
+        InputError: The file is not a diagnosis.json.
+    """
     try:
         tree = json.loads(read_text(path, "diagnosis"))
     except ValueError:
@@ -65,19 +89,27 @@ def read_diagnosis(path: Path) -> ReportedDiagnosis:
     return diagnosis_from_json(tree, str(path))
 
 
-def diagnosis_from_json(tree: dict[str, Any], source: str) -> ReportedDiagnosis:
-    """From the tree of a diagnosis.json of schema 1 or 2. Raises InputError naming the source."""
+def diagnosis_from_json(tree: Mapping[str, Any], source: str) -> ReportedDiagnosis:
+    """Returns the diagnosis in the tree of a diagnosis.json.
+
+    Args:
+        tree: Of one of the versions in `SCHEMAS`.
+        source: Where the tree comes from, for messages.
+
+    Raises:
+        InputError: The tree is not a diagnosis.
+    """
     try:
         if tree["schema"] not in SCHEMAS:
-            raise InputError(f"{source}: schema = {tree['schema']!r}: this version reads {' and '.join(SCHEMAS)}")
-        named = tuple(tree["effects"]) if tree["verdict"] in _NAMING else ()
+            raise InputError(f"{source}: schema = {tree['schema']!r}: this version reads {', '.join(SCHEMAS)}")
+        named = tuple(tree["effects"]) if tree["verdict"] in _VERDICTS_WITH_NAMES else ()
         groups = {entry["effect"]: tuple(entry["group"]) for entry in tree["ranking"]}
         low, high = (_number(bound) for bound in tree["gap"]["closed_interval"] or (None, None))
         return ReportedDiagnosis(
             verdict=tree["verdict"],
             named_effects=named,
             indistinguishable={name: groups.get(name, ()) for name in named},
-            suspected=tuple(tree.get("masked_effects", ())),
+            masked_effects=tuple(tree.get("masked_effects", tree.get("instead", ()))),
             site=tree["site"],
             calibrated_gap=_number(tree["gap"].get("tuned")),
             closed=_number(tree["gap"]["closed"]),
@@ -89,7 +121,7 @@ def diagnosis_from_json(tree: dict[str, Any], source: str) -> ReportedDiagnosis:
 
 
 def _values(parameters: Mapping[str, Any]) -> dict[str, float]:
-    """Schema 1 has numbers, later ones each with its unit, nominal value and interval."""
+    """Version 1 has numbers; later ones have each number with its unit, nominal value and interval."""
     return {name: _number(value["value"] if isinstance(value, dict) else value) for name, value in parameters.items()}
 
 

@@ -1,4 +1,4 @@
-"""The seal opened: what was said of a log beside what is in it."""
+"""Score one diagnosis against the label of its log."""
 
 from __future__ import annotations
 
@@ -8,24 +8,44 @@ from dataclasses import dataclass
 from slider_drilling.blind.label import Label
 from slider_drilling.blind.log_defects import NO_DEFECT
 from slider_drilling.blind.oracle import NO_ORACLE, OracleResult
-from slider_drilling.blind.reported_diagnosis import ReportedDiagnosis
+from slider_drilling.blind.reported_diagnosis import FAILED, ReportedDiagnosis
 
 NO_EFFECT_VERDICTS = ("none", "parameters")
-_UNSURE = ("unknown", "effect_and_unknown")
+_VERDICTS_WITH_UNKNOWN = ("unknown", "effect_and_unknown")
 
 
 @dataclass(frozen=True)
 class ScoredCase:
-    """One case.
+    """One diagnosed log.
 
-    truth: the effects, none at all where there is no effect; sizes: noise floors reached by each; group: all that the
-    answer could not tell from what it named; outcome: ``right``, or what is wrong with the answer; named_truth: every
-    true effect is named, or in the group of a named one, whatever is named besides; extra: how many are named
-    besides; site_right: None where no site was asked for or given; tuned: E that re-tuning leaves; covered: the
-    reported interval holds the oracle's share, None where one of them is missing; nameable: whether the oracle, with no
-    other candidate, names the truth in most repeats of the run, None without an oracle; ends: errors m at the top and
-    the bottom of a cuttings bed; cpu, wall: s; instead: what it said re-tuning may stand for; lacking: what the log
-    lacks.
+    Attributes:
+        log: File name of the log.
+        kind: ``none``, ``single``, ``outside`` or ``two``.
+        true_effects: Empty where there is no effect.
+        target_size: In noise floors.
+        sizes: Size that each effect reaches alone, in noise floors.
+        well: Name of the well.
+        manoeuvre: Name of the manoeuvre.
+        verdict: Of the diagnosis.
+        named_effects: Effects that the diagnosis names.
+        indistinguishable: Effects that it cannot distinguish from the named ones.
+        site: Site that it gives.
+        outcome: ``correct``, or what is wrong with the diagnosis.
+        truth_named: Whether each true effect is named, or cannot be distinguished from a named one.
+        extra_names: Number of effects that are named besides.
+        site_correct: None where no site is expected or given.
+        calibrated_gap: E after calibration of the nuisance parameters alone.
+        closed: Share of the gap that the named effects close.
+        closed_interval: Its reported 95 % interval.
+        oracle_closed: Share of the gap that the true effects close.
+        interval_holds_oracle: Whether the interval holds the oracle's share; None where one of the two is missing, or
+            where the named effects are not exactly the true ones.
+        bed_end_errors: Errors in m of the top and the bottom of a cuttings bed.
+        cpu_s: Processor time of the diagnosis.
+        wall_s: Duration of the diagnosis.
+        masked_effects: Effects that calibration may stand for, by the diagnosis.
+        identifiable: Whether the oracle names the true effects in most repeats of the run; None without an oracle.
+        log_defect: What the log leaves out.
     """
 
     log: str
@@ -51,7 +71,7 @@ class ScoredCase:
     bed_end_errors: tuple[float, float] | None
     cpu_s: float
     wall_s: float
-    suspected: tuple[str, ...] = ()
+    masked_effects: tuple[str, ...] = ()
     identifiable: bool | None = None
     log_defect: str = NO_DEFECT
 
@@ -63,19 +83,24 @@ class ScoredCase:
 def score(
     label: Label,
     answer: ReportedDiagnosis | None,
-    truth: OracleResult = NO_ORACLE,
-    cpu: float = math.nan,
-    wall: float = math.nan,
+    oracle: OracleResult = NO_ORACLE,
+    cpu_s: float = math.nan,
+    wall_s: float = math.nan,
 ) -> ScoredCase:
-    """Score one answer; None is a diagnosis that failed, which is never right."""
-    if answer is None:
-        answer = ReportedDiagnosis("failed", (), {}, (), None, math.nan, math.nan, (math.nan, math.nan), {})
-    found = [name for name in label.effects if answer.covers(name)]
-    extra = len(answer.named_effects) - len(_matched(label, answer))
-    low, high = answer.closed_interval
-    oracle = math.nan if truth.closed_share is None else truth.closed_share
-    known = label.kind in ("single", "two") and math.isfinite(oracle) and math.isfinite(low) and math.isfinite(high)
-    exact = len(found) == len(label.effects) and not extra
+    """Returns the score of one diagnosis.
+
+    Args:
+        label: The truth.
+        answer: The diagnosis; None for one that failed, which is never correct.
+        oracle: What the true effects alone achieve.
+        cpu_s: Processor time of the diagnosis.
+        wall_s: Duration of the diagnosis.
+    """
+    answer = answer or FAILED
+    covered = sum(answer.covers(name) for name in label.effects)
+    extra = len(answer.named_effects) - len(_matched_names(label, answer))
+    oracle_closed = math.nan if oracle.closed_share is None else oracle.closed_share
+    exactly_named = label.kind in ("single", "two") and covered == len(label.effects) and not extra
     return ScoredCase(
         log=label.log,
         kind=label.kind,
@@ -88,36 +113,36 @@ def score(
         named_effects=answer.named_effects,
         indistinguishable=tuple(dict.fromkeys(name for group in answer.indistinguishable.values() for name in group)),
         site=answer.site,
-        outcome=_outcome(label, answer, len(found), extra),
-        truth_named=bool(label.effects) and len(found) == len(label.effects),
+        outcome=_outcome(label, answer, covered, extra),
+        truth_named=bool(label.effects) and covered == len(label.effects),
         extra_names=extra,
-        site_correct=_site_right(label, answer),
+        site_correct=_site_correct(label, answer),
         calibrated_gap=answer.calibrated_gap,
         closed=answer.closed,
         closed_interval=answer.closed_interval,
-        oracle_closed=oracle,
-        interval_holds_oracle=low <= oracle <= high if known and exact else None,
-        bed_end_errors=_ends(label, answer),
-        cpu_s=cpu,
-        wall_s=wall,
-        suspected=answer.suspected,
-        identifiable=None if truth.named_share is None else truth.named_share > 0.5,
+        oracle_closed=oracle_closed,
+        interval_holds_oracle=_interval_holds(answer.closed_interval, oracle_closed) if exactly_named else None,
+        bed_end_errors=_bed_end_errors(label, answer),
+        cpu_s=cpu_s,
+        wall_s=wall_s,
+        masked_effects=answer.masked_effects,
+        identifiable=None if oracle.named_share is None else oracle.named_share > 0.5,
         log_defect=label.log_defect,
     )
 
 
-def _matched(label: Label, answer: ReportedDiagnosis) -> list[str]:
-    """Named effects that stand for a true one, each for one of its own."""
-    left, matched = list(label.effects), []
+def _matched_names(label: Label, answer: ReportedDiagnosis) -> list[str]:
+    """Returns the named effects that stand for a true one. Each true effect is matched once, exact names first."""
+    unmatched, matched = list(label.effects), []
     for name in sorted(answer.named_effects, key=lambda name: name not in label.effects):
-        stands_for = next((true for true in left if true == name or true in answer.indistinguishable[name]), None)
+        stands_for = next((true for true in unmatched if true == name or true in answer.indistinguishable[name]), None)
         if stands_for is not None:
-            left.remove(stands_for)
+            unmatched.remove(stands_for)
             matched.append(name)
     return matched
 
 
-def _outcome(label: Label, answer: ReportedDiagnosis, found: int, extra: int) -> str:
+def _outcome(label: Label, answer: ReportedDiagnosis, covered: int, extra: int) -> str:
     if answer.verdict in ("failed", "inconclusive"):
         return answer.verdict
     if label.kind == "none":
@@ -125,28 +150,30 @@ def _outcome(label: Label, answer: ReportedDiagnosis, found: int, extra: int) ->
     if answer.verdict in NO_EFFECT_VERDICTS:
         return "missed"
     if label.kind == "outside":
-        if answer.verdict not in _UNSURE:
+        if answer.verdict not in _VERDICTS_WITH_UNKNOWN:
             return "false name"
-        return "correct" if _site_right(label, answer) else "wrong site"
-    if found == len(label.effects):
+        return "correct" if _site_correct(label, answer) else "wrong site"
+    if covered == len(label.effects):
         return "extra name" if extra else "correct"
-    if found:
+    if covered:
         return "one of two, extra name" if extra else "one of two"
     return "wrong name" if answer.named_effects else "unknown"
 
 
-def _site_right(label: Label, answer: ReportedDiagnosis) -> bool | None:
+def _site_correct(label: Label, answer: ReportedDiagnosis) -> bool | None:
     if not label.sites or answer.site is None:
         return None
     return any(answer.site in sites for sites in label.sites)
 
 
-def _ends(label: Label, answer: ReportedDiagnosis) -> tuple[float, float] | None:
-    found = answer.parameters.get("cuttings_bed", {})
-    if (
-        label.depth_interval is None
-        or "cuttings_bed" not in answer.named_effects
-        or not {"top", "bottom"} <= set(found)
-    ):
+def _interval_holds(interval: tuple[float, float], value: float) -> bool | None:
+    low, high = interval
+    return low <= value <= high if all(map(math.isfinite, (low, high, value))) else None
+
+
+def _bed_end_errors(label: Label, answer: ReportedDiagnosis) -> tuple[float, float] | None:
+    fitted = answer.parameters.get("cuttings_bed", {})
+    named = "cuttings_bed" in answer.named_effects
+    if label.depth_interval is None or not named or not {"top", "bottom"} <= set(fitted):
         return None
-    return found["top"] - label.depth_interval[0], found["bottom"] - label.depth_interval[1]
+    return fitted["top"] - label.depth_interval[0], fitted["bottom"] - label.depth_interval[1]

@@ -1,4 +1,4 @@
-"""The plant behind the seal: another mesh, another step and another nuisance than the rig file's."""
+"""The plant of a sealed log. Its mesh, time step and nuisance parameters differ from those of the rig file."""
 
 from __future__ import annotations
 
@@ -14,14 +14,18 @@ from slider_drilling.rig import Rig
 from slider_drilling.wellbore.mesh import build_mesh
 
 INTERVAL_S = 0.1
+"""Sampling interval of a sealed log."""
 
 
 @dataclass(frozen=True)
 class PlantPerturbation:
-    """What differs from the rig file besides the law.
+    """How a sealed plant differs from the rig file, apart from its law.
 
-    elements: of the mesh; finer_step: how many times as many steps as the plant would take; nuisance: multiples of
-    the rig file's values; start: wind-up and toolface zero, rad.
+    Attributes:
+        elements: Of the mesh.
+        finer_step: Time steps of the sealed plant for each step of a plant from the rig file.
+        nuisance: Factors on the rig file's values, by nuisance parameter.
+        start: Twist at the start and zero of the toolface, rad.
     """
 
     elements: int = 260
@@ -31,7 +35,7 @@ class PlantPerturbation:
 
 
 def random_perturbation(generator: np.random.Generator) -> PlantPerturbation:
-    """Nuisance off by some per cent, a mesh and a step that no diagnosis uses."""
+    """Returns nuisance parameters that are wrong by some per cent, and a mesh and step that no diagnosis uses."""
     spread = {"friction_1": 0.06, "friction_2": 0.06, "torsional_damping": 0.15, "axial_damping": 0.15,
               "bit_stiffness": 0.07, "motor_gain": 0.03, "pressure_gain": 0.015, "pressure_lag": 0.1}  # fmt: skip
     nuisance = {name: float(np.exp(generator.normal(0.0, sigma))) for name, sigma in spread.items()}
@@ -39,32 +43,39 @@ def random_perturbation(generator: np.random.Generator) -> PlantPerturbation:
     return PlantPerturbation(int(generator.integers(200, 300)), float(generator.uniform(1.2, 1.8)), nuisance, start)
 
 
-def simulate_sealed(rig: Rig, hidden: PlantPerturbation, law: PlantLaw, commands: Commands) -> Response:
-    """What the plant with the law does, without noise."""
-    actual = law.change_commands(commands)
-    mesh = build_mesh(rig, hidden.elements)
+def simulate_sealed(rig: Rig, perturbation: PlantPerturbation, law: PlantLaw, commands: Commands) -> Response:
+    """Returns the response of the sealed plant, without noise.
+
+    Args:
+        rig: The rig as its file states it.
+        perturbation: How the plant differs from the file.
+        law: What else the plant does.
+        commands: What the log states; the law may change it.
+    """
+    true_commands = law.change_commands(commands)
+    mesh = build_mesh(rig, perturbation.elements)
     modifiers = Modifiers(
         1.0 if law.friction is None else law.friction(mesh.middle),
         0.0 if law.curvature is None else law.curvature(mesh.middle),
     )
-    chunk = commands.time.size if law.update_interval is None else round(law.update_interval / INTERVAL_S)
-    pieces, state, substeps = [], None, None
-    for begin in range(0, commands.time.size, chunk):
-        part = slice(begin, begin + chunk)
-        at = _moment(rig, commands, begin, chunk)
-        tuned = law.change_rig(rig_with(rig, hidden.nuisance | law.values(at)), at)
-        substeps = substeps or _substeps(tuned, hidden)
-        plant = Plant(tuned, hidden.elements, INTERVAL_S, hidden.start, modifiers, substeps)
+    # The law is constant over a part of the run; each part continues from the state that the one before it left.
+    samples = commands.time.size if law.update_interval is None else round(law.update_interval / INTERVAL_S)
+    parts, state, substeps = [], None, None
+    for begin in range(0, commands.time.size, samples):
+        at = _operating_point(rig, commands, begin, samples)
+        changed = law.change_rig(rig_with(rig, perturbation.nuisance | law.values(at)), at)
+        substeps = substeps or _substeps(changed, perturbation)
+        plant = Plant(changed, perturbation.elements, INTERVAL_S, perturbation.start, modifiers, substeps)
         if state is not None:
             plant.restore(state)
-        pieces.append(plant.advance(actual.samples(part)))
+        parts.append(plant.advance(true_commands.samples(slice(begin, begin + samples))))
         state = plant.save()
-    joined = [np.concatenate([getattr(piece, name) for piece in pieces]) for name in Response.__dataclass_fields__]
+    joined = [np.concatenate([getattr(part, name) for part in parts]) for name in Response.__dataclass_fields__]
     return law.change_response(Response(*joined))
 
 
-def _moment(rig: Rig, commands: Commands, begin: int, chunk: int) -> OperatingPoint:
-    middle = min(begin + chunk // 2, commands.time.size - 1)
+def _operating_point(rig: Rig, commands: Commands, begin: int, samples: int) -> OperatingPoint:
+    middle = min(begin + samples // 2, commands.time.size - 1)
     flow = commands.pump_speed[middle] * rig.mud_pump.displacement / rig.hydraulics.reference_flow
     time = commands.time
     return OperatingPoint(
@@ -72,19 +83,19 @@ def _moment(rig: Rig, commands: Commands, begin: int, chunk: int) -> OperatingPo
     )
 
 
-def _substeps(rig: Rig, hidden: PlantPerturbation) -> int:
-    own = Plant(rig, hidden.elements, INTERVAL_S)
-    return int(np.ceil(hidden.finer_step * own.interval / own.step - 1e-9))
+def _substeps(rig: Rig, perturbation: PlantPerturbation) -> int:
+    own = Plant(rig, perturbation.elements, INTERVAL_S)
+    return int(np.ceil(perturbation.finer_step * own.interval / own.step - 1e-9))
 
 
-def size_in_noise(rig: Rig, plain: Response, changed: Response) -> float:
-    """How far a law moves the most moved channel, RMS in noise floors."""
+def size_in_noise(rig: Rig, neutral: Response, changed: Response) -> float:
+    """Returns how much a law changes the channel that it changes most: RMS in units of the declared noise."""
     sensors = rig.sensors
     floors = {"surface_torque": sensors.surface_torque.noise, "hook_load": sensors.hook_load.noise,
               "standpipe_pressure": sensors.standpipe_pressure.noise}  # fmt: skip
 
-    def moved(name: str) -> Array:
-        difference: Array = getattr(changed, name) - getattr(plain, name)
-        return difference
+    def difference(name: str) -> Array:
+        change: Array = getattr(changed, name) - getattr(neutral, name)
+        return change
 
-    return max(float(np.sqrt(np.mean(moved(name) ** 2))) / sigma for name, sigma in floors.items())
+    return max(float(np.sqrt(np.mean(difference(name) ** 2))) / sigma for name, sigma in floors.items())

@@ -1,4 +1,4 @@
-"""What a blind check shows in all: counts with their binomial intervals, and what was confused with what."""
+"""The totals of a blind check: counts with binomial intervals, quantiles, and which effect was taken for which."""
 
 from __future__ import annotations
 
@@ -14,13 +14,21 @@ from slider_drilling.blind.detection import DetectionLimit, detection_limit
 from slider_drilling.blind.score import NO_EFFECT_VERDICTS, ScoredCase
 
 REMAINING_GAP = 1.2
-"""E from which re-tuning has left something to name: a little above what the diagnosis takes for negligible."""
+"""E from which calibration leaves something to name: a little above what the diagnosis takes for negligible."""
+CLEAR_SIZE = 1.5
+"""Size in noise floors from which an effect counts as clearly visible."""
 
 
 @dataclass(frozen=True)
 class Proportion:
-    """count of all; low, high: the exact (Clopper and Pearson) 95 % interval of the chance, None where there is none
-    to count."""
+    """A count out of a total, with the exact (Clopper-Pearson) 95 % interval of the proportion.
+
+    Attributes:
+        count: How many are true.
+        total: How many there are.
+        low: Lower bound; None for a total of zero.
+        high: Upper bound; None for a total of zero.
+    """
 
     count: int
     total: int
@@ -34,9 +42,9 @@ class Proportion:
         return f"{self.count} of {self.total}, {percent:.0f} % [{100.0 * self.low:.0f}, {100.0 * self.high:.0f}]"
 
 
-def proportion(of: Iterable[bool | None]) -> Proportion:
-    """How many are true, of those that are not None."""
-    known = [bool(one) for one in of if one is not None]
+def proportion(answers: Iterable[bool | None]) -> Proportion:
+    """Returns how many are true of those that are not None."""
+    known = [bool(answer) for answer in answers if answer is not None]
     if not known:
         return Proportion(0, 0, None, None)
     interval = binomtest(sum(known), len(known)).proportion_ci(0.95, method="exact")
@@ -45,7 +53,7 @@ def proportion(of: Iterable[bool | None]) -> Proportion:
 
 @dataclass(frozen=True)
 class Quantiles:
-    """Median, 5 % and 95 % of what is finite, None where nothing is."""
+    """Median, 5 % and 95 % quantile of `total` finite values; None where there are none."""
 
     median: float | None
     low: float | None
@@ -54,6 +62,7 @@ class Quantiles:
 
 
 def quantiles(values: Iterable[float]) -> Quantiles:
+    """Returns the quantiles of the finite values."""
     finite = [value for value in values if np.isfinite(value)]
     if not finite:
         return Quantiles(None, None, None, 0)
@@ -63,18 +72,35 @@ def quantiles(values: Iterable[float]) -> Quantiles:
 
 @dataclass(frozen=True)
 class BlindTotals:
-    """All figures of a blind check.
+    """All figures of a blind check. "Named" includes effects that cannot be distinguished from a named one.
 
-    right: by kind; named: of the catalogue's effects alone, named or in the top group; named_from_1_5: of those that
-    reached 1.5 noise floors, as near as logs are sealed; named_of_left: of those of which re-tuning leaves E of `LEFT`
-    and above; named_of_nameable, both_of_nameable: of those, one effect and two, that the oracle names in most repeats;
-    told: of those that reached 1.5, named or told as what re-tuning may stand for; both_named,
-    both_from_1_5: of two effects both, of all logs and of those where each reached 1.5; false_alarms: effect-free logs
-    that were called anything but ``none`` or ``parameters``; bare_names: laws from outside that got a name and nothing
-    else; sites: right where one was given; coverage: of the reported 95 % intervals over the oracle's share;
-    against_oracle: share closed minus the oracle's; ends: absolute errors m of a bed's ends; by_size (the asked-for
-    size nearest to the one reached), by_well, by_manoeuvre, by_lacking: named; alarms_by_lacking: of effect-free logs;
-    limits: by effect; confusion: what was said, by truth.
+    Attributes:
+        correct: Correct diagnoses by kind of case.
+        named: One effect: named.
+        named_from_size_1_5: The same, of effects that reach `CLEAR_SIZE`.
+        named_where_gap_remains: The same, where calibration leaves E of `REMAINING_GAP` or more.
+        named_where_identifiable: The same, where the oracle names the effect in most repeats of the run.
+        named_or_masked: The same, of effects that reach `CLEAR_SIZE`: named, or reported as masked by calibration.
+        both_named: Two effects: both named.
+        both_from_size_1_5: The same, where each reaches `CLEAR_SIZE`.
+        both_where_identifiable: The same, where the oracle names both.
+        false_alarms: No effect, and a verdict other than ``none`` or ``parameters``.
+        false_names: Law outside the catalogue that is given a name, without ``unknown``.
+        site_correct: One or two effects: correct site, where one is given.
+        outside_site_correct: Law outside the catalogue that is noticed: correct site.
+        interval_coverage: Reported 95 % intervals that hold the oracle's share.
+        closed_minus_oracle: Share closed by the named effects minus the oracle's.
+        bed_end_errors: Absolute errors of the ends of cuttings beds, m.
+        cpu_s: Processor time of a diagnosis.
+        wall_s: Duration of a diagnosis.
+        by_size: Effect -> size -> named. The size is the target nearest to the size that the log reaches.
+        by_well: Named, one effect.
+        by_manoeuvre: Named, one effect.
+        by_log_defect: Named, one effect.
+        false_alarms_by_log_defect: False alarms.
+        detection_limits: By effect.
+        confusion: What is in the log -> what is named, or the verdict -> count.
+        outcomes: What is in the log -> outcome -> count.
     """
 
     correct: dict[str, Proportion]
@@ -82,7 +108,7 @@ class BlindTotals:
     named_from_size_1_5: Proportion
     named_where_gap_remains: Proportion
     named_where_identifiable: Proportion
-    named_or_suspected: Proportion
+    named_or_masked: Proportion
     both_named: Proportion
     both_from_size_1_5: Proportion
     both_where_identifiable: Proportion
@@ -106,88 +132,86 @@ class BlindTotals:
 
 
 def count_totals(cases: Sequence[ScoredCase]) -> BlindTotals:
-    """Count a blind check's cases."""
-    single = [case for case in cases if case.kind == "single"]
-    outside = [case for case in cases if case.kind == "outside"]
-    free = [case for case in cases if case.kind == "none"]
-    double = [case for case in cases if case.kind == "two"]
+    """Returns the totals of a blind check's cases."""
+    by_kind = {kind: [case for case in cases if case.kind == kind] for kind in ("single", "none", "outside", "two")}
+    single, without, outside, double = by_kind.values()
     effects = sorted({case.true_effects[0] for case in single})
-    asked = sorted({case.target_size for case in single})
-    alone = {name: [case for case in single if case.true_effects == (name,)] for name in effects}
-    kinds = {"single": single, "none": free, "outside": outside, "two": double}
-    exact = [case for case in cases if case.interval_holds_oracle is not None]
+    of_effect = {name: [case for case in single if case.true_effects == (name,)] for name in effects}
+    target_sizes = sorted({case.target_size for case in single})
+    with_oracle = [case for case in cases if case.interval_holds_oracle is not None]
+    defects = sorted({case.log_defect for case in without})
     return BlindTotals(
-        correct={kind: proportion(case.correct for case in of) for kind, of in kinds.items() if of},
-        named=proportion(case.truth_named for case in single),
-        named_from_size_1_5=proportion(case.truth_named for case in single if _plain(case)),
-        named_where_gap_remains=proportion(case.truth_named for case in single if case.calibrated_gap >= REMAINING_GAP),
-        named_where_identifiable=proportion(case.truth_named for case in single if case.identifiable),
-        named_or_suspected=proportion(
-            case.truth_named or case.true_effects[0] in case.suspected for case in single if _plain(case)
+        correct={kind: proportion(case.correct for case in some) for kind, some in by_kind.items() if some},
+        named=_named(single),
+        named_from_size_1_5=_named(filter(_is_clear, single)),
+        named_where_gap_remains=_named(case for case in single if case.calibrated_gap >= REMAINING_GAP),
+        named_where_identifiable=_named(case for case in single if case.identifiable),
+        named_or_masked=proportion(
+            case.truth_named or case.true_effects[0] in case.masked_effects for case in single if _is_clear(case)
         ),
-        both_named=proportion(case.truth_named for case in double),
-        both_from_size_1_5=proportion(case.truth_named for case in double if _plain(case)),
-        both_where_identifiable=proportion(case.truth_named for case in double if case.identifiable),
-        false_alarms=proportion(case.verdict not in NO_EFFECT_VERDICTS for case in free),
+        both_named=_named(double),
+        both_from_size_1_5=_named(filter(_is_clear, double)),
+        both_where_identifiable=_named(case for case in double if case.identifiable),
+        false_alarms=proportion(case.verdict not in NO_EFFECT_VERDICTS for case in without),
         false_names=proportion(case.outcome == "false name" for case in outside),
         site_correct=proportion(case.site_correct for case in (*single, *double)),
         outside_site_correct=proportion(
             bool(case.site_correct) for case in outside if case.verdict not in NO_EFFECT_VERDICTS
         ),
-        interval_coverage=proportion(case.interval_holds_oracle for case in exact),
-        closed_minus_oracle=quantiles(case.closed - case.oracle_closed for case in exact),
-        bed_end_errors=quantiles(abs(end) for case in cases for end in case.bed_end_errors or ()),
+        interval_coverage=proportion(case.interval_holds_oracle for case in with_oracle),
+        closed_minus_oracle=quantiles(case.closed - case.oracle_closed for case in with_oracle),
+        bed_end_errors=quantiles(abs(error) for case in cases for error in case.bed_end_errors or ()),
         cpu_s=quantiles(case.cpu_s for case in cases),
         wall_s=quantiles(case.wall_s for case in cases),
-        by_size={name: _by(of, lambda case: f"{_size(case, asked):g}") for name, of in alone.items()},
-        by_well=_by(single, lambda case: case.well),
-        by_manoeuvre=_by(single, lambda case: case.manoeuvre),
-        by_log_defect=_by(single, lambda case: case.log_defect),
+        by_size={
+            name: _named_by(some, lambda case: f"{_nearest_target(case, target_sizes):g}")
+            for name, some in of_effect.items()
+        },
+        by_well=_named_by(single, lambda case: case.well),
+        by_manoeuvre=_named_by(single, lambda case: case.manoeuvre),
+        by_log_defect=_named_by(single, lambda case: case.log_defect),
         false_alarms_by_log_defect={
-            name: proportion(case.verdict not in NO_EFFECT_VERDICTS for case in free if case.log_defect == name)
-            for name in sorted({case.log_defect for case in free})
+            defect: proportion(case.verdict not in NO_EFFECT_VERDICTS for case in without if case.log_defect == defect)
+            for defect in defects
         },
         detection_limits={
-            name: detection_limit([case.sizes[0] for case in of], [case.truth_named for case in of])
-            for name, of in alone.items()
+            name: detection_limit([case.sizes[0] for case in some], [case.truth_named for case in some])
+            for name, some in of_effect.items()
         },
         confusion=_counts(cases, lambda case: " + ".join(case.named_effects) or case.verdict),
         outcomes=_counts(cases, lambda case: case.outcome),
     )
 
 
-def _plain(case: ScoredCase) -> bool:
-    """Whether each effect in the log reached 1.5 noise floors: some move next to nothing however large they are."""
-    return min(case.sizes) >= 1.5 / SIZE_TOLERANCE
+def _named(cases: Iterable[ScoredCase]) -> Proportion:
+    return proportion(case.truth_named for case in cases)
 
 
-def _size(case: ScoredCase, asked: Sequence[float]) -> float:
-    """The asked-for size that is nearest to what the log reached: no law can be made as large as one likes."""
-    return min(asked, key=lambda size: abs(np.log(size / max(case.sizes[0], 1e-6))))
+def _is_clear(case: ScoredCase) -> bool:
+    """Returns whether each effect in the log reaches `CLEAR_SIZE`. Some change next to nothing at any amount."""
+    return min(case.sizes) >= CLEAR_SIZE / SIZE_TOLERANCE
 
 
-def case_name(case: ScoredCase) -> str:
-    """What is in a case's log, as `Tally.confusion` and `Tally.outcomes` call it."""
-    return " + ".join(sorted(case.true_effects)) or "none"
+def _nearest_target(case: ScoredCase, target_sizes: Sequence[float]) -> float:
+    """Returns the target size nearest to the size that the log reaches: some laws cannot reach their target."""
+    return min(target_sizes, key=lambda size: abs(np.log(size / max(case.sizes[0], 1e-6))))
 
 
-def _by(cases: Sequence[ScoredCase], what: Callable[[ScoredCase], str]) -> dict[str, Proportion]:
-    return {
-        key: proportion(case.truth_named for case in cases if what(case) == key)
-        for key in sorted({what(case) for case in cases})
-    }
+def _named_by(cases: Sequence[ScoredCase], key_of: Callable[[ScoredCase], str]) -> dict[str, Proportion]:
+    keys = sorted({key_of(case) for case in cases})
+    return {key: _named(case for case in cases if key_of(case) == key) for key in keys}
 
 
-def _counts(cases: Sequence[ScoredCase], what: Callable[[ScoredCase], str]) -> dict[str, dict[str, int]]:
-    found: dict[str, dict[str, int]] = {}
+def _counts(cases: Sequence[ScoredCase], key_of: Callable[[ScoredCase], str]) -> dict[str, dict[str, int]]:
+    counts: dict[str, dict[str, int]] = {}
     for case in cases:
-        row = found.setdefault(case_name(case), {})
-        row[what(case)] = row.get(what(case), 0) + 1
-    return {truth: dict(sorted(row.items())) for truth, row in sorted(found.items())}
+        row = counts.setdefault(" + ".join(sorted(case.true_effects)) or "none", {})
+        row[key_of(case)] = row.get(key_of(case), 0) + 1
+    return {truth: dict(sorted(row.items())) for truth, row in sorted(counts.items())}
 
 
 def without_nan(tree: Any) -> Any:
-    """A tree of dataclasses' dictionaries as JSON has it: a number that does not exist is null."""
+    """Returns a tree as JSON holds it: lists for tuples, null for numbers that are not finite."""
     if isinstance(tree, dict):
         return {key: without_nan(value) for key, value in tree.items()}
     if isinstance(tree, (list, tuple)):

@@ -1,4 +1,4 @@
-"""Wells of sealed logs, each drawn anew near a rig file's string and fluids."""
+"""Random wells for sealed logs; string and fluids are those of a rig file."""
 
 from __future__ import annotations
 
@@ -9,27 +9,27 @@ import numpy as np
 
 from slider_drilling.rig import FrictionInterval, Rig, StringSection
 
-_ASSEMBLY_M = 60.0
+_ASSEMBLY_M = 60.0  # length of the bottom-hole assembly
 
 
 def horizontal(generator: np.random.Generator, base: Rig) -> Rig:
-    """A vertical part, a build, a horizontal of 0.7 to 1.6 km."""
+    """Returns a rig with a vertical section, a build and a horizontal of 0.7 to 1.6 km."""
     return _well(generator, base, generator.uniform(80.0, 90.0), 90.0, generator.uniform(700.0, 1600.0))
 
 
 def deviated(generator: np.random.Generator, base: Rig) -> Rig:
-    """A vertical part, a build, a tangent at 40 to 65 degrees."""
+    """Returns a rig with a vertical section, a build and a tangent at 40 to 65 degrees."""
     tangent = float(generator.uniform(40.0, 65.0))
     return _well(generator, base, tangent, tangent, generator.uniform(800.0, 1600.0))
 
 
 def extended(generator: np.random.Generator, base: Rig) -> Rig:
-    """A horizontal of 1.8 to 2.6 km."""
+    """Returns a rig with a horizontal of 1.8 to 2.6 km."""
     return _well(generator, base, generator.uniform(85.0, 90.0), 90.0, generator.uniform(1800.0, 2600.0))
 
 
 def own(generator: np.random.Generator, base: Rig) -> Rig:
-    """The rig file's own well."""
+    """Returns the rig file's own well."""
     return base
 
 

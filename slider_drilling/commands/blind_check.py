@@ -41,9 +41,9 @@ Examples:
               help="horizontal, deviated, extended, own (the rig file's; the default with --rig).")  # fmt: skip
 @click.option("--manoeuvres", default="varied,steady,rotary", show_default=True, metavar="NAME,...",
               help="Manoeuvres of the rig.")  # fmt: skip
-@click.option("--lacking", default="nothing", show_default=True, metavar="NAME,...",
-              help="Defects of the logs, in turn: nothing, beginning, drawworks, pump, samples, "
-                   "renewals, resolution.")  # fmt: skip
+@click.option("--log-defects", default="none", show_default=True, metavar="NAME,...",
+              help="Defects of the logs, in turn: none, late_start, no_drawworks, no_pump, few_samples, held_samples, "
+                   "coarse_values.")  # fmt: skip
 @click.option("--duration", default=400.0, show_default=True, help="Length of each log, s.")
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path),
               help="Rig file with the string, noise and well to use.")  # fmt: skip
@@ -70,7 +70,7 @@ def command(
     sizes: str,
     wells: str,
     manoeuvres: str,
-    lacking: str,
+    log_defects: str,
     duration: float,
     rig_path: Path | None,
     seal_only: bool,
@@ -114,7 +114,7 @@ def command(
     if sealed is None:
         chosen = _names(wells) or (("own",) if rig_path is not None else DEFAULT_WELLS)
         plan = CasePlan(_names(effects), _numbers("--sizes", sizes), chosen, _names(manoeuvres), seed, duration,
-                    _names(lacking))  # fmt: skip
+                    _names(log_defects))  # fmt: skip
         drawn = draw_cases(plan, cases)
         rig = rig_path if rig_path is not None else installed_file("config/rig.example.yaml")
         outcome = check.seal(drawn, rig, output, run, repeats)
@@ -128,14 +128,14 @@ def command(
             return outcome.exit_code
         sealed, stems = output, [case.file_stem() for case in drawn]
         options = {"cases": cases, "seed": seed, "effects": effects, "sizes": sizes, "wells": ",".join(chosen),
-                   "manoeuvres": manoeuvres, "lacking": lacking, "duration": duration, "rig": str(rig_path or ""),
-                   "repeats": repeats, "oracle": oracle, "only": only}  # fmt: skip
+                   "manoeuvres": manoeuvres, "log_defects": log_defects, "duration": duration,
+                   "rig": str(rig_path or ""), "repeats": repeats, "oracle": oracle, "only": only}  # fmt: skip
     if answers is not None:
         _report(check.score_answers(sealed / check.LABELS, answers), {}, options, output, as_json, units)
         return 0
     checked = check.check(sealed, output, stems, check.DiagnosisRequest(_names(only), oracle=oracle), run)
     _report(checked.cases, checked.answers, options, output, as_json, units)
-    return checked.code
+    return checked.exit_code
 
 
 def _check_effect_names(names: Sequence[str]) -> None:
@@ -200,7 +200,7 @@ def _line(case: ScoredCase) -> str:
     answer = " + ".join(case.named_effects) + (
         f" (or {', '.join(case.indistinguishable)})" if case.indistinguishable else ""
     )
-    answer = f"suspected: {', '.join(case.suspected)}" if case.suspected else answer
+    answer = f"masked: {', '.join(case.masked_effects)}" if case.masked_effects else answer
     return f"{case.outcome}: {truth} at {size} noise floors, {case.manoeuvre} -> {case.verdict}: {answer or 'no name'}"
 
 

@@ -1,4 +1,4 @@
-"""Sealed logs that lack something: the same run, and in the log only what its recorder kept."""
+"""Incomplete sealed logs: the run is the same, the log holds what its recorder kept."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from slider_drilling.rig import load_rig
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
-    """What records one run, lacking something."""
+    """Records one run with a defect."""
     rig = load_rig(installed_file("config/rig.short.yaml"))
     commands = MANOEUVRES["varied"](np.random.default_rng(1), rig, 60.0)
     response = simulate_sealed(
@@ -35,15 +35,15 @@ def recorded(tmp_path_factory):
     )
     folder = tmp_path_factory.mktemp("logs")
 
-    def record(lack):
+    def record(defect):
         path = folder / "log.mcap"
-        write_sealed_log(path, rig, commands, response, np.random.default_rng(2), RecorderModel(defect=lack))
+        write_sealed_log(path, rig, commands, response, np.random.default_rng(2), RecorderModel(defect=defect))
         return read_log(path)
 
     return record
 
 
-def test_a_beginning_that_is_lost_leaves_the_rest_on_a_clock_of_its_own(recorded):
+def test_late_start_sets_clock_to_zero(recorded):
     whole, late = recorded(LogDefect()), recorded(LogDefect(start_share=0.25))
     assert late.top_drive.time[0] == 0.0
     kept = whole.top_drive.time >= 15.0 - 1e-6
@@ -55,7 +55,7 @@ def test_a_beginning_that_is_lost_leaves_the_rest_on_a_clock_of_its_own(recorded
 
 
 @pytest.mark.parametrize("series", ["draw_works", "mud_pump"])
-def test_a_series_is_not_there_and_all_others_are(recorded, series):
+def test_missing_series_leaves_the_others_unchanged(recorded, series):
     whole, lacking = recorded(LogDefect()), recorded(LogDefect(missing_series=(series,)))
     assert getattr(lacking, series) is None
     for name in {"top_drive", "draw_works", "mud_pump"} - {series}:
@@ -68,14 +68,14 @@ def test_one_of_ten_samples_is_kept(recorded):
     assert np.array_equal(seldom.top_drive.time, whole.top_drive.time[::10])
 
 
-def test_values_are_renewed_each_fifth_time_and_repeat_between(recorded):
+def test_held_samples_repeat_until_the_next_new_one(recorded):
     whole, held = recorded(LogDefect()), recorded(LogDefect(hold_samples=5))
     assert np.array_equal(held.top_drive.time, whole.top_drive.time)
     assert np.array_equal(held.draw_works.effort, np.repeat(whole.draw_works.effort[::5], 5))
     assert np.array_equal(held.top_drive.position, np.repeat(whole.top_drive.position[::5], 5))
 
 
-def test_an_encoder_has_steps(recorded):
+def test_coarse_encoder_rounds_angle_and_speed(recorded):
     whole, coarse = recorded(LogDefect()), recorded(LogDefect(angle_resolution=math.radians(1.0), speed_resolution=0.1))
     for name, step in (("position", math.radians(1.0)), ("velocity", 0.1)):
         value, exact = getattr(coarse.top_drive, name), getattr(whole.top_drive, name)
@@ -85,44 +85,46 @@ def test_an_encoder_has_steps(recorded):
 
 
 @pytest.mark.parametrize("name", LOG_DEFECTS)
-def test_a_draw_lacks_what_it_is_called_after(name):
-    lacks = [LOG_DEFECTS[name](np.random.default_rng(seed)) for seed in range(20)]
-    assert all(lack == LogDefect() for lack in lacks) == (name == NO_DEFECT)
-    for lack in lacks:
-        stamped, seen = lack.sample_rows(1200)
-        assert stamped.size == seen.size >= 60 and np.all(seen <= stamped) and stamped[0] == seen[0]
+def test_each_defect_differs_from_none(name):
+    defects = [LOG_DEFECTS[name](np.random.default_rng(seed)) for seed in range(20)]
+    assert all(defect == LogDefect() for defect in defects) == (name == NO_DEFECT)
+    for defect in defects:
+        logged, shown = defect.sample_rows(1200)
+        assert logged.size == shown.size >= 60 and np.all(shown <= logged) and logged[0] == shown[0]
 
 
-def test_kinds_take_what_is_lacking_in_turn():
-    lacking = ("beginning", "pump", "samples")
-    cases = draw_cases(CasePlan(effects=("none", "heave"), log_defects=lacking), 24)
+def test_each_kind_takes_defects_in_turn():
+    defects = ("late_start", "no_pump", "few_samples")
+    cases = draw_cases(CasePlan(effects=("none", "heave"), log_defects=defects), 24)
     for kind in ("none", "single"):
         count = Counter(case.log_defect for case in cases if case.kind == kind)
-        assert set(count) == set(lacking) and max(count.values()) - min(count.values()) <= 1
+        assert set(count) == set(defects) and max(count.values()) - min(count.values()) <= 1
     assert {case.log_defect for case in draw_cases(CasePlan(), 10)} == {NO_DEFECT}
-    with pytest.raises(InputError, match="--lacking hook: not one of nothing, beginning, drawworks"):
+    with pytest.raises(InputError, match="--log-defects hook: unknown; use none, late_start, no_drawworks"):
         CasePlan(log_defects=("hook",))
 
 
-def test_what_is_named_and_alarms_are_counted_by_what_was_lacking():
-    def case(kind, lacking, verdict, *named):
+def test_totals_count_by_log_defect():
+    def case(kind, defect, verdict, *named):
         effects = ("heave",) if kind == "single" else ()
-        label = Label("log.mcap", kind, effects, (), 4.0, (4.0,), "own", "varied", 1, None, {}, {}, lacking)
+        label = Label("log.mcap", kind, effects, (), 4.0, (4.0,), "own", "varied", 1, None, {}, {}, defect)
         nan = math.nan
         return score(
             label, ReportedDiagnosis(verdict, named, dict.fromkeys(named, ()), (), None, nan, nan, (nan, nan), {})
         )
 
-    found = count_totals([case("single", "pump", "effect", "heave"), case("single", "pump", "parameters"),
-                   case("none", "pump", "unknown"), case("none", NO_DEFECT, "parameters")])  # fmt: skip
-    assert (found.by_log_defect["pump"].count, found.by_log_defect["pump"].total) == (1, 2)
-    assert [found.false_alarms_by_log_defect[name].count for name in (NO_DEFECT, "pump")] == [0, 1]
+    found = count_totals([case("single", "no_pump", "effect", "heave"), case("single", "no_pump", "parameters"),
+                   case("none", "no_pump", "unknown"), case("none", NO_DEFECT, "parameters")])  # fmt: skip
+    assert (found.by_log_defect["no_pump"].count, found.by_log_defect["no_pump"].total) == (1, 2)
+    assert [found.false_alarms_by_log_defect[name].count for name in (NO_DEFECT, "no_pump")] == [0, 1]
     rows = dict(total_rows(found))
-    assert rows["named, pump lacking"].startswith("1 of 2") and rows["false alarms, pump lacking"].startswith("1 of 1")
-    assert not any("lacking" in name for name, _ in total_rows(count_totals([case("none", NO_DEFECT, "parameters")])))
+    assert rows["named, log defect no_pump"].startswith("1 of 2")
+    assert rows["false alarms, log defect no_pump"].startswith("1 of 1")
+    without = count_totals([case("none", NO_DEFECT, "parameters")])
+    assert not any("log defect" in name for name, _ in total_rows(without))
 
 
-@pytest.mark.parametrize(("option", "field"), [("manoeuvres", "manoeuvres"), ("lacking", "log_defects")])
-def test_a_plan_without_any_is_refused(option, field):
-    with pytest.raises(InputError, match=f"--{option}: give one at least of "):
+@pytest.mark.parametrize(("option", "field"), [("manoeuvres", "manoeuvres"), ("log-defects", "log_defects")])
+def test_empty_list_of_names_is_refused(option, field):
+    with pytest.raises(InputError, match=f"--{option}: give at least one of "):
         CasePlan(**{field: ()})
