@@ -55,7 +55,7 @@ def coarse(monkeypatch):
     monkeypatch.setattr(situation, "MESHES", (16, 24, 30))
 
 
-def test_a_biased_torque_sensor_is_named_and_the_tuned_rig_replays(tmp_path, coarse):
+def test_torque_bias_is_named_and_tuned_rig_replays(tmp_path, coarse):
     rig = short_rig()
     actual = rig_with(rig, {"friction_2": 1.05, "pressure_gain": 1.01, "torque_sensor_bias.bias": 700.0})
     path = write_run(tmp_path / "run.mcap", rig, rocking(80.0), actual)
@@ -108,7 +108,7 @@ def test_log_that_never_moved_is_inconclusive(tmp_path, coarse):
     assert tuned_rig(diagnosis) == log.rig()
 
 
-def test_torque_alone_is_enough_to_prepare(tmp_path):
+def test_model_can_be_built_from_torque_alone(tmp_path):
     rig = short_rig()
     log = read_log(write_run(tmp_path / "run.mcap", rig, rocking(40.0)))
     alone = replace(log, draw_works=None, standpipe_pressure=None, mud_pump=None, mwd_tool_face=None)
@@ -122,7 +122,7 @@ def test_torque_alone_is_enough_to_prepare(tmp_path):
 
 
 @pytest.mark.parametrize("intervals", [(), (FrictionInterval(1000.0, 0.9),)])
-def test_torque_alone_tunes_the_friction_of_both_halves_of_a_hole_with_one(intervals):
+def test_torque_alone_calibrates_friction_of_both_halves(intervals):
     whole = replace(short_rig(), well=replace(short_rig().well, friction_intervals=intervals))
     names = {parameter.name for parameter in nuisance_parameters(whole, ["surface_torque"])}
     assert {"friction_1", "friction_2", "torsional_stiffness"} <= names
@@ -147,7 +147,7 @@ def test_stuck_and_saturated_channels_are_left_out():
     assert why_unusable(Channel("surface_torque", time, rest_first, "N m")) is None
 
 
-def test_sealed_laws_cover_the_catalogue_and_every_scan_point_is_a_rig():
+def test_every_scan_point_is_a_valid_rig():
     names = {effect.name for effect in catalogue(3000.0, 400.0)}
     assert names == set(CATALOGUE_LAWS)
     rig = short_rig()
@@ -158,13 +158,13 @@ def test_sealed_laws_cover_the_catalogue_and_every_scan_point_is_a_rig():
             assert getattr(changed.effects, effect.name) != getattr(Effects(), effect.name)
 
 
-def test_a_wave_of_negative_amplitude_is_half_a_period_on():
+def test_negative_wave_is_reported_half_a_period_later():
     rig = rig_with(short_rig(), {"heave.amplitude": -0.2, "heave.period": 8.0, "heave.phase": 0.5})
     assert rig.effects.heave.amplitude == pytest.approx(0.2)
     assert np.sin(rig.effects.heave.phase) == pytest.approx(-np.sin(0.5))
 
 
-def test_neutral_values_leave_the_rig_as_it_is():
+def test_neutral_values_leave_the_rig_unchanged():
     rig = short_rig()
     assert rig_with(rig, {"friction_1": 1.0, "torque_sensor_bias.bias": 0.0}) == rig
 
@@ -179,13 +179,13 @@ def test_depth_probe_multiplies_friction_between_its_ends_only():
     assert factor[1000.0] == pytest.approx(1.0)
 
 
-def test_unknown_effect_name_is_a_users_mistake(tmp_path):
+def test_unknown_effect_name_is_an_input_error(tmp_path):
     log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))
     with pytest.raises(InputError, match="gremlins"):
         diagnose([log], log.rig(), only=["gremlins"])
 
 
-def test_a_problem_at_a_place_is_exact_there_and_the_one_it_came_from_is_not_touched(tmp_path):
+def test_corrected_problem_is_exact_and_leaves_its_origin(tmp_path):
     rig = short_rig()
     log = read_log(write_run(tmp_path / "run.mcap", rig, rocking(40.0)))
     model = replace(build_model([log], rig).model, meshes=(12, 40))
@@ -204,7 +204,7 @@ def test_a_problem_at_a_place_is_exact_there_and_the_one_it_came_from_is_not_tou
     assert part == pytest.approx(fine[: part.size], abs=1e-4)
 
 
-def test_runs_that_could_be_made_next(tmp_path):
+def test_next_manoeuvres_can_be_simulated(tmp_path):
     log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))
     model = replace(build_model([log], short_rig()).model, meshes=(12, 20))
     offered = model.manoeuvres()
@@ -219,7 +219,7 @@ def test_runs_that_could_be_made_next(tmp_path):
                                    "friction over rest", "rock over time",
                                    "asperities turned across the pipe",
                                    "contact compliance before it slides"])  # fmt: skip
-def test_flexible_rivals_are_neutral_at_zero_and_change_something(tmp_path, words):
+def test_free_forms_are_neutral_at_zero_and_change_something(tmp_path, words):
     log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))
     model = replace(build_model([log], short_rig()).model, meshes=(12, 20))
     one = next(one for one in model.free_forms({}) if one.description == words)
@@ -231,7 +231,7 @@ def test_flexible_rivals_are_neutral_at_zero_and_change_something(tmp_path, word
     assert np.isfinite(changed).all()
 
 
-def test_a_rival_s_curve_is_its_law_s_and_in_its_unit(tmp_path):
+def test_free_form_curve_is_its_laws_curve(tmp_path):
     """Of one coefficient each: friction that falls with speed, that grows with rest, rock that changes at a time."""
     log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(40.0)))
     found = {one.description: one for one in build_model([log], short_rig()).model.free_forms({})}
@@ -252,7 +252,7 @@ def test_a_rival_s_curve_is_its_law_s_and_in_its_unit(tmp_path):
 
 
 @pytest.mark.parametrize("orientation", [0.0, 0.6, 1.5, 2.0, -0.3])
-def test_the_contact_of_a_rival_is_the_file_s_at_zero_and_stays_one(orientation):
+def test_disturbed_contact_is_the_files_at_zero(orientation):
     """Asperities turn by what the rival asks for, never beyond lying along or across; give is a share of the file's."""
     file = short_rig().contact
     contact = replace(file, asperity=replace(file.asperity, orientation=orientation))
@@ -267,7 +267,7 @@ def test_the_contact_of_a_rival_is_the_file_s_at_zero_and_stays_one(orientation)
 
 
 @pytest.mark.parametrize("name", [*CATALOGUE_LAWS, *OUTSIDE_LAWS])
-def test_sealed_laws_change_what_the_sensors_see(name):
+def test_sealed_laws_change_the_channels(name):
     rig = short_rig()
     commands = rocking(24.0)
     generator = np.random.default_rng(2)

@@ -1,4 +1,4 @@
-"""The effects block of a rig file: what the page says of it is what the program takes, and a bed lies somewhere."""
+"""The effects block of a rig file is as documented, and every effect has an extent."""
 
 import dataclasses
 import re
@@ -31,7 +31,7 @@ def in_the_program() -> dict[str, tuple[str, str, str]]:
     return rows
 
 
-def test_the_effects_page_states_every_parameter_with_its_unit_default_and_range(repository):
+def test_effects_page_states_unit_default_and_range(repository):
     page = (repository / "docs" / "reference" / "effects.md").read_text()
     rows = re.findall(r"^\| `(\w+\.\w+)` \| ([^|]+) \| ([^|]+) \| ([^|]+) \|$", page, re.MULTILINE)
     stated = {name: tuple(cell.strip() for cell in cells) for name, *cells in rows}
@@ -41,7 +41,7 @@ def test_the_effects_page_states_every_parameter_with_its_unit_default_and_range
         assert re.search(rf"^\* `{effect.name}`: ", page, re.MULTILINE), effect.name
 
 
-def test_the_effects_block_of_the_page_is_taken(repository):
+def test_effects_block_of_the_page_is_valid(repository):
     page = repository / "docs" / "reference" / "effects.md"
     (block,) = re.findall(r"```yaml\n(.*?)```", page.read_text(), re.DOTALL)
     given = yaml.safe_load(block)["effects"]
@@ -62,26 +62,26 @@ def test_the_effects_block_of_the_page_is_taken(repository):
         ("axial_oscillation_tool: {force: 8000.0, depth: 9000.0}", "depth = 9000.*at most 4000 m"),
     ],
 )
-def test_an_effect_that_acts_nowhere_is_refused(block, says):
+def test_effect_without_extent_is_refused(block, says):
     with pytest.raises(InputError, match=f"own.yaml: effects.*{says}"):
         parse_rig(f"{dump_rig(EXAMPLE)}effects: {{{block}}}\n", "own.yaml")
 
 
 @pytest.mark.parametrize("block", ["cuttings_bed: {factor: 1.0}", "axial_oscillation_tool: {force: 0.0}"])
-def test_a_neutral_effect_needs_no_place(block):
+def test_neutral_effect_needs_no_extent(block):
     assert parse_rig(f"{dump_rig(EXAMPLE)}effects: {{{block}}}\n").effects == Effects()
 
 
 @pytest.mark.parametrize("middle", [0.0, 40.0, 1500.0, 3000.0])
 @pytest.mark.parametrize("excess", [-450.0, 0.0, 216.0, 3000.0])
-def test_a_bed_that_was_fitted_is_one_that_a_rig_file_may_hold(middle, excess):
+def test_fitted_bed_is_valid_in_a_rig_file(middle, excess):
     bed = to_user({"cuttings_bed.excess": excess, "cuttings_bed.middle": middle, "cuttings_bed.length": 90.0}, 3000.0)
     assert 0.0 <= bed["cuttings_bed.top"] < bed["cuttings_bed.bottom"] <= 3000.0
     assert bed["cuttings_bed.factor"] == pytest.approx(min(max(1.0 + excess / 90.0, 0.2), 20.0))
     assert not [name for name in bed if name.rpartition(".")[2] in ("excess", "middle", "length")]
 
 
-def test_lag_below_half_a_sample_is_no_lag():
+def test_lag_below_half_a_sample_is_nonphysical():
     (lag,) = [e for e in catalogue(3000.0, 400.0, torque_interval=0.1) if e.name == "torque_sensor_lag"]
     assert not lag.is_physical({"torque_sensor_lag.lag": 0.016})
     assert lag.is_physical({"torque_sensor_lag.lag": 0.1})

@@ -1,4 +1,4 @@
-"""A user's own controller or effect may do anything: what comes of it is one line with the user's file and line."""
+"""Errors in a user's controller or effect become one line with the user's file and line number."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Mine(UnchangedPlant):
 
 @pytest.fixture
 def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], str]:
-    """Writes a module of a name of its own into the working directory; gives the name."""
+    """Writes a module with a unique name into the working directory; returns the name."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(str(tmp_path))
 
@@ -128,39 +128,39 @@ def one_line(act: Callable[[], object], said: str) -> None:
         ("        self.settings = settings", "        raise KeyError('gain')", r"configure raised KeyError.*20$"),
     ],
 )  # fmt: skip
-def test_a_wrong_controller_gets_one_line(write: Callable[[str], str], right: str, wrong: str, said: str) -> None:
+def test_wrong_controller_is_a_one_line_error(write: Callable[[str], str], right: str, wrong: str, said: str) -> None:
     assert CONTROLLER.count(right) == 1
     name = write(CONTROLLER.replace(right, wrong))
     one_line(lambda: use(name), said)
 
 
 @pytest.mark.parametrize("name", ["tool_face_target", "settings", "status"])
-def test_a_property_that_raises_gets_one_line(write: Callable[[str], str], name: str) -> None:
+def test_raising_property_is_a_one_line_error(write: Callable[[str], str], name: str) -> None:
     body = f"    @property\n    def {name}(self):\n        raise RuntimeError('no')\n    @{name}.setter\n    def {name}(self, value):\n        raise RuntimeError('no')\n"  # noqa: E501
     module = write(CONTROLLER.replace("    def configure", body + "    def configure").replace(
         "        self.tool_face_target = 0.0\n        self.settings = Settings()\n", "        pass\n"))  # fmt: skip
     one_line(lambda: use(module), rf"{name} raised RuntimeError: no at {module}\.py:\d+$")
 
 
-def test_any_real_number_is_taken_as_a_command(write: Callable[[str], str]) -> None:
+def test_any_real_number_is_a_valid_command(write: Callable[[str], str]) -> None:
     name = write(CONTROLLER.replace("(0.0, 0.0, 0.001, 12.3)", "(np.float32(0.5), np.int64(1), 0, np.float64(2.0))"))
     command = checked_step(load_controller(f"{name}:Mine", RIG), SAMPLE)
     assert command.top_drive_angle == 0.5 and type(command.top_drive_angle) is float
     assert (command.top_drive_speed, command.block_speed, command.pump_speed) == (1.0, 0.0, 2.0)
 
 
-def test_a_right_controller_is_used(write: Callable[[str], str]) -> None:
+def test_valid_controller_is_used(write: Callable[[str], str]) -> None:
     use(write(CONTROLLER))
 
 
-def test_a_target_that_is_no_number_is_refused() -> None:
+def test_target_must_be_a_number() -> None:
     controller = load_controller("slider_drilling.control:SlideController", RIG)
     with pytest.raises(InputError, match="tool_face_target = nan: must be a finite number"):
         set_tool_face_target(controller, float("nan"))
 
 
 @pytest.mark.parametrize("name", ["", ":", "a:", ":B", "a b:C", "a:1", "../a:B", "a:B:C", "os:path", "math:pi", "a\n:"])
-def test_what_is_no_controller_gets_one_line(name: str) -> None:
+def test_wrong_controller_name_is_a_one_line_error(name: str) -> None:
     one_line(lambda: load_controller(name, RIG), "controller = ")
 
 
@@ -193,7 +193,7 @@ def commands() -> Commands:
         ("effect = Effect('m', 'bit', (Parameter('friction_1', 0.0, 0.0, 3.0, 1.0),), effect.scan)", "_1 is already"),
     ],
 )  # fmt: skip
-def test_a_wrong_effect_gets_one_line_before_any_fit(write: Callable[[str], str], body: str, said: str) -> None:
+def test_wrong_effect_is_a_one_line_error_before_fitting(write: Callable[[str], str], body: str, said: str) -> None:
     code = EFFECT + f"    {body}\n"
     name = write(code)
 
@@ -204,18 +204,18 @@ def test_a_wrong_effect_gets_one_line_before_any_fit(write: Callable[[str], str]
 
 
 @pytest.mark.parametrize("code", ["1 / 0", "raise SystemExit", "class Mine(", "import nothing_of_this_name"])
-def test_an_effect_that_cannot_be_imported_gets_one_line(write: Callable[[str], str], code: str) -> None:
+def test_import_error_of_an_effect_is_one_line(write: Callable[[str], str], code: str) -> None:
     name = write(f"\n{code}\n")
     one_line(lambda: load_effect(f"{name}:Mine"), rf"--effect {name}:Mine: cannot be imported: .* at {name}\.py:2$")
 
 
-def test_an_effect_goes_wrong_before_the_log_is_even_read(write: Callable[[str], str], tmp_path: Path) -> None:
+def test_wrong_effect_fails_before_the_log_is_read(write: Callable[[str], str], tmp_path: Path) -> None:
     name = write("1 / 0")
     with pytest.raises(InputError, match="ZeroDivisionError"):
         group.main(["diagnose", "no-such.mcap", "--effect", f"{name}:Mine"], standalone_mode=False)
 
 
-def test_a_right_effect_is_taken_and_one_twice_is_not(write: Callable[[str], str]) -> None:
+def test_valid_effect_is_accepted_once(write: Callable[[str], str]) -> None:
     name = write(EFFECT)
     effect = load_effect(f"{name}:Mine")
     assert isinstance(effect, CheckedUserEffect)
@@ -224,7 +224,7 @@ def test_a_right_effect_is_taken_and_one_twice_is_not(write: Callable[[str], str
     one_line(lambda: check_user_effects(twice, [], RIG, commands()), "name mine is already taken; choose another")
 
 
-def test_an_entry_point_that_cannot_be_loaded_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_entry_point_that_fails_to_load_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     class Point:
         name, value = "broken", "somewhere:Else"
 
@@ -235,7 +235,7 @@ def test_an_entry_point_that_cannot_be_loaded_is_named(monkeypatch: pytest.Monke
     one_line(installed_effects, r"effect of entry point broken \(somewhere:Else\): loading it raised ImportError: gone")
 
 
-def test_a_wrong_controller_ends_a_closed_loop_in_one_line(write: Callable[[str], str]) -> None:
+def test_wrong_controller_ends_a_closed_loop_in_one_line(write: Callable[[str], str]) -> None:
     name = write(CONTROLLER.replace(RETURN, "raise ValueError('mine')"))
     with pytest.raises(InputError, match=rf"step at 0 s raised ValueError: mine at {name}\.py:16"):
         group.main(["closed-loop", "--only", "hold, 2.6", "--controller", f"{name}:Mine", "--elements", "20",

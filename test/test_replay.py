@@ -1,4 +1,4 @@
-"""Replay: the plant lands on another program's runs of the same equations, and on its own."""
+"""Replay matches another program's runs of the same equations, and its own runs."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def short_run() -> Commands:
 
 
 @pytest.mark.parametrize("well", ["base", "short", "long"])
-def test_lands_on_the_reference_rig(shared_data, well):
+def test_replay_matches_the_reference_rig(shared_data, well):
     """Figures of another implementation, another mesh, no noise."""
     log = read_log(shared_data / "logs" / f"nominal_{well}.mcap")
     channels = replay(log, log.rig()).channels
@@ -40,7 +40,7 @@ def test_lands_on_the_reference_rig(shared_data, well):
     assert channels["tool_face"].rms < math.radians(6.0)
 
 
-def test_own_run_written_and_replayed_is_the_same_run(tmp_path):
+def test_replay_of_an_own_run_matches_it(tmp_path):
     """Through MCAP and back: stamps in ns are all that is lost."""
     commands = short_run()
     response = simulate(RIG, commands, elements=40)
@@ -67,7 +67,7 @@ def test_command_prints_the_documented_json(tmp_path):
     assert read_log(tmp_path / "out.mcap").truth_bit is not None
 
 
-def test_missing_draw_works_and_pump_are_said(tmp_path):
+def test_assumptions_for_missing_channels_are_printed(tmp_path):
     from slider_drilling.log import LogWriter
     from slider_drilling.rig import dump_rig
 

@@ -23,7 +23,7 @@ def clay(tmp_path, monkeypatch):
     return load_effect("clay:SwellingClay")
 
 
-def test_documented_example_is_twenty_lines_and_grips_below_its_top(clay):
+def test_documented_example_acts_below_its_top(clay):
     code = re.search(r"```python\n(.*?)```", PAGE.read_text(), re.S).group(1)
     assert len([line for line in code.splitlines() if line.strip()]) <= 20
     rig = load_rig(installed_file("config/rig.example.yaml"))
@@ -35,6 +35,6 @@ def test_documented_example_is_twenty_lines_and_grips_below_its_top(clay):
 
 
 @pytest.mark.parametrize("reference", ["clay", "no_such_module_here:Effect", "slider_drilling.rig:Nothing"])
-def test_effect_that_cannot_be_loaded_is_a_users_mistake(reference):
+def test_effect_that_fails_to_load_is_an_input_error(reference):
     with pytest.raises(InputError, match="--effect"):
         load_effect(reference)

@@ -1,4 +1,4 @@
-"""Lines in a hook load: what a tool in the string leaves there, and what noise does not."""
+"""Spectral lines of an axial oscillation tool in the hook load."""
 
 from dataclasses import replace
 
@@ -18,17 +18,17 @@ def hook_load(seed, duration, amplitude=0.0, hertz=14.2):
 
 
 @pytest.mark.parametrize("duration", [60.0, 400.0])
-def test_noise_alone_shows_no_tool(duration):
+def test_noise_shows_no_tool(duration):
     assert all(tool_frequencies([hook_load(seed, duration)]) == () for seed in range(40))
 
 
-def test_a_line_stands_for_every_frequency_that_it_is_an_alias_of():
+def test_line_stands_for_all_its_aliases():
     found = tool_frequencies([hook_load(1, 120.0, amplitude=0.5)])
     assert min(abs(hertz - 14.2) for hertz in found) < 0.01
     assert min(abs(hertz - 5.8) for hertz in found) < 0.01  # folded at half the sampling rate
 
 
-def test_lost_samples_move_no_line():
+def test_missing_samples_do_not_move_a_line():
     whole = hook_load(2, 120.0, amplitude=1.0)
     came = np.random.default_rng(0).uniform(size=whole.time.size) > 0.03
     (channel,) = whole.channels
@@ -36,13 +36,13 @@ def test_lost_samples_move_no_line():
     assert min(abs(hertz - 14.2) for hertz in tool_frequencies([patchy])) < 0.01
 
 
-def test_a_hook_load_that_is_too_slow_tells_nothing():
+def test_slow_hook_load_shows_no_tool():
     time = np.arange(0.0, 1000.0, 2.0)
     slow = LoggedRun("log", time, np.zeros_like(time), (Channel("hook_load", time, np.sin(time), "N"),))
     assert tool_frequencies([slow]) == ()
 
 
-def test_the_first_hook_load_is_asked_and_without_one_nothing_tells():
+def test_first_hook_load_is_used():
     shaken = hook_load(1, 120.0, amplitude=0.5)
     (channel,) = shaken.channels
     torque = replace(shaken, channels=(replace(channel, name="surface_torque"),))
