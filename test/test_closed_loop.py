@@ -1,4 +1,4 @@
-"""The closed loop without DDS: its score on made-up traces, its faults, and short slides of the real controller."""
+"""Closed loop without DDS: scores of made-up traces, faults, and short slides of the controller."""
 
 import dataclasses
 import io
@@ -11,12 +11,12 @@ from click.testing import CliRunner
 from rich.console import Console
 
 from slider_drilling.closed_loop import SCENARIOS, WELLS, SlideTrace, every_effect, run_scenario, score_slide
-from slider_drilling.closed_loop.contenders import UNDER_TEST, believed_rig, build_contender, measurements_for
+from slider_drilling.closed_loop.contenders import UNDER_TEST, build_contender, measurements_for, rig_file_for
 from slider_drilling.closed_loop.faulty_rig import FaultyRig
 from slider_drilling.closed_loop.page import closed_loop_page
 from slider_drilling.closed_loop.report import as_json, information_costs, interlock_stops
 from slider_drilling.closed_loop.run import ScenarioResult
-from slider_drilling.commands.closed_loop import _print, command
+from slider_drilling.commands.closed_loop import command, print_results
 from slider_drilling.control.interface import RigCommand
 from slider_drilling.drillstring import VirtualRig
 from slider_drilling.effects import Effects, effects_with
@@ -25,7 +25,7 @@ from slider_drilling.pages import page_html
 from slider_drilling.rig import check_rig
 from slider_drilling.units import FIELD, SI
 
-HOLD = next(one for one in SCENARIOS if one.name == "hold, 4.0 km")
+HOLD = next(scenario for scenario in SCENARIOS if scenario.name == "hold, 4.0 km")
 
 
 def trace_of(error_deg, duration=900.0):
@@ -37,7 +37,7 @@ def trace_of(error_deg, duration=900.0):
     return SlideTrace(time, target, tool_face, zero, 1e3 * np.sin(time), zero + 8e4, zero + 0.0025, 0.0025 * time, ())
 
 
-def test_score_of_a_constant_error_across_the_half_turn():
+def test_score_wraps_error_at_half_turn():
     figures = score_slide(HOLD, trace_of(lambda t: 355.0 if t > 100.0 else 90.0))
     assert figures.mean_abs_error_deg == pytest.approx(5.0)
     assert figures.within_15_deg == 1.0
@@ -46,35 +46,35 @@ def test_score_of_a_constant_error_across_the_half_turn():
     assert figures.peak_torque_n_m == pytest.approx(1e3, rel=1e-3)
 
 
-def test_a_minute_within_is_needed_to_count_as_set():
+def test_set_needs_a_minute_within_tolerance():
     figures = score_slide(HOLD, trace_of(lambda t: 20.0 if t % 50.0 < 1.0 else 0.0))
     assert figures.time_to_set_s is None
     assert figures.within_15_deg == pytest.approx(0.98, abs=2e-3)
 
 
-def test_after_a_new_target_four_minutes_are_not_scored():
+def test_four_minutes_after_new_target_unscored():
     steps = dataclasses.replace(HOLD, targets=((0.0, 0.0), (450.0, 45.0)))
     figures = score_slide(steps, trace_of(lambda t: 50.0 if 450.0 <= t < 600.0 else 2.0))
     assert figures.mean_abs_error_deg == pytest.approx(2.0)
     assert figures.time_to_set_s == pytest.approx(150.0)
 
 
-def test_faults_are_what_the_scenario_says():
-    faulty = dataclasses.replace(HOLD, lost=0.5, outliers=0.5, mwd_period=1.0)
+def test_faults_follow_scenario():
+    faulty = dataclasses.replace(HOLD, mwd_lost=0.5, mwd_outliers=0.5, mwd_period=1.0)
     rig = FaultyRig(faulty, seed=3, elements=20)
     still = RigCommand(0.0, 0.0, 0.0, 12.3)
     received = [sample.tool_face for _ in range(2000) for sample in rig.step(still).mwd]
     assert 60 <= len(received) <= 130
     assert 0.3 < np.mean(np.abs(received) > 0.3) < 0.7
-    slipping = FaultyRig(dataclasses.replace(HOLD, slip=(1.0, 0.6)), seed=3, elements=20)
+    slipping = FaultyRig(dataclasses.replace(HOLD, block_slip=(1.0, 0.6)), seed=3, elements=20)
     for _ in range(60):
         measurements = slipping.step(still)
     assert measurements.block_position == pytest.approx(0.6, rel=0.05)
 
 
-def test_truth_differs_from_belief_only_as_said():
-    rougher = dataclasses.replace(HOLD, friction=1.25)
-    believed, true = rougher.believed_rig(), rougher.true_rig()
+def test_true_rig_differs_only_as_stated():
+    rougher = dataclasses.replace(HOLD, friction_ratio=1.25)
+    believed, true = rougher.assumed_rig(), rougher.true_rig()
     assert [one.factor for one in true.well.friction_intervals] == pytest.approx(
         [1.25 * one.factor for one in believed.well.friction_intervals])
     assert dataclasses.replace(true, well=believed.well) == believed
@@ -100,11 +100,11 @@ def test_friction_by_angle_follows_each_pipe():
     assert late == pytest.approx(2.0 * early, rel=0.05)
 
 
-def test_oracle_sees_the_truth_and_is_told_it():
+def test_oracle_gets_true_rig_and_toolface():
     softer = dataclasses.replace(HOLD, effects=effects_with(torsional_compliance={"extra": 0.13}))
-    assert believed_rig("controller", softer).effects.torsional_compliance.extra == 0.0
-    assert believed_rig("oracle", softer).effects.torsional_compliance.extra == 0.13
-    assert believed_rig("informed", softer).sensors.mwd == softer.believed_rig().sensors.mwd
+    assert rig_file_for("controller", softer).effects.torsional_compliance.extra == 0.0
+    assert rig_file_for("oracle", softer).effects.torsional_compliance.extra == 0.13
+    assert rig_file_for("informed", softer).sensors.mwd == softer.assumed_rig().sensors.mwd
     rig = FaultyRig(softer, seed=3, elements=20)
     measured = rig.step(RigCommand(0.0, 0.0, 0.0, 12.3))
     truth = dataclasses.replace(rig.rig.truth, tool_face=7.0)
@@ -112,21 +112,24 @@ def test_oracle_sees_the_truth_and_is_told_it():
     assert measurements_for("oracle", measured, truth).mwd[0].tool_face == pytest.approx(7.0 - 2.0 * math.pi)
 
 
-def test_controller_sets_and_holds_the_tool_face_on_a_coarse_string():
-    """The whole loop on 50 elements: a quicker look at what `closed-loop` measures with 200."""
+@pytest.mark.slow
+def test_controller_sets_and_holds_toolface():
+    """On 50 elements instead of the 200 of `closed-loop`."""
     outcome = run_scenario(dataclasses.replace(HOLD, duration=480.0), "controller", elements=50)
     assert outcome.score.time_to_set_s is not None
     assert outcome.score.mean_abs_error_deg < 8.0
 
 
-def test_same_seed_same_run():
-    brief = dataclasses.replace(HOLD, duration=270.0, lost=0.3, outliers=0.2)
+@pytest.mark.slow
+def test_same_seed_gives_same_run():
+    brief = dataclasses.replace(HOLD, duration=270.0, mwd_lost=0.3, mwd_outliers=0.2)
     first, second = (run_scenario(brief, "controller", seed=7, elements=20) for _ in range(2))
     assert np.array_equal(first.trace.tool_face, second.trace.tool_face)
     assert first.score == second.score
 
 
-def test_command_prints_the_schema_and_writes_both_files(tmp_path, monkeypatch):
+@pytest.mark.slow
+def test_command_writes_json_and_page(tmp_path, monkeypatch):
     brief = (dataclasses.replace(HOLD, duration=300.0),)
     monkeypatch.setattr("slider_drilling.closed_loop.SCENARIOS", brief)
     monkeypatch.setattr("slider_drilling.closed_loop.run.DAILY", brief)
@@ -144,8 +147,8 @@ def test_command_prints_the_schema_and_writes_both_files(tmp_path, monkeypatch):
     assert len(page) < 1_500_000 and "hold, 4.0 km" in page
 
 
-def test_a_controller_that_does_nothing_is_not_praised():
-    """Off bottom the toolface stays where it is: 0 deg of error, all of the time, and nothing drilled."""
+def test_idle_controller_has_no_error():
+    """Off bottom the toolface does not move: 0 deg of error, but nothing drilled."""
     scenario = SCENARIOS[0]
     time = np.arange(0.0, scenario.duration, 1.0)
     still = np.zeros_like(time)
@@ -162,7 +165,7 @@ def test_a_controller_that_does_nothing_is_not_praised():
     assert "nothing drilled" in page_html(page, FIELD)
 
 
-def test_what_stopped_a_slide_and_one_that_was_not_held_are_said():
+def test_page_reports_stops_and_unheld_slides():
     lock = "weight no longer arrives: 108 kN hang on pipe below 3458 m"
     events = ((0.1, "WARN", "tool_face", "no MWD"), (329.4, "ERROR", "lock_up", lock), (436.0, "WARN", "lock_up", ""),
               (700.0, "ERROR", "lock_up", "again"), (800.0, "ERROR", "clock", "stamps stand still"))
@@ -173,11 +176,11 @@ def test_what_stopped_a_slide_and_one_that_was_not_held_are_said():
         "time_s": 329.4, "name": "lock_up", "message": lock}
     lead = closed_loop_page([row], "a:B", 0, 200).headline
     assert "more than 15 deg off for over 5 % of the time in 1." in lead.text and lead.tone == "bad"
-    held = outcomes_of(HOLD, 1.0, 1.0, 1.0)
+    held = results_of(HOLD, 1.0, 1.0, 1.0)
     assert closed_loop_page([held], "a:B", 0, 200).headline.tone == "good"
 
 
-def test_the_terminal_says_what_stopped_a_slide(monkeypatch):
+def test_terminal_reports_interlock_stops(monkeypatch):
     trace = dataclasses.replace(trace_of(lambda t: 1.0), events=((329.4, "ERROR", "lock_up", "weight [kN] hangs"),))
     outcome = ScenarioResult(HOLD, UNDER_TEST, score_slide(HOLD, trace), trace)
     monkeypatch.setattr("slider_drilling.closed_loop.run_all", lambda *args: iter([outcome]))
@@ -185,25 +188,26 @@ def test_the_terminal_says_what_stopped_a_slide(monkeypatch):
     assert f"{HOLD.name}, 329 s: lock_up: weight [kN] hangs" in " ".join(said.split())
 
 
-def outcomes_of(scenario, *means):
-    """Of the controller, informed and the oracle, with these mean errors."""
-    found = {}
+def results_of(scenario, *means):
+    """Results of controller, informed and oracle with these mean errors."""
+    results = {}
     for contender, mean in zip(("controller", "informed", "oracle"), means, strict=True):
         trace = trace_of(lambda t, mean=mean: mean, 300.0)
-        found[contender] = ScenarioResult(scenario, contender, score_slide(scenario, trace), trace)
-    return found
+        results[contender] = ScenarioResult(scenario, contender, score_slide(scenario, trace), trace)
+    return results
 
 
-def test_what_mwd_and_not_knowing_the_rig_cost_is_said():
+def test_costs_of_rig_file_and_mwd():
     brief = dataclasses.replace(HOLD, targets=((0.0, 170.0),), duration=300.0)
-    rows = [outcomes_of(brief, 3.0, 2.0, 0.5), outcomes_of(brief, 4.0, 2.5, 1.5), outcomes_of(brief, 9.0, 6.0, 5.5)]
-    said = information_costs(rows)
-    assert "below 4.00 deg, 2.50 with the true rig file, 1.50 with the true toolface" in said
-    assert "costs +1.50 deg" in said and "alone +1.00 deg" in said
+    rows = [results_of(brief, 3.0, 2.0, 0.5), results_of(brief, 4.0, 2.5, 1.5), results_of(brief, 9.0, 6.0, 5.5)]
+    sentence = information_costs(rows)
+    assert "4.00 deg; 2.50 deg with the true rig file, 1.50 deg with the true toolface" in sentence
+    assert "costs +1.50 deg, MWD +1.00 deg" in sentence
     assert information_costs([{UNDER_TEST: rows[0][UNDER_TEST]}]) == "" == information_costs(rows[:1])
 
 
-def test_every_effect_of_the_catalogue_comes_at_two_sizes_on_three_wells_and_two_at_once():
+@pytest.mark.slow
+def test_every_effect_has_two_sizes_and_pairs():
     found = every_effect()
     names = [one.name for one in found]
     assert len(set(names)) == len(names) and not set(names) & {one.name for one in SCENARIOS}
@@ -218,10 +222,10 @@ def test_every_effect_of_the_catalogue_comes_at_two_sizes_on_three_wells_and_two
     assert len(pairs) >= 9
     for scenario in found:
         check_rig(scenario.true_rig())
-        assert scenario.believed_rig().effects == neutral
+        assert scenario.assumed_rig().effects == neutral
 
 
-def test_settings_reach_the_controller_under_test_and_a_wrong_one_is_refused(tmp_path):
+def test_settings_reach_controller_or_are_refused(tmp_path):
     assert build_contender("controller", HOLD, settings={"gain": 1.25}).settings.gain == 1.25
     assert build_contender("oracle", HOLD, settings={"gain": 1.25}).settings.gain == 1.25
     for wrong in ("gane=1", "gain=99", "gain"):
@@ -229,16 +233,16 @@ def test_settings_reach_the_controller_under_test_and_a_wrong_one_is_refused(tmp
             CliRunner().invoke(command, ["--only", "hold, 2.6", "--set", wrong], catch_exceptions=False)
 
 
-def test_the_table_fits_eighty_columns_with_full_numbers(monkeypatch):
+def test_table_fits_eighty_columns(monkeypatch):
     monkeypatch.setattr("slider_drilling.console.streams.stdout", lambda: Console(width=80, file=shown))
     shown = io.StringIO()
     longest = max(every_effect(), key=lambda one: len(one.name))
-    row = outcomes_of(dataclasses.replace(longest, targets=((0.0, 170.0),), duration=300.0), 123.45, 101.25, 88.75)
-    _print([row], SI)
+    row = results_of(dataclasses.replace(longest, targets=((0.0, 170.0),), duration=300.0), 123.45, 101.25, 88.75)
+    print_results([row], SI)
     lines = shown.getvalue().splitlines()
     assert max(map(len, lines)) <= 80
     for number in ("123.45", "101.25", "88.75"):
-        assert number in lines[1] or number in lines[2]
+        assert number in lines[2] or number in lines[3]
     assert "\u2026" not in shown.getvalue()
 
 

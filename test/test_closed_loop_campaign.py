@@ -1,4 +1,4 @@
-"""Campaigns of controllers: rigs that are drawn, figures that are spread, controllers side by side."""
+"""Closed-loop campaigns: random rigs, statistics, paired comparison."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from slider_drilling.closed_loop.campaign import (
     summarise,
     worst,
 )
-from slider_drilling.closed_loop.campaign_page import as_json, campaign_page, pair_sentences
+from slider_drilling.closed_loop.campaign_page import as_json, campaign_page, comparison_sentences
 from slider_drilling.closed_loop.drawn import draw_slide
 from slider_drilling.closed_loop.score import SlideScore
 from slider_drilling.control.controller_loader import DEFAULT_CONTROLLER
@@ -41,7 +41,7 @@ RIG = installed_file("config/rig.example.yaml")
 
 @pytest.fixture
 def brief(monkeypatch):
-    """Slides of a command that end once the toolface is set and some metres are drilled: a third of their time."""
+    """Slides of a third of the default duration."""
     made = partial(CampaignOptions, duration=300.0)
     monkeypatch.setattr("slider_drilling.closed_loop.campaign.CampaignOptions", made)
     return made
@@ -58,14 +58,14 @@ def slide(number, error, after=100.0, within=1.0, drilled=2.0):
     return ScoredSlide(number, "3 km", "", score)
 
 
-def test_the_same_slide_is_drawn_again_and_another_seed_draws_another(drawn):
+def test_slide_depends_only_on_number_and_seed(drawn):
     base = load_rig(RIG)
     assert draw_slide(7, 1, base) == drawn[7]
     assert draw_slide(7, 2, base) != drawn[7] != drawn[8]
     assert noise_seed(1, 7) != noise_seed(1, 8)
 
 
-def test_all_that_a_controller_can_be_wrong_about_is_drawn(drawn):
+def test_random_rigs_vary_every_uncertain_parameter(drawn):
     believed, true = zip(*(one.rigs for one in drawn), strict=True)
     for what in (
         lambda rig: rig.well.friction_intervals[0].factor, lambda rig: rig.well.friction_intervals[1].factor,
@@ -83,10 +83,11 @@ def test_all_that_a_controller_can_be_wrong_about_is_drawn(drawn):
     assert len({rig.sensors.hook_load.noise for rig in believed}) == 60
     assert all(file.sensors == real.sensors for file, real in zip(believed, true, strict=True))
     assert len({rig.string.length for rig in believed}) == 60
-    assert {one.outliers for one in drawn} == {0.0, 0.02, 0.05}
+    assert {scenario.mwd_outliers for scenario in drawn} == {0.0, 0.02, 0.05}
 
 
-def test_some_slides_have_effects_that_no_rig_file_holds(drawn):
+@pytest.mark.slow
+def test_some_slides_have_unknown_effects(drawn):
     counts = Counter(0 if one.about == "no effect" else len(one.about.split(", ")) for one in drawn)
     assert set(counts) == {0, 1, 2}
     for one in drawn:
@@ -98,30 +99,30 @@ def test_some_slides_have_effects_that_no_rig_file_holds(drawn):
     assert len(names - {"no effect"}) >= 15
 
 
-def test_a_slide_that_drilled_nothing_is_the_worst_and_never_set():
+def test_slide_without_hole_ranks_worst():
     idle = slide(3, math.nan, after=10.0, drilled=0.0)
     slides = [slide(1, 5.0), slide(2, 9.0, after=None), idle, *(slide(k, 1.0) for k in range(10, 20))]
     assert [one.number for one in worst(slides)][:3] == [3, 2, 1]
     assert len(worst(slides)) == 10
     found = summarise(slides)
-    assert (found.slides, found.idle, found.set_in_time, found.held) == (13, 1, 11, 12)
+    assert (found.slides, found.nothing_drilled, found.set_in_time, found.held) == (13, 1, 11, 12)
     assert found.error[0] == 1.0 and found.error[-1] == math.inf and found.time_to_set[-1] == math.inf
 
 
-def test_two_controllers_are_compared_on_the_slides_that_both_drilled():
+def test_comparison_uses_slides_that_both_drilled():
     first = [slide(k, 2.0 + 0.1 * k) for k in range(20)]
     second = [slide(k, 5.0 + 0.1 * k) for k in range(19)] + [slide(19, math.nan, drilled=0.0)]
     found = compare_paired(first, second)
-    assert (found.better, found.of) == (19, 19)
-    assert found.low == pytest.approx(0.025 ** (1 / 19)) and found.high == 1.0
+    assert (found.better, found.slides) == (19, 19)
+    assert found.probability == (pytest.approx(0.025 ** (1 / 19)), 1.0)
     assert found.difference == pytest.approx(-3.0) and found.interval == pytest.approx((-3.0, -3.0))
     assert compare_paired(first, []) is None
     even = compare_paired(first, first)
     assert even.better == 0 and even.difference == 0.0
-    assert "by 3.0 deg on average [3.0, 3.0]" in pair_sentences({"a": first, "b": second})[0]
+    assert "by 3.0 deg on average [3.0, 3.0]" in comparison_sentences({"a": first, "b": second})[0]
 
 
-def test_the_page_and_the_json_name_the_worst_slides_with_the_command_that_repeats_each():
+def test_worst_slides_come_with_repeat_command():
     setting = CampaignOptions(RIG, seed=4, elements=60)
     slides = {DEFAULT_CONTROLLER: [slide(k, 2.0 + k) for k in range(12)],
               "fixed_rocking": [slide(k, math.inf) for k in range(12)]}
@@ -136,7 +137,7 @@ def test_the_page_and_the_json_name_the_worst_slides_with_the_command_that_repea
     assert command in page_html(campaign_page(slides, setting, "code", repeat), SI)
 
 
-def test_a_users_controller_is_part_of_what_a_result_depends_on(tmp_path, monkeypatch):
+def test_job_key_depends_on_controller_file(tmp_path, monkeypatch):
     path = tmp_path / "holds_still_in_a_campaign.py"
     path.write_text("class Still:\n    def __init__(self, rig): pass\n    def step(self, measurements): ...\n")
     monkeypatch.syspath_prepend(str(tmp_path))
@@ -149,7 +150,7 @@ def test_a_users_controller_is_part_of_what_a_result_depends_on(tmp_path, monkey
         slide_job(0, "no_such_module:Still", setting)
 
 
-def test_what_a_job_returns_is_read_back(tmp_path):
+def test_job_result_round_trips(tmp_path):
     tree = run_slide(slide_job(2, "no_rocking", CampaignOptions(RIG, elements=20, duration=260.0)))
     assert json.loads(json.dumps(tree, allow_nan=False)) == tree
     found = slide_of(tree)
@@ -157,7 +158,8 @@ def test_what_a_job_returns_is_read_back(tmp_path):
     assert slide_of({**tree, "score": {**tree["score"], "time_to_set_s": None}}).score.time_to_set_s is None
 
 
-def test_the_command_goes_on_from_its_files(tmp_path, brief):
+@pytest.mark.slow
+def test_repeated_command_resumes_from_results(tmp_path, brief):
     arguments = ["closed-loop", "--campaign", "1", "--against", "no_rocking", "--elements", "20", "--jobs", "1", "-o",
                  str(tmp_path)]  # fmt: skip
     first = CliRunner().invoke(group, [*arguments, "--json"])
@@ -171,7 +173,8 @@ def test_the_command_goes_on_from_its_files(tmp_path, brief):
     assert "give the folder" in str(CliRunner().invoke(group, ["closed-loop", "--campaign", "1"]).exception)
 
 
-def test_one_slide_of_a_campaign_is_run_again_with_its_traces(tmp_path, brief):
+@pytest.mark.slow
+def test_single_slide_repeats_campaign_result(tmp_path, brief):
     arguments = ["closed-loop", "--slide", "4", "--seed", "1", "--elements", "20", "--jobs", "1", "-o", str(tmp_path)]
     result = CliRunner().invoke(group, arguments)
     assert result.exit_code == 0, result.output

@@ -17,7 +17,7 @@ from slider_drilling.effects import effects_with
 MAKE_UP, BACK_OFF = 25e3, 15e3
 SLIDES = {scenario.name: scenario for scenario in SCENARIOS}
 # Limits that this well's strokes meet again and again.
-TIGHT = dataclasses.replace(SLIDES["hold, 2.6 km"], friction=1.1, make_up_limit=4.6e3, back_off_limit=2.8e3)
+TIGHT = dataclasses.replace(SLIDES["hold, 2.6 km"], friction_ratio=1.1, make_up_limit=4.6e3, back_off_limit=2.8e3)
 
 
 def pipe_torque(scenario, seconds):

@@ -36,7 +36,7 @@ def test_gymnasium_checker_passes():
 def test_action_turns_drive_and_lowers_block():
     seen, rewards, facts = slid((0.1, 0.02))
     assert len(rewards) == 20
-    assert seen[-1][0] == pytest.approx(20.0 * 0.1 * HOLD.believed_rig().top_drive.max_speed, rel=0.1)
+    assert seen[-1][0] == pytest.approx(20.0 * 0.1 * HOLD.assumed_rig().top_drive.max_speed, rel=0.1)
     assert seen[-1][2] == pytest.approx(20.0 * 0.002, rel=0.1)
     assert seen[-1][1] > 1.0, "turning right takes torque to the right"
     assert rewards[-1] == pytest.approx(-abs(facts["error"]) / np.pi, abs=0.01)

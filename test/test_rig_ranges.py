@@ -214,7 +214,7 @@ def test_rigs_that_are_shipped_drawn_or_put_into_scenarios_are_rigs(path: Path) 
         for well in DEFAULT_WELLS:
             check_rig(WELLS[well](np.random.default_rng(seed), base))
     for scenario in SCENARIOS:
-        check_rig(scenario.believed_rig())
+        check_rig(scenario.assumed_rig())
         check_rig(scenario.true_rig())
 
 

@@ -1,4 +1,4 @@
-"""Controllers on the virtual rig, without DDS: fixed scenarios, scored on truth."""
+"""Controllers on the virtual rig, without DDS: scenarios, random rigs, and scores from the true state."""
 
 from slider_drilling.closed_loop.every_effect import every_effect
 from slider_drilling.closed_loop.run import ScenarioResult, contender_pairs, run_all, run_scenario
@@ -8,15 +8,15 @@ from slider_drilling.closed_loop.score import SlideScore, score_slide
 from slider_drilling.closed_loop.trace import SlideTrace
 
 __all__ = [
-           "SCENARIOS",
-           "WELLS",
-           "Scenario",
-           "ScenarioResult",
-           "SlideScore",
-           "SlideTrace",
-           "contender_pairs",
-           "every_effect",
-           "run_all",
-           "run_scenario",
-           "score_slide",
+    "SCENARIOS",
+    "WELLS",
+    "Scenario",
+    "ScenarioResult",
+    "SlideScore",
+    "SlideTrace",
+    "contender_pairs",
+    "every_effect",
+    "run_all",
+    "run_scenario",
+    "score_slide",
 ]

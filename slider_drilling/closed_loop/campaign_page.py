@@ -1,4 +1,4 @@
-"""A campaign's figures: as JSON, as the lines of a table, as a page that stands alone."""
+"""Results of a campaign: JSON, the table of the terminal, and a page."""
 
 from __future__ import annotations
 
@@ -9,44 +9,58 @@ from typing import Any
 
 import numpy as np
 
-from slider_drilling.closed_loop import campaign
 from slider_drilling.closed_loop.campaign import (
     QUANTILES,
+    SCHEMA,
     CampaignOptions,
     PairedComparison,
     ScoredSlide,
     ScoreSummary,
+    compare_paired,
     summarise,
     worst,
 )
-from slider_drilling.closed_loop.score import ALLOWED, HELD, WITHIN_DEG
+from slider_drilling.closed_loop.report import set_after
+from slider_drilling.closed_loop.score import ALLOWED_TIME, SET_TIME, TOLERANCE_DEG
 from slider_drilling.pages import Chart, Headline, Line, Page, Panel, Section, Table
 
-HEADS = ("controller", "slides", *(f"error deg, {q:.0%}" for q in QUANTILES), "within 15 deg for 95 %", "set in 240 s",
-         "set after s, 50 %", "set after s, 95 %", "peak torque kN m, 50 %", "peak torque kN m, 95 %",
-         "nothing drilled")  # fmt: skip
-BRIEF = ("controller", "slides", "50 %", "90 %", "95 %", "held", "set", "idle")
-WORST_HEADS = ("slide", "well", "effects", "mean error, deg", "within 15 deg, %", "set after, s", "again")
+TERMINAL_HEADER = ("controller", "slides", "50 %\ndeg", "90 %\ndeg", "95 %\ndeg", "held\nslides", "set\nslides",
+                   "nothing\ndrilled")  # fmt: skip
+_ERROR_HEADER = ("controller", "slides", *(f"{share:.0%} below, deg" for share in QUANTILES),
+                 f"within {TOLERANCE_DEG:.0f} deg for 95 % of the time, slides", "nothing drilled, slides")  # fmt: skip
+_TIME_HEADER = ("controller", f"set within {ALLOWED_TIME:.0f} s, slides", "50 % set after, s", "95 % set after, s",
+                "50 % peak torque below, kN m", "95 % peak torque below, kN m")  # fmt: skip
+_WORST_HEADER = ("slide", "well", "effects", "mean error, deg", "within 15 deg, %", "set after, s", "repeat with")
 
 Repeat = Callable[[int], str]
 
 
 def as_json(
-    slides: Mapping[str, Sequence[ScoredSlide]], setting: CampaignOptions, code: str, repeat: Mapping[str, Repeat]
+    slides: Mapping[str, Sequence[ScoredSlide]], options: CampaignOptions, code: str, repeat: Mapping[str, Repeat]
 ) -> dict[str, Any]:
-    """The tree of closed_loop_campaign.json. slides, repeat: by controller, the one under test first."""
-    found = {}
-    for name, of in slides.items():
-        rows = [{"number": one.number, "well": one.well, "effects": one.about, **asdict(one.score)} for one in of]
-        again = [{"number": one.number, "error_deg": one.error, "command": repeat[name](one.number)}
-                 for one in worst(of)]  # fmt: skip
-        found[name] = {"spread": asdict(summarise(of)), "worst": again, "slides": rows}
-    compared = {f"{first} minus {second}": asdict(one) for (first, second), one in _pairs(slides).items()}
-    tree = {"schema": campaign.SCHEMA, "code": code, "seed": setting.seed, "elements": setting.elements,
-            "duration_s": setting.duration, "rig": str(setting.rig), "quantiles": list(QUANTILES),
-            "controllers": found, "paired": compared}  # fmt: skip
-    plain: dict[str, Any] = _finite(tree)
-    return plain
+    """Return the tree of closed_loop_campaign.json; figures that are not finite become null.
+
+    Args:
+        slides: By controller, the one under test first.
+        options: What all jobs share.
+        code: Version of the code.
+        repeat: By controller, slide number -> command that runs the slide again.
+    """
+    controllers = {name: _controller_tree(scored, repeat[name]) for name, scored in slides.items()}
+    comparisons = {f"{first} minus {second}": asdict(pair) for (first, second), pair in _comparisons(slides).items()}
+    tree = {"schema": SCHEMA, "code": code, "seed": options.seed, "elements": options.elements,
+            "duration_s": options.duration, "rig": str(options.rig), "quantiles": list(QUANTILES),
+            "controllers": controllers, "paired": comparisons}  # fmt: skip
+    finite: dict[str, Any] = _finite(tree)
+    return finite
+
+
+def _controller_tree(slides: Sequence[ScoredSlide], repeat: Repeat) -> dict[str, Any]:
+    rows = [{"number": slide.number, "well": slide.well, "effects": slide.about, **asdict(slide.score)}
+            for slide in slides]  # fmt: skip
+    largest = [{"number": slide.number, "error_deg": slide.error, "command": repeat(slide.number)}
+               for slide in worst(slides)]  # fmt: skip
+    return {"summary": asdict(summarise(slides)), "worst": largest, "slides": rows}
 
 
 def _finite(tree: Any) -> Any:
@@ -57,35 +71,28 @@ def _finite(tree: Any) -> Any:
     return None if isinstance(tree, float) and not math.isfinite(tree) else tree
 
 
-def _pairs(slides: Mapping[str, Sequence[ScoredSlide]]) -> dict[tuple[str, str], PairedComparison]:
-    """The controller under test beside each of the others."""
-    names = list(slides)
-    found = {(names[0], other): campaign.compare_paired(slides[names[0]], slides[other]) for other in names[1:]}
-    return {pair: one for pair, one in found.items() if one is not None}
+def _comparisons(slides: Mapping[str, Sequence[ScoredSlide]]) -> dict[tuple[str, str], PairedComparison]:
+    """The controller under test compared with each of the others."""
+    first, *others = slides
+    pairs = {(first, other): compare_paired(slides[first], slides[other]) for other in others}
+    return {names: pair for names, pair in pairs.items() if pair is not None}
 
 
-def spread_cells(name: str, found: ScoreSummary) -> tuple[str, ...]:
-    """One controller's line: a cell for each of `HEADS`."""
-    torque = [value / 1e3 for value in found.peak_torque]
-    return (name, str(found.slides), *(_number(value, 1) for value in found.error), str(found.held),
-            str(found.set_in_time), _number(found.time_to_set[0], 0), _number(found.time_to_set[-1], 0),
-            f"{torque[0]:.1f}", f"{torque[-1]:.1f}", str(found.idle))  # fmt: skip
+def terminal_row(name: str, summary: ScoreSummary) -> tuple[str, ...]:
+    """One line of the terminal's table, which fits 80 columns: a cell for each of `TERMINAL_HEADER`."""
+    errors = dict(zip(QUANTILES, summary.error, strict=True))
+    return (name.rpartition(":")[2], str(summary.slides), *(_number(errors[share], 1) for share in (0.5, 0.9, 0.95)),
+            str(summary.held), str(summary.set_in_time), str(summary.nothing_drilled))  # fmt: skip
 
 
-def brief_cells(name: str, found: ScoreSummary) -> tuple[str, ...]:
-    """One line of the terminal's table, which fits 80 columns: a cell for each of `BRIEF`."""
-    errors = dict(zip(QUANTILES, found.error, strict=True))
-    return (name.rpartition(":")[2], str(found.slides), *(_number(errors[share], 1) for share in (0.5, 0.9, 0.95)),
-            str(found.held), str(found.set_in_time), str(found.idle))  # fmt: skip
-
-
-def pair_sentences(slides: Mapping[str, Sequence[ScoredSlide]]) -> list[str]:
-    """Each comparison in a sentence."""
+def comparison_sentences(slides: Mapping[str, Sequence[ScoredSlide]]) -> list[str]:
+    """Return each comparison in a sentence."""
     return [
-        f"{first} has the smaller error than {second} in {one.better} of {one.of} slides (chance {one.low:.0%} to "
-        f"{one.high:.0%}), by {-one.difference:.1f} deg on average [{-one.interval[1]:.1f}, {-one.interval[0]:.1f}]."
-        for (first, second), one in _pairs(slides).items()
-    ]
+        f"{first} has a smaller error than {second} in {pair.better} of {pair.slides} slides (probability "
+        f"{pair.probability[0]:.0%} to {pair.probability[1]:.0%}), by {-pair.difference:.1f} deg on average "
+        f"[{-pair.interval[1]:.1f}, {-pair.interval[0]:.1f}]."
+        for (first, second), pair in _comparisons(slides).items()
+    ]  # fmt: skip
 
 
 def _number(value: float, digits: int) -> str:
@@ -93,42 +100,65 @@ def _number(value: float, digits: int) -> str:
 
 
 def campaign_page(
-    slides: Mapping[str, Sequence[ScoredSlide]], setting: CampaignOptions, code: str, repeat: Mapping[str, Repeat]
+    slides: Mapping[str, Sequence[ScoredSlide]], options: CampaignOptions, code: str, repeat: Mapping[str, Repeat]
 ) -> Page:
-    """The page. slides, repeat: by controller, the one under test first."""
-    name, own = next(iter(slides.items()))
-    found = summarise(own)
-    lead = (f"Half of {found.slides} random rigs: mean toolface error below {_number(found.error[0], 1)} deg, 95 % "
-            f"below {_number(found.error[-1], 1)} deg; set within {ALLOWED:.0f} s in {found.set_in_time}.")  # fmt: skip
-    rows = tuple(spread_cells(one, summarise(of)) for one, of in slides.items())
+    """Return the page of a campaign.
+
+    Args:
+        slides: By controller, the one under test first.
+        options: What all jobs share.
+        code: Version of the code.
+        repeat: By controller, slide number -> command that runs the slide again.
+    """
+    name = next(iter(slides))
+    summaries = {controller: summarise(scored) for controller, scored in slides.items()}
+    own = summaries[name]
+    headline = (f"On half of {own.slides} random rigs the mean toolface error is below {_number(own.error[0], 1)} deg, "
+                f"on 95 % below {_number(own.error[-1], 1)} deg; the toolface was set within {ALLOWED_TIME:.0f} s in "
+                f"{own.set_in_time}.")  # fmt: skip
     return Page(
-        kind="Closed-loop campaign", title=f"{name} on {found.slides} random rigs",
-        facts=(("seed", str(setting.seed)), ("elements", str(setting.elements)), ("code", code)),
-        headline=Headline(lead),
+        kind="Closed-loop campaign", title=f"{name} on {own.slides} random rigs",
+        facts=(("seed", str(options.seed)), ("elements", str(options.elements)), ("code", code)),
+        headline=Headline(headline),
         sections=(
-            Section("All slides", (
-                f"Error on truth, from {ALLOWED:.0f} s after the start. Set: within {WITHIN_DEG:.0f} deg for "
-                f"{HELD:.0f} s without a break.",
-                Table(HEADS, rows), *pair_sentences(slides), _curves(slides))),
-            *(Section(f"Worst slides of {one}", (Table(WORST_HEADS, _worst_rows(of, repeat[one])),))
-              for one, of in slides.items()),
+            Section("Toolface error", (
+                f"Share of slides whose mean true toolface error, scored from {ALLOWED_TIME:.0f} s after the start, is "
+                "below each value.",
+                Table(_ERROR_HEADER, tuple(_error_row(*item) for item in summaries.items())),
+                *comparison_sentences(slides), _error_curves(slides))),
+            Section("Time to set and torque", (
+                f"The toolface is set once it stays within {TOLERANCE_DEG:.0f} deg for {SET_TIME:.0f} s.",
+                Table(_TIME_HEADER, tuple(_time_row(*item) for item in summaries.items())))),
+            *(Section(f"Worst slides of {controller}", (Table(_WORST_HEADER, _worst_rows(scored, repeat[controller])),))
+              for controller, scored in slides.items()),
         ),
     )  # fmt: skip
 
 
+def _error_row(name: str, summary: ScoreSummary) -> tuple[str, ...]:
+    return (name, str(summary.slides), *(_number(value, 1) for value in summary.error), str(summary.held),
+            str(summary.nothing_drilled))  # fmt: skip
+
+
+def _time_row(name: str, summary: ScoreSummary) -> tuple[str, ...]:
+    torque = [value / 1e3 for value in summary.peak_torque]
+    return (name, str(summary.set_in_time), _number(summary.time_to_set[0], 0), _number(summary.time_to_set[-1], 0),
+            f"{torque[0]:.1f}", f"{torque[-1]:.1f}")  # fmt: skip
+
+
 def _worst_rows(slides: Sequence[ScoredSlide], repeat: Repeat) -> tuple[tuple[str, ...], ...]:
     return tuple(
-        (str(one.number), one.well, one.about, _number(one.error, 1), f"{100.0 * one.score.within_15_deg:.0f}",
-         "never" if one.score.time_to_set_s is None else f"{one.score.time_to_set_s:.0f}", repeat(one.number))
-        for one in worst(slides)
+        (str(slide.number), slide.well, slide.about, _number(slide.error, 1),
+         f"{100.0 * slide.score.within_15_deg:.0f}", set_after(slide.score), repeat(slide.number))
+        for slide in worst(slides)
     )  # fmt: skip
 
 
-def _curves(slides: Mapping[str, Sequence[ScoredSlide]]) -> Chart:
-    """How many slides stay below an error."""
+def _error_curves(slides: Mapping[str, Sequence[ScoredSlide]]) -> Chart:
+    """Cumulative distribution of the mean error for each controller."""
     lines = []
-    for name, of in slides.items():
-        errors = np.sort([one.error for one in of if math.isfinite(one.error)])
-        lines.append(Line(name, errors, np.arange(1, len(errors) + 1) / len(of), "steps"))
+    for name, scored in slides.items():
+        errors = np.sort([slide.error for slide in scored if math.isfinite(slide.error)])
+        lines.append(Line(name, errors, np.arange(1, len(errors) + 1) / len(scored), "steps"))
     panel = Panel("share of slides below", tuple(lines), limits=(0.0, 1.0))
     return Chart("Errors of all slides", "mean toolface error, deg", (panel,), x_log=True)

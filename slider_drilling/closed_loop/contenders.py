@@ -1,4 +1,4 @@
-"""The controller under test and what it is held against."""
+"""The contenders of a closed loop: the controller under test, its upper bounds and the baselines."""
 
 from __future__ import annotations
 
@@ -21,23 +21,32 @@ SHIFTED_ROCKING = "shifted_rocking"
 INFORMED = "informed"
 ORACLE = "oracle"
 BASELINES = (NO_ROCKING, FIXED_ROCKING, SHIFTED_ROCKING)
-LIMITS = (INFORMED, ORACLE)
+UPPER_BOUNDS = (INFORMED, ORACLE)
 ABOUT = {
     UNDER_TEST: "the controller under test",
-    INFORMED: "the same with the true rig file: what not knowing the rig costs",
-    ORACLE: "the same with the true rig file and the true toolface at 10 Hz: what MWD costs beside",
+    INFORMED: "the controller under test with the true rig file; the difference is the cost of an inaccurate rig file",
+    ORACLE: "the informed controller with the true toolface at 10 Hz; the difference is the cost of MWD",
     NO_ROCKING: "top drive held still",
-    FIXED_ROCKING: "constant rocking, no toolface control",
-    SHIFTED_ROCKING: "constant rocking, centre shifted by a tenth of the last error",
+    FIXED_ROCKING: "constant rocking without toolface control",
+    SHIFTED_ROCKING: "constant rocking, its centre shifted by a tenth of the last error",
 }
 
 
 def build_contender(
     contender: str, scenario: Scenario, name: str = DEFAULT_CONTROLLER, settings: Mapping[str, float] | None = None
 ) -> Controller:
-    """The contender for this scenario; `name` is the module:Class under test, settings change some of its own. Raises
-    InputError."""
-    rig = believed_rig(contender, scenario)
+    """Build a contender for a scenario.
+
+    Args:
+        contender: A key of `ABOUT`.
+        scenario: The slide.
+        name: module:Class of the controller under test.
+        settings: Settings of the controller under test that differ from its defaults.
+
+    Raises:
+        InputError: The controller cannot be built, or a setting is out of its range.
+    """
+    rig = rig_file_for(contender, scenario)
     fixed = settings_for(rig)
     if contender == NO_ROCKING:
         return FixedRocking(rig, dataclasses.replace(fixed, amplitude=0.0, shift_gain=0.0))
@@ -55,19 +64,23 @@ def build_contender(
     return SlideController(rig, dataclasses.replace(SlideSettings(), **{**known, **(settings or {})}))
 
 
-def believed_rig(contender: str, scenario: Scenario) -> Rig:
-    """What the contender is told of its rig. Raises InputError where the installation lacks the rig file."""
-    if contender not in LIMITS:
-        return scenario.believed_rig()
+def rig_file_for(contender: str, scenario: Scenario) -> Rig:
+    """Return the rig file that the contender gets: the assumed one, or the true one for the upper bounds.
+
+    Raises:
+        InputError: The installation lacks the rig file.
+    """
+    if contender not in UPPER_BOUNDS:
+        return scenario.assumed_rig()
     rig = scenario.true_rig()
     if contender == INFORMED:
         return rig
-    prompt = Mwd(period=1.0 / rig.sensors.rate, latency=0.0, noise=0.0, resolution=0.0)
-    return dataclasses.replace(rig, sensors=dataclasses.replace(rig.sensors, mwd=prompt))
+    ideal = Mwd(period=1.0 / rig.sensors.rate, latency=0.0, noise=0.0, resolution=0.0)
+    return dataclasses.replace(rig, sensors=dataclasses.replace(rig.sensors, mwd=ideal))
 
 
 def measurements_for(contender: str, measurements: Measurements, truth: GroundTruth) -> Measurements:
-    """What the contender is shown of a sample: the oracle sees the true toolface in each."""
+    """Return what the contender sees of a sample; the oracle gets the true toolface in each."""
     if contender != ORACLE:
         return measurements
     tool_face = math.remainder(truth.tool_face, 2.0 * math.pi)

@@ -33,7 +33,7 @@ def draw_slide(number: int, seed: int, base: Rig, duration: float = DURATION_S) 
     return Scenario(
         name=f"slide {number}", well=f"{believed.string.length / 1e3:.1f} km", about=", ".join(names) or "no effect",
         targets=((0.0, target),), duration=duration, start_twist=float(random.uniform(-6.0, 6.0)),
-        lost=float(random.uniform(0.0, 0.2)), outliers=float(random.choice([0.0, 0.02, 0.05])),
+        mwd_lost=float(random.uniform(0.0, 0.2)), mwd_outliers=float(random.choice([0.0, 0.02, 0.05])),
         rigs=(check_rig(believed), check_rig(truth)),
     )  # fmt: skip
 

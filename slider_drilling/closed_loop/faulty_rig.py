@@ -1,4 +1,4 @@
-"""A virtual rig with a scenario's faults: MWD samples lost or wrong, a block that slips, pipe that rubs to one side."""
+"""A virtual rig with the faults of a scenario: lost and wrong MWD samples, block slip, friction by angle."""
 
 from __future__ import annotations
 
@@ -12,11 +12,22 @@ from slider_drilling.control.interface import Measurements, MwdSample, RigComman
 from slider_drilling.drillstring import VirtualRig
 from slider_drilling.effects import AngleFriction
 
-_SLIP_TIME = 3.0  # s, over which the block drops
+_SLIP_TIME = 3.0  # s, duration of a block slip
 
 
 class FaultyRig:
-    """Steps like `VirtualRig`; the faults have a generator of their own, so every contender meets the same."""
+    """Steps like `VirtualRig`.
+
+    The faults have their own random generator, so every contender meets the same faults.
+
+    Args:
+        scenario: The slide.
+        seed: Of sensor noise and faults.
+        elements: Of the string.
+
+    Attributes:
+        rig: The virtual rig, with its true state.
+    """
 
     def __init__(self, scenario: Scenario, seed: int, elements: int):
         by_angle = AngleFriction(scenario.angle_friction) if scenario.angle_friction else None
@@ -25,8 +36,8 @@ class FaultyRig:
         self._random = np.random.default_rng((seed, 1))
 
     def step(self, command: RigCommand) -> Measurements:
-        """One sensor period."""
-        slip = self._scenario.slip
+        """Advance by one sample of the sensors and return the measurements."""
+        slip = self._scenario.block_slip
         if slip is not None and slip[0] <= self.rig.truth.time < slip[0] + _SLIP_TIME:
             command = dataclasses.replace(command, block_speed=command.block_speed + slip[1] / _SLIP_TIME)
         measurements = self.rig.step(command)
@@ -35,11 +46,11 @@ class FaultyRig:
     def _received(self, samples: tuple[MwdSample, ...]) -> list[MwdSample]:
         received = []
         for sample in samples:
-            # Both are drawn for every sample, so that one fault's rate does not move the other's.
+            # Draw all three for every sample, so that the rate of one fault does not change the other fault.
             lost, wrong, angle = self._random.uniform(size=3)
-            if lost < self._scenario.lost:
+            if lost < self._scenario.mwd_lost:
                 continue
-            if wrong < self._scenario.outliers:
+            if wrong < self._scenario.mwd_outliers:
                 sample = dataclasses.replace(sample, tool_face=math.pi * (2.0 * float(angle) - 1.0))
             received.append(sample)
         return received

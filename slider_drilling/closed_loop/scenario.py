@@ -1,4 +1,4 @@
-"""What a controller is put through: a well, what differs from its belief, and what goes wrong."""
+"""A scenario: a well, how the rig differs from its file, and what goes wrong."""
 
 from __future__ import annotations
 
@@ -15,16 +15,29 @@ WELLS = {"2.6 km": "config/rig.short.yaml", "4.0 km": "config/rig.example.yaml",
 
 @dataclass(frozen=True)
 class Scenario:
-    """One slide. Everything that differs from the rig file is unknown to the controller.
+    """One slide. The controller does not know how the rig differs from its file.
 
-    well: a key of `WELLS`; targets: (s, deg) from which each toolface is asked for, the first one at 0;
-    which is as good as a start at any other angle; start_twist: rad, wound into the string;
-    friction: truth over the rig file; effects: of the catalogue, as in a rig file; angle_friction: share by which
-    friction rises and falls once a turn of each pipe; lost, outliers: share of MWD samples that never come, or come as
-    any angle; slip: (s, m) by which the block drops through its brake, or none; stall_pressure: Pa, of a motor weaker
-    than usual (known), 0: the rig file's; torque_lag, pressure_lag: s, of the sensors; circulation: true pressure off
-    bottom over the rig file's; make_up_limit, back_off_limit: N m (known), 0: the controller's default;
-    rigs: what is believed and what is true, in place of all that would be made of the well's file, or none.
+    Attributes:
+        name: Unique.
+        well: A key of `WELLS`.
+        about: One line.
+        targets: (s, deg): the toolface target from that time on; the first starts at 0 s.
+        duration: s.
+        start_twist: Twist in the string at the start, rad.
+        friction_ratio: True friction over the rig file's.
+        effects: Effects of the catalogue, as in a rig file.
+        angle_friction: Share by which friction rises and falls once per turn of each pipe.
+        mwd_period: s; known to the controller.
+        mwd_lost: Share of MWD samples that never arrive.
+        mwd_outliers: Share of MWD samples that arrive as a random angle.
+        block_slip: (s, m): when and how far the block drops through its brake, or None.
+        stall_pressure: Pressure limit of the motor, known, Pa; 0: the rig file's.
+        torque_lag: Of the torque sensor, s.
+        pressure_lag: Of the pressure sensor, s.
+        circulation_ratio: True off-bottom pressure over the rig file's.
+        make_up_limit: Torque limit to the right, known, N m; 0: the controller's default.
+        back_off_limit: Torque limit to the left, known, N m; 0: the controller's default.
+        rigs: Rig file and true rig, in place of those made from the well's file, or None.
     """
 
     name: str
@@ -33,17 +46,17 @@ class Scenario:
     targets: tuple[tuple[float, float], ...] = ((0.0, -70.0),)
     duration: float = 900.0
     start_twist: float = 0.0
-    friction: float = 1.0
+    friction_ratio: float = 1.0
     effects: Effects = Effects()
     angle_friction: float = 0.0
     mwd_period: float = 12.0
-    lost: float = 0.0
-    outliers: float = 0.0
-    slip: tuple[float, float] | None = None
+    mwd_lost: float = 0.0
+    mwd_outliers: float = 0.0
+    block_slip: tuple[float, float] | None = None
     stall_pressure: float = 0.0
     torque_lag: float = 0.0
     pressure_lag: float = 0.0
-    circulation: float = 1.0
+    circulation_ratio: float = 1.0
     make_up_limit: float = 0.0
     back_off_limit: float = 0.0
     rigs: tuple[Rig, Rig] | None = None
@@ -52,8 +65,12 @@ class Scenario:
     def start(self) -> InitialState:
         return InitialState(twist=self.start_twist)
 
-    def believed_rig(self) -> Rig:
-        """What the controller is told. Raises InputError where the installation lacks the rig file."""
+    def assumed_rig(self) -> Rig:
+        """The rig as the controller knows it.
+
+        Raises:
+            InputError: The installation lacks the rig file.
+        """
         if self.rigs is not None:
             return self.rigs[0]
         rig = load_rig(installed_file(WELLS[self.well]))
@@ -63,21 +80,21 @@ class Scenario:
                                    motor=dataclasses.replace(rig.motor, max_pressure=pressure))
 
     def true_rig(self) -> Rig:
-        """What it meets."""
+        """The rig as it is."""
         if self.rigs is not None:
             return self.rigs[1]
-        rig = self.believed_rig()
+        rig = self.assumed_rig()
         sensors = rig.sensors
-        intervals = tuple(dataclasses.replace(one, factor=one.factor * self.friction)
-                          for one in rig.well.friction_intervals)
+        intervals = tuple(dataclasses.replace(interval, factor=interval.factor * self.friction_ratio)
+                          for interval in rig.well.friction_intervals)
         torque = dataclasses.replace(sensors.surface_torque, lag=self.torque_lag)
         pressure = dataclasses.replace(sensors.standpipe_pressure, lag=self.pressure_lag)
-        circulating = self.circulation * rig.hydraulics.reference_pressure
+        circulating = self.circulation_ratio * rig.hydraulics.reference_pressure
         return dataclasses.replace(
             rig, effects=self.effects, hydraulics=dataclasses.replace(rig.hydraulics, reference_pressure=circulating),
             well=dataclasses.replace(rig.well, friction_intervals=intervals),
             sensors=dataclasses.replace(sensors, surface_torque=torque, standpipe_pressure=pressure))
 
     def target_at(self, time: float) -> float:
-        """Target (deg) asked for at `time` (s)."""
+        """Toolface target (deg) at `time` (s)."""
         return [target for since, target in self.targets if since <= time][-1]

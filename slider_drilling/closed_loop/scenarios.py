@@ -1,4 +1,4 @@
-"""The slides that every controller is put through: everyday ones, and those of a rig that is not as its file says."""
+"""The default scenarios: everyday slides, and slides on a rig that differs from its file."""
 
 from __future__ import annotations
 
@@ -8,30 +8,31 @@ from slider_drilling.effects import effects_with
 _SHORT, _MIDDLE, _LONG = WELLS
 
 
-def _three(name: str, about: str, **what: float) -> tuple[Scenario, ...]:
-    return tuple(Scenario(f"{name}, {well}", well, about, **what) for well in WELLS)  # type: ignore[arg-type]
+def _on_each_well(name: str, about: str, **changes: float) -> tuple[Scenario, ...]:
+    return tuple(Scenario(f"{name}, {well}", well, about, **changes) for well in WELLS)  # type: ignore[arg-type]
 
 
 DAILY: tuple[Scenario, ...] = (
-    *_three("hold", "toolface set from an unknown start and held"),
-    *_three("friction +25 %", "a quarter more friction than believed", friction=1.25),
-    *_three("friction -25 %", "a quarter less friction than believed", friction=0.75),
-    Scenario("connection", "4.0 km", "half a turn off and wound up after a connection", ((0.0, 170.0),),
+    *_on_each_well("hold", "toolface set from an unknown start and held"),
+    *_on_each_well("friction +25 %", "a quarter more friction than in the rig file", friction_ratio=1.25),
+    *_on_each_well("friction -25 %", "a quarter less friction than in the rig file", friction_ratio=0.75),
+    Scenario("connection", "4.0 km", "toolface half a turn off and string twisted after a connection", ((0.0, 170.0),),
              start_twist=-5.0),
     Scenario("target +45 deg", "4.0 km", "a new target 45 degrees to the right", ((0.0, -70.0), (450.0, -25.0))),
     Scenario("target +180 deg", "4.0 km", "a new target half a turn away", ((0.0, -70.0), (450.0, 110.0))),
     Scenario("formation change", "4.0 km", "rock 60 % harder",
              effects=effects_with(formation_change={"factor": 1.6, "time": 450.0})),
-    Scenario("motor stall", "4.0 km", "the block slips 0.6 m and a weak motor stalls", slip=(450.0, 0.6),
+    Scenario("motor stall", "4.0 km", "the block slips 0.6 m and a weak motor stalls", block_slip=(450.0, 0.6),
              stall_pressure=3.2e6),
-    Scenario("MWD 12 s, faulty", "4.0 km", "a fifth of the samples lost, one in twenty wrong", lost=0.2, outliers=0.05),
-    Scenario("MWD 30 s, faulty", "4.0 km", "every 30 s, a tenth lost, one in twenty wrong", mwd_period=30.0, lost=0.1,
-             outliers=0.05),
+    Scenario("MWD 12 s, faulty", "4.0 km", "a fifth of the samples lost, one in twenty wrong", mwd_lost=0.2,
+             mwd_outliers=0.05),
+    Scenario("MWD 30 s, faulty", "4.0 km", "every 30 s, a tenth lost, one in twenty wrong", mwd_period=30.0,
+             mwd_lost=0.1, mwd_outliers=0.05),
     Scenario("sensor lag", "4.0 km", "torque 0.5 s late, pressure 3 s", torque_lag=0.5, pressure_lag=3.0),
-    Scenario("circulation +2 %", "4.0 km", "off bottom 3.6 bar more than believed", circulation=1.02),
+    Scenario("circulation +2 %", "4.0 km", "off bottom 3.6 bar more than in the rig file", circulation_ratio=1.02),
     Scenario("torque sensor bias", "4.0 km", "surface torque reads 0.5 kN m too high",
              effects=effects_with(torque_sensor_bias={"bias": 500.0})),
-    Scenario("weak pipe", "4.0 km", "connections that bear little torque", make_up_limit=7.5e3, back_off_limit=5.0e3),
+    Scenario("weak pipe", "4.0 km", "connections with low torque limits", make_up_limit=7.5e3, back_off_limit=5.0e3),
 )
 
 UNKNOWN: tuple[Scenario, ...] = (
@@ -53,7 +54,7 @@ UNKNOWN: tuple[Scenario, ...] = (
              effects=effects_with(torque_sensor_bias={"bias": -500.0})),
     Scenario("target +90 deg", _MIDDLE, "a new target 90 degrees to the right", ((0.0, -70.0), (600.0, 20.0)),
              duration=1200.0),
-    Scenario("buckling", _LONG, "pipe that buckles presses on the wall with the square of its compression",
+    Scenario("buckling", _LONG, "buckled pipe presses on the wall with the square of its compression",
              duration=1200.0, effects=effects_with(buckling_contact={"factor": 1.0})),
 )
 

@@ -1,4 +1,4 @@
-"""What happened in one run, as it is scored and drawn."""
+"""Time series of one closed-loop run, for the score and the page."""
 
 from __future__ import annotations
 
@@ -12,9 +12,19 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class SlideTrace:
-    """At the sensors' rate: time s; target, tool_face rad (unwrapped truth); top_drive_angle rad; surface_torque N m
-    without noise; weight_on_bit N; rate_of_penetration m/s; bit_depth m; events: (s, level, name, message) of each
-    change of an interlock."""
+    """Time series at the rate of the sensors, all of shape (n,).
+
+    Attributes:
+        time: s.
+        target: Toolface target, rad.
+        tool_face: True toolface, unwrapped, rad.
+        top_drive_angle: Measured, rad.
+        surface_torque: True, N m.
+        weight_on_bit: True, N.
+        rate_of_penetration: True, m/s.
+        bit_depth: True measured depth of the bit, m.
+        events: (s, level, name, message) of each change of level in the controller's status.
+    """
 
     time: Array
     target: Array

@@ -1,4 +1,4 @@
-"""`slider-drilling closed-loop`: a controller through fixed scenarios or random rigs, scored on truth."""
+"""`slider-drilling closed-loop`: a controller on fixed scenarios or random rigs, scored by the true state."""
 
 from __future__ import annotations
 
@@ -30,25 +30,26 @@ Examples:
 
 @click.command(epilog=EXAMPLES)
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Write closed_loop.html and .json there.")
-@click.option("--json", "as_json_text", is_flag=True, help="Print JSON: the units are in the names.")
+@click.option("--json", "as_json_text", is_flag=True, help="Print JSON; the units are in the names.")
 @click.option("--controller", "name", default="", help="Controller under test, module:Class.")
-@click.option("--only", multiple=True, help="Scenario by name, or the beginning of its name; may be repeated.")
+@click.option("--only", multiple=True, help="Scenario by name, or by the beginning of its name; repeatable.")
 @click.option("--all", "every", is_flag=True,
-              help="Each effect of the catalogue at two sizes on three wells, and two at once, too.")
+              help="Add each effect of the catalogue at two sizes on three wells, and pairs of effects.")
 @click.option("--set", "sets", multiple=True, metavar="NAME=VALUE",
               help="Change a setting of the controller under test (gain=1.5); repeatable.")
-@click.option("--list", "listing", is_flag=True, help="List the scenarios and leave.")
+@click.option("--list", "listing", is_flag=True, help="List the scenarios and exit.")
 @click.option("--elements", default=200, show_default=True, help="Elements of the string, 10 to 5000.")
-@click.option("--seed", default=0, show_default=True, type=click.IntRange(min=0), help="Of sensor noise and faults.")
-@click.option("--jobs", default=2, show_default=True, type=click.IntRange(1, 64), help="Processes.")
+@click.option("--seed", default=0, show_default=True, type=click.IntRange(min=0),
+              help="Seed of sensor noise and faults.")
+@click.option("--jobs", default=2, show_default=True, type=click.IntRange(1, 64), help="Number of processes.")
 @click.option("--campaign", "slides", type=click.IntRange(1, 100000), metavar="N",
-              help="N random rigs in place of the scenarios: how errors are spread, the worst ten, who wins.")
+              help="Run N random rigs instead of the scenarios: statistics, the ten worst slides, paired comparison.")
 @click.option("--against", multiple=True, default=("fixed_rocking",), show_default=True, metavar="NAME",
-              help="With --campaign: fixed_rocking, shifted_rocking, no_rocking or module:Class; may be repeated.")
+              help="With --campaign: compare with fixed_rocking, shifted_rocking, no_rocking or module:Class.")
 @click.option("--slide", type=click.IntRange(0, 100000), metavar="K",
-              help="One random rig of a campaign of this --seed, with its traces.")
+              help="Run slide K of the campaign with this --seed, with its time series.")
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path),
-              help="With --campaign and --slide: rig file that strings, fluids and noise are drawn near.")
+              help="With --campaign and --slide: rig file that strings, fluids and noise are drawn around.")
 @scheduler_option
 @units_option
 def command(
@@ -58,7 +59,7 @@ def command(
 ) -> int:
     """Hold the toolface through every scenario; compare with no rocking and with fixed rocking.
 
-    Ctrl-C (or SIGTERM) keeps the scenarios that have ended; the exit code is then 130 (143).
+    Ctrl-C (or SIGTERM) keeps the scenarios that have ended and exits with 130 (143).
     """
     from slider_drilling.campaign.run import WorkerSettings
     from slider_drilling.closed_loop import report
@@ -78,40 +79,39 @@ def command(
     if listing:
         print_listing((scenario.name, scenario.about) for scenario in _known(every))
         return 0
-    if slides is not None or slide is not None:
-        setting = CampaignOptions(rig_path or installed_file("config/rig.example.yaml"), seed, elements)
+    name = name or DEFAULT_CONTROLLER
+    options = CampaignOptions(rig_path or installed_file("config/rig.example.yaml"), seed, elements)
     if slides is not None:
         if output is None:
-            raise InputError("--campaign: give the folder for its results with -o; it is where it goes on from")
+            raise InputError("--campaign: give the folder for its results with -o; a repeated command resumes from it")
         if sets:
-            raise InputError("--set: not with --campaign; give it a class of your own that has these settings")
-        names = list(dict.fromkeys((name or DEFAULT_CONTROLLER, *against)))
-        where = WorkerSettings(jobs, scheduler)
-        return run_campaign(names, slides, setting, where, output, rig_path is not None, as_json_text, units)
+            raise InputError("--set cannot be used with --campaign; give a controller class with these settings")
+        controllers = list(dict.fromkeys((name, *against)))
+        workers = WorkerSettings(jobs, scheduler)
+        return run_campaign(controllers, slides, options, workers, output, rig_path is not None, as_json_text, units)
     scenarios = _chosen(only, every)
     if slide is not None:
-        drawn, seed = drawn_scenario(slide, setting)
-        scenarios = [drawn]
+        random_scenario, seed = drawn_scenario(slide, options)
+        scenarios = [random_scenario]
     if output is not None:
         make_folder(output)
         check_outputs((output / "closed_loop.json", output / "closed_loop.html"))
-    name = name or DEFAULT_CONTROLLER
-    settings = parse_settings(sets, name, scenarios[0].believed_rig())
-    outcomes = _run(scenarios, seed, elements, name, jobs, settings)
-    rows = report.by_scenario(outcomes, scenarios)
-    figures = report.as_json(rows, name, seed, elements)
-    figures["partial"] = len(rows) < len(scenarios)
-    if figures["partial"]:
+    settings = parse_settings(sets, name, scenarios[0].assumed_rig())
+    results = _run(scenarios, seed, elements, name, jobs, settings)
+    rows = report.by_scenario(results, scenarios)
+    tree = report.as_json(rows, name, seed, elements)
+    tree["partial"] = len(rows) < len(scenarios)
+    if tree["partial"]:
         stderr().print(f"interrupted: {len(rows)} of {len(scenarios)} scenarios")
 
     def write() -> tuple[Path, ...]:
         if output is None:
             return ()
-        write_atomically(output / "closed_loop.json", json.dumps(figures, indent=1).encode("utf-8"))
+        write_atomically(output / "closed_loop.json", json.dumps(tree, indent=1).encode("utf-8"))
         write_page(output / "closed_loop.html", closed_loop_page(rows, name, seed, elements), units)
         return output / "closed_loop.json", output / "closed_loop.html"
 
-    write_and_print(figures if as_json_text else None, lambda: _print(rows, units), write)
+    write_and_print(tree if as_json_text else None, lambda: print_results(rows, units), write)
     return 0
 
 
@@ -125,11 +125,10 @@ def _chosen(only: tuple[str, ...], every: bool) -> list[Scenario]:
     from slider_drilling.errors import InputError
 
     known = _known(every)
-    for wanted in only:
-        if not any(scenario.name.startswith(wanted) for scenario in known):
-            raise InputError(f"--only = {wanted!r}: no such scenario; see --list, or --all --list")
-    return [scenario for scenario in known
-            if not only or any(scenario.name.startswith(wanted) for wanted in only)]
+    for start in only:
+        if not any(scenario.name.startswith(start) for scenario in known):
+            raise InputError(f"--only = {start!r}: no scenario starts with this; see --list, or --all --list")
+    return [scenario for scenario in known if not only or scenario.name.startswith(only)]
 
 
 def _run(
@@ -138,35 +137,36 @@ def _run(
     from slider_drilling.closed_loop import contender_pairs, run_all
     from slider_drilling.console.streams import progress_bar
 
-    outcomes: list[ScenarioResult] = []
+    results: list[ScenarioResult] = []
     with progress_bar("{task.description}", "{task.completed}/{task.total}") as progress:
         pairs = contender_pairs(scenarios)
         task = progress.add_task("slides", total=len(pairs))
         try:
-            for outcome in run_all(pairs, seed, elements, name, jobs, settings):
-                outcomes.append(outcome)
+            for result in run_all(pairs, seed, elements, name, jobs, settings):
+                results.append(result)
                 progress.advance(task)
         except KeyboardInterrupt:
-            if not outcomes:
+            if not results:
                 raise
-    return outcomes
+    return results
 
 
-def _print(rows: list[dict[str, ScenarioResult]], units: Units) -> None:
+def print_results(rows: list[dict[str, ScenarioResult]], units: Units) -> None:
+    """Print the table, the interlocks that stopped a slide, and what rig file and MWD cost."""
     from rich.table import Table
 
     from slider_drilling.closed_loop.contenders import UNDER_TEST
-    from slider_drilling.closed_loop.report import brief_cells, brief_heads, information_costs, interlock_stops
+    from slider_drilling.closed_loop.report import information_costs, interlock_stops, terminal_header, terminal_row
     from slider_drilling.console.streams import stdout
 
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False)
-    for place, head in enumerate(brief_heads(units)):
-        table.add_column(head, justify="right" if place else "left", no_wrap=bool(place), overflow="fold")
+    for index, label in enumerate(terminal_header(units)):
+        table.add_column(label, justify="right" if index else "left", no_wrap=bool(index), overflow="fold")
     for row in rows:
-        table.add_row(*brief_cells(row, units))
+        table.add_row(*terminal_row(row, units))
     stdout().print(table)
     for row in rows:
         for time, name, message in interlock_stops(row):
             stdout().print(f"{row[UNDER_TEST].scenario.name}, {time:.0f} s: {name}: {message}", markup=False)
-    if said := information_costs(rows):
-        stdout().print(said)
+    if sentence := information_costs(rows):
+        stdout().print(sentence)

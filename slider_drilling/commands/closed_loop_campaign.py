@@ -1,4 +1,4 @@
-"""What `slider-drilling closed-loop --campaign` does: random rigs, controllers side by side."""
+"""`slider-drilling closed-loop --campaign`: controllers compared on random rigs."""
 
 from __future__ import annotations
 
@@ -22,14 +22,28 @@ FILE, PAGE, RESULTS = "closed_loop_campaign.json", "closed_loop_campaign.html", 
 def run_campaign(
     controllers: Sequence[str],
     slides: int,
-    setting: CampaignOptions,
-    where: WorkerSettings,
+    options: CampaignOptions,
+    workers: WorkerSettings,
     output: Path,
-    own_rig: bool,
+    custom_rig: bool,
     as_json: bool,
     units: Units,
 ) -> int:
-    """Every controller through every slide; the exit code. The first controller is the one under test."""
+    """Run every controller through every slide.
+
+    Args:
+        controllers: Names, the controller under test first.
+        slides: Number of slides.
+        options: What all jobs share.
+        workers: Where the jobs run.
+        output: Folder of the results.
+        custom_rig: Whether `options.rig` is not the default.
+        as_json: Print JSON instead of the table.
+        units: Of the page.
+
+    Returns:
+        The exit code.
+    """
     from slider_drilling.campaign.code_version import code_version
     from slider_drilling.campaign.progress import run_with_progress
     from slider_drilling.closed_loop import campaign_page
@@ -38,47 +52,49 @@ def run_campaign(
     from slider_drilling.pages import write_page
 
     make_folder(output)
-    check_outputs((output / FILE, output / PAGE), (setting.rig,))
-    jobs = [slide_job(number, name, setting) for number in range(slides) for name in controllers]
-    ran = run_with_progress("sliding", jobs, output / RESULTS, where)
-    found: dict[str, list[ScoredSlide]] = {name: [] for name in controllers}
-    for job, key in zip(jobs, ran.keys, strict=True):
-        if (result := ran.result(key)) is not None:
-            found[job.options["controller"]].append(slide_of(result.tree))
-    found = {name: of for name, of in found.items() if of}
-    if not found:
-        return ran.exit_code
-    repeat = {name: partial(repeat_command, controller=name, setting=setting, own_rig=own_rig) for name in found}
-    tree = campaign_page.as_json(found, setting, code_version(), repeat)
+    check_outputs((output / FILE, output / PAGE), (options.rig,))
+    jobs = [slide_job(number, name, options) for number in range(slides) for name in controllers]
+    run = run_with_progress("slides", jobs, output / RESULTS, workers)
+    scored: dict[str, list[ScoredSlide]] = {name: [] for name in controllers}
+    for job, key in zip(jobs, run.keys, strict=True):
+        if (result := run.result(key)) is not None:
+            scored[job.options["controller"]].append(slide_of(result.tree))
+    scored = {name: results for name, results in scored.items() if results}
+    if not scored:
+        return run.exit_code
+    repeat = {name: partial(repeat_command, controller=name, campaign=options, custom_rig=custom_rig)
+              for name in scored}  # fmt: skip
+    tree = campaign_page.as_json(scored, options, code_version(), repeat)
 
     def write() -> tuple[Path, ...]:
         write_atomically(output / FILE, json.dumps(tree, indent=1, allow_nan=False).encode("utf-8"))
-        write_page(output / PAGE, campaign_page.campaign_page(found, setting, code_version(), repeat), units)
+        write_page(output / PAGE, campaign_page.campaign_page(scored, options, code_version(), repeat), units)
         return output / FILE, output / PAGE
 
-    write_and_print(tree if as_json else None, lambda: _print(found), write)
-    return ran.exit_code
+    write_and_print(tree if as_json else None, lambda: _print(scored), write)
+    return run.exit_code
 
 
-def drawn_scenario(number: int, setting: CampaignOptions) -> tuple[Scenario, int]:
-    """One slide of a campaign, and the seed of its noise."""
+def drawn_scenario(number: int, options: CampaignOptions) -> tuple[Scenario, int]:
+    """Return one slide of a campaign, and the seed of its noise."""
     from slider_drilling.closed_loop.campaign import noise_seed
     from slider_drilling.closed_loop.drawn import draw_slide
     from slider_drilling.rig import load_rig
 
-    return draw_slide(number, setting.seed, load_rig(setting.rig), setting.duration), noise_seed(setting.seed, number)
+    scenario = draw_slide(number, options.seed, load_rig(options.rig), options.duration)
+    return scenario, noise_seed(options.seed, number)
 
 
-def _print(found: Mapping[str, Sequence[ScoredSlide]]) -> None:
+def _print(scored: Mapping[str, Sequence[ScoredSlide]]) -> None:
     from rich.table import Table
 
     from slider_drilling.closed_loop.campaign import summarise
-    from slider_drilling.closed_loop.campaign_page import BRIEF, brief_cells, pair_sentences
+    from slider_drilling.closed_loop.campaign_page import TERMINAL_HEADER, comparison_sentences, terminal_row
     from slider_drilling.console.streams import stdout
 
-    table = Table(*BRIEF, title="mean error, deg, that this share of slides stays below; slides held, set, idle")
-    for name, slides in found.items():
-        table.add_row(*brief_cells(name, summarise(slides)))
+    table = Table(*TERMINAL_HEADER, title="mean toolface error that this share of slides stays below")
+    for name, slides in scored.items():
+        table.add_row(*terminal_row(name, summarise(slides)))
     stdout().print(table)
-    for sentence in pair_sentences(found):
+    for sentence in comparison_sentences(scored):
         stdout().print(sentence)

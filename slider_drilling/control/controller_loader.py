@@ -1,6 +1,7 @@
-"""A controller by its name, `module:Class`, and every call of a user's own controller checked.
+"""Loads a controller by its name, `module:Class`, and checks every call of a user's controller.
 
-Whatever such a controller raises or hands back becomes an InputError, one line that names the user's file and line.
+Whatever such a controller raises or returns wrongly becomes an InputError: one line that names the user's file and
+line.
 """
 
 from __future__ import annotations
@@ -22,10 +23,15 @@ _COMMANDED = tuple(field.name for field in dataclasses.fields(RigCommand))
 
 
 def load_controller(name: str, rig: Rig) -> Controller:
-    """Import `module:Class` and build it as `Class(rig)`; modules beside the working directory are found too.
+    """Import `module:Class` and build it as `Class(rig)`; modules in the working directory are found too.
 
-    Raises InputError, naming where in the user's file it went wrong, for a name that cannot be imported, a
-    constructor that raises, an object without `step`, and settings or a status that cannot be used.
+    Args:
+        name: module:Class.
+        rig: Rig file.
+
+    Raises:
+        InputError: The name cannot be imported, the constructor raises, there is no `step`, or the settings cannot be
+            used. The message names the place in the user's file.
     """
     where = f"controller = {name!r}"
     kind: Any = import_reference(name, where, DEFAULT_CONTROLLER)
@@ -37,7 +43,11 @@ def load_controller(name: str, rig: Rig) -> Controller:
 
 
 def checked_step(controller: Controller, measurements: Measurements) -> RigCommand:
-    """One step. Raises InputError where the controller raises, or its command is not finite numbers."""
+    """Return the command of one step.
+
+    Raises:
+        InputError: The controller raises, or its command is not made of finite numbers.
+    """
     what = _named(controller, f"step at {measurements.time:g} s")
     command = call_user_code(lambda: controller.step(measurements), what)
     if not isinstance(command, RigCommand):
@@ -51,7 +61,11 @@ def checked_step(controller: Controller, measurements: Measurements) -> RigComma
 
 
 def set_tool_face_target(controller: Controller, target: float) -> None:
-    """Tell a controller that holds a toolface which, rad; others are left alone. Raises InputError."""
+    """Set the toolface target (rad) of a controller that has one.
+
+    Raises:
+        InputError: The target is not finite, or the controller refuses it.
+    """
     if not math.isfinite(target):
         raise InputError(f"tool_face_target = {target}: must be a finite number of rad")
     if _has(controller, "tool_face_target"):
@@ -59,21 +73,30 @@ def set_tool_face_target(controller: Controller, target: float) -> None:
 
 
 def statuses_of(controller: Controller) -> tuple[Status, ...]:
-    """What a controller reports, nothing where it does not. Raises InputError for anything but statuses."""
+    """Return what a controller reports; empty where it has no `status`.
+
+    Raises:
+        InputError: It returns anything but statuses.
+    """
     if not _has(controller, "status"):
         return ()
-    found = call_user_code(lambda: controller.status(), _named(controller, "status"))  # type: ignore[attr-defined]
-    if not isinstance(found, (tuple, list)):
-        raise InputError(f"{_named(controller, 'status')} returned {type(found).__name__}, not a tuple of Status")
-    for one in found:
-        if not (isinstance(one, Status) and isinstance(one.level, Level) and isinstance(one.name, str)
-                and isinstance(one.message, str) and _are_pairs(one.values)):  # fmt: skip
-            raise InputError(f"{_named(controller, 'status')} returned {shorten(one)}, which is no Status of texts")
-    return tuple(found)
+    statuses = call_user_code(lambda: controller.status(), _named(controller, "status"))  # type: ignore[attr-defined]
+    if not isinstance(statuses, (tuple, list)):
+        raise InputError(f"{_named(controller, 'status')} returned {type(statuses).__name__}, not a tuple of Status")
+    for status in statuses:
+        if not (isinstance(status, Status) and isinstance(status.level, Level) and isinstance(status.name, str)
+                and isinstance(status.message, str) and _are_pairs(status.values)):  # fmt: skip
+            raise InputError(f"{_named(controller, 'status')} returned {shorten(status)}, which is not a Status of "
+                             "strings")
+    return tuple(statuses)
 
 
 def settings_of(controller: Controller) -> Any:
-    """A controller's settings, None where it has none that can change. Raises InputError for what are none."""
+    """Return a controller's settings, or None where it has none that can change.
+
+    Raises:
+        InputError: They are not a dataclass, or a value is out of its range.
+    """
     if not (_has(controller, "settings") and _has(controller, "configure")):
         return None
     settings = call_user_code(lambda: controller.settings, _named(controller, "settings"))  # type: ignore[attr-defined]
@@ -82,17 +105,22 @@ def settings_of(controller: Controller) -> Any:
     for name, limits in limits_of(settings).items():
         if not limits.low <= (_number(getattr(settings, name)) or 0.0) <= limits.high:
             what = f"settings.{name} = {shorten(getattr(settings, name))}"
-            raise InputError(f"{_named(controller, what)}: not in its range")
+            allowed = f"{limits.low:g} to {limits.high:g} {limits.unit}"
+            raise InputError(f"{_named(controller, what)}: must be within {allowed}")
     return settings
 
 
 def configure(controller: Controller, settings: Any) -> None:
-    """Have a controller use these settings. Raises InputError where it will not, or cannot."""
+    """Make a controller use these settings.
+
+    Raises:
+        InputError: The controller refuses them.
+    """
     call_user_code(lambda: controller.configure(settings), _named(controller, "configure"))  # type: ignore[attr-defined]
 
 
 def _has(controller: Controller, name: str) -> bool:
-    """Whether there is such an attribute; one that raises is there, and says so when it is used."""
+    """Whether there is such an attribute; one that raises counts, and its error shows when it is used."""
     try:
         return hasattr(controller, name)
     except Exception:
@@ -104,7 +132,7 @@ def _named(controller: Controller, what: str) -> str:
 
 
 def _number(value: object) -> float | None:
-    """A finite number of any kind that numpy or Python has as a float, None for anything else."""
+    """The value as a float, or None where it is not a finite real number."""
     if not isinstance(value, numbers.Real) or isinstance(value, bool):
         return None
     try:

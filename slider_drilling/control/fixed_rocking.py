@@ -1,4 +1,4 @@
-"""Fixed rocking: constant amplitude or torque limits, the centre shifted by the last toolface error."""
+"""Fixed rocking: constant amplitude or torque limits; each MWD sample shifts the centre by a share of its error."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from slider_drilling.errors import InputError
 if TYPE_CHECKING:
     from slider_drilling.rig import Rig
 
-# Amplitudes and periods that hold the toolface best under proportional shift, found on three reference
-# wells (8 1/2 in hole, 5 in pipe, mu 0.23-0.34): string length m, amplitude rad, period s.
-_TUNED = ((2600.0, 8.0, 14.0), (4000.0, 20.0, 24.0), (5600.0, 30.0, 30.0))
+# Best amplitudes and periods for a proportional shift, found on three reference wells (8 1/2 in hole, 5 in pipe,
+# friction factor 0.23 to 0.34): string length m, amplitude rad, period s.
+_REFERENCE_WELLS = ((2600.0, 8.0, 14.0), (4000.0, 20.0, 24.0), (5600.0, 30.0, 30.0))
 
 
 @dataclass(frozen=True)
 class FixedRockingSettings:
-    """Settings of FixedRocking. A torque limit of 0 is none: the drive then turns at the amplitude alone."""
+    """Settings of FixedRocking; with a torque limit of 0 strokes reverse at the amplitude alone."""
 
     amplitude: float = setting(20.0, "rad", 0.0, 200.0, "rocking amplitude of the top drive, to either side")
     period: float = setting(24.0, "s", 2.0, 300.0, "rocking period at full amplitude")
     rounding: float = setting(0.25, "s", 0.05, 10.0, "half the width of a rounded peak")
-    right_torque_limit: float = setting(0.0, "N m", 0.0, 100e3, "turn left at this surface torque; 0: none")
-    left_torque_limit: float = setting(0.0, "N m", 0.0, 100e3, "turn right at minus this torque; 0: none")
+    right_torque_limit: float = setting(0.0, "N m", 0.0, 100e3, "reverse strokes to the right at this torque; 0: none")
+    left_torque_limit: float = setting(0.0, "N m", 0.0, 100e3, "reverse strokes to the left at this torque; 0: none")
     shift_gain: float = setting(0.1, "-", 0.0, 1.0, "centre shift per toolface error, at each MWD sample")
     shift_speed: float = setting(0.5, "rad/s", 0.01, 5.0, "speed at which the centre moves when shifted")
     block_speed: float = setting(0.0025, "m/s", 0.0, 0.05, "block speed, positive lowers; 0.0025 is 9 m/h")
@@ -37,7 +37,7 @@ class FixedRockingSettings:
 
 
 def settings_for(rig: Rig) -> FixedRockingSettings:
-    """Settings for a rig: amplitude and period by string length, pump speed for the reference flow."""
+    """Return settings for a rig: amplitude and period by string length, pump speed for the reference flow."""
     length = sum(section.length for section in rig.string.sections)
     amplitude, period = _interpolate(length)
     pump_speed = rig.hydraulics.reference_flow / rig.mud_pump.displacement
@@ -45,20 +45,31 @@ def settings_for(rig: Rig) -> FixedRockingSettings:
 
 
 def _interpolate(length: float) -> tuple[float, float]:
-    if length <= _TUNED[0][0]:
-        return _TUNED[0][1:]
-    for (length_0, amplitude_0, period_0), (length_1, amplitude_1, period_1) in itertools.pairwise(_TUNED):
+    if length <= _REFERENCE_WELLS[0][0]:
+        return _REFERENCE_WELLS[0][1:]
+    for (length_0, amplitude_0, period_0), (length_1, amplitude_1, period_1) in itertools.pairwise(_REFERENCE_WELLS):
         if length <= length_1:
             share = (length - length_0) / (length_1 - length_0)
             return amplitude_0 + share * (amplitude_1 - amplitude_0), period_0 + share * (period_1 - period_0)
-    return _TUNED[-1][1:]
+    return _REFERENCE_WELLS[-1][1:]
 
 
 class FixedRocking:
     """Rocks about a centre that every MWD sample shifts by `shift_gain` times the unwrapped toolface error.
 
-    With torque limits a stroke ends where surface torque reaches its limit, or at twice the amplitude,
-    whichever is first; a shift is then driven as a bump beyond the limit on its own side.
+    With torque limits a stroke reverses where surface torque reaches its limit, or after twice the amplitude,
+    whichever comes first. A shift is then driven as a bump beyond the limit on its own side.
+
+    Args:
+        rig: Rig file.
+        settings: Default: `settings_for(rig)`.
+        tool_face_target: rad.
+
+    Attributes:
+        tool_face_target: rad; may be set between any two steps.
+
+    Raises:
+        InputError: A setting is out of its range, or the rounding needs more acceleration than the top drive has.
     """
 
     def __init__(self, rig: Rig, settings: FixedRockingSettings | None = None, tool_face_target: float = 0.0):
@@ -69,19 +80,24 @@ class FixedRocking:
         self._time: float | None = None
         self._elapsed = 0.0          # s on the rocking clock
         self._centre = 0.0           # rad
-        self._pending = 0.0          # rad of shift not driven yet
+        self._pending = 0.0          # rad of shift still to be driven
         self._tool_face: float | None = None   # rad, unwrapped
         self._side = 0.0             # direction of the stroke, +1 clockwise
         self._limit_angle: float | None = None   # rad, where this stroke met its torque limit
-        self._bump_driven = False                # ... and went beyond it by the shift that was pending
+        self._bump_driven = False                # whether it went beyond that by the pending shift
         self._limit_was_met = False              # on the last stroke
 
     @property
     def settings(self) -> FixedRockingSettings:
+        """The settings in use."""
         return self._settings
 
     def configure(self, settings: FixedRockingSettings) -> None:
-        """Change settings between two steps; angle stays continuous, the stroke goes on in its direction."""
+        """Change settings between two steps; the angle stays continuous and the stroke keeps its direction.
+
+        Raises:
+            InputError: As the constructor; nothing has changed.
+        """
         rocking = self._make_rocking(settings)
         if self._time is not None:
             self._carry_over(rocking)
@@ -93,13 +109,13 @@ class FixedRocking:
         if rocking.acceleration > self._max_acceleration:
             raise InputError(
                 f"FixedRocking: rounding = {settings.rounding:g} s: amplitude {settings.amplitude:g} rad and "
-                f"period {settings.period:g} s then need {rocking.acceleration:.3g} rad/s2, the top drive "
+                f"period {settings.period:g} s need {rocking.acceleration:.3g} rad/s2, the top drive "
                 f"has {self._max_acceleration:g} rad/s2; make rounding at least "
                 f"{rocking.speed / self._max_acceleration:.3g} s")
         return rocking
 
     def _carry_over(self, rocking: Rocking) -> None:
-        """Keep the phase in its cycle; what the new wave lacks in angle the centre takes and works off."""
+        """Keep the phase of the cycle; the centre takes up the difference in angle and drives it back."""
         offset, _ = self._rocking.from_rest(self._elapsed)
         self._elapsed *= rocking.period / self._rocking.period
         jump = offset - rocking.from_rest(self._elapsed)[0]
@@ -107,10 +123,10 @@ class FixedRocking:
         self._pending -= jump
 
     def step(self, measurements: Measurements) -> RigCommand:
-        """The next point of the trajectory.
+        """Return the next point of the trajectory.
 
-        A clock that stands still or runs backwards holds the angle. Without the top drive's own angle the drive is
-        held and the block stopped until it comes back.
+        A clock that stands still or runs backwards holds the angle. Without the angle of the top drive, the drive is
+        held and the block stopped until the angle is measured again.
         """
         step = 0.0 if self._time is None else measurements.time - self._time
         if not step >= 0.0:
@@ -123,8 +139,8 @@ class FixedRocking:
             self._correct(sample)
         self._elapsed += step
         if self._has_torque_limits():
-            self._turn_on_torque(measurements.surface_torque)
-        # A bump needs a torque limit to go beyond; a stroke that ends at the amplitude moves its centre.
+            self._reverse_on_torque(measurements.surface_torque)
+        # With a torque limit the shift is driven as a bump; otherwise the centre moves.
         centre_speed = 0.0 if self._limit_was_met else self._move_centre(step)
         offset, speed = self._rocking.from_rest(self._elapsed)
         return RigCommand(self._centre + offset, speed + centre_speed,
@@ -141,14 +157,14 @@ class FixedRocking:
         self._pending += self._settings.shift_gain * (self.tool_face_target - self._tool_face)
 
     def _move_centre(self, step: float) -> float:
-        """Drive the pending shift at shift_speed; returns the centre's speed, rad/s."""
+        """Drive the pending shift at `shift_speed`; returns the speed of the centre, rad/s."""
         move = math.copysign(min(abs(self._pending), self._settings.shift_speed * step), self._pending)
         self._centre += move
         self._pending -= move
         return move / step if step > 0.0 else 0.0
 
-    def _turn_on_torque(self, surface_torque: float) -> None:
-        """End the stroke where torque has met its limit, or beyond it where a shift waits on that side."""
+    def _reverse_on_torque(self, surface_torque: float) -> None:
+        """End the stroke where torque meets its limit, or beyond it by a pending shift on that side."""
         offset, speed = self._rocking.from_rest(self._elapsed)
         angle = self._centre + offset
         if speed * self._side < 0.0:
@@ -165,10 +181,10 @@ class FixedRocking:
             return
         if self._side * (angle - self._limit_angle) >= max(0.0, self._side * self._pending):
             self._settle_bump(angle)
-            self._begin_turn(self._side, angle)
+            self._start_peak(self._side, angle)
 
     def _end_stroke(self, angle: float) -> None:
-        """The direction has changed; a bump that the amplitude cut short counts as far as it was driven."""
+        """The direction has changed; a bump that ended at the amplitude counts as far as it was driven."""
         self._limit_was_met = self._limit_angle is not None
         if self._limit_was_met and not self._bump_driven:
             self._settle_bump(angle)
@@ -179,19 +195,19 @@ class FixedRocking:
             self._pending -= angle - self._limit_angle
             self._bump_driven = True
 
-    def _begin_turn(self, side: float, angle: float) -> None:
-        """Set the clock to where this side's rounded peak begins; the centre keeps the angle unmoved."""
+    def _start_peak(self, side: float, angle: float) -> None:
+        """Set the clock to the start of this side's rounded peak; the centre keeps the angle continuous."""
         rocking = self._rocking
         peak = (1.25 if side > 0.0 else 1.75) * rocking.period
         self._elapsed = peak - rocking.rounding / 2.0
         self._centre = angle - rocking.from_rest(self._elapsed)[0]
 
     def status(self) -> tuple[Status, ...]:
-        """Toolface, its error and the centre, for diagnostics."""
+        """Toolface, its error and the centre of rocking."""
         values = [("target_deg", f"{math.degrees(self.tool_face_target):.1f}"),
                   ("centre_rad", f"{self._centre:.3f}"), ("pending_shift_rad", f"{self._pending:.3f}")]
         if self._tool_face is None:
-            return (Status(Level.WARN, "tool_face", "no MWD toolface has come yet: rocking about the start",
+            return (Status(Level.WARN, "tool_face", "no MWD toolface yet: rocking about the start angle",
                            tuple(values)),)
         error = math.degrees(self._tool_face - self.tool_face_target)
         values += [(field.name, f"{getattr(self._settings, field.name):g}")

@@ -10,18 +10,21 @@ from slider_drilling.errors import InputError
 
 @dataclass(frozen=True)
 class Rocking:
-    """Triangle wave of the top-drive angle about its centre, peaks rounded.
+    """Triangle wave of the top-drive angle about its centre, with rounded peaks.
 
-    amplitude: rad, of the triangle (paper: D_y); period: s (T); rounding: s (delta), half the width of a
-    rounded peak. The straight lines have the slopes +-4 D/T.
+    The straight lines have the slopes +-4 D/T. The paper rounds the peaks with a circular arc. Drawn over s and rad, in
+    the paper's own case (10 rad, 10 s, 0.2 s), that arc needs 340 rad/s2 at the joints. A parabola through the same two
+    points with the same tangents has the smallest peak acceleration of all curves, 4 D/(T delta) = 20 rad/s2. Since
+    acceleration is what limits a drive, the peaks are parabolas; they turn at D (1 - 2 delta/T).
 
-    The paper rounds with a circular arc. Drawn over s and rad, in its own case (10 rad, 10 s, 0.2 s), that
-    arc asks for 340 rad/s2 at the joints. A parabola has the same tangents at the same two points and the least peak
-    acceleration of all curves that have them, 4 D/(T delta) = 20 rad/s2, and acceleration is what a drive
-    limits. It turns at D (1 - 2 delta/T).
+    Attributes:
+        amplitude: Of the triangle, rad (paper: D_y).
+        period: s (paper: T).
+        rounding: Half the width of a rounded peak, s (paper: delta).
 
-    Raises InputError where a value is not finite, amplitude < 0, period <= 0 or not 0 < rounding <= period/6
-    (the start from rest and the first peak would overlap).
+    Raises:
+        InputError: A value is not finite, amplitude < 0, period <= 0, or not 0 < rounding <= period/6 (the start from
+            rest and the first peak would overlap).
     """
 
     amplitude: float
@@ -49,11 +52,11 @@ class Rocking:
 
     @property
     def turning_angle(self) -> float:
-        """Where the rounded motion turns, rad from the centre: a little inside the amplitude."""
+        """Turning point of the rounded motion, rad from the centre: slightly inside the amplitude."""
         return self.amplitude - self.speed * self.rounding / 2.0
 
     def point(self, phase: float) -> tuple[float, float]:
-        """Angle from the centre (rad) and speed (rad/s) `phase` s after passing it clockwise."""
+        """Return angle from the centre (rad) and speed (rad/s), `phase` s after passing the centre clockwise."""
         quarter = self.period / 4.0
         folded = phase % self.period
         half, side = (folded, 1.0) if folded < 2.0 * quarter else (folded - 2.0 * quarter, -1.0)
@@ -65,10 +68,9 @@ class Rocking:
         return side * angle, -side * self.acceleration * from_peak
 
     def from_rest(self, elapsed: float) -> tuple[float, float]:
-        """The wave entered from rest: angle and speed `elapsed` s after the start.
+        """Return angle (rad) and speed (rad/s) of the wave, `elapsed` s after a start from rest at the centre.
 
-        The first `rounding` seconds speed up at the peaks' acceleration; from there it is
-        `point(elapsed - rounding/2)`.
+        The drive accelerates as in the peaks for `rounding` seconds; then it follows `point(elapsed - rounding/2)`.
         """
         if elapsed <= 0.0:
             return 0.0, 0.0
