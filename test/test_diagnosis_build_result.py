@@ -94,12 +94,13 @@ def test_indistinguishable_effect_is_not_called_worse():
     ("verdict", "shorter", "expected"),
     [
         ("parameters", True, "what remains is within the noise"),
-        ("unknown", False, "does not shrink the calibrated gap significantly"),
+        ("unknown", False, "after calibration, the gap does not shrink significantly"),
         ("unknown", True, "a free-form disturbance predicts better"),
     ],
 )
 def test_reason_without_named_effects_follows_the_verdict(monkeypatch, verdict, shorter, expected):
-    monkeypatch.setattr(build_result, "shrinks", lambda *scores: shorter)
+    failed = () if shorter else ("the gap does not shrink significantly",)
+    monkeypatch.setattr(build_result, "failures", lambda *given: failed)
     accepted, other = candidate([effect("stribeck")], 0.5), candidate([effect("static_aging")], 0.5)
     answer = engine_answer((), (), accepted, verdict=verdict)
     assert expected in why_not_in_answer(accepted, answer)

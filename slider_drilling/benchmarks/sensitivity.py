@@ -47,10 +47,10 @@ DECIDING = (
     Constant("evidence.compare", "LEVEL", (0.02, 0.1), "level of a test between two candidates"),
     Constant("evidence.adequacy", "LEVEL", (0.003, 0.03), "level of the adequacy test"),
     Constant("evidence.adequacy", "NEGLIGIBLE", (0.3, 0.8), "negligible E^2 - 1"),
-    Constant("evidence.compare", "LEAST_SHARE", (0.02, 0.1), "smallest relevant share of the gap"),
-    Constant("selection.calibration", "NUISANCE_LIMIT", (1.8, 3.5),
-             "prior spreads within which calibration stays"),
-    Constant("selection.forward_selection", "OBSERVER_GAIN", (0.15, 0.6), "gain of the weak observer"),
+    Constant("selection.naming_criteria", "MIN_GAP_CLOSED", (0.02, 0.1), "smallest relevant share of the gap"),
+    Constant("selection.candidates", "MIN_FLOOR_CHANGE", (0.02, 0.1), "smallest relevant change of a noise floor"),
+    Constant("search.multi_start", "NUISANCE_LIMIT", (1.8, 3.5), "prior spreads within which calibration stays"),
+    Constant("selection.calibration", "OBSERVER_GAIN", (0.15, 0.6), "gain of the weak observer"),
     Constant("problem.problem", "STEP_SIZE", (2.0, 8.0), "noise units above which a missed step counts once"),
     Constant("problem.problem", "_SAMPLES", (20.0, 80.0), "memory of the discrepancy, samples"),
     Constant("problem.problem", "_STRETCHES", (10, 40), "stretches of a run; one is the longest memory"),
@@ -66,7 +66,7 @@ EFFORT = (
     Constant("search.least_squares", "MAX_ITERATIONS", (5, 14), "largest number of iterations of a fit"),
     Constant("search.least_squares", "DIFFERENCE_STEP", (0.1, 0.4), "step of a finite difference, in scales"),
     Constant("search.least_squares", "TRUST_FRACTION", (0.15, 0.5), "trust region of a linear prediction"),
-    Constant("selection.calibration", "_SCATTERED", (16, 64), "start points of calibration"),
+    Constant("search.multi_start", "_SCATTERED", (16, 64), "start points of calibration"),
 )
 CONSTANTS = (*DECIDING, *EFFORT)
 

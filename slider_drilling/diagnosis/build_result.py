@@ -21,12 +21,12 @@ from slider_drilling.diagnosis.result import (
     RankedEffect,
     ResidualShape,
 )
-from slider_drilling.gap.evidence.compare import shrinks
 from slider_drilling.gap.explain import GapDiagnosis
 from slider_drilling.gap.model import Effect, Model
 from slider_drilling.gap.problem.noise import is_white
 from slider_drilling.gap.results.intervals import parameter_intervals, user_parameters, user_values
 from slider_drilling.gap.results.whole_runs import WholeRunErrors
+from slider_drilling.gap.selection.naming_criteria import Evidence, Stage, failures
 from slider_drilling.gap.selection.state import CandidateResult, FittedModel
 
 SCREENED_OUT = "screened out: other effects fitted better after as many trials"
@@ -198,8 +198,9 @@ def why_not_in_answer(candidate: CandidateResult, answer: GapDiagnosis) -> str:
     accepted = next((step.accepted for step in answer.state.steps if step.accepted is not None), None)
     if accepted is not None and accepted is not candidate:
         return f"{accepted.effect.name} fits better but was not confirmed"
-    if not shrinks(answer.state.bootstrap, answer.state.calibrated.score, candidate.fitted.score):
-        return "it does not shrink the calibrated gap significantly"
+    failed = failures(Stage.VERDICT, Evidence(answer.state, answer.state.calibrated, candidate.fitted))
+    if failed:
+        return f"after calibration, {failed[0]}"
     return "a free-form disturbance predicts better"
 
 

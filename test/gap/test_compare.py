@@ -1,46 +1,34 @@
-"""The only "better than", the race, and the screen, on the linear toy whose answers are known."""
+"""Comparisons of two fits, on the linear toy and on scores whose answers are known."""
 
-import itertools
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from toy import EFFECTS, TIME, toy
+from scipy.stats import chi2
+from toy import TIME, fit_toy, toy
 
 from slider_drilling.gap.evidence.block_bootstrap import make_bootstrap
-from slider_drilling.gap.evidence.compare import gap_closed, predicts_better, share_closed
+from slider_drilling.gap.evidence.compare import (
+    LEVEL,
+    fit_exceeds_evidence_threshold,
+    gap_closed,
+    passes_likelihood_ratio_test,
+    predicts_better,
+    predicts_better_among,
+    share_closed,
+)
 from slider_drilling.gap.evidence.score import Folds, HeldOutScore, make_folds, score_held_out
-from slider_drilling.gap.problem.noise import noise_floor
 from slider_drilling.gap.problem.problem import build_problem
-from slider_drilling.gap.search.least_squares import fit
-from slider_drilling.gap.search.race import FINALISTS, Arm, finalists, parameters_of, race
-from slider_drilling.gap.search.screen import scan_effects, screen
-from slider_drilling.gap.selection.forward_selection import calibrate
 
 
-def fitted(model, names):
-    problem = build_problem(model, [{"force": 1.0}])
-    effects = [effect for effect in EFFECTS if effect.name in names]
-    return problem, fit(problem, parameters_of(problem, effects), {})
-
-
-def test_a_fit_is_least_squares_where_nothing_else_is_asked():
-    model = toy({"level": 2.0, "slope": -1.0, "saw": 3.0}, 4)
-    problem, found = fitted(model, ["saw"])
-    columns = np.column_stack([problem.simulate([{name: 1.0}])[0] for name in ("level", "slope", "saw")])
-    weight = np.diag([1.0 / 5.0**2, 1.0 / 5.0**2, 0.0])
-    measured = model.runs[0].channels[0].measured
-    exact = np.linalg.solve(columns.T @ columns + weight, columns.T @ measured)
-    assert [found.values[name] for name in ("level", "slope", "saw")] == pytest.approx(exact, abs=0.02)
-
-
-def test_the_truth_beats_what_lacks_it_and_nothing_beats_its_equal():
+def test_truth_predicts_better_and_equals_do_not():
     wins = draws = 0
     for seed in range(20):
         model = toy({"level": 1.0, "saw": 4.0}, seed)
         scores = {}
         for names in ((), ("saw",), ("saw", "bend")):
-            problem, found = fitted(model, names)
+            problem, found = fit_toy(model, names)
             folds = make_folds(problem)
             scores[names] = score_held_out(problem, found, folds)
         blocks = make_bootstrap(folds, 0)
@@ -51,50 +39,14 @@ def test_the_truth_beats_what_lacks_it_and_nothing_beats_its_equal():
     assert draws <= 4
 
 
-def test_the_race_ends_where_an_exhaustive_search_does():
-    model = toy({"level": 1.0, "slope": 0.5, "bend": 3.0}, 8)
-    problem = build_problem(model, [{"force": 1.0}])
-    base = fit(problem, parameters_of(problem, ()), {})
-    costs = {}
-    for effect in EFFECTS:
-        begun = [base.values | effect.values(point) for point in effect.scan]
-        ends = [fit(problem, parameters_of(problem, [effect]), start, iterations=20) for start in begun]
-        costs[effect.name] = min(end.cost for end in ends)
-    arms = [
-        Arm((c.effect,), 0, start, base) for c in screen(scan_effects(problem, base, EFFECTS)) for start in c.starts
-    ]
-    ran = race((problem,), arms)
-    assert ran[0].names == (min(costs, key=lambda name: costs[name]),) == ("bend",)
-    assert ran[0].cost == pytest.approx(costs["bend"], abs=0.5)
-
-
-def test_the_screen_promises_what_a_linear_effect_brings():
-    model = toy({"level": 1.0, "saw": 3.0}, 8)
-    problem = build_problem(model, [{"force": 1.0}])
-    base = fit(problem, parameters_of(problem, ()), {})
-    first = screen(scan_effects(problem, base, EFFECTS))[0]
-    found = fit(problem, parameters_of(problem, [first.effect]), first.starts[0])
-    assert first.effect.name == "saw"
-    assert base.cost - found.cost == pytest.approx(first.predicted_gain, rel=0.05)
-
-
-def test_held_out_never_sees_its_own_stretch():
-    """Noise that is foretold by nobody costs the same held out whatever a fit does with it."""
-    model = toy({}, 5)
-    problem, found = fitted(model, [effect.name for effect in EFFECTS])
-    score = score_held_out(problem, found, make_folds(problem))
-    assert float(np.mean(score.residual**2)) > float(np.mean(found.residual**2))
-    assert score.unrefitted_folds == 0
-
-
-def test_share_closed():
+def test_share_closed_is_relative_to_noise():
     assert float(share_closed(5.0, 1.0)) == 1.0
     assert float(share_closed(5.0, 7.0)) == pytest.approx(-0.5)
     assert np.isnan(share_closed(0.9, 0.8))
 
 
 @pytest.mark.parametrize("number", [6, 20])
-def test_an_interval_of_few_blocks_holds_the_share_as_often_as_it_says(number):
+def test_share_interval_covers_with_few_blocks(number):
     """What is left differs from place to place, four of which are a block; a share of three quarters is closed."""
     per_block, each = 4, 5
     size = number * per_block * each
@@ -111,21 +63,49 @@ def test_an_interval_of_few_blocks_holds_the_share_as_often_as_it_says(number):
     assert 0.92 < held / logs < 0.98
 
 
-def test_begin_leaves_what_it_was_given_alone():
-    model = toy({"level": 1.0}, 1)
-    floors = [{"force": noise_floor(model.runs[0].channels[0])}]
-    before = [dict(own) for own in floors]
-    states = [calibrate(model, EFFECTS, floors, [{}], 0, lambda stage, share: None) for _ in range(2)]
-    assert floors == before
-    assert states[0].calibrated.fit.values == states[1].calibrated.fit.values
-    assert all(a.name != b.name for a, b in itertools.pairwise(states[0].calibrated.fit.parameters))
-    assert states[0].calibrated.problem.size == TIME.size
+CANDIDATES = 12
 
 
-def test_what_bends_to_much_with_the_wrong_sign_takes_no_named_effects_place():
-    signed = [replace(effect, physical=(0.0, np.inf)) for effect in EFFECTS]
-    wrong = [Arm((effect,), 0, {effect.name: -3.0}, None) for effect in signed[:3]]
-    right = [Arm((effect,), 0, {effect.name: 3.0}, None) for effect in signed]
-    judged = [arms[0] for arms in finalists([*wrong, *right])]
-    assert sum(arm.physical for arm in judged) == FINALISTS
-    assert [arm.names for arm in judged if not arm.physical] == [(signed[0].name,)]
+def fit_of(cost, parameters):
+    return SimpleNamespace(cost=cost, parameters=("nuisance",) * parameters)
+
+
+@pytest.mark.parametrize("added", [1, 3])
+def test_gain_by_chance_fails_the_likelihood_ratio_test(added):
+    least = chi2.ppf(1.0 - LEVEL / CANDIDATES, added)
+    known = fit_of(1000.0, 5)
+    assert not passes_likelihood_ratio_test(known, fit_of(1000.0 - 0.99 * least, 5 + added), CANDIDATES)
+    assert passes_likelihood_ratio_test(known, fit_of(1000.0 - 1.01 * least, 5 + added), CANDIDATES)
+
+
+def test_more_parameters_need_more_gain():
+    known = fit_of(1000.0, 5)
+    assert passes_likelihood_ratio_test(known, fit_of(990.0, 6), CANDIDATES)
+    assert not passes_likelihood_ratio_test(known, fit_of(990.0, 8), CANDIDATES)
+
+
+@pytest.mark.parametrize("added", [1, 3])
+def test_evidence_threshold_counts_candidates_and_parameters(added):
+    """Twice the logarithm of candidates over level, and two of `-2 log p` for each parameter that was fitted to it."""
+    least = 2.0 * np.log(CANDIDATES / LEVEL) + 2.0 * added
+    known = fit_of(1000.0, 5)
+    assert not fit_exceeds_evidence_threshold(fit_of(1000.01 - least, 5 + added), known, CANDIDATES)
+    assert fit_exceeds_evidence_threshold(fit_of(999.99 - least, 5 + added), known, CANDIDATES)
+
+
+def scored(squares, density):
+    squares, density = np.broadcast_to(squares, TIME.shape), np.broadcast_to(density, TIME.shape)
+    return HeldOutScore(density, np.sqrt(squares), squares, float(np.sqrt(np.mean(squares))), {}, 0)
+
+
+def test_few_blocks_rely_on_the_likelihood_ratio():
+    few = make_bootstrap(make_folds(build_problem(toy({}, 1), [{"force": 1.0}])), 0)
+    # Of six blocks one gets worse, as by an event that no simulation can time.
+    gained = np.where(TIME < 20.0, -1.0, 1.0)
+    much, little = scored(1.0, 2.0 - gained), scored(1.0, 2.0 - 0.05 * gained)
+    known = scored(1.0, 2.0)
+    assert not predicts_better(few, much, known, CANDIDATES) and predicts_better(few, much, known)
+    assert predicts_better_among(few, much, known, CANDIDATES)
+    assert not predicts_better_among(few, little, known, CANDIDATES)
+    once = scored(1.0, 2.0 - np.where(TIME < 12.0, 3.0, 0.0))
+    assert not predicts_better_among(few, once, known, CANDIDATES)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from toy import TIME, Toy, toy
+from toy import TIME, Toy, fit_toy, toy
 
 from slider_drilling.gap import Parameter, SimulationOptions
 from slider_drilling.gap.problem.problem import build_problem
@@ -38,7 +38,7 @@ def problem_of(truth: Mapping[str, float], seed: int):
     return build_problem(Bent(model.runs), [{"force": 1.0}])
 
 
-def test_a_secant_gives_what_was_seen_and_changes_nothing_across():
+def test_broyden_update_changes_only_along_the_step():
     generator = np.random.default_rng(1)
     jacobian, step, change = generator.normal(size=(3, 20)), generator.normal(size=3), generator.normal(size=20)
     after, _ = broyden_update(jacobian, step, change)
@@ -47,7 +47,7 @@ def test_a_secant_gives_what_was_seen_and_changes_nothing_across():
     assert across @ after == pytest.approx(across @ jacobian)
 
 
-def test_what_a_linear_step_changes_is_foretold_whole():
+def test_linear_step_is_predicted_fully():
     jacobian, step = np.random.default_rng(2).normal(size=(3, 20)), np.array([0.3, -1.0, 2.0])
     after, foretold = broyden_update(jacobian, step, step @ jacobian)
     assert foretold == pytest.approx(1.0)
@@ -55,7 +55,7 @@ def test_what_a_linear_step_changes_is_foretold_whole():
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_bent_model_is_fitted_as_well_as_with_a_new_jacobian_at_every_step(seed, monkeypatch):
+def test_updated_jacobian_fits_as_well_as_new_ones(seed, monkeypatch):
     truth = {"size": 2.0, "fall": 2.5, "level": 1.0}
     ends = []
     carried = least_squares.broyden_update
@@ -67,7 +67,7 @@ def test_a_bent_model_is_fitted_as_well_as_with_a_new_jacobian_at_every_step(see
     assert [ends[0].values[p.name] for p in PARAMETERS] == pytest.approx(list(truth.values()), abs=0.3)
 
 
-def test_a_fit_that_goes_on_simulates_nothing_again():
+def test_continued_fit_simulates_nothing_again():
     problem = problem_of({"size": 2.0, "fall": 2.5, "level": 1.0}, 1)
     begun = fit(problem, PARAMETERS, {}, iterations=2)
     before = problem.counter.count
@@ -78,3 +78,13 @@ def test_a_fit_that_goes_on_simulates_nothing_again():
     anew = fit(problem, PARAMETERS, begun.values, iterations=1)
     assert problem.counter.count - before - with_it > with_it
     assert gone_on.cost <= begun.cost and anew.cost <= begun.cost
+
+
+def test_linear_fit_is_least_squares():
+    model = toy({"level": 2.0, "slope": -1.0, "saw": 3.0}, 4)
+    problem, found = fit_toy(model, ["saw"])
+    columns = np.column_stack([problem.simulate([{name: 1.0}])[0] for name in ("level", "slope", "saw")])
+    weight = np.diag([1.0 / 5.0**2, 1.0 / 5.0**2, 0.0])
+    measured = model.runs[0].channels[0].measured
+    exact = np.linalg.solve(columns.T @ columns + weight, columns.T @ measured)
+    assert [found.values[name] for name in ("level", "slope", "saw")] == pytest.approx(exact, abs=0.02)

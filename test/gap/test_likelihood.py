@@ -20,7 +20,7 @@ def dense(time, size, memory):
 
 @settings(max_examples=40, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.floats(0.0, 30.0), st.floats(0.05, 60.0), st.floats(0.0, 1.0))
-def test_one_pass_equals_the_dense_covariance(seed, size, memory, uneven):
+def test_filter_equals_dense_covariance(seed, size, memory, uneven):
     generator = np.random.default_rng(seed)
     gaps = np.where(generator.random(80) < uneven**3, generator.uniform(0.02, 3.0, 80), 0.1)
     gaps[0] = 0.0
@@ -31,7 +31,7 @@ def test_one_pass_equals_the_dense_covariance(seed, size, memory, uneven):
     assert found == pytest.approx([expected, residual @ residual], rel=1e-6, abs=1e-6)
 
 
-def test_whitened_rows_have_the_covariance_taken_out():
+def test_whitening_removes_the_covariance():
     gaps = np.full(60, 0.5)
     gaps[0] = 0.0
     covariance = dense(np.cumsum(gaps), 2.0, 4.0)
@@ -40,7 +40,7 @@ def test_whitened_rows_have_the_covariance_taken_out():
     assert price.sum() == pytest.approx(np.linalg.slogdet(covariance)[1])
 
 
-def test_noise_needs_no_discrepancy_and_a_discrepancy_is_found():
+def test_discrepancy_is_found_and_absent_in_noise():
     generator = np.random.default_rng(3)
     gaps = np.full(4000, 0.1)
     noise = generator.normal(size=4000)
@@ -55,7 +55,7 @@ def test_noise_needs_no_discrepancy_and_a_discrepancy_is_found():
     assert 1.0 < found.memory < 9.0
 
 
-def test_a_constant_costs_far_more_than_what_it_explains():
+def test_bias_cannot_hide_in_the_discrepancy():
     """A bias cannot hide in the discrepancy: two numbers that follow it cost hundreds of ``-2 log p``."""
     gaps = np.full(4000, 0.1)
     noise = np.random.default_rng(1).normal(size=4000)

@@ -1,4 +1,4 @@
-"""Of several runs, a law has to explain the one that its fit has not seen."""
+"""Of several runs, an effect must close the gap of the one that its fit has not seen."""
 
 from dataclasses import replace
 
@@ -7,15 +7,15 @@ import pytest
 from toy import SHAPES, Toy, toy
 
 from slider_drilling.gap import explain
+from slider_drilling.gap.evidence.compare import gap_closed
 from slider_drilling.gap.evidence.score import score_left_out_runs
 from slider_drilling.gap.problem.noise import noise_floor
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import parameters_of
-from slider_drilling.gap.selection.forward_selection import calibrate
-from slider_drilling.gap.selection.other_runs import check_other_runs
+from slider_drilling.gap.selection.calibration import calibrate
+from slider_drilling.gap.selection.naming_criteria import Evidence, Stage, failures
 from slider_drilling.gap.selection.refit import finish_and_cross_validate
-from slider_drilling.gap.selection.state import CandidateResult
 
 
 def both(*amplitudes: float) -> Toy:
@@ -28,7 +28,7 @@ def silent(stage: str, share: float) -> None:
     """Where progress goes."""
 
 
-def test_a_law_that_holds_in_every_run_is_named():
+def test_effect_in_every_run_is_named():
     answer = explain(both(3.0, 3.0))
     assert answer.effects == ("sine",)
     (found,) = [one for one in answer.candidates if one.effect.name == "sine"]
@@ -38,22 +38,19 @@ def test_a_law_that_holds_in_every_run_is_named():
 
 
 @pytest.mark.parametrize(("amplitudes", "passes"), [((3.0, 3.0), True), ((5.0, -1.0), False), ((-1.0, 4.0), False)])
-def test_who_goes_wrong_in_the_other_run_passes_no_more(amplitudes, passes):
+def test_effect_wrong_in_another_run_fails(amplitudes, passes):
     model = both(*amplitudes)
     sine = next(effect for effect in model.effects if effect.name == "sine")
     floors = [{"force": noise_floor(run.channels[0])} for run in model.runs]
     state = calibrate(model, model.effects, floors, [{}], 0, silent)
     found = fit(state.current_mode, parameters_of(state.current_mode, [sine]), {})
-    judged = CandidateResult(
-        sine, finish_and_cross_validate(state.current_mode, [sine], found, state.bootstrap.folds), 0.5, (0.4, 0.6), ()
-    )
-    held = check_other_runs(state, judged)
-    assert held.passed == passes
-    assert held.closed_in_other_runs is not None
-    assert (held.closed_in_other_runs[0] > 0.0) == passes
+    fitted = finish_and_cross_validate(state.current_mode, [sine], found, state.bootstrap.folds)
+    assert (failures(Stage.OTHER_RUNS, Evidence(state, state.current, fitted)) == ()) == passes
+    closed, _ = gap_closed(state.bootstrap, state.current.cross_run_score, fitted.cross_run_score)
+    assert (closed > 0.0) == passes
 
 
-def test_each_run_is_left_by_a_fit_to_the_other_alone():
+def test_each_run_is_scored_by_the_others():
     model = both(3.0, -2.0)
     problem = build_problem(model, [{"force": 1.0}] * 2)
     sine = next(effect for effect in model.effects if effect.name == "sine")
@@ -70,7 +67,7 @@ def test_each_run_is_left_by_a_fit_to_the_other_alone():
         np.testing.assert_allclose(score.residual[rows], expected, atol=0.05)
 
 
-def test_a_run_alone_costs_its_own_simulations():
+def test_restricted_problem_simulates_its_runs_only():
     problem = build_problem(both(0.0, 0.0), [{"force": 1.0}] * 2)
     problem.restricted_to([1]).simulate([{}, {}])
     assert problem.counter.count == 2
@@ -78,6 +75,6 @@ def test_a_run_alone_costs_its_own_simulations():
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_noise_alone_is_named_in_no_run(seed):
+def test_noise_in_two_runs_names_nothing(seed):
     runs = (toy({}, 2 * seed + 90).runs[0], replace(toy({}, 2 * seed + 91).runs[0], name="again"))
     assert explain(Toy(runs)).effects == ()

@@ -11,7 +11,7 @@ from slider_drilling.process.parallel_map import idle_threads, parallel_map
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_what_is_made_comes_in_the_order_of_what_was_given(threads, monkeypatch):
+def test_results_come_in_input_order(threads, monkeypatch):
     monkeypatch.setattr(module, "available_threads", lambda: threads)
     second = threading.Event()
 
@@ -26,13 +26,13 @@ def test_what_is_made_comes_in_the_order_of_what_was_given(threads, monkeypatch)
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_what_fails_is_raised(threads, monkeypatch):
+def test_error_is_raised(threads, monkeypatch):
     monkeypatch.setattr(module, "available_threads", lambda: threads)
     with pytest.raises(ZeroDivisionError):
         parallel_map(lambda number: 1 / number, [2, 1, 0, 3])
 
 
-def test_what_fails_first_in_their_order_is_raised(monkeypatch):
+def test_first_error_in_input_order_is_raised(monkeypatch):
     monkeypatch.setattr(module, "available_threads", lambda: 2)
     later = threading.Event()
 
@@ -48,7 +48,7 @@ def test_what_fails_first_in_their_order_is_raised(monkeypatch):
     assert idle_threads() == 1
 
 
-def test_work_within_work_calls_those_who_have_nothing_to_do(monkeypatch):
+def test_nested_tasks_use_idle_threads(monkeypatch):
     """Two pieces on three threads: one of them, which asks for two more, has the third thread's help."""
     monkeypatch.setattr(module, "available_threads", lambda: 3)
     both, helped, over, seen = threading.Barrier(2), threading.Barrier(2), threading.Event(), set()
@@ -71,7 +71,7 @@ def test_work_within_work_calls_those_who_have_nothing_to_do(monkeypatch):
     assert idle_threads() == 2
 
 
-def test_no_more_are_at_work_than_there_are_cores_for(monkeypatch):
+def test_threads_never_exceed_the_cores(monkeypatch):
     monkeypatch.setattr(module, "available_threads", lambda: 2)
     lock, now, most = threading.Lock(), [0], [0]
 
@@ -90,7 +90,7 @@ def test_no_more_are_at_work_than_there_are_cores_for(monkeypatch):
     assert idle_threads() == 1
 
 
-def test_the_answer_does_not_hang_on_the_threads(monkeypatch):
+def test_diagnosis_is_independent_of_threads(monkeypatch):
     answers = []
     for threads in (1, 2, 7):
         monkeypatch.setattr(module, "available_threads", lambda threads=threads: threads)

@@ -15,7 +15,7 @@ from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import parameters_of
 from slider_drilling.gap.selection import refit
-from slider_drilling.gap.selection.forward_selection import calibrate
+from slider_drilling.gap.selection.calibration import calibrate
 
 READINGS = TIME[9::20]
 
@@ -50,13 +50,13 @@ def factor(jump: float) -> float:
     return own
 
 
-def test_what_accumulates_counts_by_what_can_be_foretold_of_it():
+def test_noise_factor_grows_with_unpredictability():
     calm, wild, wilder = factor(0.0), factor(30.0), factor(300.0)
     assert 1.0 <= calm < 1.5
     assert 1.5 < wild < wilder
 
 
-def test_the_floor_of_an_angle_that_nobody_can_foretell_is_raised_and_that_of_the_force_is_not():
+def test_only_the_unpredictable_channel_gets_higher_floor():
     floors = begun(turning(300.0)).floors
     assert floors[0]["angle"].method == "foretelling" and floors[0]["angle"].sigma > 3.0
     assert floors[0]["force"].sigma == pytest.approx(1.0, rel=0.2)
@@ -75,7 +75,7 @@ def threshold_of(model) -> float:
     ).threshold
 
 
-def test_noise_alone_is_as_small_beside_a_model_that_is_wrong():
+def test_wrong_model_does_not_widen_the_threshold():
     # A discrepancy leaves open what the truth, with noise alone, would tell: that is not what noise leaves.
     loose = tuple(replace(parameter, scale=30.0) for parameter in NUISANCE)
     right, wrong = (
@@ -97,12 +97,12 @@ class Forked(Toy):
         return {"force": np.stack(rows)}
 
 
-def test_which_way_a_model_goes_is_no_noise_where_tuning_would_find_it():
+def test_calibration_removes_branching_from_the_threshold():
     model = Forked(toy({"level": 1.0}, 3, extra=50.0 * np.sign(np.sin(1e4)) * (TIME > 60.0)).runs)
     assert threshold_of(model) < 1.5
 
 
-def test_a_dozen_readings_of_an_angle_weigh_as_a_dozen_samples():
+def test_sparse_channel_weighs_by_its_samples():
     problem = build_problem(turning(0.0), [{"force": 1.0, "angle": 1.0}])
     found = fit(problem, parameters_of(problem, ()), {"level": 1.0})
     residual = np.zeros(problem.size)
@@ -127,7 +127,7 @@ class Coarse(Toy):
         return {"force": np.stack(rows)}
 
 
-def test_an_effect_that_cheap_simulations_do_not_show_is_raced_in_those_that_do():
+def test_effect_is_raced_at_its_own_fidelity():
     effects = tuple(
         replace(effect, fidelity=1, physical=(0.0, np.inf)) if effect.name == "saw" else effect for effect in EFFECTS
     )

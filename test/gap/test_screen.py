@@ -5,10 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from toy import EFFECTS, toy
 
 from slider_drilling.gap import Channel, Effect, LoggedRun, Parameter, SimulationOptions
 from slider_drilling.gap.problem.problem import Problem, build_problem
 from slider_drilling.gap.search.least_squares import Fit, fit
+from slider_drilling.gap.search.race import parameters_of
 from slider_drilling.gap.search.screen import rank_starts, scan_effects, screen
 
 TIME = np.arange(600.0) * 0.1
@@ -49,7 +51,7 @@ def begun(truth: Mapping[str, float]) -> tuple[Problem, Fit]:
     return problem, fit(problem, problem.expand_per_run(model.nuisance), {})
 
 
-def test_a_start_lies_between_the_neighbours_of_its_scan_point():
+def test_start_lies_between_neighbouring_scan_points():
     problem, tuned = begun({"play.width": 3.0, "stiffness": 1.1})
     (candidate,) = screen(scan_effects(problem, tuned, [PLAY]))
     widths = np.sort([start["play.width"] for start in candidate.starts])
@@ -60,7 +62,7 @@ def test_a_start_lies_between_the_neighbours_of_its_scan_point():
 
 
 @pytest.mark.parametrize("width", [0.5, 1.5, 3.0])
-def test_the_cheapest_start_is_the_one_that_leaves_least(width):
+def test_starts_are_ranked_by_their_cost(width):
     problem, tuned = begun({"play.width": width, "stiffness": 1.1})
     scan = scan_effects(problem, tuned, [PLAY])
     (candidate,) = screen(scan)
@@ -74,7 +76,17 @@ def test_the_cheapest_start_is_the_one_that_leaves_least(width):
     assert found.values["play.width"] == pytest.approx(width, abs=0.02)
 
 
-def test_what_is_linear_is_found_at_once_beyond_its_scan_points():
+def test_linear_effect_is_found_beyond_its_scan():
     problem, tuned = begun({"bias.torque": 0.2})
     (candidate,) = screen(scan_effects(problem, tuned, [BIAS]))
     assert candidate.starts[0]["bias.torque"] == pytest.approx(0.2, abs=0.01)
+
+
+def test_screen_predicts_gain_of_a_linear_effect():
+    model = toy({"level": 1.0, "saw": 3.0}, 8)
+    problem = build_problem(model, [{"force": 1.0}])
+    base = fit(problem, parameters_of(problem, ()), {})
+    first = screen(scan_effects(problem, base, EFFECTS))[0]
+    found = fit(problem, parameters_of(problem, [first.effect]), first.starts[0])
+    assert first.effect.name == "saw"
+    assert base.cost - found.cost == pytest.approx(first.predicted_gain, rel=0.05)

@@ -1,11 +1,14 @@
 """A linear model for the engine: shapes over time, added up. Everything about it is known in closed form."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from slider_drilling.gap import Channel, Effect, LoggedRun, Parameter, SimulationOptions
+from slider_drilling.gap.problem.problem import Problem, build_problem
+from slider_drilling.gap.search.least_squares import Fit, fit
+from slider_drilling.gap.search.race import parameters_of
 
 TIME = np.arange(240.0) * 0.5
 SHAPES = {
@@ -45,3 +48,10 @@ def toy(truth: Mapping[str, float], seed: int, noise: float = 1.0, extra: np.nda
     measured = force(truth) + extra + np.random.default_rng(seed).normal(0.0, noise, TIME.size)
     channel = Channel("force", TIME, measured, "N", declared_noise=noise)
     return Toy((LoggedRun("toy", TIME, np.sin(2.0 * np.pi * TIME / 12.0), (channel,)),))
+
+
+def fit_toy(model: Toy, names: Collection[str]) -> tuple[Problem, Fit]:
+    """A toy's nuisance fitted with the effects of these names, and its problem."""
+    problem = build_problem(model, [{"force": 1.0}])
+    effects = [effect for effect in EFFECTS if effect.name in names]
+    return problem, fit(problem, parameters_of(problem, effects), {})

@@ -24,7 +24,7 @@ class WholeRunErrors:
     One free simulation of every run with one set of parameters, unlike the held-out gap, whose parameters differ from
     stretch to stretch. share: first part of every run that was fitted; fitted, rest: over that part and over what
     follows (empty when all was fitted); whole: over both; freed: how many parameters each stage fitted; horizon: s by
-    channel, see `_horizon`; foretold: channels whose horizon is where the runs end; left: (N,) residuals in the
+    channel (`prediction_horizon`); foretold: channels whose horizon is where the runs end; left: (N,) residuals in the
     channels' units, by stage.
     """
 
@@ -72,13 +72,13 @@ def simulate_whole_runs(model: Model, state: SearchState, share: float) -> Whole
     if state.current.effects:
         freed["with_effect"] = len(state.current.fit.parameters)
     last = list(stages)[-1]
-    horizon, foretold = _horizon(problem, left[last])
+    horizon, foretold = prediction_horizon(problem, left[last])
     return WholeRunErrors(
         share, parts["fitted"], parts["rest"], parts["whole"], freed, horizon, foretold, problem, left
     )
 
 
-def _horizon(problem: Problem, left: Array) -> tuple[dict[str, float], tuple[str, ...]]:
+def prediction_horizon(problem: Problem, left: Array) -> tuple[dict[str, float], tuple[str, ...]]:
     """How far from its start a free run foretells each channel, s: until its error over one block is as large as the
     channel's own spread; the run's length where it never is. The shortest of the runs. Besides, the channels of which
     it never is in any run.

@@ -1,75 +1,118 @@
-"""Re-tuning: what any rig is tuned in is fitted from several places, and a tuned model shows what is noise."""
+"""The first state of the search: noise floors, the calibrated model, and whether that is enough."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-from scipy.stats import qmc
-
+from slider_drilling.gap.evidence.block_bootstrap import make_bootstrap
 from slider_drilling.gap.evidence.replicates import replicate_noise_factors
-from slider_drilling.gap.model import Parameter, Values
-from slider_drilling.gap.problem.noise import NoiseFloor, lower_floor, raise_floor
-from slider_drilling.gap.problem.problem import Problem
+from slider_drilling.gap.evidence.score import make_folds
+from slider_drilling.gap.model import Effect, HasObserver, Model, SimulationOptions, Values
+from slider_drilling.gap.problem.noise import NoiseFloor, lower_floor, raise_floor, sigmas
+from slider_drilling.gap.problem.problem import Problem, build_problem
+from slider_drilling.gap.progress import Progress
+from slider_drilling.gap.search.fine_fit import refit_in_fine_simulation, refit_with_correction
 from slider_drilling.gap.search.least_squares import Fit, fit
-from slider_drilling.gap.search.race import parameters_of
-from slider_drilling.gap.search.screen import STARTS
-from slider_drilling.process.parallel_map import parallel_map
+from slider_drilling.gap.search.multi_start import fit_from_starts, scattered_starts
+from slider_drilling.gap.selection.nuisance_limits import outside_prior
+from slider_drilling.gap.selection.refit import (
+    check_adequacy,
+    cross_validate,
+    finish_and_cross_validate,
+    score_nominal,
+)
+from slider_drilling.gap.selection.state import SearchState
 
-_SCATTERED = 32  # points
-# Standard deviations of what rigs are off by: none is looked for farther out, and a re-tuned parameter that goes there
-# may stand for something else.
-NUISANCE_LIMIT = 2.5
-
-
-def fit_from_starts(problem: Problem, starts: Sequence[Values], freed: Sequence[Parameter] | None = None) -> Fit:
-    """The best re-tuned fit of those that begin at the starts; freed: the model's nuisance by default."""
-    parameters = parameters_of(problem, ()) if freed is None else freed
-    found = parallel_map(lambda start: fit(problem, parameters, start), starts)
-    return min(found, key=lambda one: one.cost)
+# Gain of the weak observer (see `slider_drilling.gap.model.HasObserver`).
+OBSERVER_GAIN = 0.3
 
 
-def scattered_starts(problem: Problem, tuned: Fit, freed: Sequence[Parameter] | None = None) -> list[dict[str, float]]:
-    """Where else tuning may begin: the cheapest of points spread over where a rig may lie, in what is freed, by default
-    all that the fit has freed.
+def calibrate(
+    model: Model,
+    effects: Sequence[Effect],
+    floors: Sequence[dict[str, NoiseFloor]],
+    starts: Sequence[Values],
+    seed: int,
+    report: Progress,
+) -> SearchState:
+    """Fit the nuisance alone and see whether that is enough.
+
+    Args:
+        model: The model with its logs.
+        effects: Effects to look for in the residuals.
+        floors: Noise floors by run and channel, from the log alone.
+        starts: Nuisance values to start from.
+        seed: Seed of resamples and replicates.
+        report: Called with the stage and the share done.
+
+    Returns:
+        The first state of the search; it is done if nothing is left to find.
     """
-    parameters = list(tuned.parameters if freed is None else freed)
-    if not parameters:
-        return [tuned.values]
-    low, high = zip(*(plausible_range(parameter) for parameter in parameters), strict=True)
-    unit = qmc.Sobol(len(parameters), seed=0).random(_SCATTERED)
-    points = [
-        tuned.values | {p.name: float(v) for p, v in zip(parameters, row, strict=True)}
-        for row in np.array(low) + (np.array(high) - np.array(low)) * unit
-    ]
-    costs = [problem.cost(residual)[0] for residual in problem.residuals(points)]
-    return [points[index] for index in np.argsort(costs)[:STARTS]]
+    report("calibrating", 0.02)
+    free_run = build_problem(model, [sigmas(own) for own in floors])
+    rough = fit_from_starts(free_run, starts)
+    # A calibrated model follows the signal's kinks, which differences of the log alone take for noise.
+    floors = lower_floors(free_run, rough, floors)
+    free_run = build_problem(model, [sigmas(own) for own in floors], counter=free_run.counter)
+    bootstrap = make_bootstrap(make_folds(free_run), seed)
+    calibrated = fit(free_run, rough.parameters, rough.values, iterations=2)
+    corrected, fine = refit_with_correction(free_run, calibrated)
+    raised = raise_floors(corrected, fine, floors, seed)
+    if raised != floors:
+        floors = raised
+        free_run = build_problem(model, [sigmas(own) for own in floors], counter=free_run.counter)
+        start = fit(free_run, calibrated.parameters, fine.values, iterations=1)
+        corrected, fine = refit_with_correction(free_run, start)
+    fitted = cross_validate(*refit_in_fine_simulation(corrected, fine), (), bootstrap.folds)
+    adequacy = check_adequacy(fitted, seed, effects)
+    if not adequacy.complete:
+        report("calibrating from other starts", 0.06)
+        other = fit_from_starts(free_run, scattered_starts(free_run, calibrated))
+        if other.cost < calibrated.cost:
+            fitted = finish_and_cross_validate(free_run, (), other, bootstrap.folds)
+            adequacy = check_adequacy(fitted, seed, effects)
+    nominal = score_nominal(free_run, fitted)
+    within = all(nominal.by_channel[name] <= limit for name, limit in adequacy.channel_thresholds.items())
+    modes: tuple[Problem, ...] = (free_run,)
+    if _can_be_observed(model):
+        modes = (free_run, free_run.with_options(SimulationOptions(0, OBSERVER_GAIN)))
+    return SearchState(
+        floors=tuple(floors),
+        modes=modes,
+        nominal_score=nominal,
+        calibrated=fitted,
+        current=fitted,
+        adequacy=adequacy,
+        calibrated_adequacy=adequacy,
+        nominal_adequate=nominal.gap <= adequacy.threshold and within,
+        bootstrap=bootstrap,
+        done=adequacy.complete and not outside_prior(fitted),
+    )
 
 
-def plausible_range(parameter: Parameter) -> tuple[float, float]:
-    """Where a parameter may lie: within `FAR_OFF` spreads of nominal, inside its bounds."""
-    spread = parameter.spread if np.isfinite(parameter.spread) else parameter.upper - parameter.lower
-    low = max(parameter.lower, parameter.nominal - NUISANCE_LIMIT * spread)
-    return low, min(parameter.upper, parameter.nominal + NUISANCE_LIMIT * spread)
+def _can_be_observed(model: Model) -> bool:
+    return isinstance(model, HasObserver) and any(
+        channel.name == model.observed_channel for run in model.runs for channel in run.channels
+    )
 
 
 def lower_floors(
-    problem: Problem, tuned: Fit, floors: Sequence[dict[str, NoiseFloor]]
+    problem: Problem, calibrated: Fit, floors: Sequence[dict[str, NoiseFloor]]
 ) -> tuple[dict[str, NoiseFloor], ...]:
-    """Floors by what a fit leaves: without the signal's own kinks."""
-    found = [dict(own) for own in floors]
+    """Noise floors from the residuals of a fit, which no longer hold the signal's own kinks."""
+    lowered = [dict(own) for own in floors]
     for piece in problem.pieces:
-        left = tuned.residual[piece.rows] * piece.noise
-        found[piece.run][piece.name] = lower_floor(found[piece.run][piece.name], left)
-    return tuple(found)
+        residual = calibrated.residual[piece.rows] * piece.noise
+        lowered[piece.run][piece.name] = lower_floor(lowered[piece.run][piece.name], residual)
+    return tuple(lowered)
 
 
 def raise_floors(
-    problem: Problem, tuned: Fit, floors: Sequence[dict[str, NoiseFloor]], seed: int
+    problem: Problem, calibrated: Fit, floors: Sequence[dict[str, NoiseFloor]], seed: int
 ) -> tuple[dict[str, NoiseFloor], ...]:
-    """Floors by what a fit foretells of replicates of itself."""
-    found = [dict(own) for own in floors]
-    for index, factor in replicate_noise_factors(problem, tuned, seed).items():
+    """Noise floors of channels that the model could not predict more closely even if it were the truth."""
+    raised = [dict(own) for own in floors]
+    for index, factor in replicate_noise_factors(problem, calibrated, seed).items():
         piece = problem.pieces[index]
-        found[piece.run][piece.name] = raise_floor(found[piece.run][piece.name], factor)
-    return tuple(found)
+        raised[piece.run][piece.name] = raise_floor(raised[piece.run][piece.name], factor)
+    return tuple(raised)

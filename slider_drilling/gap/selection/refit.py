@@ -1,4 +1,4 @@
-"""What is known, fitted and scored again: in another problem, in another way, or from another place."""
+"""Refits of a model: finished in fine simulations, in another problem, and from other starts."""
 
 from __future__ import annotations
 
@@ -12,121 +12,134 @@ from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.fine_fit import fit_fidelity, refit_in_fine_simulation, refit_with_correction
 from slider_drilling.gap.search.least_squares import TOLERANCE, Fit, fit, min_gain_to_catch_up
+from slider_drilling.gap.search.multi_start import fit_from_starts, scattered_starts
 from slider_drilling.gap.search.race import Arm
-from slider_drilling.gap.selection.calibration import fit_from_starts, scattered_starts
 from slider_drilling.gap.selection.state import FittedModel, SearchState
 from slider_drilling.process.parallel_map import parallel_map
 
 
-def finish_and_cross_validate(problem: Problem, effects: Sequence[Effect], found: Fit, folds: Folds) -> FittedModel:
-    """A fit finished and held out."""
-    return cross_validate(*refit_in_fine_simulation(*refit_with_correction(problem, found)), effects, folds)
+def cross_validate(problem: Problem, fine_fit: Fit, effects: Sequence[Effect], folds: Folds) -> FittedModel:
+    """The model of a finished fit, with its cross-validated score."""
+    return FittedModel(tuple(effects), problem, fine_fit, score_held_out(problem, fine_fit, folds))
 
 
-def cross_validate(exact: Problem, polished: Fit, effects: Sequence[Effect], folds: Folds) -> FittedModel:
-    """A finished fit, held out."""
-    return FittedModel(tuple(effects), exact, polished, score_held_out(exact, polished, folds))
+def finish_and_cross_validate(problem: Problem, effects: Sequence[Effect], start: Fit, folds: Folds) -> FittedModel:
+    """The model of a fit, finished in fine simulations and cross-validated."""
+    return cross_validate(*refit_in_fine_simulation(*refit_with_correction(problem, start)), effects, folds)
 
 
-def check_adequacy(explained: FittedModel, seed: int, effects: Sequence[Effect] = ()) -> Adequacy:
-    """Whether an explanation is enough; effects: looked for in what it leaves."""
-    return adequacy_of_fit(explained.problem, explained.fit, explained.score, seed, effects, explained.effects)
+def check_adequacy(model: FittedModel, seed: int, effects: Sequence[Effect] = ()) -> Adequacy:
+    """Whether a model leaves only noise.
+
+    Args:
+        model: The fitted model.
+        seed: Seed of its replicates.
+        effects: Effects to look for in the residuals.
+    """
+    return adequacy_of_fit(model.problem, model.fit, model.score, seed, effects, model.effects)
 
 
-def score_nominal(problem: Problem, tuned: FittedModel) -> HeldOutScore:
+def score_nominal(problem: Problem, calibrated: FittedModel) -> HeldOutScore:
     """Score of the model as given."""
     exact = problem.corrected_at({}, fit_fidelity(problem.model))
     residual = exact.residuals([{}])[0]
-    return score_residual(exact, residual, replace(tuned.fit, discrepancy=exact.cost(residual)[1]))
+    return score_residual(exact, residual, replace(calibrated.fit, discrepancy=exact.cost(residual)[1]))
 
 
-def refit(problem: Problem, known: FittedModel, folds: Folds) -> FittedModel:
-    problem = problem.at_fidelity_of(known.effects)
-    found = fit(problem, known.fit.parameters, known.fit.values)
-    return finish_and_cross_validate(problem, known.effects, found, folds)
+def refit(problem: Problem, model: FittedModel, folds: Folds) -> FittedModel:
+    """The model fitted and cross-validated in another problem, from its present values."""
+    problem = problem.at_fidelity_of(model.effects)
+    start = fit(problem, model.fit.parameters, model.fit.values)
+    return finish_and_cross_validate(problem, model.effects, start, folds)
 
 
 def rescore(
     problem: Problem, state: SearchState, others: Sequence[FittedModel] = ()
 ) -> tuple[SearchState, list[FittedModel]]:
-    """The state with what is known fitted and scored again in another problem, and others likewise."""
-    known = [state.calibrated] if state.current is state.calibrated else [state.calibrated, state.current]
-    again = parallel_map(lambda one: refit(problem, one, state.bootstrap.folds), [*known, *others])
-    tuned, current = again[0], again[len(known) - 1]
-    return replace(state, calibrated=tuned, current=current, nominal_score=score_nominal(problem, tuned)), again[
-        len(known) :
-    ]
+    """The state with its models fitted and scored in another problem, and other models likewise."""
+    own = [state.calibrated] if state.current is state.calibrated else [state.calibrated, state.current]
+    refitted = parallel_map(lambda model: refit(problem, model, state.bootstrap.folds), [*own, *others])
+    calibrated, current = refitted[0], refitted[len(own) - 1]
+    nominal = score_nominal(problem, calibrated)
+    return replace(state, calibrated=calibrated, current=current, nominal_score=nominal), refitted[len(own) :]
 
 
-def improve_incumbent(state: SearchState, leader: FittedModel, left: Sequence[Effect], seed: int) -> SearchState:
-    """The state with what is known fitted again from where the likeliest finalist got to, if that is likelier.
+def improve_incumbent(state: SearchState, leader: FittedModel, remaining: Sequence[Effect], seed: int) -> SearchState:
+    """The state with its current model refitted from the best candidate's optimum, where that is likelier.
 
-    A finalist began elsewhere too, and what it gains may be the other place's: what is known is held against it there,
-    as far as it comes up with where it is.
+    A candidate may win only because it started elsewhere. The current model is therefore refitted from there before
+    they are compared, for as long as it can still catch up with its present optimum.
     """
-    known, freed = state.current, {parameter.name for parameter in state.current.fit.parameters}
-    begin = {name: value for name, value in leader.fit.values.items() if name in freed}
-    begun = fit(known.problem, known.fit.parameters, begin, iterations=0)
-    again = fit(
-        known.problem, begun.parameters, begin, tolerance=min_gain_to_catch_up(begun.cost - known.fit.cost),
-        simulated=begun.simulated,
-        jacobian_rows=begun.jacobian_rows, trust_rows=True,
+    incumbent = state.current
+    freed = {parameter.name for parameter in incumbent.fit.parameters}
+    start = {name: value for name, value in leader.fit.values.items() if name in freed}
+    linearised = fit(incumbent.problem, incumbent.fit.parameters, start, iterations=0)
+    refitted = fit(
+        incumbent.problem, linearised.parameters, start,
+        tolerance=min_gain_to_catch_up(linearised.cost - incumbent.fit.cost),
+        simulated=linearised.simulated, jacobian_rows=linearised.jacobian_rows, trust_rows=True,
     )  # fmt: skip
-    if again.cost >= known.fit.cost - TOLERANCE:
+    if refitted.cost >= incumbent.fit.cost - TOLERANCE:
         return state
-    better = finish_and_cross_validate(
-        state.current_mode.at_fidelity_of(known.effects), known.effects, again, state.bootstrap.folds
-    )
-    if better.fit.cost >= known.fit.cost - TOLERANCE:
+    problem = state.current_mode.at_fidelity_of(incumbent.effects)
+    better = finish_and_cross_validate(problem, incumbent.effects, refitted, state.bootstrap.folds)
+    if better.fit.cost >= incumbent.fit.cost - TOLERANCE:
         return state
-    enough = check_adequacy(better, seed, left)
-    if known is not state.calibrated:
-        return replace(state, current=better, adequacy=enough)
-    given = score_nominal(better.problem, better)
+    adequacy = check_adequacy(better, seed, remaining)
+    if incumbent is not state.calibrated:
+        return replace(state, current=better, adequacy=adequacy)
     return replace(
-        state, nominal_score=given, calibrated=better, current=better, adequacy=enough, calibrated_adequacy=enough
-    )
+        state, nominal_score=score_nominal(better.problem, better), calibrated=better, current=better,
+        adequacy=adequacy, calibrated_adequacy=adequacy,
+    )  # fmt: skip
 
 
-def refit_from_incumbent(state: SearchState, found: FittedModel) -> FittedModel:
-    """An explanation that contains what is known, begun once more from there where it ended less likely: with what it
-    adds where that had got to, and at nothing. Finished where it gains more than its added parameters do by chance.
+def refit_from_incumbent(state: SearchState, candidate: FittedModel) -> FittedModel:
+    """The candidate, refitted from the current model's values where it ended less likely than that.
+
+    A larger model cannot be less likely than the one that it contains: then the search missed its optimum. It starts
+    once with the candidate's own values of the new effects, and once with these neutral.
     """
-    known = state.current
-    if found.fit.cost <= known.fit.cost:
-        return found
-    own = {p.name for effect in found.effects if effect.name not in known.names for p in effect.parameters}
-    added = {name: value for name, value in found.fit.values.items() if name in own}
-    near = known.problem.at_fidelity_of(found.effects)
-    begun = fit_from_starts(near, [known.fit.values | added, known.fit.values], found.fit.parameters)
-    if not passes_likelihood_ratio_test(known.fit, begun):
-        return found
-    again = finish_and_cross_validate(
-        state.current_mode.at_fidelity_of(found.effects), found.effects, begun, state.bootstrap.folds
-    )
-    return min(found, again, key=lambda one: one.fit.cost)
+    incumbent = state.current
+    if candidate.fit.cost <= incumbent.fit.cost:
+        return candidate
+    own = {p.name for effect in candidate.effects if effect.name not in incumbent.names for p in effect.parameters}
+    added = {name: value for name, value in candidate.fit.values.items() if name in own}
+    starts = [incumbent.fit.values | added, incumbent.fit.values]
+    refitted = fit_from_starts(incumbent.problem.at_fidelity_of(candidate.effects), starts, candidate.fit.parameters)
+    if not passes_likelihood_ratio_test(incumbent.fit, refitted):
+        return candidate
+    problem = state.current_mode.at_fidelity_of(candidate.effects)
+    finished = finish_and_cross_validate(problem, candidate.effects, refitted, state.bootstrap.folds)
+    return min(candidate, finished, key=lambda model: model.fit.cost)
 
 
-def refit_from_scattered_nuisance(way: Problem, known: FittedModel, folds: Folds) -> FittedModel | None:
-    """An explanation fitted again from other places of its nuisance, None where none of them leads to a likelier one.
+def refit_from_scattered_nuisance(mode: Problem, model: FittedModel, folds: Folds) -> FittedModel | None:
+    """The model refitted from other values of its nuisance, None where none leads to a likelier optimum.
 
-    Strokes of rocking hide how the string was wound at the beginning: a fit that began near one winding stays there.
+    Rocking hides how the string was wound at the start: a fit that began near one winding stays there.
     """
-    own = {parameter.name for effect in known.effects for parameter in effect.parameters}
-    problem, freed = way.at_fidelity_of(known.effects), known.fit.parameters
+    own = {parameter.name for effect in model.effects for parameter in effect.parameters}
+    problem, freed = mode.at_fidelity_of(model.effects), model.fit.parameters
     nuisance = [parameter for parameter in freed if parameter.name not in own]
-    here = fit(problem, freed, known.fit.values, iterations=0)
-    again = fit_from_starts(problem, [here.values, *scattered_starts(problem, here, nuisance)], freed)
-    if again.cost >= here.cost - TOLERANCE:
+    here = fit(problem, freed, model.fit.values, iterations=0)
+    refitted = fit_from_starts(problem, [here.values, *scattered_starts(problem, here, nuisance)], freed)
+    if refitted.cost >= here.cost - TOLERANCE:
         return None
-    better = finish_and_cross_validate(problem, known.effects, again, folds)
-    return better if better.fit.cost < known.fit.cost - TOLERANCE else None
+    better = finish_and_cross_validate(problem, model.effects, refitted, folds)
+    return better if better.fit.cost < model.fit.cost - TOLERANCE else None
 
 
-def best_fit(state: SearchState, own: Sequence[Arm], way: int) -> tuple[Problem, Fit]:
-    """The best fit of a set in one way of running the model: its own arm's, or one that goes on from another way's."""
-    problem = state.modes[way].at_fidelity_of(own[0].effects)
-    fits = [arm.fit for arm in own if arm.mode == way and arm.fit is not None]
-    if own[0].mode != way and own[0].fit is not None:
-        fits.append(fit(problem, own[0].fit.parameters, own[0].fit.values))
-    return problem, min(fits, key=lambda one: one.cost)
+def best_fit(state: SearchState, arms: Sequence[Arm], mode: int) -> tuple[Problem, Fit]:
+    """The best fit of a set of effects in one simulation mode, with its problem.
+
+    Args:
+        state: State of the search.
+        arms: Arms of the set, cheapest first.
+        mode: Index of the mode. Where the cheapest arm ran in another one, its fit is continued in this one.
+    """
+    problem = state.modes[mode].at_fidelity_of(arms[0].effects)
+    fits = [arm.fit for arm in arms if arm.mode == mode and arm.fit is not None]
+    if arms[0].mode != mode and arms[0].fit is not None:
+        fits.append(fit(problem, arms[0].fit.parameters, arms[0].fit.values))
+    return problem, min(fits, key=lambda found: found.cost)

@@ -1,4 +1,4 @@
-"""Where a race begins: which effects, beside which fit, in which way of running the model."""
+"""Where a race starts: which effects, beside which fit, and in which simulation mode."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from slider_drilling.gap.model import Effect
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.global_search import global_search
 from slider_drilling.gap.search.least_squares import Fit, fit
+from slider_drilling.gap.search.multi_start import plausible_range
 from slider_drilling.gap.search.race import FINALISTS, Arm
 from slider_drilling.gap.search.screen import (
     STARTS,
@@ -19,15 +20,18 @@ from slider_drilling.gap.search.screen import (
     screen,
     screen_pairs,
 )
-from slider_drilling.gap.selection.calibration import plausible_range
 from slider_drilling.gap.selection.state import SearchState
 from slider_drilling.process.parallel_map import parallel_map
 
 
 @dataclass(frozen=True)
 class StartPoint:
-    """A fit that arms begin beside, in one way of running the model, and the scan of what may be added there; starts:
-    places that an effect begins from.
+    """A fit that arms start beside.
+
+    Attributes:
+        mode: Index of the simulation mode.
+        scan: Scan of the effects that may be added there.
+        start_count: How many starts each effect gets.
     """
 
     mode: int
@@ -36,84 +40,105 @@ class StartPoint:
 
     @property
     def base(self) -> Fit:
+        """The fit."""
         return self.scan.base
 
 
 def find_start_points(state: SearchState, effects: Sequence[Effect]) -> list[StartPoint]:
-    """In every way of running the model, once something was found in that way alone: what is known, tuned, and the rig
-    as given.
+    """In every active simulation mode: the current model, and the same effects with the nuisance as given.
 
-    Which way foretells more without the effect says nothing of which does with it: a pull makes up for much of what is
-    missing, and where it lets the nuisance go astray the free run is what finds the effect. A nuisance that was tuned
-    without the effect has gone as far as it could to make up for it; a rig is more likely near its file.
+    The mode that predicts better without an effect need not do so with it: an observer makes up for much of what is
+    missing, and where it lets the nuisance go astray the free run finds the effect. A nuisance that was calibrated
+    without the effect has moved to make up for it, while a real rig is more likely near its file.
+
+    Args:
+        state: State of the search.
+        effects: Effects that may be added.
     """
-    known = state.current
-    given = {name: value for name, value in known.fit.values.items() if "@" in name or "." in name}
+    current = state.current
+    # Names with "@" belong to a run, names with "." to an effect: both are kept.
+    as_given = {name: value for name, value in current.fit.values.items() if "@" in name or "." in name}
 
-    def place(asked: tuple[int, bool]) -> StartPoint:
-        way, tuned = asked
-        problem = state.modes[way].at_fidelity_of(known.effects)
-        begin, iterations = (known.fit.values, None) if tuned else (given, 1)
-        base = fit(problem, known.fit.parameters, begin, iterations=iterations)
-        return StartPoint(way, scan_effects(problem, base, effects), 1 if tuned else STARTS)
+    def start_point(choice: tuple[int, bool]) -> StartPoint:
+        mode, calibrated = choice
+        problem = state.modes[mode].at_fidelity_of(current.effects)
+        start, iterations = (current.fit.values, None) if calibrated else (as_given, 1)
+        base = fit(problem, current.fit.parameters, start, iterations=iterations)
+        return StartPoint(mode, scan_effects(problem, base, effects), 1 if calibrated else STARTS)
 
-    return parallel_map(place, [(way, tuned) for way in state.active_modes for tuned in (True, False)])
+    choices = [(mode, calibrated) for mode in state.active_modes for calibrated in (True, False)]
+    return parallel_map(start_point, choices)
 
 
 def race_entries(
-    state: SearchState, places: Sequence[StartPoint], together: Sequence[Sequence[Effect]]
+    state: SearchState, start_points: Sequence[StartPoint], coupled: Sequence[Sequence[Effect]]
 ) -> tuple[list[Arm], dict[str, float]]:
-    """Every effect from several places, and those that the model wants together; besides the arms, what each effect's
-    scan promises, by name.
+    """The arms of a race.
+
+    Args:
+        state: State of the search.
+        start_points: Fits to start beside.
+        coupled: Sets of effects that also start together.
+
+    Returns:
+        One arm for each start of each effect and set; and by name of effect the gain of ``-2 log p`` that its scan
+        predicts.
     """
-    known = state.current
+    known = state.current.effects
     arms: list[Arm] = []
-    promised: dict[str, float] = {}
-    for place, candidates in zip(places, parallel_map(lambda place: screen(place.scan), places), strict=True):
-        by_name = {candidate.effect.name: candidate for candidate in candidates}
-        for candidate in candidates:
-            promised[candidate.effect.name] = max(promised.get(candidate.effect.name, 0.0), candidate.predicted_gain)
-            for start, simulated in rank_starts(place.scan, candidate)[: place.start_count]:
-                arms.append(Arm((*known.effects, candidate.effect), place.mode, start, place.base, simulated))
-        for chosen in together:
-            if all(effect.name in by_name for effect in chosen):
-                arms.append(_joined(known.effects, chosen, by_name, place))
-    for chosen in together:
-        arms += _spread_out(state.modes[0], places[0].base, known.effects, chosen)
-    return arms, promised
+    predicted_gain: dict[str, float] = {}
+    screens = parallel_map(lambda point: screen(point.scan), start_points)
+    for point, screened in zip(start_points, screens, strict=True):
+        by_name = {each.effect.name: each for each in screened}
+        for each in screened:
+            name = each.effect.name
+            predicted_gain[name] = max(predicted_gain.get(name, 0.0), each.predicted_gain)
+            for start, simulated in rank_starts(point.scan, each)[: point.start_count]:
+                arms.append(Arm((*known, each.effect), point.mode, start, point.base, simulated))
+        for effects in coupled:
+            if all(effect.name in by_name for effect in effects):
+                arms.append(_joint_arm(known, effects, by_name, point))
+    for effects in coupled:
+        arms += _global_arms(state.modes[0], start_points[0].base, known, effects)
+    return arms, predicted_gain
 
 
-def race_entries_of_pairs(places: Sequence[StartPoint], enough: float) -> list[Arm]:
-    """The most promising pairs of effects beside re-tuning alone that may leave no more than enough, E."""
-    found = parallel_map(lambda place: screen_pairs(place.scan, FINALISTS, enough), places)
+def race_entries_of_pairs(start_points: Sequence[StartPoint], threshold: float) -> list[Arm]:
+    """Arms of the most promising pairs of effects, beside calibration alone.
+
+    Args:
+        start_points: Fits to start beside.
+        threshold: E that the pair may leave.
+    """
+    screens = parallel_map(lambda point: screen_pairs(point.scan, FINALISTS, threshold), start_points)
     return [
-        Arm(pair.effects, place.mode, pair.start, place.base)
-        for place, pairs in zip(places, found, strict=True) for pair in pairs
+        Arm(pair.effects, point.mode, pair.start, point.base)
+        for point, pairs in zip(start_points, screens, strict=True) for pair in pairs
     ]  # fmt: skip
 
 
-def _joined(
-    known: Sequence[Effect], chosen: Sequence[Effect], by_name: dict[str, ScreenedEffect], place: StartPoint
+def _joint_arm(
+    known: Sequence[Effect], effects: Sequence[Effect], by_name: dict[str, ScreenedEffect], point: StartPoint
 ) -> Arm:
-    """An arm in which several effects start at once, each where it does alone."""
-    start = dict(place.base.values)
-    for effect in chosen:
+    """An arm in which several effects start together, each where it would start alone."""
+    start = dict(point.base.values)
+    for effect in effects:
         own = {parameter.name for parameter in effect.parameters}
         start |= {name: value for name, value in by_name[effect.name].starts[0].items() if name in own}
-    return Arm((*known, *chosen), place.mode, start, place.base)
+    return Arm((*known, *effects), point.mode, start, point.base)
 
 
-def _spread_out(problem: Problem, tuned: Fit, known: Sequence[Effect], chosen: Sequence[Effect]) -> list[Arm]:
-    """Arms of several effects at once, searched for widely: as long as one is missing the phase is off, and no scan of
-    an effect alone leads there.
+def _global_arms(problem: Problem, calibrated: Fit, known: Sequence[Effect], effects: Sequence[Effect]) -> list[Arm]:
+    """Arms of several effects together, from a global search.
+
+    While one of the effects is missing the phase is off, so that no scan of a single effect leads there.
     """
-    spans = {parameter.name: plausible_range(parameter) for parameter in tuned.parameters}
-    for effect in chosen:
+    spans = {parameter.name: plausible_range(parameter) for parameter in calibrated.parameters}
+    for effect in effects:
         for index, parameter in enumerate(effect.parameters):
             scanned = [point[index] for point in effect.scan]
             low, high = min(scanned), max(scanned)
             spans[parameter.name] = (0.3 * low if low > 0.0 else low, high)
-    shows = problem.at_fidelity_of((*known, *chosen))
-    return [
-        Arm((*known, *chosen), 0, values, None) for values in global_search(problem, shows, spans, tuned.values, seed=1)
-    ]
+    fine = problem.at_fidelity_of((*known, *effects))
+    starts = global_search(problem, fine, spans, calibrated.values, seed=1)
+    return [Arm((*known, *effects), 0, values, None) for values in starts]

@@ -1,4 +1,4 @@
-"""What is known after each step of the attribution; nothing here is ever changed in place."""
+"""What the search knows after each step. Nothing here is ever changed in place."""
 
 from __future__ import annotations
 
@@ -16,7 +16,14 @@ from slider_drilling.gap.search.least_squares import Fit
 
 @dataclass(frozen=True)
 class FittedModel:
-    """A set of effects with its fit and its score; problem: corrected to finer simulations at the fit."""
+    """A set of effects, fitted together with the nuisance and cross-validated.
+
+    Attributes:
+        effects: Effects in the model; empty for calibration alone.
+        problem: The problem it was fitted in, corrected to finer simulations at the fit.
+        fit: The fit over the whole log.
+        score: The cross-validated score.
+    """
 
     effects: tuple[Effect, ...]
     problem: Problem = field(repr=False)
@@ -25,21 +32,28 @@ class FittedModel:
 
     @property
     def names(self) -> tuple[str, ...]:
+        """Names of the effects."""
         return tuple(effect.name for effect in self.effects)
 
     @cached_property
     def cross_run_score(self) -> HeldOutScore:
-        """The score of each run by a fit to the others; it takes refits, and is made when it is first asked for."""
+        """The score of each run under a fit to the others. It takes refits, and is computed on first use."""
         return score_left_out_runs(self.problem, self.fit)
 
 
 @dataclass(frozen=True)
 class CandidateResult:
-    """A finalist of one step: what the newest effect closes of the gap before it, and which tests it did not pass.
+    """What became of one finalist of a step.
 
-    closed, interval: share of E^2 - 1, held out, NaN where there was nothing to close; why_not: empty if it passed;
-    beside: names of the effects that left that gap; in_other_runs: likewise, of each run by a fit to the others, None
-    of a single run, and of who failed before.
+    Attributes:
+        effect: The newest effect of the candidate.
+        fitted: The model with it.
+        closed: Share of the gap before it that it closes, held out; NaN where there was no gap.
+        interval: 95 % interval of ``closed``.
+        failures: Messages of the naming criteria that it failed, empty if it passed.
+        beside: Names of the effects that were in the model before.
+        closed_in_other_runs: Share and interval of the gap of each run under a fit to the others; None for a single run
+            and for a candidate that failed before.
     """
 
     effect: Effect
@@ -52,13 +66,19 @@ class CandidateResult:
 
     @property
     def passed(self) -> bool:
+        """Whether it passed every naming criterion."""
         return not self.failures
 
 
 @dataclass(frozen=True)
 class SelectionStep:
-    """One step forward: the finalists, most likely on unseen data first; who was accepted, and who cannot be told from
-    it; promised: what every candidate's scan promised, ``-2 log p``, before any fit.
+    """One step of forward selection.
+
+    Attributes:
+        candidates: The finalists, best held-out prediction first.
+        accepted: The one that was accepted, None if none was.
+        indistinguishable: Names of finalists that the log cannot distinguish from the accepted one.
+        predicted_gain: Gain of ``-2 log p`` that the screen predicted of every effect, before any fit.
     """
 
     candidates: tuple[CandidateResult, ...]
@@ -69,10 +89,26 @@ class SelectionStep:
 
 @dataclass(frozen=True)
 class SearchState:
-    """nominal: score as given; tuned: re-tuned only; current: with the effects accepted so far; enough:
-    adequacy of the current; ways: problems that fits may be made in, the free one first; step: those taken; instead:
-    laws, likeliest first, that make the log likelier than a re-tuning that was enough, but went far; far: the state of
-    such a re-tuning, where the names hold against one that is kept near; partial: interrupted before the end.
+    """Everything that one step of the search hands to the next, grouped by life cycle.
+
+    Attributes:
+        floors: *Fixed by calibration; replaced only where a better model shows lower noise.* Noise floors by run and
+            channel.
+        modes: Problems that fits may be made in, one per simulation mode: the free run, then the run with an observer.
+        bootstrap: Resamples for every comparison.
+        nominal_score: *Calibration.* Score of the model as given.
+        nominal_adequate: Whether the model as given leaves only noise.
+        calibrated: The model with nuisance alone.
+        calibrated_adequacy: Whether calibration alone is enough.
+        unrestricted: Where the nuisance went far: the state of the calibration that was free to do so. The names in
+            this state hold against a calibration that is kept near the model as given.
+        current: *Current model, replaced at each step.* The model with the effects accepted so far.
+        adequacy: Whether the current model is enough.
+        steps: *History.* The steps taken.
+        masked_effects: Effects, likeliest first, that make the log likelier than a calibration which was enough but
+            needed implausible values.
+        done: Whether the search has ended.
+        interrupted: Whether it was interrupted before its end.
     """
 
     floors: tuple[dict[str, NoiseFloor], ...]
@@ -92,27 +128,28 @@ class SearchState:
 
     @property
     def current_mode(self) -> Problem:
-        """The problem of the way in which the current is scored."""
-        return next(
-            way for way in self.modes if way.options.observer_gain == self.current.problem.options.observer_gain
-        )
+        """The problem of the simulation mode in which the current model is scored."""
+        gain = self.current.problem.options.observer_gain
+        return next(mode for mode in self.modes if mode.options.observer_gain == gain)
 
     @property
     def active_modes(self) -> list[int]:
-        """Which of the ways a race runs in: every one; once something was found, that in which it was scored."""
-        pull = self.current.problem.options.observer_gain
+        """Indices of the modes of a race: all; once an effect was accepted, only that of the current model."""
+        gain = self.current.problem.options.observer_gain
         return [
-            index
-            for index, way in enumerate(self.modes)
-            if not self.current.effects or way.options.observer_gain == pull
-        ]
+            index for index, mode in enumerate(self.modes)
+            if not self.current.effects or mode.options.observer_gain == gain
+        ]  # fmt: skip
 
     @property
     def indistinguishable(self) -> dict[str, tuple[str, ...]]:
-        """By effect in the answer or accepted, those that cannot be told from it and are not in the answer besides; of
-        several that came at once, those of the last.
+        """By effect in the model: effects outside it that the log cannot distinguish from it.
+
+        Of several effects that were accepted in one step, only the last has such a group.
         """
         return dict.fromkeys(self.current.names, ()) | {
-            one.accepted.effect.name: tuple(name for name in one.indistinguishable if name not in self.current.names)
-            for one in self.steps if one.accepted is not None
+            step.accepted.effect.name: tuple(
+                name for name in step.indistinguishable if name not in self.current.names
+            )
+            for step in self.steps if step.accepted is not None
         }  # fmt: skip

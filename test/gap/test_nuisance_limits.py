@@ -34,15 +34,15 @@ class Tilted(Toy):
 
 
 @pytest.mark.parametrize(("slope", "told"), [(30.0, ("tilt",)), (5.0, ()), (-30.0, ())])
-def test_a_law_that_no_log_tells_from_re_tuning_is_told_where_that_went_far_and_never_named(slope, told):
+def test_implausible_calibration_masks_an_effect(slope, told):
     answer = explain(Tilted(toy({"slope": slope}, 3).runs))
     assert (answer.verdict, answer.effects, answer.masked_effects) == ("parameters", (), told)
     assert ("or tilt makes it look so" in answer.sentence) == bool(told)
-    assert any("slope is tuned to" in remark for remark in answer.remarks) == (abs(slope) > 12.5)
+    assert any("slope is calibrated to" in remark for remark in answer.remarks) == (abs(slope) > 12.5)
 
 
 @pytest.mark.parametrize(("share", "named"), [(1.0, ("tilt",)), (0.0, ())])
-def test_a_law_that_the_log_tells_from_re_tuning_that_went_far_is_named(share, named):
+def test_supported_effect_replaces_implausible_calibration(share, named):
     runs = toy({"slope": 30.0}, 3, extra=30.0 * 0.005 * share * OWN).runs
     answer = explain(Tilted(runs, own=0.005))
     assert answer.effects == named
@@ -51,4 +51,4 @@ def test_a_law_that_the_log_tells_from_re_tuning_that_went_far_is_named(share, n
     if named:
         assert answer.gap_calibrated > 5.0 and answer.closed_interval[0] > 0.9
         assert answer.state.current.fit.values["tilt"] == pytest.approx(30.0, abs=5.0)
-        assert any("would leave no more than noise either" in remark for remark in answer.remarks)
+        assert any("calibration alone also fits this log" in remark for remark in answer.remarks)

@@ -1,7 +1,7 @@
 """A second effect beside one that closes nearly all: looked for while something is left, named where that ends it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -13,18 +13,19 @@ from slider_drilling.gap.evidence.score import make_folds, score_held_out
 from slider_drilling.gap.problem.problem import build_problem
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import parameters_of
+from slider_drilling.gap.selection import forward_selection
 
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize(("large", "small"), [({"sine": 12.0}, {"bend": 1.7}), ({"sine": 20.0}, {"saw": 1.5})])
-def test_what_stands_out_is_named_however_much_another_effect_closes(seed, large, small):
+def test_visible_small_effect_is_named_beside_large(seed, large, small):
     """It closes a hundredth of what the other one does and leaves nothing; without it E is as good as one."""
     answer = explain(toy(large | small, seed))
     assert set(answer.effects) == {*large, *small}
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_what_leaves_something_standing_out_is_not_named_for_next_to_nothing(seed):
+def test_small_effect_that_leaves_structure_is_not_named(seed):
     """A hump that no law makes: some law closes some of it, none of them ends it."""
     hump = 3.0 * np.exp(-(((TIME - 30.0) / 6.0) ** 2))
     answer = explain(toy({"sine": 12.0}, seed, extra=hump))
@@ -42,7 +43,7 @@ class Wild(Toy):
         return {"force": np.stack([force(values) + way for values, way in zip(sets, ways, strict=True)])}
 
 
-def test_replicates_that_go_their_own_ways_excuse_a_gap_and_do_not_end_the_search():
+def test_unpredictable_replicates_do_not_end_the_search():
     def enough(sine: float):
         model = Wild(toy({"level": 1.0, "sine": sine}, 5).runs)
         problem = build_problem(model, [{"force": 1.0}])
@@ -53,3 +54,14 @@ def test_replicates_that_go_their_own_ways_excuse_a_gap_and_do_not_end_the_searc
     excused = enough(1.3)
     assert excused.threshold > 1.5 and excused.adequate
     assert not excused.negligible and not excused.complete
+
+
+def test_failure_with_new_noise_floors_is_reported(monkeypatch):
+    def failed(state, one, left, seed):
+        return state, replace(one, closed=-0.1, interval=(-0.2, 0.1), failures=("not in this noise",))
+
+    monkeypatch.setattr(forward_selection, "update_floors", failed)
+    answer = explain(toy({"sine": 4.0}, seed=1))
+    assert answer.effects == ()
+    sine = next(one for one in answer.candidates if one.effect.name == "sine")
+    assert (sine.failures, sine.closed) == (("not in this noise",), -0.1)

@@ -13,7 +13,7 @@ FREE = 4.0
 
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.floats(-200.0, 200.0), min_size=1, max_size=40), st.integers(0, 2**32 - 1))
-def test_step_path_is_the_minimum_that_a_general_solver_finds(values, seed):
+def test_step_path_matches_a_general_solver(values, seed):
     residual = np.array(values)
     bound = np.random.default_rng(seed).uniform(0.5, 6.0, residual.size)
     steps = np.eye(residual.size) - np.eye(residual.size, k=-1)
@@ -26,14 +26,14 @@ def test_step_path_is_the_minimum_that_a_general_solver_finds(values, seed):
     assert objective(step_path(residual, bound)) <= best + 1e-6 * (1.0 + best)
 
 
-def test_noise_alone_costs_about_its_square():
+def test_noise_costs_about_its_square():
     for seed in range(20):
         noise = np.random.default_rng(seed).normal(0.0, 1.0, 30)
         loss, _ = step_loss(noise, FREE)
         assert 0.8 * np.sum(noise**2) < loss.sum() <= np.sum(noise**2) + 1e-9
 
 
-def test_a_missed_step_is_paid_for_once():
+def test_missed_step_costs_once():
     late, early = np.zeros(30), np.zeros(30)
     late[20:], early[5:] = 50.0, 50.0
     price = 2.0 * FREE**2 * np.log1p(50.0 / FREE)
@@ -41,7 +41,7 @@ def test_a_missed_step_is_paid_for_once():
     assert step_loss(early, FREE)[0].sum() == pytest.approx(price, rel=0.05)
 
 
-def test_a_step_in_one_direction_and_back_is_paid_for_twice():
+def test_step_there_and_back_costs_twice():
     outlier = np.zeros(30)
     outlier[12] = 50.0
     once = np.zeros(30)
@@ -49,7 +49,7 @@ def test_a_step_in_one_direction_and_back_is_paid_for_twice():
     assert step_loss(outlier, FREE)[0].sum() > 1.8 * step_loss(once, FREE)[0].sum()
 
 
-def test_the_slope_is_the_derivative_of_the_loss():
+def test_second_output_is_half_the_derivative():
     generator = np.random.default_rng(1)
     residual = generator.normal(0.0, 1.0, 20) + 30.0 * (np.arange(20) > 9)
     _, pull = step_loss(residual, FREE)

@@ -52,7 +52,7 @@ def problem(request):
     return build_problem(request.param((run_of(TIME, measured),), {}), [{"force": 0.5}])
 
 
-def test_it_finds_the_frequency_of_a_long_swing_and_the_same_again(problem):
+def test_global_search_finds_the_frequency_repeatably(problem):
     """Most of the search sees a part of the run only, where the model has parts."""
     ends = global_search(problem, problem, SPANS, {"other": 1.0}, seed=1)
     whole = problem.model.spent[TIME.size]

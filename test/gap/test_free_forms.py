@@ -47,7 +47,7 @@ def found_at(level: float):
     return known, fit_free_forms(known, folds)
 
 
-def test_beside_a_nuisance_at_its_bound_an_idle_disturbance_explains_nothing():
+def test_idle_free_form_gains_nothing_at_a_bound():
     known, found = found_at(6.0)
     assert known.fit.values["level"] == 1.0
     idle = [rival for rival in found if rival.description.startswith("still")]
@@ -59,7 +59,7 @@ def test_beside_a_nuisance_at_its_bound_an_idle_disturbance_explains_nothing():
     assert best.score.by_channel["force"] < 1.2
 
 
-def test_a_nuisance_within_its_bounds_is_tuned_beside_a_disturbance():
+def test_nuisance_is_solved_beside_a_free_form():
     known, found = found_at(0.5)
     moved = replace(known, fit=replace(known.fit, values={"level": 0.0}, residual=known.fit.residual + shift(known)))
     idle = [
@@ -77,7 +77,7 @@ def shift(known: FittedModel) -> np.ndarray:
     return change
 
 
-def test_a_drift_is_foretold_beyond_the_stretches_that_were_seen():
+def test_free_form_extrapolates_a_drift():
     """Without its last stretch a curve goes straight on: what drifts is not taken for whatever else ends at nothing."""
     (run,) = toy({}, 4, extra=8.0 * TIME / TIME[-1]).runs
     known, folds = tuned(build_problem(Beside((run,)), [{"force": 1.0}]))
@@ -89,7 +89,7 @@ def test_a_drift_is_foretold_beyond_the_stretches_that_were_seen():
     np.testing.assert_allclose(slope, 8.0 / TIME[-1], rtol=0.15)
 
 
-def test_what_is_not_worth_finishing_is_foretold_as_refits_foretell_it():
+def test_linear_solution_equals_refits():
     """Where everything is linear, to solve without a stretch is to refit without it, and no simulation is spent."""
     (run,) = toy({"level": 0.4}, 4, extra=4.0 * TIME / TIME[-1]).runs
     drift = "force off by an amount that drifts with time"
@@ -120,7 +120,7 @@ class Growing(Toy):
         return {"force": np.stack([20.0 * np.exp(one.get("level", 0.0) * TIME / TIME[-1]) for one in sets])}
 
 
-def test_a_drift_is_fitted_beside_what_it_has_bent():
+def test_drift_is_fitted_with_the_nuisance():
     """Solved for once, around the bent level, no drift ends the gap."""
     (run,) = toy({}, 4, extra=20.0 * np.exp(0.5 * TIME / TIME[-1]) - 40.0 * TIME / TIME[-1]).runs
     known, folds = tuned(build_problem(Growing((run,)), [{"force": 1.0}]), iterations=30)
@@ -158,7 +158,7 @@ def reached(give: float) -> np.ndarray:
     return 6.0 * np.exp(-((give - 12.0) ** 2) / 4.0) * np.sin(2.0 * np.pi * TIME / 7.0)
 
 
-def test_a_disturbance_is_looked_for_all_over_its_range():
+def test_free_form_parameter_is_searched_over_its_range():
     (run,) = toy({"level": 2.0}, 4, extra=reached(12.0)).runs
     known, folds = tuned(build_problem(Far((run,)), [{"force": 1.0}]))
     assert known.score.gap > 3.0
@@ -201,14 +201,14 @@ def stepped(size: float, least: float = -np.inf) -> FreeFormFit:
     return told
 
 
-def test_a_rival_s_curve_is_what_is_off_at_each_place_and_not_its_coefficients():
+def test_basis_turns_coefficients_into_a_curve():
     """A force that is there for a while only: its coefficients are one up and one down."""
     told = stepped(5.0)
     np.testing.assert_allclose(told.y, [0.0, 5.0, 0.0], atol=0.7)
     assert told.y_unit == "N"
 
 
-def test_no_rival_is_less_than_it_can_be():
+def test_free_form_respects_its_lower_bound():
     """Friction that is less than none would push."""
     np.testing.assert_allclose(stepped(-5.0).y[1], -5.0, atol=0.7)
     bounded = stepped(-5.0, least=-1.0)

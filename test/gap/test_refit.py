@@ -11,7 +11,7 @@ from slider_drilling.gap import Parameter, SimulationOptions
 from slider_drilling.gap.problem.noise import noise_floor
 from slider_drilling.gap.search.least_squares import fit
 from slider_drilling.gap.search.race import parameters_of
-from slider_drilling.gap.selection.forward_selection import calibrate
+from slider_drilling.gap.selection.calibration import calibrate
 from slider_drilling.gap.selection.refit import (
     finish_and_cross_validate,
     improve_incumbent,
@@ -54,7 +54,7 @@ def known():
     return replace(state, calibrated=wrong, current=wrong), leader
 
 
-def test_the_better_valley_is_what_is_known_from_then_on(known):
+def test_incumbent_moves_to_a_better_optimum(known):
     state, leader = known
     assert state.current.score.gap > 2.0 > 1.2 > leader.score.gap
     better = improve_incumbent(state, leader, EFFECTS, seed=0)
@@ -63,13 +63,13 @@ def test_the_better_valley_is_what_is_known_from_then_on(known):
     assert better.current.score.gap == pytest.approx(1.0, abs=0.1) and better.adequacy.within_thresholds
 
 
-def test_nothing_changes_where_the_leader_knows_no_better_place(known):
+def test_incumbent_stays_where_no_start_is_better(known):
     state, leader = known
     right = improve_incumbent(state, leader, EFFECTS, seed=0)
     assert improve_incumbent(right, leader, EFFECTS, seed=0) is right
 
 
-def test_an_effect_fitted_in_the_wrong_valley_is_found_in_the_right_one(known):
+def test_scattered_nuisance_leads_out_of_a_wrong_optimum(known):
     state, _ = known
     free, folds, effect = state.modes[0], state.bootstrap.folds, (EFFECTS[0],)
     begun = {"pitch": -3.0, "sine": 0.5}
@@ -83,7 +83,7 @@ def test_an_effect_fitted_in_the_wrong_valley_is_found_in_the_right_one(known):
 
 
 @pytest.mark.parametrize("there_is", [0.0, 3.0])
-def test_what_contains_the_known_is_no_less_likely_than_it_where_there_is_something(there_is):
+def test_larger_model_is_refitted_from_the_smaller_one(there_is):
     """A sine fitted in the wrong valley of the pitch, beside a re-tuning in the right one."""
     model = Tone(toy({"sine": there_is}, 5, extra=tone(TRUE)).runs)
     floors = [{channel.name: noise_floor(channel) for channel in run.channels} for run in model.runs]

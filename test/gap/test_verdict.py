@@ -1,4 +1,4 @@
-"""A name has to beat every disturbance elsewhere, and yields to one that foretells more and is not its free form."""
+"""Named effects must outperform every free form at another site, and yield to one that predicts better."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -10,8 +10,7 @@ from toy import EFFECTS, SHAPES, TIME, Toy, toy
 from slider_drilling.gap import Effect, Parameter, explain
 from slider_drilling.gap.evidence.score import HeldOutScore
 from slider_drilling.gap.model import FreeForm
-from slider_drilling.gap.selection import verdict as decide_module
-from slider_drilling.gap.selection.verdict import reach_verdict
+from slider_drilling.gap.selection.verdict import SiteScore, likely_explanations, reach_verdict, with_smaller_gap
 
 TUNED = {"level": 2.0, "slope": -1.5}
 SINE = tuple(effect for effect in EFFECTS if effect.name == "sine")
@@ -47,7 +46,7 @@ def rubbed(truth: Mapping[str, float], seed: int = 3, **what: object) -> Rubbed:
 
 
 @pytest.mark.parametrize("fitted", [False, True])
-def test_a_law_that_a_disturbance_elsewhere_equals_is_a_likeness(fitted):
+def test_equal_free_form_elsewhere_makes_effect_a_likeness(fitted):
     answer = explain(rubbed({"sine": 4.0}, shape="sine", fitted=fitted))
     assert answer.effects == ("sine",)
     assert answer.verdict == "effect_and_unknown"
@@ -56,12 +55,12 @@ def test_a_law_that_a_disturbance_elsewhere_equals_is_a_likeness(fitted):
 
 
 @pytest.mark.parametrize("fitted", [False, True])
-def test_a_law_that_beats_the_disturbances_is_named_bare(fitted):
+def test_effect_better_than_free_forms_is_named(fitted):
     answer = explain(rubbed({"sine": 4.0}, shape="saw", fitted=fitted))
     assert (answer.verdict, answer.effects, answer.alternative) == ("effect", ("sine",), None)
 
 
-def test_what_remains_beside_a_law_is_told_as_that_and_not_as_what_explains_as_much():
+def test_remainder_beside_an_effect_is_no_alternative():
     answer = explain(rubbed({"sine": 9.0, "saw": 4.0}, fitted=True))
     assert (answer.verdict, answer.effects, answer.alternative) == ("effect_and_unknown", ("sine",), None)
     assert answer.remainder is not None and answer.remainder.description.startswith("a saw")
@@ -69,13 +68,13 @@ def test_what_remains_beside_a_law_is_told_as_that_and_not_as_what_explains_as_m
     assert "remains: a saw that no law describes" in answer.sentence and "as well" not in answer.sentence
 
 
-def test_at_its_own_site_a_laws_free_form_is_the_same_cause():
+def test_free_form_of_the_effect_is_no_rival():
     own = SINE[0].site
     answer = explain(rubbed({"sine": 4.0}, shape="sine", site=own, like=("sine",), fitted=True))
     assert (answer.verdict, answer.effects) == ("effect", ("sine",))
 
 
-def test_what_foretells_more_than_any_law_is_told_by_its_shape():
+def test_better_free_form_gives_unknown_with_shape():
     answer = explain(rubbed({"saw": 4.0}, fitted=True))
     assert (answer.verdict, answer.effects, answer.site) == ("unknown", (), "string")
     assert answer.alternative is not None and answer.alternative.description.startswith("a saw")
@@ -91,7 +90,7 @@ def worse(score: HeldOutScore, by: float, wider: float) -> HeldOutScore:
 
 
 @pytest.mark.parametrize(("by", "named"), [(2.0, ("sine",)), (20.0, ())])
-def test_a_law_that_foretells_less_than_a_disturbance_elsewhere_is_no_cause(by, named):
+def test_likelier_free_form_elsewhere_withdraws_effect(by, named):
     """Not for certain: it comes from one stretch. But by more than one of so many disturbances does by chance."""
     state = explain(rubbed({"sine": 4.0}, shape="sine")).state
     (taken,) = state.steps
@@ -104,7 +103,7 @@ def test_a_law_that_foretells_less_than_a_disturbance_elsewhere_is_no_cause(by, 
 
 
 @pytest.mark.parametrize(("unit", "site"), [(1.0, "contact"), (2.0, "string")])
-def test_what_was_scored_in_another_noise_is_not_compared(unit, site):
+def test_scores_in_other_noise_units_are_ignored(unit, site):
     state = explain(rubbed({"saw": 4.0}, fitted=True)).state
     (taken,) = state.steps
     found = taken.candidates[0].fitted
@@ -115,28 +114,28 @@ def test_what_was_scored_in_another_noise_is_not_compared(unit, site):
     assert reach_verdict(replace(state, steps=steps)).site == site
 
 
-def test_where_nothing_explains_for_certain_what_shrinks_the_gap_is_likely():
+def test_significant_explanations_come_before_gap_reductions():
     state = explain(rubbed({"saw": 4.0}, fitted=True)).state
     tuned = state.calibrated.score
     half = np.arange(tuned.squares.size) % 2 == 0
 
-    def tried(gain: np.ndarray, left: np.ndarray) -> decide_module._Tried:
+    def tried(gain: np.ndarray, left: np.ndarray) -> SiteScore:
         squares = tuned.squares * left
         gap = float(np.sqrt(np.mean(squares)))
-        return decide_module._Tried("string", replace(tuned, density=tuned.density - gain, squares=squares, gap=gap))
+        return SiteScore("string", replace(tuned, density=tuned.density - gain, squares=squares, gap=gap))
 
     everywhere, once = np.full(half.size, 1.0), np.where(np.arange(half.size) < 10, 3.0, -0.05)
     shrunk, as_it_was = np.full(half.size, 0.5), np.where(half, 1.5, 0.5)
     certain, once_shrunk, once_worse = tried(everywhere, shrunk), tried(once, shrunk), tried(-once, shrunk)
     worse, unshrunk = tried(-everywhere, shrunk), tried(everywhere, as_it_was)
-    assert decide_module._likely(state, [worse, unshrunk, once_worse, once_shrunk, certain]) == [certain]
-    assert decide_module._likely(state, [worse, unshrunk, once_worse, once_shrunk]) == [once_worse, once_shrunk]
-    assert decide_module._likely(state, [worse, unshrunk]) == []
+    assert likely_explanations(state, [worse, unshrunk, once_worse, once_shrunk, certain]) == [certain]
+    assert likely_explanations(state, [worse, unshrunk, once_worse, once_shrunk]) == [once_worse, once_shrunk]
+    assert likely_explanations(state, [worse, unshrunk]) == []
     wider, less = tried(3.0 * everywhere, np.full(half.size, 2.0)), tried(once, np.where(half, 1.2, 0.5))
-    assert decide_module._with_less_left(state, [worse, wider, less]) == [less]
+    assert with_smaller_gap(state, [worse, wider, less]) == [less]
 
 
-def test_a_curve_that_closes_on_itself_is_told_around_its_mean():
+def test_periodic_curve_closes_around_its_mean():
     made = rubbed({"saw": 4.0}, fitted=True)
     (one,) = made.free_forms({})
     around = replace(one, x=(0.0, 1.0), parameter_sets=(*one.parameter_sets, {"step": 0.1}), steps=(0.1, 0.1),
@@ -159,21 +158,21 @@ MISSHAPEN = {"sine": 6.0, "bend": 4.0}
 LAWS = tuple(effect for effect in EFFECTS if effect.name in ("sine", "bend"))
 
 
-def test_what_another_form_of_a_named_law_explains_as_well_gets_no_name_of_its_own():
+def test_free_form_of_first_effect_excludes_second():
     answer = explain(rubbed(MISSHAPEN, effects=LAWS, shape="bend", like=("sine",), site="contact"))
     assert (answer.verdict, answer.effects) == ("effect_and_unknown", ("sine",))
     (bend,) = answer.state.steps[-1].candidates
     assert bend.fitted.names == ("sine", "bend")
-    assert any("another form of what is known" in why and "a bend" in why for why in bend.failures)
+    assert any("a free form of an effect already in the model" in why and "a bend" in why for why in bend.failures)
 
 
-def test_a_second_law_that_no_form_of_the_first_has_is_named():
+def test_second_effect_unlike_free_forms_is_named():
     answer = explain(rubbed(MISSHAPEN, effects=LAWS, shape="saw", like=("sine",), site="contact"))
     assert (answer.verdict, set(answer.effects)) == ("effect", {"sine", "bend"})
 
 
 @pytest.mark.parametrize(("shape", "verdict"), [("sine", "parameters"), ("saw", "effect")])
-def test_of_a_gap_that_is_noise_nothing_explains_as_much_as_a_name(shape, verdict):
+def test_adequate_calibration_allows_no_alternative(shape, verdict):
     """Where re-tuning leaves no more than noise a name stands alone, or there is none."""
     state = explain(rubbed({"sine": 4.0}, shape=shape, fitted=True)).state
     assert not state.calibrated_adequacy.adequate
@@ -183,3 +182,16 @@ def test_of_a_gap_that_is_noise_nothing_explains_as_much_as_a_name(shape, verdic
     decided = reach_verdict(quiet)
     assert (decided.verdict, decided.effects) == (verdict, ("sine",) if verdict == "effect" else ())
     assert decided.alternative is None and (decided.state.current is quiet.calibrated) == (verdict == "parameters")
+
+
+def test_effects_without_gap_reduction_are_withdrawn():
+    state = explain(toy({"level": 2.0, "sine": 4.0}, seed=2), effects=EFFECTS).state
+    assert reach_verdict(state).effects == ("sine",)
+    score = state.current.score
+    half = np.arange(score.squares.size) % 2 == 0
+    wider = np.where(half, state.calibrated.score.squares * 1.2, state.calibrated.score.squares * 0.9)
+    worse = replace(score, squares=wider, gap=float(np.sqrt(np.mean(wider))))
+    decided = reach_verdict(replace(state, current=replace(state.current, score=worse)))
+    assert decided.effects == ()
+    assert decided.verdict == "unknown"
+    assert decided.state.current is decided.state.calibrated

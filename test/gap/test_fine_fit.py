@@ -47,7 +47,7 @@ def least_squares(measured: np.ndarray) -> dict[str, float]:
     return dict(zip(names, solved, strict=True))
 
 
-def test_the_fit_ends_where_the_fine_simulation_has_its_optimum():
+def test_fit_ends_at_optimum_of_fine_simulation():
     problem, coarse = begun()
     _, ended = refit_in_fine_simulation(*refit_with_correction(problem, coarse))
     best = least_squares(problem.model.runs[0].channels[0].measured)
@@ -56,14 +56,14 @@ def test_the_fit_ends_where_the_fine_simulation_has_its_optimum():
     assert ended.values["level"] == pytest.approx(best["level"], abs=0.05)
 
 
-def test_what_it_is_held_out_in_is_cheap_and_equals_the_fine_one_there():
+def test_corrected_cheap_simulation_equals_the_fine_one():
     problem, coarse = begun()
     exact, ended = refit_in_fine_simulation(*refit_with_correction(problem, coarse))
     assert exact.options.fidelity == 0
     np.testing.assert_allclose(exact.residuals([ended.values])[0], ended.residual, atol=1e-9)
 
 
-def test_a_fit_that_cannot_come_up_with_a_leader_ends_early():
+def test_fit_far_behind_the_leader_ends_early():
     problem, coarse = begun()
     before = problem.counter.count
     refit_in_fine_simulation(*refit_with_correction(problem, coarse))
@@ -73,7 +73,7 @@ def test_a_fit_that_cannot_come_up_with_a_leader_ends_early():
     assert problem.counter.count - before < alone
 
 
-def test_what_a_parameter_adds_to_every_simulation_is_added_once_in_each():
+def test_added_rows_are_added_once():
     problem, coarse = begun()
     ramp = np.linspace(0.0, 1.0, problem.size)
     bent = problem.with_added_rows({"drift": ramp})

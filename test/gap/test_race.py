@@ -1,17 +1,19 @@
-"""The leader of a race is looked for anew beside the rest of itself: what it began with is not where it has to stay."""
+"""The race, and the restart of its leader beside the rest of itself."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from toy import TIME, Toy, toy
+from toy import EFFECTS, TIME, Toy, toy
 
 from slider_drilling.gap import Effect, Parameter, SimulationOptions
 from slider_drilling.gap.problem.problem import build_problem
-from slider_drilling.gap.search.race import Arm, race, restart_leader
+from slider_drilling.gap.search.least_squares import fit
+from slider_drilling.gap.search.race import FINALISTS, Arm, finalists, parameters_of, race, restart_leader
+from slider_drilling.gap.search.screen import scan_effects, screen
 
 TONE = Effect(
     "tone", "contact",
@@ -37,7 +39,7 @@ class Sounding(Toy):
 
 
 @pytest.mark.parametrize(("added", "hertz"), [(1, 0.11), (2, 0.3101)])
-def test_each_of_those_that_were_added_is_looked_for_anew(added, hertz):
+def test_leader_restarts_each_added_effect(added, hertz):
     """The tone began at another pitch, where no gradient leads to its own."""
     model = Sounding(toy({"level": 1.0, "step": 4.0}, seed=2, extra=5.0 * tone(0.3101)).runs)
     problem = build_problem(model, [{"force": 1.0}])
@@ -47,3 +49,29 @@ def test_each_of_those_that_were_added_is_looked_for_anew(added, hertz):
     assert best.fit is not None and best.cost <= ran[0].cost
     assert best.fit.values["tone.hertz"] == pytest.approx(hertz, abs=0.01)
     assert best.fit.values["step"] == pytest.approx(4.0, abs=1.0)
+
+
+def test_race_ends_where_exhaustive_search_does():
+    model = toy({"level": 1.0, "slope": 0.5, "bend": 3.0}, 8)
+    problem = build_problem(model, [{"force": 1.0}])
+    base = fit(problem, parameters_of(problem, ()), {})
+    costs = {}
+    for effect in EFFECTS:
+        begun = [base.values | effect.values(point) for point in effect.scan]
+        ends = [fit(problem, parameters_of(problem, [effect]), start, iterations=20) for start in begun]
+        costs[effect.name] = min(end.cost for end in ends)
+    arms = [
+        Arm((c.effect,), 0, start, base) for c in screen(scan_effects(problem, base, EFFECTS)) for start in c.starts
+    ]
+    ran = race((problem,), arms)
+    assert ran[0].names == (min(costs, key=lambda name: costs[name]),) == ("bend",)
+    assert ran[0].cost == pytest.approx(costs["bend"], abs=0.5)
+
+
+def test_nonphysical_arms_take_no_finalist_place():
+    signed = [replace(effect, physical=(0.0, np.inf)) for effect in EFFECTS]
+    wrong = [Arm((effect,), 0, {effect.name: -3.0}, None) for effect in signed[:3]]
+    right = [Arm((effect,), 0, {effect.name: 3.0}, None) for effect in signed]
+    judged = [arms[0] for arms in finalists([*wrong, *right])]
+    assert sum(arm.physical for arm in judged) == FINALISTS
+    assert [arm.names for arm in judged if not arm.physical] == [(signed[0].name,)]

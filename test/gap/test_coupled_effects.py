@@ -10,8 +10,8 @@ import pytest
 from toy import Toy, toy
 
 from slider_drilling.gap import Effect, Parameter
-from slider_drilling.gap.explain import _coupled_effects, explain
-from slider_drilling.gap.selection import forward_selection as forward
+from slider_drilling.gap.explain import coupled_effect_sets, explain
+from slider_drilling.gap.selection import naming_criteria
 
 
 def effect(name: str, **kinds) -> Effect:
@@ -21,11 +21,11 @@ def effect(name: str, **kinds) -> Effect:
 
 def begun(effects: list[Effect]) -> dict[str, Parameter]:
     model = SimpleNamespace(coupled_effects=tuple(one.name for one in effects))
-    (chosen,) = _coupled_effects(model, effects)
+    (chosen,) = coupled_effect_sets(model, effects)
     return {one.name: one.parameters[0] for one in chosen}
 
 
-def test_amplitudes_stay_within_what_their_names_stand_for():
+def test_coupled_amplitudes_stay_physical():
     first = begun([effect("drop", physical=(0.0, np.inf)), effect("bias"), effect("lag", physical=(0.5, 30.0))])
     assert (first["drop"].lower, first["drop"].upper) == (0.0, 50.0)
     assert (first["bias"].lower, first["bias"].upper) == (-50.0, 50.0)
@@ -38,7 +38,7 @@ class Joined(Toy):
 
 
 @pytest.mark.parametrize("bend", [3.0, -3.0])
-def test_a_shape_with_the_wrong_sign_is_not_named_beside_others(bend):
+def test_nonphysical_coupled_effect_is_not_named(bend):
     """Sine and bend begin together; a bend that its name does not stand for must not be in the answer by that name."""
     log = toy({"sine": 4.0, "bend": bend}, seed=3)
     effects = (effect("sine", physical=(0.0, np.inf)), effect("bend", physical=(0.0, np.inf)), effect("saw"))
@@ -49,9 +49,11 @@ def test_a_shape_with_the_wrong_sign_is_not_named_beside_others(bend):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_what_came_along_and_pays_for_nothing_is_no_name(seed, monkeypatch):
-    """Sine and bend begin together and there is no bend: no difference of a score, however sure, makes it a name."""
-    monkeypatch.setattr(forward, "predicts_better", lambda *compared: True)
+def test_needless_coupled_effect_is_dropped(seed, monkeypatch):
+    """Sine and bend start together and there is no bend. However well it predicts, it fails the likelihood ratio."""
+    compare = naming_criteria.predicts_better
+    # Criteria that share no level among candidates compare three things: here, "still needed" alone.
+    monkeypatch.setattr(naming_criteria, "predicts_better", lambda *given: len(given) == 3 or compare(*given))
     log = toy({"sine": 4.0}, seed=seed)
     answer = explain(Joined(log.runs, log.nuisance, (effect("sine"), effect("bend"), effect("saw"))), seed=1)
     assert answer.effects == ("sine",)

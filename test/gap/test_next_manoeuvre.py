@@ -42,7 +42,7 @@ def twins(truth: float, offered: tuple[str, ...] = ("shake", "rest")) -> Twins:
     return Twins((run,), offered=offered)
 
 
-def test_the_run_that_tells_two_laws_apart_is_named_with_how_far():
+def test_manoeuvre_that_separates_two_effects_is_recommended():
     answer = explain(twins(5.0))
     (name,) = answer.effects
     other = "right" if name == "left" else "left"
@@ -58,7 +58,7 @@ def test_the_run_that_tells_two_laws_apart_is_named_with_how_far():
     assert found.all_distances["rest"] == pytest.approx(0.0, abs=1e-9)
 
 
-def test_no_run_is_advised_that_tells_less_than_the_log_at_hand_or_where_nothing_is_left():
+def test_no_manoeuvre_without_gain_or_gap():
     assert explain(twins(5.0, ("rest",))).next_manoeuvre is None
     quiet = explain(twins(0.0))
     assert quiet.verdict in ("none", "parameters")

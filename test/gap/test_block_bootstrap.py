@@ -25,7 +25,7 @@ def two_runs():
     return Folds(np.zeros(instant.size, dtype=int), instant, (50, 25), (8, 10))
 
 
-def test_what_is_drawn_is_as_long_as_the_log_and_whole_blocks_of_it():
+def test_resample_is_whole_blocks_of_log_length():
     folds = two_runs()
     blocks = make_bootstrap(folds, 3)
     assert blocks.block_count == 7 + 3
@@ -39,7 +39,7 @@ def test_what_is_drawn_is_as_long_as_the_log_and_whole_blocks_of_it():
     assert blocks.resampled_sum(np.ones(folds.instant.size)) == pytest.approx(100.0)
 
 
-def test_weights_leave_no_stretch_out_and_each_run_weighs_what_it_did():
+def test_weights_are_positive_with_mean_one():
     blocks = make_bootstrap(two_runs(), 3)
     for weights in blocks.weights:
         assert np.all(weights > 0.0)
@@ -47,7 +47,7 @@ def test_weights_leave_no_stretch_out_and_each_run_weighs_what_it_did():
 
 
 @pytest.mark.parametrize("length", [240, 247, 1200])
-def test_a_mean_scatters_as_much_by_weight_as_by_what_is_drawn(length):
+def test_weights_and_resamples_scatter_a_mean_alike(length):
     """But for n over n + 1 of n blocks: Dirichlet's weights against the multinomial's."""
     blocks = make_bootstrap(one_run(length), 5)
     values, number = np.random.default_rng(2).normal(size=length), length / BLOCK
@@ -57,7 +57,7 @@ def test_a_mean_scatters_as_much_by_weight_as_by_what_is_drawn(length):
     assert np.var(weighed) == pytest.approx(by_block, rel=0.2)
 
 
-def test_a_stretch_as_long_as_a_block_has_an_exponential_weight():
+def test_block_weight_is_exponential():
     blocks = make_bootstrap(one_run(30000), 1)
     (weights,) = blocks.weights
     first = weights[:, :8].mean(axis=1)
@@ -73,7 +73,7 @@ def in_one_stretch(size, elsewhere=1.0):
     return scored(squares)
 
 
-def test_of_a_gap_in_one_stretch_the_share_is_what_is_closed_there():
+def test_gap_in_one_stretch_gives_its_share():
     blocks = make_bootstrap(one_run(), 4)
     closed, (low, high) = gap_closed(blocks, in_one_stretch(90.0), in_one_stretch(9.9))
     assert closed == pytest.approx(0.9)
@@ -81,7 +81,7 @@ def test_of_a_gap_in_one_stretch_the_share_is_what_is_closed_there():
     assert not predicts_better_among(blocks, in_one_stretch(9.9), in_one_stretch(90.0), 1)
 
 
-def test_what_opens_a_gap_elsewhere_closes_none_for_certain():
+def test_opening_a_gap_elsewhere_closes_none_significantly():
     blocks = make_bootstrap(one_run(), 4)
     closed, (low, _) = gap_closed(blocks, in_one_stretch(10.0), in_one_stretch(2.0, elsewhere=1.5))
     assert closed == pytest.approx(1.0 - (1.0 + 7.0 * 0.5) / 9.0)
@@ -90,7 +90,7 @@ def test_what_opens_a_gap_elsewhere_closes_none_for_certain():
 
 @pytest.mark.parametrize("number", [6, 20])
 @pytest.mark.parametrize("filled", [1, 2, 6])
-def test_an_interval_holds_the_share_as_often_as_it_says_wherever_the_gap_is(number, filled):
+def test_share_interval_covers_wherever_the_gap_is(number, filled):
     """So many blocks hold a gap, of which three quarters are closed, here more and there less; noise is everywhere."""
     generator = np.random.default_rng(6)
     each, folds = np.resize([8, 7, 8, 7], 4 * number), one_run(BLOCK * number)

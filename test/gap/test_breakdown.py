@@ -40,7 +40,7 @@ def located(second: float) -> list[dict[str, float]]:
     return break_down_along(FittedModel((), problem, found, score_held_out(problem, found, make_folds(problem))))
 
 
-def test_a_stretch_that_carries_more_is_found_with_how_much():
+def test_stretch_with_more_is_located_with_its_size():
     rows = located(1.4)
     assert [(row["from"], row["to"]) for row in rows] == [(0.0, 100.0), (100.0, 200.0), (200.0, 300.0)]
     assert rows[1]["change"] == pytest.approx(0.4, abs=0.1)
@@ -48,5 +48,5 @@ def test_a_stretch_that_carries_more_is_found_with_how_much():
     assert sum(row["share"] for row in rows) == pytest.approx(1.0)
 
 
-def test_no_stretch_carries_less_than_its_probe_may():
+def test_probe_change_stays_within_its_bounds():
     assert located(-3.0)[1]["change"] == pytest.approx(-0.9, abs=1e-6)

@@ -44,7 +44,7 @@ def hidden(left: float, right: float, seed: int) -> Hidden:
     return Hidden(log.runs)
 
 
-def test_a_pair_promises_what_neither_does_alone():
+def test_pair_predicts_more_than_either_effect():
     model = hidden(8.0, -8.0, seed=3)
     problem = build_problem(model, [{"force": 1.0}])
     base = fit(problem, problem.expand_per_run(model.nuisance), {})
@@ -59,14 +59,14 @@ def test_a_pair_promises_what_neither_does_alone():
     assert all(one.predicted_gain <= best.predicted_gain for one in others)
 
 
-def test_pairs_of_what_is_one_and_the_same_are_left_out():
+def test_identical_effects_make_no_pair():
     model = replace(hidden(8.0, -8.0, seed=3), effects=(effect("left"), effect("left")))
     problem = build_problem(model, [{"force": 1.0}])
     base = fit(problem, problem.expand_per_run(model.nuisance), {})
     assert screen_pairs(scan_effects(problem, base, model.effects), 3, np.inf) == []
 
 
-def test_pairs_that_cannot_end_it_by_far_are_left_out():
+def test_pairs_far_above_the_threshold_are_dropped():
     model = hidden(8.0, -8.0, seed=3)
     problem = build_problem(model, [{"force": 0.1}])
     scan = scan_effects(problem, fit(problem, problem.expand_per_run(model.nuisance), {}), model.effects)
@@ -77,7 +77,7 @@ def test_pairs_that_cannot_end_it_by_far_are_left_out():
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_both_are_named(seed):
+def test_effects_that_hide_each_other_are_named(seed):
     answer = explain(hidden(12.0, -12.0, seed))
     assert answer.verdict == "effect"
     assert set(answer.effects) == {"left", "right"}
@@ -87,13 +87,13 @@ def test_both_are_named(seed):
     assert answer.closed_interval[0] > 0.0
 
 
-def test_a_pair_is_not_named_against_what_its_names_stand_for():
+def test_pair_stays_within_physical_ranges():
     backwards = (effect("left", physical=(0.0, np.inf)), effect("right", physical=(0.0, np.inf)), effect("bend"))
     answer = explain(replace(hidden(12.0, -12.0, seed=1), effects=backwards))
     assert "right" not in answer.effects
 
 
-def test_noise_alone_has_no_pair():
+def test_noise_has_no_pair():
     for seed in range(8):
         assert explain(hidden(0.0, 0.0, seed)).effects == ()
 
@@ -102,14 +102,14 @@ THREE = (effect("left"), effect("right"), effect("third"))
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_two_that_were_taken_for_a_third_are_named(seed):
+def test_pair_replaces_a_similar_single_effect(seed):
     answer = explain(replace(hidden(30.0, -30.0, seed), effects=THREE))
     assert (answer.verdict, set(answer.effects)) == ("effect", {"left", "right"})
     (taken,) = answer.state.steps
     assert any(one.effect.name == "third" and one.passed for one in taken.candidates), "told of, and not in the answer"
 
 
-def test_a_law_that_leaves_nothing_is_not_taken_for_two():
+def test_sufficient_single_effect_is_kept():
     log = toy({"level": 1.0}, seed=1, extra=12.0 * ALIKE["third"])
     answer = explain(Hidden(log.runs, effects=THREE))
     assert (answer.verdict, answer.effects) == ("effect", ("third",))
@@ -120,7 +120,7 @@ NOBODYS = 3.0 * np.sin(2.0 * np.pi * TIME / 5.0)
 
 
 @pytest.mark.parametrize(("size", "effects", "named"), [(30.0, THREE, ("third",)), (12.0, THREE[:2], ())])
-def test_two_that_leave_something_are_not_taken(size, effects, named):
+def test_pair_that_leaves_a_gap_is_refused(size, effects, named):
     """Neither in the place of one name nor of none, however much of the gap they close."""
     log = hidden(size, -size, seed=1)
     (run,) = log.runs

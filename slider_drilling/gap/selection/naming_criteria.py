@@ -1,0 +1,444 @@
+"""What an effect must pass before the diagnosis names it: one table, `CRITERIA`, of all rules.
+
+Every rule has a name, what is tested, a threshold, the message that users see when it fails, and the reason why it
+exists. Significance (is the change more than chance?) and size (is it large enough to matter?) are separate rules.
+Rules apply at different stages of the search (`Stage`); `failures` evaluates those of one stage. `criteria_table`
+gives the table as plain strings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from math import comb
+from typing import NamedTuple
+
+import numpy as np
+
+from slider_drilling.gap.evidence.compare import (
+    LEVEL,
+    chi2_critical,
+    exceeds_evidence_threshold,
+    fit_exceeds_evidence_threshold,
+    gap_reduction_significant,
+    passes_likelihood_ratio_test,
+    predicts_better,
+    predicts_better_among,
+    resampled_squared_gaps,
+    share_closed,
+)
+from slider_drilling.gap.evidence.free_forms import FreeFormFit
+from slider_drilling.gap.evidence.score import HeldOutScore
+from slider_drilling.gap.model import Effect
+from slider_drilling.gap.search.multi_start import NUISANCE_LIMIT
+from slider_drilling.gap.selection.nuisance_limits import outside_prior
+from slider_drilling.gap.selection.refit import check_adequacy
+from slider_drilling.gap.selection.state import FittedModel, SearchState
+
+# Smallest share of the gap that an effect must close to be named. Below it, other codes for the same equations differ
+# by as much, and nobody would change a rig model for it.
+MIN_GAP_CLOSED = 0.05
+_PERCENT = f"{100.0 * MIN_GAP_CLOSED:g} %"
+_SHARED_LEVEL = f"{100.0 * LEVEL:g} % divided by the number of candidates"
+
+
+class Stage(Enum):
+    """When a rule applies; the value says to what."""
+
+    CANDIDATE = "every finalist of a step"
+    OTHER_RUNS = "a finalist that passed so far, of several runs"
+    SECOND_EFFECT = "a finalist that passed so far, beside effects already in the model"
+    PLAUSIBLE_CALIBRATION = "a finalist, where calibration alone is enough but needs implausible values"
+    REPLACES_CALIBRATION = "a finalist that passed so far, where calibration alone needs implausible values"
+    STILL_NEEDED = "every earlier effect, after another one was accepted"
+    PAIR = "two effects that were accepted in one step, in the place of one or none"
+    VERDICT = "all effects in the model together, at the end"
+    ALTERNATIVES = "all effects in the model together, against every free-form alternative"
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """A model with an effect beside the same model without it: what the criteria look at.
+
+    Attributes:
+        state: State of the search. Its adequacy is that of the model without the effect, except at the stages that
+            follow an acceptance (`Stage.PAIR`, `Stage.VERDICT`, `Stage.ALTERNATIVES`).
+        without: Fitted model without the effect.
+        fitted: Fitted model with it.
+        remaining: Effects that the candidates were chosen from.
+        seed: Seed of the replicates.
+        free_forms: Free-form alternatives to compare with, best first.
+    """
+
+    state: SearchState
+    without: FittedModel
+    fitted: FittedModel
+    remaining: Sequence[Effect] = ()
+    seed: int = 0
+    free_forms: Sequence[FreeFormFit] = ()
+
+    @property
+    def new_effects(self) -> list[Effect]:
+        """Effects that the model without does not have."""
+        return [effect for effect in self.fitted.effects if effect.name not in self.without.names]
+
+    @property
+    def candidates(self) -> int:
+        """Number of sets of effects that share the level of a test (Bonferroni)."""
+        count = len(self.remaining)
+        return max(count, comb(count, len(self.new_effects)))
+
+
+class Exemption(NamedTuple):
+    """Another way to pass a criterion. It costs simulations, so it is tried only if nothing else failed."""
+
+    threshold: str
+    holds: Callable[[Evidence], bool]
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """One rule.
+
+    Attributes:
+        name: Name of the rule.
+        stages: When it applies.
+        test: What is tested, in words.
+        threshold: The number, and where it comes from.
+        message: Shown to users when the rule fails; ``{detail}`` is filled in from ``details``.
+        reason: Why the rule exists.
+        passes: The test.
+        exemption: Another way to pass, None if there is none.
+        details: What to fill in, one message for each.
+    """
+
+    name: str
+    stages: tuple[Stage, ...]
+    test: str
+    threshold: str
+    message: str
+    reason: str
+    passes: Callable[[Evidence], bool]
+    exemption: Exemption | None = None
+    details: Callable[[Evidence], Sequence[str]] = lambda evidence: ("",)
+
+    def messages(self, evidence: Evidence) -> list[str]:
+        """The message for each detail."""
+        return [self.message.format(detail=detail) for detail in self.details(evidence)]
+
+
+class CriteriaRow(NamedTuple):
+    """One row of the table in plain words."""
+
+    name: str
+    test: str
+    threshold: str
+    message: str
+    reason: str
+
+
+def failures(stage: Stage, evidence: Evidence) -> tuple[str, ...]:
+    """Messages of one stage's criteria that the evidence does not pass, in the table's order; empty if all pass."""
+    failed = [criterion for criterion in CRITERIA if stage in criterion.stages and not criterion.passes(evidence)]
+    final = [criterion for criterion in failed if criterion.exemption is None]
+    for criterion in failed:
+        if criterion.exemption is not None and (final or not criterion.exemption.holds(evidence)):
+            final.append(criterion)
+    return tuple(message for criterion in failed if criterion in final for message in criterion.messages(evidence))
+
+
+def criterion(name: str) -> Criterion:
+    """The criterion of that name.
+
+    Raises:
+        KeyError: No criterion has that name.
+    """
+    return {each.name: each for each in CRITERIA}[name]
+
+
+def criteria_table() -> list[CriteriaRow]:
+    """The table as plain strings, for documents and pages, in the order in which failures are reported."""
+    rows = []
+    for each in CRITERIA:
+        applies = "; ".join(stage.value for stage in each.stages)
+        threshold = each.threshold + (f"; or {each.exemption.threshold}" if each.exemption is not None else "")
+        message = each.message.format(detail="...")
+        rows.append(CriteriaRow(each.name, f"{each.test} (applies to: {applies})", threshold, message, each.reason))
+    return rows
+
+
+def gap_reduction_relevant(before: HeldOutScore, after: HeldOutScore) -> bool:
+    """Whether at least `MIN_GAP_CLOSED` of the gap before is closed after; true where there is no gap to close."""
+    return not share_closed(before.gap**2, after.gap**2) < MIN_GAP_CLOSED
+
+
+def _predicts_held_out_data(evidence: Evidence) -> bool:
+    with_it, without = evidence.fitted.score, evidence.without.score
+    return predicts_better_among(evidence.state.bootstrap, with_it, without, evidence.candidates)
+
+
+def _ends_the_gap(evidence: Evidence) -> bool:
+    """Whether an effect predicts better on the whole, shrinks the gap significantly, and leaves only noise.
+
+    The likelihood allows for slow discrepancies. A slow effect therefore gains little in every stretch, and one event
+    can outweigh it, while the gap shows it. Many a wrong law shrinks a gap: only one that ends it qualifies. What shows
+    once in a log is missing from a third of all resamples: then the evidence must exceed its threshold, and nothing may
+    be left.
+    """
+    state, with_it, without = evidence.state, evidence.fitted.score, evidence.without.score
+    if state.adequacy.within_thresholds or with_it.held_out_deviance >= without.held_out_deviance:
+        return False
+    reduction = resampled_squared_gaps(state.bootstrap, without) - resampled_squared_gaps(state.bootstrap, with_it)
+    everywhere = float(np.quantile(reduction, LEVEL / evidence.candidates)) > 0.0
+    if not everywhere and not exceeds_evidence_threshold(with_it, without, evidence.candidates):
+        return False
+    left = check_adequacy(evidence.fitted, evidence.seed)
+    return left.within_thresholds if everywhere else left.adequate
+
+
+def _evidence_is_strong(evidence: Evidence) -> bool:
+    if not evidence.state.adequacy.adequate:
+        return True
+    held_out = exceeds_evidence_threshold(evidence.fitted.score, evidence.without.score, evidence.candidates)
+    return held_out and fit_exceeds_evidence_threshold(evidence.fitted.fit, evidence.without.fit, evidence.candidates)
+
+
+def _likelihood_ratio(evidence: Evidence) -> bool:
+    return passes_likelihood_ratio_test(evidence.without.fit, evidence.fitted.fit, evidence.candidates)
+
+
+def _gap_shrinks(evidence: Evidence) -> bool:
+    return gap_reduction_significant(evidence.state.bootstrap, evidence.without.score, evidence.fitted.score)
+
+
+def _closes_enough(evidence: Evidence) -> bool:
+    return gap_reduction_relevant(evidence.without.score, evidence.fitted.score)
+
+
+def _nonphysical(evidence: Evidence) -> list[str]:
+    values = evidence.fitted.fit.values
+    return [effect.nonphysical for effect in evidence.new_effects if not effect.is_physical(values)]
+
+
+def _closes_enough_of_calibrated_gap(evidence: Evidence) -> bool:
+    state = evidence.state
+    if not state.adequacy.adequate:
+        return True
+    reduction = evidence.without.score.gap**2 - evidence.fitted.score.gap**2
+    return reduction >= MIN_GAP_CLOSED * (state.calibrated.score.gap**2 - 1.0)
+
+
+def _nothing_left_to_find(evidence: Evidence) -> bool:
+    return check_adequacy(evidence.fitted, evidence.seed, evidence.remaining).complete
+
+
+def _gap_of_other_runs_shrinks(evidence: Evidence) -> bool:
+    before, after = evidence.without.cross_run_score, evidence.fitted.cross_run_score
+    return gap_reduction_significant(evidence.state.bootstrap, before, after)
+
+
+def _closes_enough_in_other_runs(evidence: Evidence) -> bool:
+    return gap_reduction_relevant(evidence.without.cross_run_score, evidence.fitted.cross_run_score)
+
+
+def _predicts_better_than_free_forms(evidence: Evidence) -> bool:
+    forms = evidence.free_forms
+    return not forms or predicts_better(evidence.state.bootstrap, evidence.fitted.score, forms[0].score, len(forms))
+
+
+def _log_supports_it_without_prior(evidence: Evidence) -> bool:
+    """Whether the log alone, whatever rigs commonly are, prefers the effect to the implausible calibration."""
+    without, fitted = (each.problem.cost(each.fit.residual)[0] for each in (evidence.without, evidence.fitted))
+    added = len(evidence.fitted.fit.parameters) - len(evidence.without.fit.parameters)
+    predicts = evidence.fitted.score.held_out_deviance <= evidence.without.score.held_out_deviance
+    return predicts and without - fitted > chi2_critical(added, len(evidence.remaining))
+
+
+def _still_needed(evidence: Evidence) -> bool:
+    shrinks = _gap_shrinks(evidence) and _closes_enough(evidence)
+    better = shrinks or predicts_better(evidence.state.bootstrap, evidence.fitted.score, evidence.without.score)
+    return better and passes_likelihood_ratio_test(evidence.without.fit, evidence.fitted.fit)
+
+
+def _no_free_form_predicts_better(evidence: Evidence) -> bool:
+    """Whether no free form predicts better, leaving out those of the named effects where these leave only noise.
+
+    There a free form of a named effect only says that the cause is not quite the catalogue's law.
+    """
+    named = evidence.fitted.effects if evidence.state.adequacy.adequate else ()
+    rivals = [form for form in evidence.free_forms if not any(form.covers(effect) for effect in named)]
+    count = len(evidence.free_forms)
+    score = evidence.fitted.score
+    return not any(predicts_better(evidence.state.bootstrap, form.score, score, count) for form in rivals)
+
+
+def _no_form_elsewhere_is_likelier(evidence: Evidence) -> bool:
+    sites = {effect.site for effect in evidence.fitted.effects}
+    elsewhere = [form for form in evidence.free_forms if form.site not in sites]
+    score = evidence.fitted.score
+    return not any(
+        score.held_out_deviance - form.score.held_out_deviance > chi2_critical(1, len(elsewhere))
+        and form.score.gap < score.gap
+        for form in elsewhere
+    )
+
+
+CRITERIA: tuple[Criterion, ...] = (
+    Criterion(
+        name="predicts held-out data",
+        stages=(Stage.CANDIDATE,),
+        test="held-out log density with and without the effect, paired over blocks of time (block bootstrap)",
+        threshold=f"lower bound of the gain above zero at {_SHARED_LEVEL} (Bonferroni)",
+        message="does not predict held-out data significantly better, at the level shared among all candidates",
+        reason="A larger model always fits better. Only data that the fit has not seen show whether it found something "
+        "that repeats, and the best of many candidates wins by chance more often than one alone.",
+        passes=_predicts_held_out_data,
+        exemption=Exemption(
+            "it predicts better on the whole, shrinks the gap significantly and leaves no more than noise",
+            _ends_the_gap,
+        ),
+    ),
+    Criterion(
+        name="strong evidence where noise is enough",
+        stages=(Stage.CANDIDATE,),
+        test="likelihood ratio, held out and over the whole log, where the model without the effect is adequate",
+        threshold=f"2 log(candidates / {LEVEL:g}) (Markov's inequality); over the whole log plus 2 for each parameter "
+        "(Akaike)",
+        message="the model without it already leaves only noise, and the log does not show the effect strongly enough",
+        reason="Where nothing is left to explain, a name needs evidence that no noise model could produce.",
+        passes=_evidence_is_strong,
+    ),
+    Criterion(
+        name="likelihood ratio",
+        stages=(Stage.CANDIDATE,),
+        test="likelihood ratio over the whole log (Wilks)",
+        threshold=f"chi-squared quantile of the added parameters at {_SHARED_LEVEL}",
+        message="does not make the whole log likelier than its free parameters would by chance",
+        reason="Held-out stretches alone can favour an effect by what the refits without it happened to do there.",
+        passes=_likelihood_ratio,
+    ),
+    Criterion(
+        name="gap reduction significant",
+        stages=(Stage.CANDIDATE, Stage.VERDICT),
+        test="reduction of held-out E^2, and of the share closed (weighted blocks)",
+        threshold=f"{100.0 - 100.0 * LEVEL:g} % interval above zero",
+        message="the gap does not shrink significantly",
+        reason="An effect can make the log likelier and leave the gap as it was: then it describes noise.",
+        passes=_gap_shrinks,
+    ),
+    Criterion(
+        name="gap reduction relevant",
+        stages=(Stage.CANDIDATE, Stage.VERDICT),
+        test="share of the held-out gap that the effect closes",
+        threshold=f"at least {_PERCENT} (MIN_GAP_CLOSED)",
+        message=f"too small: closes less than {_PERCENT} of the gap",
+        reason="In a long log a tiny change is significant. No simulator is exact, and nobody acts on so little.",
+        passes=_closes_enough,
+    ),
+    Criterion(
+        name="sign and size physical",
+        stages=(Stage.CANDIDATE,),
+        test="fitted amplitude of every new effect",
+        threshold="the physical range that the catalogue gives",
+        message="its fitted value is not physical: it would be {detail}",
+        reason="With the wrong sign an effect is another cause than its name says.",
+        passes=lambda evidence: not _nonphysical(evidence),
+        details=_nonphysical,
+    ),
+    Criterion(
+        name="relevant after calibration",
+        stages=(Stage.CANDIDATE,),
+        test="share that the effect closes of the gap left after calibration, where the model without it is adequate",
+        threshold=f"at least {_PERCENT} (MIN_GAP_CLOSED)",
+        message=f"too small: closes less than {_PERCENT} of the gap left after calibration",
+        reason="Where the model is adequate already, a large share of what remains can be next to nothing.",
+        passes=_closes_enough_of_calibrated_gap,
+        exemption=Exemption("an effect was visible in the residuals and none is any more", _nothing_left_to_find),
+    ),
+    Criterion(
+        name="gap reduction significant in other runs",
+        stages=(Stage.OTHER_RUNS,),
+        test="reduction of the gap of each run under a fit to the other runs",
+        threshold=f"{100.0 - 100.0 * LEVEL:g} % interval above zero",
+        message="in runs that its fit has not seen, the gap does not shrink significantly",
+        reason="Another excitation separates causes that more of the same cannot: a near relative of the cause fails.",
+        passes=_gap_of_other_runs_shrinks,
+    ),
+    Criterion(
+        name="gap reduction relevant in other runs",
+        stages=(Stage.OTHER_RUNS,),
+        test="share that the effect closes of the gap of each run under a fit to the other runs",
+        threshold=f"at least {_PERCENT} (MIN_GAP_CLOSED)",
+        message=f"in runs that its fit has not seen, it closes less than {_PERCENT} of the gap",
+        reason="As in the runs that were fitted: nobody acts on so little.",
+        passes=_closes_enough_in_other_runs,
+    ),
+    Criterion(
+        name="no free form of a known effect",
+        stages=(Stage.SECOND_EFFECT,),
+        test="held-out log density against the free forms of the effects already in the model (block bootstrap)",
+        threshold=f"lower bound of the gain above zero at {100.0 * LEVEL:g} % divided by the number of free forms",
+        message="a free form of an effect already in the model fits as well: {detail}",
+        reason="A cause that differs a little from the catalogue's law leaves a residual that some other effect fits.",
+        passes=_predicts_better_than_free_forms,
+        details=lambda evidence: [evidence.free_forms[0].description],
+    ),
+    Criterion(
+        name="plausible calibration",
+        stages=(Stage.PLAUSIBLE_CALIBRATION,),
+        test="distance of the calibrated parameters from the model as given, with the effect",
+        threshold=f"at most {NUISANCE_LIMIT:g} standard deviations of their priors",
+        message="beside it, calibration still needs implausible values",
+        reason="An effect that replaces an implausible calibration must make it plausible.",
+        passes=lambda evidence: not outside_prior(evidence.fitted),
+    ),
+    Criterion(
+        name="supported without priors",
+        stages=(Stage.REPLACES_CALIBRATION,),
+        test="likelihood ratio against the implausible calibration, without priors, and held-out log density",
+        threshold=f"chi-squared quantile of the added parameters at {_SHARED_LEVEL}; held-out deviance no larger",
+        message="the log alone does not prefer it to an implausible calibration",
+        reason="Otherwise only the prior of the calibration speaks for the effect. It is reported as suspected.",
+        passes=_log_supports_it_without_prior,
+    ),
+    Criterion(
+        name="still needed",
+        stages=(Stage.STILL_NEEDED,),
+        test="the model with the effect against a refit without it: likelihood ratio, and gap or held-out log density",
+        threshold=f"chi-squared quantile at {100.0 * LEVEL:g} %, and either the gap grows significantly and by "
+        f"{_PERCENT} without it, or held-out data are predicted better with it",
+        message="no longer needed beside the other effects",
+        reason="A later effect can explain what an earlier one was accepted for.",
+        passes=_still_needed,
+    ),
+    Criterion(
+        name="pair ends the gap",
+        stages=(Stage.PAIR,),
+        test="adequacy of the model with both effects, each of them needed",
+        threshold="within the null thresholds, without structure in the residuals",
+        message="the two effects together leave more than noise",
+        reason="Among so many pairs some wrong one shrinks most gaps.",
+        passes=lambda evidence: evidence.state.adequacy.adequate and len(evidence.fitted.effects) >= 2,
+    ),
+    Criterion(
+        name="no free form predicts better",
+        stages=(Stage.ALTERNATIVES,),
+        test="held-out log density of every free-form alternative against the named effects (block bootstrap)",
+        threshold=f"gain not above zero at {100.0 * LEVEL:g} % divided by the number of alternatives",
+        message="a free-form alternative predicts held-out data significantly better",
+        reason="What a law cannot follow and a free form can is not that law's cause.",
+        passes=_no_free_form_predicts_better,
+    ),
+    Criterion(
+        name="no free form at another site is likelier",
+        stages=(Stage.ALTERNATIVES,),
+        test="held-out deviance and gap of every free-form alternative at another site",
+        threshold=f"gain of held-out deviance not above the chi-squared quantile at {100.0 * LEVEL:g} % divided by "
+        "their number, or a gap no smaller",
+        message="a free-form alternative at another site is likelier",
+        reason="An effect is no cause unless it predicts more than a disturbance elsewhere; this need not be "
+        "significant.",
+        passes=_no_form_elsewhere_is_likelier,
+    ),
+)

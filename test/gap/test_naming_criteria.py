@@ -1,0 +1,290 @@
+"""Every rule that an effect must pass before it is named, on both sides of its threshold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+from toy import EFFECTS, TIME, toy
+
+from slider_drilling.gap import criteria_table
+from slider_drilling.gap.evidence.block_bootstrap import make_bootstrap
+from slider_drilling.gap.evidence.compare import LEVEL, gap_closed, predicts_better
+from slider_drilling.gap.evidence.free_forms import FreeFormFit
+from slider_drilling.gap.evidence.score import HeldOutScore, make_folds
+from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.gap.search.multi_start import NUISANCE_LIMIT
+from slider_drilling.gap.selection import naming_criteria
+from slider_drilling.gap.selection.naming_criteria import (
+    CRITERIA,
+    MIN_GAP_CLOSED,
+    Evidence,
+    Stage,
+    criterion,
+    failures,
+)
+
+PROBLEM = build_problem(toy({}, 1), [{"force": 1.0}])
+BOOTSTRAP = make_bootstrap(make_folds(PROBLEM), 0)
+NOISE = np.random.default_rng(3).normal(size=TIME.size)
+SINE = EFFECTS[0]
+CANDIDATES = 16
+INSIDE, OUTSIDE = 1.01, 0.99  # times a threshold
+
+
+def scored(squares: object = 3.0, density: object = 0.0) -> HeldOutScore:
+    squares, density = (np.broadcast_to(np.asarray(each, dtype=float), TIME.shape) for each in (squares, density))
+    return HeldOutScore(density, np.sqrt(squares), squares, float(np.sqrt(np.mean(squares))), {}, 0)
+
+
+def model(score: HeldOutScore, cost: float = 0.0, parameters: int = 2, effects: tuple = (), **more: object):
+    values = {"sine": 1.0}
+    found = SimpleNamespace(cost=cost, parameters=("free",) * parameters, values=values, residual=cost)
+    # The log alone costs as much as the fit with its priors: the stub has none.
+    problem = SimpleNamespace(cost=lambda residual: (residual, {}), model=SimpleNamespace(nuisance=()))
+    names = tuple(effect.name for effect in effects)
+    return SimpleNamespace(effects=effects, names=names, score=score, fit=found, problem=problem, **more)
+
+
+def evidence(without: object, fitted: object, candidates: int = 1, **state: object) -> Evidence:
+    adequate = bool(state.pop("adequate", False))
+    adequacy = SimpleNamespace(adequate=adequate, within_thresholds=adequate)
+    whole = SimpleNamespace(bootstrap=BOOTSTRAP, adequacy=adequacy, calibrated=without)
+    forms = state.pop("free_forms", ())
+    return Evidence(whole, without, fitted, [SINE] * candidates, free_forms=forms)
+
+
+def form(score: HeldOutScore, site: str = "string", like: tuple[str, ...] = ()) -> FreeFormFit:
+    x = np.zeros(1)
+    return FreeFormFit(site, "a curve", like, x, "-", x, "-", score)
+
+
+def least_certain_gain(forms: int = 1) -> float:
+    """Gain per sample whose lower bound is zero, beside `NOISE` (resamples are as long as the log)."""
+    return -float(np.quantile(BOOTSTRAP.resampled_sum(NOISE), LEVEL / forms)) / TIME.size
+
+
+def least_certain_reduction() -> float:
+    """Reduction of E^2 whose lower bound is zero, beside `NOISE`, of a gap of E^2 = 3."""
+    (low, _) = gap_closed(BOOTSTRAP, scored(3.0), scored(3.0 - 0.1 * NOISE))[1]
+    return -2.0 * low
+
+
+def predicts(times: float) -> Evidence:
+    gain = times * least_certain_gain() + NOISE
+    return evidence(model(scored(3.0, 2.0)), model(scored(3.0, 2.0 - gain), effects=(SINE,)))
+
+
+def is_evident(times: float) -> Evidence:
+    gain = times * 2.0 * np.log(CANDIDATES / LEVEL)
+    without = model(scored(1.0, 2.0), 1000.0)
+    fitted = model(scored(1.0, 2.0 - gain / TIME.size), 1000.0 - gain - 2.0, 3, (SINE,))
+    return evidence(without, fitted, CANDIDATES, adequate=True)
+
+
+def is_likelier(times: float) -> Evidence:
+    gain = times * chi2.ppf(1.0 - LEVEL / CANDIDATES, 1)
+    fitted = model(scored(), 1000.0 - gain, 3, (SINE,))
+    return evidence(model(scored(), 1000.0), fitted, CANDIDATES)
+
+
+def shrinks(times: float) -> Evidence:
+    after = 3.0 - times * least_certain_reduction() - 0.1 * NOISE
+    return evidence(model(scored(3.0)), model(scored(after), effects=(SINE,)))
+
+
+def closes(times: float) -> Evidence:
+    after = 3.0 - times * MIN_GAP_CLOSED * 2.0
+    return evidence(model(scored(3.0)), model(scored(after), effects=(SINE,)))
+
+
+def is_physical(times: float) -> Evidence:
+    sine = replace(SINE, physical=(1.0, 9.0), nonphysical="a cosine")
+    fitted = model(scored(), effects=(sine,))
+    fitted.fit.values["sine"] = times
+    return evidence(model(scored()), fitted)
+
+
+def closes_of_calibrated(times: float) -> Evidence:
+    calibrated = model(scored(3.0))
+    without = model(scored(1.5))
+    fitted = model(scored(1.5 - times * MIN_GAP_CLOSED * 2.0), effects=(SINE,))
+    found = evidence(without, fitted, adequate=True)
+    return replace(found, state=SimpleNamespace(**{**vars(found.state), "calibrated": calibrated}))
+
+
+def in_other_runs(found: Callable[[float], Evidence]) -> Callable[[float], Evidence]:
+    def made(times: float) -> Evidence:
+        there = found(times)
+        before, after = (
+            SimpleNamespace(**{**vars(each), "cross_run_score": each.score, "score": scored(1.0)})
+            for each in (there.without, there.fitted)
+        )
+        return replace(there, without=before, fitted=after)
+
+    return made
+
+
+def outperforms_forms(times: float) -> Evidence:
+    density = 2.0 - times * least_certain_gain(2) - NOISE
+    forms = [form(scored(3.0, 2.0)), form(scored(3.0, 3.0))]
+    return evidence(model(scored()), model(scored(3.0, density)), free_forms=forms)
+
+
+def calibrates_to(times: float) -> Evidence:
+    fitted = model(scored())
+    parameter = SimpleNamespace(name="level", nominal=1.0, spread=2.0, per_run=False)
+    fitted.problem.model.nuisance = (parameter,)
+    fitted.fit.values["level"] = 1.0 + 2.0 * NUISANCE_LIMIT / times
+    return evidence(model(scored()), fitted)
+
+
+def is_needed(times: float) -> Evidence:
+    gain = times * chi2.ppf(1.0 - LEVEL, 1)
+    return evidence(model(scored(3.0), 1000.0), model(scored(2.0), 1000.0 - gain, 3))
+
+
+def ends_the_gap(times: float) -> Evidence:
+    return evidence(model(scored(3.0)), model(scored(1.0), effects=EFFECTS[:2]), adequate=times > 1.0)
+
+
+def beats_no_named_effect(times: float) -> Evidence:
+    rival = form(scored(3.0, 2.0 - least_certain_gain() / times - NOISE), site="contact")
+    return evidence(model(scored()), model(scored(3.0, 2.0), effects=(SINE,)), free_forms=[rival])
+
+
+def is_no_likelier_elsewhere(times: float) -> Evidence:
+    gain = chi2.ppf(1.0 - LEVEL, 1) / times
+    rival = form(scored(2.9, np.where(TIME < 6.0, 2.0 - gain / np.sum(TIME < 6.0), 2.0)))
+    return evidence(model(scored()), model(scored(3.0, 2.0), effects=(SINE,)), free_forms=[rival])
+
+
+# By name of a criterion: evidence at so many times its threshold.
+AT_THRESHOLD: dict[str, Callable[[float], Evidence]] = {
+    "predicts held-out data": predicts,
+    "strong evidence where noise is enough": is_evident,
+    "likelihood ratio": is_likelier,
+    "gap reduction significant": shrinks,
+    "gap reduction relevant": closes,
+    "sign and size physical": is_physical,
+    "relevant after calibration": closes_of_calibrated,
+    "gap reduction significant in other runs": in_other_runs(shrinks),
+    "gap reduction relevant in other runs": in_other_runs(closes),
+    "no free form of a known effect": outperforms_forms,
+    "plausible calibration": calibrates_to,
+    "supported without priors": is_likelier,
+    "still needed": is_needed,
+    "pair ends the gap": ends_the_gap,
+    "no free form predicts better": beats_no_named_effect,
+    "no free form at another site is likelier": is_no_likelier_elsewhere,
+}
+
+
+def test_every_criterion_has_a_case():
+    assert list(AT_THRESHOLD) == [each.name for each in CRITERIA]
+
+
+@pytest.mark.parametrize("name", AT_THRESHOLD)
+def test_criterion_passes_above_its_threshold_only(name):
+    assert criterion(name).passes(AT_THRESHOLD[name](INSIDE))
+    assert not criterion(name).passes(AT_THRESHOLD[name](OUTSIDE))
+
+
+@pytest.mark.parametrize("name", AT_THRESHOLD)
+def test_failed_criterion_gives_its_message(name, monkeypatch):
+    rejected = SimpleNamespace(complete=False, within_thresholds=False, adequate=False)
+    monkeypatch.setattr(naming_criteria, "check_adequacy", lambda *given: rejected)
+    rule, found = criterion(name), AT_THRESHOLD[name](OUTSIDE)
+    for stage in rule.stages:
+        assert set(rule.messages(found)) <= set(failures(stage, found))
+
+
+def test_messages_name_size_and_significance_apart():
+    significance, size = criterion("gap reduction significant"), criterion("gap reduction relevant")
+    assert "significantly" in significance.message and "5 %" not in significance.message
+    assert size.message == "too small: closes less than 5 % of the gap"
+    assert criterion("relevant after calibration").message != size.message
+
+
+def test_nonphysical_effects_each_get_a_message():
+    sine, bend = (replace(each, physical=(0.0, 9.0), nonphysical=f"no {each.name}") for each in EFFECTS[:2])
+    fitted = model(scored(1.0), effects=(sine, bend))
+    fitted.fit.values |= {"sine": -1.0, "bend": -2.0}
+    messages = criterion("sign and size physical").messages(evidence(model(scored()), fitted))
+    assert [message.rpartition(": ")[2] for message in messages] == ["it would be no sine", "it would be no bend"]
+
+
+def test_table_holds_plain_strings_in_order():
+    rows = criteria_table()
+    assert [row.name for row in rows] == list(AT_THRESHOLD)
+    assert all(isinstance(cell, str) and cell and "{" not in cell for row in rows for cell in row)
+    assert len({row.message for row in rows}) == len(rows)
+    assert "5 %" in rows[4].threshold
+
+
+# An exemption: a slow effect gains little everywhere, and one event at the end outweighs many a stretch.
+EVENT = np.where(TIME > 115.0, 6.0, 0.0)
+WITHOUT, SLOW = scored(3.0, 2.0), scored(1.1, 1.5 + EVENT)
+# A log that shows its cause once: most resamples do not hold it.
+ONCE, BETTER = scored(1.0 + EVENT, 2.0 + EVENT), scored(1.0, 2.0)
+
+
+@pytest.fixture
+def exempt(monkeypatch):
+    """Whether an effect is exempt from predicting better in every block, given what it leaves."""
+
+    def tested(before, after, *, within=True, adequate=False, already_within=False):
+        left = SimpleNamespace(within_thresholds=within, adequate=adequate)
+        monkeypatch.setattr(naming_criteria, "check_adequacy", lambda *given: left)
+        found = evidence(model(before), model(after, effects=(SINE,)), CANDIDATES)
+        found.state.adequacy.within_thresholds = already_within
+        exemption = criterion("predicts held-out data").exemption
+        assert exemption is not None
+        return exemption.holds(found)
+
+    return tested
+
+
+def test_slow_effect_that_ends_the_gap_is_exempt(exempt):
+    assert not predicts_better(BOOTSTRAP, SLOW, WITHOUT, CANDIDATES)
+    assert exempt(WITHOUT, SLOW)
+
+
+def test_effect_that_leaves_a_gap_is_not_exempt(exempt):
+    assert not exempt(WITHOUT, SLOW, within=False)
+
+
+def test_nothing_is_exempt_where_only_noise_is_left(exempt):
+    assert not exempt(WITHOUT, SLOW, already_within=True)
+
+
+def test_worse_prediction_is_not_exempt(exempt):
+    assert not exempt(WITHOUT, scored(1.1, 2.1))
+
+
+def test_gap_reduction_by_chance_is_not_exempt(exempt):
+    assert not exempt(WITHOUT, scored(2.9 + np.sin(TIME / 7.0), 1.5))
+
+
+def test_single_event_needs_strong_evidence_and_adequacy(exempt):
+    assert not predicts_better(BOOTSTRAP, BETTER, ONCE, CANDIDATES)
+    assert exempt(ONCE, BETTER, adequate=True)
+    assert not exempt(ONCE, BETTER)
+    assert not exempt(scored(1.0 + EVENT, 2.0 + 0.15 * EVENT), BETTER, adequate=True)
+
+
+@pytest.mark.parametrize(("complete", "messages"), [(True, 0), (False, 1)])
+def test_small_effect_is_exempt_if_nothing_is_left(complete, messages, monkeypatch):
+    monkeypatch.setattr(naming_criteria, "check_adequacy", lambda *given: SimpleNamespace(complete=complete))
+    monkeypatch.setattr(naming_criteria, "CRITERIA", (criterion("relevant after calibration"),))
+    assert len(failures(Stage.CANDIDATE, closes_of_calibrated(OUTSIDE))) == messages
+
+
+def test_exemption_is_not_tried_after_another_failure(monkeypatch):
+    monkeypatch.setattr(naming_criteria, "check_adequacy", lambda *given: pytest.fail("simulated for nothing"))
+    found = closes_of_calibrated(OUTSIDE)
+    assert criterion("relevant after calibration").message in failures(Stage.CANDIDATE, found)
