@@ -10,7 +10,6 @@ from slider_drilling.log.run_page import log_chart
 from slider_drilling.pages import Chart, Page
 from slider_drilling.pages.png import render_png
 from slider_drilling.paper_studies.catalogue import run_study
-from slider_drilling.paper_studies.page import drawn
 from slider_drilling.units import FIELD, SI
 from slider_drilling.wellbore.broomstick import broomstick
 
@@ -24,14 +23,14 @@ def pictures() -> dict[str, bytes]:
     planted = sd.with_effect(rig, BED)
     log = sd.simulate(planted, CONTROLLER, 300.0, nominal=rig).log
     sticks = [broomstick(rig, friction) for friction in (None, 0.2, 0.25, 0.3)]
-    zones = run_study("wear_modes")
+    regimes = run_study("wear_modes")
     return {
         "slide.png": render_png((log_chart(log),), SI, "A slide over a bed of cuttings"),
         "replay_nominal.png": _overlay(replay_page(log, replay(log, rig), SI), "Simulated without the bed"),
         "replay_planted.png": _overlay(replay_page(log, replay(log, planted), SI), "Simulated with the bed"),
         "broomstick.png": render_png((hook_load_chart(sticks), torque_chart(sticks)), SI, "Example well"),
         "broomstick_field.png": render_png((hook_load_chart(sticks), torque_chart(sticks)), FIELD, "Example well"),
-        "asperity.png": render_png((drawn(zones.figures[0]), drawn(zones.figures[-1])), SI),
+        "asperity.png": render_png((regimes.figures[0], regimes.figures[-1]), SI),
     }
 
 

@@ -29,7 +29,7 @@ def test_a_slide_lowers_and_rocks_as_asked():
 
 def test_rocking_reaches_deeper_the_wider_it_is_and_where_friction_says():
     rig = example_rig()
-    narrow, wide = zones._reach(rig, 3.0), zones._reach(rig, 8.0)
+    narrow, wide = zones.simulate_zones(rig, 3.0), zones.simulate_zones(rig, 8.0)
     assert narrow.surface_torque < wide.surface_torque
     assert narrow.motion.rocked_to < wide.motion.rocked_to < rig.string.length
     for reach in (narrow, wide):
@@ -39,8 +39,8 @@ def test_rocking_reaches_deeper_the_wider_it_is_and_where_friction_says():
 
 def test_rocking_brings_weight_to_the_bit_that_friction_held():
     rig = example_rig()
-    still = weight_transfer._run(rig, slide(rig, 300.0, 9.0))
-    rocked = weight_transfer._run(rig, slide(rig, 300.0, 9.0, 20.0, 24.0))
+    still = weight_transfer.run_slide(rig, slide(rig, 300.0, 9.0))
+    rocked = weight_transfer.run_slide(rig, slide(rig, 300.0, 9.0, 20.0, 24.0))
     assert rocked.share > 2.0 * still.share
     assert rocked.weight_on_bit > still.weight_on_bit
     assert rocked.hook_load > still.hook_load
@@ -49,6 +49,6 @@ def test_rocking_brings_weight_to_the_bit_that_friction_held():
 def test_less_friction_around_a_tool_brings_weight_too():
     rig = example_rig()
     plain = slide(rig, 300.0, 9.0)
-    without = weight_transfer._run(rig, plain)
-    with_tool = weight_transfer._run(rig, plain, ratio=0.05)
+    without = weight_transfer.run_slide(rig, plain)
+    with_tool = weight_transfer.run_slide(rig, plain, ratio=0.05)
     assert with_tool.share > without.share

@@ -11,7 +11,8 @@ from slider_drilling import __version__
 from slider_drilling.analysis.along_string import StringHistory
 from slider_drilling.analysis.analyse import Analysis
 from slider_drilling.log.run_page import log_title
-from slider_drilling.paper_studies.study import Study, StudyChart, StudyTable, study_line
+from slider_drilling.pages import Chart, Table
+from slider_drilling.paper_studies.study import Study, curve, curve_chart
 from slider_drilling.units import SI, Units
 
 SCHEMA = "slider_drilling/analysis/1"
@@ -173,7 +174,7 @@ def analysis_study(found: Analysis, units: Units = SI) -> Study:
     )
 
 
-def _tables(found: Analysis, units: Units) -> tuple[StudyTable, ...]:
+def _tables(found: Analysis, units: Units) -> tuple[Table, ...]:
     tables = []
     if found.fit is not None:
         header = ("hole", "friction factor (95 %)", "in the rig file", "coefficient along", "coefficient around")
@@ -183,9 +184,9 @@ def _tables(found: Analysis, units: Units) -> tuple[StudyTable, ...]:
             factor = f"{row.factor:.3f} ({low:.3f} to {high:.3f})" + ("" if row.is_determined else ", not determined")
             hole = f"{row.kind}, {units.format_range(row.top, row.bottom, 'm', 4)}"
             rows.append((hole, factor, f"{row.in_rig_file:.3f}", f"{row.axial:.3f}", f"{row.tangential:.3f}"))
-        tables.append(StudyTable("Apparent friction", header, tuple(rows)))
+        tables.append(Table(header, tuple(rows), "Apparent friction"))
     said = (*_torque_rows(found, units), *_axial_rows(found, units), *_bed_rows(found, units))
-    tables.append(StudyTable("What the log says", ("", ""), said))
+    tables.append(Table(("", ""), said, "Results"))
     return tuple(tables)
 
 
@@ -230,17 +231,17 @@ def _bed_rows(found: Analysis, units: Units) -> list[tuple[str, str]]:
     return [(place, f"times {bed['factor']:.2f} ({low:.2f} to {high:.2f})")]
 
 
-def _surface_figures(found: Analysis) -> tuple[StudyChart, ...]:
-    figures = [StudyChart("Torque-angle loop", "top-drive angle, rad", "surface torque, kN m",
-                     (study_line("loop", found.angle, found.torque / 1e3),))]  # fmt: skip
+def _surface_figures(found: Analysis) -> tuple[Chart, ...]:
+    figures = [curve_chart("Torque-angle loop", "top-drive angle, rad", "surface torque, kN m",
+                     (curve("loop", found.angle, found.torque / 1e3),))]  # fmt: skip
     if found.cycles:
         middle = [0.5 * (c.start + c.end) for c in found.cycles]
-        figures.append(StudyChart("Friction work per rocking cycle", "time, s", "work, kJ",
-                             (study_line("work", middle, [c.work / 1e3 for c in found.cycles]),)))  # fmt: skip
+        figures.append(curve_chart("Friction work per rocking cycle", "time, s", "work, kJ",
+                             (curve("work", middle, [c.work / 1e3 for c in found.cycles]),)))  # fmt: skip
     return tuple(figures)
 
 
-def _string_figures(found: Analysis) -> tuple[StudyChart, ...]:
+def _string_figures(found: Analysis) -> tuple[Chart, ...]:
     history = found.rocked
     if history is None:
         return ()
@@ -248,27 +249,27 @@ def _string_figures(found: Analysis) -> tuple[StudyChart, ...]:
     assert along is not None
     depth = along["measured_depth"]
     figures = [
-        StudyChart("Friction coefficient along the string (second half of the log)", "friction coefficient",
-              "measured depth, m", (study_line("mean", along["friction_coefficient"], depth),), depth_down=True),
-        StudyChart("Direction of slip along the string: 0 along the hole, 90 around it", "direction of slip, deg",
-              "measured depth, m", (study_line("mean", np.degrees(along["beta_v"]), depth),), depth_down=True),
+        curve_chart("Friction coefficient along the string (second half of the log)", "friction coefficient",
+              "measured depth, m", (curve("mean", along["friction_coefficient"], depth),), depth_down=True),
+        curve_chart("Direction of slip along the string: 0 along the hole, 90 around it", "direction of slip, deg",
+              "measured depth, m", (curve("mean", np.degrees(along["beta_v"]), depth),), depth_down=True),
     ]  # fmt: skip
     if found.zones:
         time = [t for t, _ in found.zones]
-        figures.append(StudyChart("Three zones: rocked above, turned by the reactive torque below, static between",
+        figures.append(curve_chart("Three zones: rocked above, turned by the reactive torque below, static between",
                              "time, s",
-                             "measured depth, m", (study_line("rocked to", time, [z.rocked_to for _, z in found.zones]),
-                                                   study_line("reactive from", time,
+                             "measured depth, m", (curve("rocked to", time, [z.rocked_to for _, z in found.zones]),
+                                                   curve("reactive from", time,
                                                         [z.reactive_from for _, z in found.zones])),
                              depth_down=True))  # fmt: skip
     if found.still is not None:
         figures += [
-            StudyChart("Axial friction", "time, s", "axial friction, kN", (
-                study_line("with rocking", history.time, history.axial_friction / 1e3),
-                study_line("without rocking", found.still.time, found.still.axial_friction / 1e3),
-                study_line("Coulomb", history.time, history.coulomb_friction / 1e3, True))),
-            StudyChart("Weight on bit", "time, s", "weight on bit, kN", (
-                study_line("with rocking", history.time, history.weight_on_bit / 1e3),
-                study_line("without rocking", found.still.time, found.still.weight_on_bit / 1e3))),
+            curve_chart("Axial friction", "time, s", "axial friction, kN", (
+                curve("with rocking", history.time, history.axial_friction / 1e3),
+                curve("without rocking", found.still.time, found.still.axial_friction / 1e3),
+                curve("Coulomb", history.time, history.coulomb_friction / 1e3, True))),
+            curve_chart("Weight on bit", "time, s", "weight on bit, kN", (
+                curve("with rocking", history.time, history.weight_on_bit / 1e3),
+                curve("without rocking", found.still.time, found.still.weight_on_bit / 1e3))),
         ]  # fmt: skip
     return tuple(figures)

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slider_drilling.columns import Columns, TableExport
+from slider_drilling.pages import Chart
 from slider_drilling.paper_studies.catalogue import run_study
-from slider_drilling.paper_studies.study import Claim, Study, StudyChart
+from slider_drilling.paper_studies.study import Claim, Study, chart_lines
 
 if TYPE_CHECKING:
     import plotly
@@ -34,8 +35,8 @@ class StudyResult(TableExport):
 
     def columns(self) -> Columns:
         """Every point of every curve: figure, series, x and y; the labels carry the units."""
-        rows = [(chart.title, line.name, chart.x_label, chart.y_label, line)
-                for chart in self.study.figures if isinstance(chart, StudyChart) for line in chart.lines]
+        rows = [(chart.title, line.name, chart.x_label, y_label, line)
+                for chart in self.study.figures if isinstance(chart, Chart) for y_label, line in chart_lines(chart)]
         lengths = [len(row[-1].x) for row in rows]
         names = ("figure", "series", "x_label", "y_label")
         text = {name: np.repeat(np.array([row[k] for row in rows], dtype=object), lengths)
@@ -65,9 +66,8 @@ class StudyResult(TableExport):
             IndexError: There are fewer figures.
         """
         from slider_drilling.pages.notebook import plotly_figure
-        from slider_drilling.paper_studies.page import drawn
 
-        return plotly_figure(drawn(self.study.figures[index]))
+        return plotly_figure(self.study.figures[index])
 
 
 def study(name: str) -> StudyResult:

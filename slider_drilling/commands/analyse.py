@@ -11,7 +11,7 @@ import click
 from slider_drilling.commands.options import json_option, units_option, write_and_print
 
 if TYPE_CHECKING:
-    from slider_drilling.paper_studies.study import StudyTable
+    from slider_drilling.pages import Table
     from slider_drilling.units import Units
 
 
@@ -46,13 +46,13 @@ def command(log: Path, output: Path, rig_path: Path | None, elements: int, units
                     lambda: write_study(study, output, tree, units))  # fmt: skip
 
 
-def _print(tables: Sequence[StudyTable]) -> None:
-    from rich.table import Table
+def _print(tables: Sequence[Table]) -> None:
+    import rich.table
 
     from slider_drilling.console.streams import stdout
 
     for table in tables:
-        printed = Table(*table.header, title=table.title)
+        printed = rich.table.Table(*table.header, title=str(table.caption))
         for row in table.rows:
-            printed.add_row(*row)
+            printed.add_row(*map(str, row))
         stdout().print(printed)

@@ -124,7 +124,8 @@ def _page(path: Path, data: FrictionData, found: Identification) -> Study:
     import numpy as np
 
     from slider_drilling.contact.measured_friction import FrictionOverTime
-    from slider_drilling.paper_studies.study import Study, StudyChart, StudyTable, study_line
+    from slider_drilling.pages import Table
+    from slider_drilling.paper_studies.study import Study, curve, curve_chart
 
     if isinstance(data, FrictionOverTime):
         axis, label, against = data.time, "time, s", "samples of friction against time"
@@ -144,15 +145,14 @@ def _page(path: Path, data: FrictionData, found: Identification) -> Study:
             "largest_error_over_peak": found.largest_error,
         },
         figures=(
-            StudyChart("Axial friction (Fig. 13)", label, "friction, N",
-                  (study_line("measured", axis, measured, colour=6), study_line("model", axis, predicted, colour=0))),
-            StudyChart("Error (Fig. 14)", label, "error, % of the largest friction",
-                  (study_line("model - measured", axis, 100.0 * (predicted - measured) / peak),)),
+            curve_chart("Axial friction (Fig. 13)", label, "friction, N",
+                  (curve("measured", axis, measured, colour=6), curve("model", axis, predicted, colour=0))),
+            curve_chart("Error (Fig. 14)", label, "error, % of the largest friction",
+                  (curve("model - measured", axis, 100.0 * (predicted - measured) / peak),)),
         ),
         claims=(),
         notes=found.degeneracies,
-        tables=(StudyTable("Parameters, with 95 % intervals", ("parameter", "value", "interval", "unit"),
-                           _rows(found)),),
+        tables=(Table(("parameter", "value", "interval", "unit"), _rows(found), "Parameters, with 95 % intervals"),),
     )  # fmt: skip
 
 

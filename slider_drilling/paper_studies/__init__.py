@@ -1,5 +1,5 @@
-"""The paper's vibration tools as motions of one contact, and its studies.
+"""The paper's vibration tools as motions of one contact, and the studies that check the paper's claims with them.
 
-`pipe` and `motions` say what is moved and how, `steady` finds the friction that a motion settles to, and each
-study (one module each, listed in `catalogue`) holds what the paper says against what the model does.
+`pipe` and `tool_motions` define what is moved and how, `settled_cycle` the friction to which a motion settles. Each
+study is one module, listed in `catalogue`; it compares claims of the paper with the model.
 """

@@ -11,7 +11,7 @@ from slider_drilling.paper_studies.study import Study
 
 @dataclass(frozen=True)
 class StudyEntry:
-    """Where a study is and what it is about."""
+    """The module of a study and what it is about."""
 
     module: str
     about: str
@@ -33,7 +33,7 @@ STUDIES: dict[str, StudyEntry] = {
 def run_study(name: str) -> Study:
     """Run one study. Raises InputError for a name that is not in STUDIES."""
     if name not in STUDIES:
-        raise InputError(f"study: NAME = {name}: no such study; one of {', '.join(STUDIES)}, or all")
+        raise InputError(f"study: NAME = {name}: no such study; choose one of {', '.join(STUDIES)}, or all")
     module = importlib.import_module(f"slider_drilling.paper_studies.{STUDIES[name].module}")
     study: Study = module.study()
     return study

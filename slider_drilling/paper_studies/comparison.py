@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 from slider_drilling.contact import PAPER
 from slider_drilling.control.rocking import Rocking
+from slider_drilling.pages import Chart
 from slider_drilling.paper_studies.pipe import Pipe
 from slider_drilling.paper_studies.settled_cycle import SettledCycle, settled_cycle
-from slider_drilling.paper_studies.study import Claim, Study, StudyChart, between, display_name, study_line
+from slider_drilling.paper_studies.study import Claim, Study, between, curve, curve_chart, display_name
 from slider_drilling.paper_studies.tool_motions import ToolMotion, longitudinal, radial, rocking, three_d, torsional
 
 HOUR = 3600.0
@@ -33,7 +34,6 @@ def study() -> Study:
         tool.name: {rate: [settled_cycle(m, PIPE, PAPER) for m in row] for rate, row in tool.motions.items()}
         for tool in _tools()
     }
-    place = [0.0, 0.5, 1.0]
     return Study(
         name="comparison",
         title="All vibration tools over the field's ranges",
@@ -46,32 +46,29 @@ def study() -> Study:
             "rocking": "5, 10, 15 rad, T = 10 s, delta = 0.2 s",
             "rate_of_penetration_m_per_h": "3, 5, 7, 9",
         },
-        figures=tuple(
-            StudyChart(
-                f"{title} at {rate} m/h",
-                "setting, weakest (0) to strongest (1)",
-                "axial friction / Coulomb",
-                tuple(
-                    # Nearly as the longitudinal tool alone: dashed, both are seen.
-                    study_line(
-                        display_name(name),
-                        place,
-                        [max(getattr(s, attribute), 1e-5) for s in rows[rate]],
-                        name == "three_d",
-                    )
-                    for name, rows in runs.items()
-                ),
-                log_y=True,
-            )
-            for title, attribute in (("Mean magnitude", "friction_ratio"), ("Signed mean", "signed_friction_ratio"))
-            for rate in (3, 9)
-        ),
+        figures=_figures(runs),
         claims=(
             _most(runs, "friction_ratio", "mean magnitude"),
             _most(runs, "signed_friction_ratio", "signed mean"),
             _all_reduce(runs),
         ),
     )
+
+
+def _figures(runs: dict[str, dict[int, list[SettledCycle]]]) -> tuple[Chart, ...]:
+    place = [0.0, 0.5, 1.0]
+
+    def chart(title: str, attribute: str, rate: int) -> Chart:
+        # 3-D almost equals the longitudinal tool alone: dashed, so that both are visible.
+        curves = [
+            curve(display_name(name), place, [max(getattr(s, attribute), 1e-5) for s in rows[rate]], name == "three_d")
+            for name, rows in runs.items()
+        ]
+        label = "setting, weakest (0) to strongest (1)"
+        return curve_chart(f"{title} at {rate} m/h", label, "axial friction / Coulomb", curves, log_y=True)
+
+    measures = (("Mean magnitude", "friction_ratio"), ("Signed mean", "signed_friction_ratio"))
+    return tuple(chart(title, attribute, rate) for title, attribute in measures for rate in (3, 9))
 
 
 def _tools() -> tuple[Tool, ...]:
@@ -117,9 +114,8 @@ def _most(runs: dict[str, dict[int, list[SettledCycle]]], attribute: str, measur
     ]
     overlap = [name for name in rivals for rate in RATES if min(table[name][rate]) < max(table["rocking"][rate])]
     return Claim(
-        f"Rocking reduces axial friction more than every other tool over the field's ranges ({measure}, "
-        f"weakest, middle and "
-        "strongest settings each compared at the same rate of penetration).",
+        f"Rocking reduces axial friction more than every other tool over the field's ranges ({measure}, weakest, "
+        "middle and strongest settings each compared at the same rate of penetration).",
         "section 5.3, conclusions",
         {
             "friction_over_coulomb": {

@@ -3,22 +3,15 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from slider_drilling.contact import PAPER
+from slider_drilling.pages import Chart, Line
 from slider_drilling.paper_studies.pipe import Pipe
 from slider_drilling.paper_studies.settled_cycle import SettledCycle, coulomb_force, from_rest, settled_cycle
-from slider_drilling.paper_studies.study import (
-    UNCHANGED,
-    Claim,
-    Study,
-    StudyChart,
-    StudyLine,
-    between,
-    rounded,
-    study_line,
-)
+from slider_drilling.paper_studies.study import UNCHANGED, Claim, Study, between, curve, curve_chart, rounded
 from slider_drilling.paper_studies.tool_motions import longitudinal
 
 HOUR = 3600.0
@@ -44,42 +37,49 @@ def study() -> Study:
             "frequency_hz": "15; 5 to 20 at 10 m/h",
             "rate_of_penetration_m_per_h": "3, 5, 7, 9",
         },
-        figures=(
-            StudyChart(
-                "From rest at 7 m/h and 15 Hz (Fig. 15)",
-                "time, s",
-                "axial friction, N",
-                tuple(_onset(mm) for mm in (2, 4, 7)),
-                level=(coulomb_force(PIPE, PAPER), "Coulomb"),
-            ),
-            StudyChart(
-                "Mean magnitude (eq. 25) and signed mean at 7 m/h",
-                "velocity ratio va/v",
-                "axial friction / Coulomb",
-                (
-                    study_line("mean magnitude", ratios, [s.friction_ratio for s in swept]),
-                    study_line("signed mean: what feeds the bit", ratios, [s.signed_friction_ratio for s in swept]),
-                    study_line("rigid limit of the signed mean", ratios, rigid, dashed=True),
-                ),
-                log_x=True,
-                log_y=True,
-            ),
-            StudyChart(
-                "Amplitude at 15 Hz: mean magnitude (full), signed mean (dashed)",
-                "amplitude, mm",
-                "axial friction / Coulomb",
-                _pairs(by_rate, "{} m/h"),
-                log_y=True,
-            ),
-            StudyChart(
-                "Frequency at 10 m/h: mean magnitude (full), signed mean (dashed)",
-                "amplitude, mm",
-                "axial friction / Coulomb",
-                _pairs(by_frequency, "{:g} Hz"),
-                log_y=True,
-            ),
-        ),
+        figures=_figures(by_rate, by_frequency, ratios, swept, rigid),
         claims=(_reduces(by_rate), _little_change(by_rate), _no_frequency(by_frequency), _critical(ratios, swept)),
+    )
+
+
+def _figures(
+    by_rate: dict[int, list[SettledCycle]], by_frequency: dict[float, list[SettledCycle]], ratios: np.ndarray,
+    swept: list[SettledCycle], rigid: np.ndarray,
+) -> tuple[Chart, ...]:
+    return (
+        curve_chart(
+            "From rest at 7 m/h and 15 Hz (Fig. 15)",
+            "time, s",
+            "axial friction, N",
+            tuple(_onset(mm) for mm in (2, 4, 7)),
+            level=(coulomb_force(PIPE, PAPER), "Coulomb"),
+        ),
+        curve_chart(
+            "Mean magnitude (eq. 25) and signed mean at 7 m/h",
+            "velocity ratio va/v",
+            "axial friction / Coulomb",
+            (
+                curve("mean magnitude", ratios, [s.friction_ratio for s in swept]),
+                curve("signed mean: what feeds the bit", ratios, [s.signed_friction_ratio for s in swept]),
+                curve("rigid limit of the signed mean", ratios, rigid, dashed=True),
+            ),
+            log_x=True,
+            log_y=True,
+        ),
+        curve_chart(
+            "Amplitude at 15 Hz: mean magnitude (full), signed mean (dashed)",
+            "amplitude, mm",
+            "axial friction / Coulomb",
+            _pairs(by_rate, "{} m/h"),
+            log_y=True,
+        ),
+        curve_chart(
+            "Frequency at 10 m/h: mean magnitude (full), signed mean (dashed)",
+            "amplitude, mm",
+            "axial friction / Coulomb",
+            _pairs(by_frequency, "{:g} Hz"),
+            log_y=True,
+        ),
     )
 
 
@@ -87,18 +87,18 @@ def _settled(rate: float, amplitude_mm: float, frequency: float) -> SettledCycle
     return settled_cycle(longitudinal(rate / HOUR, 1e-3 * amplitude_mm, frequency), PIPE, PAPER)
 
 
-def _onset(amplitude_mm: int) -> StudyLine:
+def _onset(amplitude_mm: int) -> Line:
     history = from_rest(longitudinal(7 / HOUR, 1e-3 * amplitude_mm, 15.0), 0.6, PIPE, PAPER)
-    return study_line(f"{amplitude_mm} mm", history.time[::6], -history.axial_force[::6])
+    return curve(f"{amplitude_mm} mm", history.time[::6], -history.axial_force[::6])
 
 
-def _pairs(runs: dict, label: str) -> tuple[StudyLine, ...]:
+def _pairs(runs: dict[Any, list[SettledCycle]], label: str) -> tuple[Line, ...]:
     full = [
-        study_line(label.format(key), AMPLITUDES_MM, [s.ratio for s in row], colour=k)
+        curve(label.format(key), AMPLITUDES_MM, [s.friction_ratio for s in row], colour=k)
         for k, (key, row) in enumerate(runs.items())
     ]
     signed = [
-        study_line(label.format(key) + ", signed", AMPLITUDES_MM, [s.signed_ratio for s in row], True, k)
+        curve(label.format(key) + ", signed", AMPLITUDES_MM, [s.signed_friction_ratio for s in row], True, k)
         for k, (key, row) in enumerate(runs.items())
     ]
     return (*full, *signed)
@@ -135,18 +135,16 @@ def _little_change(by_rate: dict[int, list[SettledCycle]]) -> Claim:
         ""
         if holds
         else f"All amplitudes are far beyond a velocity ratio of 1, but below the {length_mm:.0f} mm over which the "
-        "asperity "
-        "deforms before it slides: it is bent to and fro, and the mean magnitude grows almost in proportion to the "
-        f"amplitude. The signed mean, which is what feeds the bit, stays below {100 * max(signed):.1f} % and "
-        f"changes by "
-        f"{100 * (max(signed) - min(signed)):.1f} % of Coulomb friction: the claim holds of it.",
+        "asperity deforms before it slides. It is bent to and fro, and the mean magnitude grows almost in proportion "
+        "to the amplitude. The claim holds for the signed mean, which is what feeds the bit: it stays below "
+        f"{100 * max(signed):.1f} % of Coulomb friction and changes by {100 * (max(signed) - min(signed)):.1f} %.",
     )
 
 
 def _no_frequency(by_frequency: dict[float, list[SettledCycle]]) -> Claim:
     at_4_mm = [row[2] for row in by_frequency.values()]
     changes = [
-        max(s.ratio for s in column) - min(s.ratio for s in column)
+        max(s.friction_ratio for s in column) - min(s.friction_ratio for s in column)
         for column in zip(*by_frequency.values(), strict=True)
     ]
     signed = [s.signed_friction_ratio for s in at_4_mm]
@@ -161,9 +159,8 @@ def _no_frequency(by_frequency: dict[float, list[SettledCycle]]) -> Claim:
             "allowed_change": UNCHANGED,
         },
         max(changes) < UNCHANGED,
-        "This is of the paper's measure, the mean magnitude. The signed mean follows the velocity ratio, and "
-        "so falls as "
-        f"1/frequency: from {100 * signed[0]:.1f} to {100 * signed[-1]:.1f} % of Coulomb friction at 4 mm.",
+        "The verdict is on the paper's measure, the mean magnitude. The signed mean follows the velocity ratio and so "
+        f"falls as 1/frequency, from {100 * signed[0]:.1f} to {100 * signed[-1]:.1f} % of Coulomb friction at 4 mm.",
     )
 
 

@@ -13,7 +13,10 @@ GRAVITY = 9.81
 class Pipe:
     """A length of drill pipe on the low side of a hole; the defaults are the paper's Table 1.
 
-    length, outer_diameter, inner_diameter, hole_diameter: m; density, mud_density: kg/m3; inclination: rad.
+    Attributes:
+        length, outer_diameter, inner_diameter, hole_diameter: m.
+        density, mud_density: kg/m3.
+        inclination: rad.
     """
 
     length: float = 10.0
@@ -31,6 +34,6 @@ class Pipe:
 
     @property
     def normal_force(self) -> float:
-        """Buoyed weight pressed on the wall, N; 1887 N for Table 1."""
+        """Buoyed weight that presses on the wall, N; 1887 N for Table 1."""
         steel = 0.25 * math.pi * (self.outer_diameter**2 - self.inner_diameter**2)
         return (self.density - self.mud_density) * steel * self.length * GRAVITY * math.sin(self.inclination)

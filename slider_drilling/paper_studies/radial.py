@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from slider_drilling.contact import PAPER
+from slider_drilling.pages import Chart, Line
 from slider_drilling.paper_studies.pipe import Pipe
 from slider_drilling.paper_studies.settled_cycle import SettledCycle, coulomb_force, from_rest, settled_cycle
-from slider_drilling.paper_studies.study import (
-    UNCHANGED,
-    Claim,
-    Study,
-    StudyChart,
-    StudyLine,
-    between,
-    falling,
-    rounded,
-    study_line,
-)
+from slider_drilling.paper_studies.study import UNCHANGED, Claim, Study, between, curve, curve_chart, falling, rounded
 from slider_drilling.paper_studies.tool_motions import radial
 
 HOUR = 3600.0
@@ -45,44 +38,7 @@ def study() -> Study:
             "frequency_hz": "15; 5 to 20 at 5 m/h",
             "rate_of_penetration_m_per_h": "3, 5, 7, 9",
         },
-        figures=(
-            StudyChart(
-                "From rest, ratio 0.3, 15 Hz (Fig. 17)",
-                "time, s",
-                "axial friction, N",
-                tuple(_onset(rate) for rate in RATES),
-                level=(coulomb_force(PIPE, PAPER), "Coulomb"),
-            ),
-            StudyChart(
-                "One settled cycle, ratio 0.6, 15 Hz",
-                "time, s",
-                "axial friction, N",
-                tuple(
-                    study_line(f"{rate} m/h", row[-1].history.time, -row[-1].history.axial_force)
-                    for rate, row in by_rate.items()
-                ),
-            ),
-            StudyChart(
-                "Ratio of radial vibration (Fig. 18)",
-                "load amplitude / mean load",
-                "axial friction / Coulomb",
-                (
-                    *(
-                        study_line(f"{rate} m/h", RATIOS, [s.friction_ratio for s in row])
-                        for rate, row in by_rate.items()
-                    ),
-                    study_line("harmonic mean of the load, sqrt(1 - ratio^2)", RATIOS, harmonic, True),
-                ),
-            ),
-            StudyChart(
-                "Frequency, at 5 m/h",
-                "load amplitude / mean load",
-                "axial friction / Coulomb",
-                tuple(
-                    study_line(f"{f:g} Hz", RATIOS, [s.friction_ratio for s in row]) for f, row in by_frequency.items()
-                ),
-            ),
-        ),
+        figures=_figures(by_rate, by_frequency, harmonic),
         claims=(
             _independent("the rate of penetration (3 to 9 m/h)", "Fig. 17, 18", by_rate),
             _independent("the frequency (5 to 20 Hz)", "section 5.2.2", by_frequency),
@@ -91,24 +47,62 @@ def study() -> Study:
             _slight(by_rate),
         ),
         notes=(
-            "One contact of constant kt, as in the paper: its sliding length z_ss = mu F_N/kt follows the "
-            "load, and over "
-            "a cycle much shorter than z_ss the deformation settles where sliding at the harmonic mean of the load "
-            "would. With kt proportional to the load, as in the drill string, the mean would not fall at all.",
+            "This is one contact of constant kt, as in the paper: its sliding length z_ss = mu F_N/kt follows the "
+            "load. Over a cycle much shorter than z_ss the deformation settles where sliding at the harmonic mean of "
+            "the load would. With kt proportional to the load, as in the drill string, the mean would not fall at all.",
         ),
     )
 
 
-def _onset(rate: int) -> StudyLine:
+def _figures(
+    by_rate: dict[int, list[SettledCycle]], by_frequency: dict[float, list[SettledCycle]], harmonic: np.ndarray
+) -> tuple[Chart, ...]:
+    return (
+        curve_chart(
+            "From rest, ratio 0.3, 15 Hz (Fig. 17)",
+            "time, s",
+            "axial friction, N",
+            tuple(_onset(rate) for rate in RATES),
+            level=(coulomb_force(PIPE, PAPER), "Coulomb"),
+        ),
+        curve_chart(
+            "One settled cycle, ratio 0.6, 15 Hz",
+            "time, s",
+            "axial friction, N",
+            tuple(
+                curve(f"{rate} m/h", row[-1].history.time, -row[-1].history.axial_force)
+                for rate, row in by_rate.items()
+            ),
+        ),
+        curve_chart(
+            "Ratio of radial vibration (Fig. 18)",
+            "load amplitude / mean load",
+            "axial friction / Coulomb",
+            (
+                *(curve(f"{rate} m/h", RATIOS, [s.friction_ratio for s in row]) for rate, row in by_rate.items()),
+                curve("harmonic mean of the load, sqrt(1 - ratio^2)", RATIOS, harmonic, True),
+            ),
+        ),
+        curve_chart(
+            "Frequency, at 5 m/h",
+            "load amplitude / mean load",
+            "axial friction / Coulomb",
+            tuple(curve(f"{f:g} Hz", RATIOS, [s.friction_ratio for s in row]) for f, row in by_frequency.items()),
+        ),
+    )
+
+
+def _onset(rate: int) -> Line:
     history = from_rest(radial(rate / HOUR, 0.3, 15.0), 60.0, PIPE, PAPER)
-    return study_line(f"{rate} m/h", history.time[::90], -history.axial_force[::90])
+    return curve(f"{rate} m/h", history.time[::90], -history.axial_force[::90])
 
 
-def _independent(what: str, where: str, runs: dict) -> Claim:
+def _independent(what: str, where: str, runs: dict[Any, list[SettledCycle]]) -> Claim:
     changes = [
-        max(s.ratio for s in column) - min(s.ratio for s in column) for column in zip(*runs.values(), strict=True)
+        max(s.friction_ratio for s in column) - min(s.friction_ratio for s in column)
+        for column in zip(*runs.values(), strict=True)
     ]
-    at_03 = {str(key): round(row[2].ratio, 5) for key, row in runs.items()}
+    at_03 = {str(key): round(row[2].friction_ratio, 5) for key, row in runs.items()}
     return Claim(
         f"The mean friction under radial vibration does not depend on {what}.",
         where,

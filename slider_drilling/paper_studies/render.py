@@ -1,11 +1,11 @@
-"""A study on disk: a page, a picture, the numbers and the claims."""
+"""A study on disk: page, picture, numbers and claims."""
 
 from __future__ import annotations
 
 import csv
 import io
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,17 +13,17 @@ import numpy as np
 
 from slider_drilling import __version__
 from slider_drilling.files.output_files import make_folder, write_atomically
-from slider_drilling.pages import page_html, write_page
+from slider_drilling.pages import Chart, HeatMap, page_html, write_page
 from slider_drilling.pages.png import render_png
-from slider_drilling.paper_studies.page import drawn, index_page, study_page
-from slider_drilling.paper_studies.study import Study, StudyChart
+from slider_drilling.paper_studies.page import index_page, study_page
+from slider_drilling.paper_studies.study import Study, chart_lines
 from slider_drilling.units import SI, Units
 
 SCHEMA = "slider_drilling/study/1"
 
 
 def study_files(name: str, directory: Path) -> list[Path]:
-    """What `write_study` writes for a study of this name; the directory is made. Raises InputError."""
+    """The files that `write_study` writes for a study of this name; creates the directory. Raises InputError."""
     make_folder(directory)
     return [directory / f"{name}.{suffix}" for suffix in ("json", "csv", "png", "html")]
 
@@ -31,19 +31,25 @@ def study_files(name: str, directory: Path) -> list[Path]:
 def write_study(
     study: Study, directory: Path, findings: dict[str, Any] | None = None, units: Units = SI
 ) -> list[Path]:
-    """Write NAME.json, NAME.csv, NAME.png and NAME.html into a directory, which is made; the four paths.
+    """Write NAME.json, NAME.csv, NAME.png and NAME.html.
 
-    findings: what NAME.json holds instead of the claims; units: of the page and the picture. Each file is written under
-    a temporary name and renamed.
-    Raises InputError where the directory cannot be made or a file cannot be written.
+    Args:
+        directory: Created if it does not exist. Each file is written under a temporary name and renamed.
+        findings: Content of NAME.json instead of the claims.
+        units: Of the page and the picture.
+
+    Returns:
+        The four paths.
+
+    Raises:
+        InputError: Where the directory cannot be made or a file cannot be written.
     """
     make_folder(directory)
+    tree = as_json(study) if findings is None else findings
     contents = {
-        "json": (
-            json.dumps(as_json(study) if findings is None else findings, indent=1, allow_nan=False) + "\n"
-        ).encode(),
-        "csv": _csv(study).encode(),
-        "png": render_png(tuple(drawn(figure) for figure in study.figures), units, study.title),
+        "json": f"{json.dumps(tree, indent=1, allow_nan=False)}\n".encode(),
+        "csv": study_csv(study).encode(),
+        "png": render_png(study.figures, units, study.title),
         "html": page_html(study_page(study, units), units).encode(),
     }
     paths = {suffix: directory / f"{study.name}.{suffix}" for suffix in contents}
@@ -69,36 +75,30 @@ def as_json(study: Study) -> dict[str, Any]:
     }
 
 
-def _csv(study: Study) -> str:
+def study_csv(study: Study) -> str:
     """Long form: figure, series, x and y with their labels, and the value of a map."""
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(["figure", "series", "x_label", "x", "y_label", "y", "value"])
     for figure in study.figures:
-        if isinstance(figure, StudyChart):
-            for one in figure.lines:
-                rows.writerows(
-                    [figure.title, one.name, figure.x_label, f"{x:.9g}", figure.y_label, f"{y:.9g}", ""]
-                    for x, y in zip(one.x, one.y, strict=True)
-                )
-            continue
-        for y, across in zip(figure.y, figure.value, strict=True):
-            rows.writerows(
-                [
-                    figure.title,
-                    figure.value_label,
-                    figure.x_label,
-                    f"{x:.9g}",
-                    figure.y_label,
-                    f"{y:.9g}",
-                    "" if np.isnan(value) else f"{value:.9g}",
-                ]
-                for x, value in zip(figure.x, across, strict=True)
-            )
+        rows.writerows(_chart_rows(figure) if isinstance(figure, Chart) else _map_rows(figure))
     return text.getvalue()
 
 
+def _chart_rows(chart: Chart) -> Iterator[list[str]]:
+    for y_label, line in chart_lines(chart):
+        for x, y in zip(line.x, line.y, strict=True):
+            yield [chart.title, line.name, chart.x_label, f"{x:.9g}", y_label, f"{y:.9g}", ""]
+
+
+def _map_rows(heat_map: HeatMap) -> Iterator[list[str]]:
+    labels = heat_map.title, heat_map.value_label, heat_map.x_label
+    for y, row in zip(heat_map.y, heat_map.value, strict=True):
+        for x, value in zip(heat_map.x, row, strict=True):
+            yield [*labels, f"{x:.9g}", heat_map.y_label, f"{y:.9g}", "" if np.isnan(value) else f"{value:.9g}"]
+
+
 def write_index(studies: Sequence[Study], directory: Path, units: Units = SI) -> Path:
-    """index.html, which leads to the pages of the studies beside it. Raises InputError."""
+    """Write index.html, which links to the pages of the studies beside it. Raises InputError."""
     write_page(directory / "index.html", index_page(studies), units)
     return directory / "index.html"

@@ -6,11 +6,12 @@ import math
 
 import numpy as np
 
-from slider_drilling.contact import PAPER
+from slider_drilling.contact import PAPER, FrictionHistory
 from slider_drilling.control.rocking import Rocking
+from slider_drilling.pages import Chart
 from slider_drilling.paper_studies.pipe import Pipe
 from slider_drilling.paper_studies.settled_cycle import SettledCycle, from_rest, settled_cycle
-from slider_drilling.paper_studies.study import Claim, Study, StudyChart, falling, rounded, study_line
+from slider_drilling.paper_studies.study import Claim, Study, curve, curve_chart, falling, rounded
 from slider_drilling.paper_studies.tool_motions import ToolMotion, rocking
 
 HOUR = 3600.0
@@ -40,76 +41,69 @@ def study() -> Study:
             "rounding_s": ROUNDING,
             "rate_of_penetration_m_per_h": "1, 3, 5, 7",
         },
-        figures=(
-            StudyChart(
-                "Trajectory (Fig. 22)",
-                "time, s",
-                "angle, rad",
-                (study_line("angle", wave.time, wave.tangential / PIPE.radius),),
-            ),
-            StudyChart(
-                "From rest (Fig. 23)",
-                "time, s",
-                "axial friction, N",
-                tuple(study_line(f"{rate} m/h", h.time, -h.axial_force) for rate, h in onsets.items()),
-            ),
-            StudyChart(
-                "One settled cycle (Fig. 23)",
-                "time, s",
-                "axial friction / Coulomb",
-                tuple(
-                    study_line(f"{rate} m/h", s.history.time, -s.history.axial_force / s.coulomb_force)
-                    for rate, s in settled.items()
-                ),
-                log_y=True,
-            ),
-            StudyChart(
-                "Friction coefficient (Fig. 24, left)",
-                "time, s",
-                "friction coefficient",
-                tuple(
-                    study_line(f"{rate} m/h", s.history.time, s.history.friction_coefficient)
-                    for rate, s in settled.items()
-                ),
-            ),
-            StudyChart(
-                "Angle between slip and asperity axis (Fig. 24, right)",
-                "time, s",
-                "angle of slip, deg",
-                tuple(
-                    study_line(f"{rate} m/h", s.history.time, np.degrees(s.history.beta_v))
-                    for rate, s in settled.items()
-                ),
-            ),
-            StudyChart(
-                "Amplitude (Fig. 25) and the rigid limit (dashed)",
-                "amplitude, rad",
-                "axial friction / Coulomb",
-                (
-                    *(
-                        study_line(f"{rate} m/h", AMPLITUDES, row, colour=k)
-                        for k, (rate, row) in enumerate(sweep.items())
-                    ),
-                    *(
-                        study_line(
-                            f"{rate} m/h, rigid", AMPLITUDES, [rigid_ratio(rate, float(d)) for d in AMPLITUDES], True, k
-                        )
-                        for k, rate in enumerate(RATES)
-                    ),
-                ),
-                log_x=True,
-                log_y=True,
-            ),
-        ),
+        figures=_figures(settled, sweep, onsets, wave),
         claims=(_low_then_peaks(settled), _lower_at_lower_rate(settled), _falls(sweep), _steady_angle(settled)),
     )
 
 
-def rigid_ratio(rate_m_per_h: float, amplitude: float, period: float = PERIOD, rounding: float = ROUNDING) -> float:
-    """Axial over Coulomb friction of a rigid isotropic contact that is rocked.
+def _figures(
+    settled: dict[int, SettledCycle], sweep: dict[int, list[float]], onsets: dict[int, FrictionHistory],
+    wave: ToolMotion,
+) -> tuple[Chart, ...]:  # fmt: skip
+    return (
+        curve_chart(
+            "Trajectory (Fig. 22)", "time, s", "angle, rad", [curve("angle", wave.time, wave.tangential / PIPE.radius)]
+        ),
+        curve_chart(
+            "From rest (Fig. 23)", "time, s", "axial friction, N",
+            [curve(f"{rate} m/h", h.time, -h.axial_force) for rate, h in onsets.items()],
+        ),
+        *_cycle_charts(settled),
+        _amplitude_chart(sweep),
+    )  # fmt: skip
 
-    The mean of v / sqrt(v^2 + vt^2): vt is constant but for 4 delta of every period, where it changes linearly
-    between its two values, which integrates to asinh.
+
+def _cycle_charts(settled: dict[int, SettledCycle]) -> tuple[Chart, ...]:
+    """One settled cycle: axial friction, friction coefficient and direction of slip."""
+    cycles = [(f"{rate} m/h", cycle.history, cycle.coulomb_force) for rate, cycle in settled.items()]
+    return (
+        curve_chart(
+            "One settled cycle (Fig. 23)", "time, s", "axial friction / Coulomb",
+            [curve(name, h.time, -h.axial_force / coulomb) for name, h, coulomb in cycles], log_y=True,
+        ),
+        curve_chart(
+            "Friction coefficient (Fig. 24, left)", "time, s", "friction coefficient",
+            [curve(name, h.time, h.friction_coefficient) for name, h, _ in cycles],
+        ),
+        curve_chart(
+            "Angle between slip and asperity axis (Fig. 24, right)", "time, s", "angle of slip, deg",
+            [curve(name, h.time, np.degrees(h.beta_v)) for name, h, _ in cycles],
+        ),
+    )  # fmt: skip
+
+
+def _amplitude_chart(sweep: dict[int, list[float]]) -> Chart:
+    model = [curve(f"{rate} m/h", AMPLITUDES, row, colour=k) for k, (rate, row) in enumerate(sweep.items())]
+    rigid = [
+        curve(f"{rate} m/h, rigid", AMPLITUDES, [rigid_ratio(rate, float(d)) for d in AMPLITUDES], True, k)
+        for k, rate in enumerate(RATES)
+    ]
+    return curve_chart(
+        "Amplitude (Fig. 25) and the rigid limit (dashed)", "amplitude, rad", "axial friction / Coulomb",
+        [*model, *rigid], log_x=True, log_y=True,
+    )  # fmt: skip
+
+
+def rigid_ratio(rate_m_per_h: float, amplitude: float, period: float = PERIOD, rounding: float = ROUNDING) -> float:
+    """Axial over Coulomb friction of a rigid isotropic contact that is rocked (`model.md` section 2).
+
+    This is the mean of v / sqrt(v^2 + vt^2). The tangential speed vt is constant except for 4 delta of every period,
+    where it changes linearly between its two values; that part integrates to asinh.
+
+    Args:
+        rate_m_per_h: Rate of penetration.
+        amplitude: rad.
+        period, rounding: T and delta of the rocking, s.
     """
     v = rate_m_per_h / HOUR
     top = 4.0 * amplitude / period * PIPE.radius
@@ -122,18 +116,22 @@ def _motion(rate: float, amplitude: float) -> ToolMotion:
 
 
 def _phases(settled: SettledCycle) -> tuple[float, float]:
-    """Axial over Coulomb friction: mean over the second half of the straight lines, peak near a reversal."""
+    """Axial over Coulomb friction: mean over the second half of the constant-speed parts, and peak near reversals."""
     time, force = settled.history.time, -settled.history.axial_force / settled.coulomb_force
-    straight = np.abs((time + 0.5 * PERIOD) % (0.5 * PERIOD) - 0.25 * PERIOD)
+    to_reversal = np.abs((time + 0.5 * PERIOD) % (0.5 * PERIOD) - 0.25 * PERIOD)
+    return float(np.mean(force[_constant_speed(time)])), float(force[to_reversal < 2.0 * ROUNDING].max())
+
+
+def _constant_speed(time: np.ndarray) -> np.ndarray:
+    """Which samples lie in the second half of a part with constant rotation speed."""
     since_reversal = (time - 0.25 * PERIOD) % (0.5 * PERIOD)
-    plateau = force[(since_reversal > 0.25 * PERIOD) & (since_reversal < 0.5 * PERIOD - ROUNDING)]
-    return float(np.mean(plateau)), float(force[straight < 2.0 * ROUNDING].max())
+    return (since_reversal > 0.25 * PERIOD) & (since_reversal < 0.5 * PERIOD - ROUNDING)
 
 
 def _low_then_peaks(settled: dict[int, SettledCycle]) -> Claim:
     low, peak = zip(*(_phases(s) for s in settled.values()), strict=True)
     return Claim(
-        "Axial friction is low and steady while the rotation speed is constant, and peaks where it reverses.",
+        "Axial friction is low and steady at constant rotation speed, and peaks at the reversals.",
         "section 5.3, Fig. 23",
         {"rate_m_per_h": list(RATES), "plateau_over_coulomb": rounded(low, 5), "peak_over_coulomb": rounded(peak, 5)},
         max(low) < 0.02 and all(p > 2.0 * q for p, q in zip(peak, low, strict=True)),
@@ -144,7 +142,7 @@ def _lower_at_lower_rate(settled: dict[int, SettledCycle]) -> Claim:
     low, peak = zip(*(_phases(s) for s in settled.values()), strict=True)
     means = [s.friction_ratio for s in settled.values()]
     return Claim(
-        "A lower rate of penetration gives a smaller axial friction, in the stable and in the changed region.",
+        "A lower rate of penetration gives less axial friction, both at constant speed and at the reversals.",
         "section 5.3, Fig. 23",
         {
             "rate_m_per_h": list(RATES),
@@ -170,10 +168,7 @@ def _falls(sweep: dict[int, list[float]]) -> Claim:
 def _steady_angle(settled: dict[int, SettledCycle]) -> Claim:
     swings, means = {}, []
     for rate, s in settled.items():
-        since_reversal = (s.history.time - 0.25 * PERIOD) % (0.5 * PERIOD)
-        angle = np.degrees(s.history.beta_v)[
-            (since_reversal > 0.25 * PERIOD) & (since_reversal < 0.5 * PERIOD - ROUNDING)
-        ]
+        angle = np.degrees(s.history.beta_v)[_constant_speed(s.history.time)]
         swings[f"{rate} m/h"] = round(float(np.ptp(angle)), 4)
         means.append(float(np.mean(angle)))
     return Claim(

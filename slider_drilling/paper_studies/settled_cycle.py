@@ -1,4 +1,4 @@
-"""The friction that a repeated motion settles to, and how it starts."""
+"""The friction to which a repeated motion settles, and how it starts."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from slider_drilling.paper_studies.tool_motions import ToolMotion
 from slider_drilling.rig import Contact
 
 SETTLED = 1e-7
-"""Of z_ss: how much the deformation may still change from one cycle to the next."""
-MOST_SAMPLES = 20_000_000
+"""Largest change of the deformation from one settled cycle to the next, over z_ss."""
+MAX_SAMPLES = 20_000_000
 BLOCK_SAMPLES = 20_000
 
 
@@ -23,9 +23,10 @@ BLOCK_SAMPLES = 20_000
 class SettledCycle:
     """The last cycle of a motion that has settled.
 
-    history: that cycle, time from 0; means: over it; coulomb_force: N, what plain sliding at the same mean load
-    takes. ratio and signed_ratio are the mean magnitude of the axial force, and its mean, over coulomb_force,
-    positive where friction opposes the feed.
+    Attributes:
+        history: Of that cycle, time from 0.
+        means: Over it.
+        coulomb_force: Friction of plain sliding at the same mean load, N.
     """
 
     history: FrictionHistory
@@ -34,32 +35,34 @@ class SettledCycle:
 
     @property
     def friction_ratio(self) -> float:
+        """Mean magnitude of the axial force over Coulomb friction."""
         return self.means.absolute_axial_force / self.coulomb_force
 
     @property
     def signed_friction_ratio(self) -> float:
+        """Mean axial force over Coulomb friction, positive where friction opposes the feed."""
         return -self.means.axial_force / self.coulomb_force
 
 
 def coulomb_force(pipe: Pipe, contact: Contact) -> float:
-    """Friction (N) of the pipe when it slides straight down the hole and does nothing else."""
+    """Friction (N) of the pipe when it slides straight down the hole without vibration."""
     return float(friction_coefficient_of_direction(contact, contact.asperity.orientation)) * pipe.normal_force
 
 
 def from_rest(motion: ToolMotion, duration: float, pipe: Pipe, contact: Contact) -> FrictionHistory:
-    """The motion from rest, nothing deformed, for at least `duration` s in whole periods."""
+    """The motion from rest without deformation, in whole periods for at least `duration` s."""
     return _cycles(motion, math.ceil(duration / motion.period - 1e-9), pipe, contact, (0.0, 0.0))
 
 
 def settled_cycle(motion: ToolMotion, pipe: Pipe, contact: Contact) -> SettledCycle:
-    """The cycle that the motion settles to.
+    """The cycle to which a motion settles.
 
-    Raises InputError where it does not settle within 2e7 samples (a motion that hardly slips takes for ever).
+    Raises InputError where it does not settle within 2e7 samples; a motion that hardly slips takes very long.
     """
     scale = coulomb_force(pipe, contact) / contact.stiffness
     per_block = max(1, BLOCK_SAMPLES // motion.time.size)
     deformation, spent = (0.0, 0.0), 0
-    while spent < MOST_SAMPLES:
+    while spent < MAX_SAMPLES:
         history = _cycles(motion, per_block, pipe, contact, deformation)
         spent += history.time.size
         m_x, m_y = history.deformation_axial, history.deformation_tangential
@@ -82,7 +85,7 @@ def _cycles(
 
 
 def harmonic_share(signal: np.ndarray) -> float:
-    """How much of the variance of one cycle (n + 1 samples, ends joined) is its first harmonic, 0 to 1."""
+    """Fraction of the variance of one cycle (n + 1 samples, ends joined) in its first harmonic."""
     spectrum = np.abs(np.fft.rfft(signal[:-1])) ** 2
     total = spectrum[1:].sum()
     return float(spectrum[1] / total) if total > 0.0 else 0.0

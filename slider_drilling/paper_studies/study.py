@@ -1,47 +1,32 @@
-"""What a study consists of: figures made of plain arrays, and claims of the paper with a verdict."""
+"""The parts of a study: charts, and claims of the paper with a verdict each."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from slider_drilling.pages import HeatMap
+from slider_drilling.pages import Chart, HeatMap, Line, Panel, Table
+from slider_drilling.pages.colours import ORDER
 
-Series = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class StudyLine:
-    """One curve: x and y are (n,); dashed for a companion of another curve, whose colour it may share."""
-
-    name: str
-    x: Series
-    y: Series
-    dashed: bool = False
-    colour: int | None = None
-
-
-@dataclass(frozen=True)
-class StudyChart:
-    """Curves over one pair of axes; labels carry the unit. level: a horizontal line to compare with, and its name."""
-
-    title: str
-    x_label: str
-    y_label: str
-    lines: tuple[StudyLine, ...]
-    log_x: bool = False
-    log_y: bool = False
-    level: tuple[float, str] | None = None
-    depth_down: bool = False
+UNCHANGED = 0.05
+"""Fraction of Coulomb friction by which something "independent" may change, in every study."""
 
 
 @dataclass(frozen=True)
 class Claim:
-    """One thing that the paper says, what was measured, and whether it holds; reason says why where it does not."""
+    """One claim of the paper and its verdict.
+
+    Attributes:
+        claim: The claim, as a sentence.
+        paper: Where the paper makes it.
+        measured: What the model gives, by name; a name's last words are its unit.
+        holds: The verdict.
+        reason: Why it does not hold, or a remark.
+    """
 
     claim: str
     paper: str
@@ -51,54 +36,77 @@ class Claim:
 
 
 @dataclass(frozen=True)
-class StudyTable:
-    """Rows of text under a header, for a page."""
-
-    title: str
-    header: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-
-
-@dataclass(frozen=True)
 class Study:
-    """A study that has run: what was moved (`settings`), its figures and its claims.
+    """A study that has run.
 
-    The pages of other commands are made of the same: figures, tables and notes, without claims; about says what kind
-    of page it is.
+    Pages of other commands use the same form without claims.
+
+    Attributes:
+        name: Of the study, its files and its command.
+        title: Heading.
+        settings: What was varied, and over which range.
+        figures: Charts and maps.
+        claims: Of the paper.
+        notes: Sentences for the foot of the page.
+        tables: Tables above the figures.
+        about: What kind of page it is.
     """
 
     name: str
     title: str
     settings: dict[str, Any]
-    figures: tuple[StudyChart | HeatMap, ...]
+    figures: tuple[Chart | HeatMap, ...]
     claims: tuple[Claim, ...]
-    notes: tuple[str, ...] = field(default=())
-    tables: tuple[StudyTable, ...] = field(default=())
+    notes: tuple[str, ...] = ()
+    tables: tuple[Table, ...] = ()
     about: str = "Study"
 
 
-def study_line(name: str, x: ArrayLike, y: ArrayLike, dashed: bool = False, colour: int | None = None) -> StudyLine:
-    """A Line from anything that numpy takes."""
-    return StudyLine(name, np.asarray(x, dtype=float), np.asarray(y, dtype=float), dashed, colour)
+def curve(name: str, x: ArrayLike, y: ArrayLike, dashed: bool = False, colour: int | None = None) -> Line:
+    """A line from any arrays (n,).
+
+    Args:
+        dashed: For a companion of another curve, whose colour it may share.
+        colour: Index into the colour order; None for the curve's place in its chart.
+    """
+    shade = "" if colour is None else ORDER[colour % len(ORDER)]
+    return Line(name, np.asarray(x, dtype=float), np.asarray(y, dtype=float), "dashed" if dashed else "line", shade)
+
+
+def curve_chart(
+    title: str, x_label: str, y_label: str, curves: Sequence[Line], *, log_x: bool = False, log_y: bool = False,
+    level: tuple[float, str] | None = None, depth_down: bool = False,
+) -> Chart:  # fmt: skip
+    """A chart with one pair of axes; labels carry the unit.
+
+    Args:
+        level: Height and name of a horizontal line to compare with.
+        depth_down: The y axis points down.
+    """
+    coloured = tuple(
+        line if line.colour else replace(line, colour=ORDER[place % len(ORDER)]) for place, line in enumerate(curves)
+    )
+    return Chart(title, x_label, (Panel(y_label, coloured, level, log_y, depth_down),), x_log=log_x)
+
+
+def chart_lines(chart: Chart) -> list[tuple[str, Line]]:
+    """The curves of a chart, each with the label of its y axis."""
+    return [(panel.y_label, mark) for panel in chart.panels for mark in panel.marks if isinstance(mark, Line)]
 
 
 def display_name(name: str) -> str:
-    """A name of the program's as a reader writes it."""
+    """A name in code as a reader writes it."""
     return name.replace("three_d", "3-D").replace("coulomb", "Coulomb").replace("_", " ")
 
 
-UNCHANGED = 0.05
-"""Of Coulomb friction: what is said not to depend on something may change by this much, in every study."""
-
-
 def between(values: Iterable[float]) -> list[float]:
-    """Smallest and largest, rounded for a report."""
+    """Smallest and largest value, rounded for a report."""
     listed = list(values)
     return [round(min(listed), 4), round(max(listed), 4)]
 
 
 def rounded(values: Iterable[float], digits: int = 4) -> list[float]:
-    """Rounded for a report."""
+    """The values, rounded for a report."""
     return [round(float(value), digits) for value in values]
 
 

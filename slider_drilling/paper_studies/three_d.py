@@ -7,9 +7,10 @@ import math
 import numpy as np
 
 from slider_drilling.contact import PAPER
+from slider_drilling.pages import Chart, HeatMap, Line
 from slider_drilling.paper_studies.pipe import Pipe
 from slider_drilling.paper_studies.settled_cycle import SettledCycle, settled_cycle
-from slider_drilling.paper_studies.study import Claim, HeatMap, Study, StudyChart, rounded, study_line
+from slider_drilling.paper_studies.study import Claim, Study, curve, curve_chart, rounded
 from slider_drilling.paper_studies.tool_motions import three_d
 
 HOUR = 3600.0
@@ -39,7 +40,7 @@ def study() -> Study:
     )
     pick = [0, 4, 8, 14]
     lines = tuple(
-        study_line(f"{AXIAL_MM[k]:g} mm", SPEED_RPM, [row[k].signed_friction_ratio for row in runs[10]]) for k in pick
+        curve(f"{AXIAL_MM[k]:g} mm", SPEED_RPM, [row[k].signed_friction_ratio for row in runs[10]]) for k in pick
     )
     return Study(
         name="three_d",
@@ -52,16 +53,19 @@ def study() -> Study:
             "phase": "a quarter period apart",
             "rate_of_penetration_m_per_h": "5, 10",
         },
-        figures=(
-            *maps,
-            StudyChart("Signed mean at 10 m/h", "torsional speed amplitude, rpm", "axial friction / Coulomb", lines),
-        ),
+        figures=_figures(maps, lines),
         claims=(_both(runs[10]),),
         notes=(
-            "The paper shows no figure for this tool. The magnitude counts the axial force that shakes the "
-            "pipe to and fro; "
-            "the signed mean is what holds the feed back.",
+            "The paper shows no figure for this tool. The magnitude counts the axial force that shakes the pipe to "
+            "and fro; the signed mean is what holds the feed back.",
         ),
+    )
+
+
+def _figures(maps: tuple[HeatMap, ...], lines: tuple[Line, ...]) -> tuple[Chart | HeatMap, ...]:
+    return (
+        *maps,
+        curve_chart("Signed mean at 10 m/h", "torsional speed amplitude, rpm", "axial friction / Coulomb", lines),
     )
 
 

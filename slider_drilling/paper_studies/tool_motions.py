@@ -1,7 +1,7 @@
-"""What each vibration tool does to the pipe: one period of motion and load (paper sections 2 and 5).
+"""The motion of the pipe under each vibration tool: one period of motion and load (paper sections 2 and 5).
 
-Every motion feeds down the hole at the rate of penetration and adds its own. A harmonic one is given by the
-amplitude of its speed or displacement, as the paper gives it.
+Every motion adds to a feed down the hole at the rate of penetration. A harmonic one is given, as in the paper, by the
+amplitude of its speed or displacement.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from slider_drilling.control.rocking import Rocking
 from slider_drilling.errors import InputError
 
 SAMPLES = 360
-"""Per period of a harmonic motion: one degree of phase each."""
+"""Samples per period of a harmonic motion, one degree of phase each."""
 
 Series = NDArray[np.float64]
 
@@ -25,8 +25,11 @@ Series = NDArray[np.float64]
 class ToolMotion:
     """One period of a tool's motion, (n + 1,) samples of which the last repeats the first.
 
-    time: s from 0 to the period; feed: m/s, the rate of penetration, which comes on top of axial: m; tangential:
-    m around the hole; load: normal force over its mean.
+    Attributes:
+        time: s, from 0 to the period.
+        feed: Rate of penetration, m/s, added to ``axial``.
+        axial, tangential: Displacement along and around the hole, m.
+        load: Normal force over its mean.
     """
 
     time: Series
@@ -37,11 +40,11 @@ class ToolMotion:
 
     @property
     def period(self) -> float:
-        """s."""
+        """Length of the period, s."""
         return float(self.time[-1])
 
     def repeated(self, cycles: int) -> tuple[Series, Series, Series, Series]:
-        """Time (s), axial and tangential displacement (m) and load ratio over some cycles, ends joined."""
+        """Time (s), axial and tangential displacement (m) and load ratio over some cycles, joined without repeats."""
         n = self.time.size - 1
         time = np.concatenate([self.time[:-1] + k * self.period for k in range(cycles)] + [[cycles * self.period]])
         axial, tangential, load = (
@@ -52,7 +55,7 @@ class ToolMotion:
 
 
 def longitudinal(rate_of_penetration: float, amplitude: float, frequency: float) -> ToolMotion:
-    """NOV's hydraulic oscillation system: the pipe shakes along the hole by +-amplitude (m) at frequency (Hz).
+    """NOV's hydraulic oscillation system: the pipe oscillates along the hole by +-amplitude (m) at frequency (Hz).
 
     rate_of_penetration: m/s.
     """
@@ -85,10 +88,17 @@ def torsional(rate_of_penetration: float, speed_amplitude: float, frequency: flo
 def three_d(
     rate_of_penetration: float, amplitude: float, speed_amplitude: float, frequency: float, radius: float
 ) -> ToolMotion:
-    """3-D hydraulic oscillation system: `longitudinal` and `torsional` at once, a quarter period apart.
+    """3-D hydraulic oscillation system: `longitudinal` and `torsional` together, a quarter period apart.
 
-    One turbine drives both: the valve pulses as the block leaves the wall; the phase between them is not in the
-    paper. A quarter period makes the path an ellipse, the case that never rests.
+    One turbine drives both. The paper does not give the phase between them; a quarter period makes the path an
+    ellipse, on which the pipe never rests.
+
+    Args:
+        rate_of_penetration: m/s.
+        amplitude: Axial, m.
+        speed_amplitude: Of the rotation, rad/s.
+        frequency: Hz.
+        radius: m.
     """
     time, sine = _harmonic(frequency)
     cosine = np.cos(2.0 * math.pi * frequency * time)
@@ -99,7 +109,8 @@ def three_d(
 def rocking(rate_of_penetration: float, rocking: Rocking, radius: float) -> ToolMotion:
     """Slider drilling: the pipe turns to and fro along the rounded triangle of Fig. 22.
 
-    rate_of_penetration: m/s; radius: m. A thirtieth of the rounding, or a 360th of the period, per sample.
+    rate_of_penetration: m/s; radius: m. A sample takes a thirtieth of the rounding or a 360th of the period, whichever
+    is less.
     """
     samples = max(SAMPLES, math.ceil(30.0 * rocking.period / rocking.rounding))
     time = np.linspace(0.0, rocking.period, samples + 1, dtype=np.float64)

@@ -7,7 +7,8 @@ import math
 import numpy as np
 from scipy.special import ellipk
 
-from slider_drilling.contact import PAPER
+from slider_drilling.contact import PAPER, FrictionHistory
+from slider_drilling.pages import Chart
 from slider_drilling.paper_studies.pipe import Pipe
 from slider_drilling.paper_studies.settled_cycle import (
     SettledCycle,
@@ -16,13 +17,13 @@ from slider_drilling.paper_studies.settled_cycle import (
     harmonic_share,
     settled_cycle,
 )
-from slider_drilling.paper_studies.study import Claim, Study, StudyChart, falling, rounded, study_line
+from slider_drilling.paper_studies.study import Claim, Study, curve, curve_chart, falling, rounded
 from slider_drilling.paper_studies.tool_motions import ToolMotion, torsional
 
 HOUR = 3600.0
 RPM = math.pi / 30.0
 FREQUENCY = 15.0
-"""Hz. The paper gives none for the torsional tool; this is that of its other tools."""
+"""Hz. The paper gives none for the torsional tool; this is the frequency of its other tools."""
 SPEEDS_RPM = (10, 20, 30)
 RATES = (3, 5, 7, 9)
 SWEEP_RPM = np.linspace(2.0, 40.0, 39)
@@ -45,58 +46,7 @@ def study() -> Study:
             "frequency_hz": FREQUENCY,
             "rate_of_penetration_m_per_h": "10; 3, 5, 7, 9",
         },
-        figures=(
-            StudyChart(
-                "From rest at 10 m/h (Fig. 19)",
-                "time, s",
-                "axial friction, N",
-                tuple(study_line(f"{rpm} rpm", h.time[::15], -h.axial_force[::15]) for rpm, h in onsets.items()),
-                level=(coulomb_force(PIPE, PAPER), "Coulomb"),
-            ),
-            StudyChart(
-                "Amplitude (Fig. 21)",
-                "amplitude of rotation speed, rpm",
-                "axial friction / Coulomb",
-                tuple(study_line(f"{rate} m/h", SWEEP_RPM, row) for rate, row in sweep.items()),
-            ),
-            StudyChart(
-                "Friction coefficient over a settled cycle (Fig. 20, left)",
-                "time, s",
-                "friction coefficient",
-                tuple(
-                    study_line(f"{rpm} rpm", s.history.time, s.history.friction_coefficient)
-                    for rpm, s in zip(SPEEDS_RPM, settled, strict=True)
-                ),
-            ),
-            StudyChart(
-                "Angle between slip and asperity axis (Fig. 20, right)",
-                "time, s",
-                "angle of slip, deg",
-                tuple(
-                    study_line(f"{rpm} rpm", s.history.time, np.degrees(s.history.beta_v))
-                    for rpm, s in zip(SPEEDS_RPM, settled, strict=True)
-                ),
-            ),
-            StudyChart(
-                "Frequency at 10 m/h, and the rigid limit (dashed)",
-                "frequency, Hz",
-                "axial friction / Coulomb",
-                (
-                    *(
-                        study_line(f"{rpm} rpm", frequencies, row, colour=k)
-                        for k, (rpm, row) in enumerate(by_frequency.items())
-                    ),
-                    *(
-                        study_line(
-                            f"{rpm} rpm, rigid", frequencies, np.full(frequencies.size, rigid_ratio(10, rpm)), True, k
-                        )
-                        for k, rpm in enumerate(SPEEDS_RPM)
-                    ),
-                ),
-                log_x=True,
-                log_y=True,
-            ),
-        ),
+        figures=_figures(settled, sweep, frequencies, by_frequency, onsets),
         claims=(
             _lower_with_amplitude(settled),
             _fast_then_slow(sweep),
@@ -105,7 +55,7 @@ def study() -> Study:
             _sine(settled),
         ),
         notes=(
-            "The rotation of 10 to 30 rpm at 15 Hz moves the pipe's surface by only "
+            "Vibration of 10 to 30 rpm at 15 Hz moves the pipe's surface by only "
             f"{1e3 * 10 * RPM * PIPE.radius / (2 * math.pi * FREQUENCY):.1f} to "
             f"{1e3 * 30 * RPM * PIPE.radius / (2 * math.pi * FREQUENCY):.1f} mm, a small part of the asperity's "
             "sliding length; at lower frequencies the amplitude grows and the friction falls with it.",
@@ -113,8 +63,47 @@ def study() -> Study:
     )
 
 
+def _figures(
+    settled: list[SettledCycle], sweep: dict[int, list[float]], frequencies: np.ndarray,
+    by_frequency: dict[int, list[float]], onsets: dict[int, FrictionHistory],
+) -> tuple[Chart, ...]:  # fmt: skip
+    cycles = [(f"{rpm} rpm", cycle.history) for rpm, cycle in zip(SPEEDS_RPM, settled, strict=True)]
+    return (
+        curve_chart(
+            "From rest at 10 m/h (Fig. 19)", "time, s", "axial friction, N",
+            [curve(f"{rpm} rpm", h.time[::15], -h.axial_force[::15]) for rpm, h in onsets.items()],
+            level=(coulomb_force(PIPE, PAPER), "Coulomb"),
+        ),
+        curve_chart(
+            "Amplitude (Fig. 21)", "amplitude of rotation speed, rpm", "axial friction / Coulomb",
+            [curve(f"{rate} m/h", SWEEP_RPM, row) for rate, row in sweep.items()],
+        ),
+        curve_chart(
+            "Friction coefficient over a settled cycle (Fig. 20, left)", "time, s", "friction coefficient",
+            [curve(name, h.time, h.friction_coefficient) for name, h in cycles],
+        ),
+        curve_chart(
+            "Angle between slip and asperity axis (Fig. 20, right)", "time, s", "angle of slip, deg",
+            [curve(name, h.time, np.degrees(h.beta_v)) for name, h in cycles],
+        ),
+        _frequency_chart(frequencies, by_frequency),
+    )  # fmt: skip
+
+
+def _frequency_chart(frequencies: np.ndarray, by_frequency: dict[int, list[float]]) -> Chart:
+    model = [curve(f"{rpm} rpm", frequencies, row, colour=k) for k, (rpm, row) in enumerate(by_frequency.items())]
+    rigid = [
+        curve(f"{rpm} rpm, rigid", frequencies, np.full(frequencies.size, rigid_ratio(10, rpm)), True, k)
+        for k, rpm in enumerate(SPEEDS_RPM)
+    ]
+    return curve_chart(
+        "Frequency at 10 m/h, and the rigid limit (dashed)", "frequency, Hz", "axial friction / Coulomb",
+        [*model, *rigid], log_x=True, log_y=True,
+    )  # fmt: skip
+
+
 def rigid_ratio(rate_m_per_h: float, speed_rpm: float) -> float:
-    """Axial over Coulomb friction of a rigid isotropic contact under a torsional harmonic (spec, section 2)."""
+    """Axial over Coulomb friction of a rigid isotropic contact under torsional vibration (`model.md` section 2)."""
     v, va = rate_m_per_h / HOUR, speed_rpm * RPM * PIPE.radius
     squared = v * v + va * va
     return float(2.0 / math.pi * v / math.sqrt(squared) * ellipk(va * va / squared))
@@ -164,8 +153,8 @@ def _fast_then_slow(sweep: dict[int, list[float]]) -> Claim:
         convex,
         ""
         if convex
-        else "Slowly in the end it does, but not fast at first: a small swing hardly turns the deformation away from "
-        "the feed, so the ratio starts from 1 with next to no slope and is steepest at a middle amplitude (at_rpm).",
+        else "It falls slowly in the end, but not fast at first: a small swing hardly turns the deformation away from "
+        "the feed, so the ratio starts at 1 with almost no slope and is steepest at a middle amplitude (at_rpm).",
     )
 
 
@@ -211,6 +200,6 @@ def _sine(settled: list[SettledCycle]) -> Claim:
         min(shares) > 0.9,
         ""
         if min(shares) > 0.9
-        else "It does at the smallest amplitude; at larger ones the deformation swings past the axis quickly and rests "
+        else "It holds at the smallest amplitude. At larger ones the deformation passes the axis quickly and stays "
         "near 90 degrees, closer to a square wave.",
     )

@@ -15,7 +15,8 @@ from slider_drilling.contact import (
     friction_coefficient_of_direction,
     wear_mode,
 )
-from slider_drilling.paper_studies.study import Claim, HeatMap, Study, StudyChart, study_line
+from slider_drilling.pages import Chart, HeatMap
+from slider_drilling.paper_studies.study import Claim, Study, curve, curve_chart
 
 MODES = ("ploughing", "wedge formation", "cutting", "no steady solution")
 
@@ -37,59 +38,38 @@ def study() -> Study:
             "shear_factor": "0 to 0.99",
             "attack_angle_deg": "0.5 to 89.5",
         },
-        figures=(
-            HeatMap(
-                "Regime (Fig. 8)",
-                "shear factor f",
-                "attack angle, deg",
-                "regime",
-                shear,
-                np.degrees(angle),
-                mode.astype(float),
-                MODES,
-            ),
-            HeatMap(
-                "Friction coefficient, up to 2",
-                "shear factor f",
-                "attack angle, deg",
-                "mu",
-                shear,
-                np.degrees(angle),
-                friction,
-            ),
-            StudyChart(
-                "Attack angle that the paper's asperity shows (eq. 6)",
-                "angle of slip, deg",
-                "effective attack angle, deg",
-                tuple(
-                    study_line(
-                        f"chi = {label}",
-                        np.degrees(beta_v),
-                        np.degrees(effective_attack_angle(replace(PAPER.asperity, shape_factor=chi), beta_v)),
-                    )
-                    for label, chi in (("1", 1.0), ("pi", math.pi))
-                ),
-            ),
-            StudyChart(
-                "Friction of the paper's asperity (chi = pi)",
-                "angle of slip, deg",
-                "friction coefficient",
-                tuple(
-                    study_line(
-                        f"f = {f:g}",
-                        np.degrees(beta_v),
-                        friction_coefficient_of_direction(replace(PAPER, shear_factor=f), beta_v),
-                    )
-                    for f in (0.0, 0.1, 0.2, 0.3)
-                ),
-            ),
-        ),
+        figures=_figures(friction, shear, angle, mode, beta_v),
         claims=(_three_regimes(mode), _meeting(), _direction(beta_v)),
         notes=(
             "The paper gives neither f nor chi. f = 0.1 and chi = pi put the friction coefficient in the "
             "field's range.",
         ),
     )
+
+
+def _figures(
+    friction: np.ndarray, shear: np.ndarray, angle: np.ndarray, mode: np.ndarray, beta_v: np.ndarray
+) -> tuple[Chart | HeatMap, ...]:
+    axes = ("shear factor f", "attack angle, deg")
+    grid = (shear, np.degrees(angle))
+    slip = np.degrees(beta_v)
+    attack_angles = [
+        curve(f"chi = {label}", slip, np.degrees(effective_attack_angle(replace(PAPER.asperity, shape_factor=chi),
+                                                                        beta_v)))
+        for label, chi in (("1", 1.0), ("pi", math.pi))
+    ]  # fmt: skip
+    coefficients = [
+        curve(f"f = {f:g}", slip, friction_coefficient_of_direction(replace(PAPER, shear_factor=f), beta_v))
+        for f in (0.0, 0.1, 0.2, 0.3)
+    ]
+    return (
+        HeatMap("Regime (Fig. 8)", *axes, "regime", *grid, mode.astype(float), MODES),
+        HeatMap("Friction coefficient, up to 2", *axes, "mu", *grid, friction),
+        curve_chart("Attack angle of the paper's asperity (eq. 6)", "angle of slip, deg", "effective attack angle, deg",
+                    attack_angles),
+        curve_chart("Friction of the paper's asperity (chi = pi)", "angle of slip, deg", "friction coefficient",
+                    coefficients),
+    )  # fmt: skip
 
 
 def _three_regimes(mode: np.ndarray) -> Claim:

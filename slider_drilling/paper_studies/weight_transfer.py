@@ -1,8 +1,8 @@
 """Study: weight transfer in the slide of a whole well, with and without rocking and with each tool in the string.
 
-Not in the paper, which stops at one contact. Rocking and the axial tool are run in the plant as they are. The plant has
-no forcing around the hole nor of the normal force, so the radial, torsional and 3-D tools go in as the friction ratio
-that the contact alone settles to (signed mean), over 150 m either side of the tool.
+This is not in the paper, which stops at one contact. Rocking and the axial tool run in the plant as they are. The plant
+has no forcing around the hole and none of the normal force. The radial, torsional and 3-D tools therefore enter as the
+friction ratio that the contact alone settles to (signed mean), over 150 m on either side of the tool.
 """
 
 from __future__ import annotations
@@ -15,9 +15,10 @@ import numpy as np
 from slider_drilling.contact import PAPER
 from slider_drilling.drillstring import Commands, Modifiers, Plant, simulate
 from slider_drilling.effects import AxialOscillationTool
+from slider_drilling.pages import Chart, Table
 from slider_drilling.paper_studies.pipe import Pipe
 from slider_drilling.paper_studies.settled_cycle import settled_cycle
-from slider_drilling.paper_studies.study import Claim, Study, StudyChart, StudyTable, rounded, study_line
+from slider_drilling.paper_studies.study import Claim, Study, curve, curve_chart, rounded
 from slider_drilling.paper_studies.tool_motions import ToolMotion, radial, three_d, torsional
 from slider_drilling.paper_studies.whole_well import ELEMENTS, HOUR, example_rig, longer, slide
 from slider_drilling.rig import Rig
@@ -36,7 +37,14 @@ LEAST_HOOK_LOAD = 0.05
 
 @dataclass(frozen=True)
 class SlideResult:
-    """Last quarter of a slide: N, N, N, m/s; share of the weight let down that reaches the bit."""
+    """Means over the last quarter of a slide.
+
+    Attributes:
+        hook_load, weight_on_bit: N.
+        spread: Standard deviation of the weight on bit, N.
+        rate_of_penetration: m/s.
+        share: Fraction of the weight that is let down and reaches the bit.
+    """
 
     hook_load: float
     weight_on_bit: float
@@ -49,13 +57,13 @@ def study() -> Study:
     """The example rig at 9 m/h for 900 s: rocking amplitude and period, each tool, tool depth, longer wells."""
     rig = example_rig()
     cases = _cases(rig)
-    outcomes = {name: _run(rig, *case) for name, case in cases.items()}
+    outcomes = {name: run_slide(rig, *case) for name, case in cases.items()}
     amplitudes = (0.0, 2.0, 5.0, 10.0, 15.0, 20.0, 25.0)
-    by_amplitude = [_run(rig, slide(rig, DURATION, RATE, a, 24.0)) for a in amplitudes]
+    by_amplitude = [run_slide(rig, slide(rig, DURATION, RATE, a, 24.0)) for a in amplitudes]
     periods = (10.0, 15.0, 24.0, 40.0, 60.0)
-    by_period = [_run(rig, slide(rig, DURATION, RATE, 15.0, t)) for t in periods]
+    by_period = [run_slide(rig, slide(rig, DURATION, RATE, 15.0, t)) for t in periods]
     depths = (2500.0, 2800.0, 3100.0, 3400.0, 3700.0)
-    by_depth = [_run(_with_axial_tool(rig, d), slide(rig, DURATION, RATE)) for d in depths]
+    by_depth = [run_slide(_with_axial_tool(rig, d), slide(rig, DURATION, RATE)) for d in depths]
     reach = {
         name: [_longer_run(rig, extra, name) for extra in EXTRA] for name in ("without", "rocking 20 rad", "axial tool")
     }
@@ -68,15 +76,19 @@ def study() -> Study:
             *_charts("Rocking amplitude, period 24 s", "amplitude, rad", amplitudes, by_amplitude),
             *_charts("Rocking period, amplitude 15 rad", "period, s", periods, by_period),
             *_charts("Depth of the axial tool, 20 kN at 15 Hz", "measured depth, m", depths, by_depth),
-            StudyChart("How far one can still slide", "well length, m", "hook load, kN", tuple(
-                study_line(name, [rig.string.length + e for e in EXTRA], [o.hook_load / 1e3 for o in row])
-                for name, row in reach.items()), level=(LEAST_HOOK_LOAD * _hanging(rig) / 1e3,
-                                                      "5 % of the hanging weight")),
+            _reach_chart(rig, reach),
         ),
         claims=(_transfers(outcomes), _best(outcomes), _amplitude(amplitudes, by_amplitude), _further(rig, reach)),
         notes=(__doc__.split("\n\n", 1)[1].replace("\n", " ").strip(),),
         tables=(_table(outcomes),),
     )  # fmt: skip
+
+
+def _reach_chart(rig: Rig, reach: dict[str, list[SlideResult]]) -> Chart:
+    lengths = [rig.string.length + extra for extra in EXTRA]
+    curves = [curve(name, lengths, [result.hook_load / 1e3 for result in row]) for name, row in reach.items()]
+    level = (LEAST_HOOK_LOAD * _hanging(rig) / 1e3, "5 % of the hanging weight")
+    return curve_chart("How far one can still slide", "well length, m", "hook load, kN", curves, level=level)
 
 
 def _cases(rig: Rig) -> dict[str, tuple]:
@@ -98,7 +110,13 @@ def _cases(rig: Rig) -> dict[str, tuple]:
     }
 
 
-def _run(rig: Rig, commands: Commands, axial_tool: float | None = None, ratio: float = 1.0) -> SlideResult:
+def run_slide(rig: Rig, commands: Commands, axial_tool: float | None = None, ratio: float = 1.0) -> SlideResult:
+    """Simulate a slide.
+
+    Args:
+        axial_tool: Measured depth of an axial tool, m.
+        ratio: Factor of friction within `REACH` of `TOOL_DEPTH`.
+    """
     if axial_tool is not None:
         rig = _with_axial_tool(rig, axial_tool)
     modifiers = Modifiers()
@@ -128,33 +146,33 @@ def _longer_run(rig: Rig, extra: float, name: str) -> SlideResult:
     well = longer(rig, extra)
     commands = slide(well, 2.0 * DURATION, RATE, 20.0 if name.startswith("rocking") else 0.0, 24.0)
     # The axial tool keeps its distance from the bit.
-    return _run(well, commands, TOOL_DEPTH + extra if name.startswith("axial") else None)
+    return run_slide(well, commands, TOOL_DEPTH + extra if name.startswith("axial") else None)
 
 
 def _hanging(rig: Rig) -> float:
     return float(simulate(rig, slide(rig, 1.0, 0.0), ELEMENTS).hook_load[0])
 
 
-def _charts(title: str, label: str, x: tuple[float, ...], runs: list[SlideResult]) -> tuple[StudyChart, StudyChart]:
+def _charts(title: str, label: str, x: tuple[float, ...], runs: list[SlideResult]) -> tuple[Chart, Chart]:
     loads = (
-        study_line("hook load", x, [o.hook_load / 1e3 for o in runs]),
-        study_line("weight on bit", x, [o.weight_on_bit / 1e3 for o in runs]),
+        curve("hook load", x, [o.hook_load / 1e3 for o in runs]),
+        curve("weight on bit", x, [o.weight_on_bit / 1e3 for o in runs]),
     )
     rates = (
-        study_line("spread of weight on bit, kN", x, [o.spread / 1e3 for o in runs]),
-        study_line("rate of penetration, m/h", x, [o.rate_of_penetration * HOUR for o in runs]),
+        curve("spread of weight on bit, kN", x, [o.spread / 1e3 for o in runs]),
+        curve("rate of penetration, m/h", x, [o.rate_of_penetration * HOUR for o in runs]),
     )
-    return StudyChart(title, label, "kN", loads), StudyChart(title, label, "kN or m/h", rates)
+    return curve_chart(title, label, "kN", loads), curve_chart(title, label, "kN or m/h", rates)
 
 
-def _table(outcomes: dict[str, SlideResult]) -> StudyTable:
+def _table(outcomes: dict[str, SlideResult]) -> Table:
     header = ("case", "hook load", "weight on bit", "its spread", "rate of penetration", "weight let down that arrives")
     rows = tuple(
         (name, f"{o.hook_load / 1e3:.1f} kN", f"{o.weight_on_bit / 1e3:.1f} kN", f"{o.spread / 1e3:.1f} kN",
          f"{o.rate_of_penetration * HOUR:.2f} m/h", f"{100.0 * o.share:.0f} %")
         for name, o in outcomes.items()
     )  # fmt: skip
-    return StudyTable("Last quarter of 900 s", header, rows)
+    return Table(header, rows, "Last quarter of 900 s")
 
 
 def _transfers(outcomes: dict[str, SlideResult]) -> Claim:
@@ -162,8 +180,8 @@ def _transfers(outcomes: dict[str, SlideResult]) -> Claim:
     base = outcomes["without"]
     better = {name: o.share > base.share for name, o in outcomes.items() if name != "without"}
     return Claim(
-        "Every technology improves the transfer of weight to the bit.", "not in the paper for a whole well; "
-        "conclusions",
+        "Every technology improves the transfer of weight to the bit.",
+        "not in the paper for a whole well; conclusions",
         {"weight_on_bit_kn_and_share_let_down_that_arrives": measured}, all(better.values()),
         "" if all(better.values()) else "Not better than without: "
         + ", ".join(n for n, ok in better.items() if not ok),
@@ -177,11 +195,10 @@ def _best(outcomes: dict[str, SlideResult]) -> Claim:
                  {"share_let_down_that_arrives": share}, best.startswith("rocking"),
                  "" if best.startswith("rocking") else
                  f"{best} brings {share[best]:.3f} of the weight let down to the bit, rocking at best "
-                 f"{max(s for n, s in share.items() if n.startswith('rocking')):.3f}. In the plant the "
-                 f"vibration of an axial "
-                 "tool hardly dies out along the string, since contacts that only bend take little energy, so "
-                 "it works far "
-                 "from where it sits; what a real tool loses in mud and couplings is not in the model.")  # fmt: skip
+                 f"{max(s for n, s in share.items() if n.startswith('rocking')):.3f}. In the plant the vibration of "
+                 "an axial tool hardly dies out along the string, since contacts that only deform take little energy. "
+                 "It works far from where it sits; what a real tool loses in mud and couplings is not in the "
+                 "model.")  # fmt: skip
 
 
 def _amplitude(amplitudes: tuple[float, ...], runs: list[SlideResult]) -> Claim:
@@ -208,7 +225,7 @@ def _further(rig: Rig, reach: dict[str, list[SlideResult]]) -> Claim:
             k = int(below[0])
             limits[name] = f"{np.interp(least, [hook[k], hook[k - 1]], [lengths[k], lengths[k - 1]]):.0f} m"
     better = reach["rocking 20 rad"][-1].hook_load > reach["without"][-1].hook_load
-    return Claim("With rocking one can slide further.", "not in the paper",
+    return Claim("Rocking makes longer slides possible.", "not in the paper",
                  {"how_far": limits,
                   "hook_load_kn": {name: rounded((o.hook_load / 1e3 for o in row), 1) for name, row in reach.items()}},
                  bool(better))  # fmt: skip

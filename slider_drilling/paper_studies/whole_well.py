@@ -1,4 +1,4 @@
-"""Slides of a whole well for the studies: the example rig, longer wells like it, and records of rocking."""
+"""Slides of a whole well: the example rig, longer wells like it, and commands with rocking."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from slider_drilling.files.installed_files import installed_file
 from slider_drilling.rig import Rig, load_rig
 
 ELEMENTS = 100
-"""Surface torque is within 3 % of 200 elements', enough to compare tools; four times as fast."""
+"""Surface torque is then within 3 % of that with 200 elements: enough to compare tools, and four times as fast."""
 HOUR = 3600.0
 INTERVAL = 0.1
 ROUNDING = 0.2
 
 
 def example_rig() -> Rig:
-    """The rig file that comes with the package: 4000 m, 1600 m of it horizontal."""
+    """The package's example rig: 4000 m, 1600 m of it horizontal."""
     return load_rig(installed_file("config/rig.example.yaml"))
 
 
 def longer(rig: Rig, extra: float) -> Rig:
-    """The same well with the horizontal hole and its drill pipe longer by extra, m."""
+    """The same well with its horizontal hole and drill pipe longer by ``extra`` m."""
     *above, last = rig.well.survey
     *cased, open_hole = rig.well.friction_intervals
     pipe, *below = rig.string.sections
@@ -40,7 +40,14 @@ def longer(rig: Rig, extra: float) -> Rig:
 
 
 def slide(rig: Rig, duration: float, rate_m_per_h: float, amplitude: float = 0.0, period: float = 20.0) -> Commands:
-    """A slide at a constant block speed, rocked by amplitude (rad; 0: not at all) with a period in s."""
+    """Commands of a slide at constant block speed.
+
+    Args:
+        duration: s.
+        rate_m_per_h: Block speed, m/h.
+        amplitude: Of the rocking, rad; 0 for none.
+        period: Of the rocking, s.
+    """
     time = np.arange(round(duration / INTERVAL) + 1, dtype=np.float64) * INTERVAL
     angle, speed = np.zeros(time.size), np.zeros(time.size)
     if amplitude > 0.0:

@@ -8,7 +8,8 @@ import numpy as np
 
 from slider_drilling.drillstring import Plant
 from slider_drilling.drillstring.zones_from_motion import friction_torque, zones_from_motion
-from slider_drilling.paper_studies.study import Claim, Study, StudyChart, rounded, study_line
+from slider_drilling.pages import Chart
+from slider_drilling.paper_studies.study import Claim, Study, curve, curve_chart, rounded
 from slider_drilling.paper_studies.whole_well import ELEMENTS, INTERVAL, example_rig, slide
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.zones import Zones, zones_in_closed_form
@@ -22,7 +23,17 @@ AGGRESSIVENESS = (0.2, 0.5, 1.0, 1.5)
 
 @dataclass(frozen=True)
 class ZoneCase:
-    """One settled rocking cycle: zones by motion and in closed form, what drove them, and the toolface's swing."""
+    """One settled rocking cycle.
+
+    Attributes:
+        surface_torque: Amplitude, N m.
+        reactive_torque: N m.
+        motion, closed_form: Zones by motion and in closed form.
+        depth: m, (n,).
+        swing: Rotation, peak to peak, rad, (n,).
+        held: Mean torque, N m, (n,).
+        tool_face_swing: Peak to peak, rad.
+    """
 
     surface_torque: float
     reactive_torque: float
@@ -37,8 +48,8 @@ class ZoneCase:
 def study() -> Study:
     """Rocking amplitude 2-26 rad, and bits from mild to aggressive, on the example rig at 9 m/h."""
     rig = example_rig()
-    by_amplitude = [_reach(rig, amplitude) for amplitude in AMPLITUDES]
-    by_bit = [_reach(replace(rig, bit=replace(rig.bit, aggressiveness=a)), 12.0) for a in AGGRESSIVENESS]
+    by_amplitude = [simulate_zones(rig, amplitude) for amplitude in AMPLITUDES]
+    by_bit = [simulate_zones(replace(rig, bit=replace(rig.bit, aggressiveness=a)), 12.0) for a in AGGRESSIVENESS]
     torque = [r.surface_torque / 1e3 for r in by_amplitude]
     reactive = [r.reactive_torque / 1e3 for r in by_bit]
     return Study(
@@ -46,35 +57,40 @@ def study() -> Study:
         title="Three zones of slide drilling along the string",
         settings={"rig": "example, 4000 m", "rate_m_per_h": RATE, "period_s": PERIOD, "amplitude_rad": "2 to 26",
                   "bit_aggressiveness": "0.2 to 1.5", "elements": ELEMENTS},
-        figures=(
-            StudyChart("How far the surface torque reaches", "surface torque amplitude, kN m", "measured depth, m",
-                  (study_line("rocked to, by motion", torque, [r.motion.rocked_to for r in by_amplitude]),
-                   study_line("rocked to, closed form", torque, [r.closed_form.rocked_to for r in by_amplitude],
-                              True, 0),
-                   study_line("reactive from, closed form", torque, [r.closed_form.reactive_from for r in by_amplitude],
-                        True, 1)),
-                  depth_down=True),
-            StudyChart("How far the reactive torque reaches (12 rad)", "reactive torque, kN m", "measured depth, m",
-                  (study_line("reactive from, closed form", reactive, [r.closed_form.reactive_from for r in by_bit],
-                              True, 1),
-                   study_line("rocked to, by motion", reactive, [r.motion.rocked_to for r in by_bit], colour=0)),
-                  depth_down=True),
-            StudyChart("Swing of the string in one cycle", "rotation, peak to peak, rad", "measured depth, m",
-                  tuple(study_line(f"{a:g} rad", np.maximum(r.swing, 1e-4), r.depth)
-                        for a, r in zip(AMPLITUDES, by_amplitude, strict=True)), log_x=True, depth_down=True),
-            StudyChart("Mean torque held in one cycle", "torque, kN m", "measured depth, m",
-                  tuple(study_line(f"{a:g} rad", r.held / 1e3, r.depth) for a, r in zip(AMPLITUDES, by_amplitude,
-                                                                                 strict=True)),
-                  depth_down=True),
-        ),
+        figures=_figures(by_amplitude, by_bit, torque, reactive),
         claims=(_three(by_amplitude), _deeper(by_amplitude), _stable(by_amplitude), _reactive(by_bit)),
         notes=("By motion: rocked to where rotation swings by more than the pre-sliding 0.16 rad. In closed form: a "
-               "torque "
-               "reaches as far as the friction torque of the pipe above (or below) it adds up to it.",),
+               "torque reaches as far as the friction torque of the pipe above (or below) adds up to it.",),
     )  # fmt: skip
 
 
-def _reach(rig: Rig, amplitude: float) -> ZoneCase:
+def _figures(
+    by_amplitude: list[ZoneCase], by_bit: list[ZoneCase], torque: list[float], reactive: list[float]
+) -> tuple[Chart, ...]:
+    named = [(f"{a:g} rad", case) for a, case in zip(AMPLITUDES, by_amplitude, strict=True)]
+    depth = "measured depth, m"
+    reached = [
+        curve("rocked to, by motion", torque, [r.motion.rocked_to for r in by_amplitude]),
+        curve("rocked to, closed form", torque, [r.closed_form.rocked_to for r in by_amplitude], True, 0),
+        curve("reactive from, closed form", torque, [r.closed_form.reactive_from for r in by_amplitude], True, 1),
+    ]
+    held_back = [
+        curve("reactive from, closed form", reactive, [r.closed_form.reactive_from for r in by_bit], True, 1),
+        curve("rocked to, by motion", reactive, [r.motion.rocked_to for r in by_bit], colour=0),
+    ]
+    swings = [curve(name, np.maximum(case.swing, 1e-4), case.depth) for name, case in named]
+    torques = [curve(name, case.held / 1e3, case.depth) for name, case in named]
+    return (
+        curve_chart("Reach of the surface torque", "surface torque amplitude, kN m", depth, reached, depth_down=True),
+        curve_chart("Reach of the reactive torque (12 rad)", "reactive torque, kN m", depth, held_back,
+                    depth_down=True),
+        curve_chart("Swing of the string in one cycle", "rotation, peak to peak, rad", depth, swings, log_x=True,
+                    depth_down=True),
+        curve_chart("Mean torque held in one cycle", "torque, kN m", depth, torques, depth_down=True),
+    )  # fmt: skip
+
+
+def simulate_zones(rig: Rig, amplitude: float) -> ZoneCase:
     commands = slide(rig, CYCLES * PERIOD, RATE, amplitude, PERIOD)
     plant = Plant(rig, ELEMENTS, INTERVAL)
     count = round((CYCLES - 1) * PERIOD / INTERVAL)
@@ -115,16 +131,15 @@ def _three(runs: list[ZoneCase]) -> Claim:
          "reactive_from_m": rounded((r.closed_form.reactive_from for r in runs), 0)},
         any(some),
         "" if all(some) else
-        f"There are three up to {max((a for a, s in zip(AMPLITUDES, some, strict=True) if s), default=0):g} rad "
-        f"of rocking; "
-        "beyond, the rocking reaches the reactive zone and no static zone is left.",
+        f"There are three zones up to {max((a for a, s in zip(AMPLITUDES, some, strict=True) if s), default=0):g} rad "
+        "of rocking; beyond, the rocking reaches the reactive zone and no static zone is left.",
     )  # fmt: skip
 
 
 def _deeper(runs: list[ZoneCase]) -> Claim:
     depth = [r.motion.rocked_to for r in runs]
     return Claim(
-        "There is a maximum depth to which a surface torque can twist the string, set by its amplitude.", "section 2.2",
+        "A surface torque twists the string down to a maximum depth, which its amplitude sets.", "section 2.2",
         {"surface_torque_kn_m": rounded((r.surface_torque / 1e3 for r in runs), 2), "rocked_to_m": rounded(depth, 0),
          "closed_form_m": rounded((r.closed_form.rocked_to for r in runs), 0)},
         bool(np.all(np.diff(depth) >= 0.0)) and depth[0] < depth[-1],
@@ -136,13 +151,12 @@ def _stable(runs: list[ZoneCase]) -> Claim:
     static = [r.closed_form.reactive_from - r.motion.rocked_to > 0.0 for r in runs]
     kept = [s for s, has in zip(swing, static, strict=True) if has]
     return Claim(
-        "Friction of the bottom-hole assembly holds the reactive torque and keeps the toolface stable while a "
-        "static zone "
-        "is left.", "section 2.2",
+        "Friction of the bottom-hole assembly holds the reactive torque and keeps the toolface stable while a static "
+        "zone is left.", "section 2.2",
         {"tool_face_change_in_a_cycle_deg": rounded(swing, 2), "static_zone_left": static},
         bool(kept) and max(kept) < 5.0,
-        "" if bool(kept) and max(kept) < 5.0 else "The toolface still moves with a static zone: see the "
-        "figures in `measured`.",
+        "" if bool(kept) and max(kept) < 5.0 else "The toolface still moves with a static zone; see the "
+        "measured values.",
     )  # fmt: skip
 
 
