@@ -62,17 +62,11 @@ def command(
     Ctrl-C (or SIGTERM) keeps the scenarios that have ended and exits with 130 (143).
     """
     from slider_drilling.campaign.run import WorkerSettings
-    from slider_drilling.closed_loop import report
     from slider_drilling.closed_loop.campaign import CampaignOptions
-    from slider_drilling.closed_loop.page import closed_loop_page
     from slider_drilling.commands.closed_loop_campaign import drawn_scenario, run_campaign
-    from slider_drilling.commands.overrides import parse_settings
-    from slider_drilling.console.streams import stderr
     from slider_drilling.control.controller_loader import DEFAULT_CONTROLLER
     from slider_drilling.errors import InputError
     from slider_drilling.files.installed_files import installed_file
-    from slider_drilling.files.output_files import check_outputs, make_folder, write_atomically
-    from slider_drilling.pages import write_page
 
     if not 10 <= elements <= 5000:
         raise InputError(f"--elements = {elements}: must be within 10 to 5000")
@@ -93,6 +87,22 @@ def command(
     if slide is not None:
         random_scenario, seed = drawn_scenario(slide, options)
         scenarios = [random_scenario]
+    _run_and_write(scenarios, name, sets, seed, elements, jobs, output, as_json_text, units)
+    return 0
+
+
+def _run_and_write(
+    scenarios: list[Scenario], name: str, sets: tuple[str, ...], seed: int, elements: int, jobs: int,
+    output: Path | None, as_json_text: bool, units: Units,
+) -> None:  # fmt: skip
+    """Run the scenarios, then write the files and print the results."""
+    from slider_drilling.closed_loop import report
+    from slider_drilling.closed_loop.page import closed_loop_page
+    from slider_drilling.commands.overrides import parse_settings
+    from slider_drilling.console.streams import stderr
+    from slider_drilling.files.output_files import check_outputs, make_folder, write_atomically
+    from slider_drilling.pages import write_page
+
     if output is not None:
         make_folder(output)
         check_outputs((output / "closed_loop.json", output / "closed_loop.html"))
@@ -112,7 +122,6 @@ def command(
         return output / "closed_loop.json", output / "closed_loop.html"
 
     write_and_print(tree if as_json_text else None, lambda: print_results(rows, units), write)
-    return 0
 
 
 def _known(every: bool) -> tuple[Scenario, ...]:

@@ -83,8 +83,8 @@ def heave_status(heave: HeaveCompensator) -> Status:
         return Status(Level.OK, "heave", "no wave in the hook load")
     values = (("period_s", f"{heave.period:.1f}"), ("compensated_m", f"{heave.amplitude:.3f}"))
     if heave.max_speed <= 0.0 or heave.saturated:
-        return Status(Level.WARN, "heave", f"a wave of {heave.period:.1f} s is too fast for the compensation speed",
-                      values)
+        return Status(Level.WARN, "heave", f"a wave of {heave.period:.1f} s needs more than the compensation "
+                      f"speed of {heave.max_speed:g} m/s", values)
     return Status(Level.OK, "heave", f"a wave of {heave.period:.1f} s: the block moves {heave.amplitude:.2f} m against "
                   "it", values)
 

@@ -67,7 +67,7 @@ class AutoDriller:
 
         Args:
             pressure: Across the motor, Pa.
-            target: Pressure wanted in the end, Pa.
+            target: Final setpoint of the ramp, Pa.
             ramp: Fastest rise of the setpoint, Pa/s.
             step: Time since the last sample, s.
             transmitted_share: Factor on the speed beyond what the bit drills; below 0 it takes weight off the bit.

@@ -136,7 +136,7 @@ class BlockControl:
         """Replace the block speed by a lift while the block has slipped.
 
         Args:
-            speed: Block speed wanted, m/s.
+            speed: Block speed of the auto-driller, m/s.
             position: Of the block less its heave compensation, m; NaN where unknown.
             step: Time since the last sample, s.
 

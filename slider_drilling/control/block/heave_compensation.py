@@ -4,9 +4,8 @@ The string is a spring below the block. A line in the spectrum of the hook load,
 block moves against it, with the amplitude and phase that make the line vanish. The stiffness of the string may be
 inaccurate: what remains of the line shows what is still missing (integral action).
 
-Rocking cannot be mistaken for heave, and cannot hide it. Strokes to the right and to the left free the same pipe from
-its axial drag, so rocking changes the hook load twice per cycle. A line at once per cycle is therefore heave, even at
-the period of rocking. Only lines close to the even harmonics of rocking are ignored.
+Strokes to the right and to the left free the same pipe from its axial drag, so rocking changes the hook load twice per
+cycle. Lines close to the even harmonics of rocking are therefore ignored; a line at the rocking period itself is heave.
 """
 
 from __future__ import annotations

@@ -68,10 +68,10 @@ class ReturnToBottom:
             m/s, positive lowers.
         """
         left = self._touching_position - _REST_HEIGHT - block_position
-        wanted = left / _SLOW_DOWN_TIME if math.isfinite(left) else _CREEP_SPEED
-        self.fast = wanted > _FAST_SPEED
-        if wanted > _CREEP_SPEED:
-            return min(max_speed, wanted)
+        speed = left / _SLOW_DOWN_TIME if math.isfinite(left) else _CREEP_SPEED
+        self.fast = speed > _FAST_SPEED
+        if speed > _CREEP_SPEED:
+            return min(max_speed, speed)
         if self._rested < _MAX_REST_TIME and not drag <= _FREE_DRAG:
             self._rested += step
             return 0.0

@@ -36,7 +36,7 @@ class LockUpInterlock:
     Attributes:
         state: State of the interlock.
         trips: Lock-ups since the last `release`.
-        share_left: Share of the target pressure that may still be asked for.
+        share_left: Share of the target pressure that is still used as setpoint.
         never_freed: Whether it latched because rocking did not free the string.
     """
 
@@ -44,7 +44,7 @@ class LockUpInterlock:
         self.release()
 
     def release(self) -> None:
-        """Start again: an operator has asked for something else."""
+        """Start again, as after an operator has given another target or other settings."""
         self.state = LockUpState.FREE
         self.trips = 0
         self.share_left = 1.0
@@ -62,7 +62,7 @@ class LockUpInterlock:
         Args:
             drag: Share of the drag of a string that does not rotate; NaN where unknown.
             pressure: Across the motor, Pa.
-            target: Pressure asked for, Pa.
+            target: Pressure setpoint, Pa.
             step: Time since the last sample, s.
         """
         if self.state is LockUpState.LATCHED:

@@ -108,13 +108,13 @@ class AmplitudeControl:
         """
         holding = self.amplitude_for(self._settings.holding_amplitude_share)
         self._bearable = max(self._bearable, _MIN_BEARABLE_SHARE * holding) * (1.0 + _RECOVERY_RATE * step)
-        self.amplitude = min(self._wanted(error, return_to_bottom), self._bearable)
+        self.amplitude = min(self._target(error, return_to_bottom), self._bearable)
 
     def reduce(self) -> None:
         """Rock less after a torque limit was met."""
         self._bearable = _TRIP_REDUCTION * self.amplitude
 
-    def _wanted(self, error: float, return_to_bottom: ReturnToBottom) -> float:
+    def _target(self, error: float, return_to_bottom: ReturnToBottom) -> float:
         settings = self._settings
         holding, setting = settings.holding_amplitude_share, settings.setting_amplitude_share
         if settings.amplitude > 0.0:

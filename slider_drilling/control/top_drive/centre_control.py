@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 _FILTER_PERIODS = 1.0   # rocking periods, time constant of the centre
 _MAX_TRIM = 1.0         # rad
-_SETPOINT_SHARE = 0.5   # of the way from the measured torque to that of the pressure setpoint
 
 
 class CentreControl:
@@ -63,7 +62,7 @@ class CentreControl:
             may_lower: Whether the interlocks permit lowering.
             step: Time since the last sample, s.
         """
-        wanted = self._base
+        base = self._base
         if estimator.known:
             error = target - estimator.tool_face
             self._update_trim(error, may_lower, step)
@@ -71,9 +70,9 @@ class CentreControl:
             # A string that slides fast turns freely, and averages over a cycle say little of it.
             if not block.return_to_bottom.fast:
                 lead = self.lead(error, estimator, amplitude)
-            wanted = target - estimator.offset + lead + self._trim
+            base = target - estimator.offset + lead + self._trim
         weight = 1.0 - math.exp(-step / (_FILTER_PERIODS * amplitude.period))
-        self._base += weight * (wanted - self._base)
+        self._base += weight * (base - self._base)
         string = estimator.filter
         twist = string.compliance * string.motor_gain * self._expected_torque(block, pressure)
         self.centre = self._base + self.settings.feed_forward * twist
@@ -99,4 +98,4 @@ class CentreControl:
             return 0.0
         measured = pressure.reactive_torque
         setpoint = self._rig.motor.torque_per_pressure * block.auto_driller.setpoint
-        return max(measured, _SETPOINT_SHARE * (measured + setpoint))
+        return max(measured, 0.5 * (measured + setpoint))

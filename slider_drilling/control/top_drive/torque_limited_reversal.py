@@ -6,7 +6,7 @@ from __future__ import annotations
 class TorqueLimitedReversal:
     """Decides where strokes reverse by torque.
 
-    A stroke towards the side on which the centre is wanted continues beyond the limit by the missing centre shift:
+    A stroke towards the side of the centre setpoint continues beyond the limit by the missing centre shift:
     the bump with which a directional driller turns the bit.
 
     Args:
@@ -28,7 +28,7 @@ class TorqueLimitedReversal:
             angle: Of the top drive, rad.
             torque: At surface, N m; NaN where unknown.
             side: +1 for a stroke to the right, -1 to the left.
-            centre: Wanted centre of rocking, rad.
+            centre: Setpoint of the centre of rocking, rad.
         """
         if side != self._side:
             self._side, self._limit_angle = side, None
