@@ -44,7 +44,8 @@ class ReplayResult(TableExport):
         return {name: channel.rms_over_noise for name, channel in self.replay.channels.items()}
 
     def __repr__(self) -> str:
-        differences = (f"{name} {found.rms:.4g} {found.channel.unit}" for name, found in self.replay.channels.items())
+        differences = (f"{name} {compared.rms:.4g} {compared.channel.unit}"
+                       for name, compared in self.replay.channels.items())
         return f"ReplayResult({self.log.source}: RMS difference {', '.join(differences)})"
 
     def columns(self) -> Columns:

@@ -79,17 +79,17 @@ class Run(TableExport):
         time = self.response.time - self.response.time[0]
         parts = [(self.commands, field.name) for field in fields(Commands)[1:]]
         parts += [(self.response, field.name) for field in fields(Response)[1:]]  # type: ignore[misc]
-        found = [SampledQuantity(name, UNITS[name], time, getattr(part, name)) for part, name in parts]
+        quantities = [SampledQuantity(name, UNITS[name], time, getattr(part, name)) for part, name in parts]
         log = self.log
         if log.top_drive is not None and log.draw_works is not None and log.standpipe_pressure is not None:
-            found += [SampledQuantity("measured_surface_torque", "N m", time, log.top_drive.effort),
+            quantities += [SampledQuantity("measured_surface_torque", "N m", time, log.top_drive.effort),
                       SampledQuantity("measured_hook_load", "N", time, log.draw_works.effort),
                       SampledQuantity("measured_standpipe_pressure", "Pa", time, log.standpipe_pressure.value)]
         for name in ("mwd_tool_face", "tool_face_target"):
             series = getattr(log, name)
             if series is not None:
-                found.append(SampledQuantity(name, "rad", series.time, series.position))
-        return join_samples(found)
+                quantities.append(SampledQuantity(name, "rad", series.time, series.position))
+        return join_samples(quantities)
 
     def save(self, path: str | os.PathLike[str], notes: str = "") -> Path:
         """Write the log as MCAP, as a recorder would; returns the path.

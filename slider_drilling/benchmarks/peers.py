@@ -80,7 +80,7 @@ def ours(rig: Rig) -> Loads:
         return [static_loads(rig, **motion, friction_coefficient=FRICTION, mesh=mesh) for motion in motions]
 
     loads = calculate()
-    return Loads("slider_drilling", tuple(one.hook_load for one in loads), loads[2].surface_torque,
+    return Loads("slider_drilling", tuple(load.hook_load for load in loads), loads[2].surface_torque,
                  wall_seconds(calculate, 15))  # fmt: skip
 
 
@@ -109,10 +109,10 @@ def welleng(rig: Rig, turned: bool) -> Loads:
     def calculate():
         return kind(survey, hole, string, rig.mud.density / 1000.0)
 
-    found = calculate()
-    hook = tuple(float(found.tension[case][0]) for case in ("pickup", "slackoff", "rotating"))
+    loads = calculate()
+    hook = tuple(float(loads.tension[case][0]) for case in ("pickup", "slackoff", "rotating"))
     name = "welleng, its sign of a build turned" if turned else "welleng"
-    return Loads(name, hook, float(found.torque["rotating"][0]), wall_seconds(calculate, 15))
+    return Loads(name, hook, float(loads.torque["rotating"][0]), wall_seconds(calculate, 15))
 
 
 def torque_drag(rig: Rig) -> Loads:
@@ -135,9 +135,9 @@ def torque_drag(rig: Rig) -> Loads:
     def calculate(points):
         return calc(points, dimensions, densities, "all", [FRICTION] * len(points), torque_calc=True)
 
-    found = calculate(copy.deepcopy(trajectory))
-    hook = tuple(1000.0 * found.force[case][0] for case in ("hoisting", "lowering", "static"))
-    return Loads("torque_drag", hook, 1000.0 * found.torque["static"][0],
+    loads = calculate(copy.deepcopy(trajectory))
+    hook = tuple(1000.0 * loads.force[case][0] for case in ("hoisting", "lowering", "static"))
+    return Loads("torque_drag", hook, 1000.0 * loads.torque["static"][0],
                  wall_seconds(lambda: calculate(trajectory), 15))  # fmt: skip
 
 

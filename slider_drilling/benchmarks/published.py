@@ -34,11 +34,11 @@ RUNS = (
 def compare() -> list[tuple[PublishedRun, float]]:
     """Each published run and our run time for the same size, s."""
     rows = []
-    for one in RUNS:
-        rig = shortened(example_rig(), one.length)
-        commands = rocking_commands(rig, one.duration)
-        simulate(rig, rocking_commands(rig, 0.2), one.elements)
-        rows.append((one, wall_seconds(lambda r=rig, c=commands, n=one.elements: simulate(r, c, n), 5)))
+    for run in RUNS:
+        rig = shortened(example_rig(), run.length)
+        commands = rocking_commands(rig, run.duration)
+        simulate(rig, rocking_commands(rig, 0.2), run.elements)
+        rows.append((run, wall_seconds(lambda r=rig, c=commands, n=run.elements: simulate(r, c, n), 5)))
     return rows
 
 
@@ -46,7 +46,9 @@ def shortened(rig: Rig, length: float) -> Rig:
     """The rig with its top pipe shortened to give the string this length, m."""
     first, *rest = rig.string.sections
     first = dataclasses.replace(first, length=first.length + length - rig.string.length)
-    intervals = tuple(dataclasses.replace(one, to=min(one.to, length)) for one in rig.well.friction_intervals)
+    intervals = tuple(
+        dataclasses.replace(interval, to=min(interval.to, length)) for interval in rig.well.friction_intervals
+    )
     return dataclasses.replace(
         rig,
         string=dataclasses.replace(rig.string, sections=(first, *rest)),
@@ -57,9 +59,9 @@ def shortened(rig: Rig, length: float) -> Rig:
 def markdown(rows: list[tuple[PublishedRun, float]]) -> str:
     """A table."""
     lines = ["| run | published | ours | times faster |", "|---|---|---|---|"]
-    for one, seconds in rows:
-        size = f"{one.elements} elements, {one.length / 1000.0:g} km, {one.duration:g} s"
-        lines.append(f"| {one.name}: {size} | {one.seconds:g} s | {seconds:.3f} s | {one.seconds / seconds:.0f} |")
+    for run, seconds in rows:
+        size = f"{run.elements} elements, {run.length / 1000.0:g} km, {run.duration:g} s"
+        lines.append(f"| {run.name}: {size} | {run.seconds:g} s | {seconds:.3f} s | {run.seconds / seconds:.0f} |")
     return "\n".join(lines)
 
 

@@ -85,32 +85,32 @@ def command(
         def report(generation: int, misfit: float) -> None:
             progress.update(task, completed=generation, misfit=f"{misfit:.4g} N")
 
-        found = identify(
+        identification = identify(
             measured, free=free, base=base, particles=particles, generations=generations, seed=seed, workers=jobs,
             progress=report,
         )  # fmt: skip
-    findings = _findings(data, found, seed)
-    page = _page(data, measured, found)
-    write_and_print(findings if as_json else None, lambda: _print(found),
+    findings = _findings(data, identification, seed)
+    page = _page(data, measured, identification)
+    write_and_print(findings if as_json else None, lambda: _print(identification),
                     lambda: write_study(page, output, findings, units))  # fmt: skip
 
 
-def _findings(path: Path, found: Identification, seed: int) -> dict[str, Any]:
+def _findings(path: Path, identification: Identification, seed: int) -> dict[str, Any]:
     estimates = {
-        name: {"value": float(e.value), "interval": None if e.interval is None else [float(v) for v in e.interval],
-               "determined": e.determined, "unit": UNITS.get(name, "-")}
-        for name, e in found.estimates.items()
+        name: {"value": float(estimate.value), "interval": None if estimate.interval is None else [float(v) for v in estimate.interval],
+               "determined": estimate.determined, "unit": UNITS.get(name, "-")}
+        for name, estimate in identification.estimates.items()
     }  # fmt: skip
     return {
         "schema": "slider_drilling/identification/1",
         "data": printable(path.name),
         "seed": seed,
         "estimates": estimates,
-        "contact": _plain(found.contact),
-        "residual_rms_n": found.residual_rms,
-        "largest_error_over_peak": found.largest_error,
-        "degeneracies": list(found.degeneracies),
-        "evaluations": found.evaluations,
+        "contact": _plain(identification.contact),
+        "residual_rms_n": identification.residual_rms,
+        "largest_error_over_peak": identification.largest_error,
+        "degeneracies": list(identification.degeneracies),
+        "evaluations": identification.evaluations,
     }
 
 
@@ -120,7 +120,7 @@ def _plain(contact: Contact) -> dict[str, Any]:
     return {name: value if isinstance(value, dict) else float(value) for name, value in tree.items()}
 
 
-def _page(path: Path, data: FrictionData, found: Identification) -> Study:
+def _page(path: Path, data: FrictionData, identification: Identification) -> Study:
     import numpy as np
 
     from slider_drilling.contact.measured_friction import FrictionOverTime
@@ -129,11 +129,11 @@ def _page(path: Path, data: FrictionData, found: Identification) -> Study:
 
     if isinstance(data, FrictionOverTime):
         axis, label, against = data.time, "time, s", "samples of friction against time"
-        measured, predicted = found.measured[: axis.size], found.predicted[: axis.size]
+        measured, predicted = identification.measured[: axis.size], identification.predicted[: axis.size]
     else:
         against = "experiments of friction against velocity"
         axis, label = np.arange(1.0, data.feed.size + 1.0, dtype=np.float64), "experiment (row)"
-        measured, predicted = found.measured, found.predicted
+        measured, predicted = identification.measured, identification.predicted
     peak = np.abs(measured).max()
     return Study(
         name="identify",
@@ -141,8 +141,8 @@ def _page(path: Path, data: FrictionData, found: Identification) -> Study:
         title=f"{axis.size} {against}",
         settings={
             "data": printable(path.name),
-            "residual_rms_n": found.residual_rms,
-            "largest_error_over_peak": found.largest_error,
+            "residual_rms_n": identification.residual_rms,
+            "largest_error_over_peak": identification.largest_error,
         },
         figures=(
             curve_chart("Axial friction (Fig. 13)", label, "friction, N",
@@ -151,26 +151,26 @@ def _page(path: Path, data: FrictionData, found: Identification) -> Study:
                   (curve("model - measured", axis, 100.0 * (predicted - measured) / peak),)),
         ),
         claims=(),
-        notes=found.degeneracies,
-        tables=(Table(("parameter", "value", "interval", "unit"), _rows(found), "Parameters, with 95 % intervals"),),
+        notes=identification.degeneracies,
+        tables=(Table(("parameter", "value", "interval", "unit"), _rows(identification), "Parameters, with 95 % intervals"),),
     )  # fmt: skip
 
 
-def _rows(found: Identification) -> tuple[tuple[str, ...], ...]:
+def _rows(identification: Identification) -> tuple[tuple[str, ...], ...]:
     return tuple(
-        (name.replace("_", " "), f"{e.value:.5g}",
-         "not determined" if e.interval is None else f"{e.interval[0]:.5g} to {e.interval[1]:.5g}",
+        (name.replace("_", " "), f"{estimate.value:.5g}",
+         "not determined" if estimate.interval is None else f"{estimate.interval[0]:.5g} to {estimate.interval[1]:.5g}",
          UNITS.get(name, "-"))
-        for name, e in found.estimates.items()
+        for name, estimate in identification.estimates.items()
     )  # fmt: skip
 
 
-def _print(found: Identification) -> None:
+def _print(identification: Identification) -> None:
     from slider_drilling.console.streams import stderr, stdout
 
-    for row in _rows(found):
+    for row in _rows(identification):
         stdout().print(f"{row[0]:18} {row[1]:>12} {row[3]:>6}   {row[2]}")
-    error = f"largest error {100 * found.largest_error:.1f} % of the peak"
-    stdout().print(f"residual {found.residual_rms:.4g} N RMS; {error}")
-    for sentence in found.degeneracies:
+    error = f"largest error {100 * identification.largest_error:.1f} % of the peak"
+    stdout().print(f"residual {identification.residual_rms:.4g} N RMS; {error}")
+    for sentence in identification.degeneracies:
         stderr().print(f"note: {sentence}")

@@ -67,7 +67,7 @@ def command(name: str | None, listing: bool, output: Path, jobs: int, units: Uni
         raise InputError(f"study: NAME = {name}: no such study; one of {', '.join(STUDIES)}, or all")
     names = list(STUDIES) if name == "all" else [name]
     finished = _run(names, output, jobs, units)
-    ended = [finished[one] for one in names if one in finished]
+    ended = [finished[each] for each in names if each in finished]
 
     def show() -> None:
         for study, _ in ended:

@@ -79,7 +79,7 @@ def command(
             write_atomically(changed, dump_rig(rig).encode())
         return written
 
-    tree = {"at_total_depth": [_at_total_depth(one) for one in sticks], "notes": notes}
+    tree = {"at_total_depth": [_at_total_depth(stick) for stick in sticks], "notes": notes}
     write_and_print(tree if as_json else None, lambda: _print(sticks, units), write)
 
 
@@ -98,16 +98,16 @@ def _rig(rig_path: Path | None, log: RigLog | None, survey_path: Path | None) ->
     return check_rig(dataclasses.replace(rig, well=well), str(survey_path))
 
 
-def _at_total_depth(one: Broomstick) -> dict[str, float | None]:
-    return {"friction": one.friction, "slack_off_n": one.slack_off[-1], "turning_n": one.rotating[-1],
-            "pick_up_n": one.pick_up[-1], "torque_to_turn_n_m": one.torque[-1]}  # fmt: skip
+def _at_total_depth(stick: Broomstick) -> dict[str, float | None]:
+    return {"friction": stick.friction, "slack_off_n": stick.slack_off[-1], "turning_n": stick.rotating[-1],
+            "pick_up_n": stick.pick_up[-1], "torque_to_turn_n_m": stick.torque[-1]}  # fmt: skip
 
 
 def _csv(sticks: Sequence[Broomstick]) -> str:
     lines = ["friction,bit_depth_m,slack_off_n,turning_n,pick_up_n,torque_to_turn_n_m"]
-    for one in sticks:
-        name = "contact" if one.friction is None else f"{one.friction:g}"
-        columns = zip(one.depth, one.slack_off, one.rotating, one.pick_up, one.torque, strict=True)
+    for stick in sticks:
+        name = "contact" if stick.friction is None else f"{stick.friction:g}"
+        columns = zip(stick.depth, stick.slack_off, stick.rotating, stick.pick_up, stick.torque, strict=True)
         lines += [",".join([name, *(f"{value:.8g}" for value in row)]) for row in columns]
     return "\n".join(lines) + "\n"
 
@@ -119,8 +119,8 @@ def _print(sticks: Sequence[Broomstick], units: Units) -> None:
 
     force, torque = units.display_unit("kN"), units.display_unit("kN m")
     table = Table("at total depth", f"slack off {force}", f"turning {force}", f"pick up {force}", f"to turn {torque}")
-    for one in sticks:
-        name = "rig's contact" if one.friction is None else f"friction {one.friction:g}"
-        loads = (units.convert(float(v[-1]) / 1e3, "kN") for v in (one.slack_off, one.rotating, one.pick_up))
-        table.add_row(name, *(f"{load:.1f}" for load in loads), f"{units.convert(one.torque[-1] / 1e3, 'kN m'):.4g}")
+    for stick in sticks:
+        name = "rig's contact" if stick.friction is None else f"friction {stick.friction:g}"
+        loads = (units.convert(float(v[-1]) / 1e3, "kN") for v in (stick.slack_off, stick.rotating, stick.pick_up))
+        table.add_row(name, *(f"{load:.1f}" for load in loads), f"{units.convert(stick.torque[-1] / 1e3, 'kN m'):.4g}")
     stdout().print(table)

@@ -147,7 +147,7 @@ class HeatMap:
     y: Array
     value: Array
     categories: tuple[str, ...] = ()
-    log: bool = False
+    log_colours: bool = False
     caption: Text = ""
 
 

@@ -46,7 +46,7 @@ def _chart(chart: Chart, units: Units) -> dict[str, Any]:
         layout[f"yaxis{axis[1:]}"] |= {"domain": domain}
         reference = panel.reference_line
         beside = f" · dotted: {reference[1]}" if reference is not None and reference[1] else ""
-        notes.append(_heading(_said(panel.y_label, units) + beside, domain[1]))
+        notes.append(_heading(_capitalised(panel.y_label, units) + beside, domain[1]))
         if panel.reference_line is not None:
             shapes.append(_level(units.convert(panel.reference_line[0], split_label(panel.y_label)[1]), axis))
         shapes += [_upright(units.convert(at, x_unit), axis) for at, _ in chart.vertical_lines]
@@ -54,7 +54,7 @@ def _chart(chart: Chart, units: Units) -> dict[str, Any]:
     notes += [_upright_name(units.convert(at, x_unit), name, chart.x_log) for at, name in chart.vertical_lines if name]
     marks = tuple(mark for panel in chart.panels for mark in panel.marks)
     layout["xaxis"] = _axis(marks, chart.x_limits, chart.x_label, units, chart.x_log, False, flat=False)
-    layout["xaxis"] |= {"anchor": axis, "title": {"text": _said(chart.x_label, units), "standoff": 6}}
+    layout["xaxis"] |= {"anchor": axis, "title": {"text": _capitalised(chart.x_label, units), "standoff": 6}}
     listed = list(legend.values())
     return {"data": data, "layout": layout, "legend": listed if len(listed) > 1 else [], "height": total + 70.0}
 
@@ -77,9 +77,9 @@ def _colour(mark: Line | Bars, index: int) -> str:
     return f"@{named or ORDER[index % len(ORDER)]}"
 
 
-def _said(label: str, units: Units) -> str:
-    told = units.convert_label(label)
-    return told[:1].upper() + told[1:]
+def _capitalised(label: str, units: Units) -> str:
+    text = units.convert_label(label)
+    return text[:1].upper() + text[1:]
 
 
 def rounded_numbers(values: Array) -> list[float | None]:
@@ -227,11 +227,11 @@ def _upright_name(at: float, name: str, log: bool) -> dict[str, Any]:
 
 
 def _map(figure: HeatMap, units: Units) -> dict[str, Any]:
-    told = units.convert(figure.value, split_label(figure.value_label)[1])
+    converted = units.convert(figure.value, split_label(figure.value_label)[1])
     with np.errstate(divide="ignore", invalid="ignore"):
-        value = np.log10(told) if figure.log else told
+        value = np.log10(converted) if figure.log_colours else converted
     name = units.convert_label(figure.value_label)
-    bar: dict[str, Any] = {"title": {"text": f"log10 of {name}" if figure.log else name, "side": "right"},
+    bar: dict[str, Any] = {"title": {"text": f"log10 of {name}" if figure.log_colours else name, "side": "right"},
                            "thickness": 12, "outlinewidth": 0}  # fmt: skip
     trace: dict[str, Any] = {
         "type": "heatmap", "x": rounded_numbers(units.convert(figure.x, split_label(figure.x_label)[1])),
@@ -246,9 +246,9 @@ def _map(figure: HeatMap, units: Units) -> dict[str, Any]:
         legend = [{"name": name, "colour": f"@{KINDS[k]}", "style": "bars", "hidden": False}
                   for k, name in enumerate(figure.categories)]  # fmt: skip
     layout = {
-        "xaxis": {"title": {"text": _said(figure.x_label, units), "standoff": 6}, "automargin": True},
+        "xaxis": {"title": {"text": _capitalised(figure.x_label, units), "standoff": 6}, "automargin": True},
         "yaxis": {"automargin": True},
-        "annotations": [_heading(_said(figure.y_label, units), 1.0)],
+        "annotations": [_heading(_capitalised(figure.y_label, units), 1.0)],
         "shapes": [], "hovermode": "closest",
     }
     return {"data": [trace], "layout": layout, "legend": legend, "height": _SINGLE + 70.0}

@@ -122,15 +122,15 @@ def _panel(axes: Axes, chart: Chart, panel: Panel, units: Units) -> None:
 
 def _line(axes: Axes, mark: Line, x_unit: str, y_unit: str, colour: str, units: Units) -> None:
     x, y = (mark.x, mark.y) if mark.low is not None else decimate(mark.x, mark.y)
-    told = units.convert(x, x_unit)
+    x_values = units.convert(x, x_unit)
     if mark.low is not None and mark.high is not None:
         low, high, middle = (units.convert(values, y_unit) for values in (mark.low, mark.high, mark.y))
         if mark.style == "dots":
-            axes.errorbar(told, middle, [middle - low, high - middle], fmt="none", ecolor=colour, elinewidth=1.1)
+            axes.errorbar(x_values, middle, [middle - low, high - middle], fmt="none", ecolor=colour, elinewidth=1.1)
         else:
-            axes.fill_between(told, low, high, color=colour, alpha=0.2, linewidth=0.0)
+            axes.fill_between(x_values, low, high, color=colour, alpha=0.2, linewidth=0.0)
     name = units.convert_text(mark.name) or None
-    axes.plot(told, units.convert(y, y_unit), color=colour, linewidth=1.2, label=name, **_STYLES[mark.style])
+    axes.plot(x_values, units.convert(y, y_unit), color=colour, linewidth=1.2, label=name, **_STYLES[mark.style])
 
 
 def _bars(axes: Axes, mark: Bars, chart: Chart, panel: Panel, number: int, units: Units) -> None:
@@ -167,6 +167,6 @@ def _map(axes: Axes, figure: HeatMap, units: Units) -> None:
         patches = [Patch(color=colour, label=name) for colour, name in zip(colours, figure.categories, strict=True)]
         axes.legend(handles=patches, fontsize=8, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False)
         return
-    norm = LogNorm() if figure.log else Normalize()
+    norm = LogNorm() if figure.log_colours else Normalize()
     mesh = axes.pcolormesh(x, y, value, cmap="viridis", shading="nearest", norm=norm)
     axes.get_figure().colorbar(mesh, ax=axes, label=units.convert_label(figure.value_label))  # type: ignore[union-attr]

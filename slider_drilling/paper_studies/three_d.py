@@ -33,7 +33,7 @@ def study() -> Study:
             AXIAL_MM,
             SPEED_RPM,
             np.array([[getattr(s, attribute) for s in row] for row in rows]),
-            log=True,
+            log_colours=True,
         )
         for title, attribute in (("Mean magnitude", "friction_ratio"), ("Signed mean", "signed_friction_ratio"))
         for rate, rows in runs.items()
