@@ -97,8 +97,8 @@ def command(
 
 def _findings(path: Path, identification: Identification, seed: int) -> dict[str, Any]:
     estimates = {
-        name: {"value": float(estimate.value), "interval": None if estimate.interval is None else [float(v) for v in estimate.interval],
-               "determined": estimate.determined, "unit": UNITS.get(name, "-")}
+        name: {"value": float(estimate.value), "determined": estimate.determined, "unit": UNITS.get(name, "-"),
+               "interval": None if estimate.interval is None else [float(v) for v in estimate.interval]}
         for name, estimate in identification.estimates.items()
     }  # fmt: skip
     return {
@@ -152,7 +152,8 @@ def _page(path: Path, data: FrictionData, identification: Identification) -> Stu
         ),
         claims=(),
         notes=identification.degeneracies,
-        tables=(Table(("parameter", "value", "interval", "unit"), _rows(identification), "Parameters, with 95 % intervals"),),
+        tables=(Table(("parameter", "value", "interval", "unit"), _rows(identification),
+                      "Parameters, with 95 % intervals"),),
     )  # fmt: skip
 
 
