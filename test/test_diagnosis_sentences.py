@@ -34,6 +34,7 @@ from slider_drilling.diagnosis.result import (
 from slider_drilling.diagnosis.rig_source import RigSource
 from slider_drilling.diagnosis.sentences import closed_in_words, prediction_horizon, summary, technical_summary
 from slider_drilling.files.installed_files import installed_file
+from slider_drilling.gap import criteria_table
 from slider_drilling.gap.results.breakdown import GapBreakdown
 from slider_drilling.gap.results.whole_runs import WholeRunErrors
 from slider_drilling.log import RigLog
@@ -139,8 +140,8 @@ def test_other_runs_have_a_column_with_several_runs():
     assert [share_cells(ranked, headers) for ranked in several.ranking] == [
         ("0.92 [0.64, 0.97]", "0.71 [0.50, 0.83]"), ("0.40 [-2.00, 0.50]", "-"), ("-", "-"),
     ]  # fmt: skip
-    assert OTHER_RUNS in page_html(report_page(several), SI)
-    assert OTHER_RUNS not in page_html(report_page(diagnosis), SI)
+    assert f'data-head="{OTHER_RUNS}"' in page_html(report_page(several), SI)
+    assert f'data-head="{OTHER_RUNS}"' not in page_html(report_page(diagnosis), SI)
     assert share_headers(diagnosis.ranking) == (CLOSES,)
 
 
@@ -269,6 +270,13 @@ def test_page_begins_with_the_summary_and_marks_only_the_answer():
     assert "118 deg" in html
     assert "heave: not fitted." in html
     assert "klbf" in page_html(report_page(worn_motor()), FIELD)
+
+
+def test_page_ends_with_the_criteria_table():
+    section = report_page(worn_motor()).sections[-1]
+    assert section.title == "What an effect must pass before it is named" and section.collapsed
+    (table,) = section.items
+    assert table.rows == tuple(tuple(row) for row in criteria_table())
 
 
 def test_interval_of_the_answer_lies_on_the_axis():

@@ -26,11 +26,12 @@ from slider_drilling.gap.model import Effect, Model
 from slider_drilling.gap.problem.noise import is_white
 from slider_drilling.gap.results.intervals import parameter_intervals, user_parameters, user_values
 from slider_drilling.gap.results.whole_runs import WholeRunErrors
-from slider_drilling.gap.selection.naming_criteria import Evidence, Stage, failures
+from slider_drilling.gap.selection.naming_criteria import Evidence, Stage, criterion, failures
 from slider_drilling.gap.selection.state import CandidateResult, FittedModel
 
 SCREENED_OUT = "screened out: other effects fitted better after as many trials"
 NOT_SEARCHED = "not searched for: calibration leaves no more than noise"
+_SIZE_CRITERIA = ("gap reduction relevant", "relevant after calibration", "gap reduction relevant in other runs")
 # An interval of a share that is wider than this says nothing: there is hardly a gap to be a share of.
 _MAX_WIDTH = 2.0
 
@@ -56,6 +57,7 @@ def with_engine_result(
         verdict=answer.verdict,
         site=answer.site,
         effects=answer.effects,
+        suspected=suspected_effects(answer),
         masked_effects=answer.masked_effects,
         interrupted=state.interrupted,
         gap=_gap(answer, model),
@@ -152,6 +154,15 @@ def rank_effects(answer: GapDiagnosis, effects: Sequence[Effect]) -> tuple[Ranke
     return tuple(ranking)
 
 
+def suspected_effects(answer: GapDiagnosis) -> tuple[str, ...]:
+    """Effects that fail no criterion but those of size: the evidence is there, but they close too little of the gap."""
+    size = {criterion(name).message for name in _SIZE_CRITERIA}
+    return tuple(
+        candidate.effect.name for candidate in answer.candidates
+        if candidate.failures and set(candidate.failures) <= size and candidate.effect.name not in answer.effects
+    )  # fmt: skip
+
+
 def _new_effects(candidate: CandidateResult, answer: GapDiagnosis, ranked: set[str]) -> list[Effect]:
     """The effects that a candidate adds to the ranking: its own, and those accepted with it that are in the answer."""
     kept = answer.effects if _accepted(candidate, answer) else ()
@@ -201,7 +212,7 @@ def why_not_in_answer(candidate: CandidateResult, answer: GapDiagnosis) -> str:
     failed = failures(Stage.VERDICT, Evidence(answer.state, answer.state.calibrated, candidate.fitted))
     if failed:
         return f"after calibration, {failed[0]}"
-    return "a free-form disturbance predicts better"
+    return criterion("no free form predicts better").message
 
 
 def _in_other_runs(candidate: CandidateResult, answer: GapDiagnosis) -> ClosedShare | None:

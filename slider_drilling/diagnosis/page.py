@@ -9,6 +9,7 @@ from slider_drilling.diagnosis.figures import intervals, shape, traces, waterfal
 from slider_drilling.diagnosis.ranking_table import candidate_status, share_cells, share_headers, split_by_fitted
 from slider_drilling.diagnosis.result import STAGE_NAMES, Diagnosis, FittedParameter, Gap, RankedEffect
 from slider_drilling.diagnosis.sentences import plain_name, prediction_horizon, summary, technical_summary
+from slider_drilling.gap import criteria_table
 from slider_drilling.gap.results.next_manoeuvre import RecommendedManoeuvre
 from slider_drilling.log.run_page import log_title
 from slider_drilling.pages import BulletList, Chart, Headline, Page, Section, Table, Tag
@@ -23,7 +24,7 @@ def report_page(diagnosis: Diagnosis) -> Page:
     """The page as plain data, for `slider_drilling.pages` to write."""
     sections = [
         *_how_large(diagnosis), *_where(diagnosis), *_which(diagnosis), *_traces(diagnosis), *_parameters(diagnosis),
-        *_next(diagnosis),
+        *_next(diagnosis), *_criteria(diagnosis),
     ]  # fmt: skip
     verdict = diagnosis.verdict.replace("_", " ") + (", interrupted" if diagnosis.interrupted else "")
     headline = Headline(summary(diagnosis), _TONES.get(diagnosis.verdict, "bad"), verdict)
@@ -197,3 +198,12 @@ def _manoeuvre(manoeuvre: RecommendedManoeuvre) -> str:
         f"To distinguish {first} from {second}: {manoeuvre.description}. The two would then differ by "
         f"{manoeuvre.distance:.1f} times the noise; in this log they differ by {manoeuvre.distance_in_log:.1f} times."
     )
+
+
+def _criteria(diagnosis: Diagnosis) -> list[Section]:
+    """The rules that the engine applies to every effect."""
+    if not diagnosis.ranking:
+        return []
+    header = ("criterion", "what is tested", "threshold", "message if it fails", "why the criterion exists")
+    table = Table(header, tuple(tuple(row) for row in criteria_table()))
+    return [Section("What an effect must pass before it is named", (table,), collapsed=True)]
