@@ -1,4 +1,4 @@
-"""Campaigns: results that are kept, jobs that die alone, interrupts that leave what is finished."""
+"""Campaigns: results are kept, jobs crash alone, interrupts leave finished results."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from slider_drilling.campaign import code_version as code
 from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.results import ResultFolder
 from slider_drilling.campaign.run import WorkerSettings, run_jobs
-from slider_drilling.campaign.worker import as_line, run_job
+from slider_drilling.campaign.worker import job_line, run_job
 from slider_drilling.campaign.worker_processes import WorkerProcesses
 from slider_drilling.errors import InputError
 
@@ -54,7 +54,7 @@ def write_beside(job):
 
 @pytest.fixture
 def jobs(tmp_path, monkeypatch):
-    """Makes jobs that square the numbers in files."""
+    """Returns a function that makes jobs which square the numbers in files."""
     (tmp_path / "squares_of_files.py").write_text(KINDS)
     monkeypatch.syspath_prepend(str(tmp_path))
 
@@ -77,7 +77,7 @@ def times_run(job):
     return len(Path(job.inputs["number"] + ".ran").read_text())
 
 
-def test_results_are_kept_and_what_has_one_is_not_run_again(tmp_path, jobs):
+def test_jobs_with_results_are_not_run_again(tmp_path, jobs):
     work = jobs(4)
     first = run_jobs(work, tmp_path / "results")
     assert (first.completed, first.already_done, first.exit_code) == (4, 0, 0)
@@ -87,7 +87,7 @@ def test_results_are_kept_and_what_has_one_is_not_run_again(tmp_path, jobs):
     assert [times_run(job) for job in work] == [1, 1, 1, 1]
 
 
-def test_the_key_is_a_hash_of_all_that_a_result_depends_on_and_of_nothing_else(tmp_path, jobs, monkeypatch):
+def test_key_depends_on_files_options_seed_and_code(tmp_path, jobs, monkeypatch):
     (job,) = jobs(1)
     key = job.key()
     elsewhere = tmp_path / "elsewhere"
@@ -102,7 +102,7 @@ def test_the_key_is_a_hash_of_all_that_a_result_depends_on_and_of_nothing_else(t
     assert job.key() != key
 
 
-def test_an_edit_of_the_package_is_another_code_version_but_not_one_of_its_commands(tmp_path, monkeypatch):
+def test_code_version_ignores_the_commands(tmp_path, monkeypatch):
     package = tmp_path / "package"
     for folder in ("campaign", "commands"):
         (package / folder).mkdir(parents=True)
@@ -116,7 +116,7 @@ def test_an_edit_of_the_package_is_another_code_version_but_not_one_of_its_comma
     assert version() != before
 
 
-def test_a_job_that_raises_or_is_killed_costs_itself_only(tmp_path, jobs):
+def test_job_that_raises_or_dies_fails_alone(tmp_path, jobs):
     said = {}
     work = jobs(6, deeds={"1": "raise", "3": "die"})
     ran = run_jobs(
@@ -131,7 +131,7 @@ def test_a_job_that_raises_or_is_killed_costs_itself_only(tmp_path, jobs):
     assert squares(results.folder, [ran.keys[k] for k in (0, 2, 4, 5)]) == [0, 4, 16, 25]
 
 
-def test_a_job_that_failed_is_tried_again_and_its_error_goes_when_it_has_a_result(tmp_path, jobs):
+def test_failed_job_is_run_again(tmp_path, jobs):
     work = jobs(2, deeds={"1": "stop once"})
     first = run_jobs(work, tmp_path / "results")
     assert list(first.failed) == [first.keys[1]]
@@ -141,7 +141,7 @@ def test_a_job_that_failed_is_tried_again_and_its_error_goes_when_it_has_a_resul
     assert not list((tmp_path / "results").glob("*.error"))
 
 
-def test_a_job_is_done_only_while_all_that_it_wrote_is_there(tmp_path, jobs):
+def test_job_is_done_while_its_outputs_exist(tmp_path, jobs):
     jobs(1)
     beside = tmp_path / "beside"
     job = Job("squares_of_files:write_beside", "writes", outputs=(str(beside),))
@@ -152,7 +152,7 @@ def test_a_job_is_done_only_while_all_that_it_wrote_is_there(tmp_path, jobs):
 
 
 @pytest.mark.parametrize("way", ["", "/../closed"])
-def test_a_job_can_open_nothing_in_a_closed_folder_but_its_own_files(tmp_path, jobs, way):
+def test_job_cannot_open_forbidden_folders(tmp_path, jobs, way):
     jobs(1)
     closed = tmp_path / "closed"
     closed.mkdir()
@@ -168,20 +168,20 @@ def test_a_job_can_open_nothing_in_a_closed_folder_but_its_own_files(tmp_path, j
     assert (closed / "label").read_text() == "stribeck"  # this process is let in again
 
 
-def test_what_cannot_be_kept_ends_the_campaign_and_is_not_lost(tmp_path, jobs):
+def test_unsaved_result_ends_the_campaign_and_is_returned(tmp_path, jobs):
     folder = tmp_path / "results"
     work = jobs(3, deeds={"0": "spoil"}, folder=str(folder))
     ran = run_jobs(work, folder)
     assert ran.result(ran.keys[0]).tree == {"square": 0}
     assert ran.result(ran.keys[1]) is None
     assert (ran.completed, len(ran.unsaved), ran.not_run, ran.exit_code) == (0, 1, 2, 2)
-    assert ran.summary().startswith(f"1 run and not kept, 2 not run; {folder}/{ran.keys[0]}.json: cannot write")
+    assert ran.summary().startswith(f"1 completed but not saved, 2 not run; {folder}/{ran.keys[0]}.json: cannot write")
     folder.unlink()
     again = run_jobs(jobs(3, folder=str(folder)), folder)
     assert (again.completed, again.exit_code, squares(folder, again.keys)) == (3, 0, [0, 1, 4])
 
 
-def test_a_failure_that_cannot_be_written_down_ends_the_campaign(tmp_path, jobs):
+def test_unsaved_failure_ends_the_campaign(tmp_path, jobs):
     folder = tmp_path / "results"
     folder.mkdir()
     work = jobs(2, deeds={"0": "die"})
@@ -191,7 +191,7 @@ def test_a_failure_that_cannot_be_written_down_ends_the_campaign(tmp_path, jobs)
     assert "SIGKILL; and " in ran.summary() and "cannot write this file" in ran.summary()
 
 
-def test_a_missing_input_or_a_folder_that_cannot_be_made_is_one_line(tmp_path, jobs):
+def test_missing_input_or_folder_is_one_line(tmp_path, jobs):
     with pytest.raises(InputError, match="nowhere: cannot read this file"):
         run_jobs([Job("squares_of_files:square", "of nothing", {"number": str(tmp_path / "nowhere")})], tmp_path / "r")
     (tmp_path / "file").touch()
@@ -199,20 +199,20 @@ def test_a_missing_input_or_a_folder_that_cannot_be_made_is_one_line(tmp_path, j
         run_jobs(jobs(1), tmp_path / "file" / "results")
 
 
-def test_a_worker_of_other_code_refuses(tmp_path, jobs, monkeypatch):
+def test_worker_of_other_code_refuses(tmp_path, jobs, monkeypatch):
     (job,) = jobs(1)
 
     def of_other_code(*arguments):
-        return json.dumps({**json.loads(as_line(*arguments)), "code": "0.0.0+other"})
+        return json.dumps({**json.loads(job_line(*arguments)), "code": "0.0.0+other"})
 
-    monkeypatch.setattr("slider_drilling.campaign.worker_processes.as_line", of_other_code)
+    monkeypatch.setattr("slider_drilling.campaign.worker_processes.job_line", of_other_code)
     processes = WorkerProcesses()
     why = processes.run(job, job.key(), tmp_path)
     processes.stop()
     assert "install the same code" in why
 
 
-def test_a_result_that_is_none_is_refused_in_one_line(tmp_path):
+def test_file_that_is_no_result_is_refused(tmp_path):
     (tmp_path / "abc.json").write_text('{"result": 1}')
     with pytest.raises(InputError, match=r"abc\.json: not a result of a campaign"):
         ResultFolder(tmp_path).read("abc")
@@ -242,7 +242,7 @@ def campaign(tmp_path, *arguments):
 
 
 def processes_of(tmp_path):
-    """Workers that jobs of this folder run in."""
+    """Process ids of the workers that run jobs of this folder."""
     found = []
     for entry in Path("/proc").glob("[0-9]*"):
         try:
@@ -262,7 +262,7 @@ def await_none(tmp_path):
 
 
 @pytest.mark.parametrize(("number", "exit_code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_signal_leaves_finished_results_says_so_by_the_exit_code_and_the_rest_is_run_later(
+def test_signal_keeps_finished_results(
     tmp_path, jobs, number, exit_code
 ):
     jobs(8)
@@ -271,17 +271,17 @@ def test_a_signal_leaves_finished_results_says_so_by_the_exit_code_and_the_rest_
     process.send_signal(number)
     out, _ = process.communicate(timeout=30)
     assert process.returncode == exit_code
-    assert "the same command goes on from here" in out
+    assert "run the same command to continue" in out
     await_none(tmp_path)
     done = len(list((tmp_path / "results").glob("*.json")))
     assert 2 <= done < 8
     assert not list((tmp_path / "results").glob("*.error"))  # what was cut short has not failed
     process = campaign(tmp_path)
     out, _ = process.communicate(timeout=60)
-    assert (process.returncode, out.splitlines()[-1]) == (0, f"{8 - done} run, {done} kept from before")
+    assert (process.returncode, out.splitlines()[-1]) == (0, f"{8 - done} completed, {done} done before")
 
 
-def test_workers_end_with_a_campaign_that_is_killed(tmp_path, jobs):
+def test_workers_end_with_a_killed_campaign(tmp_path, jobs):
     jobs(8)
     process = campaign(tmp_path)
     assert process.stdout.readline()

@@ -1,4 +1,4 @@
-"""Campaigns on a real scheduler with two real workers: one is killed half-way, the scheduler is lost and comes back."""
+"""Campaigns on a real scheduler with two workers, of which one is killed; the scheduler is lost and comes back."""
 
 from __future__ import annotations
 
@@ -102,7 +102,8 @@ def children_of(process):
     return found
 
 
-def test_a_killed_worker_costs_its_case_and_a_lost_scheduler_only_time(cluster, tmp_path):
+@pytest.mark.slow
+def test_all_jobs_survive_lost_worker_and_scheduler(cluster, tmp_path):
     scheduler = cluster.scheduler()
     nannies = [cluster.worker("a"), cluster.worker("b")]
     jobs = make_jobs(tmp_path, 12, 0.5)
@@ -132,7 +133,8 @@ def test_a_killed_worker_costs_its_case_and_a_lost_scheduler_only_time(cluster, 
     assert sum(begun) <= 12 + 1 + 4
 
 
-def test_a_scheduler_that_stays_away_ends_the_campaign_which_goes_on_from_its_files(cluster, tmp_path):
+@pytest.mark.slow
+def test_campaign_without_scheduler_continues_from_its_files(cluster, tmp_path):
     scheduler, nanny = cluster.scheduler(), cluster.worker("a")
     jobs = make_jobs(tmp_path, 6, 1.0)
 
@@ -145,12 +147,13 @@ def test_a_scheduler_that_stays_away_ends_the_campaign_which_goes_on_from_its_fi
 
     ran = run_jobs(jobs, tmp_path / "results", WorkerSettings(scheduler=cluster.address, patience=0.5), all_go)
     assert ran.stop_code == 3 and "no scheduler answers" in ran.stop_reason and ran.completed >= 1
-    assert "the same command goes on from here" in ran.summary()
+    assert "run the same command to continue" in ran.summary()
     here = run_jobs(jobs, tmp_path / "results", WorkerSettings(2))
     assert here.exit_code == 0 and here.already_done >= ran.completed and here.already_done + here.completed == 6
 
 
-def test_a_scheduler_that_is_not_there_is_one_line(tmp_path, cluster):
+@pytest.mark.slow
+def test_missing_scheduler_is_one_line(tmp_path, cluster):
     jobs = make_jobs(tmp_path, 1, 0.0)
     with pytest.raises(InputError, match=f"--scheduler {cluster.address}: no scheduler answers"):
         run_jobs(jobs, tmp_path / "results", WorkerSettings(scheduler=cluster.address))

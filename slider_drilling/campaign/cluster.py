@@ -1,4 +1,4 @@
-"""The scheduler of a cluster: any of `dask.distributed`."""
+"""Jobs on the workers of a `dask.distributed` scheduler."""
 
 from __future__ import annotations
 
@@ -13,54 +13,71 @@ from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.worker_processes import run_on_cluster_worker
 from slider_drilling.errors import InputError
 
-# s, for a first answer and for a first worker.
-_ANSWER_S, _WORKER_S = 5.0, 30.0
+_CONNECT_TIMEOUT_S = 5.0  # for one attempt
+_FIRST_WORKER_TIMEOUT_S = 30.0
+
+
+class SchedulerLostError(Exception):
+    """The connection to the scheduler is lost."""
 
 
 @contextmanager
 def connect(address: str, patience: float) -> Iterator[Any]:
-    """A client of the scheduler, tried for patience s. Raises InputError where none answers or none works for it."""
+    """Gives a client of the scheduler.
+
+    Args:
+        address: Such as tcp://HOST:8786.
+        patience: How long to try, s.
+
+    Raises:
+        InputError: No scheduler answers, or it has no worker.
+    """
     try:
         from distributed import Client
     except ImportError:
         raise InputError(f"--scheduler {address}: needs `pip install 'slider_drilling[cluster]'`") from None
 
-    # A lost scheduler is told of in a line, not in a traceback for each of its connections.
+    # A lost scheduler is reported in one line, not by a traceback for each of its connections.
     for name in ("distributed", "distributed.client", "distributed.core", "distributed.comm"):
         logging.getLogger(name).setLevel(logging.CRITICAL)
     deadline = time.monotonic() + patience
     while True:
         try:
-            client = Client(address, timeout=_ANSWER_S)
+            client = Client(address, timeout=_CONNECT_TIMEOUT_S)
             break
-        except (OSError, ValueError) as error:
-            if isinstance(error, ValueError):
-                raise InputError(f"--scheduler {address}: not an address such as tcp://HOST:8786: {error}") from None
+        except ValueError as error:
+            raise InputError(f"--scheduler {address}: not an address such as tcp://HOST:8786: {error}") from None
+        except OSError:
             if time.monotonic() > deadline:
                 raise InputError(f"--scheduler {address}: no scheduler answers there; is it running?") from None
             time.sleep(1.0)
     try:
-        _await_worker(client, address, max(patience, _WORKER_S))
+        _await_worker(client, address, max(patience, _FIRST_WORKER_TIMEOUT_S))
         yield client
     finally:
-        client.close(timeout=_ANSWER_S)
+        client.close(timeout=_CONNECT_TIMEOUT_S)
 
 
-def _await_worker(client: Any, address: str, seconds: float) -> None:
+def _await_worker(client: Any, address: str, timeout: float) -> None:
     try:
-        client.wait_for_workers(1, timeout=seconds)
+        client.wait_for_workers(1, timeout=timeout)
     except TimeoutError:
         raise InputError(f"--scheduler {address}: it has no worker; start one with `dask worker {address}`") from None
 
 
-class SchedulerLostError(Exception):
-    """The scheduler is gone."""
-
-
 def run_on_cluster(client: Any, jobs: Mapping[str, Job], folder: Path) -> Iterator[tuple[str, str | None]]:
-    """Run jobs on the cluster; each one's key and why it has no result, or None, as they end. Raises LostError.
+    """Runs jobs on the cluster; dask gives a job whose worker died to another worker, up to three times.
 
-    A job whose worker died is given to another one, which dask does three times.
+    Args:
+        client: Of the scheduler.
+        jobs: Jobs by key.
+        folder: Folder of the results; the workers must see it too.
+
+    Yields:
+        The key of each job as it ends, and why it has no result or None.
+
+    Raises:
+        SchedulerLostError: The connection to the scheduler is lost.
     """
     from distributed import CancelledError, KilledWorker, as_completed
     from distributed.comm.core import CommClosedError

@@ -1,11 +1,11 @@
-"""Many logs, each diagnosed by itself: a job a log, one table and one page over all."""
+"""Many logs, each diagnosed by itself: one job for each log, one table and one page over all."""
 
 from __future__ import annotations
 
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,15 +17,25 @@ from slider_drilling.files.output_files import make_folder, write_atomically
 from slider_drilling.pages import Link, Page, Section, Table, Tag
 from slider_drilling.pages.page import Tone
 
-SCHEMA = "slider_drilling/diagnoses/1"
-HEADS = ("log", "verdict", "effect", "not told from", "site", "closes [95 %]", "worst channel", "off by", "failed")
+SCHEMA = "slider_drilling/diagnoses/2"
+HEADS = ("log", "verdict", "effect", "indistinguishable", "site", "closes [95 %]", "worst channel", "its error",
+         "failure")  # fmt: skip
 _TONES: dict[str, Tone] = {"none": "good", "parameters": "good", "effect": "plain"}
 
 
 @dataclass(frozen=True)
 class DiagnoseOptions:
-    """Of `diagnose`, as `slider_drilling.diagnosis.diagnose` has them; effects: ``module:Class`` and its file each;
-    units: of the pages, by name."""
+    """Options of `slider_drilling.diagnosis.diagnose`.
+
+    Attributes:
+        rig: Rig file; None for the one in the log.
+        namespace: Of the log's topics.
+        seed: Of the diagnosis.
+        only: Effects that are considered; all if empty.
+        effects: User effects: ``module:Class`` and the file of the module.
+        until: Gap at which the diagnosis stops.
+        units: Name of the units of the pages.
+    """
 
     rig: Path | None = None
     namespace: str | None = None
@@ -38,8 +48,21 @@ class DiagnoseOptions:
 
 @dataclass(frozen=True)
 class LogRow:
-    """One log's line of the table. folder: of its files; worst: the channel with the largest error as given, in its
-    noise, and that error with its unit."""
+    """One log in the table.
+
+    Attributes:
+        log: Path of the log.
+        folder: Folder of its report.
+        verdict: Of its diagnosis, or ``failed``.
+        effects: Named effects.
+        indistinguishable: Effects that the log cannot distinguish from the named ones.
+        site: Where the gap lies.
+        closed: Share of the gap that the named effects close.
+        closed_interval: Its 95 % interval.
+        worst_channel: Channel whose error with the rig file as given is largest in units of its noise.
+        worst_error: That error, with its unit and in units of the noise.
+        failure: Why the diagnosis failed; empty if it did not.
+    """
 
     log: str
     folder: str
@@ -55,27 +78,30 @@ class LogRow:
 
 
 def find_logs(paths: Sequence[Path]) -> list[Path]:
-    """The logs themselves, and all ``*.mcap`` below folders. Raises InputError for a folder without any."""
-    found: list[Path] = []
+    """Returns the logs among the paths, and all ``*.mcap`` below the folders among them.
+
+    Raises:
+        InputError: A folder holds no log.
+    """
+    logs: list[Path] = []
     for path in paths:
         if not path.is_dir():
-            found.append(path)
+            logs.append(path)
             continue
-        inside = sorted(one for one in path.rglob("*.mcap") if not one.name.startswith("."))
+        inside = sorted(file for file in path.rglob("*.mcap") if not file.name.startswith("."))
         if not inside:
             raise InputError(f"{path}: holds no logs (*.mcap)")
-        found += inside
-    return found
+        logs += inside
+    return logs
 
 
 def folder_names(logs: Sequence[Path]) -> list[str]:
-    """A name for each log's folder: the log's own, with what is above it where two have the same."""
+    """Returns a name for each log's folder: the log's own, with parent folders in front where two are the same."""
     names: list[str] = []
     for log in logs:
-        parts = [log.stem, *(part for part in reversed(log.resolve().parent.parts) if part != "/")]
-        name = parts[0]
-        for part in parts[1:]:
-            if name not in names:
+        name = log.stem
+        for part in reversed(log.resolve().parent.parts):
+            if name not in names or part == "/":
                 break
             name = f"{part}_{name}"
         names.append(name)
@@ -83,7 +109,11 @@ def folder_names(logs: Sequence[Path]) -> list[str]:
 
 
 def user_effect_file(reference: str) -> str:
-    """The file of an effect ``module:Class`` of the user's own: an edit of it is another effect. Raises InputError."""
+    """Returns the file of a user effect ``module:Class``. An edit of it changes the result of a job.
+
+    Raises:
+        InputError: There is no such effect.
+    """
     from slider_drilling.diagnosis.user_effects import load_effect
 
     load_effect(reference)
@@ -91,7 +121,7 @@ def user_effect_file(reference: str) -> str:
 
 
 def log_job(log: Path, options: DiagnoseOptions) -> Job:
-    """The job that diagnoses one log."""
+    """Returns the job that diagnoses one log."""
     inputs = {"log": str(log)}
     if options.rig is not None:
         inputs["rig"] = str(options.rig)
@@ -107,7 +137,7 @@ def log_job(log: Path, options: DiagnoseOptions) -> Job:
 
 
 def diagnose_log(job: Job) -> dict[str, Any]:
-    """The files of one log's diagnosis: name and text."""
+    """Returns the files of one log's report: name and text."""
     from slider_drilling.diagnosis.diagnose import diagnose
     from slider_drilling.diagnosis.save import write_diagnosis
     from slider_drilling.diagnosis.user_effects import installed_effects, load_effect
@@ -116,44 +146,56 @@ def diagnose_log(job: Job) -> dict[str, Any]:
     from slider_drilling.units import UNITS
 
     options, rig_path = job.options, job.inputs.get("rig")
-    own = [*installed_effects(), *(load_effect(reference) for reference in options["effects"])]
+    user_effects = [*installed_effects(), *(load_effect(reference) for reference in options["effects"])]
     log = read_log(job.inputs["log"], rig_path, options["namespace"])
     rig = load_rig(rig_path) if rig_path is not None else log.rig()
-    found = diagnose([log], rig, seed=job.seed, user_effects=own, only=options["only"], until=options["until"])
+    diagnosis = diagnose(
+        [log], rig, seed=job.seed, user_effects=user_effects, only=options["only"], until=options["until"]
+    )
     with tempfile.TemporaryDirectory() as folder:
-        paths = write_diagnosis(found, Path(folder), UNITS[options["units"]])
+        paths = write_diagnosis(diagnosis, Path(folder), UNITS[options["units"]])
         return {"files": {path.name: path.read_text(encoding="utf-8") for path in paths}}
 
 
 def write_report_files(result: JobResult, folder: Path) -> None:
-    """Write a result's files into a folder of their own. Raises InputError."""
+    """Writes the files of a log's report into a folder of their own.
+
+    Raises:
+        InputError: A file cannot be written.
+    """
     make_folder(folder)
     for name, text in result.tree["files"].items():
         write_atomically(folder / name, text.encode("utf-8"))
 
 
-def log_row(log: Path, folder: str, diagnosis: dict[str, Any]) -> LogRow:
-    """The line of a log whose diagnosis.json (schema 3) is this tree."""
+def log_row(log: Path, folder: str, diagnosis: Mapping[str, Any]) -> LogRow:
+    """Returns the row of a log.
+
+    Args:
+        log: The log.
+        folder: Name of the folder of its report.
+        diagnosis: The tree of its diagnosis.json.
+    """
     gap = diagnosis["gap"]
-    worst, off_by = _worst(gap)
-    group = [name for entry in diagnosis["ranking"] if entry["in_answer"] for name in entry["group"]]
+    worst_channel, worst_error = _worst_channel(gap)
+    named = [entry for entry in diagnosis["ranking"] if entry["in_answer"]]
     interval = gap["closed_interval"]
     return LogRow(
-        str(log),
-        folder,
-        diagnosis["verdict"],
-        tuple(diagnosis["effects"]),
-        tuple(group),
-        diagnosis["site"],
-        gap["closed"],
-        None if interval is None else (interval[0], interval[1]),
-        worst,
-        off_by,
+        log=str(log),
+        folder=folder,
+        verdict=diagnosis["verdict"],
+        effects=tuple(diagnosis["effects"]),
+        indistinguishable=tuple(name for entry in named for name in entry["group"]),
+        site=diagnosis["site"],
+        closed=gap["closed"],
+        closed_interval=None if interval is None else (interval[0], interval[1]),
+        worst_channel=worst_channel,
+        worst_error=worst_error,
     )
 
 
-def _worst(gap: dict[str, Any]) -> tuple[str, str]:
-    """The channel whose error, with the rig file as given, is largest in its noise."""
+def _worst_channel(gap: Mapping[str, Any]) -> tuple[str, str]:
+    """Returns the channel with the largest error, with the rig file as given, in units of its noise; and that error."""
     errors = {
         name: (error["nominal"] / gap["noise_floor"][name]["value"], error)
         for name, error in gap["rms"].items()
@@ -161,65 +203,52 @@ def _worst(gap: dict[str, Any]) -> tuple[str, str]:
     }
     if not errors:
         return "", ""
-    name = max(errors, key=lambda one: errors[one][0])
+    name = max(errors, key=lambda channel: errors[channel][0])
     floors, error = errors[name]
     return name, f"{error['nominal']:.3g} {error['unit']}, {floors:.1f} times its noise"
 
 
 def as_json(rows: Sequence[LogRow], code: str) -> dict[str, Any]:
-    """The tree of diagnoses.json."""
+    """Returns the tree of diagnoses.json."""
+    return {"schema": SCHEMA, "code": code, "logs": [_row_json(row) for row in rows]}
+
+
+def _row_json(row: LogRow) -> dict[str, Any]:
     return {
-        "schema": SCHEMA,
-        "code": code,
-        "logs": [
-            {
-                "log": row.log,
-                "folder": row.folder,
-                "verdict": row.verdict,
-                "effects": list(row.effects),
-                "group": list(row.indistinguishable),
-                "site": row.site,
-                "closed": row.closed,
-                "closed_interval": None if row.closed_interval is None else list(row.closed_interval),
-                "worst_channel": row.worst_channel,
-                "off_by": row.worst_error,
-                "failed": row.failure,
-            }
-            for row in rows
-        ],
+        "log": row.log,
+        "folder": row.folder,
+        "verdict": row.verdict,
+        "effects": list(row.effects),
+        "indistinguishable": list(row.indistinguishable),
+        "site": row.site,
+        "closed": row.closed,
+        "closed_interval": None if row.closed_interval is None else list(row.closed_interval),
+        "worst_channel": row.worst_channel,
+        "worst_error": row.worst_error,
+        "failure": row.failure,
     }
 
 
 def cells(row: LogRow) -> tuple[str, ...]:
-    """One line of the table: a cell for each of `HEADS`."""
+    """Returns one row of the table: a cell for each of `HEADS`."""
     share = "-" if row.closed is None else f"{row.closed:.2f}"
     if row.closed_interval is not None and row.closed is not None:
         share += f" [{row.closed_interval[0]:.2f}, {row.closed_interval[1]:.2f}]"
-    return (
-        row.log,
-        row.verdict,
-        " + ".join(row.effects),
-        ", ".join(row.indistinguishable),
-        row.site or "",
-        share,
-        row.worst_channel,
-        row.worst_error,
-        row.failure,
-    )
+    return (row.log, row.verdict, " + ".join(row.effects), ", ".join(row.indistinguishable), row.site or "", share,
+            row.worst_channel, row.worst_error, row.failure)  # fmt: skip
 
 
 def logs_page(rows: Sequence[LogRow]) -> Page:
-    """The page over all logs."""
+    """Returns the page over all logs."""
     body = []
     for row in rows:
-        shown = cells(row)
-        first = Link(row.log, f"{row.folder}/report.html") if not row.failure else row.log
-        body.append((first, Tag(row.verdict, _TONES.get(row.verdict, "bad")), *shown[2:]))
+        first = row.log if row.failure else Link(row.log, f"{row.folder}/report.html")
+        body.append((first, Tag(row.verdict, _TONES.get(row.verdict, "bad")), *cells(row)[2:]))
     counts = Counter(row.verdict for row in rows)
     return Page(
         kind="Diagnoses",
         title=f"{len(rows)} logs",
         facts=tuple((verdict, str(count)) for verdict, count in counts.items()),
         sections=(Section("Every log", (Table(HEADS, tuple(body)),)),),
-        notes=("Each log is diagnosed by itself; several logs of one rig tell more when they are fitted together.",),
+        notes=("Each log is diagnosed by itself. Several logs of one rig reveal more if they are fitted together.",),
     )

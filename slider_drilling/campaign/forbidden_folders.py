@@ -1,4 +1,4 @@
-"""Folders that a job cannot look into: enforced by the interpreter, for every way of opening a file from Python."""
+"""Folders that a job cannot read. The interpreter's audit hook enforces this for Python's ways of opening a file."""
 
 from __future__ import annotations
 
@@ -11,36 +11,41 @@ from typing import Any
 _EVENTS = ("open", "os.listdir", "os.scandir", "os.rename", "os.link", "os.symlink", "os.chdir", "shutil.copyfile")
 
 
-class _Closed:
-    """What the hook looks at; an audit hook can never be taken out again, so this is emptied instead."""
+class _Forbidden:
+    """What the audit hook checks. A hook cannot be removed, so this is emptied instead."""
 
     folders: tuple[str, ...] = ()
-    allowed: frozenset[str] = frozenset()
-    hooked = False
+    allowed_files: frozenset[str] = frozenset()
+    hook_installed = False
 
 
-def _look(event: str, arguments: tuple[Any, ...]) -> None:
-    if not _Closed.folders or event not in _EVENTS:
+def _audit(event: str, arguments: tuple[Any, ...]) -> None:
+    if not _Forbidden.folders or event not in _EVENTS:
         return
+    # The first two arguments are the paths of every event above.
     for argument in arguments[:2]:
         if isinstance(argument, (str, bytes, os.PathLike)):
             path = os.path.realpath(os.fsdecode(argument))
-            if path in _Closed.allowed:
+            if path in _Forbidden.allowed_files:
                 continue
-            for folder in _Closed.folders:
+            for folder in _Forbidden.folders:
                 if path == folder or path.startswith(folder + os.sep):
                     raise PermissionError(f"{path}: sealed for this job")
 
 
 @contextmanager
-def forbid_folders(folders: Iterable[str], allowed: Iterable[str]) -> Iterator[None]:
-    """Within, opening or listing anything in these folders but the allowed files raises PermissionError."""
-    if not _Closed.hooked:
-        sys.addaudithook(_look)
-        _Closed.hooked = True
-    _Closed.allowed = frozenset(os.path.realpath(path) for path in allowed)
-    _Closed.folders = tuple(os.path.realpath(folder) for folder in folders)
+def forbid_folders(folders: Iterable[str], allowed_files: Iterable[str]) -> Iterator[None]:
+    """Makes this process unable to open or list anything in the folders, apart from the allowed files.
+
+    Raises:
+        PermissionError: Inside, at each attempt.
+    """
+    if not _Forbidden.hook_installed:
+        sys.addaudithook(_audit)
+        _Forbidden.hook_installed = True
+    _Forbidden.allowed_files = frozenset(os.path.realpath(path) for path in allowed_files)
+    _Forbidden.folders = tuple(os.path.realpath(folder) for folder in folders)
     try:
         yield
     finally:
-        _Closed.folders = ()
+        _Forbidden.folders = ()

@@ -16,12 +16,16 @@ from slider_drilling.errors import InputError
 
 @dataclass(frozen=True)
 class Job:
-    """A run of a pure function: the same files, options, seed and code give the same result.
+    """A call of a pure function: the same files, options, seed and code give the same result.
 
-    call: ``module:function``, called with this job, returns a tree that JSON can hold; name: for people; inputs: the
-    files it reads, by the name that it knows them by; options: a tree that JSON can hold; outputs: files that it
-    writes besides its result, so that it is done only while they are there; closed: folders in which it can open
-    nothing but its inputs and outputs.
+    Attributes:
+        call: ``module:function``. The function takes this job and returns a tree that JSON can hold.
+        name: For messages.
+        inputs: Files that the function reads, by the names under which it knows them.
+        options: A tree that JSON can hold.
+        seed: Of the function.
+        outputs: Files that the function writes besides its result. The job is done only while they exist.
+        forbidden_folders: Folders in which the function can open nothing but its inputs and outputs.
     """
 
     call: str
@@ -33,27 +37,35 @@ class Job:
     forbidden_folders: tuple[str, ...] = ()
 
     def dependencies(self) -> dict[str, Any]:
-        """All that the result depends on. Raises InputError where an input cannot be read."""
+        """Returns everything that the result depends on.
+
+        Raises:
+            InputError: An input cannot be read.
+        """
         return {
             "call": self.call,
-            "inputs": {name: _hash_of(path) for name, path in sorted(self.inputs.items())},
+            "inputs": {name: _hash_of_file(path) for name, path in sorted(self.inputs.items())},
             "options": dict(self.options),
             "seed": self.seed,
             "code": code_version(),
         }
 
     def key(self) -> str:
-        """The name of its result: a hash of `depends_on`. Raises InputError where an input cannot be read."""
+        """Returns the name of the result: a hash of `dependencies`.
+
+        Raises:
+            InputError: An input cannot be read.
+        """
         return hashlib.sha256(json.dumps(self.dependencies(), sort_keys=True).encode()).hexdigest()[:24]
 
     def function(self) -> Callable[[Job], dict[str, Any]]:
-        """What ``call`` names."""
+        """Imports the function that `call` names."""
         module, _, name = self.call.partition(":")
         function: Callable[[Job], dict[str, Any]] = getattr(importlib.import_module(module), name)
         return function
 
 
-def _hash_of(path: str) -> str:
+def _hash_of_file(path: str) -> str:
     try:
         with Path(path).open("rb") as file:
             digest = hashlib.sha256()

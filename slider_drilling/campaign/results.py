@@ -1,4 +1,4 @@
-"""A campaign's results: one file each, whole or absent, named by what the result depends on."""
+"""The results of a campaign: one file per job, complete or absent, named after all that the result depends on."""
 
 from __future__ import annotations
 
@@ -16,8 +16,14 @@ SCHEMA = "slider_drilling/result/1"
 
 @dataclass(frozen=True)
 class JobResult:
-    """What came of a job. tree: what its function returned; cpu: s of processor; wall: s; memory: bytes, the most that
-    the process that ran it ever held."""
+    """The result of one job.
+
+    Attributes:
+        tree: What its function returned.
+        cpu_s: Processor time.
+        wall_s: Duration.
+        peak_memory: Most memory that its process ever held, bytes.
+    """
 
     tree: dict[str, Any]
     cpu_s: float
@@ -26,30 +32,42 @@ class JobResult:
 
 
 class ResultNotSavedError(Exception):
-    """What came of a job could not be written, so that going on would be for nothing. key: the job's; result: None
-    where it failed, so that only the reason of that is not on the disk."""
+    """The outcome of a job could not be written, so further jobs would be lost too.
 
-    def __init__(self, why: str, key: str, result: JobResult | None) -> None:
-        super().__init__(why, key, result)  # all of them, so that it comes whole from another process
-        self.reason, self.key, self.result = why, key, result
+    Attributes:
+        reason: Why not.
+        key: Of the job.
+        result: None for a job that failed, where only the reason of the failure is not saved.
+    """
+
+    def __init__(self, reason: str, key: str, result: JobResult | None) -> None:
+        super().__init__(reason, key, result)  # all three, so that the exception can be pickled
+        self.reason, self.key, self.result = reason, key, result
 
 
 @dataclass(frozen=True)
 class ResultFolder:
-    """The folder that a campaign's results are in: ``KEY.json`` of a job that ended, ``KEY.error`` of one that did
-    not, which running again tries once more."""
+    """The folder of a campaign's results: ``KEY.json`` of each finished job, ``KEY.error`` of each failed one.
+
+    A failed job is run again by the next campaign.
+    """
 
     folder: Path
 
     def path(self, key: str) -> Path:
+        """Returns the path of a job's result."""
         return self.folder / f"{key}.json"
 
     def is_done(self, key: str, job: Job) -> bool:
-        """Whether the result and whatever else the job writes are there."""
+        """Returns whether the result and all other files that the job writes exist."""
         return self.path(key).is_file() and all(Path(output).is_file() for output in job.outputs)
 
     def read(self, key: str) -> JobResult:
-        """Raises InputError where it is no result."""
+        """Returns a job's result.
+
+        Raises:
+            InputError: Its file is not a result.
+        """
         path = self.path(key)
         try:
             tree = json.loads(read_text(path, "result"))
@@ -58,7 +76,11 @@ class ResultFolder:
             raise InputError(f"{path}: not a result of a campaign; delete it and run again") from None
 
     def write(self, key: str, job: Job, result: JobResult) -> None:
-        """Raises InputError where it cannot be written."""
+        """Saves a job's result.
+
+        Raises:
+            InputError: The file cannot be written.
+        """
         tree = {
             "schema": SCHEMA,
             "job": job.dependencies(),
@@ -68,18 +90,22 @@ class ResultFolder:
             "result": result.tree,
         }
         write_atomically(self.path(key), (json.dumps(tree, allow_nan=False) + "\n").encode("utf-8"))
-        self._error(key).unlink(missing_ok=True)
+        self._error_path(key).unlink(missing_ok=True)
 
     def write_error(self, key: str, text: str) -> None:
-        """Keep why a job gave no result. Raises InputError where it cannot be written."""
-        write_atomically(self._error(key), text.encode("utf-8", "backslashreplace"))
+        """Saves why a job failed: one line, then any details.
+
+        Raises:
+            InputError: The file cannot be written.
+        """
+        write_atomically(self._error_path(key), text.encode("utf-8", "backslashreplace"))
 
     def error(self, key: str) -> str | None:
-        """Why a job gave no result when it last ran, in a line; None where it was not run or has one."""
-        path = self._error(key)
+        """Returns why a job failed when it last ran, in one line; None if it has a result or was not run."""
+        path = self._error_path(key)
         if self.path(key).is_file() or not path.is_file():
             return None
         return read_text(path, "error").strip().splitlines()[0]
 
-    def _error(self, key: str) -> Path:
+    def _error_path(self, key: str) -> Path:
         return self.folder / f"{key}.error"

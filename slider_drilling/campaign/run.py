@@ -1,4 +1,4 @@
-"""Run a campaign's jobs, here or on a cluster; whatever has a result already is left as it is."""
+"""Run a campaign's jobs, here or on a cluster. Jobs that have a result are not run again."""
 
 from __future__ import annotations
 
@@ -14,11 +14,18 @@ from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import make_folder
 from slider_drilling.process.shutdown import signal_exit_code
 
+_NOT_SAVED, _SCHEDULER_LOST, _INTERRUPTED = 2, 3, 130  # exit codes of a campaign that ended early
+
 
 @dataclass(frozen=True)
 class WorkerSettings:
-    """Where jobs run: so many processes of this machine, or the workers of a `dask.distributed` scheduler; patience:
-    s to wait for a scheduler that was lost."""
+    """Where jobs run.
+
+    Attributes:
+        processes: Processes of this machine.
+        scheduler: Address of a `dask.distributed` scheduler whose workers run the jobs instead; empty for none.
+        patience: How long to wait for a scheduler that was lost, s.
+    """
 
     processes: int = 1
     scheduler: str = ""
@@ -29,9 +36,15 @@ class WorkerSettings:
 class CampaignOutcome:
     """What became of a campaign's jobs.
 
-    keys: of all, in their order; results: where they are kept; kept: had a result before; done: have one since; unkept:
-    what could not be written; failed: why by key, of those that ended without; stopped: the exit code where a signal, a
-    lost scheduler or a full disk ended the campaign early, else 0.
+    Attributes:
+        keys: Key of each job, in the order of the jobs.
+        results: Where results are kept.
+        already_done: Number of jobs that had a result before.
+        completed: Number of jobs that have one since.
+        unsaved: Results that could not be written, by key.
+        failed: Why each job without a result failed, by key.
+        stop_code: Exit code of a campaign that a signal, a lost scheduler or a full disk ended early; else 0.
+        stop_reason: Why it ended early.
     """
 
     keys: list[str]
@@ -44,134 +57,144 @@ class CampaignOutcome:
     stop_reason: str = ""
 
     def result(self, key: str) -> JobResult | None:
-        """What came of a job; None where there is nothing yet. Raises InputError where its file is no result."""
+        """Returns a job's result, or None.
+
+        Raises:
+            InputError: Its file is not a result.
+        """
         if key in self.unsaved:
             return self.unsaved[key]
         return self.results.read(key) if self.results.path(key).is_file() else None
 
     @property
     def not_run(self) -> int:
-        """Jobs that were not run to an end."""
+        """Number of jobs that did not run to an end."""
         return len(set(self.keys)) - self.already_done - self.completed - len(self.unsaved) - len(self.failed)
 
     def summary(self) -> str:
-        """What to tell the user of it, in a line."""
-        parts = [
-            f"{self.completed} run",
-            f"{self.already_done} kept from before",
-            f"{len(self.unsaved)} run and not kept",
-            f"{len(self.failed)} failed",
-        ]
-        if self.not_run:
-            parts.append(f"{self.not_run} not run")
-        end = f"; {self.stop_reason}: the same command goes on from here" if self.stop_code else ""
-        return ", ".join(part for part in parts if not part.startswith("0 ")) + end
+        """Returns the outcome in one line."""
+        counts = {
+            "completed": self.completed, "done before": self.already_done, "completed but not saved": len(self.unsaved),
+            "failed": len(self.failed), "not run": self.not_run,
+        }  # fmt: skip
+        text = ", ".join(f"{count} {name}" for name, count in counts.items() if count)
+        return f"{text}; {self.stop_reason}: run the same command to continue" if self.stop_code else text
 
     @property
     def exit_code(self) -> int:
-        """Exit code: 0 where every job has a result, 1 where some failed, more where it was stopped."""
+        """0 if every job has a result, 1 if some failed, more if the campaign ended early."""
         return self.stop_code or int(bool(self.failed))
 
 
 JobCallback = Callable[[Job, str, str | None], None]
-"""Called for every job that ended, with its key and why it failed or None."""
+"""Called for each job that ended, with its key and why it failed or None."""
 
 
 def run_jobs(
     jobs: Sequence[Job],
     folder: Path,
     workers: WorkerSettings = WorkerSettings(),
-    on_job_end: JobCallback = lambda job, key, why: None,
+    on_job_end: JobCallback = lambda job, key, failure: None,
     on_start: Callable[[int], None] = lambda count: None,
 ) -> CampaignOutcome:
-    """Run the jobs that have no result in the folder yet. Never raises KeyboardInterrupt: see `Ran.stopped`.
+    """Runs the jobs that have no result in the folder. KeyboardInterrupt ends it early, see `stop_code`.
 
-    begin: called with how many are left to run. Raises InputError where an input cannot be read, the folder not be
-    made or the scheduler not be reached.
+    Args:
+        jobs: All jobs of the campaign.
+        folder: Of the results.
+        workers: Where jobs run.
+        on_job_end: Called for each job that ended.
+        on_start: Called with the number of jobs to run.
+
+    Raises:
+        InputError: An input cannot be read, the folder cannot be made, or the scheduler does not answer.
     """
     results = ResultFolder(folder)
     make_folder(folder)
     keys = [job.key() for job in jobs]
-    wanted = dict(zip(keys, jobs, strict=True))
-    left = {key: job for key, job in wanted.items() if not results.is_done(key, job)}
-    ran = CampaignOutcome(keys, results, already_done=len(wanted) - len(left))
-    on_start(len(left))
+    distinct = dict(zip(keys, jobs, strict=True))
+    pending = {key: job for key, job in distinct.items() if not results.is_done(key, job)}
+    outcome = CampaignOutcome(keys, results, already_done=len(distinct) - len(pending))
+    on_start(len(pending))
     try:
-        for job, key, why in _run(left, results, workers):
-            if why is None:
-                ran.completed += 1
+        for job, key, failure in _run(pending, results, workers):
+            if failure is None:
+                outcome.completed += 1
             else:
-                ran.failed[key] = why
-            on_job_end(job, key, why)
+                outcome.failed[key] = failure
+            on_job_end(job, key, failure)
     except KeyboardInterrupt:
-        ran.stop_code, ran.stop_reason = signal_exit_code() or 130, "interrupted"
-    except _Lost as lost:
-        ran.stop_code, ran.stop_reason = 3, str(lost)
-    except ResultNotSavedError as unkept:
-        ran.stop_code, ran.stop_reason = 2, unkept.reason
-        if unkept.result is not None:
-            ran.unsaved[unkept.key] = unkept.result
-    return ran
+        outcome.stop_code, outcome.stop_reason = signal_exit_code() or _INTERRUPTED, "interrupted"
+    except _SchedulerGoneError as error:
+        outcome.stop_code, outcome.stop_reason = _SCHEDULER_LOST, str(error)
+    except ResultNotSavedError as error:
+        outcome.stop_code, outcome.stop_reason = _NOT_SAVED, error.reason
+        if error.result is not None:
+            outcome.unsaved[error.key] = error.result
+    return outcome
 
 
-class _Lost(Exception):
-    """The scheduler is gone."""
+class _SchedulerGoneError(Exception):
+    """The scheduler was lost and did not come back in time."""
 
 
-def _run(left: dict[str, Job], results: ResultFolder, where: WorkerSettings) -> Iterator[tuple[Job, str, str | None]]:
-    if not left:
+def _run(
+    pending: dict[str, Job], results: ResultFolder, workers: WorkerSettings
+) -> Iterator[tuple[Job, str, str | None]]:
+    if not pending:
         return
-    if where.scheduler:
-        yield from _on_cluster(left, results, where)
+    if workers.scheduler:
+        yield from _run_on_cluster(pending, results, workers)
         return
     from joblib import Parallel, delayed
 
     processes = WorkerProcesses()
-    one = delayed(partial(_run_one, processes, results.folder))
-    # A thread for each process, which waits for it.
-    parallel = Parallel(where.processes, backend="threading", return_as="generator_unordered", batch_size=1)
+    run_one = delayed(partial(_run_one, processes, results.folder))
+    # One thread for each process, which waits for it.
+    parallel = Parallel(workers.processes, backend="threading", return_as="generator_unordered", batch_size=1)
     try:
-        yield from parallel(one(job, key) for key, job in left.items())
+        yield from parallel(run_one(job, key) for key, job in pending.items())
     finally:
         processes.stop()
 
 
 def _run_one(processes: WorkerProcesses, folder: Path, job: Job, key: str) -> tuple[Job, str, str | None]:
-    why = processes.run(job, key, folder)
-    # One that was killed by the end of the campaign has not failed.
-    return job, key, why if processes.stopped else _recorded(ResultFolder(folder), key, why)
+    failure = processes.run(job, key, folder)
+    # A job that the end of the campaign killed has not failed.
+    return job, key, failure if processes.stopped else _save_failure(ResultFolder(folder), key, failure)
 
 
-def _recorded(results: ResultFolder, key: str, why: str | None) -> str | None:
-    """A process that died could not write down why."""
-    if why is not None and results.error(key) != why:
+def _save_failure(results: ResultFolder, key: str, failure: str | None) -> str | None:
+    """Saves the failure of a process that died, since it could not do so itself."""
+    if failure is not None and results.error(key) != failure:
         try:
-            results.write_error(key, why)
+            results.write_error(key, failure)
         except InputError as error:
-            raise ResultNotSavedError(f"{why}; and {error}", key, None) from None
-    return why
+            raise ResultNotSavedError(f"{failure}; and {error}", key, None) from None
+    return failure
 
 
-def _on_cluster(
-    left: dict[str, Job], results: ResultFolder, where: WorkerSettings
+def _run_on_cluster(
+    pending: dict[str, Job], results: ResultFolder, workers: WorkerSettings
 ) -> Iterator[tuple[Job, str, str | None]]:
-    """Through every loss of the scheduler that does not last longer than `Where.patience`."""
+    """Connects again after each loss of the scheduler that does not last longer than the patience."""
     from slider_drilling.campaign.cluster import SchedulerLostError, connect, run_on_cluster
 
     patience = 0.0
-    while left:
+    while pending:
         try:
-            with connect(where.scheduler, patience) as client:
-                patience = where.patience
-                for key, why in run_on_cluster(client, left, results.folder.resolve()):
-                    job = left[key]
-                    left = {other: job for other, job in left.items() if other != key}
-                    yield job, key, _recorded(results, key, why)
+            with connect(workers.scheduler, patience) as client:
+                patience = workers.patience
+                for key, failure in run_on_cluster(client, pending, results.folder.resolve()):
+                    job = pending[key]
+                    # A new dictionary: `run_on_cluster` still iterates over the old one's jobs.
+                    pending = {other: job for other, job in pending.items() if other != key}
+                    yield job, key, _save_failure(results, key, failure)
         except InputError as error:
             if not patience:
                 raise
-            raise _Lost(str(error)) from None
+            raise _SchedulerGoneError(str(error)) from None
         except SchedulerLostError:
-            # What workers wrote although nobody could be told.
-            for key in [key for key, job in left.items() if results.is_done(key, job)]:
-                yield left.pop(key), key, None
+            # Workers may have written results that could not be reported.
+            for key in [key for key, job in pending.items() if results.is_done(key, job)]:
+                yield pending.pop(key), key, None

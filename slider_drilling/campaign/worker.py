@@ -1,7 +1,7 @@
-"""The process that jobs run in: reads jobs, one a line, writes their results into files, answers a line for each.
+"""The process in which jobs run: it reads one job a line, writes the result into a file, and answers with a line.
 
-It ends when whoever started it does: its standard input is then closed. An interrupt at the terminal is not its
-business; half a result is none.
+It ends with the process that started it, whose end closes its standard input. It ignores an interrupt at the terminal:
+the process that started it decides.
 """
 
 from __future__ import annotations
@@ -25,66 +25,73 @@ from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.results import JobResult, ResultFolder
 from slider_drilling.errors import InputError
 
-# One thread each: there is a process for every core. Before numpy is imported.
+# One thread for each library, since there is a process for each core. Libraries read this when they are imported.
 _LIBRARIES = ("OPENBLAS", "OMP", "MKL", "NUMBA")
 ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in _LIBRARIES}
 
 
-def as_line(job: Job, key: str, folder: Path) -> str:
-    """A job as the worker reads it."""
+def job_line(job: Job, key: str, folder: Path) -> str:
+    """Returns a job as the worker reads it."""
     return json.dumps({"job": asdict(job), "key": key, "folder": str(folder), "code": code_version()})
 
 
 def main() -> None:
-    """Take jobs until standard input ends."""
+    """Runs jobs until standard input ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     faulthandler.enable()
-    # Answers go where standard output went; what a job prints goes to standard error.
+    # Answers use the original standard output; what a job prints goes to standard error.
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
     lines: queue.Queue[str] = queue.Queue()
-    threading.Thread(target=_read, args=(lines,), daemon=True).start()
+    threading.Thread(target=_read_lines, args=(lines,), daemon=True).start()
     while True:
         print(json.dumps(_answer(lines.get())), file=answers, flush=True)
 
 
-def _read(lines: queue.Queue[str]) -> None:
+def _read_lines(lines: queue.Queue[str]) -> None:
+    """Passes lines on; at their end it ends the process, also in the middle of a job."""
     for line in sys.stdin:
         lines.put(line)
     os._exit(0)
 
 
 def _answer(line: str) -> dict[str, Any]:
-    order = json.loads(line)
-    tree = order["job"]
-    job = Job(**{**tree, "outputs": tuple(tree["outputs"]), "forbidden_folders": tuple(tree["forbidden_folders"])})
-    results = ResultFolder(Path(order["folder"]))
-    if order["code"] != code_version():
-        return {"error": f"this worker runs {code_version()}, the campaign {order['code']}: install the same code"}
+    """Runs one job. The answer is empty, or says why there is no result or why it is not saved."""
+    request = json.loads(line)
+    tree = request["job"]
+    job = Job(**(tree | {name: tuple(tree[name]) for name in ("outputs", "forbidden_folders")}))
+    results = ResultFolder(Path(request["folder"]))
+    if request["code"] != code_version():
+        return {"error": f"this worker runs {code_version()}, the campaign {request['code']}: install the same code"}
     try:
         result = run_job(job)
     except InputError as error:
-        return _failed(results, order["key"], str(error), str(error))
+        return _failed(results, request["key"], str(error), str(error))
     except Exception as error:
-        why = f"{type(error).__name__}: {' '.join(str(error).split())}"
-        return _failed(results, order["key"], why, traceback.format_exc())
+        reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        return _failed(results, request["key"], reason, traceback.format_exc())
     try:
-        results.write(order["key"], job, result)
+        results.write(request["key"], job, result)
     except InputError as error:
-        return {"unkept": str(error), "result": asdict(result)}
+        return {"not_saved": str(error), "result": asdict(result)}
     return {}
 
 
 def run_job(job: Job) -> JobResult:
-    """Run it here and now. Raises what its function raises."""
-    began, processor = time.perf_counter(), time.process_time()
+    """Runs a job in this process.
+
+    Raises:
+        Exception: Whatever the job's function raises.
+    """
+    start, cpu_start = time.perf_counter(), time.process_time()
     function = job.function()
     with forbid_folders(job.forbidden_folders, (*job.inputs.values(), *job.outputs)):
         tree = function(job)
-    return JobResult(tree, time.process_time() - processor, time.perf_counter() - began, _peak_memory())
+    return JobResult(tree, time.process_time() - cpu_start, time.perf_counter() - start, _peak_memory())
 
 
 def _peak_memory() -> int:
+    """Returns bytes; 0 on Windows, which does not report it."""
     if sys.platform == "win32":
         return 0
     import resource
@@ -93,12 +100,12 @@ def _peak_memory() -> int:
     return peak if sys.platform == "darwin" else 1024 * peak
 
 
-def _failed(results: ResultFolder, key: str, why: str, full: str) -> dict[str, Any]:
+def _failed(results: ResultFolder, key: str, reason: str, details: str) -> dict[str, Any]:
     try:
-        results.write_error(key, f"{why}\n\n{full}\n")
+        results.write_error(key, f"{reason}\n\n{details}\n")
     except InputError as error:
-        return {"error": f"{why}; and {error}"}
-    return {"error": why}
+        return {"error": f"{reason}; and {error}"}
+    return {"error": reason}
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""A job in a process of its own, so that one that dies takes nothing else along."""
+"""Worker processes for jobs: a job that crashes its process costs itself only."""
 
 from __future__ import annotations
 
@@ -13,50 +13,66 @@ from pathlib import Path
 
 from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.results import JobResult, ResultNotSavedError
-from slider_drilling.campaign.worker import ONE_THREAD, as_line
+from slider_drilling.campaign.worker import ONE_THREAD, job_line
 
 
 class WorkerProcesses:
-    """The worker processes of this one, each used by one thread; kept from job to job, for what they have loaded."""
+    """The worker processes of this process, one for each thread that runs jobs.
+
+    A worker is kept from job to job because of what it has imported and compiled. `concurrent.futures` and joblib do
+    not fit: there, one worker that dies fails all other jobs too.
+    """
 
     def __init__(self) -> None:
-        self._mine = threading.local()
+        self._of_thread = threading.local()
         self._lock = threading.Lock()
         self._all: list[_WorkerProcess] = []
         self.stopped = False
 
     def run(self, job: Job, key: str, folder: Path) -> str | None:
-        """Run a job; None, or why there is no result. A process that died is replaced for the next job.
+        """Runs a job in the worker of this thread. A worker that died is replaced by the next call.
 
-        Raises UnkeptError where there is a result and no room for it.
+        Args:
+            job: The job.
+            key: Its key.
+            folder: Of the results.
+
+        Returns:
+            None, or why there is no result.
+
+        Raises:
+            ResultNotSavedError: There is a result that cannot be written.
         """
-        process: _WorkerProcess | None = getattr(self._mine, "process", None)
+        worker: _WorkerProcess | None = getattr(self._of_thread, "worker", None)
         with self._lock:
             if self.stopped:
                 return "stopped"
-            if process is None or not process.alive():
-                self._mine.process = process = _WorkerProcess()
-                self._all.append(process)
-        return process.run(job, key, folder)
+            if worker is None or not worker.is_alive():
+                self._of_thread.worker = worker = _WorkerProcess()
+                self._all.append(worker)
+        return worker.run(job, key, folder)
 
     def stop(self) -> None:
-        """Kill them all: whoever waits in `run` hears of it, nothing is started any more."""
+        """Kills all workers. Every `run` that waits returns, and no job is started any more."""
         with self._lock:
             self.stopped = True
-            for process in self._all:
-                process.kill()
+            for worker in self._all:
+                worker.kill()
 
 
 class _WorkerProcess:
+    """A process of `slider_drilling.campaign.worker`: one line in and one line out for each job."""
+
     def __init__(self) -> None:
-        self._said = tempfile.TemporaryFile()  # noqa: SIM115  closed by `_obituary`, or with this process
+        self._stderr = tempfile.TemporaryFile()  # noqa: SIM115  closed by `_how_it_ended`, or with this process
+        # A session of its own: an interrupt at the terminal must not reach it before this process has stopped it.
         self._process = subprocess.Popen(
             [sys.executable, "-m", "slider_drilling.campaign.worker"],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._said, text=True, encoding="utf-8",
-            env=_environment(), start_new_session=True,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._stderr, text=True, encoding="utf-8",
+            env=_worker_environment(), start_new_session=True,
         )  # fmt: skip
 
-    def alive(self) -> bool:
+    def is_alive(self) -> bool:
         return self._process.poll() is None
 
     def kill(self) -> None:
@@ -65,40 +81,42 @@ class _WorkerProcess:
     def run(self, job: Job, key: str, folder: Path) -> str | None:
         assert self._process.stdin is not None and self._process.stdout is not None
         try:
-            self._process.stdin.write(as_line(job, key, folder) + "\n")
+            self._process.stdin.write(job_line(job, key, folder) + "\n")
             self._process.stdin.flush()
-            answer = self._process.stdout.readline()
+            line = self._process.stdout.readline()
         except BrokenPipeError:
-            answer = ""
-        if not answer:
-            return self._obituary()
-        said = json.loads(answer)
-        if "unkept" in said:
-            raise ResultNotSavedError(said["unkept"], key, JobResult(**said["result"]))
-        error: str | None = said.get("error")
+            line = ""
+        if not line:
+            return self._how_it_ended()
+        answer = json.loads(line)
+        if "not_saved" in answer:
+            raise ResultNotSavedError(answer["not_saved"], key, JobResult(**answer["result"]))
+        error: str | None = answer.get("error")
         return error
 
-    def _obituary(self) -> str:
+    def _how_it_ended(self) -> str:
+        """Waits for the end of a process that died; returns its signal, or its exit code and last words."""
         code = self._process.wait()
         for pipe in (self._process.stdin, self._process.stdout):
             if pipe is not None:
                 pipe.close()
-        self._said.seek(0)
-        words = self._said.read().decode("utf-8", "replace").strip().splitlines()
-        self._said.close()
-        how = f"killed by {signal.Signals(-code).name}" if code < 0 else f"ended with code {code}"
-        return f"its process was {how}" if code < 0 or not words else f"its process {how}: {words[-1]}"
+        self._stderr.seek(0)
+        lines = self._stderr.read().decode("utf-8", "replace").strip().splitlines()
+        self._stderr.close()
+        if code < 0:
+            return f"its process was killed by {signal.Signals(-code).name}"
+        return f"its process ended with code {code}" + (f": {lines[-1]}" if lines else "")
 
 
-def _environment() -> dict[str, str]:
-    """This process's, with one thread each, and with the modules that this one finds (a user's own may lie there)."""
+def _worker_environment() -> dict[str, str]:
+    """One thread per library, and all folders that this process imports from: a user's modules may be there."""
     path = os.pathsep.join(entry or os.getcwd() for entry in sys.path)
     return {**os.environ, **ONE_THREAD, "PYTHONPATH": path}
 
 
-_HERE = WorkerProcesses()
+_CLUSTER_PROCESSES = WorkerProcesses()
 
 
 def run_on_cluster_worker(job: Job, key: str, folder: str) -> str | None:
-    """What a cluster's worker is sent: `Processes.run` in the processes of that worker."""
-    return _HERE.run(job, key, Path(folder))
+    """Runs a job in a process of a dask worker; see `WorkerProcesses.run`."""
+    return _CLUSTER_PROCESSES.run(job, key, Path(folder))
