@@ -214,6 +214,23 @@ FIELD = Units("field")
 UNITS = {units.name: units for units in (SI, FIELD)}
 
 
+# The unit in which a driller reads an SI unit.
+_DISPLAY_UNITS = {"N m": "kN m", "N": "kN", "Pa": "bar", "rad": "deg"}
+
+
+def display_unit(unit: str) -> tuple[str, float]:
+    """The unit shown for an SI unit, and the factor that converts a value to it."""
+    shown = _DISPLAY_UNITS.get(unit, unit)
+    factors = (units[unit] / units[shown] for units in KINDS.values() if unit in units and shown in units)
+    return shown, next(factors, 1.0)
+
+
+def displayed(value: float | None, unit: str, digits: int = 3) -> Quantity:
+    """A value of an SI unit as the quantity that is shown; "-" is the unit of a plain number."""
+    shown, factor = display_unit(unit)
+    return Quantity(None if value is None else value * factor, "" if shown == "-" else shown, digits)
+
+
 def split_label(label: str) -> tuple[str, str]:
     """Name and unit of a label "name, unit"; the unit is "" where no known unit follows the comma."""
     name, _, unit = label.rpartition(", ")

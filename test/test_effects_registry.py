@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -113,9 +112,3 @@ def test_angle_friction_is_average_over_a_turn() -> None:
         assert np.mean(factor) == pytest.approx(1.0)
         assert np.ptp(factor) == pytest.approx(1.2, rel=1e-2)
     assert AngleFriction(0.6)(0.0) == 1.6 and AngleFriction(0.6, 0.0, np.sin)(0.5 * np.pi) == 1.6
-
-
-def test_reference_page_states_every_law(repository: Path) -> None:
-    page = (repository / "docs" / "reference" / "effects.md").read_text(encoding="utf-8")
-    for name in NAMES:
-        assert f"* `{name}`: " in page

@@ -126,14 +126,13 @@ def _print_ranking(ranking: Sequence[RankedEffect], units: Units) -> None:
     from rich.text import Text
 
     from slider_drilling.console.streams import stdout
-    from slider_drilling.diagnosis.display_units import displayed
     from slider_drilling.diagnosis.ranking_table import (
         candidate_status_by_number,
         share_cells,
         share_headers,
         split_by_fitted,
     )
-    from slider_drilling.units import sentence
+    from slider_drilling.units import displayed, sentence
 
     fitted, others = split_by_fitted(ranking)
     grouped = any(ranked.group for ranked in fitted)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from slider_drilling.diagnosis.display_units import display_unit, displayed
 from slider_drilling.gap.model import Array
-from slider_drilling.units import Quantity, Sentence, Text, format_number, sentence
+from slider_drilling.units import Quantity, Sentence, Text, display_unit, displayed, format_number, sentence
 
 # Share of a curve's variance that a straight line, or one step, must explain to be named.
 _MIN_EXPLAINED = 0.85

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from slider_drilling.diagnosis.describe_curve import axis_labels
-from slider_drilling.diagnosis.display_units import display_unit
 from slider_drilling.diagnosis.ranking_table import format_share
 from slider_drilling.diagnosis.result import STAGE_NAMES, ChannelTrace, Gap, RankedEffect, ResidualShape
 from slider_drilling.diagnosis.sentences import describe_shape, plain_name
@@ -16,7 +15,7 @@ from slider_drilling.gap.results.breakdown import GapBreakdown
 from slider_drilling.pages import Bars, Chart, Line, Panel
 from slider_drilling.pages.colours import BLUE, GREEN, GREY, INK, RED
 from slider_drilling.pages.figures import Style
-from slider_drilling.units import Sentence, sentence, split_label
+from slider_drilling.units import Sentence, display_unit, sentence, split_label
 
 _COLOURS = {"nominal": GREY, "tuned": BLUE, "with_effect": GREEN}
 # The axis of closed shares reaches at least from here to there; intervals of effects outside the answer are cut at it.

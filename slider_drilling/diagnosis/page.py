@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from slider_drilling.diagnosis.display_units import displayed
 from slider_drilling.diagnosis.figures import intervals, shape, traces, waterfall, where_charts
 from slider_drilling.diagnosis.ranking_table import candidate_status, share_cells, share_headers, split_by_fitted
 from slider_drilling.diagnosis.result import STAGE_NAMES, Diagnosis, FittedParameter, Gap, RankedEffect
@@ -15,7 +14,7 @@ from slider_drilling.log.run_page import log_title
 from slider_drilling.pages import BulletList, Chart, Headline, Page, Section, Table, Tag
 from slider_drilling.pages.page import Cell, Tone
 from slider_drilling.pages.titles import well_name
-from slider_drilling.units import SI, Text, sentence
+from slider_drilling.units import SI, Text, displayed, sentence
 
 _TONES: dict[str, Tone] = {"none": "good", "parameters": "good", "effect": "plain"}
 

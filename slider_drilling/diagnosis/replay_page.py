@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from slider_drilling.diagnosis.display_units import display_unit, displayed
 from slider_drilling.diagnosis.replay import ChannelComparison, Replay
 from slider_drilling.diagnosis.sentences import plain_name
 from slider_drilling.log import RigLog
@@ -13,7 +12,7 @@ from slider_drilling.log.run_page import log_title
 from slider_drilling.pages import Chart, Line, Page, Panel, Section, Table
 from slider_drilling.pages.colours import BLUE, INK, RED
 from slider_drilling.pages.figures import Style, wrap_degrees
-from slider_drilling.units import Text, Units, format_number, sentence
+from slider_drilling.units import Text, Units, display_unit, displayed, format_number, sentence
 
 HEADER = ("channel", "samples", "RMS difference", "relative to noise")
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from slider_drilling.diagnosis.describe_curve import describe_curve
-from slider_drilling.diagnosis.display_units import displayed
 from slider_drilling.diagnosis.effect_phrases import SITES, effect_phrase
 from slider_drilling.diagnosis.result import (
     ChannelErrors,
@@ -17,7 +16,7 @@ from slider_drilling.diagnosis.result import (
     ResidualShape,
 )
 from slider_drilling.gap.results.sentence import verdict_sentence
-from slider_drilling.units import Sentence, Text, format_number, sentence
+from slider_drilling.units import Sentence, Text, displayed, format_number, sentence
 
 _WHOLE = 0.995  # of the gap: by chance a model may leave less than the noise, and close more than the gap
 _MAX_PARAMETERS = 3  # named in a sentence

@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.effects.definition import EffectDefinition, FitParameter, Search, SearchInputs, Sizes, Values
+from slider_drilling.effects.definition import (
+    EffectDefinition,
+    FitParameter,
+    Search,
+    SearchInputs,
+    Sizes,
+    Values,
+    percent,
+)
 from slider_drilling.schema.fields import quantity
+from slider_drilling.units import Quantity, Text, format_number, sentence
 
 
 @dataclass(frozen=True)
@@ -16,6 +26,14 @@ class Stribeck:
 
     drop: float = quantity("-", 0.0, above=-1.0, at_most=10.0, why="a share of friction; -1 leaves none")
     speed: float = quantity("m/s", 0.05, at_least=1e-4, at_most=10.0, why="slip at which it fades: mm/s to m/s")
+
+
+def _stribeck_phrase(v: Values) -> Text:
+    more = "higher" if v["drop"] > 0.0 else "lower"
+    change = f"Friction of a string that hardly moves is {percent(v['drop'])} {more} than of one that slides fast"
+    if "speed" not in v:
+        return change
+    return sentence(change, " (it changes around ", Quantity(v["speed"], "m/s", 2), ")")
 
 
 STRIBECK = EffectDefinition(
@@ -28,6 +46,7 @@ STRIBECK = EffectDefinition(
         physical=(0.0, np.inf),
     ),
     sizes=Sizes(usual={"drop": 0.3, "speed": 0.05}, small={"drop": 0.2}, large={"drop": 0.6}),
+    phrase=_stribeck_phrase,
     draw=lambda random, length, duration: {"drop": random.uniform(0.1, 0.5), "speed": random.uniform(0.02, 0.1)},
 )  # fmt: skip
 
@@ -39,10 +58,15 @@ class ViscousDrag:
     coefficient: float = quantity("N s/m2", 0.0, at_least=0.0, at_most=1e4, why="a metre of string: water 1, mud 100")
 
 
+def _viscous_drag_phrase(v: Values) -> Text:
+    return f"The mud drags at the moving pipe: {format_number(v['coefficient'])} N s/m2"
+
+
 VISCOUS_DRAG = EffectDefinition(
     "viscous_drag", "contact", ViscousDrag, "coefficient v per metre, axial and tangential",
     search=lambda log: Search((FitParameter("coefficient", 0.0, 300.0, 2.0),), scan=((5.0,), (20.0,), (60.0,))),
     sizes=Sizes(usual={"coefficient": 25.0}, small={"coefficient": 5.0}, large={"coefficient": 25.0}),
+    phrase=_viscous_drag_phrase,
     draw=lambda random, length, duration: {"coefficient": random.uniform(2.0, 30.0)},
 )  # fmt: skip
 
@@ -62,6 +86,12 @@ class StaticAging:
 
 
 _GROWTH = FitParameter("growth", -0.6, 6.0, 0.05)
+def _static_aging_phrase(v: Values) -> Text:
+    grows = "grows" if v["growth"] > 0.0 else "falls"
+    within = f", within about {format_number(v['time'], 2)} s" if "time" in v else ""
+    return f"Friction {grows} by {percent(v['growth'])} while the string rests{within}"
+
+
 STATIC_AGING = EffectDefinition(
     "static_aging", "contact", StaticAging, "mu (1 + growth (1 - exp(-t_rest / time)))",
     nonphysical="friction that falls while the contact rests",
@@ -71,6 +101,7 @@ STATIC_AGING = EffectDefinition(
         physical=(0.0, np.inf),
     ),
     sizes=Sizes(usual={"growth": 0.5, "time": 5.0}, small={"growth": 0.2}, large={"growth": 0.6}),
+    phrase=_static_aging_phrase,
     draw=lambda random, length, duration: {"growth": random.uniform(0.1, 0.6), "time": random.uniform(2.0, 20.0)},
 )  # fmt: skip
 STICK_SLIP_AGING_SEARCH = Search(
@@ -93,10 +124,15 @@ class BucklingContact:
     factor: float = quantity("-", 0.0, at_least=0.0, at_most=20.0, why="1 is a full helix")
 
 
+def _buckling_contact_phrase(v: Values) -> Text:
+    return f"Compressed pipe presses on the wall with {format_number(v['factor'])} times the force of a helix"
+
+
 BUCKLING_CONTACT = EffectDefinition(
     "buckling_contact", "contact", BucklingContact, "side force + factor r T^2 / (4 E I) for T < 0",
     search=lambda log: Search((FitParameter("factor", 0.0, 20.0, 0.2),), scan=((0.5,), (1.0,), (4.0,))),
     sizes=Sizes(usual={"factor": 1.5}, small={"factor": 0.3}, large={"factor": 1.0}),
+    phrase=_buckling_contact_phrase,
     draw=lambda random, length, duration: {"factor": random.uniform(0.5, 2.0)},
 )  # fmt: skip
 
@@ -144,6 +180,12 @@ def _draw_cuttings_bed(random: np.random.Generator, length: float, duration: flo
     return {"factor": random.uniform(1.3, 2.5), "top": middle - half, "bottom": middle + half}
 
 
+def _cuttings_bed_phrase(v: Values) -> Text:
+    top, bottom = (Quantity(round(v[end]), "m") for end in ("top", "bottom"))
+    factor = format_number(v["factor"])
+    return sentence(f"Something makes friction {factor} times as high between ", top, " and ", bottom)
+
+
 CUTTINGS_BED = EffectDefinition(
     "cuttings_bed", "contact", CuttingsBed, "factor mu from top to bottom",
     nonphysical="less friction over one depth interval",
@@ -152,6 +194,7 @@ CUTTINGS_BED = EffectDefinition(
         usual={"factor": 1.9, "top": 0.65, "bottom": 0.8}, small={"factor": 1.8, "top": 0.64, "bottom": 0.72},
         large={"factor": 3.5, "top": 0.64, "bottom": 0.72}, length_shares=("top", "bottom"),
     ),
+    phrase=_cuttings_bed_phrase,
     draw=_draw_cuttings_bed,
     to_rig_file=_cuttings_bed_to_rig_file,
     reported=lambda length: (
@@ -172,10 +215,16 @@ class Tortuosity:
     curvature: float = quantity("rad/m", 0.0, at_least=0.0, at_most=0.2, why="1 degree per 30 m is 6e-4")
 
 
+def _tortuosity_phrase(v: Values) -> Text:
+    degrees = format_number(math.degrees(v["curvature"]) * 30.0, 2)
+    return sentence(f"The open hole is more crooked than the survey shows, by {degrees} deg per ", Quantity(30, "m", 2))
+
+
 TORTUOSITY = EffectDefinition(
     "tortuosity", "contact", Tortuosity, "side force + |T| curvature in the open hole",
     search=lambda log: Search((FitParameter("curvature", 0.0, 0.02, 1e-4),), scan=((2e-4,), (8e-4,), (3e-3,))),
     sizes=Sizes(usual={"curvature": 6e-4}, small={"curvature": 2e-4}, large={"curvature": 8e-4}),
+    phrase=_tortuosity_phrase,
     draw=lambda random, length, duration: {"curvature": random.uniform(1e-4, 1e-3)},
 )  # fmt: skip
 
@@ -187,10 +236,15 @@ class FrictionDrift:
     rate: float = quantity("1/s", 0.0, at_least=-0.1, at_most=0.1, why="by a share of friction each second: 1e-4")
 
 
+def _friction_drift_phrase(v: Values) -> Text:
+    return f"Friction {'rises' if v['rate'] > 0.0 else 'falls'} by {percent(60.0 * v['rate'])} per minute"
+
+
 FRICTION_DRIFT = EffectDefinition(
     "friction_drift", "contact", FrictionDrift, "mu (1 + rate t)",
     search=lambda log: Search((FitParameter("rate", -2e-3, 1e-2, 5e-5),), scan=((3e-4,), (-3e-4,), (1.5e-3,))),
     sizes=Sizes(usual={"rate": 4e-4}, small={"rate": 1e-4}, large={"rate": 4e-4}),
+    phrase=_friction_drift_phrase,
     draw=lambda random, length, duration: {"rate": random.uniform(-0.2, 0.4) / duration},
 )  # fmt: skip
 

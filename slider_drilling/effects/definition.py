@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from slider_drilling.units import Text, format_number
+
 Values = Mapping[str, float]
 """Parameters of one effect by their keys in the rig file."""
 
@@ -117,6 +119,8 @@ class EffectDefinition:
         law: Formula, with the parameters under their keys.
         search: Returns how a diagnosis looks for it.
         sizes: Parameters at usual sizes.
+        phrase: What the effect means with these parameters: one clause that begins with a capital. The amplitude must
+            be there; other parameters are mentioned if given.
         draw: Draws its parameters for a random rig.
         nonphysical: What an amplitude outside `Search.physical` would mean.
         visible: Whether logs with these channels, on or off bottom, can show it at all.
@@ -131,6 +135,7 @@ class EffectDefinition:
     law: str
     search: Callable[[SearchInputs], Search]
     sizes: Sizes
+    phrase: Callable[[Values], Text]
     draw: Draw
     nonphysical: str = "its opposite"
     visible: Callable[[Sequence[str], bool], bool] = _visible_in_any_log
@@ -158,3 +163,8 @@ class EffectDefinition:
 
     def _field(self, key: str) -> Any:
         return next(field for field in fields(self.section) if field.name == key)
+
+
+def percent(share: float) -> str:
+    """Returns the magnitude of a share for a phrase, such as "12 %"."""
+    return f"{format_number(100.0 * abs(share), 2)} %"

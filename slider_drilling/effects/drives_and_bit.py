@@ -7,8 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.effects.definition import EffectDefinition, FitParameter, Search, SearchInputs, Sizes, Values
+from slider_drilling.effects.definition import (
+    EffectDefinition,
+    FitParameter,
+    Search,
+    SearchInputs,
+    Sizes,
+    Values,
+    percent,
+)
 from slider_drilling.schema.fields import quantity
+from slider_drilling.units import Quantity, Text, displayed, format_number, sentence
+
+_MIN_MOTOR_CHANGE = 0.005  # a phrase does not mention a smaller share
 
 
 @dataclass(frozen=True)
@@ -18,6 +29,10 @@ class TopDriveBacklash:
     angle: float = quantity("rad", 0.0, at_least=0.0, at_most=12.6, why="in rad; two turns")
 
 
+def _top_drive_backlash_phrase(v: Values) -> Text:
+    return sentence("There is ", displayed(v["angle"], "rad", 2), " of play between top drive and string")
+
+
 TOP_DRIVE_BACKLASH = EffectDefinition(
     "top_drive_backlash", "top_drive", TopDriveBacklash, "dead zone between drive and string",
     # The kinks of a dead zone make the cost uneven, so a fit stays near its start.
@@ -25,6 +40,7 @@ TOP_DRIVE_BACKLASH = EffectDefinition(
         (FitParameter("angle", 0.0, 6.3, 0.05),), scan=tuple((0.1 * 2.0 ** (0.5 * k),) for k in range(12))
     ),
     sizes=Sizes(usual={"angle": 0.4}, small={"angle": 0.1}, large={"angle": 0.5}),
+    phrase=_top_drive_backlash_phrase,
     draw=lambda random, length, duration: {"angle": random.uniform(0.1, 0.6)},
 )  # fmt: skip
 
@@ -36,6 +52,11 @@ class TorsionalCompliance:
     extra: float = quantity("-", 0.0, at_least=-0.9, at_most=20.0, why="-0.9 is ten times as stiff")
 
 
+def _torsional_compliance_phrase(v: Values) -> Text:
+    more = "more" if v["extra"] > 0.0 else "less"
+    return f"The string twists {percent(v['extra'])} {more} under torque than its sections say"
+
+
 TORSIONAL_COMPLIANCE = EffectDefinition(
     "torsional_compliance", "string", TorsionalCompliance, "G J / (1 + extra)",
     nonphysical="a stiffer string",
@@ -43,6 +64,7 @@ TORSIONAL_COMPLIANCE = EffectDefinition(
         (FitParameter("extra", -0.5, 3.0, 0.02),), scan=((0.05,), (0.15,), (0.5,)), physical=(0.0, np.inf)
     ),
     sizes=Sizes(usual={"extra": 0.12}, small={"extra": 0.04}, large={"extra": 0.13}),
+    phrase=_torsional_compliance_phrase,
     draw=lambda random, length, duration: {"extra": random.uniform(0.02, 0.12)},
     # A calibration of friction and stiffness scales a lone torque in the same way.
     visible=lambda channels, off_bottom: list(channels) != ["surface_torque"],
@@ -75,6 +97,12 @@ def _search_axial_oscillation_tool(log: SearchInputs) -> Search:
     )
 
 
+def _axial_oscillation_tool_phrase(v: Values) -> Text:
+    rate = f" at {format_number(v['frequency'])} Hz" if "frequency" in v else ""
+    depth: tuple[Text | Quantity, ...] = (", ", Quantity(round(v["depth"]), "m"), " down") if "depth" in v else ()
+    return sentence("Something shakes the string with ", displayed(v["force"], "N", 2), rate, *depth)
+
+
 AXIAL_OSCILLATION_TOOL = EffectDefinition(
     "axial_oscillation_tool", "string", AxialOscillationTool, "force sin(2 pi frequency t) at one depth",
     search=_search_axial_oscillation_tool,
@@ -82,6 +110,7 @@ AXIAL_OSCILLATION_TOOL = EffectDefinition(
         usual={"force": 2e3, "frequency": 15.0, "depth": 0.7}, small={"force": 5e3, "depth": 0.7},
         large={"force": 2e4, "depth": 0.7}, length_shares=("depth",),
     ),
+    phrase=_axial_oscillation_tool_phrase,
     draw=lambda random, length, duration: {
         "force": random.uniform(2e3, 2e4), "frequency": random.uniform(10.0, 20.0),
         "depth": length * random.uniform(0.6, 0.9),
@@ -108,6 +137,12 @@ def _heave_to_rig_file(fitted: Values, length: float) -> Values:
     return {**fitted, "amplitude": -fitted["amplitude"], "phase": phase}
 
 
+def _heave_phrase(v: Values) -> Text:
+    period = f" every {format_number(v['period'])} s" if "period" in v else ""
+    height = Quantity(abs(v["amplitude"]), "m", 2)
+    return sentence("The block moves up and down by ", height, f"{period}, which no command shows")
+
+
 HEAVE = EffectDefinition(
     "heave", "draw_works", Heave, "block + amplitude sin(2 pi t / period + phase)",
     # The rocking is in the spectrum too, so the period of a peak can be wrong by one per cent, which loses the phase.
@@ -128,6 +163,7 @@ HEAVE = EffectDefinition(
         usual={"amplitude": 0.08, "period": 10.0}, small={"amplitude": 0.05, "period": 9.0},
         large={"amplitude": 0.2, "period": 11.0},
     ),
+    phrase=_heave_phrase,
     draw=lambda random, length, duration: {
         "amplitude": random.uniform(0.02, 0.2), "period": random.uniform(7.0, 14.0),
         "phase": random.uniform(0.0, 2.0 * math.pi),
@@ -149,6 +185,17 @@ class MotorWear:
     extra_leak: float = quantity("-", 0.0, at_least=-1.0, below=1.0, why="a share of the flow at max_pressure")
 
 
+def _motor_wear_phrase(v: Values) -> Text:
+    loss, leak = v.get("torque_loss", 0.0), v.get("extra_leak", 0.0)
+    clauses = []
+    if abs(loss) >= _MIN_MOTOR_CHANGE or abs(leak) < _MIN_MOTOR_CHANGE:
+        less = "less" if loss >= 0.0 else "more"
+        clauses.append(f"gives {percent(loss)} {less} torque per pressure than the file says")
+    if abs(leak) >= _MIN_MOTOR_CHANGE:
+        clauses.append(f"{'loses' if leak > 0.0 else 'keeps'} {percent(leak)} more of its speed at full pressure")
+    return f"The motor {' and '.join(clauses)}"
+
+
 MOTOR_WEAR = EffectDefinition(
     "motor_wear", "motor", MotorWear, "torque per pressure (1 - torque_loss), leak + extra_leak",
     nonphysical="a motor that gives more torque per pressure",
@@ -160,6 +207,7 @@ MOTOR_WEAR = EffectDefinition(
         usual={"torque_loss": 0.28, "extra_leak": 0.2}, small={"torque_loss": 0.1},
         large={"torque_loss": 0.25, "extra_leak": 0.2},
     ),
+    phrase=_motor_wear_phrase,
     draw=lambda random, length, duration: {
         "torque_loss": random.uniform(0.05, 0.3), "extra_leak": random.uniform(0.0, 0.2)
     },
@@ -175,6 +223,11 @@ class FormationChange:
     time: float = quantity("s", 0.0, at_least=0.0, at_most=1e7, why="since the run began")
 
 
+def _formation_change_phrase(v: Values) -> Text:
+    since = f"From {v['time']:.0f} s on the" if "time" in v else "The"
+    return f"{since} rock takes {format_number(v['factor'])} times the weight for the same cut"
+
+
 FORMATION_CHANGE = EffectDefinition(
     "formation_change", "bit", FormationChange, "rock stiffness times factor from time on",
     search=lambda log: Search(
@@ -188,6 +241,7 @@ FORMATION_CHANGE = EffectDefinition(
         usual={"factor": 1.4, "time": 150.0}, small={"factor": 0.7, "time": 600.0},
         large={"factor": 2.0, "time": 600.0},
     ),
+    phrase=_formation_change_phrase,
     draw=lambda random, length, duration: {
         "factor": random.uniform(0.6, 2.0), "time": duration * random.uniform(0.3, 0.7)
     },

@@ -11,8 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slider_drilling.effects.definition import EffectDefinition, FitParameter, Search, Sizes
+from slider_drilling.effects.definition import EffectDefinition, FitParameter, Search, Sizes, Values, percent
 from slider_drilling.schema.fields import quantity
+from slider_drilling.units import KINDS, Text, displayed, format_number, sentence
+
+_FOOT_POUND = KINDS["torque"]["ft lbf"]  # N m
 
 
 def _torque_is_logged(channels: Sequence[str], off_bottom: bool) -> bool:
@@ -26,12 +29,22 @@ class TorqueSensorGain:
     gain: float = quantity("-", 0.0, above=-1.0, at_most=10.0, why="a share of the torque; -1 shows none")
 
 
+def _torque_sensor_gain_phrase(v: Values) -> Text:
+    gain = v["gain"]
+    text = f"The torque reading is {percent(gain)} too {'high' if gain > 0.0 else 'low'}"
+    for ratio, mistake in ((1.0 / _FOOT_POUND, "ft lbf were read as N m"), (_FOOT_POUND, "N m were read as ft lbf")):
+        if abs((1.0 + gain) / ratio - 1.0) < 0.02:
+            text += f", as if {mistake}"
+    return text
+
+
 TORQUE_SENSOR_GAIN = EffectDefinition(
     "torque_sensor_gain", "sensor", TorqueSensorGain, "torque (1 + gain)",
     search=lambda log: Search(
         (FitParameter("gain", -0.6, 1.5, 0.01),), scan=((0.05,), (-0.05,), (0.2,), (-0.2,))
     ),
     sizes=Sizes(usual={"gain": 0.1}, small={"gain": 0.03}, large={"gain": -0.1}),
+    phrase=_torque_sensor_gain_phrase,
     draw=lambda random, length, duration: {"gain": random.uniform(-0.1, 0.1)},
     # A calibration of friction and stiffness scales a lone torque in the same way.
     visible=lambda channels, off_bottom: list(channels) != ["surface_torque"],
@@ -45,6 +58,10 @@ class TorqueSensorLag:
     lag: float = quantity("s", 0.0, at_least=0.0, at_most=60.0, why="first order: under a second to some")
 
 
+def _torque_sensor_lag_phrase(v: Values) -> Text:
+    return f"The torque reading lags by {format_number(v['lag'], 2)} s"
+
+
 TORQUE_SENSOR_LAG = EffectDefinition(
     "torque_sensor_lag", "sensor", TorqueSensorLag, "first-order lag",
     # A shorter lag than half the sampling interval comes from the time stamps.
@@ -54,6 +71,7 @@ TORQUE_SENSOR_LAG = EffectDefinition(
         physical=(0.5 * log.torque_interval, np.inf),
     ),
     sizes=Sizes(usual={"lag": 0.5}, small={"lag": 0.2}, large={"lag": 0.8}),
+    phrase=_torque_sensor_lag_phrase,
     draw=lambda random, length, duration: {"lag": random.uniform(0.1, 0.8)},
     visible=_torque_is_logged,
 )  # fmt: skip
@@ -66,12 +84,18 @@ class TorqueSensorBias:
     bias: float = quantity("N m", 0.0, at_least=-1e5, at_most=1e5, why="in N m, not kN m")
 
 
+def _torque_sensor_bias_phrase(v: Values) -> Text:
+    high = "high" if v["bias"] > 0.0 else "low"
+    return sentence("The torque reading is ", displayed(abs(v["bias"]), "N m"), f" too {high}")
+
+
 TORQUE_SENSOR_BIAS = EffectDefinition(
     "torque_sensor_bias", "sensor", TorqueSensorBias, "torque + bias",
     search=lambda log: Search(
         (FitParameter("bias", -8000.0, 8000.0, 100.0),), scan=((400.0,), (-400.0,), (1500.0,))
     ),
     sizes=Sizes(usual={"bias": 500.0}, small={"bias": 150.0}, large={"bias": -500.0}),
+    phrase=_torque_sensor_bias_phrase,
     draw=lambda random, length, duration: {"bias": random.uniform(-500.0, 500.0)},
     visible=_torque_is_logged,
 )  # fmt: skip
@@ -90,6 +114,16 @@ class TorqueAtMotor:
     friction: float = quantity("N m", 0.0, at_least=0.0, at_most=1e5, why="in N m, not kN m; of bearings and gears")
 
 
+def _torque_at_motor_phrase(v: Values) -> Text:
+    clause = (
+        "The torque is read at the drive's motor, so it includes what turns the drive itself: an inertia of "
+        f"{format_number(v['inertia'])} kg m2"
+    )
+    if v.get("friction", 0.0) <= 0.0:
+        return clause
+    return sentence(clause, " and a friction of ", displayed(v["friction"], "N m"))
+
+
 TORQUE_AT_MOTOR = EffectDefinition(
     "torque_at_motor", "top_drive", TorqueAtMotor, "torque + inertia d(speed)/dt + friction sign(speed)",
     search=lambda log: Search(
@@ -100,6 +134,7 @@ TORQUE_AT_MOTOR = EffectDefinition(
         usual={"inertia": 900.0, "friction": 200.0}, small={"inertia": 400.0, "friction": 100.0},
         large={"inertia": 1500.0, "friction": 400.0},
     ),
+    phrase=_torque_at_motor_phrase,
     draw=lambda random, length, duration: {
         "inertia": random.uniform(300.0, 1500.0), "friction": random.uniform(50.0, 400.0)
     },
