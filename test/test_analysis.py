@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from slider_drilling.analysis.analyse import analyse
 from slider_drilling.analysis.cycles import breakover, rocking_cycles
-from slider_drilling.analysis.friction import fit_friction
+from slider_drilling.analysis.fit_friction import fit_friction
 from slider_drilling.analysis.report import analysis_study, to_json
 from slider_drilling.cli import group
 from slider_drilling.control.rocking import Rocking
@@ -121,7 +121,7 @@ def test_friction_that_the_rig_file_does_not_know_is_found(analysed):
         low, high = row.factor_interval
         assert low - 0.01 < true < high + 0.01
         assert high - low < 0.2
-        assert row.determined
+        assert row.is_determined
     assert analysed.fit.rms["surface_torque"] == pytest.approx(150.0, rel=0.1)
     assert analysed.fit.rms_before["surface_torque"] > 1.3 * analysed.fit.rms["surface_torque"]
 
@@ -154,7 +154,7 @@ def test_findings_are_plain_json_and_make_a_page(analysed):
     found = to_json(analysed)
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     shown = analysis_study(analysed)
-    assert {table.title for table in shown.tables} == {"Apparent friction", "What the log says"}
+    assert {table.caption for table in shown.tables} == {"Apparent friction", "Results"}
     assert any("zones" in figure.title.lower() for figure in shown.figures)
 
 
@@ -226,4 +226,4 @@ def test_of_a_day_long_log_the_hour_that_rocks_most_is_analysed(tmp_path):
     assert len(found.time) == pytest.approx(7200, abs=2) and len(found.cycles) == pytest.approx(150, abs=3)
     first = found.log.start_ns * 1e-9
     assert first <= 20_000.0 and first + 3600.0 >= 23_000.0
-    assert any("more than that is not analysed at once" in sentence for sentence in found.undetermined)
+    assert any("where the top drive rocks most" in sentence for sentence in found.undetermined)

@@ -1,5 +1,5 @@
-"""What a run was recorded for: the friction in its log, and where it acts. No ROS needed.
+"""Friction in a log, and where along the string it acts.
 
-`cycles` reads torque and angle alone, `friction` fits the plant's friction to the log, `along_string` replays the
-fitted plant to see downhole, `report` puts it on paper.
+`cycles` reads torque and angle alone, `fit_friction` fits the plant's friction to the log, `along_string` simulates the
+fitted plant to see downhole, `report` writes the result. `torque_drag` draws the broomstick plot.
 """

@@ -1,4 +1,4 @@
-"""What the fitted plant does downhole while it follows a log: friction, zones and weight transfer along the string."""
+"""Downhole state of the fitted plant while it follows a log: friction, zones and weight transfer along the string."""
 
 from __future__ import annotations
 
@@ -19,17 +19,23 @@ from slider_drilling.wellbore.zones import Zones, zones_in_closed_form
 Array = NDArray[np.float64]
 
 SNAPSHOT = 0.5
-"""s between two looks at the string."""
+"""s between two samples of the string."""
 
 
 @dataclass(frozen=True)
 class StringHistory:
-    """The string over time (n,) s and measured depth (m,) m.
+    """The string over time (n,) and measured depth (m,).
 
-    axial_friction, coulomb_friction: (n,) N over the whole string, friction against the feed and what it would be if
-    all of it slid straight down; weight_on_bit: (n,) N; bit_torque: (n,) N m; rotation: (n, m) rad; torque: (n, m) N m;
-    friction_coefficient and beta_v: (n, m), - and rad; turning: (m,) N m, what turns each element at the end; last: the
-    string then.
+    Attributes:
+        time: s.
+        measured_depth: m.
+        axial_friction: Of the whole string against the feed, N, (n,).
+        coulomb_friction: The same if all of the string slid straight down, N, (n,).
+        weight_on_bit, bit_torque: N and N m, (n,).
+        rotation, torque: rad and N m, (n, m).
+        friction_coefficient, beta_v: - and rad, (n, m).
+        friction_torque: That turns each element at the end, N m, (m,).
+        last: The string at the end.
     """
 
     time: Array
@@ -52,7 +58,7 @@ class StringHistory:
 
     @property
     def weight_transfer(self) -> Array:
-        """Share (n,) of the weight let down that reaches the bit: WOB over WOB and axial friction; NaN for neither."""
+        """Fraction (n,) of the weight let down that reaches the bit: WOB over WOB plus axial friction; else NaN."""
         friction = np.maximum(self.axial_friction, 0.0)
         total = self.weight_on_bit + friction
         return np.divide(self.weight_on_bit, total, out=np.full_like(total, np.nan), where=total > 100.0)
@@ -70,7 +76,13 @@ def without_rocking(commands: Commands) -> Commands:
 def simulate_along_string(
     rig: Rig, start: InitialState, commands: Commands, elements: int, progress: Callable[[float], None] | None = None
 ) -> StringHistory:
-    """Drive the plant through a record and look at the string every half second; progress(share done)."""
+    """Simulate a record and sample the string every half second.
+
+    Args:
+        rig, start, elements: As in `Plant`.
+        commands: What drives the plant.
+        progress: Called with the fraction that is done.
+    """
     interval = 0.1
     count = int((commands.time[-1] - commands.time[0]) / interval) + 1
     grid = commands.time[0] + interval * np.arange(count)
@@ -107,16 +119,16 @@ def simulate_along_string(
 def zones_over_time(history: StringHistory, cycles: list[RockingCycle]) -> list[tuple[float, Zones]]:
     """The three zones in every rocking cycle: (time of its middle s, zones).
 
-    How far the rocking reaches is seen in the motion; the reactive torque in closed form, since the mean torque along
-    the string holds whatever the rocking's own centre puts into it.
+    The reach of the rocking is seen in the motion. The reactive torque is taken in closed form, since the mean torque
+    along the string also holds what the rocking's own centre puts into it.
     """
-    found = []
+    zones = []
     for cycle in cycles:
         inside = (history.time >= cycle.start) & (history.time <= cycle.end)
         if np.count_nonzero(inside) < 4:
             continue
         reactive = float(np.mean(history.bit_torque[inside]))
-        seen = zones_from_motion(history.measured_depth, history.rotation[inside], history.torque[inside], reactive)
+        moving = zones_from_motion(history.measured_depth, history.rotation[inside], history.torque[inside], reactive)
         closed = zones_in_closed_form(history.last.length, history.friction_torque, 0.0, reactive)
-        found.append((0.5 * (cycle.start + cycle.end), Zones(seen.rocked_to, closed.reactive_from)))
-    return found
+        zones.append((0.5 * (cycle.start + cycle.end), Zones(moving.rocked_to, closed.reactive_from)))
+    return zones

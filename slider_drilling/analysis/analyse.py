@@ -1,4 +1,4 @@
-"""A log's friction, from what it measured and from the plant fitted to it; what cannot be found is said."""
+"""Analysis of a log's friction, from its measurements and from the plant fitted to it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from slider_drilling.analysis.along_string import StringHistory, simulate_along_string, without_rocking, zones_over_time
 from slider_drilling.analysis.cycles import Breakover, RockingCycle, breakover, rocking_cycles
-from slider_drilling.analysis.friction import ELEMENTS, FrictionFit, fit_friction
+from slider_drilling.analysis.fit_friction import ELEMENTS, FrictionFit, fit_friction
 from slider_drilling.errors import InputError
 from slider_drilling.gap.progress import Progress
 from slider_drilling.log import RigLog
@@ -24,9 +24,18 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Analysis:
-    """What was found. Parts that the log does not tell are None or empty, and not_found says why.
+    """Result of `analyse`; parts that the log does not determine are None or empty.
 
-    rocked is the fitted plant driven by the log, still the same with the top drive held; zones: (time s, zones).
+    Attributes:
+        log, rig: That were analysed.
+        time, angle, torque: Of the top drive, s, rad and N m, (n,).
+        cycles: Rocking cycles.
+        breakover: First start of rotation from rest.
+        fit: The friction fit.
+        rocked: The fitted plant driven by the log.
+        still: The same with the top drive held.
+        zones: (time s, zones) of each cycle.
+        undetermined: One sentence for each missing part.
     """
 
     log: RigLog
@@ -42,16 +51,23 @@ class Analysis:
     zones: list[tuple[float, Zones]]
     undetermined: tuple[str, ...]
 
-LONGEST = 3600.0
-"""s of a log that are analysed: the string is simulated some hundred times over them."""
+
+MAX_DURATION = 3600.0
+"""s of a log that are analysed, since the string is simulated over them some hundred times."""
 
 
 def analyse(log: RigLog, rig: Rig | None, elements: int = ELEMENTS, progress: Progress | None = None) -> Analysis:
-    """Analyse one log; without a rig only what torque and angle say. progress(step, share done).
+    """Analyse the friction of one log; without a rig only torque and angle.
 
-    Of a log longer than LONGEST that much is analysed. Raises InputError where the log holds no surface torque.
+    Of a log longer than `MAX_DURATION` the part that rocks most is analysed.
+
+    Args:
+        progress: Called with the step's name and the fraction that is done.
+
+    Raises:
+        InputError: Where the log holds no surface torque.
     """
-    log, left_out = most_active_window(log, LONGEST)
+    log, left_out = most_active_window(log, MAX_DURATION)
     time, angle, speed, torque = _surface(log)
     cycles = rocking_cycles(time, angle, torque)
     broke = breakover(time, speed, torque)
@@ -68,7 +84,7 @@ def analyse(log: RigLog, rig: Rig | None, elements: int = ELEMENTS, progress: Pr
 
     fit = fit_friction(log, rig, elements, simulated)
     missing += [
-        f"friction of the {row.kind} from {row.top:.0f} to {row.bottom:.0f} m: this log does not tell it"
+        f"friction of the {row.kind} from {row.top:.0f} to {row.bottom:.0f} m: this log does not determine it"
         for row in fit.intervals if not row.is_determined
     ]  # fmt: skip
     commands = fit.inputs.commands

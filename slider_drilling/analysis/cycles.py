@@ -1,4 +1,4 @@
-"""What surface torque and angle say by themselves: rocking cycles, friction work, breakover."""
+"""Rocking cycles, friction work and breakover from surface torque and angle alone."""
 
 from __future__ import annotations
 
@@ -10,19 +10,22 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-LEAST_SWING = 0.5
-"""rad; smaller to-and-fro of the angle is not rocking."""
+MIN_SWING = 0.5
+"""rad; smaller oscillation of the angle is not rocking."""
 ROTATING = 0.5
-"""Of the largest speed: above it the top drive is rotating."""
+"""Fraction of the largest speed above which the top drive is rotating."""
 
 
 @dataclass(frozen=True)
 class RockingCycle:
     """One rocking cycle, from one clockwise turning point to the next.
 
-    start, end: s; swing: rad, peak to peak; work: J, area of the torque-angle loop (closed by a
-    straight line where the centre moved), what friction took;
-    clockwise_torque, counter_torque: N m, largest and smallest in the cycle.
+    Attributes:
+        start, end: s.
+        swing: Peak to peak, rad.
+        work: Work that friction took, J: area of the torque-angle loop, closed by a straight line where the centre
+            moved.
+        clockwise_torque, counter_torque: Largest and smallest torque in the cycle, N m.
     """
 
     start: float
@@ -35,8 +38,13 @@ class RockingCycle:
 
 @dataclass(frozen=True)
 class Breakover:
-    """A start of rotation from rest: peak: N m, the torque that broke the string loose; steady: N m, median torque
-    while it went on rotating; at: s, time of the peak."""
+    """A start of rotation from rest.
+
+    Attributes:
+        peak: Torque that broke the string loose, N m.
+        steady: Median torque of the rotation after it, N m.
+        at: Time of the peak, s.
+    """
 
     peak: float
     steady: float
@@ -50,7 +58,7 @@ def rocking_cycles(time: Array, angle: Array, torque: Array) -> list[RockingCycl
     for first, last in itertools.pairwise(tops):
         part = slice(first, last + 1)
         along = float(np.sum(0.5 * (torque[part][1:] + torque[part][:-1]) * np.diff(angle[part])))
-        # The centre may have been shifted: a straight line closes the loop, or the shift would count as work.
+        # A straight line closes the loop where its centre moved; otherwise the shift would count as work.
         work = along - 0.5 * (torque[first] + torque[last]) * float(angle[last] - angle[first])
         cycles.append(
             RockingCycle(
@@ -68,8 +76,11 @@ def rocking_cycles(time: Array, angle: Array, torque: Array) -> list[RockingCycl
 def breakover(time: Array, speed: Array, torque: Array) -> Breakover | None:
     """The first start from rest into lasting rotation; None where the record holds none.
 
-    Lasting: one way for 20 s on end. The peak is the largest torque in the first half of that stretch where it
-    exceeds the median of the second; a string that turns without one has no breakover. Speed (n,) rad/s.
+    Lasting is at least 20 s in one direction. The peak is the largest torque in the first half of that time, and must
+    exceed the median of the second half; a string that turns without such a peak has no breakover.
+
+    Args:
+        time, speed, torque: s, rad/s and N m, (n,).
     """
     fastest = np.abs(speed).max()
     if fastest <= 0.0:
@@ -91,18 +102,18 @@ def breakover(time: Array, speed: Array, torque: Array) -> Breakover | None:
 
 
 def _tops(angle: Array) -> list[int]:
-    """Indices of clockwise turning points that are followed by a swing back of at least LEAST_SWING."""
+    """Indices of clockwise turning points that are followed by a swing back of at least MIN_SWING."""
     tops: list[int] = []
     highest, lowest, rising = 0, 0, True
     for k, value in enumerate(angle):
         if rising:
             if value >= angle[highest]:
                 highest = k
-            elif angle[highest] - value > LEAST_SWING:
+            elif angle[highest] - value > MIN_SWING:
                 tops.append(highest)
                 lowest, rising = k, False
         elif value <= angle[lowest]:
             lowest = k
-        elif value - angle[lowest] > LEAST_SWING:
+        elif value - angle[lowest] > MIN_SWING:
             highest, rising = k, True
     return tops

@@ -1,4 +1,4 @@
-"""An analysis on paper: the findings as plain data, and the page that shows them."""
+"""The report of an analysis: its result as JSON, and the page that shows it."""
 
 from __future__ import annotations
 
@@ -18,31 +18,31 @@ from slider_drilling.units import SI, Units
 SCHEMA = "slider_drilling/analysis/1"
 
 
-def to_json(found: Analysis) -> dict[str, Any]:
-    """What analysis.json holds: SI units, rad; null where the log does not tell, with not_found saying why."""
+def to_json(analysis: Analysis) -> dict[str, Any]:
+    """Content of analysis.json, in SI units: null where the log does not determine a value; not_found says why."""
     return {
         "schema": SCHEMA,
         "version": __version__,
-        "log": found.log.source,
-        "friction": _friction(found),
-        "extra_friction": _bed(found),
-        "fit": _fit(found),
-        "breakover_torque": _breakover(found),
-        "rocking": _rocking(found),
-        "axial_friction": _axial(found),
-        "weight_transfer": _transfer(found),
+        "log": analysis.log.source,
+        "friction": _friction(analysis),
+        "extra_friction": _bed(analysis),
+        "fit": _fit(analysis),
+        "breakover_torque": _breakover(analysis),
+        "rocking": _rocking(analysis),
+        "axial_friction": _axial(analysis),
+        "weight_transfer": _transfer(analysis),
         "zones": [
             {"time": t, "rocked_to": z.rocked_to, "reactive_from": z.reactive_from, "static_length": z.static_length}
-            for t, z in found.zones
+            for t, z in analysis.zones
         ],
-        "along_the_string": _along(found.rocked),
-        "not_found": list(found.undetermined),
-        "notes": [*found.log.notes, *(found.fit.inputs.assumptions if found.fit else ())],
+        "along_the_string": _along(analysis.rocked),
+        "not_found": list(analysis.undetermined),
+        "notes": [*analysis.log.notes, *(analysis.fit.inputs.assumptions if analysis.fit else ())],
     }
 
 
-def _friction(found: Analysis) -> list[dict[str, Any]] | None:
-    if found.fit is None:
+def _friction(analysis: Analysis) -> list[dict[str, Any]] | None:
+    if analysis.fit is None:
         return None
     return [
         {
@@ -51,30 +51,30 @@ def _friction(found: Analysis) -> list[dict[str, Any]] | None:
             "friction_coefficient_along": row.axial, "friction_coefficient_around": row.tangential,
             "determined": row.is_determined,
         }
-        for row in found.fit.intervals
+        for row in analysis.fit.intervals
     ]  # fmt: skip
 
 
-def _bed(found: Analysis) -> dict[str, Any] | None:
-    if found.fit is None or found.fit.bed is None:
+def _bed(analysis: Analysis) -> dict[str, Any] | None:
+    if analysis.fit is None or analysis.fit.bed is None:
         return None
-    bed = found.fit.bed
+    bed = analysis.fit.bed
     return {
         "from": float(bed.top), "to": float(bed.bottom), "factor": bed.factor,
         "factor_interval": list(bed.factor_interval),
     }  # fmt: skip
 
 
-def _fit(found: Analysis) -> dict[str, Any] | None:
-    if found.fit is None:
+def _fit(analysis: Analysis) -> dict[str, Any] | None:
+    if analysis.fit is None:
         return None
-    fitted, given = found.fit.rig, found.rig
+    fitted, given = analysis.fit.rig, analysis.rig
     assert given is not None
     return {
-        "channels": list(found.fit.channels),
-        "rms": found.fit.rms,
-        "rms_with_rig_file": found.fit.rms_before,
-        "start_twist": found.fit.start.twist,
+        "channels": list(analysis.fit.channels),
+        "rms": analysis.fit.rms,
+        "rms_with_rig_file": analysis.fit.rms_before,
+        "start_twist": analysis.fit.start.twist,
         "slack": fitted.effects.top_drive_backlash.angle,
         "bit_aggressiveness": fitted.bit.aggressiveness,
         "torsional_damping": fitted.string.torsional_damping,
@@ -82,28 +82,28 @@ def _fit(found: Analysis) -> dict[str, Any] | None:
     }
 
 
-def _breakover(found: Analysis) -> dict[str, Any]:
-    broke = found.breakover
+def _breakover(analysis: Analysis) -> dict[str, Any]:
+    broke = analysis.breakover
     return {
         "measured": None if broke is None else {"peak": broke.peak, "steady": broke.steady, "at": broke.at},
-        "largest_in_log": float(np.abs(found.torque).max()),
-        "to_turn_the_whole_string": None if found.rocked is None else found.rocked.turning_torque,
+        "largest_in_log": float(np.abs(analysis.torque).max()),
+        "to_turn_the_whole_string": None if analysis.rocked is None else analysis.rocked.turning_torque,
     }
 
 
-def _rocking(found: Analysis) -> dict[str, Any] | None:
-    if not found.cycles:
+def _rocking(analysis: Analysis) -> dict[str, Any] | None:
+    if not analysis.cycles:
         return None
-    work = np.array([cycle.work for cycle in found.cycles])
+    work = np.array([cycle.work for cycle in analysis.cycles])
     return {
-        "cycles": len(found.cycles),
-        "period": float(np.median([c.end - c.start for c in found.cycles])),
-        "swing": float(np.median([c.swing for c in found.cycles])),
+        "cycles": len(analysis.cycles),
+        "period": float(np.median([c.end - c.start for c in analysis.cycles])),
+        "swing": float(np.median([c.swing for c in analysis.cycles])),
         "friction_work_per_cycle": {
             "median": float(np.median(work)), "lowest": float(work.min()), "highest": float(work.max()),
         },
-        "clockwise_torque": float(np.median([c.clockwise_torque for c in found.cycles])),
-        "counter_torque": float(np.median([c.counter_torque for c in found.cycles])),
+        "clockwise_torque": float(np.median([c.clockwise_torque for c in analysis.cycles])),
+        "counter_torque": float(np.median([c.counter_torque for c in analysis.cycles])),
     }  # fmt: skip
 
 
@@ -111,11 +111,11 @@ def _second_half(history: StringHistory) -> np.ndarray:
     return history.time > 0.5 * (history.time[0] + history.time[-1])
 
 
-def _axial(found: Analysis) -> dict[str, Any] | None:
-    if found.rocked is None or found.still is None:
+def _axial(analysis: Analysis) -> dict[str, Any] | None:
+    if analysis.rocked is None or analysis.still is None:
         return None
     result = {}
-    for name, history in (("with_rocking", found.rocked), ("without_rocking", found.still)):
+    for name, history in (("with_rocking", analysis.rocked), ("without_rocking", analysis.still)):
         half = _second_half(history)
         result[name] = {
             "mean": float(np.mean(history.axial_friction[half])),
@@ -125,11 +125,11 @@ def _axial(found: Analysis) -> dict[str, Any] | None:
     return result
 
 
-def _transfer(found: Analysis) -> dict[str, Any] | None:
-    if found.rocked is None or found.still is None:
+def _transfer(analysis: Analysis) -> dict[str, Any] | None:
+    if analysis.rocked is None or analysis.still is None:
         return None
     result = {}
-    for name, history in (("with_rocking", found.rocked), ("without_rocking", found.still)):
+    for name, history in (("with_rocking", analysis.rocked), ("without_rocking", analysis.still)):
         half = _second_half(history)
         share = history.weight_transfer[half]
         result[name] = {
@@ -152,53 +152,55 @@ def _along(history: StringHistory | None) -> dict[str, list[float]] | None:
     }
 
 
-def analysis_study(found: Analysis, units: Units = SI) -> Study:
-    """The page of an analysis: tables, figures and what was not found; the tables' texts in these units."""
+def analysis_study(analysis: Analysis, units: Units = SI) -> Study:
+    """The page of an analysis: tables (in these units), figures, and what the log does not determine."""
     return Study(
         name="analysis",
         about="Friction",
-        title=log_title(found.log, units),
+        title=log_title(analysis.log, units),
         settings={
-            "log": Path(found.log.source).name,
-            "samples": found.time.size,
-            "length_s": float(np.ptp(found.time)),
+            "log": Path(analysis.log.source).name,
+            "samples": analysis.time.size,
+            "length_s": float(np.ptp(analysis.time)),
         },
-        figures=(*_surface_figures(found), *_string_figures(found)),
+        figures=(*_surface_figures(analysis), *_string_figures(analysis)),
         claims=(),
-        notes=tuple(f"Not found: {sentence}." for sentence in found.undetermined)
+        notes=tuple(f"Not found: {sentence}." for sentence in analysis.undetermined)
         + tuple(
             f"Note: {sentence}."
-            for sentence in (*found.log.notes, *(found.fit.inputs.assumptions if found.fit else ()))
+            for sentence in (*analysis.log.notes, *(analysis.fit.inputs.assumptions if analysis.fit else ()))
         ),
-        tables=_tables(found, units),
+        tables=_tables(analysis, units),
     )
 
 
-def _tables(found: Analysis, units: Units) -> tuple[Table, ...]:
+def _tables(analysis: Analysis, units: Units) -> tuple[Table, ...]:
     tables = []
-    if found.fit is not None:
+    if analysis.fit is not None:
         header = ("hole", "friction factor (95 %)", "in the rig file", "coefficient along", "coefficient around")
         rows = []
-        for row in found.fit.intervals:
+        for row in analysis.fit.intervals:
             low, high = row.factor_interval
             factor = f"{row.factor:.3f} ({low:.3f} to {high:.3f})" + ("" if row.is_determined else ", not determined")
             hole = f"{row.kind}, {units.format_range(row.top, row.bottom, 'm', 4)}"
             rows.append((hole, factor, f"{row.in_rig_file:.3f}", f"{row.axial:.3f}", f"{row.tangential:.3f}"))
         tables.append(Table(header, tuple(rows), "Apparent friction"))
-    said = (*_torque_rows(found, units), *_axial_rows(found, units), *_bed_rows(found, units))
+    said = (*_torque_rows(analysis, units), *_axial_rows(analysis, units), *_bed_rows(analysis, units))
     tables.append(Table(("", ""), said, "Results"))
     return tuple(tables)
 
 
-def _torque_rows(found: Analysis, units: Units) -> list[tuple[str, str]]:
-    rows = [("largest surface torque in the log", units.format(np.abs(found.torque).max() / 1e3, "kN m"))]
-    if found.breakover is not None:
-        peak, steady = (units.format(one / 1e3, "kN m") for one in (found.breakover.peak, found.breakover.steady))
+def _torque_rows(analysis: Analysis, units: Units) -> list[tuple[str, str]]:
+    rows = [("largest surface torque in the log", units.format(np.abs(analysis.torque).max() / 1e3, "kN m"))]
+    if analysis.breakover is not None:
+        peak, steady = (
+            units.format(value / 1e3, "kN m") for value in (analysis.breakover.peak, analysis.breakover.steady)
+        )
         value = f"{peak}, then {steady}"
         rows.append(("breakover torque, measured", value))
-    if found.rocked is not None:
-        rows.append(("torque that turns the whole string", units.format(found.rocked.turning_torque / 1e3, "kN m")))
-    rocking = _rocking(found)
+    if analysis.rocked is not None:
+        rows.append(("torque that turns the whole string", units.format(analysis.rocked.turning_torque / 1e3, "kN m")))
+    rocking = _rocking(analysis)
     if rocking is not None:
         low, middle, high = (rocking["friction_work_per_cycle"][key] / 1e3 for key in ("lowest", "median", "highest"))
         value = f"{units.format(middle, 'kJ')} ({units.format_range(low, high, 'kJ')})"
@@ -207,8 +209,8 @@ def _torque_rows(found: Analysis, units: Units) -> list[tuple[str, str]]:
     return rows
 
 
-def _axial_rows(found: Analysis, units: Units) -> list[tuple[str, str]]:
-    axial, transfer = _axial(found), _transfer(found)
+def _axial_rows(analysis: Analysis, units: Units) -> list[tuple[str, str]]:
+    axial, transfer = _axial(analysis), _transfer(analysis)
     if axial is None or transfer is None:
         return []
     rows = []
@@ -222,8 +224,8 @@ def _axial_rows(found: Analysis, units: Units) -> list[tuple[str, str]]:
     return rows
 
 
-def _bed_rows(found: Analysis, units: Units) -> list[tuple[str, str]]:
-    bed = _bed(found)
+def _bed_rows(analysis: Analysis, units: Units) -> list[tuple[str, str]]:
+    bed = _bed(analysis)
     if bed is None:
         return []
     low, high = bed["factor_interval"]
@@ -231,18 +233,18 @@ def _bed_rows(found: Analysis, units: Units) -> list[tuple[str, str]]:
     return [(place, f"times {bed['factor']:.2f} ({low:.2f} to {high:.2f})")]
 
 
-def _surface_figures(found: Analysis) -> tuple[Chart, ...]:
+def _surface_figures(analysis: Analysis) -> tuple[Chart, ...]:
     figures = [curve_chart("Torque-angle loop", "top-drive angle, rad", "surface torque, kN m",
-                     (curve("loop", found.angle, found.torque / 1e3),))]  # fmt: skip
-    if found.cycles:
-        middle = [0.5 * (c.start + c.end) for c in found.cycles]
+                     (curve("loop", analysis.angle, analysis.torque / 1e3),))]  # fmt: skip
+    if analysis.cycles:
+        middle = [0.5 * (c.start + c.end) for c in analysis.cycles]
         figures.append(curve_chart("Friction work per rocking cycle", "time, s", "work, kJ",
-                             (curve("work", middle, [c.work / 1e3 for c in found.cycles]),)))  # fmt: skip
+                             (curve("work", middle, [c.work / 1e3 for c in analysis.cycles]),)))  # fmt: skip
     return tuple(figures)
 
 
-def _string_figures(found: Analysis) -> tuple[Chart, ...]:
-    history = found.rocked
+def _string_figures(analysis: Analysis) -> tuple[Chart, ...]:
+    history = analysis.rocked
     if history is None:
         return ()
     along = _along(history)
@@ -254,22 +256,22 @@ def _string_figures(found: Analysis) -> tuple[Chart, ...]:
         curve_chart("Direction of slip along the string: 0 along the hole, 90 around it", "direction of slip, deg",
               "measured depth, m", (curve("mean", np.degrees(along["beta_v"]), depth),), depth_down=True),
     ]  # fmt: skip
-    if found.zones:
-        time = [t for t, _ in found.zones]
+    if analysis.zones:
+        time = [t for t, _ in analysis.zones]
         figures.append(curve_chart("Three zones: rocked above, turned by the reactive torque below, static between",
                              "time, s",
-                             "measured depth, m", (curve("rocked to", time, [z.rocked_to for _, z in found.zones]),
+                             "measured depth, m", (curve("rocked to", time, [z.rocked_to for _, z in analysis.zones]),
                                                    curve("reactive from", time,
-                                                        [z.reactive_from for _, z in found.zones])),
+                                                        [z.reactive_from for _, z in analysis.zones])),
                              depth_down=True))  # fmt: skip
-    if found.still is not None:
+    if analysis.still is not None:
         figures += [
             curve_chart("Axial friction", "time, s", "axial friction, kN", (
                 curve("with rocking", history.time, history.axial_friction / 1e3),
-                curve("without rocking", found.still.time, found.still.axial_friction / 1e3),
+                curve("without rocking", analysis.still.time, analysis.still.axial_friction / 1e3),
                 curve("Coulomb", history.time, history.coulomb_friction / 1e3, True))),
             curve_chart("Weight on bit", "time, s", "weight on bit, kN", (
                 curve("with rocking", history.time, history.weight_on_bit / 1e3),
-                curve("without rocking", found.still.time, found.still.weight_on_bit / 1e3))),
+                curve("without rocking", analysis.still.time, analysis.still.weight_on_bit / 1e3))),
         ]  # fmt: skip
     return tuple(figures)

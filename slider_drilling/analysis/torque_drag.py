@@ -1,5 +1,4 @@
-"""Torque and drag as drillers draw it: the broomstick with a log's points on it, the string along its length, and the
-well's path."""
+"""Torque and drag as drillers draw it: broomstick with a log's points, loads along the string, and well path."""
 
 from __future__ import annotations
 
@@ -20,16 +19,23 @@ from slider_drilling.wellbore.broomstick import Broomstick
 from slider_drilling.wellbore.static_loads import static_loads
 from slider_drilling.wellbore.well_path import WellPath
 
-WINDOW = 30.0  # s of a log that make one point
-_MOVES = {"lowered": 2e-4, "raised": 2e-3}  # m/s of the block; drilling is slower than tripping
-_TURNS = 0.2  # rad/s
+WINDOW = 30.0
+"""s of a log that make one point."""
+_MIN_SPEED = {"lowered": 2e-4, "raised": 2e-3}  # m/s of the block; drilling is slower than tripping
+_MIN_TURNING = 0.2  # rad/s
 _COLOURS = {"raised": RED, "lowered": INK, "lowered and rocked": BLUE, "turned": GREEN, "still": GREY}
 
 
 @dataclass(frozen=True)
 class LogPoints:
-    """One point a stretch of `WINDOW` s: bit depth m, what the rig did, hook load N (median), torque N m: the mean
-    where the string turned, else the largest magnitude."""
+    """A log in stretches of `WINDOW` s, one point each.
+
+    Attributes:
+        depth: Of the bit, m, (n,).
+        motion: What the rig did, (n,).
+        hook_load: Median, N, (n,).
+        torque: N m, (n,): mean where the string rotated, else the largest magnitude.
+    """
 
     depth: Array
     motion: tuple[str, ...]
@@ -38,7 +44,7 @@ class LogPoints:
 
 
 def log_points(log: RigLog, rig: Rig) -> LogPoints:
-    """The log in stretches; the bit's depth from its own channel, else from the string's length and the block."""
+    """The points of a log; bit depth is that of its channel, else of the string's length and the block."""
     if log.draw_works is None:
         return LogPoints(np.empty(0), (), np.empty(0), np.empty(0))
     block, drive = log.draw_works, log.top_drive
@@ -67,7 +73,7 @@ def log_points(log: RigLog, rig: Rig) -> LogPoints:
 
 
 def _turned(turn: tuple[float, float]) -> bool:
-    return turn[1] > _TURNS and abs(turn[0]) > 0.9 * turn[1]
+    return turn[1] > _MIN_TURNING and abs(turn[0]) > 0.9 * turn[1]
 
 
 def _torque(effort: Array, turn: tuple[float, float]) -> float:
@@ -80,10 +86,10 @@ def _torque(effort: Array, turn: tuple[float, float]) -> float:
 def _motion(speed: float, turn: tuple[float, float]) -> str:
     if _turned(turn):
         return "turned"
-    if speed <= -_MOVES["raised"]:
+    if speed <= -_MIN_SPEED["raised"]:
         return "raised"
-    if speed >= _MOVES["lowered"]:
-        return "lowered and rocked" if turn[1] > _TURNS else "lowered"
+    if speed >= _MIN_SPEED["lowered"]:
+        return "lowered and rocked" if turn[1] > _MIN_TURNING else "lowered"
     return "still"
 
 
@@ -91,7 +97,7 @@ def torque_drag_page(
     rig: Rig, sticks: Sequence[Broomstick], points: LogPoints | None = None, notes: Sequence[str] = (),
     units: Units = SI,
 ) -> Page:  # fmt: skip
-    """The broomstick of every friction, the string along its length with the rig's own friction, and the path."""
+    """The page: a broomstick for each friction, loads along the string with the rig's friction, and the well path."""
     sections = (
         Section("Broomstick", (
             "Hook load and torque off bottom as the string goes in, for each friction coefficient (times the well's "
@@ -113,7 +119,7 @@ def _named(stick: Broomstick) -> str:
 
 
 def hook_load_chart(sticks: Sequence[Broomstick], points: LogPoints | None = None) -> Chart:
-    """Slacking off to the left, picking up to the right, turning between them."""
+    """Hook load over depth: slacking off to the left, picking up to the right, rotating between them."""
     lines = []
     for place, stick in enumerate(sticks):
         colour = INK if stick.friction is None else ORDER[place % len(ORDER)]
@@ -126,7 +132,7 @@ def hook_load_chart(sticks: Sequence[Broomstick], points: LogPoints | None = Non
 
 
 def torque_chart(sticks: Sequence[Broomstick], points: LogPoints | None = None) -> Chart:
-    """Torque that turns the whole string; of a log that rocks, the largest of each stretch."""
+    """Torque over depth that turns the whole string; for a log that rocks, the largest of each stretch."""
     lines = [Line(_named(stick), stick.torque / 1e3, stick.depth,
                   colour=INK if stick.friction is None else ORDER[place % len(ORDER)])
              for place, stick in enumerate(sticks)]  # fmt: skip
@@ -138,23 +144,23 @@ def torque_chart(sticks: Sequence[Broomstick], points: LogPoints | None = None) 
 def _dots(points: LogPoints | None, values: Array | None) -> list[Line]:
     if points is None or values is None:
         return []
-    found = []
+    dots = []
     for motion, colour in _COLOURS.items():
-        chosen = np.array([one == motion for one in points.motion], dtype=bool) & np.isfinite(values)
+        chosen = np.array([done == motion for done in points.motion], dtype=bool) & np.isfinite(values)
         if chosen.any():
-            found.append(Line(f"log: {motion}", values[chosen], points.depth[chosen], "dots", colour))
-    return found
+            dots.append(Line(f"log: {motion}", values[chosen], points.depth[chosen], "dots", colour))
+    return dots
 
 
 def _table(sticks: Sequence[Broomstick]) -> Table:
     header = ("friction", "slacking off, kN", "turning, kN", "picking up, kN", "torque to turn, kN m")
-    rows = tuple((_named(one), one.slack_off[-1] / 1e3, one.rotating[-1] / 1e3, one.pick_up[-1] / 1e3,
-                  one.torque[-1] / 1e3) for one in sticks)  # fmt: skip
+    rows = tuple((_named(stick), stick.slack_off[-1] / 1e3, stick.rotating[-1] / 1e3, stick.pick_up[-1] / 1e3,
+                  stick.torque[-1] / 1e3) for stick in sticks)  # fmt: skip
     return Table(header, rows, digits=4)
 
 
 def along_charts(rig: Rig, elements: int = 200) -> tuple[Chart, ...]:
-    """Tension, torque and side force along the string with the rig's own friction."""
+    """Tension, torque and side force along the string with the rig's own friction, bit at total depth."""
     down, up = (static_loads(rig, speed, elements=elements) for speed in (1.0, -1.0))
     turned = static_loads(rig, 0.0, 1.0, elements=elements)
     depth = turned.measured_depth
@@ -173,7 +179,7 @@ def along_charts(rig: Rig, elements: int = 200) -> tuple[Chart, ...]:
 
 
 def path_charts(rig: Rig) -> tuple[Chart, ...]:
-    """The course from the side and from above, and its angles."""
+    """The well path from the side and from above, and its angles."""
     rows = np.asarray(rig.well.survey)
     depth = np.linspace(0.0, rows[-1, 0], 400)
     tangents, positions = WellPath.from_survey(rig.well.survey).interpolate(depth)
@@ -181,19 +187,19 @@ def path_charts(rig: Rig) -> tuple[Chart, ...]:
     inclination = np.degrees(np.arccos(np.clip(tangents[:, 2], -1.0, 1.0)))
     turned = np.degrees(np.arccos(np.clip(np.sum(tangents[1:] * tangents[:-1], axis=1), -1.0, 1.0)))
     dog_leg = np.append(turned / np.diff(depth) * 30.0, np.nan)
-    side = Panel("true vertical depth, m", (Line("course", away, positions[:, 2], colour=BLUE),), inverted=True)
-    above = Panel("north, m", (Line("course", positions[:, 1], positions[:, 0], colour=BLUE),))
+    side = Panel("true vertical depth, m", (Line("well path", away, positions[:, 2], colour=BLUE),), inverted=True)
+    above = Panel("north, m", (Line("well path", positions[:, 1], positions[:, 0], colour=BLUE),))
     bends = Panel("dog leg, deg in 30 m", (Line("dog leg", depth, dog_leg, colour=AMBER),))
     return (
-        Chart("From the side", "distance along the course seen from above, m", (side,)),
-        Chart("From above", "east, m", (above,), x_limits=_beside(positions)),
+        Chart("From the side", "horizontal distance along the well path, m", (side,)),
+        Chart("From above", "east, m", (above,), x_limits=_east_limits(positions)),
         Chart("Angles", "measured depth, m", (
             Panel("inclination, deg", (Line("inclination", depth, inclination, colour=BLUE),)), bends)),
     )  # fmt: skip
 
 
-def _beside(positions: Array) -> tuple[float, float]:
-    """How far east a map of a course (n, 3) goes: a straight one shows as straight, not as its rounding."""
+def _east_limits(positions: Array) -> tuple[float, float]:
+    """East limits of a map of the path (n, 3): a straight path shows as straight, not as its rounding errors."""
     north, east = positions[:, 0], positions[:, 1]
     room = max(0.55 * float(np.ptp(east)), 0.1 * float(np.ptp(north)), 10.0)
     middle = 0.5 * float(east.min() + east.max())
