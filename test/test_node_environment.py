@@ -51,7 +51,7 @@ def test_a_path_that_cannot_be_set_is_not_tried_for_ever(own, monkeypatch):
 @pytest.mark.parametrize("domain", ["232", "9999", "-1", "x", "1.0", "9" * 5000])
 def test_a_domain_without_ports_is_refused(domain):
     """Fast DDS ended the process with 1."""
-    with pytest.raises(InputError, match=r"ROS_DOMAIN_ID = .*: must be a whole number within 0 to 231"):
+    with pytest.raises(InputError, match=r"ROS_DOMAIN_ID = .*: must be a whole number from 0 to 231"):
         environment.check_domain({"ROS_DOMAIN_ID": domain})
     for good in ("0", "231", ""):
         environment.check_domain({"ROS_DOMAIN_ID": good})
@@ -60,17 +60,17 @@ def test_a_domain_without_ports_is_refused(domain):
 @pytest.mark.parametrize("homeless", [{}, {"HOME": ""}, {"HOME": "", "ROS_LOG_DIR": ""}])
 def test_logs_have_a_place_without_a_home(homeless):
     variables = dict(homeless)
-    environment.give_logs_a_place(variables)
+    environment.set_log_folder(variables)
     assert "slider_drilling_ros_" in variables["ROS_LOG_DIR"]
     for housed in ({"HOME": "/home/a"}, {"HOME": "", "ROS_HOME": "/ros"}):
         left = dict(housed)
-        environment.give_logs_a_place(left)
+        environment.set_log_folder(left)
         assert left == housed
 
 
 def test_a_middleware_that_the_wheels_lack_is_refused():
     """ROS 2 ended the process with 102."""
-    with pytest.raises(InputError, match=r"RMW_IMPLEMENTATION = 'rmw_nope': the wheels hold rmw_fastrtps_cpp alone"):
+    with pytest.raises(InputError, match=r"RMW_IMPLEMENTATION = 'rmw_nope': the wheels only have rmw_fastrtps_cpp alone"):
         environment.check_middleware({"RMW_IMPLEMENTATION": "rmw_nope"})
     for good in ({}, {"RMW_IMPLEMENTATION": ""}, {"RMW_IMPLEMENTATION": "rmw_fastrtps_cpp"}):
         environment.check_middleware(good)
@@ -80,22 +80,22 @@ def test_a_middleware_that_the_wheels_lack_is_refused():
 def test_a_range_that_ros_does_not_know_is_refused(reach):
     """ROS 2 takes another for it, with sockets on every interface."""
     with pytest.raises(InputError, match=f"ROS_AUTOMATIC_DISCOVERY_RANGE = '{reach}': must be one of OFF, LOCALHOST"):
-        environment.keep_to_loopback({"ROS_AUTOMATIC_DISCOVERY_RANGE": reach})
+        environment.restrict_to_loopback({"ROS_AUTOMATIC_DISCOVERY_RANGE": reach})
 
 
 def test_dds_is_kept_to_the_loopback_unless_the_user_says_otherwise():
     variables = {}
-    environment.keep_to_loopback(variables)
+    environment.restrict_to_loopback(variables)
     assert variables["FASTRTPS_DEFAULT_PROFILES_FILE"].endswith("config/loopback.xml")
     assert variables["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "SYSTEM_DEFAULT"
     inherited = variables | {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
-    environment.keep_to_loopback(inherited)
+    environment.restrict_to_loopback(inherited)
     assert inherited == variables
     for wider in ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"}):
         left = dict(wider)
-        environment.keep_to_loopback(left)
+        environment.restrict_to_loopback(left)
         assert left == wider
     for other in ({"FASTRTPS_DEFAULT_PROFILES_FILE": "mine.xml"}, {"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}):
         left = dict(other)
-        environment.keep_to_loopback(left)
+        environment.restrict_to_loopback(left)
         assert left == other | {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}

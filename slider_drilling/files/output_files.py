@@ -1,4 +1,4 @@
-"""Text files read and files written as a whole, each failure a line that names the file."""
+"""Reads text files and writes files atomically; every failure is an InputError that names the file."""
 
 from __future__ import annotations
 
@@ -12,40 +12,46 @@ from pathlib import Path
 
 from slider_drilling.errors import InputError
 
-_LONGEST_LINE = 1_000_000
-_LONGEST_TEXT = 100_000_000  # bytes; what is read line by line may be longer
-_NO_FILES = ("/dev/", "/proc/")  # even where a link there leads to a file, whoever opened it goes on writing to it
+_MAX_LINE_LENGTH = 1_000_000
+_MAX_TEXT_BYTES = 100_000_000  # of a file that is read as a whole
+_SPECIAL_FOLDERS = ("/dev/", "/proc/")  # a link there may lead to a file that another process writes
 
 
-def read_text(path: str | os.PathLike[str], what: str, longest: int = _LONGEST_TEXT) -> str:
-    """A UTF-8 file's text; ``what`` it should be, such as "rig file", goes into errors.
+def read_text(path: str | os.PathLike[str], what: str, max_bytes: int = _MAX_TEXT_BYTES) -> str:
+    """The text of a UTF-8 file.
 
-    longest: bytes that such a file has at most. Raises InputError.
+    Args:
+        path: Of the file.
+        what: What it should be, such as "rig file", for error messages.
+        max_bytes: Length of the longest plausible file.
+
+    Raises:
+        InputError: The file cannot be read, is not UTF-8 or is too long.
     """
     with _readable(path, what):
         with open(path, "rb") as file:
-            content = file.read(longest + 1)
-        if len(content) > longest:
-            raise InputError(f"{path}: longer than {longest / 1e6:g} MB, which no {what} is; check the path")
+            content = file.read(max_bytes + 1)
+        if len(content) > max_bytes:
+            raise InputError(f"{path}: longer than {max_bytes / 1e6:g} MB, which no {what} is; check the path")
         return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
 
 
 def read_lines(path: str | os.PathLike[str], what: str) -> Iterator[str]:
-    """A UTF-8 file's lines, each with its end, read as they are asked for; errors as of `read_text`."""
+    """The lines of a UTF-8 file, with their ends, read one at a time; raises as `read_text` does."""
     with _readable(path, what), open(path, encoding="utf-8-sig") as file:
         number = 0
-        while line := file.readline(_LONGEST_LINE):
+        while line := file.readline(_MAX_LINE_LENGTH):
             number += 1
-            if len(line) == _LONGEST_LINE:
+            if len(line) == _MAX_LINE_LENGTH:
                 raise InputError(f"{path}: line {number}: longer than a million characters; is this a {what}?")
             yield line
 
 
 @contextmanager
 def _readable(path: str | os.PathLike[str], what: str) -> Iterator[None]:
-    """Failures to open, read and decode a file as errors that name it."""
+    """Turn failures to open, read and decode a file into InputErrors that name it."""
     try:
-        if stat.S_ISFIFO(os.stat(path).st_mode) and not os.path.abspath(path).startswith(_NO_FILES):
+        if stat.S_ISFIFO(os.stat(path).st_mode) and not os.path.abspath(path).startswith(_SPECIAL_FOLDERS):
             raise InputError(f"{path}: is a pipe, which may never end, and no {what}; give a file")
         yield
     except FileNotFoundError:
@@ -59,7 +65,7 @@ def _readable(path: str | os.PathLike[str], what: str) -> Iterator[None]:
 
 
 def make_folder(path: Path) -> Path:
-    """The folder itself, made with those above it where it is missing. Raises InputError."""
+    """Make a folder and its parents if they are missing, and return it. Raises InputError."""
     try:
         path.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as error:
@@ -68,23 +74,27 @@ def make_folder(path: Path) -> Path:
 
 
 def check_outputs(outputs: Iterable[Path], inputs: Iterable[Path | None] = ()) -> None:
-    """Make sure, before any work, that these files can be written and that none of them is read or written twice.
+    """Check before any work that files can be written, and that no output is also an input or another output.
 
-    A file counts as the same under whatever name or link; None among the inputs is one that was not given. Raises
-    InputError naming the output and what to do.
+    Args:
+        outputs: Files to be written.
+        inputs: Files to be read; None stands for one that was not given.
+
+    Raises:
+        InputError: An output cannot be written, or is the same file as another, under whatever name or link.
     """
     taken = {identity: path for path in inputs if path is not None for identity in _identities(path)}
     for output in outputs:
         for identity in _identities(output):
             if identity in taken:
                 other = taken[identity]
-                raise InputError(f"{output}: is to be written, and is {other}, in use already; choose another name")
+                raise InputError(f"{output}: the same file as {other}, in use already; choose another name")
         taken |= dict.fromkeys(_identities(output), output)
         _check_writable(output)
 
 
 def check_distinct(paths: Sequence[Path]) -> None:
-    """Raises InputError where two of these files hold the same bytes: what is counted twice weighs twice."""
+    """Raises InputError if two of the files hold the same bytes: a log given twice would count twice."""
     seen: dict[bytes, Path] = {}
     for path in filter(os.path.isfile, paths):
         try:
@@ -93,16 +103,21 @@ def check_distinct(paths: Sequence[Path]) -> None:
                 while block := file.read(1 << 20):
                     digest.update(block)
         except (OSError, ValueError):
-            continue  # whoever reads it says why it cannot be read
+            continue  # reading it will report why it cannot be read
         first = seen.setdefault(digest.digest(), path)
         if first is not path:
             raise InputError(f"{path}: the same as {first}; give each log once")
 
 
 def create_part_file(path: Path) -> tuple[int, Path]:
-    """An empty file beside ``path`` (beside what it links to), hidden, open for writing: its descriptor and its name.
+    """Open a hidden part file for writing, beside the file (or the target of the link) that it will replace.
 
-    Raises OSError, and InputError for what is neither absent nor a file.
+    Returns:
+        Descriptor and path of the part file.
+
+    Raises:
+        OSError: The file cannot be written.
+        InputError: The path is a device or a pipe.
     """
     if _is_special(path):
         raise InputError(f"{path}: cannot write this file: it is a device or a pipe; name a file")
@@ -114,8 +129,8 @@ def create_part_file(path: Path) -> tuple[int, Path]:
 
 
 def commit_part_file(part: Path, path: Path) -> None:
-    """Give a finished file its name, in place of whatever had it; a link stays one. Raises OSError."""
-    # mkstemp makes files for their owner alone; these are to be read as any other file is.
+    """Rename a finished part file to its final name; a link there stays a link. Raises OSError."""
+    # mkstemp makes files that only their owner can read; give this one the usual permissions.
     mask = os.umask(0)
     os.umask(mask)
     part.chmod(0o666 & ~mask)
@@ -123,7 +138,7 @@ def commit_part_file(part: Path, path: Path) -> None:
 
 
 def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file as a whole or not at all; into a device or a pipe, as it is. Raises InputError."""
+    """Write a file as a whole or not at all; write directly to a device or a pipe. Raises InputError."""
     try:
         if _is_special(path):
             path.write_bytes(content)
@@ -141,29 +156,29 @@ def write_atomically(path: Path, content: bytes) -> None:
 
 
 def _identities(path: Path) -> list[object]:
-    """What tells a file from every other: where it is, and where the disk has it if it is there."""
+    """What identifies a file: its real path and, if it exists, its device and inode."""
     try:
-        found = os.stat(path)
+        status = os.stat(path)
     except OSError:
         return [os.path.realpath(path)]
     except ValueError:
-        return []  # no file can have such a name
-    if not stat.S_ISREG(found.st_mode):
+        return []  # not a valid file name
+    if not stat.S_ISREG(status.st_mode):
         return []
-    return [os.path.realpath(path), (found.st_dev, found.st_ino)]
+    return [os.path.realpath(path), (status.st_dev, status.st_ino)]
 
 
 def _is_special(path: Path) -> bool:
-    """Whether there is something that is no file, or a file that others hold open by this name."""
+    """Whether the path is a device, a pipe or in a special folder."""
     try:
         mode = os.stat(path).st_mode
     except (OSError, ValueError):
         return False
-    return not stat.S_ISDIR(mode) and (not stat.S_ISREG(mode) or os.path.abspath(path).startswith(_NO_FILES))
+    return not stat.S_ISDIR(mode) and (not stat.S_ISREG(mode) or os.path.abspath(path).startswith(_SPECIAL_FOLDERS))
 
 
 def _check_writable(path: Path) -> None:
-    """Write nothing where the file will be, to see that something can be. Raises InputError."""
+    """Check that a file can be written by making and removing a part file. Raises InputError."""
     try:
         if path.is_dir():
             raise IsADirectoryError(21, "Is a directory", str(path))

@@ -1,1 +1,1 @@
-"""Thin rclpy shells around plant, controllers and logs: the only place where ROS is imported."""
+"""ROS 2 nodes around plant, controllers and logs; the only package that imports ROS."""

@@ -1,6 +1,6 @@
-"""What needs DDS of `slider-drilling bench`, as a process of its own: `python -m slider_drilling.nodes.benchmark WHAT`.
+"""The benchmarks that need DDS, in a process of their own: `python -m slider_drilling.nodes.benchmark NAME`.
 
-Prints one JSON object. WHAT is `closed_loop`, `recorder` or `start`.
+NAME is `closed_loop`, `recorder` or `start`. Prints one JSON object.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ MESSAGES, BURST = 20_000, 50
 
 
 def closed_loop() -> dict[str, float | None]:
-    """Simulator, controller and recorder over DDS in lockstep: times real time, messages in the log a second."""
+    """Simulator, controller and recorder over DDS in lockstep: speed, and messages in the log per second."""
     from slider_drilling.nodes.session import SessionOptions, run_session
 
     with tempfile.TemporaryDirectory() as folder:
@@ -32,7 +32,7 @@ def closed_loop() -> dict[str, float | None]:
 
 
 def recorder() -> dict[str, float]:
-    """Messages a second from a publisher over DDS into a log, as fast as they go without losing one."""
+    """Messages per second from a publisher over DDS into a log, without a loss."""
     import rclpy
     from rclpy.node import Node
     from rclpy.parameter import Parameter
@@ -65,7 +65,7 @@ def recorder() -> dict[str, float]:
 
 
 def start() -> dict[str, float | None]:
-    """A friction simulator that stands ready; the caller times the process."""
+    """Start a friction simulator; the caller times the process."""
     from slider_drilling.nodes.friction_simulator import FrictionSimulator
     from slider_drilling.nodes.run_node import init
 
@@ -74,14 +74,14 @@ def start() -> dict[str, float | None]:
     return {"peak_megabytes": peak_megabytes()}
 
 
-def main(what: str) -> None:
-    """Measure and print."""
+def main(name: str) -> None:
+    """Run a benchmark and print its result."""
     environment.prepare()
     interrupt_with_parent()
-    # One domain of its own, so that nodes elsewhere on this machine take no part.
+    # A ROS domain of its own, so that other nodes on this machine take no part.
     os.environ["ROS_DOMAIN_ID"] = str(100 + os.getpid() % 100)
     measures: dict[str, Any] = {"closed_loop": closed_loop, "recorder": recorder, "start": start}
-    print(json.dumps(measures[what]()))
+    print(json.dumps(measures[name]()))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What the launch files share: a process a node, arguments before parameter files, an end that tells of failures."""
+"""Shared by the launch files: their arguments, the nodes' processes, and how a launch ends."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ from launch_ros.actions import Node
 from slider_drilling.process.parent_death import PARENT_PID_VARIABLE
 
 PACKAGE = "slider_drilling"
-MISTAKE = 2  # the exit code of what a user can mend: starting it again would not
+USER_MISTAKE = 2  # exit code of a node that a restart would not help
 RESPAWN_DELAY = 1.0  # s
-# Every argument is empty by default: what is not given is left to the parameter file, and to the nodes themselves.
+# Arguments are empty by default; the parameter file and the nodes then give the values in brackets.
 ARGUMENTS = {
     "rig": "rig file [the 4 km example well]",
     "duration": "simulated time, s; 0: until interrupted [0]",
-    "speed": "simulated seconds a second; 0 or max: as fast as possible, in lockstep [1]",
+    "speed": "simulated seconds per second; 0 or max: as fast as possible, in lockstep [1]",
     "target_deg": "toolface to hold, deg [0]",
     "controller": "controller as module:Class [this package's own]",
     "record": "folder for the log; empty: no recorder",
-    "dashboard": "serve the live page, its address in the output: true or false [false]",
+    "dashboard": "serve the live page and print its address: true or false [false]",
     "namespace": "namespace of every topic",
     "parameters": "YAML file with node parameters; arguments win over it",
-    "respawn": "start a controller or recorder that died again: true or false [true]",
-    "discovery": "who sees the nodes: localhost, subnet (other machines, too) or off [localhost]",
+    "respawn": "restart a controller or recorder that died: true or false [true]",
+    "discovery": "which machines see the nodes: localhost, subnet or off [localhost]",
     "log": "MCAP log to play",
 }
 RANGES = {"": None, "localhost": None, "subnet": "SUBNET", "off": "OFF"}
@@ -43,7 +43,12 @@ LaunchArguments = Mapping[str, str]
 
 
 def description(names: Iterable[str], entities: Any) -> LaunchDescription:
-    """What `ros2 launch` asks for. names: of ARGUMENTS; entities: makes the launch's entities of what was given."""
+    """The description that `ros2 launch` runs.
+
+    Args:
+        names: The file's arguments, of ARGUMENTS.
+        entities: Makes the launch's entities from the argument values.
+    """
     chosen = tuple(names)
 
     def make(context: LaunchContext) -> list[LaunchDescriptionEntity]:
@@ -57,7 +62,7 @@ def description(names: Iterable[str], entities: Any) -> LaunchDescription:
 
 
 def number(given: LaunchArguments, name: str) -> float | None:
-    """An argument as a number, None where it was not given. Raises ValueError naming the argument."""
+    """An argument as a number; None if it was not given. Raises ValueError that names the argument."""
     if not given.get(name):
         return None
     try:
@@ -67,12 +72,12 @@ def number(given: LaunchArguments, name: str) -> float | None:
 
 
 def speed(given: LaunchArguments) -> float | None:
-    """The argument `speed`, 0 for `max`."""
+    """The argument `speed`; 0 for `max`."""
     return 0.0 if given.get("speed") == "max" else number(given, "speed")
 
 
 def target(given: LaunchArguments) -> float | None:
-    """The argument `target_deg` in rad within (-pi, pi]."""
+    """The argument `target_deg`, rad in (-pi, pi]."""
     degrees = number(given, "target_deg")
     return None if degrees is None else math.remainder(math.radians(degrees), 2.0 * math.pi)
 
@@ -81,14 +86,22 @@ def process(
     executable: str,
     given: LaunchArguments,
     defaults: Mapping[str, Any],
-    wanted: Mapping[str, Any],
+    overrides: Mapping[str, Any],
     namespace: str | None = None,
 ) -> Node:
-    """One node as a process. defaults: parameters that the file may change; wanted: those that win, None left out."""
+    """One node as a process.
+
+    Args:
+        executable: Name of program and node.
+        given: The launch arguments.
+        defaults: Parameters that the parameter file may change.
+        overrides: Parameters that win over the file; None and "" are left out.
+        namespace: The node's, if it is not the argument's.
+    """
     file = given.get("parameters", "")
-    mentioned = _mentioned(file, executable) if file else set()
-    own = {name: value for name, value in defaults.items() if name not in mentioned}
-    own |= {name: value for name, value in wanted.items() if value not in (None, "")}
+    in_file = _parameters_in(file, executable) if file else set()
+    own = {name: value for name, value in defaults.items() if name not in in_file}
+    own |= {name: value for name, value in overrides.items() if value not in (None, "")}
     space = given.get("namespace", "") if namespace is None else namespace
     respawn = executable in ("recorder", "rocking_controller") and is_true(given, "respawn", True)
     return Node(
@@ -101,16 +114,16 @@ def process(
         parameters=[*([file] if file else []), *([own] if own else [])],
         respawn=respawn,
         respawn_delay=RESPAWN_DELAY,
-        prefix=_waiting_signals(),
+        prefix=_signal_blocking_prefix(),
         additional_env=_environment(given),
     )
 
 
-def _mentioned(file: str, node: str) -> set[str]:
-    """Names of the parameters that a file gives a node. Raises ValueError for what is no parameter file.
+def _parameters_in(file: str, node: str) -> set[str]:
+    """Names of the parameters that a file gives a node. Raises ValueError if it is not a parameter file.
 
-    Defaults that a file mentions are left to it: ROS 2 does not go by the order of files but by that of the node
-    names in them, and a default for this very node would win over one for `/**/node`.
+    `process` drops the defaults that the file gives. ROS 2 does not apply files in order but prefers specific node
+    names, so a default for this node would win over the file's value for `/**/node`.
     """
     try:
         tree = yaml.safe_load(Path(file).read_text())
@@ -129,7 +142,7 @@ def _mentioned(file: str, node: str) -> set[str]:
 
 
 def is_true(given: LaunchArguments, name: str, otherwise: bool = False) -> bool:
-    """An argument that is true or false, `otherwise` where it was not given. Raises ValueError naming it."""
+    """An argument that is true or false; `otherwise` if it was not given. Raises ValueError that names it."""
     text = given.get(name) or str(otherwise)
     if text.lower() not in ("true", "false"):
         raise ValueError(f"{name}:={text}: must be true or false")
@@ -137,49 +150,54 @@ def is_true(given: LaunchArguments, name: str, otherwise: bool = False) -> bool:
 
 
 def dashboard(given: LaunchArguments, namespace: str | None = None, port: int | None = None) -> list[Node]:
-    """The live page's process where it is asked for. port: that it takes unless the parameter file gives one."""
+    """The live page's process, if the argument asks for it; port: used unless the parameter file gives one."""
     defaults = {} if port is None else {"port": port}
     return [process("dashboard", given, defaults, {}, namespace)] if is_true(given, "dashboard") else []
 
 
-def _waiting_signals() -> str | None:
-    """A prefix that keeps signals waiting while Python starts: it answers them with a traceback."""
+def _signal_blocking_prefix() -> str | None:
+    """A command prefix that blocks signals while Python starts, which would answer them with a traceback."""
     has_env = sys.platform == "linux" and shutil.which("env") is not None
     return "env --block-signal=INT,TERM" if has_env else None
 
 
 def _environment(given: LaunchArguments) -> dict[str, str]:
-    wanted = given.get("discovery", "").lower()
-    if wanted not in RANGES:
-        raise ValueError(f"discovery:={wanted}: must be localhost, subnet or off")
-    found = RANGES[wanted]
-    return {PARENT_PID_VARIABLE: str(os.getpid())} | ({} if found is None else {"ROS_AUTOMATIC_DISCOVERY_RANGE": found})
+    discovery = given.get("discovery", "").lower()
+    if discovery not in RANGES:
+        raise ValueError(f"discovery:={discovery}: must be localhost, subnet or off")
+    reach = RANGES[discovery]
+    return {PARENT_PID_VARIABLE: str(os.getpid())} | ({} if reach is None else {"ROS_AUTOMATIC_DISCOVERY_RANGE": reach})
 
 
 def shut_down_together(
     ending: Sequence[Node], others: Iterable[Node], needed: Iterable[Node] = ()
 ) -> list[LaunchDescriptionEntity]:
-    """The nodes, and what their ends mean: the launch ends with the last of `ending`, and fails where any node failed.
+    """The nodes, with handlers for their ends. The launch fails if a node fails that is not restarted.
 
-    A node of `others` that crashed is started again by `respawn`; one that says what its user can mend is not, nor is
-    one that is `needed`.
+    Args:
+        ending: The launch ends when the last of these has ended; none: when it is interrupted.
+        others: Restarted by `respawn` if they crash, but not after a mistake of the user.
+        needed: Never restarted.
     """
-    left, once = set(ending), {*ending, *needed}
+    running, once = set(ending), {*ending, *needed}
 
-    def judge(node: Node) -> Any:
+    def exit_handler(node: Node) -> Any:
         def on_exit(event: Any, context: LaunchContext) -> list[LaunchDescriptionEntity]:
             code = event.returncode
             if context.is_shutdown:
                 if code != 0:
                     raise RuntimeError(f"{event.process_name} failed while it ended: exit code {code}")
                 return []
-            if code == MISTAKE or (code != 0 and node in once):
-                # launch returns 1 for an exception alone, and ends the other nodes in order.
+            if code == USER_MISTAKE or (code != 0 and node in once):
+                # After an exception, and only then, launch ends the other nodes in order and returns 1.
                 raise RuntimeError(f"{event.process_name} failed: exit code {code}")
-            left.discard(node)
-            return [] if left or not ending else [Shutdown(reason="the simulation has ended")]
+            running.discard(node)
+            return [] if running or not ending else [Shutdown(reason="the simulation has ended")]
 
         return on_exit
 
     nodes = [*once, *others]
-    return [*(RegisterEventHandler(OnProcessExit(target_action=node, on_exit=judge(node))) for node in nodes), *nodes]
+    return [
+        *(RegisterEventHandler(OnProcessExit(target_action=node, on_exit=exit_handler(node))) for node in nodes),
+        *nodes,
+    ]

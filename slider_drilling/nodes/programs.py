@@ -1,4 +1,4 @@
-"""The programs that `ros2 run slider_drilling NAME` starts: one node each, one line for a user's mistake."""
+"""The programs that `ros2 run slider_drilling NAME` starts, one node each."""
 
 import os
 import signal
@@ -6,14 +6,14 @@ from collections.abc import Callable
 from functools import partial
 
 
-def _leave(number: int, frame: object) -> None:
+def _exit_on_signal(number: int, frame: object) -> None:
     os._exit(0)
 
 
-# Before the imports that take a while: an interrupted start is no failure, and has nothing yet to finish. The launch
-# files keep signals waiting while Python itself starts, which would answer with a traceback; here they are let through.
+# Before the slow imports: an interrupted start is not a failure and has nothing to finish. The launch files block
+# signals while Python itself starts, which would print a traceback; from here on they are let through.
 for _number in (signal.SIGINT, signal.SIGTERM):
-    signal.signal(_number, _leave)
+    signal.signal(_number, _exit_on_signal)
 signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGINT, signal.SIGTERM))
 
 
@@ -25,7 +25,7 @@ def __getattr__(name: str) -> Callable[[], None]:
 
 
 def _main(name: str) -> None:
-    """Run the node and end the process: 0 after its work or a signal, 2 for the user's mistake."""
+    """Run the node and exit: 0 after its work or a signal, 2 for a mistake of the user."""
     import sys
 
     from slider_drilling.errors import InputError
@@ -44,7 +44,7 @@ def _main(name: str) -> None:
     except InputError as error:
         print(" ".join(str(error).split()), file=sys.stderr)
         code = 2
-    # Python gives signals their ways back while it shuts down: one more would be taken for a crash.
+    # Python restores the default handlers while it shuts down; another signal would then look like a crash.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
     raise SystemExit(code)

@@ -50,7 +50,7 @@ def test_a_node_listens_on_the_loopback_alone(start, ear):
 def test_more_than_four_programs_find_each_other(namespace, monkeypatch):
     """Only the first four of a domain were looked for: whoever came later never found who came later still."""
     variables = dict(os.environ)
-    environment.keep_to_loopback(variables)
+    environment.restrict_to_loopback(variables)
     for name in variables.keys() - os.environ.keys() | {"ROS_AUTOMATIC_DISCOVERY_RANGE"}:
         monkeypatch.setenv(name, variables[name])
     with contextlib.ExitStack() as ending:
