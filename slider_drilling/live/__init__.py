@@ -1,1 +1,1 @@
-"""The live page: what it shows, how it looks, who may see it. No ROS in here; `nodes.dashboard` feeds it."""
+"""The live page: what it shows, how it looks, who may see it. It imports no ROS; `nodes.dashboard` feeds it."""

@@ -1,7 +1,7 @@
-"""Who may see the page and press its buttons.
+"""Decides who may see the page and use its controls.
 
-On this machine's own address anybody on it may; a page of another site, open in the same browser, may not. On any
-other address everybody needs the token.
+On a loopback address anybody on this machine may, but not a page of another site in the same browser. On any other
+address everybody needs the token.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ COOKIE = "slider_drilling_token"
 
 
 def is_loopback(host: str) -> bool:
-    """Whether an address reaches this machine only."""
+    """Whether an address can be reached from this machine only."""
     if host.lower() == "localhost":
         return True
     try:
@@ -32,7 +32,12 @@ def is_loopback(host: str) -> bool:
 
 
 class AccessControl:
-    """ASGI in front of the page's own: lets through who may pass. token: None where none is asked for."""
+    """An ASGI application in front of the page's that rejects requests without access.
+
+    Args:
+        app: The page's application.
+        token: What requests must bring; None if no token is needed.
+    """
 
     def __init__(self, app: App, token: str | None) -> None:
         self._app = app
@@ -42,22 +47,22 @@ class AccessControl:
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
             return
-        heads = {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
-        if not self._comes_from_here(heads):
-            await _refuse(scope, send, b"this page was asked for by another site or under another name\n")
-        elif self._token is None or _equal(_cookie(heads), self._token):
+        headers = {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
+        if not self._has_own_origin(headers):
+            await _reject(scope, send, b"request from another site or under another host name\n")
+        elif self._token is None or _equal(_cookie(headers), self._token):
             await self._app(scope, receive, send)
         elif _equal(_query_token(scope), self._token):
-            await _let_in(scope, send, self._token)
+            await _set_cookie(scope, send, self._token)
         else:
-            await _refuse(scope, send, b"this page needs the token that its address came with: ?token=...\n")
+            await _reject(scope, send, b"the token is missing: open the address that ends in ?token=...\n")
 
-    def _comes_from_here(self, heads: dict[str, str]) -> bool:
-        """Whether the request's origin is this page; without a token its name must also be this machine's own."""
-        host = heads.get("host", "")
+    def _has_own_origin(self, headers: dict[str, str]) -> bool:
+        """Whether the request comes from this page; without a token its host must also be a loopback address."""
+        host = headers.get("host", "")
         if self._token is None and not is_loopback(urlsplit(f"//{host}").hostname or ""):
             return False
-        origin = heads.get("origin")
+        origin = headers.get("origin")
         return origin is None or urlsplit(origin).netloc == host
 
 
@@ -65,33 +70,33 @@ def _equal(given: str | None, token: str) -> bool:
     return given is not None and hmac.compare_digest(given.encode(), token.encode())
 
 
-def _cookie(heads: dict[str, str]) -> str | None:
+def _cookie(headers: dict[str, str]) -> str | None:
     try:
-        found = SimpleCookie(heads.get("cookie", "")).get(COOKIE)
+        cookie = SimpleCookie(headers.get("cookie", "")).get(COOKIE)
     except CookieError:
         return None
-    return None if found is None else found.value
+    return None if cookie is None else cookie.value
 
 
 def _query_token(scope: Scope) -> str | None:
     return parse_qs(scope["query_string"].decode("latin-1")).get("token", [None])[0]
 
 
-async def _let_in(scope: Scope, send: Send, token: str) -> None:
-    """Keep the token in a cookie and ask for the page again without it in the address."""
+async def _set_cookie(scope: Scope, send: Send, token: str) -> None:
+    """Store the token in a cookie and redirect to the address without it."""
     if scope["type"] != "http":
         await send({"type": "websocket.close", "code": 1008})
         return
     cookie = f"{COOKIE}={token}; HttpOnly; SameSite=Strict; Path=/"
-    heads = [(b"location", scope["path"].encode("latin-1")), (b"set-cookie", cookie.encode("latin-1"))]
-    await send({"type": "http.response.start", "status": 303, "headers": heads})
+    headers = [(b"location", scope["path"].encode("latin-1")), (b"set-cookie", cookie.encode("latin-1"))]
+    await send({"type": "http.response.start", "status": 303, "headers": headers})
     await send({"type": "http.response.body", "body": b""})
 
 
-async def _refuse(scope: Scope, send: Send, why: bytes) -> None:
+async def _reject(scope: Scope, send: Send, reason: bytes) -> None:
     if scope["type"] != "http":
         await send({"type": "websocket.close", "code": 1008})
         return
-    heads = [(b"content-type", b"text/plain; charset=utf-8")]
-    await send({"type": "http.response.start", "status": 403, "headers": heads})
-    await send({"type": "http.response.body", "body": why})
+    headers = [(b"content-type", b"text/plain; charset=utf-8")]
+    await send({"type": "http.response.start", "status": 403, "headers": headers})
+    await send({"type": "http.response.body", "body": reason})

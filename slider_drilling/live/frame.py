@@ -1,4 +1,4 @@
-"""What goes to a browser ten times a second: numbers in the units that a page shows, as plain JSON."""
+"""One frame for the browser, sent ten times a second: numbers in the page's units, as plain JSON."""
 
 from __future__ import annotations
 
@@ -15,99 +15,105 @@ from slider_drilling.rig import Rig
 from slider_drilling.wellbore.well_path import WellPath
 
 MAX_SAMPLES_PER_FRAME = 400
-_STATIONS = 161  # along the hole
-_FRICTION_FACTOR = 0.235  # believed where the controller has not said what it believes
+_STATIONS = 161  # along the well
+_FRICTION_FACTOR = 0.235  # assumed until the controller publishes its own
 
 
-def samples_json(rows: Sequence[StripSample]) -> list[list[float | None]]:
-    """(s, kN m, bar, rad) of each row; of many rows each stretch's extremes of torque are kept."""
-    if len(rows) > MAX_SAMPLES_PER_FRAME:
-        rows = _thinned(rows, MAX_SAMPLES_PER_FRAME)
+def samples_json(samples: Sequence[StripSample]) -> list[list[float | None]]:
+    """Time s, torque kN m, pressure bar and angle rad of each sample; of many, the extremes of torque are kept."""
+    if len(samples) > MAX_SAMPLES_PER_FRAME:
+        samples = _thinned(samples, MAX_SAMPLES_PER_FRAME)
     return [
         [
-            round(one.time, 3),
-            _shown(one.surface_torque / 1e3, 3),
-            _shown(one.differential_pressure / 1e5, 2),
-            _shown(one.top_drive_angle, 3),
+            round(sample.time, 3),
+            _rounded(sample.surface_torque / 1e3, 3),
+            _rounded(sample.differential_pressure / 1e5, 2),
+            _rounded(sample.top_drive_angle, 3),
         ]
-        for one in rows
+        for sample in samples
     ]
 
 
-def _thinned(rows: Sequence[StripSample], most: int) -> list[StripSample]:
-    edges = [round(k * len(rows) / (most // 2)) for k in range(most // 2 + 1)]
+def _thinned(samples: Sequence[StripSample], max_samples: int) -> list[StripSample]:
+    """The lowest and the highest torque of each of equal stretches."""
+    count = max_samples // 2
+    edges = [round(k * len(samples) / count) for k in range(count + 1)]
     kept: list[StripSample] = []
     for first, last in itertools.pairwise(edges):
-        stretch = rows[first:last]
-        low = min(stretch, key=lambda one: one.surface_torque)
-        high = max(stretch, key=lambda one: one.surface_torque)
-        kept += sorted({low, high}, key=lambda one: one.time)
+        stretch = samples[first:last]
+        low = min(stretch, key=lambda sample: sample.surface_torque)
+        high = max(stretch, key=lambda sample: sample.surface_torque)
+        kept += sorted({low, high}, key=lambda sample: sample.time)
     return kept
 
 
 def dial_json(state: LiveState) -> dict[str, Any]:
-    """Toolfaces in deg: target, estimate with its spread, measured ones with their age in s, truth."""
-    newest = state.latest_sample()
-    now = newest.time if newest is not None else 0.0
+    """Toolfaces, deg: target, estimate with its standard deviation, measured ones with their age in s, truth."""
+    latest = state.latest_sample()
+    now = latest.time if latest is not None else 0.0
     return {
         "target": _degrees(state.target),
         "estimate": _wrapped(state.status_value("tool_face", "estimate_deg")),
         "spread": state.status_value("tool_face", "one_sigma_deg"),
         "measured": [
-            [round(max(now - dot.measured_at, 0.0), 1), _degrees(dot.tool_face)] for dot in state.tool_faces()
+            [round(max(now - point.measured_at, 0.0), 1), _degrees(point.tool_face)] for point in state.tool_faces()
         ],
         "truth": None if state.truth is None else _degrees(state.truth),
     }
 
 
 def rocking_json(state: LiveState) -> dict[str, Any]:
-    """Where rocking goes: centre, amplitude and present angle, rad; period, s."""
-    newest = state.latest_sample()
+    """Centre, amplitude and present angle of rocking, rad; its period, s."""
+    latest = state.latest_sample()
     return {
         "centre": state.status_value("tool_face", "centre_rad"),
         "amplitude": state.status_value("reach", "amplitude_rad"),
         "period": state.status_value("reach", "period_s"),
-        "angle": None if newest is None else _shown(newest.top_drive_angle, 3),
+        "angle": None if latest is None else _rounded(latest.top_drive_angle, 3),
     }
 
 
 class StringView:
-    """The string along its hole: where it lies, and how it turns by the controller's own belief."""
+    """The string along its well: the path, and the rotation at each depth by the controller's torque and drag model."""
 
     def __init__(self, rig: Rig) -> None:
         self._depth = np.linspace(0.0, rig.string.length, _STATIONS)
         _, position = WellPath.from_survey(rig.well.survey).interpolate(self._depth)
-        sideways = np.hypot(np.diff(position[:, 0]), np.diff(position[:, 1]))
-        self._away = np.concatenate([[0.0], np.cumsum(sideways)])
-        self._down = position[:, 2]
-        self._belief = TorqueAndDrag(rig, _FRICTION_FACTOR, 0.0)
-        self._turning: tuple[Any, dict[str, Any]] = (None, {})
+        horizontal = np.hypot(np.diff(position[:, 0]), np.diff(position[:, 1]))
+        self._departure = np.concatenate([[0.0], np.cumsum(horizontal)])
+        self._vertical_depth = position[:, 2]
+        self._model = TorqueAndDrag(rig, _FRICTION_FACTOR, 0.0)
+        self._rotation: tuple[Any, dict[str, Any]] = (None, {})  # the statuses' values, and what follows from them
 
     def well_path_json(self) -> dict[str, Any]:
         """Measured depth, horizontal departure and vertical depth of the stations, m."""
-        return {"depth": _list(self._depth, 1), "away": _list(self._away, 1), "down": _list(self._down, 1)}
+        return {
+            "depth": _list(self._depth, 1),
+            "departure": _list(self._departure, 1),
+            "verticalDepth": _list(self._vertical_depth, 1),
+        }
 
     def rotation_json(self, state: LiveState) -> dict[str, Any]:
-        """The three zones, m, and rad at each station: half-amplitude left, and lag by the reactive torque."""
-        known = tuple(state.status_value(what, key) for what, key in (
+        """The limits of the zones, m; amplitude of rocking and lag by the reactive torque at each station, rad."""
+        known = tuple(state.status_value(subject, key) for subject, key in (
             ("reach", "rocking_m"), ("reach", "reactive_from_m"), ("reach", "amplitude_rad"),
             ("tool_face", "reactive_torque_n_m"), ("reach", "friction_over_assumed")))  # fmt: skip
-        if known == self._turning[0]:
-            return self._turning[1]
+        if known == self._rotation[0]:
+            return self._rotation[1]
         rocked_to, reactive_from, amplitude, torque, scale = known
-        shown: dict[str, Any] = {"rocked_to": rocked_to, "reactive_from": reactive_from}
+        rotation: dict[str, Any] = {"rocked_to": rocked_to, "reactive_from": reactive_from}
         if amplitude is not None:
-            swing, behind = self._belief.rotation_along(self._depth, amplitude, torque or 0.0, scale or 1.0)
-            shown |= {"swing": _list(swing, 3), "behind": _list(behind, 3)}
-        self._turning = (known, shown)
-        return shown
+            remaining, lag = self._model.rotation_along(self._depth, amplitude, torque or 0.0, scale or 1.0)
+            rotation |= {"amplitude": _list(remaining, 3), "lag": _list(lag, 3)}
+        self._rotation = (known, rotation)
+        return rotation
 
 
 def _list(values: np.ndarray, digits: int) -> list[float]:
     return [round(float(value), digits) for value in values]
 
 
-def _shown(value: float, digits: int) -> float | None:
+def _rounded(value: float, digits: int) -> float | None:
     return round(value, digits) if math.isfinite(value) else None
 
 

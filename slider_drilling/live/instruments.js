@@ -1,47 +1,47 @@
-// Three canvases that are drawn once per animation frame at most, and not at all while nobody looks.
-import { History, drawAlong, drawDial, drawStrips } from "slider-drilling-live";
+// Three canvases that are drawn once per animation frame at most, and not while the page is hidden.
+import { History, drawString, drawDial, drawStrips } from "slider-drilling-live";
 
 export default {
   template: `
     <div class="sd-instruments">
       <figure class="sd-panel"><figcaption>toolface, deg</figcaption><canvas ref="dial" class="sd-dial"></canvas></figure>
       <figure class="sd-panel"><canvas ref="strips" class="sd-strips"></canvas></figure>
-      <figure class="sd-panel"><canvas ref="along" class="sd-along"></canvas></figure>
+      <figure class="sd-panel"><canvas ref="string" class="sd-string"></canvas></figure>
     </div>`,
-  props: { window: Number, most: Number },
+  props: { window: Number, maxSamples: Number },
   mounted() {
-    this.history = new History(this.window, this.most);
-    this.hole = null;
+    this.history = new History(this.window, this.maxSamples);
+    this.wellPath = null;
     this.latest = null;
     this.frames = 0;
-    this.waiting = false;
-    this.watcher = new ResizeObserver(() => this.ask());
+    this.isRequested = false;
+    this.watcher = new ResizeObserver(() => this.requestDraw());
     this.watcher.observe(this.$el);
-    this.dark = new MutationObserver(() => this.ask());
+    this.dark = new MutationObserver(() => this.requestDraw());
     this.dark.observe(document.body, { attributes: true, attributeFilter: ["class"] });
-    this.ask();
+    this.requestDraw();
   },
   beforeUnmount() {
     this.watcher.disconnect();
     this.dark.disconnect();
   },
   methods: {
-    begin(hole) {
-      this.hole = hole;
+    showWellPath(path) {
+      this.wellPath = path;
     },
-    frame(data) {
-      this.history.add(data.rows);
+    drawFrame(data) {
+      this.history.add(data.samples);
       this.latest = data;
       this.frames += 1;
       this.$el.dataset.frames = this.frames;
-      this.$el.dataset.rows = this.history.rows.length;
-      this.ask();
+      this.$el.dataset.samples = this.history.samples.length;
+      this.requestDraw();
     },
-    ask() {
-      if (this.waiting) return;
-      this.waiting = true;
+    requestDraw() {
+      if (this.isRequested) return;
+      this.isRequested = true;
       requestAnimationFrame(() => {
-        this.waiting = false;
+        this.isRequested = false;
         this.draw();
       });
     },
@@ -50,7 +50,7 @@ export default {
       const none = { target: null, estimate: null, spread: null, measured: [], truth: null };
       drawDial(this.$refs.dial, this.latest ? this.latest.dial : none);
       drawStrips(this.$refs.strips, this.history, this.latest ? this.latest.rocking : null);
-      drawAlong(this.$refs.along, this.hole, this.latest ? this.latest.turning : {});
+      drawString(this.$refs.string, this.wellPath, this.latest ? this.latest.rotation : {});
     },
   },
 };

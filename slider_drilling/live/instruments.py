@@ -1,4 +1,4 @@
-"""The instruments of the page as one element: dial, strips, and the string along its hole."""
+"""The page's instruments as one element: toolface dial, strip charts, and the string along its well."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from slider_drilling.live.state import MAX_SAMPLES, WINDOW
 
 
 class Instruments(Element, component="instruments.js", esm={"slider-drilling-live": "script"}):
-    """Drawn in the browser from the frames that it is given."""
+    """Drawn in the browser from the frames that it gets."""
 
     def __init__(self) -> None:
         super().__init__()
         self._props["window"] = WINDOW
-        self._props["most"] = MAX_SAMPLES
+        self._props["maxSamples"] = MAX_SAMPLES
 
-    def show_well_path(self, hole: dict[str, Any]) -> None:
-        """The hole's course; see `frame.Along.hole_json`."""
-        self.run_method("begin", hole)
+    def show_well_path(self, well_path: dict[str, Any]) -> None:
+        """Draw the well path of `frame.StringView.well_path_json`."""
+        self.run_method("showWellPath", well_path)
 
     def draw(self, data: dict[str, Any]) -> None:
-        """One frame: rows, dial, rocking and turning."""
-        self.run_method("frame", data)
+        """Draw one frame: samples, dial, rocking and rotation."""
+        self.run_method("drawFrame", data)

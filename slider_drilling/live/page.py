@@ -1,4 +1,4 @@
-"""The page itself: instruments, controls and interlocks, on NiceGUI."""
+"""The page on NiceGUI: instruments, controls, and the health of the nodes."""
 
 from __future__ import annotations
 
@@ -23,28 +23,28 @@ from slider_drilling.live.state import LiveParameter, LiveState
 from slider_drilling.messages.health import Level, Status
 
 TITLE = "Slide drilling"
-FRAME = 0.1  # s between frames
-SLOW = 1.0  # s between looks at statuses and parameters
+FRAME_PERIOD = 0.1  # s between frames of the instruments
+UPDATE_PERIOD = 1.0  # s between updates of statuses and parameters
 _MARKS = {Level.OK: ("check_circle", "sd-ok"), Level.WARN: ("warning", "sd-warn"), Level.ERROR: ("error", "sd-error")}
 STYLE = Path(__file__).with_name("page.css")
 
 
-def register_page(state: LiveState, desk: RequestQueue) -> None:
-    """Serve the page at `/`; every browser that opens it gets a view of its own."""
+def register_page(state: LiveState, requests: RequestQueue) -> None:
+    """Serve the page at `/`; every browser gets its own view."""
 
     @ui.page("/", title=TITLE)
     def page() -> None:
-        PageView(state, desk)
+        PageView(state, requests)
 
 
 class PageView:
-    """One browser's page. It holds how far it has been told, and nothing that grows."""
+    """One browser's view. It keeps what it has shown last, and nothing that grows."""
 
-    def __init__(self, state: LiveState, desk: RequestQueue) -> None:
-        self._state, self._desk = state, desk
-        self._count = 0
-        self._along: StringView | None = None
-        self._told = state.last_notice
+    def __init__(self, state: LiveState, requests: RequestQueue) -> None:
+        self._state, self._requests = state, requests
+        self._sample_count = 0
+        self._string_view: StringView | None = None
+        self._last_notice = state.last_notice
         self._shown_statuses: list[tuple[Any, ...]] = []
         self._lines: list[_StatusLine] = []
         self._inputs: dict[tuple[str, str], Any] = {}
@@ -59,8 +59,8 @@ class PageView:
             with ui.element("div").classes("sd-card"):
                 ui.label("Interlocks and health").classes("sd-heading")
                 self._status_rows = ui.element("div").props("data-name=statuses")
-        ui.timer(FRAME, self._frame)
-        ui.timer(SLOW, self._slow)
+        ui.timer(FRAME_PERIOD, self._send_frame)
+        ui.timer(UPDATE_PERIOD, self._update)
 
     def _make_controls(self) -> None:
         with ui.element("div").classes("sd-card"):
@@ -75,60 +75,60 @@ class PageView:
                     "dense no-caps unelevated data-name=set-target"
                 )
             with ui.element("div").classes("sd-row"):
-                ui.button("Start rocking", icon="play_arrow", on_click=lambda: self._ask(SetRocking(True))).props(
+                ui.button("Start rocking", icon="play_arrow", on_click=lambda: self._send(SetRocking(True))).props(
                     "dense no-caps outline data-name=start"
                 )
-                ui.button("Stop rocking", icon="stop", on_click=lambda: self._ask(SetRocking(False))).props(
+                ui.button("Stop rocking", icon="stop", on_click=lambda: self._send(SetRocking(False))).props(
                     "dense no-caps unelevated color=negative data-name=stop"
                 )
                 self._record = ui.button("Record", icon="fiber_manual_record", on_click=self._toggle_record).props(
                     "dense no-caps outline data-name=record"
                 )
-            with ui.expansion("Parameters, changed while the nodes run").classes("full-width").props("dense"):
-                self._settings = ui.element("div").classes("sd-settings").props("data-name=settings")
+            with ui.expansion("Parameters").classes("full-width").props("dense"):
+                self._parameter_inputs = ui.element("div").classes("sd-settings").props("data-name=settings")
 
-    def _ask(self, wish: PageRequest) -> None:
-        if not self._desk.put(wish):
-            ui.notify("nobody takes what was asked for: the nodes do not answer", type="negative")
+    def _send(self, request: PageRequest) -> None:
+        if not self._requests.put(request):
+            ui.notify("the nodes take no requests", type="negative")
 
     def _set_target(self) -> None:
         if self._target.value is not None:
-            self._ask(SetTarget(math.remainder(math.radians(self._target.value), 2.0 * math.pi)))
+            self._send(SetTarget(math.remainder(math.radians(self._target.value), 2.0 * math.pi)))
 
     def _toggle_record(self) -> None:
-        self._ask(SetRecording(not self._state.recording))
+        self._send(SetRecording(not self._state.recording))
 
-    def _frame(self) -> None:
+    def _send_frame(self) -> None:
         rig = self._state.rig
-        if self._along is None and rig is not None:
-            self._along = StringView(rig)
-            self._instruments.show_well_path(self._along.well_path_json())
-        rows, self._count = self._state.samples_after(self._count)
-        if not rows:
+        if self._string_view is None and rig is not None:
+            self._string_view = StringView(rig)
+            self._instruments.show_well_path(self._string_view.well_path_json())
+        samples, self._sample_count = self._state.samples_after(self._sample_count)
+        if not samples:
             return
-        turning = self._along.rotation_json(self._state) if self._along is not None else {}
+        rotation = self._string_view.rotation_json(self._state) if self._string_view is not None else {}
         self._instruments.draw(
             {
-                "rows": samples_json(rows),
+                "samples": samples_json(samples),
                 "dial": dial_json(self._state),
                 "rocking": rocking_json(self._state),
-                "turning": turning,
+                "rotation": rotation,
             }
         )
 
-    def _slow(self) -> None:
+    def _update(self) -> None:
         self._show_facts()
         self._show_statuses()
-        self._show_settings()
-        for notice in self._state.notices_after(self._told):
-            self._told = notice.number
+        self._show_parameters()
+        for notice in self._state.notices_after(self._last_notice):
+            self._last_notice = notice.number
             ui.notify(notice.text, type="positive" if notice.success else "negative", timeout=6000)
 
     def _show_facts(self) -> None:
-        state, newest = self._state, self._state.latest_sample()
-        if newest is None:
+        state, latest = self._state, self._state.latest_sample()
+        if latest is None:
             return
-        facts = [f"{newest.time:.0f} s"]
+        facts = [f"{latest.time:.0f} s"]
         rocking = rocking_json(state)
         if rocking["centre"] is not None and rocking["amplitude"] is not None:
             facts.append(
@@ -144,11 +144,11 @@ class PageView:
 
     def _show_statuses(self) -> None:
         statuses = self._state.statuses()
-        wanted = [(one.level, _title(one.name, statuses), one.message) for one in statuses]
+        wanted = [(status.level, _title(status.name, statuses), status.message) for status in statuses]
         if wanted == self._shown_statuses:
             return
         self._shown_statuses = wanted
-        # Rows are written over, not made anew: a browser lets go of elements late, and these change every second.
+        # Rows are reused, because browsers free removed elements late and these change every second.
         with self._status_rows:
             while len(self._lines) < len(wanted):
                 self._lines.append(_StatusLine())
@@ -157,35 +157,37 @@ class PageView:
         for row, (level, name, message) in zip(self._lines, wanted, strict=True):
             row.show(Level(level), name, message)
 
-    def _show_settings(self) -> None:
-        for one in self._state.parameters():
-            key = (one.node, one.name)
+    def _show_parameters(self) -> None:
+        for parameter in self._state.parameters():
+            key = (parameter.node, parameter.name)
             if key not in self._inputs:
-                self._inputs[key] = self._make_input(one)
-            elif self._values[key] != one.value:
-                self._inputs[key].set_value(one.value)
-            self._values[key] = one.value
+                self._inputs[key] = self._make_input(parameter)
+            elif self._values[key] != parameter.value:
+                self._inputs[key].set_value(parameter.value)
+            self._values[key] = parameter.value
 
-    def _make_input(self, one: LiveParameter) -> Any:
-        unit = "" if one.unit == "-" else f", {one.unit}"
+    def _make_input(self, parameter: LiveParameter) -> Any:
+        key = (parameter.node, parameter.name)
 
         def change() -> None:
             value = field.value
-            if value is not None and value != self._values[one.node, one.name]:
-                self._ask(SetParameter(one.node, one.name, float(value)))
-            # Until the node says otherwise, this is not its value.
-            self._values[one.node, one.name] = math.nan
+            if value is not None and value != self._values[key]:
+                self._send(SetParameter(*key, float(value)))
+            # The value is unknown until the node confirms it.
+            self._values[key] = math.nan
 
-        with self._settings:
-            field = ui.number(f"{one.name.replace('_', ' ')}{unit}", value=one.value, format="%.6g").props("dense")
-            field.tooltip(f"{one.about}; {one.low:g} to {one.high:g} ({one.node})")
-            field.props(f"data-name=parameter-{one.name}")
+        label = parameter.name.replace("_", " ") + ("" if parameter.unit == "-" else f", {parameter.unit}")
+        with self._parameter_inputs:
+            field = ui.number(label, value=parameter.value, format="%.6g").props("dense")
+            limits = f"{parameter.low:g} to {parameter.high:g}"
+            field.tooltip(f"{parameter.description}; {limits} ({parameter.node})")
+            field.props(f"data-name=parameter-{parameter.name}")
             field.on("blur", change).on("keydown.enter", change)
         return field
 
 
 class _StatusLine:
-    """One status: its mark, what it is about, what it says."""
+    """One status: its mark, its subject and its message."""
 
     def __init__(self) -> None:
         with ui.element("div").classes("sd-status") as self._row:
@@ -205,7 +207,7 @@ class _StatusLine:
 
 
 def _title(name: str, statuses: Sequence[Status]) -> str:
-    """What a status is about, with its node where another node has one of the same."""
-    node, _, what = name.partition(": ")
-    alone = sum(one.name.endswith(f": {what}") for one in statuses) == 1
-    return (what if what and alone else f"{what} ({node})" if what else name).replace("_", " ")
+    """The subject of a status, with its node if another node has a status of the same subject."""
+    node, _, subject = name.partition(": ")
+    is_unique = sum(status.name.endswith(f": {subject}") for status in statuses) == 1
+    return (subject if subject and is_unique else f"{subject} ({node})" if subject else name).replace("_", " ")

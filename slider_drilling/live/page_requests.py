@@ -1,4 +1,4 @@
-"""What the page asks of the graph, handed from the page's thread to the node's."""
+"""Requests of the page to the nodes, passed from the page's thread to the dashboard node's."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ MAX_REQUESTS = 100
 
 @dataclass(frozen=True)
 class SetParameter:
-    """Give a parameter of a node a value."""
+    """Set a parameter of a node."""
 
     node: str
     name: str
@@ -20,7 +20,7 @@ class SetParameter:
 
 @dataclass(frozen=True)
 class SetTarget:
-    """Hold another toolface, rad."""
+    """Hold another toolface; target: rad."""
 
     target: float
 
@@ -34,7 +34,7 @@ class SetRocking:
 
 @dataclass(frozen=True)
 class SetRecording:
-    """Go on or pause recording."""
+    """Resume or pause recording."""
 
     on: bool
 
@@ -43,21 +43,21 @@ PageRequest = SetParameter | SetTarget | SetRocking | SetRecording
 
 
 class RequestQueue:
-    """Wishes in the order in which they came; more than fit are refused."""
+    """A queue of at most MAX_REQUESTS requests."""
 
     def __init__(self) -> None:
         self._waiting: queue.Queue[PageRequest] = queue.Queue(MAX_REQUESTS)
 
-    def put(self, wish: PageRequest) -> bool:
-        """Leave a wish; False where nobody has taken the ones before."""
+    def put(self, request: PageRequest) -> bool:
+        """Add a request; False if the queue is full, because no node takes requests."""
         try:
-            self._waiting.put_nowait(wish)
+            self._waiting.put_nowait(request)
         except queue.Full:
             return False
         return True
 
     def take(self) -> Iterator[PageRequest]:
-        """The wishes that wait, each once."""
+        """Remove and yield the waiting requests."""
         while True:
             try:
                 yield self._waiting.get_nowait()

@@ -1,4 +1,4 @@
-"""The page on an address: a web server in a thread of its own."""
+"""Serves the page from a web server in a thread of its own."""
 
 from __future__ import annotations
 
@@ -15,21 +15,27 @@ from slider_drilling.live.page_requests import RequestQueue
 from slider_drilling.live.state import LiveState
 
 LOCAL, PORT = "127.0.0.1", 8765
-_PATIENCE = 30.0  # s for the server to stand, on a busy machine
+_START_TIMEOUT = 30.0  # s, enough on a busy machine
 
 
 @dataclass(frozen=True)
 class Address:
-    """Where the page is to be. token: what an address that others reach asks for; "" makes one up."""
+    """Where to serve the page.
+
+    Attributes:
+        host: Address of this machine to listen on.
+        port: 0 for a free one.
+        token: Needed on addresses that other machines reach; "" to generate one.
+    """
 
     host: str = LOCAL
     port: int = PORT
     token: str = ""
 
     def checked(self) -> Address:
-        """With a token where one is needed. Raises InputError for a port or a token that cannot be used."""
+        """The address with a token if it needs one. Raises InputError for an invalid port or token."""
         if not 0 <= self.port <= 65535:
-            raise InputError(f"live page: port = {self.port}: must be within 0 to 65535; 0 takes a free one")
+            raise InputError(f"live page: port = {self.port}: must be from 0 to 65535; 0 takes a free one")
         if self.token and not (8 <= len(self.token) <= 200 and self.token.isascii() and self.token.isalnum()):
             raise InputError("live page: token: must be 8 to 200 letters and digits")
         if is_loopback(self.host):
@@ -38,9 +44,9 @@ class Address:
 
 
 class PageServer:
-    """Serves the page until `stop`. Raises InputError where NiceGUI is not installed or the address is taken."""
+    """Serves the page until `stop`. Raises InputError if NiceGUI is not installed or the address is taken."""
 
-    def __init__(self, state: LiveState, desk: RequestQueue, address: Address) -> None:
+    def __init__(self, state: LiveState, requests: RequestQueue, address: Address) -> None:
         address = address.checked()
         try:
             import uvicorn
@@ -59,7 +65,7 @@ class PageServer:
         if address.token:
             self.url += f"?token={address.token}"
         application = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
-        register_page(state, desk)
+        register_page(state, requests)
         ui.run_with(
             application,
             title=TITLE,
@@ -83,20 +89,20 @@ class PageServer:
             target=self._server.run, kwargs={"sockets": [listening]}, daemon=True, name="live page"
         )
         self._thread.start()
-        deadline = time.monotonic() + _PATIENCE
+        deadline = time.monotonic() + _START_TIMEOUT
         while not self._server.started:
             if not self._thread.is_alive() or time.monotonic() > deadline:
                 raise InputError(f"live page: the web server at {self.url} did not start")
             time.sleep(0.01)
 
     def stop(self) -> None:
-        """End the server; pages that are open say that they have lost it."""
+        """Stop the server; open pages report the lost connection."""
         self._server.should_exit = True
         self._thread.join(timeout=5.0)
 
 
 def _listen(address: Address) -> Any:
-    """A listening socket. Raises InputError where the address cannot be had."""
+    """A listening socket. Raises InputError if the address is not available."""
     kind = socket.AF_INET6 if ":" in address.host else socket.AF_INET
     listening = socket.socket(kind, socket.SOCK_STREAM)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

@@ -1,6 +1,6 @@
-"""What the page shows of a rig: the last minutes in buffers that do not grow, and the newest of everything else.
+"""The state of a rig that the page shows: the last minutes in bounded buffers, and the latest of everything else.
 
-One thread writes (the node's), others read (the page's); every method holds the lock as long as it needs.
+The node's thread writes and the page's threads read; methods lock what they use.
 """
 
 from __future__ import annotations
@@ -12,21 +12,21 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from slider_drilling.control.estimation.differential_pressure import DifferentialPressure
-from slider_drilling.messages.health import Level, Status
+from slider_drilling.messages.health import Status
 from slider_drilling.rig import Rig
 
-WINDOW = 300.0  # s that the strips show
-MAX_SAMPLES = 6000  # of the strips, whatever the rate
-MAX_TOOL_FACES = 30  # toolfaces on the dial
+WINDOW = 300.0  # s that the strip charts show
+MAX_SAMPLES = 6000  # of the strip charts
+MAX_TOOL_FACES = 30  # measured ones on the dial
 MAX_STATUSES = 64
 MAX_NOTICES = 20
 STALE = 2.0  # s after which a pressure is no longer shown
-_AT_ONCE = 1e-6  # s, filter of differential pressure: none
+_NO_FILTER = 1e-6  # s, filter time of differential pressure
 
 
 @dataclass(frozen=True)
 class StripSample:
-    """One sample of the strips: s, N m, Pa, rad."""
+    """One sample of the strip charts: time s, torque N m, pressure Pa, angle rad."""
 
     time: float
     surface_torque: float
@@ -36,7 +36,7 @@ class StripSample:
 
 @dataclass(frozen=True)
 class ToolFacePoint:
-    """A toolface as measured: s, rad."""
+    """A measured toolface: time s, angle rad."""
 
     measured_at: float
     tool_face: float
@@ -44,7 +44,17 @@ class ToolFacePoint:
 
 @dataclass(frozen=True)
 class LiveParameter:
-    """A parameter that can change while its node runs; low and high are inclusive."""
+    """A parameter that can change while its node runs.
+
+    Attributes:
+        node: Name of its node.
+        name: Its name.
+        value: NaN until it has been read.
+        unit: "-" if it has none.
+        low: Smallest value, inclusive.
+        high: Largest value, inclusive.
+        description: What it means.
+    """
 
     node: str
     name: str
@@ -52,12 +62,18 @@ class LiveParameter:
     unit: str
     low: float
     high: float
-    about: str
+    description: str
 
 
 @dataclass(frozen=True)
 class Notice:
-    """Something to tell whoever looks: what was refused, what was done. number: counts them."""
+    """The outcome of a request, for everybody who has the page open.
+
+    Attributes:
+        number: Counts the notices.
+        text: One line.
+        success: Whether the request was carried out.
+    """
 
     number: int
     text: str
@@ -65,140 +81,144 @@ class Notice:
 
 
 class LiveState:
-    """Fed by messages as they come, read by the page ten times a second."""
+    """Written by the dashboard node as messages come, read by the page ten times a second.
+
+    Attributes:
+        target: Toolface to hold, rad.
+        truth: True toolface, rad, of a simulation.
+        recording: Whether the recorder records; None without a recorder.
+    """
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._rows: deque[StripSample] = deque(maxlen=MAX_SAMPLES)
-        self._count = 0  # rows taken so far
-        self._dots: deque[ToolFacePoint] = deque(maxlen=MAX_TOOL_FACES)
+        self._samples: deque[StripSample] = deque(maxlen=MAX_SAMPLES)
+        self._count = 0  # of all samples so far
+        self._tool_faces: deque[ToolFacePoint] = deque(maxlen=MAX_TOOL_FACES)
         self._notices: deque[Notice] = deque(maxlen=MAX_NOTICES)
-        self._told = 0
+        self._last_notice = 0
         self._statuses: dict[str, Status] = {}
-        self._settings: dict[tuple[str, str], LiveParameter] = {}
+        self._parameters: dict[tuple[str, str], LiveParameter] = {}
         self._rig: Rig | None = None
         self._motor: DifferentialPressure | None = None
         self._pressure = self._pump = (math.nan, math.nan)
-        self.target = math.nan  # rad
-        self.truth: float | None = None  # rad, of the bit, in a simulation
-        self.recording: bool | None = None  # None: nobody has said
+        self.target = math.nan
+        self.truth: float | None = None
+        self.recording: bool | None = None
 
     def set_rig(self, rig: Rig) -> None:
-        """The rig file, from which differential pressure and the hole's course follow."""
+        """Set the rig, which gives differential pressure and the well path."""
         with self._lock:
-            self._rig, self._motor = rig, DifferentialPressure(rig, 0.0, _AT_ONCE, _AT_ONCE)
+            self._rig, self._motor = rig, DifferentialPressure(rig, 0.0, _NO_FILTER, _NO_FILTER)
 
     @property
     def rig(self) -> Rig | None:
-        """The rig file, None until it has come."""
+        """The rig; None until it is known."""
         return self._rig
 
     def set_pressure(self, time: float, pressure: float) -> None:
-        """Standpipe pressure: s, Pa."""
+        """Set the standpipe pressure: time s, pressure Pa."""
         self._pressure = (time, pressure)
 
     def set_pump_speed(self, time: float, speed: float) -> None:
-        """Crank speed of the pump: s, rad/s."""
+        """Set the pump's crank speed: time s, speed rad/s."""
         self._pump = (time, speed)
 
     def add_sample(self, time: float, angle: float, torque: float) -> None:
-        """One sample of the top drive, the last to come of its stamp: s, rad, N m. A clock set back begins anew."""
-        with self._lock:
-            if self._rows and time < self._rows[-1].time:
-                self._begin_anew()
-            self._rows.append(StripSample(time, torque, self._across_motor(time), angle))
-            self._count += 1
-            while self._rows[0].time < time - WINDOW:
-                self._rows.popleft()
+        """Add a sample of the top drive, whose message is the last of its stamp: time s, angle rad, torque N m.
 
-    def _across_motor(self, time: float) -> float:
-        """Differential pressure, Pa; NaN where what it takes has not come lately."""
-        newest = (self._pressure, self._pump)
-        known = all(math.isfinite(value) and abs(time - since) <= STALE for since, value in newest)
-        if self._motor is None or not known:
+        If the clock was set back, the buffers are cleared.
+        """
+        with self._lock:
+            if self._samples and time < self._samples[-1].time:
+                self._clear()
+            self._samples.append(StripSample(time, torque, self._differential_pressure(time), angle))
+            self._count += 1
+            while self._samples[0].time < time - WINDOW:
+                self._samples.popleft()
+
+    def _differential_pressure(self, time: float) -> float:
+        """Differential pressure, Pa; NaN without recent pressure and pump speed."""
+        readings = (self._pressure, self._pump)
+        are_recent = all(math.isfinite(value) and abs(time - at) <= STALE for at, value in readings)
+        if self._motor is None or not are_recent:
             return math.nan
         self._motor.update(self._pressure[1], self._pump[1], 1.0)
         return self._motor.quick
 
-    def _begin_anew(self) -> None:
-        self._rows.clear()
-        self._dots.clear()
+    def _clear(self) -> None:
+        self._samples.clear()
+        self._tool_faces.clear()
         self._statuses.clear()
 
     def add_tool_face(self, measured_at: float, tool_face: float) -> None:
-        """A decoded toolface: s, rad."""
+        """Add a decoded toolface: time s, angle rad."""
         with self._lock:
-            self._dots.append(ToolFacePoint(measured_at, tool_face))
+            self._tool_faces.append(ToolFacePoint(measured_at, tool_face))
 
     def update_statuses(self, statuses: Iterable[Status]) -> None:
-        """Statuses named ``node: what``; the newest of each name counts."""
+        """Update statuses, named ``node: subject``; the latest of each name counts."""
         with self._lock:
             for status in statuses:
                 if status.name in self._statuses or len(self._statuses) < MAX_STATUSES:
                     self._statuses[status.name] = status
 
-    def update_parameters(self, settings: Iterable[LiveParameter]) -> None:
-        """Parameters of a node; the newest value of each counts."""
+    def update_parameters(self, parameters: Iterable[LiveParameter]) -> None:
+        """Update parameters of a node."""
         with self._lock:
-            self._settings.update({(one.node, one.name): one for one in settings})
+            self._parameters.update({(parameter.node, parameter.name): parameter for parameter in parameters})
 
     def add_notice(self, text: str, success: bool) -> None:
-        """Leave a notice for whoever looks."""
+        """Add a notice; success: whether a request was carried out."""
         with self._lock:
-            self._told += 1
-            self._notices.append(Notice(self._told, text, success))
+            self._last_notice += 1
+            self._notices.append(Notice(self._last_notice, text, success))
 
     def samples_after(self, count: int) -> tuple[list[StripSample], int]:
-        """Rows that came after so many, as far as they are kept, and how many there have been."""
+        """The samples after the first `count`, as far as they are kept, and the number of all samples."""
         with self._lock:
-            fresh = min(self._count - count, len(self._rows))
-            rows = [self._rows[k] for k in range(len(self._rows) - fresh, len(self._rows))] if fresh > 0 else []
-            return rows, self._count
+            fresh = min(self._count - count, len(self._samples))
+            return list(self._samples)[len(self._samples) - max(fresh, 0) :], self._count
 
     def notices_after(self, number: int) -> list[Notice]:
-        """Notices beyond this number."""
+        """The notices after one of this number."""
         with self._lock:
-            return [one for one in self._notices if one.number > number]
+            return [notice for notice in self._notices if notice.number > number]
 
     @property
     def last_notice(self) -> int:
-        """The number of the newest notice, 0 before the first."""
-        return self._told
+        """The number of the latest notice; 0 before the first."""
+        return self._last_notice
 
     def tool_faces(self) -> list[ToolFacePoint]:
-        """The toolfaces, oldest first."""
+        """The measured toolfaces, oldest first."""
         with self._lock:
-            return list(self._dots)
+            return list(self._tool_faces)
 
     def latest_sample(self) -> StripSample | None:
-        """The newest row."""
+        """The latest sample; None before the first."""
         with self._lock:
-            return self._rows[-1] if self._rows else None
+            return self._samples[-1] if self._samples else None
 
     def statuses(self) -> list[Status]:
-        """All statuses, worst first."""
+        """All statuses, the most severe first."""
         with self._lock:
-            return sorted(self._statuses.values(), key=lambda one: (-one.level, one.name))
+            return sorted(self._statuses.values(), key=lambda status: (-status.level, status.name))
 
-    def status_value(self, what: str, key: str) -> float | None:
-        """A number of the status ``what`` of any node, None where it has not been said."""
+    def status_value(self, subject: str, key: str) -> float | None:
+        """A number of the status ``subject`` of any node; None if it is not known."""
         with self._lock:
-            for name, status in self._statuses.items():
-                if name.endswith(f": {what}"):
-                    for one, text in status.values:
-                        if one == key:
-                            return _number(text)
-        return None
+            values = [
+                value
+                for name, status in self._statuses.items()
+                if name.endswith(f": {subject}")
+                for value in status.values
+            ]
+        return next((_number(text) for name, text in values if name == key), None)
 
     def parameters(self) -> list[LiveParameter]:
-        """Every parameter that can be changed, in the order of their declaration."""
+        """Every parameter that can be changed, in the order of declaration."""
         with self._lock:
-            return list(self._settings.values())
-
-    def worst_level(self) -> Level:
-        """The worst level of any status."""
-        with self._lock:
-            return max((one.level for one in self._statuses.values()), default=Level.OK)
+            return list(self._parameters.values())
 
 
 def _number(text: str) -> float | None:

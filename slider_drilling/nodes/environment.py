@@ -44,7 +44,7 @@ def prepare() -> None:
     restrict_to_loopback(os.environ)
     wanted = library_path(os.environ.get("LD_LIBRARY_PATH", ""), from_wheels=_within(Path(spec.origin), sys.prefix))
     if wanted is not None:
-        _restart({"LD_LIBRARY_PATH": wanted})
+        restart({"LD_LIBRARY_PATH": wanted})
     if _within(Path(spec.origin), sys.prefix):
         check_middleware(os.environ)
         prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
@@ -121,7 +121,8 @@ def _within(path: Path, folder: str) -> bool:
     return Path(folder).resolve() in path.resolve().parents
 
 
-def _restart(changes: dict[str, str]) -> None:
+def restart(changes: dict[str, str]) -> None:
+    """Restart this process with another LD_LIBRARY_PATH. Raises InputError if a restart with it did not help."""
     if os.environ.get(RESTARTED_VARIABLE) == changes["LD_LIBRARY_PATH"]:
         raise InputError(f"LD_LIBRARY_PATH: could not be set for {sys.executable}; unset it and try again")
     environment = {**os.environ, **changes, WHEELS_VARIABLE: "1", RESTARTED_VARIABLE: changes["LD_LIBRARY_PATH"]}

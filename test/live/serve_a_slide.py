@@ -1,6 +1,6 @@
 """The live page over a slide of the virtual rig, without ROS: `python serve_a_slide.py SPEED [SECONDS_BEFORE]`.
 
-Prints its address, then follows orders on stdin: `wishes` prints what was asked for on the page, `rss` the process's
+Prints its address, then follows orders on stdin: `received` prints what was asked for on the page, `rss` the process's
 kB and CPU seconds.
 """
 
@@ -49,31 +49,31 @@ class Slide:
 
 
 def main(speed: float, before: float) -> None:
-    state, desk, wishes = LiveState(), RequestQueue(), []
+    state, requests, received = LiveState(), RequestQueue(), []
     slide = Slide(state)
     while slide.rig.measurements.time < before:
         slide.step()
-    server = PageServer(state, desk, Address(port=0))
+    server = PageServer(state, requests, Address(port=0))
     print(server.url, flush=True)
 
     def run() -> None:
         due = time.monotonic()
         while True:
             slide.step()
-            for wish in desk.take():
-                wishes.append(wish)
-                if isinstance(wish, SetTarget):
-                    slide.controller.tool_face_target = state.target = wish.target
-                    state.add_notice(f"target {math.degrees(wish.target):.1f} deg", success=True)
-                elif isinstance(wish, SetParameter):
-                    state.add_notice(f"{wish.name} = {wish.value:g}: refused: out of range", success=False)
+            for request in requests.take():
+                received.append(request)
+                if isinstance(request, SetTarget):
+                    slide.controller.tool_face_target = state.target = request.target
+                    state.add_notice(f"target {math.degrees(request.target):.1f} deg", success=True)
+                elif isinstance(request, SetParameter):
+                    state.add_notice(f"{request.name} = {request.value:g}: refused: out of range", success=False)
             due += 0.1 / speed
             time.sleep(max(due - time.monotonic(), 0.0))
 
     threading.Thread(target=run, daemon=True).start()
     for line in sys.stdin:
-        if line.strip() == "wishes":
-            print(wishes, flush=True)
+        if line.strip() == "requests":
+            print(received, flush=True)
         elif line.strip() == "rss":
             with open("/proc/self/status") as file:
                 (kilobytes,) = [row.split()[1] for row in file if row.startswith("VmRSS")]

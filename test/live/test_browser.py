@@ -101,7 +101,7 @@ def test_page_shows_the_slide(
     open_page: Callable[..., Any], repository: Path, name: str, width: int, height: int, scheme: str
 ) -> None:
     page = open_page(width, height, scheme)
-    for canvas in ("dial", "strips", "along"):
+    for canvas in ("dial", "strips", "string"):
         assert drawn(page, canvas) > 20, canvas
     page.get_by_text("torque within make-up and back-off limits").wait_for()
     page.get_by_text(re.compile(r"rocking ±\d+\.\d rad about .* target 45 deg.*recording")).wait_for()
@@ -113,32 +113,32 @@ def test_page_shows_the_slide(
 
 def test_history_in_the_browser_is_the_window(open_page: Callable[..., Any]) -> None:
     page = open_page(800, 600)
-    rows = int(page.locator(FRAMES).get_attribute("data-rows"))
+    rows = int(page.locator(FRAMES).get_attribute("data-samples"))
     frames_beyond(page, 40)
-    later = int(page.locator(FRAMES).get_attribute("data-rows"))
+    later = int(page.locator(FRAMES).get_attribute("data-samples"))
     # Backlog of the whole window, thinned to its extremes; what comes in goes out at the other end.
     assert 150 <= rows <= 450
     assert later <= rows + 40
 
 
-def test_controls_reach_the_desk(open_page: Callable[..., Any], slide: subprocess.Popen[str]) -> None:
+def test_controls_reach_the_queue(open_page: Callable[..., Any], slide: subprocess.Popen[str]) -> None:
     page = open_page(1200, 900)
     page.get_by_label("new target, deg").fill("-60")
     page.get_by_role("button", name="Set target").click()
     page.get_by_text("target -60.0 deg", exact=True).wait_for()
     for button in ("Stop rocking", "Start rocking", "Pause recording"):
         page.get_by_role("button", name=button).click()
-    page.get_by_text("Parameters, changed while the nodes run").click()
+    page.get_by_text("Parameters", exact=True).click()
     gain = page.get_by_label("gain", exact=True)
     gain.fill("99")
     gain.blur()
     page.get_by_text("gain = 99: refused: out of range").wait_for()
     wait_until(lambda: gain.input_value() == "2")
     assert slide.stdin is not None and slide.stdout is not None
-    slide.stdin.write("wishes\n")
+    slide.stdin.write("requests\n")
     slide.stdin.flush()
-    wishes = slide.stdout.readline().strip()
-    assert wishes == (
+    received = slide.stdout.readline().strip()
+    assert received == (
         "[SetTarget(target=-1.0471975511965976), SetRocking(on=False), SetRocking(on=True), SetRecording(on=False), "
         "SetParameter(node='rocking_controller', name='gain', value=99.0)]"
     )

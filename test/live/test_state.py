@@ -24,7 +24,12 @@ from slider_drilling.live.state import (
     LiveState,
 )
 
-BELIEF = (("estimate_deg", "370.0"), ("one_sigma_deg", "4.5"), ("centre_rad", "3.25"), ("reactive_torque_n_m", "3000"))
+TOOL_FACE = (
+    ("estimate_deg", "370.0"),
+    ("one_sigma_deg", "4.5"),
+    ("centre_rad", "3.25"),
+    ("reactive_torque_n_m", "3000"),
+)
 REACH = (
     ("rocking_m", "3240"),
     ("reactive_from_m", "3432"),
@@ -96,7 +101,7 @@ def test_frame_is_json_in_the_units_shown(state: LiveState) -> None:
     state.add_tool_face(90.0, math.radians(10.0))
     state.update_statuses(
         [
-            Status(Level.OK, "rocking_controller: tool_face", "", BELIEF),
+            Status(Level.OK, "rocking_controller: tool_face", "", TOOL_FACE),
             Status(Level.OK, "rocking_controller: reach", "", REACH),
         ]
     )
@@ -120,39 +125,39 @@ def test_many_rows_keep_their_extremes(state: LiveState) -> None:
 
 
 def test_zones_and_twist_along_the_hole(state: LiveState) -> None:
-    along = StringView(load_rig())
-    assert along.rotation_json(state) == {"rocked_to": None, "reactive_from": None}
+    view = StringView(load_rig())
+    assert view.rotation_json(state) == {"rocked_to": None, "reactive_from": None}
     state.update_statuses(
         [
-            Status(Level.OK, "rocking_controller: tool_face", "", BELIEF),
+            Status(Level.OK, "rocking_controller: tool_face", "", TOOL_FACE),
             Status(Level.OK, "rocking_controller: reach", "", REACH),
         ]
     )
-    turning, hole = along.rotation_json(state), along.well_path_json()
-    assert (turning["rocked_to"], turning["swing"][0], turning["swing"][-1]) == (3240.0, 12.0, 0.0)
-    assert turning["behind"][0] == 0.0 < turning["behind"][-1]
-    assert (hole["depth"][-1], hole["down"][0]) == (4000.0, 0.0)
-    assert hole["down"][-1] == pytest.approx(1500.0 + 900.0 * 2.0 / math.pi, abs=1.0)
+    rotation, path = view.rotation_json(state), view.well_path_json()
+    assert (rotation["rocked_to"], rotation["amplitude"][0], rotation["amplitude"][-1]) == (3240.0, 12.0, 0.0)
+    assert rotation["lag"][0] == 0.0 < rotation["lag"][-1]
+    assert (path["depth"][-1], path["verticalDepth"][0]) == (4000.0, 0.0)
+    assert path["verticalDepth"][-1] == pytest.approx(1500.0 + 900.0 * 2.0 / math.pi, abs=1.0)
 
 
 def test_rotation_along_the_string_agrees_with_reach_and_twist() -> None:
-    belief = TorqueAndDrag(load_rig(), 0.235, 3e4)
+    model = TorqueAndDrag(load_rig(), 0.235, 3e4)
     depth = np.linspace(0.0, 4000.0, 401)
-    swing, behind = belief.rotation_along(depth, 12.0, 3000.0, 1.3)
-    assert swing[0] == pytest.approx(12.0)
-    assert depth[swing > 1e-3][-1] == pytest.approx(belief.reach(12.0, 1.3), abs=60.0)
-    assert (np.diff(swing) <= 1e-9).all() and (np.diff(behind) >= -1e-12).all()
-    assert (behind[depth < belief.zones(12.0, 3000.0, 1.3).reactive_from - 10.0] == 0.0).all()
+    amplitude, lag = model.rotation_along(depth, 12.0, 3000.0, 1.3)
+    assert amplitude[0] == pytest.approx(12.0)
+    assert depth[amplitude > 1e-3][-1] == pytest.approx(model.reach(12.0, 1.3), abs=60.0)
+    assert (np.diff(amplitude) <= 1e-9).all() and (np.diff(lag) >= -1e-12).all()
+    assert (lag[depth < model.zones(12.0, 3000.0, 1.3).reactive_from - 10.0] == 0.0).all()
     # All of the string is freed: what is left of the amplitude reaches the bit.
-    assert belief.rotation_along(depth, 60.0, 0.0, 1.0)[0][-1] == pytest.approx(60.0 - belief.full_amplitude(1.0))
+    assert model.rotation_along(depth, 60.0, 0.0, 1.0)[0][-1] == pytest.approx(60.0 - model.full_amplitude(1.0))
 
 
 def test_desk_hands_over_once_and_refuses_what_nobody_takes() -> None:
-    desk = RequestQueue()
-    assert desk.put(SetTarget(0.5)) and desk.put(SetRocking(False))
-    assert list(desk.take()) == [SetTarget(0.5), SetRocking(False)]
-    assert list(desk.take()) == []
-    assert [desk.put(SetRocking(True)) for _ in range(MAX_REQUESTS + 1)].count(False) == 1
+    queue = RequestQueue()
+    assert queue.put(SetTarget(0.5)) and queue.put(SetRocking(False))
+    assert list(queue.take()) == [SetTarget(0.5), SetRocking(False)]
+    assert list(queue.take()) == []
+    assert [queue.put(SetRocking(True)) for _ in range(MAX_REQUESTS + 1)].count(False) == 1
 
 
 def test_settings_keep_their_newest_value(state: LiveState) -> None:

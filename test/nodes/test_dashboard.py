@@ -39,7 +39,7 @@ from slider_drilling.nodes.spin import make_executor
 class NoServer:
     """Replaces the web server."""
 
-    def __init__(self, state: LiveState, desk: RequestQueue, address: serve.Address) -> None:
+    def __init__(self, state: LiveState, requests: RequestQueue, address: serve.Address) -> None:
         self.url = "http://127.0.0.1:0/"
 
     def stop(self) -> None:
@@ -78,7 +78,7 @@ def turn(nodes: list[Node], *until: Callable[[], bool]) -> None:
 
 def test_graph_is_shown_and_follows_the_page(graph: list[Node]) -> None:
     board, _, controller = graph
-    state, desk = board.state, board.requests
+    state, requests = board.state, board.requests
     notices = state.notices_after
 
     def told(text: str) -> Callable[[], bool]:
@@ -98,15 +98,15 @@ def test_graph_is_shown_and_follows_the_page(graph: list[Node]) -> None:
     assert state.status_value("reach", "amplitude_rad") is not None
     gain = next(one for one in state.parameters() if one.name == "gain")
     assert (gain.value, gain.low, gain.high, gain.unit) == (4.5, 0.0, 8.0, "-")
-    desk.put(SetTarget(-1.0))
-    desk.put(SetParameter("rocking_controller", "gain", 1.5))
-    desk.put(SetParameter("rocking_controller", "gain", 99.0))
+    requests.put(SetTarget(-1.0))
+    requests.put(SetParameter("rocking_controller", "gain", 1.5))
+    requests.put(SetParameter("rocking_controller", "gain", 99.0))
     turn(graph, told("target -57.3 deg"), told("gain = 1.5"), told("gain = 99: refused"), lambda: state.target == -1.0)
     assert controller.get_parameter("gain").value == 1.5
     assert controller.get_parameter("tool_face_target").value == -1.0
-    desk.put(SetRocking(False))
+    requests.put(SetRocking(False))
     turn(graph, told("stop rocking: "), lambda: controller.get_parameter("rocking").value == 0.0)
-    desk.put(SetRocking(True))
+    requests.put(SetRocking(True))
     turn(graph, lambda: controller.get_parameter("rocking").value == 1.0)
     assert all(math.isfinite(one.value) for one in state.parameters())
 
@@ -114,10 +114,10 @@ def test_graph_is_shown_and_follows_the_page(graph: list[Node]) -> None:
 def test_recording_is_paused_and_goes_on(graph: list[Node], tmp_path: Path) -> None:
     recorder = Recorder(ShutdownRequest(), parameter_overrides=[Parameter("directory", value=str(tmp_path))])
     graph.append(recorder)
-    state, desk = graph[0].state, graph[0].requests
+    state, requests = graph[0].state, graph[0].requests
     turn(graph, lambda: state.recording is True)
     for on in (False, True):
-        desk.put(SetRecording(on))
+        requests.put(SetRecording(on))
         turn(graph, lambda: state.recording is on)  # noqa: B023
     assert [one.text for one in state.notices_after(0)] == ["pause: paused", "resume: recording"]
     recorder.discard()

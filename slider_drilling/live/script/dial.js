@@ -1,7 +1,7 @@
 // The toolface dial: 0 deg (high side) on top, clockwise positive, as on a driller's display.
 import { begin, legend, text } from "./paint.js";
 
-const FADE = 240; // s, after which a measured toolface has faded
+const FADE_TIME = 240; // s after which a measured toolface is no longer drawn
 
 export function drawDial(canvas, dial) {
   const sheet = begin(canvas);
@@ -39,14 +39,14 @@ export function drawDial(canvas, dial) {
       pen.fill();
     }
     pen.globalAlpha = 1;
-    needle(pen, at, dial.estimate, r, c.estimate, 3);
+    drawNeedle(pen, at, dial.estimate, r, c.estimate, 3);
   }
   for (const [age, deg] of dial.measured) {
-    if (deg === null || age > FADE) continue;
-    pen.globalAlpha = 0.08 + 0.92 * (1 - age / FADE);
+    if (deg === null || age > FADE_TIME) continue;
+    pen.globalAlpha = 0.08 + 0.92 * (1 - age / FADE_TIME);
     pen.fillStyle = c.measured;
     pen.beginPath();
-    pen.arc(...at(deg, r * (1 - 0.6 * age / FADE)), age < 15 ? 6 : 4.5, 0, 2 * Math.PI);
+    pen.arc(...at(deg, r * (1 - 0.6 * age / FADE_TIME)), age < 15 ? 6 : 4.5, 0, 2 * Math.PI);
     pen.fill();
   }
   pen.globalAlpha = 1;
@@ -57,13 +57,13 @@ export function drawDial(canvas, dial) {
     pen.arc(...at(dial.truth, r), 7, 0, 2 * Math.PI);
     pen.stroke();
   }
-  if (dial.target !== null) mark(pen, at, dial.target, r, c);
+  if (dial.target !== null) drawTarget(pen, at, dial.target, r, c);
   const entries = [["● target", c.target], ["● estimate ±1, 2 σ", c.estimate], ["● MWD", c.measured]];
   if (dial.truth !== null) entries.push(["○ truth", c.truth]);
   legend(pen, entries, width, height - 9);
 }
 
-function needle(pen, at, deg, r, colour, width) {
+function drawNeedle(pen, at, deg, r, colour, width) {
   pen.strokeStyle = colour;
   pen.lineWidth = width;
   pen.beginPath();
@@ -72,8 +72,8 @@ function needle(pen, at, deg, r, colour, width) {
   pen.stroke();
 }
 
-// A wedge from outside onto the ring, so that no dot hides it.
-function mark(pen, at, deg, r, c) {
+// The target: a wedge across the ring, so that no dot hides it.
+function drawTarget(pen, at, deg, r, c) {
   pen.beginPath();
   pen.moveTo(...at(deg, r - 14));
   pen.lineTo(...at(deg - 5, r + 4));

@@ -1,3 +1,3 @@
 export { drawDial } from "./dial.js";
 export { History, drawStrips } from "./strips.js";
-export { drawAlong } from "./along.js";
+export { drawString } from "./string_view.js";

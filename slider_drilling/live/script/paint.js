@@ -17,7 +17,7 @@ export function colours() {
   };
 }
 
-// Ready to draw in CSS pixels, cleared; null while the element has no size.
+// Clear a canvas and prepare it for CSS pixels; null while the element has no size.
 export function begin(canvas) {
   const width = canvas.clientWidth, height = canvas.clientHeight;
   if (width < 40 || height < 40) return null;
@@ -33,12 +33,12 @@ export function begin(canvas) {
   return { pen, width, height, colours: colours() };
 }
 
-export function text(pen, words, x, y, { size = 12, colour, align = "left", base = "middle", bold = false } = {}) {
+export function text(pen, label, x, y, { size = 12, colour, align = "left", base = "middle", bold = false } = {}) {
   pen.font = `${bold ? "600 " : ""}${size}px system-ui, sans-serif`;
   pen.textAlign = align;
   pen.textBaseline = base;
   if (colour) pen.fillStyle = colour;
-  pen.fillText(words, x, y);
+  pen.fillText(label, x, y);
 }
 
 export function line(pen, points, colour, width = 1.5, dash = []) {
@@ -60,25 +60,25 @@ export function line(pen, points, colour, width = 1.5, dash = []) {
 export function ticks(low, high, count) {
   const raw = (high - low) / Math.max(count, 1);
   const power = Math.pow(10, Math.floor(Math.log10(raw)));
-  const step = [1, 2, 5, 10].map((k) => k * power).find((one) => one >= raw) || 10 * power;
-  const found = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(k * step);
-  return found.map((one) => Math.abs(one) < 1e-9 * step ? 0 : one);
+  const step = [1, 2, 5, 10].map((k) => k * power).find((size) => size >= raw) || 10 * power;
+  const values = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) values.push(k * step);
+  return values.map((value) => Math.abs(value) < 1e-9 * step ? 0 : value);
 }
 
-// Entries (words, colour) on one line, in a smaller script where they would not fit.
+// Draw entries (label, colour) on one line, in a smaller font if they do not fit.
 export function legend(pen, entries, width, y) {
   const gap = 14;
   let size = 11.5, widths, total;
   do {
     size -= 0.5;
     pen.font = `${size}px system-ui, sans-serif`;
-    widths = entries.map(([words]) => pen.measureText(words).width);
-    total = widths.reduce((sum, one) => sum + one, gap * (entries.length - 1));
+    widths = entries.map(([label]) => pen.measureText(label).width);
+    total = widths.reduce((sum, size) => sum + size, gap * (entries.length - 1));
   } while (total > width - 4 && size > 8);
   let x = Math.max((width - total) / 2, 2);
-  entries.forEach(([words, colour], k) => {
-    text(pen, words, x, y, { size, colour });
+  entries.forEach(([label, colour], k) => {
+    text(pen, label, x, y, { size, colour });
     x += widths[k] + gap;
   });
 }

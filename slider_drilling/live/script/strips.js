@@ -4,22 +4,22 @@ import { begin, line, text, ticks } from "./paint.js";
 const LEFT = 46, RIGHT = 8, TOP = 20, BOTTOM = 16;
 
 export class History {
-  constructor(window, most) {
+  constructor(window, maxSamples) {
     this.window = window;
-    this.most = most;
-    this.rows = [];
+    this.maxSamples = maxSamples;
+    this.samples = [];
   }
 
-  add(rows) {
-    for (const row of rows) {
-      if (this.rows.length && row[0] < this.rows[this.rows.length - 1][0]) this.rows = [];
-      this.rows.push(row);
+  add(samples) {
+    for (const sample of samples) {
+      if (this.samples.length && sample[0] < this.samples[this.samples.length - 1][0]) this.samples = [];
+      this.samples.push(sample);
     }
-    if (!this.rows.length) return;
-    const since = this.rows[this.rows.length - 1][0] - this.window;
-    let first = Math.max(this.rows.length - this.most, 0);
-    while (this.rows[first][0] < since) first++;
-    if (first) this.rows.splice(0, first);
+    if (!this.samples.length) return;
+    const since = this.samples[this.samples.length - 1][0] - this.window;
+    let first = Math.max(this.samples.length - this.maxSamples, 0);
+    while (this.samples[first][0] < since) first++;
+    if (first) this.samples.splice(0, first);
   }
 }
 
@@ -27,8 +27,8 @@ export function drawStrips(canvas, history, rocking) {
   const sheet = begin(canvas);
   if (!sheet) return;
   const { pen, width, height, colours: c } = sheet;
-  const rows = history.rows;
-  const now = rows.length ? rows[rows.length - 1][0] : 0;
+  const samples = history.samples;
+  const now = samples.length ? samples[samples.length - 1][0] : 0;
   const span = [now - history.window, now];
   const strips = [
     { column: 1, title: "surface torque, kN m", colour: c.rocked, digits: 1, zero: true },
@@ -36,7 +36,7 @@ export function drawStrips(canvas, history, rocking) {
     { column: 3, title: "top drive, rad", colour: c.truth, digits: 1, rocking },
   ];
   const tall = (height - BOTTOM) / strips.length;
-  strips.forEach((strip, k) => drawStrip(pen, c, rows, span, strip, width, k * tall, tall));
+  strips.forEach((strip, k) => drawStrip(pen, c, samples, span, strip, width, k * tall, tall));
   for (const back of ticks(0, history.window, width < 420 ? 3 : 5)) {
     const x = LEFT + (1 - back / history.window) * (width - LEFT - RIGHT);
     text(pen, back ? `-${back} s` : "now", x, height - 7,
@@ -44,10 +44,10 @@ export function drawStrips(canvas, history, rocking) {
   }
 }
 
-function drawStrip(pen, c, rows, span, strip, width, top, tall) {
+function drawStrip(pen, c, samples, span, strip, width, top, tall) {
   let low = strip.zero ? 0 : Infinity, high = strip.zero ? 0 : -Infinity, last = null;
-  for (const row of rows) {
-    const value = row[strip.column];
+  for (const sample of samples) {
+    const value = sample[strip.column];
     if (value === null) continue;
     low = Math.min(low, value);
     high = Math.max(high, value);
@@ -80,6 +80,6 @@ function drawStrip(pen, c, rows, span, strip, width, top, tall) {
   pen.beginPath();
   pen.rect(LEFT, top, width - LEFT - RIGHT, tall);
   pen.clip();
-  line(pen, rows.map((row) => [x(row[0]), row[strip.column] === null ? null : y(row[strip.column])]), strip.colour, 1.4);
+  line(pen, samples.map((sample) => [x(sample[0]), sample[strip.column] === null ? null : y(sample[strip.column])]), strip.colour, 1.4);
   pen.restore();
 }
