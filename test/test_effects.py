@@ -1,4 +1,4 @@
-"""Each effect of the catalogue does to the plant what its law says, and nothing while it is neutral."""
+"""Each effect changes the plant as its law says; a neutral effect changes nothing."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def damping_torque(speed: float) -> float:
     ],
     ids=lambda effect: next(iter(effect)),
 )
-def test_neutral_effect_leaves_the_plant_alone_bit_for_bit(neutral):
+def test_neutral_effect_changes_no_bit(neutral):
     run = commands(8.0, speed=1.5, block_speed=0.003)
     plain = simulate(EXAMPLE, run, elements=40)
     same = simulate(with_effect(EXAMPLE, **neutral), run, elements=40)
@@ -91,12 +91,12 @@ def test_neutral_effect_leaves_the_plant_alone_bit_for_bit(neutral):
 
 
 def test_every_effect_is_tested_for_neutrality():
-    marks = test_neutral_effect_leaves_the_plant_alone_bit_for_bit.pytestmark
+    marks = test_neutral_effect_changes_no_bit.pytestmark
     tested = {next(iter(effect)) for mark in marks for effect in mark.args[1]}
     assert tested == {field.name for field in dataclasses.fields(Effects)}
 
 
-def test_the_sum_is_the_exponential():
+def test_fast_exponential_is_accurate():
     x = np.linspace(0.0, 60.0, 4001)
     assert max(abs(1.0 / fast_exp(value, np.float64) - math.exp(-value)) for value in x) < 5e-6
 
@@ -113,7 +113,7 @@ def test_stribeck_scales_the_turning_torque(speed):
     assert ratio == pytest.approx(1.0 + 0.5 * math.exp(-slip / 0.05), rel=2e-3)
 
 
-def test_viscous_drag_adds_torque_in_proportion_to_speed():
+def test_viscous_drag_torque_is_proportional_to_speed():
     """Its torque on the whole pipe is c v R per metre; damping, in both runs alike, cancels."""
     rig, coefficient, speed = horizontal(), 20.0, 2.0
     more = turning_torque(with_effect(rig, viscous_drag=ViscousDrag(coefficient)), speed) - turning_torque(rig, speed)
@@ -150,7 +150,7 @@ def test_static_aging_raises_breakaway_with_time_at_rest():
 @pytest.mark.parametrize(
     "alone", [{"static_aging": StaticAging(0.4, 5.0, 0.01, 0.1)}, {"friction_drift": FrictionDrift(1e-3)}]
 )
-def test_effects_in_one_pass_do_what_each_does_alone(alone):
+def test_effects_in_one_pass_act_independently(alone):
     """A drop of friction too small to tell takes the same string through both passes of the step."""
     time = np.arange(0.0, 20.0, 0.05)
     still = np.zeros_like(time)
@@ -176,7 +176,7 @@ def test_buckling_presses_compressed_pipe_on_the_wall():
         assert profile.normal_force == pytest.approx(weight + extra, rel=1e-9)
 
 
-def test_buckling_raises_the_axial_drag_of_the_running_kernel():
+def test_buckling_raises_axial_drag():
     """Lowered without rocking, friction eats the weight: the bit gets less of the same slack-off with buckling."""
     rig = horizontal(400.0)
     run = commands(120.0, block_speed=0.004)
@@ -185,7 +185,7 @@ def test_buckling_raises_the_axial_drag_of_the_running_kernel():
     assert weight[1] < weight[0] - 500.0
 
 
-def test_cuttings_bed_multiplies_friction_over_its_interval_only():
+def test_cuttings_bed_acts_within_its_interval_only():
     rig = horizontal()
     speed = 1.0
     base = turning_torque(rig, speed)
@@ -240,7 +240,7 @@ def test_backlash_is_a_dead_zone_of_its_width():
     assert np.all(np.abs(after.surface_torque[turn.top_drive_angle < 0.15]) < 1e-9)
 
 
-def test_backlash_lets_a_wound_string_go_before_it_takes_it_up_the_other_way():
+def test_backlash_releases_a_wound_string_first():
     """On its way back the drive crosses the dead zone where the torque is zero, not where it is largest."""
     rig = with_effect(horizontal(), top_drive_backlash=TopDriveBacklash(2.0))
     time = np.arange(0.0, 80.0, 0.1)
@@ -258,7 +258,7 @@ def test_backlash_lets_a_wound_string_go_before_it_takes_it_up_the_other_way():
     assert slope < 0.0
 
 
-def test_torsional_compliance_twists_more_for_the_same_torque():
+def test_torsional_compliance_adds_twist():
     """The stuck end of a long string: torque per angle falls by 1 + extra."""
     length = 2000.0
     rig = horizontal(length)
@@ -276,7 +276,7 @@ def test_torsional_compliance_twists_more_for_the_same_torque():
     assert torque[0] / torque[1] == pytest.approx(1.25, rel=0.02)
 
 
-def test_agitator_shakes_the_string_at_its_place_and_frequency():
+def test_agitator_acts_at_its_depth_and_frequency():
     rig = with_effect(horizontal(friction=0.0), axial_oscillation_tool=AxialOscillationTool(5000.0, 4.0, 150.0))
     plant = Plant(rig, 40, interval=0.02)
     time = np.arange(0.0, 10.0, 0.02)
@@ -287,7 +287,7 @@ def test_agitator_shakes_the_string_at_its_place_and_frequency():
     assert np.ptp(hook) > 1000.0
 
 
-def test_heave_moves_the_block_and_so_the_hook_load():
+def test_heave_moves_block_and_hook_load():
     """Slow heave of a free string hung off bottom: hook load follows in phase with no motion of the commands."""
     rig = with_effect(EXAMPLE, heave=Heave(0.05, 8.0, 0.3))
     response = simulate(rig, commands(40.0, pump=0.0), 40)
@@ -299,7 +299,7 @@ def test_heave_moves_the_block_and_so_the_hook_load():
     assert np.ptp(calm.hook_load) < 1.0
 
 
-def test_worn_motor_needs_more_pressure_for_the_same_torque():
+def test_worn_motor_needs_more_pressure():
     rig = horizontal(friction=0.0)
     run = commands(60.0, block_speed=0.004)
     new = simulate(rig, run, 20)
@@ -310,7 +310,7 @@ def test_worn_motor_needs_more_pressure_for_the_same_torque():
     assert leaking.weight_on_bit[-1] > new.weight_on_bit[-1]
 
 
-def test_harder_formation_takes_more_weight_from_its_time_on():
+def test_harder_formation_takes_more_weight():
     rig = horizontal(friction=0.0)
     run = commands(80.0, block_speed=0.002)
     plain = simulate(rig, run, 20)
@@ -321,7 +321,7 @@ def test_harder_formation_takes_more_weight_from_its_time_on():
     assert at_same_speed / (plain.weight_on_bit[-1] / plain.rate_of_penetration[-1]) == pytest.approx(1.5, rel=0.05)
 
 
-def test_sections_of_another_size_do_not_change_what_an_effect_acts_on():
+def test_effects_act_on_each_section_alike():
     """A bottom-hole assembly in the open hole is part of what a cuttings bed lies on."""
     collar = StringSection("collar", 50.0, 0.165, 0.0714)
     rig = horizontal()

@@ -1,4 +1,4 @@
-"""Effects of the surface torque sensor: the law of each, and what is left alone by it."""
+"""Effects on the reading of the surface torque: the law of each, and what it leaves unchanged."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from slider_drilling.effects import TorqueAtMotor, TorqueSensorBias, TorqueSenso
 from slider_drilling.log import read_log
 
 
-def test_lagging_torque_sensor_is_a_first_order_filter_of_the_torque():
+def test_torque_sensor_lag_is_first_order():
     run = commands(30.0, speed=1.0, rise=0.5)
     lag = 0.8
     fine = dataclasses.replace(EXAMPLE, sensors=dataclasses.replace(EXAMPLE.sensors, rate=100.0))
@@ -32,7 +32,7 @@ def test_lagging_torque_sensor_is_a_first_order_filter_of_the_torque():
     assert np.array_equal(sensed.tool_face, true.tool_face)
 
 
-def test_biased_torque_sensor_is_off_by_its_bias_and_nothing_else_changes():
+def test_torque_sensor_bias_changes_nothing_else():
     run = commands(10.0, speed=1.0, block_speed=0.003)
     true = simulate(EXAMPLE, run, 40)
     biased = simulate(with_effect(EXAMPLE, torque_sensor_bias=TorqueSensorBias(250.0)), run, 40)
@@ -40,7 +40,7 @@ def test_biased_torque_sensor_is_off_by_its_bias_and_nothing_else_changes():
     assert np.array_equal(biased.hook_load, true.hook_load)
 
 
-def test_a_torque_sensor_with_a_wrong_gain_scales_its_reading_and_nothing_else():
+def test_torque_sensor_gain_changes_nothing_else():
     run = commands(10.0, speed=1.0, block_speed=0.003)
     true = simulate(EXAMPLE, run, 40)
     read = simulate(with_effect(EXAMPLE, torque_sensor_gain=TorqueSensorGain(-0.2)), run, 40)
@@ -50,7 +50,7 @@ def test_a_torque_sensor_with_a_wrong_gain_scales_its_reading_and_nothing_else()
         assert np.array_equal(getattr(read, name), getattr(true, name))
 
 
-def test_what_is_read_of_a_torque_passes_gain_then_bias_then_lag():
+def test_torque_reading_order_is_gain_bias_lag():
     """Of a wound string: the first reading is settled, so the lag must begin at the scaled torque."""
     run, start = commands(10.0, speed=1.0), InitialState(twist=-3.0)
     lagging = with_effect(EXAMPLE, torque_sensor_lag=TorqueSensorLag(0.7))
@@ -63,7 +63,7 @@ def test_what_is_read_of_a_torque_passes_gain_then_bias_then_lag():
     assert read == pytest.approx((1.0 + gain) * lagged + bias, rel=1e-9)
 
 
-def test_a_torque_read_at_the_motor_is_scaled_with_what_turns_the_drive():
+def test_gain_scales_torque_at_motor():
     run = commands(10.0, speed=1.0, rise=2.0)
     at_motor = with_effect(EXAMPLE, torque_at_motor=TorqueAtMotor(800.0, 200.0))
     true, read = (
@@ -73,7 +73,7 @@ def test_a_torque_read_at_the_motor_is_scaled_with_what_turns_the_drive():
     assert read == pytest.approx(1.1 * true, rel=1e-9)
 
 
-def test_torque_read_at_the_motor_holds_what_turns_the_drive_itself():
+def test_torque_at_motor_includes_inertia_and_friction():
     """Speed up at a constant rate, hold, slow down: inertia times the rate, and friction against the motion."""
     time = np.arange(0.0, 24.0, 0.05)
     speed = np.interp(time, [0.0, 2.0, 6.0, 12.0, 20.0, 24.0], [0.0, 0.0, 4.0, 4.0, -4.0, -4.0])
@@ -90,7 +90,7 @@ def test_torque_read_at_the_motor_holds_what_turns_the_drive_itself():
     assert np.array_equal(read.tool_face, true.tool_face)
 
 
-def test_the_drives_inertia_is_found_in_a_log_whose_speed_is_noisy(tmp_path):
+def test_drive_inertia_is_found_despite_noisy_speed(tmp_path):
     """Differences of 50 Hz samples with 0.01 rad/s of noise are 0.5 kN m of 1500 kg m2."""
     time = np.arange(0.0, 24.0, 0.02)
     rate = 2.0 * np.pi / 8.0

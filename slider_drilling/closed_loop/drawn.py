@@ -1,4 +1,4 @@
-"""Slides drawn at random: a rig as its file says, the rig as it is, and what the MWD loses."""
+"""Random slides: the rig that the controller knows, the true rig, and the losses of the MWD."""
 
 from __future__ import annotations
 
@@ -12,50 +12,63 @@ from slider_drilling.effects import EFFECTS, Effects, effects_with
 from slider_drilling.rig import Rig, Sensors, check_rig
 
 DURATION_S = 900.0
-# Share of slides with one effect that no rig file holds, and of those with two.
-_ONE_EFFECT, _TWO_EFFECTS = 0.4, 0.2
+_ONE_EFFECT, _TWO_EFFECTS = 0.4, 0.2  # shares of slides with one and with two effects
 
 Random = np.random.Generator
 
 
 def draw_slide(number: int, seed: int, base: Rig, duration: float = DURATION_S) -> Scenario:
-    """The campaign's slide of this number.
+    """Returns a random slide of a closed-loop campaign.
 
-    Off from what the controller believes: friction of cased and of open hole, damping, compliance, motor, rock, survey
-    and circulation pressure; unknown to it: wind-up, samples that are lost or wrong, effects of the catalogue. Noise
-    and the MWD's period differ from slide to slide and are known. Raises InputError for a base that gives no rig.
+    The true rig differs from the rig file of the controller in friction of cased and open hole, damping, compliance,
+    motor, rock, survey and circulation pressure. The controller does not know the twist at the start, MWD samples that
+    are lost or wrong, and effects of the catalogue. It knows the noise and the MWD's period, which differ between
+    slides.
+
+    Args:
+        number: Of the slide.
+        seed: Of the campaign.
+        base: Rig that wells, string and fluids are drawn from.
+        duration: In s.
+
+    Raises:
+        InputError: A rig near the base is not valid.
     """
+    # The order of the draws defines the slides of a seed.
     random = np.random.default_rng((seed, number))
-    believed = _believed(random, base)
-    effects, names = _effects(random, believed, duration)
-    truth = replace(_true(random, believed), effects=effects)
+    nominal = _nominal_rig(random, base)
+    effects, names = _effects(random, nominal, duration)
+    truth = replace(_true_rig(random, nominal), effects=effects)
     target = float(random.uniform(-180.0, 180.0))
     return Scenario(
-        name=f"slide {number}", well=f"{believed.string.length / 1e3:.1f} km", about=", ".join(names) or "no effect",
+        name=f"slide {number}", well=f"{nominal.string.length / 1e3:.1f} km", about=", ".join(names) or "no effect",
         targets=((0.0, target),), duration=duration, start_twist=float(random.uniform(-6.0, 6.0)),
         mwd_lost=float(random.uniform(0.0, 0.2)), mwd_outliers=float(random.choice([0.0, 0.02, 0.05])),
-        rigs=(check_rig(believed), check_rig(truth)),
+        rigs=(check_rig(nominal), check_rig(truth)),
     )  # fmt: skip
 
 
-def _believed(random: Random, base: Rig) -> Rig:
+def _nominal_rig(random: Random, base: Rig) -> Rig:
     rig = WELLS[str(random.choice(DEFAULT_WELLS))](random, base)
     sensors = rig.sensors
     mwd = replace(sensors.mwd, period=float(random.choice([8.0, 12.0, 20.0, 30.0])))
-    return replace(rig, sensors=replace(_noisier(random, sensors), mwd=mwd))
+    return replace(rig, sensors=replace(_with_other_noise(random, sensors), mwd=mwd))
 
 
-def _noisier(random: Random, sensors: Sensors) -> Sensors:
+def _with_other_noise(random: Random, sensors: Sensors) -> Sensors:
     torque, hook, pressure = (
-        replace(sensor, noise=_off(random, sensor.noise, 0.4))
+        replace(sensor, noise=_perturbed(random, sensor.noise, 0.4))
         for sensor in (sensors.surface_torque, sensors.hook_load, sensors.standpipe_pressure)
     )
     return replace(sensors, surface_torque=torque, hook_load=hook, standpipe_pressure=pressure)
 
 
-def _true(random: Random, rig: Rig) -> Rig:
+def _true_rig(random: Random, rig: Rig) -> Rig:
     well, string, common = rig.well, rig.string, float(np.exp(random.normal(0.0, 0.15)))
-    intervals = tuple(replace(one, factor=_off(random, common * one.factor, 0.1)) for one in well.friction_intervals)
+    intervals = tuple(
+        replace(interval, factor=_perturbed(random, common * interval.factor, 0.1))
+        for interval in well.friction_intervals
+    )
     survey = tuple(
         (depth, float(np.clip(inclination + random.normal(0.0, 0.4), 0.0, 120.0)), azimuth + random.normal(0.0, 0.8))
         if inclination > 0.0 else (depth, inclination, azimuth)
@@ -65,20 +78,23 @@ def _true(random: Random, rig: Rig) -> Rig:
         rig,
         well=replace(well, friction_intervals=intervals, survey=survey),
         string=replace(
-            string, axial_damping=_off(random, string.axial_damping, 0.4),
-            torsional_damping=_off(random, string.torsional_damping, 0.4),
-            shear_modulus=_off(random, string.shear_modulus, 0.03),
+            string, axial_damping=_perturbed(random, string.axial_damping, 0.4),
+            torsional_damping=_perturbed(random, string.torsional_damping, 0.4),
+            shear_modulus=_perturbed(random, string.shear_modulus, 0.03),
         ),
         bit=replace(
-            rig.bit, aggressiveness=_off(random, rig.bit.aggressiveness, 0.1),
-            depth_of_cut_stiffness=_off(random, rig.bit.depth_of_cut_stiffness, 0.25),
+            rig.bit, aggressiveness=_perturbed(random, rig.bit.aggressiveness, 0.1),
+            depth_of_cut_stiffness=_perturbed(random, rig.bit.depth_of_cut_stiffness, 0.25),
         ),
-        motor=replace(rig.motor, torque_per_pressure=_off(random, rig.motor.torque_per_pressure, 0.05)),
-        hydraulics=replace(rig.hydraulics, reference_pressure=_off(random, rig.hydraulics.reference_pressure, 0.01)),
+        motor=replace(rig.motor, torque_per_pressure=_perturbed(random, rig.motor.torque_per_pressure, 0.05)),
+        hydraulics=replace(
+            rig.hydraulics, reference_pressure=_perturbed(random, rig.hydraulics.reference_pressure, 0.01)
+        ),
     )  # fmt: skip
 
 
-def _off(random: Random, value: float, spread: float) -> float:
+def _perturbed(random: Random, value: float, spread: float) -> float:
+    """Returns a log-normal value; spread is the standard deviation of its logarithm."""
     return value * float(np.exp(random.normal(0.0, spread)))
 
 
