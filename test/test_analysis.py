@@ -37,7 +37,7 @@ def test_friction_work_is_the_area_of_the_loop():
         assert cycle.work == pytest.approx(2.0 * 1000.0 * cycle.swing, rel=2e-3)
 
 
-def test_a_moved_centre_is_no_work():
+def test_moved_rocking_centre_adds_no_work():
     """A string without friction is a spring: wherever the centre goes, its loop has no area."""
     t = np.arange(0.0, 100.0, 0.01)
     angle = 5.0 * np.sin(2.0 * math.pi * t / 20.0) + 0.05 * t
@@ -45,7 +45,7 @@ def test_a_moved_centre_is_no_work():
         assert abs(cycle.work) < 1e-6 * 400.0 * 100.0
 
 
-def test_still_pipe_and_steady_rotation_are_no_cycles():
+def test_still_pipe_and_steady_rotation_have_no_cycles():
     t = np.arange(0.0, 100.0, 0.1)
     assert rocking_cycles(t, 0.1 * np.sin(t), t) == []
     assert rocking_cycles(t, 3.0 * t, t) == []
@@ -112,7 +112,7 @@ def analysed():
     return analyse(recorded(rig, (0.95, 0.8)), rig, ELEMENTS)
 
 
-def test_friction_that_the_rig_file_does_not_know_is_found(analysed):
+def test_fit_finds_friction_unlike_the_rig_file(analysed):
     cased, open_hole = analysed.fit.intervals
     assert (cased.kind, open_hole.kind) == ("cased", "open hole")
     assert cased.factor == pytest.approx(0.95, rel=0.03)
@@ -126,7 +126,7 @@ def test_friction_that_the_rig_file_does_not_know_is_found(analysed):
     assert analysed.fit.rms_before["surface_torque"] > 1.3 * analysed.fit.rms["surface_torque"]
 
 
-def test_rocking_lets_weight_through_that_friction_holds_without(analysed):
+def test_rocking_lets_more_weight_through(analysed):
     found = to_json(analysed)
     axial, transfer = found["axial_friction"], found["weight_transfer"]
     assert axial["with_rocking"]["over_coulomb"] < 0.6 * axial["without_rocking"]["over_coulomb"] <= 0.6
@@ -144,13 +144,13 @@ def test_zones_and_breakover_are_consistent(analysed):
     assert any("breakover" in sentence for sentence in found["not_found"])
 
 
-def test_friction_work_matches_what_friction_and_bit_can_take(analysed):
+def test_friction_work_is_bounded_by_the_fit(analysed):
     rocking = to_json(analysed)["rocking"]
     most = 2.0 * rocking["swing"] * 0.5 * (rocking["clockwise_torque"] - rocking["counter_torque"])
     assert 0.02 * most < rocking["friction_work_per_cycle"]["median"] < most
 
 
-def test_findings_are_plain_json_and_make_a_page(analysed):
+def test_result_is_json_and_makes_a_page(analysed):
     found = to_json(analysed)
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     shown = analysis_study(analysed)
@@ -158,7 +158,7 @@ def test_findings_are_plain_json_and_make_a_page(analysed):
     assert any("zones" in figure.title.lower() for figure in shown.figures)
 
 
-def test_a_log_of_torque_alone_says_what_it_cannot_tell():
+def test_torque_only_log_names_what_is_undetermined():
     """Rocked off bottom, as a torque-only log is: the plant takes the block to stand still."""
     rig = shorter_rig()
     found = analyse(recorded(rig, (0.8, 1.2), block=False), rig, ELEMENTS)
@@ -170,7 +170,7 @@ def test_a_log_of_torque_alone_says_what_it_cannot_tell():
     assert to_json(found)["weight_transfer"] is None
 
 
-def test_without_a_rig_file_torque_and_angle_still_speak():
+def test_log_without_rig_gives_cycles_and_breakover():
     found = analyse(recorded(shorter_rig(), (0.8, 1.0)), None)
     assert to_json(found)["friction"] is None
     assert to_json(found)["rocking"]["cycles"] >= 4
@@ -185,14 +185,14 @@ def test_a_log_without_torque_is_refused():
 
 
 @pytest.mark.parametrize("name", ["nominal_base", "nominal_short", "nominal_long"])
-def test_the_friction_of_another_program_s_run_is_found_within_3_percent(shared_data, name):
+def test_friction_of_reference_log_within_3_percent(shared_data, name):
     log = read_log(shared_data / "logs" / f"{name}.mcap")
     for row in fit_friction(log, log.rig()).intervals:
         assert row.factor == pytest.approx(row.in_rig_file, rel=0.03)
 
 
 @pytest.mark.parametrize("name", ["labelled_stribeck", "labelled_cuttings_bed", "labelled_top_drive_backlash"])
-def test_the_friction_of_a_noisy_run_with_an_effect_is_found_within_15_percent(shared_data, name):
+def test_friction_of_noisy_log_within_15_percent(shared_data, name):
     log = read_log(shared_data / "logs" / f"{name}.mcap")
     fit = fit_friction(log, log.rig())
     for row in fit.intervals:
@@ -202,7 +202,7 @@ def test_the_friction_of_a_noisy_run_with_an_effect_is_found_within_15_percent(s
         assert fit.bed.top < 3264.0 and fit.bed.bottom > 2944.0
 
 
-def test_the_command_on_a_real_rotary_start_up_of_torque_alone(shared_data, tmp_path):
+def test_command_analyses_a_real_torque_only_log(shared_data, tmp_path):
     log = shared_data / "field" / "well_b_1733m.mcap"
     rig = shared_data / "field" / "well_b_1733m.rig.yaml"
     out = tmp_path / "out"
@@ -215,7 +215,7 @@ def test_the_command_on_a_real_rotary_start_up_of_torque_alone(shared_data, tmp_
     assert (out / "analysis.html").stat().st_size < 1_500_000
 
 
-def test_of_a_day_long_log_the_hour_that_rocks_most_is_analysed(tmp_path):
+def test_long_log_is_cut_to_busiest_hour(tmp_path):
     """Ten hours of standing still and rotating with rocking in between: bounded work, and said."""
     time = np.arange(0.0, 36_000.0, 0.5)
     rocking = (time >= 20_000.0) & (time < 23_000.0)

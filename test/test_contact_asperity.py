@@ -34,13 +34,13 @@ def ploughing_limit(shear_factor: float) -> float:
     return low
 
 
-def test_without_shear_every_regime_gives_the_tangent_of_the_attack_angle():
+def test_zero_shear_gives_tangent_of_attack_angle():
     assert friction_coefficient(0.0, ANGLES) == pytest.approx(np.tan(ANGLES), rel=1e-12)
     assert set(wear_mode(0.0, ANGLES)) == {WearMode.PLOUGHING, WearMode.CUTTING}
 
 
 @pytest.mark.parametrize("shear_factor", [0.05, 0.1, 0.3, 0.5, 0.8])
-def test_ploughing_and_wedge_formation_meet_with_the_same_friction(shear_factor):
+def test_ploughing_and_wedge_meet_continuously(shear_factor):
     boundary = ploughing_limit(shear_factor)
     below, above = boundary - 1e-9, boundary + 1e-9
     assert wear_mode(shear_factor, below) == WearMode.PLOUGHING
@@ -50,7 +50,7 @@ def test_ploughing_and_wedge_formation_meet_with_the_same_friction(shear_factor)
     )
 
 
-def test_ploughing_ends_where_the_fan_angle_of_the_plastic_wave_vanishes():
+def test_ploughing_ends_at_zero_fan_angle():
     f, t = 0.2, ploughing_limit(0.2)
     fan = 0.25 * math.pi + 0.5 * math.acos(f) - t - math.asin(math.sin(t) / math.sqrt(1.0 - f))
     assert fan == pytest.approx(0.0, abs=1e-9)
@@ -77,18 +77,18 @@ def test_friction_is_one_where_cutting_begins(shear_factor):
     assert friction_coefficient(shear_factor, boundary + 0.1) > 1.0
 
 
-def test_the_paper_s_contact_lies_in_the_field_range():
+def test_paper_contact_lies_in_field_range():
     beta_v = np.array([0.0, 0.5 * math.pi])
     assert np.degrees(effective_attack_angle(PAPER.asperity, beta_v)) == pytest.approx([17.228, 11.698], abs=1e-3)
     assert friction_coefficient_of_direction(PAPER, beta_v) == pytest.approx([0.3392, 0.2320], abs=1e-4)
 
 
-def test_a_shape_factor_of_one_gives_the_angles_that_rule_it_out():
+def test_shape_factor_one_exceeds_field_range():
     steep = replace(PAPER.asperity, shape_factor=1.0)
     assert np.degrees(effective_attack_angle(steep, [0.5 * math.pi, 0.0])) == pytest.approx([33.0, 44.2], abs=0.1)
 
 
-def test_the_slip_direction_has_no_sign():
+def test_slip_direction_has_no_sign():
     beta_v = np.linspace(0.0, math.pi, 50)
     there = friction_coefficient_of_direction(PAPER, beta_v)
     assert there == pytest.approx(friction_coefficient_of_direction(PAPER, math.pi - beta_v), rel=1e-12)
@@ -96,7 +96,7 @@ def test_the_slip_direction_has_no_sign():
 
 
 @pytest.mark.parametrize("size", [65, 257])
-def test_the_table_interpolates_within_its_stated_error_and_at_second_order(size):
+def test_friction_table_interpolates_at_second_order(size):
     beta_v = np.linspace(0.0, 0.5 * math.pi, 20001)
     exact = friction_coefficient_of_direction(PAPER, beta_v)
 
@@ -108,7 +108,7 @@ def test_the_table_interpolates_within_its_stated_error_and_at_second_order(size
     assert error(2 * size - 1) == pytest.approx(0.25 * error(size), rel=0.05)
 
 
-def test_no_steady_wedge_is_an_error_that_names_the_pair():
+def test_no_steady_wedge_names_angle_and_shear():
     assert wear_mode(0.5, 1.0) == WearMode.NO_STEADY_SOLUTION
     with pytest.raises(InputError, match=r"shear_factor = 0\.5 with attack angle = 1 rad"):
         friction_coefficient(0.5, [0.2, 1.0])
@@ -132,7 +132,7 @@ def test_values_outside_the_model_are_named(shear_factor, attack_angle, message)
 
 @pytest.mark.parametrize("name", ["height", "minor_axis", "major_axis", "shape_factor"])
 @pytest.mark.parametrize("value", [0.0, -1e-6, math.nan, math.inf])
-def test_an_asperity_that_is_no_ellipse_is_named(name, value):
+def test_asperity_without_positive_axes_is_refused(name, value):
     with pytest.raises(InputError, match=f"asperity.{name}"):
         friction_table(0.1, replace(PAPER.asperity, **{name: value}))
 

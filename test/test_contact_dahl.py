@@ -90,20 +90,20 @@ def order(scheme, law, duration=1.1, together=False, exponent=1.0, coarse=500):
 
 @pytest.mark.parametrize("duration", [1.1, 4.0])
 @pytest.mark.parametrize("exponent", EXPONENTS)
-def test_the_operator_converges_to_the_model_at_first_order(exponent, duration):
+def test_operator_converges_at_first_order(exponent, duration):
     measured, error = order(OPERATOR, MODEL, duration, exponent=exponent)
     assert measured == pytest.approx(1.0, abs=0.05)
     assert error < 4e-3 * LENGTH * duration
 
 
 @pytest.mark.parametrize("exponent", EXPONENTS)
-def test_the_operator_converges_to_the_polar_ode_at_first_order_while_its_axes_agree(exponent):
+def test_operator_meets_polar_ode_where_axes_agree(exponent):
     measured, error = order(OPERATOR, POLAR, 1.5, together=True, exponent=exponent)
     assert measured == pytest.approx(1.0, abs=0.05)
     assert error < 4e-3 * LENGTH
 
 
-def test_the_operator_does_not_converge_to_the_polar_ode_where_its_axes_oppose():
+def test_operator_misses_polar_ode_where_axes_oppose():
     """What the splitting costs: the error stops falling near 1e-3 of z_ss, however short the step."""
     measured, error = order(OPERATOR, POLAR, 1.1, coarse=4000)
     assert measured < 0.1
@@ -116,7 +116,7 @@ def test_the_operator_does_not_converge_to_the_polar_ode_where_its_axes_oppose()
     radius=st.floats(0.01, 1.2),
     exponent=st.sampled_from(EXPONENTS),
 )
-def test_the_model_is_the_polar_ode_only_where_its_axes_agree(angle, heading, radius, exponent):
+def test_model_equals_polar_ode_where_axes_agree(angle, heading, radius, exponent):
     x, y = radius * LENGTH * math.cos(angle), radius * LENGTH * math.sin(angle)
     vx, vy = math.cos(heading), math.sin(heading)
     polar = np.array(polar_rate(x, y, vx, vy, LENGTH, exponent))
@@ -130,14 +130,14 @@ def test_the_model_is_the_polar_ode_only_where_its_axes_agree(angle, heading, ra
 
 
 @pytest.mark.parametrize("exponent", EXPONENTS)
-def test_the_scheme_converges_to_the_model_at_second_order(exponent):
+def test_scheme_converges_at_second_order(exponent):
     measured, error = order(MODEL, MODEL, exponent=exponent)
     # i = 1/2 slides after a finite distance, where its rate has a kink that costs half an order.
     assert measured == pytest.approx(2.0, abs=0.1) if exponent != 0.5 else measured > 1.3
     assert error < 1e-4 * LENGTH
 
 
-def test_the_scheme_converges_at_second_order_with_friction_that_depends_on_direction():
+def test_scheme_keeps_second_order_with_anisotropic_friction():
     measured, _ = order(ON_TABLE, ON_TABLE)
     assert measured == pytest.approx(2.0, abs=0.1)
 
@@ -147,7 +147,7 @@ def test_the_scheme_converges_at_second_order_with_friction_that_depends_on_dire
     travel=st.floats(1e-6, 1.0),
     heading=st.floats(0.0, 2.0 * math.pi),
 )
-def test_one_straight_step_errs_by_the_fifth_power_of_its_length(along, travel, heading):
+def test_straight_step_error_is_of_fifth_order(along, travel, heading):
     """M along the motion, not crossing its foot: the law is linear and only the approximant is inexact."""
     x, exact = along * LENGTH, along * LENGTH * math.exp(-travel) + LENGTH * (1.0 - math.exp(-travel))
     assume(x * (x + travel * LENGTH) >= 0.0)
@@ -162,7 +162,7 @@ def test_one_straight_step_errs_by_the_fifth_power_of_its_length(along, travel, 
     angle=st.floats(0.0, 2.0 * math.pi),
     travel=st.floats(1e-3, 1e3),
 )
-def test_no_straight_step_overshoots_however_long(radius, angle, travel):
+def test_straight_step_never_overshoots(radius, angle, travel):
     start = radius * LENGTH * math.copysign(1.0, math.cos(angle))
     x, _ = advance(start, 0.0, travel * LENGTH, 0.0, LENGTH, 1.0)
     assert x <= LENGTH * (1.0 + 1e-12)
@@ -201,12 +201,12 @@ def many_small_steps_along_radius(z, dr, exponent):
 @pytest.mark.parametrize("exponent", [0.3, *EXPONENTS, 3.0])
 @pytest.mark.parametrize("start", [-0.9, 0.0, 0.4, 1.3])
 @pytest.mark.parametrize("dr", [-0.11, 0.02, 0.9])
-def test_the_closed_form_along_a_radius_solves_dahl_s_law(exponent, start, dr):
+def test_closed_form_solves_dahls_law(exponent, start, dr):
     exact = many_small_steps_along_radius(start * LENGTH, dr, exponent)
     assert along_radius(start * LENGTH, dr, LENGTH, exponent) == pytest.approx(exact, abs=2e-6)
 
 
-def test_the_closed_form_can_be_cut_anywhere():
+def test_closed_form_is_additive():
     whole = along_radius(0.1, 0.7, LENGTH, 1.0)
     halfway = along_radius(0.1, 0.3, LENGTH, 1.0)
     assert along_radius(halfway, 0.4, LENGTH, 1.0) == pytest.approx(whole, rel=1e-13)
@@ -264,13 +264,13 @@ def test_an_unforced_contact_only_dissipates(exponent, heading):
     assert energy[-1] < (0.02 if exponent == 1.0 else 0.35) * energy[0]
 
 
-def test_friction_of_no_direction_is_the_one_before():
+def test_friction_without_direction_keeps_last_value():
     assert friction_of_direction(0.0, 0.0, 1.0, 0.0, TABLE, 0.123) == 0.123
     assert friction_of_direction(2.0, 0.0, 1.0, 0.0, TABLE, 0.123) == TABLE[-1]
     assert friction_of_direction(0.0, -2.0, 1.0, 0.0, TABLE, 0.123) == TABLE[0]
 
 
-def test_a_contact_that_has_not_moved_is_not_deformed():
+def test_contact_at_rest_stays_undeformed():
     assert advance(0.0, 0.0, 0.0, 0.0, LENGTH, 1.0) == (0.0, 0.0)
     assert two_step(0.0, 0.0, 0.0, 0.0, LENGTH, 1.0) == (0.0, 0.0)
     assert rate(0.0, 0.0, 0.2, 0.1, LENGTH, 1.0) == (0.2, 0.1)
@@ -291,7 +291,7 @@ def steady_loop_work(amplitude, cycles=20, steps=20_000):
     return work
 
 
-def test_dahl_s_loop_dissipates_what_its_closed_form_says():
+def test_dahl_loop_dissipates_its_closed_form():
     """i = 1, steady strokes of +-A: the loop's area from the exponential branches, by quadrature."""
     amplitude = 0.3
     work = steady_loop_work(amplitude)

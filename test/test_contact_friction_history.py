@@ -32,7 +32,7 @@ def still(t):
 
 
 @pytest.mark.parametrize("speed_ratio", [0.2, 0.9, 1.1, 3.0])
-def test_longitudinal_vibration_meets_its_rigid_limit_at_100_times_the_stiffness(speed_ratio):
+def test_stiff_longitudinal_vibration_meets_rigid_limit(speed_ratio):
     """F/Fc = (2/pi) asin(v/va) for v < va, else 1; strokes of 0.1 m, far above z_ss, as rigid means."""
     amplitude, frequency = 0.1, 0.5
     va = 2.0 * math.pi * frequency * amplitude
@@ -45,7 +45,7 @@ def test_longitudinal_vibration_meets_its_rigid_limit_at_100_times_the_stiffness
 
 
 @pytest.mark.parametrize(("rpm", "expected"), [(10, 0.1213), (20, 0.0699), (30, 0.0502)])
-def test_torsional_vibration_meets_its_rigid_limit_at_100_times_the_stiffness(rpm, expected):
+def test_stiff_torsional_vibration_meets_rigid_limit(rpm, expected):
     """At 10 m/h and 0.01 Hz: the limit knows no frequency, but a slow swing is what makes 100 times rigid."""
     v, va, frequency = 10.0 / 3600.0, rpm * math.pi / 30.0 * RADIUS, 0.01
     closed = 2.0 / math.pi * v / math.hypot(v, va) * float(ellipk(va * va / (v * v + va * va)))
@@ -58,13 +58,13 @@ def test_torsional_vibration_meets_its_rigid_limit_at_100_times_the_stiffness(rp
 
 
 @pytest.mark.parametrize("turning", [0.0, 0.3, 2.0, 50.0])
-def test_constant_rotation_meets_its_limit_at_any_stiffness(turning):
+def test_constant_rotation_meets_rigid_limit(turning):
     v = 0.003
     ratio = settled_ratio(v, still, lambda t: turning * v * t, 60.0, contact=ISOTROPIC, samples=4000)
     assert ratio == pytest.approx(1.0 / math.hypot(1.0, turning), rel=1e-3)
 
 
-def test_friction_opposes_the_motion_in_force_and_torque():
+def test_friction_opposes_motion():
     t = np.linspace(0.0, 30.0, 3001)
     for forward, clockwise in ((1.0, 1.0), (-1.0, 1.0), (1.0, -1.0)):
         history = friction_history(t, forward * 0.01 * t, clockwise * 0.01 * t, LOAD, PAPER, RADIUS)
@@ -72,7 +72,7 @@ def test_friction_opposes_the_motion_in_force_and_torque():
         assert math.copysign(1.0, history.torque[-1]) == -clockwise
 
 
-def test_plain_sliding_ends_at_coulomb_friction_in_newtons():
+def test_plain_sliding_ends_at_coulomb_friction():
     t = np.linspace(0.0, 60.0, 601)
     history = friction_history(t, 0.01 * t, 0.0 * t, LOAD, PAPER, RADIUS)
     assert -history.axial_force[-1] == pytest.approx(0.33916875 * LOAD, rel=1e-6)
@@ -83,7 +83,7 @@ def test_plain_sliding_ends_at_coulomb_friction_in_newtons():
     assert turned.beta_v[-1] == pytest.approx(0.5 * math.pi, abs=1e-6)
 
 
-def test_orientation_turns_the_easy_direction():
+def test_orientation_rotates_the_friction_axis():
     t = np.linspace(0.0, 60.0, 601)
     turned = replace(PAPER, asperity=replace(PAPER.asperity, orientation=0.5 * math.pi))
     history = friction_history(t, 0.01 * t, 0.0 * t, LOAD, turned, RADIUS)
@@ -96,7 +96,7 @@ def test_pre_sliding_starts_at_the_stiffness():
 
 
 @given(parts=st.integers(1, 60), angle=st.floats(0.0, 6.28), length=st.floats(1e-4, 0.5))
-def test_a_straight_move_may_be_sampled_as_coarsely_as_one_likes(parts, angle, length):
+def test_straight_move_is_independent_of_sampling(parts, angle, length):
     t = np.linspace(0.0, 1.0, parts + 1)
     x, y = length * math.cos(angle) * t, length * math.sin(angle) * t
     coarse = friction_history(t[[0, -1]], x[[0, -1]], y[[0, -1]], LOAD, PAPER, RADIUS)
@@ -105,7 +105,7 @@ def test_a_straight_move_may_be_sampled_as_coarsely_as_one_likes(parts, angle, l
     assert coarse.torque[-1] == pytest.approx(fine.torque[-1], abs=1e-4 * LOAD * RADIUS)
 
 
-def test_a_load_that_varies_faster_than_the_asperity_slides_counts_by_its_harmonic_mean():
+def test_fast_varying_load_acts_by_harmonic_mean():
     """One contact of constant kt; the paper's radial oscillator."""
     t = np.linspace(0.0, 100.0, 200_001)
     load = LOAD * (1.0 + 0.6 * np.sin(2.0 * math.pi * 10.0 * t))
@@ -115,7 +115,7 @@ def test_a_load_that_varies_faster_than_the_asperity_slides_counts_by_its_harmon
     assert -string.means(since=90.0).axial_force == pytest.approx(0.33916875 * LOAD, rel=1e-3)
 
 
-def test_the_operator_agrees_with_the_scheme_in_plain_sliding():
+def test_operator_and_scheme_agree_in_plain_sliding():
     t = np.linspace(0.0, 10.0, 20_001)
     x, y = 0.01 * t, 0.02 * t
     scheme = friction_history(t, x, y, LOAD, PAPER, RADIUS)
@@ -125,7 +125,7 @@ def test_the_operator_agrees_with_the_scheme_in_plain_sliding():
     assert operator.friction_coefficient[100:] == pytest.approx(scheme.friction_coefficient[100:], abs=0.002)
 
 
-def test_means_keep_the_sign_and_the_magnitude_apart():
+def test_means_separate_sign_and_magnitude():
     t = np.linspace(0.0, 4.0, 4001)
     history = friction_history(t, 0.1 * np.sin(math.pi * t), 0.0 * t, LOAD, PAPER, RADIUS)
     means = history.means(since=2.0)

@@ -31,7 +31,7 @@ def vibrated(across=False, seed=1):
     return replace(blank, friction=noisy[: t.size], tangential_friction=noisy[t.size :]), truth
 
 
-def test_longitudinal_vibration_gives_the_paper_s_stiffness_and_minor_axis():
+def test_longitudinal_vibration_gives_stiffness_and_minor_axis():
     data, truth = vibrated()
     found = identify(data, generations=15)
     stiffness, minor = found.estimates["stiffness"], found.estimates["minor_axis"]
@@ -46,7 +46,7 @@ def test_longitudinal_vibration_gives_the_paper_s_stiffness_and_minor_axis():
     assert found.residual_rms == pytest.approx(NOISE * np.abs(truth).max(), rel=0.05)
 
 
-def test_longitudinal_vibration_says_that_it_knows_nothing_of_the_major_axis():
+def test_longitudinal_vibration_leaves_major_axis_undetermined():
     found = identify(vibrated()[0], generations=5, particles=8)
     assert found.estimates["major_axis"].interval is None
     assert not found.estimates["major_axis"].determined
@@ -54,7 +54,7 @@ def test_longitudinal_vibration_says_that_it_knows_nothing_of_the_major_axis():
     assert any("a, b, h and chi enter only as" in sentence for sentence in found.degeneracies)
 
 
-def test_motion_across_gives_the_major_axis_too():
+def test_motion_across_gives_major_axis():
     found = identify(vibrated(across=True)[0], generations=15)
     for name, true in (("stiffness", TRUE_KT), ("minor_axis", TRUE_A), ("major_axis", TRUE_B)):
         low, high = found.estimates[name].interval
@@ -62,7 +62,7 @@ def test_motion_across_gives_the_major_axis_too():
         assert low < true < high
 
 
-def test_another_height_gives_the_same_ratios():
+def test_other_height_gives_same_ratios():
     data, _ = vibrated()
     taller = replace(PAPER, asperity=replace(PAPER.asperity, height=2.0 * PAPER.asperity.height))
     found, held = identify(data, generations=15), identify(data, generations=15, base=taller)
@@ -70,7 +70,7 @@ def test_another_height_gives_the_same_ratios():
     assert held.residual_rms == pytest.approx(found.residual_rms, rel=1e-6)
 
 
-def test_shear_factor_and_slope_are_reported_as_not_told_apart():
+def test_shear_factor_and_slope_are_reported_inseparable():
     found = identify(vibrated()[0], free=["shear_factor"], generations=15)
     hardly = [sentence for sentence in found.degeneracies if "separable (correlation" in sentence]
     unknown = [name for name in ("shear_factor", "axial_slope") if not found.estimates[name].determined]
@@ -78,7 +78,7 @@ def test_shear_factor_and_slope_are_reported_as_not_told_apart():
     assert found.estimates["stiffness"].value == pytest.approx(TRUE_KT, rel=0.01)
 
 
-def test_the_exponent_can_be_found():
+def test_dahl_exponent_is_identified():
     data, _ = vibrated()
     curved = replace(PAPER, dahl_exponent=1.7)
     truth = predict(data, curved)
@@ -96,20 +96,20 @@ def velocity_table(seed=2):
     return replace(blank, friction=truth * (1.0 + 0.01 * np.random.default_rng(seed).standard_normal(n)))
 
 
-def test_friction_against_velocity_gives_the_parameters_too():
+def test_friction_over_velocity_gives_parameters():
     found = identify(velocity_table(), generations=6, particles=10)
     assert found.estimates["stiffness"].value == pytest.approx(TRUE_KT, rel=0.05)
     assert found.estimates["minor_axis"].value == pytest.approx(TRUE_A, rel=0.02)
     assert found.largest_error < 0.10
 
 
-def test_the_same_seed_finds_the_same_to_the_last_bit():
+def test_same_seed_gives_same_bits():
     data, _ = vibrated()
     first, second = (identify(data, generations=4, particles=8, seed=5) for _ in range(2))
     assert first.estimates == second.estimates
 
 
-def test_longitudinal_friction_falls_with_the_speed_of_the_vibration():
+def test_longitudinal_friction_falls_with_vibration_speed():
     friction = predict(replace(velocity_table(), direction=np.zeros(16)), PAPER)[:8]
     assert friction[0] == pytest.approx(0.33916875 * LOAD, rel=1e-4)
     assert np.all(np.diff(friction) < 0.0)
@@ -136,12 +136,12 @@ HEADER = "time_s,axial_m,normal_force_n,friction_n"
         (HEADER, [], "needs a header line"),
     ],
 )
-def test_a_table_that_cannot_be_used_names_its_rows(tmp_path, header, rows, message):
+def test_invalid_table_names_its_rows(tmp_path, header, rows, message):
     with pytest.raises(InputError, match=message):
         read_measured(write(tmp_path / "data.csv", header, rows))
 
 
-def test_too_little_data_and_parameters_that_cannot_be_freed_are_refused():
+def test_too_little_data_or_unknown_parameter_is_refused():
     data, _ = vibrated()
     with pytest.raises(InputError, match="--free height"):
         identify(data, free=["height"])
@@ -151,7 +151,7 @@ def test_too_little_data_and_parameters_that_cannot_be_freed_are_refused():
         identify(short)
 
 
-def test_the_command_writes_what_it_found(tmp_path):
+def test_command_writes_the_identification(tmp_path):
     data, _ = vibrated()
     rows = [f"{t:.6f},{x:.9g},55,{f:.9g}" for t, x, f in zip(data.time, data.axial, data.friction, strict=True)]
     table = write(tmp_path / "data.csv", HEADER, rows)

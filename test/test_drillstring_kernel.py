@@ -76,7 +76,7 @@ def hermite(start: float, rate: float, end: float, end_rate: float, f: float) ->
     return basis[0] * start + basis[1] * rate + basis[2] * end + basis[3] * end_rate
 
 
-def test_step_is_the_model_in_plain_double_precision():
+def test_step_equals_plain_double_precision_model():
     """Seeded roots, the polynomial of 1 / mu and the Taylor sum together: below 1e-6 of the torque's range."""
     soft = dataclasses.replace(RIG, bit=dataclasses.replace(RIG.bit, depth_of_cut_stiffness=1e-9))
     rig = dataclasses.replace(soft, well=dataclasses.replace(RIG.well, friction_intervals=()))
@@ -102,7 +102,7 @@ def reciprocal_single(x):
     (reciprocal, lambda x: 1.0 / x, 2e-14),
     (reciprocal_single, lambda x: 1.0 / x, 1.8e-7),
 ])  # fmt: skip
-def test_quick_arithmetic_errs_by_what_it_says(call, exact, bound):
+def test_fast_arithmetic_keeps_stated_error(call, exact, bound):
     @njit(error_model="numpy")
     def all_of(values):
         out = np.empty_like(values)
@@ -117,7 +117,7 @@ def test_quick_arithmetic_errs_by_what_it_says(call, exact, bound):
 @pytest.mark.parametrize("single", [False, True])
 @pytest.mark.parametrize("lanes", [2, 3, 8, 17, 33])
 @pytest.mark.parametrize("effects", [Effects(), Effects(stribeck=Stribeck(0.4), static_aging=StaticAging(0.3))])
-def test_every_lane_of_any_batch_is_its_single_run(lanes, effects, single):
+def test_lane_equals_single_run(lanes, effects, single):
     """Bit for bit, whatever part of a vector the lane falls in."""
     shares = np.linspace(0.4, 0.6, lanes)
     bits = [dataclasses.replace(RIG.bit, aggressiveness=share) for share in shares]
@@ -129,7 +129,7 @@ def test_every_lane_of_any_batch_is_its_single_run(lanes, effects, single):
         assert np.array_equal(alone.tool_face, batch[k].tool_face)
 
 
-def test_a_lane_that_needs_an_effect_leaves_the_others_as_they_are():
+def test_effect_in_one_lane_leaves_others_unchanged():
     """One lane with Stribeck friction takes all through `vary_with_speed`, which is neutral for the others."""
     with_stribeck = dataclasses.replace(RIG, effects=Effects(stribeck=Stribeck(0.4)))
     both = simulate_batch([RIG, with_stribeck], turning(3.0), elements=13)
@@ -145,7 +145,7 @@ LIMITS = {"surface_torque": 0.5, "hook_load": 50.0, "standpipe_pressure": 1e3, "
     Effects(), Effects(static_aging=StaticAging(0.3), friction_drift=FrictionDrift(1e-3)),
 ])  # fmt: skip
 @pytest.mark.parametrize(("elements", "exponent"), [(32, 1.0), (100, 1.0), (32, 1.5)])
-def test_single_precision_is_far_below_any_sensors_noise(effects, elements, exponent):
+def test_single_precision_error_is_below_sensor_noise(effects, elements, exponent):
     """Of 60 s of turning and letting down, with positions of tens of metres and weights of a meganewton."""
     contact = dataclasses.replace(RIG.contact, dahl_exponent=exponent)
     rig = dataclasses.replace(RIG, effects=effects, contact=contact)

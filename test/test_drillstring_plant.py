@@ -53,7 +53,7 @@ def test_hanging_string_stays_in_equilibrium():
     assert response.standpipe_pressure == pytest.approx(180e5)
 
 
-def test_torque_front_travels_at_the_shear_wave_speed_and_meets_the_pipe_impedance():
+def test_torque_front_has_wave_speed_and_impedance():
     """A drive that turns at constant speed feels impedance x speed until the front comes back from the bit."""
     rig = one_pipe(without_friction(RIG))
     speed = 2.0
@@ -101,7 +101,7 @@ def test_step_error_falls_with_the_step():
     assert error[0] > 1.5 * error[1] > 1.5 * 1.5 * error[2]
 
 
-def test_batch_is_the_single_run_bit_for_bit():
+def test_batch_equals_single_runs():
     commands = rocking(10.0)
     rigs = [
         dataclasses.replace(RIG, bit=dataclasses.replace(RIG.bit, aggressiveness=a)) for a in np.linspace(0.4, 0.6, 20)
@@ -115,7 +115,7 @@ def test_batch_is_the_single_run_bit_for_bit():
 
 
 @pytest.mark.parametrize("workers", [1, 2, 5, None])
-def test_no_bit_hangs_on_how_a_batch_is_shared_out(workers):
+def test_batch_is_independent_of_workers(workers):
     """Lanes with other effects, and one whose stiffer string needs more steps than the others alone would take."""
     commands = rocking(10.0)
     stiffer = dataclasses.replace(RIG.string, youngs_modulus=1.4 * RIG.string.youngs_modulus)
@@ -128,14 +128,14 @@ def test_no_bit_hangs_on_how_a_batch_is_shared_out(workers):
             assert np.array_equal(getattr(one, name), getattr(other, name))
 
 
-def test_a_batch_on_no_worker_is_run_by_who_asks_and_one_of_no_rigs_is_empty():
+def test_batch_runs_in_caller_without_workers():
     commands = rocking(3.0)
     (asked,), (plain,) = (simulate_batch([RIG], commands, 20, workers=number) for number in (0, 1))
     assert np.array_equal(asked.surface_torque, plain.surface_torque)
     assert simulate_batch([], commands, 20) == []
 
 
-def test_start_offset_turns_the_tool_face_and_twists_nothing():
+def test_tool_face_offset_adds_no_twist():
     commands = rocking(10.0)
     plain = simulate(RIG, commands, elements=60)
     turned = simulate(RIG, commands, elements=60, start=InitialState(tool_face_offset=0.7))
@@ -143,14 +143,14 @@ def test_start_offset_turns_the_tool_face_and_twists_nothing():
     assert turned.tool_face - plain.tool_face == pytest.approx(0.7)
 
 
-def test_start_twist_is_held_by_a_constant_torque():
+def test_initial_twist_is_constant_torque():
     held = simulate(RIG, motion(1.0), elements=60, start=InitialState(twist=-0.5))
     stiffness = 7.92e10 * math.pi / 32.0 / (3940.0 / (0.127**4 - 0.1086**4) + 60.0 / (0.165**4 - 0.0714**4))
     assert held.surface_torque[0] == pytest.approx(0.5 * stiffness, rel=0.02)
     assert held.tool_face[0] == pytest.approx(-0.5)
 
 
-def test_restored_plant_goes_on_bit_for_bit():
+def test_restored_plant_continues_bit_for_bit():
     commands = rocking(12.0)
     whole = simulate(RIG, commands, elements=60)
 
@@ -167,7 +167,7 @@ def test_restored_plant_goes_on_bit_for_bit():
     assert np.array_equal(again.tool_face, whole.tool_face[50:])
 
 
-def test_uneven_samples_give_the_run_of_even_ones():
+def test_uneven_samples_give_same_run():
     even = rocking(20.0)
     time = np.sort(np.concatenate([even.time[::3], even.time[1::3] + 0.013]))
     time = time[time <= 20.0]
@@ -177,7 +177,7 @@ def test_uneven_samples_give_the_run_of_even_ones():
     assert np.sqrt(np.mean(error**2)) < 0.02 * np.std(reference.surface_torque)
 
 
-def test_isotropic_contact_reads_the_same_from_table_and_polynomial(monkeypatch):
+def test_friction_table_and_polynomial_agree(monkeypatch):
     """The two forms of the friction curve are one physics."""
     commands = rocking(20.0)
     polynomial = simulate(RIG, commands, elements=60)
@@ -186,14 +186,14 @@ def test_isotropic_contact_reads_the_same_from_table_and_polynomial(monkeypatch)
     assert np.sqrt(np.mean((table.surface_torque - polynomial.surface_torque) ** 2)) < 1.0
 
 
-def test_dahl_exponent_one_is_the_limit_of_the_general_law():
+def test_dahl_exponent_one_is_limit_of_general():
     commands = rocking(20.0)
     near = dataclasses.replace(RIG, contact=dataclasses.replace(RIG.contact, dahl_exponent=1.0 + 1e-9))
     torque = [simulate(rig, commands, elements=60).surface_torque for rig in (near, RIG)]
     assert np.max(np.abs(torque[0] - torque[1])) < 0.1
 
 
-def test_motor_stalls_and_restarts_when_picked_up():
+def test_motor_restarts_when_picked_up():
     rig = dataclasses.replace(RIG, motor=dataclasses.replace(RIG.motor, max_pressure=6e5))
     rig = without_friction(rig, damping=0.15)
     lower, raise_ = motion(60.0, block_speed=0.01), motion(60.0, block_speed=-0.01)
@@ -208,7 +208,7 @@ def test_motor_stalls_and_restarts_when_picked_up():
     assert picked_up.weight_on_bit[-1] == 0.0
 
 
-def test_heave_does_not_begin_with_a_jump():
+def test_heave_begins_without_a_jump():
     """The string hangs from where the wave has the block: a hook load that rings at the start would be an artefact."""
     time = np.arange(0.0, 20.0, 0.1)
     still = np.zeros_like(time)
@@ -220,7 +220,7 @@ def test_heave_does_not_begin_with_a_jump():
     assert abs(hook[1] - hook[0]) < 0.02 * hook[0]
 
 
-def test_an_observer_of_no_gain_is_no_observer_and_a_weak_one_brings_the_torque_nearer():
+def test_observer_brings_torque_nearer():
     time = np.arange(0.0, 40.0, 0.1)
     angle, speed = 8.0 * (1.0 - np.cos(0.5 * time)), 4.0 * np.sin(0.5 * time)
     still = np.zeros_like(time)
@@ -238,7 +238,7 @@ def test_an_observer_of_no_gain_is_no_observer_and_a_weak_one_brings_the_torque_
     assert errors[0] > errors[1] > errors[2]
 
 
-def test_where_torque_was_lost_nothing_pulls():
+def test_observer_pauses_in_gaps():
     """A run's own torque leaves it as it is, also where two and a half seconds of it are missing."""
     commands = rocking(20.0)
     (free,) = simulate_batch([RIG], commands, 40)
@@ -270,13 +270,13 @@ def test_the_observer_is_passive(gain):
     assert late < 0.5 * np.abs(run.surface_torque[time < 20.0]).max()
 
 
-def test_an_observer_that_a_step_cannot_hold_is_refused():
+def test_unstable_observer_gain_is_refused():
     with pytest.raises(ValueError, match="gain"):
         Observer(np.zeros(3), np.zeros(3), 1.5)
 
 
 @pytest.mark.parametrize("exponent", [1.0, 0.8])
-def test_friction_multiplied_over_time_is_the_rig_files_multiplied_where_it_is_constant(exponent):
+def test_constant_friction_factor_equals_rig_file_factor(exponent):
     rig = dataclasses.replace(RIG, contact=dataclasses.replace(RIG.contact, dahl_exponent=exponent))
     rubs = [dataclasses.replace(one, factor=1.3 * one.factor) for one in rig.well.friction_intervals]
     rougher = dataclasses.replace(rig, well=dataclasses.replace(rig.well, friction_intervals=tuple(rubs)))
@@ -286,7 +286,7 @@ def test_friction_multiplied_over_time_is_the_rig_files_multiplied_where_it_is_c
     np.testing.assert_allclose(found.surface_torque, expected.surface_torque, rtol=1e-9, atol=1e-6)
 
 
-def test_bit_torque_multiplied_over_time_is_the_rig_files_multiplied_where_it_is_constant():
+def test_constant_bit_torque_factor_equals_aggressiveness():
     blunt = dataclasses.replace(RIG, bit=dataclasses.replace(RIG.bit, aggressiveness=0.7 * RIG.bit.aggressiveness))
     commands = rocking(60.0)
     (expected,) = simulate_batch([blunt], commands, 40)
@@ -296,7 +296,7 @@ def test_bit_torque_multiplied_over_time_is_the_rig_files_multiplied_where_it_is
     np.testing.assert_allclose(found.standpipe_pressure, expected.standpipe_pressure, rtol=1e-9)
 
 
-def test_friction_that_drifts_by_its_law_is_friction_multiplied_over_time():
+def test_friction_drift_equals_factor_over_time():
     rate = 2e-3
     drift = dataclasses.replace(RIG.effects.friction_drift, rate=rate)
     drifting = dataclasses.replace(RIG.effects, friction_drift=drift)

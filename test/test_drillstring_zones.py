@@ -49,7 +49,7 @@ def test_uniform_horizontal_pipe_by_hand():
     assert zones.static_length == pytest.approx(3350.0)
 
 
-def test_more_torque_than_friction_leaves_no_static_zone():
+def test_excess_torque_leaves_no_static_zone():
     plant = Plant(RIG)
     plant.advance(Commands(*(np.zeros(1) for _ in range(6))))
     profile = plant.profile()
@@ -58,7 +58,7 @@ def test_more_torque_than_friction_leaves_no_static_zone():
 
 
 @pytest.mark.parametrize("amplitude", [6.0, 10.0, 14.0])
-def test_slow_rocking_reaches_as_deep_as_the_closed_form_says(amplitude):
+def test_slow_rocking_reaches_closed_form_depth(amplitude):
     plant, rotation, torque, surface = rocked(amplitude, period=120.0)
     profile = plant.profile()
     predicted = zones_in_closed_form(profile.length, friction_torque(plant, profile), 0.5 * np.ptp(surface), 1.0)

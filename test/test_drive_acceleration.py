@@ -23,19 +23,19 @@ def inside(error: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("rate", [10.0, 50.0])
-def test_of_a_speed_without_noise_it_is_the_slope(rate):
+def test_acceleration_of_noiseless_speed_is_its_slope(rate):
     time, speed, true = strokes(rate)
     assert inside(drive_acceleration(time, speed) - true) < 0.01
 
 
-def test_noise_is_told_from_what_the_drive_does():
+def test_acceleration_rejects_noise():
     """At 50 Hz differences of a speed with 0.01 rad/s of noise are off by 0.35 rad/s2; the drive's own peak is 2.8."""
     time, speed, true = strokes(50.0, 0.01)
     assert inside(np.gradient(speed, time) - true) > 0.3
     assert inside(drive_acceleration(time, speed) - true) < 0.06
 
 
-def test_corners_stay_corners_where_nothing_asks_for_smoothing():
+def test_noiseless_corners_are_kept():
     """A drive that is switched from one constant acceleration to another, at a twentieth of a second."""
     time = np.arange(0.0, 30.0, 0.05)
     true = np.where(time % 10.0 < 5.0, 2.0, -2.0)
@@ -44,7 +44,7 @@ def test_corners_stay_corners_where_nothing_asks_for_smoothing():
     assert np.abs(drive_acceleration(time, speed) - true)[away].max() < 0.1
 
 
-def test_uneven_samples_and_few_of_them():
+def test_uneven_and_few_samples_work():
     time, speed, true = strokes(50.0)
     kept = np.sort(np.random.default_rng(1).choice(time.size, 1500, replace=False))
     assert inside(drive_acceleration(time[kept], speed[kept]) - true[kept]) < 0.05
@@ -52,7 +52,7 @@ def test_uneven_samples_and_few_of_them():
     assert drive_acceleration(np.arange(4.0), 3.0 * np.arange(4.0)) == pytest.approx(3.0 * np.ones(4))
 
 
-def test_long_records_are_smoothed_by_their_busiest_part():
+def test_long_records_use_their_busiest_part():
     time = np.arange(0.0, 120.0, 0.02)
     speed = np.where(time > 100.0, np.sin(2.0 * np.pi * time), 0.0)
     true = np.where(time > 100.0, 2.0 * np.pi * np.cos(2.0 * np.pi * time), 0.0)
@@ -65,7 +65,7 @@ def test_long_records_are_smoothed_by_their_busiest_part():
     st.randoms(use_true_random=False),
     st.sampled_from([0.0, 1e-9, 1.0, 1e4]),
 )
-def test_it_is_finite_whatever_was_measured(gaps, random, size):
+def test_acceleration_is_always_finite(gaps, random, size):
     time = np.cumsum(gaps)
     speed = np.array([size * random.uniform(-1.0, 1.0) for _ in gaps])
     found = drive_acceleration(time, speed)

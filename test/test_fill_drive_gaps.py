@@ -56,7 +56,7 @@ def log():
 
 
 @pytest.mark.parametrize(("begin", "end"), [(9.2, 10.9), (9.6, 10.7), (9.0, 10.1), (19.5, 20.6)])
-def test_a_lost_reversal_reaches_the_peak_that_the_drive_reached(log, begin, end):
+def test_missing_reversal_reaches_its_peak(log, begin, end):
     """A cubic through both ends cuts off up to half of it; the whole turn lies between two samples."""
     kept = without(log.top_drive, begin, end)
     here = (log.top_drive.time > begin) & (log.top_drive.time < end)
@@ -74,7 +74,7 @@ def test_a_lost_reversal_reaches_the_peak_that_the_drive_reached(log, begin, end
 
 @pytest.mark.parametrize("by_time", [True, False])
 @pytest.mark.parametrize("lost_turn", [4.5, 11.5, 15.5, 22.5])
-def test_a_lost_change_of_speed_takes_as_long_as_those_like_it(by_time, lost_turn):
+def test_missing_speed_change_has_usual_duration(by_time, lost_turn):
     """Of a drive that needs the same time for every change, and of one that needs the same for every rad/s."""
     time = np.arange(0.0, 40.0, 0.1)
     turns = ((1.0, 3.0), (4.5, -3.0), (8.0, 0.0), (9.5, 1.2), (11.5, -1.2), (13.5, 0.0), (14.0, 3.0), (15.5, -3.0),
@@ -92,13 +92,13 @@ def test_a_lost_change_of_speed_takes_as_long_as_those_like_it(by_time, lost_tur
     assert driven == pytest.approx(angle, abs=0.03)
 
 
-def test_motion_that_was_logged_whole_is_left_as_it_is(log):
+def test_complete_motion_is_unchanged(log):
     drive = log.top_drive
     found = fill_drive_gaps(drive.time, drive.position, drive.velocity, 20.0)
     assert all(np.array_equal(a, b) for a, b in zip(found, (drive.time, drive.position, drive.velocity), strict=True))
 
 
-def test_what_no_single_change_of_speed_explains_is_left_to_the_cubic():
+def test_unexplained_motion_keeps_the_cubic():
     time = np.r_[np.arange(0.0, 5.0, 0.1), np.arange(7.0, 12.0, 0.1)]
     speed = np.where(time < 6.0, 1.0, 2.0)
     angle = np.where(time < 6.0, time, 4.9 + 2.0 * (time - 7.0) - 3.0)  # it went back meanwhile
@@ -110,7 +110,7 @@ def test_what_no_single_change_of_speed_explains_is_left_to_the_cubic():
     first=st.floats(-8.0, 8.0), second=st.floats(-8.0, 8.0), share=st.floats(0.0, 1.0), length=st.floats(0.5, 5.0),
     ramp=st.floats(0.01, 1.0),
 )  # fmt: skip
-def test_corners_lie_inside_and_keep_both_ends(first, second, share, length, ramp):
+def test_corners_lie_inside_the_gap(first, second, share, length, ramp):
     before, after = np.arange(0.0, 2.0, 0.1), np.arange(0.0, 2.0, 0.1)
     end = before[-1] + length
     turned = first * share * length + second * (1.0 - share) * length
@@ -132,7 +132,7 @@ def test_corners_lie_inside_and_keep_both_ends(first, second, share, length, ram
         assert whole == pytest.approx(turned, abs=2e-3)
 
 
-def test_the_pump_is_followed_where_the_drive_alone_was_lost(log, rig):
+def test_pump_samples_survive_drive_gaps(log, rig):
     """The commands' times are the drive's: a step of the pump between two of them would become a ramp."""
     holed = replace(log, top_drive=without(log.top_drive, 29.05, 30.75))
     commands = commands_from_log(holed, rig).commands
@@ -140,12 +140,12 @@ def test_the_pump_is_followed_where_the_drive_alone_was_lost(log, rig):
     assert np.interp(30.1, commands.time, commands.pump_speed) == pytest.approx(9.3)
 
 
-def test_times_inside_what_was_lost():
+def test_times_in_gaps():
     time = np.array([0.0, 0.1, 0.2, 1.2, 1.3])
     assert times_in_gaps(time, np.array([0.15, 0.2, 0.5, 1.0, 1.2, 1.25])).tolist() == [0.5, 1.0]
 
 
-def test_pressure_of_an_unknown_flow_is_left_out_and_said(log):
+def test_pressure_of_unknown_flow_is_masked(log):
     holed = replace(log, mud_pump=without(log.mud_pump, 29.15, 30.55))
     found, notes = mask_pressure_of_unknown_flow(holed)
     gone = np.isnan(found.standpipe_pressure.value)
@@ -157,7 +157,7 @@ def test_pressure_of_an_unknown_flow_is_left_out_and_said(log):
 @pytest.mark.parametrize("lag", [0.01, 0.4, 2.0])
 @pytest.mark.parametrize("moment", [29.3, 29.9, 30.4])
 @pytest.mark.parametrize("flows", [(10.0, 9.3), (9.3, 10.0)])
-def test_pressure_tells_when_the_flow_changed(lag, moment, flows):
+def test_pressure_shows_when_flow_changed(lag, moment, flows):
     time = np.arange(0.0, 60.0, 0.1)
     pump = np.where(time < moment, *flows)
     level = 2e7 * (np.array(flows) / 10.0) ** 2
@@ -173,7 +173,7 @@ def test_pressure_tells_when_the_flow_changed(lag, moment, flows):
     assert np.count_nonzero(came) == before and np.all(np.diff(found) > 0.0)
 
 
-def test_a_flow_of_which_pressure_tells_nothing_is_joined_by_a_line(log):
+def test_flow_without_visible_change_stays_linear(log):
     pump = without(log.mud_pump, 29.15, 30.55)
     flat, gone = np.full(600, 2e7), np.full(600, NAN)
     against = log.standpipe_pressure.value[::-1]
@@ -182,7 +182,7 @@ def test_a_flow_of_which_pressure_tells_nothing_is_joined_by_a_line(log):
         assert np.array_equal(found, (pump.time, pump.velocity))
 
 
-def test_the_commands_and_the_diagnosis_follow_the_pressure(log, rig):
+def test_commands_and_diagnosis_follow_the_pressure(log, rig):
     holed = replace(log, mud_pump=without(log.mud_pump, 28.95, 30.35))
     masked, _ = mask_pressure_of_unknown_flow(holed)
     assert np.all(np.diff(masked.mud_pump.time) > 0.0)
@@ -192,14 +192,14 @@ def test_the_commands_and_the_diagnosis_follow_the_pressure(log, rig):
         assert pump[log.top_drive.time > 30.05] == pytest.approx(9.3)
 
 
-def test_pressure_of_a_flow_that_went_on_is_kept(log):
+def test_pressure_of_constant_flow_is_kept(log):
     holed = replace(log, mud_pump=without(log.mud_pump, 40.15, 41.55))
     assert mask_pressure_of_unknown_flow(holed) == (holed, [])
 
 
 @pytest.mark.parametrize("limit", [20.0, 90.0])
 @pytest.mark.parametrize("every", [10, 20])
-def test_a_drive_whose_samples_come_too_seldom_turns_round_between_them(log, rig, every, limit):
+def test_undersampled_drive_reverses_between_samples(log, rig, every, limit):
     """At one sample a second a cubic turns round half a radian early; the drive reverses in 0.4 s, as a sample that
     met it on its way shows, whatever the drive could do.
     """
@@ -219,7 +219,7 @@ def test_a_drive_whose_samples_come_too_seldom_turns_round_between_them(log, rig
     assert off.max() < 0.5 * np.abs(cubic.top_drive_angle - true).max()
 
 
-def test_a_drive_that_turns_smoothly_is_left_to_the_cubic(rig):
+def test_smooth_drive_keeps_the_cubic(rig):
     time = np.arange(0.0, 120.0, 1.0)
     angle, speed = 30.0 * np.sin(0.1 * time), 3.0 * np.cos(0.1 * time)
     found = fill_drive_gaps(time, angle, speed, 20.0)
@@ -229,7 +229,7 @@ def test_a_drive_that_turns_smoothly_is_left_to_the_cubic(rig):
     assert moved == pytest.approx(30.0 * np.sin(0.1 * fine), abs=0.02)
 
 
-def test_a_drive_that_logs_its_speed_alone_follows_it_also_where_that_comes_seldom(log, rig):
+def test_undersampled_speed_only_drive_is_followed(log, rig):
     few = with_defect("samples=10", log)
     nothing = np.full_like(few.top_drive.time, NAN)
     commands = commands_from_log(replace(few, top_drive=replace(few.top_drive, position=nothing)), rig).commands
@@ -238,7 +238,7 @@ def test_a_drive_that_logs_its_speed_alone_follows_it_also_where_that_comes_seld
     )
 
 
-def test_pressure_tells_when_a_pump_whose_samples_come_seldom_changed_its_flow(log, rig):
+def test_pressure_times_changes_of_undersampled_pump(log, rig):
     changed = 30.37
     share = -np.expm1(-np.maximum(log.standpipe_pressure.time - changed, 0.0) / 1.5)
     pump = replace(log.mud_pump, velocity=np.where(log.mud_pump.time < changed, 10.0, 9.3))
@@ -252,7 +252,7 @@ def test_pressure_tells_when_a_pump_whose_samples_come_seldom_changed_its_flow(l
     assert commands.pump_speed[commands.time > 30.55] == pytest.approx(9.3)
 
 
-def test_a_pump_that_jitters_is_set_to_another_flow_where_it_changes_by_more(log):
+def test_pump_jitter_is_no_flow_change(log):
     jitter = np.random.default_rng(5).normal(0.0, 0.05, log.mud_pump.time.size)
     pump = replace(log.mud_pump, velocity=log.mud_pump.velocity + jitter)
     few = with_defect("samples=10", replace(log, mud_pump=pump)).mud_pump

@@ -38,13 +38,13 @@ def in_steps(values, step):
     (2.0 * TIME, np.full(TIME.size, 2.0)),
     (np.zeros(TIME.size), np.zeros(TIME.size)),
 ])  # fmt: skip
-def test_a_motion_whose_measurements_agree_stays_as_it_is(motion):
+def test_agreeing_measurements_are_unchanged(motion):
     angle, speed = fuse_position_and_speed(TIME, *motion)
     assert angle is motion[0] and speed is motion[1]
 
 
 @pytest.mark.parametrize(("degrees", "rpm"), [(2.0, 0.1), (2.0, 1.0), (1.0, 1.0), (0.35, 1.0)])
-def test_a_coarse_encoder_turns_as_the_drive_did(degrees, rpm):
+def test_coarse_encoder_follows_the_drive(degrees, rpm):
     """What drives a string is how fast its end turns: the steps of an angle are not in it, nor is its lag."""
     true_angle, true_speed = rocked()
     angle = in_steps(true_angle, np.radians(degrees))
@@ -63,14 +63,14 @@ def test_a_coarse_encoder_turns_as_the_drive_did(degrees, rpm):
     assert off < 0.03
 
 
-def test_a_motion_that_was_lost_meanwhile_is_no_disagreement():
+def test_gap_is_no_disagreement():
     angle, speed = rocked()
     kept = np.r_[0:400, 431:1200]
     found = fuse_position_and_speed(TIME[kept], angle[kept], speed[kept])
     assert found[0] is not None and np.array_equal(found[0], angle[kept]) and np.array_equal(found[1], speed[kept])
 
 
-def test_it_is_the_least_of_the_squares_that_it_says():
+def test_fused_motion_minimises_the_squares():
     """Against the normal equations, dense, with the inverse covariance of a Wiener process's step."""
     noise = np.random.default_rng(4)
     step, spread = noise.uniform(0.05, 0.3, 29), noise.uniform(0.1, 2.0, 29)
@@ -91,7 +91,7 @@ def test_it_is_the_least_of_the_squares_that_it_says():
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 10000), st.integers(1, 80), *[st.sampled_from([0.0, 1e-3, 0.3, 5.0])] * 2)
-def test_whatever_is_measured_a_motion_comes_out(seed, count, angle_step, speed_step):
+def test_fused_motion_is_always_finite(seed, count, angle_step, speed_step):
     noise = np.random.default_rng(seed)
     time = np.cumsum(noise.choice([noise.choice([1e-4, 0.05]), 0.1, 0.1, 3.0], size=count))
     angle, speed = 10.0 * noise.normal(size=count), noise.normal(size=count) * noise.choice([0.0, 1e-9, 1.0, 1e6])
@@ -105,7 +105,7 @@ def test_whatever_is_measured_a_motion_comes_out(seed, count, angle_step, speed_
     assert all(np.isfinite(one).all() and one.shape == (count,) for one in found)
 
 
-def test_a_replay_says_what_it_takes():
+def test_replay_states_the_fused_motion():
     angle, speed = rocked()
     rig = load_rig(installed_file("config/rig.example.yaml"))
     nothing = np.full(TIME.size, np.nan)

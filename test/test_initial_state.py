@@ -50,7 +50,7 @@ def begun_late(tmp_path_factory):
     return whole, cut_time_window(whole, 70.0, np.inf)
 
 
-def test_a_string_at_work_is_in_balance():
+def test_loaded_string_is_in_equilibrium():
     """Nothing moves but the bit, which drills: forces of springs, weight and contacts add up from the first step on."""
     response = simulate(RIG, still(), ELEMENTS, AT_WORK)
     assert response.surface_torque == pytest.approx(6e3, rel=5e-3)
@@ -59,7 +59,7 @@ def test_a_string_at_work_is_in_balance():
     assert response.weight_on_bit[-1] == pytest.approx(4e4, rel=0.2)
 
 
-def test_the_hook_carries_what_neither_bit_nor_friction_does():
+def test_hook_carries_the_remaining_weight():
     hanging = simulate(RIG, still(), ELEMENTS).hook_load[0]
     assert simulate(RIG, still(), ELEMENTS, InitialState(weight_on_bit=3e4)).hook_load[0] == pytest.approx(
         hanging - 3e4
@@ -70,7 +70,7 @@ def test_the_hook_carries_what_neither_bit_nor_friction_does():
         assert hanging - own == pytest.approx(hanging - soft_string, rel=0.02)
 
 
-def test_pressure_and_torque_are_those_of_the_weight():
+def test_pressure_and_torque_match_weight_on_bit():
     lever = RIG.bit.aggressiveness * RIG.bit.diameter / 3.0
     before, now = (
         simulate(RIG, still(), ELEMENTS, start) for start in (InitialState(), InitialState(weight_on_bit=4e4))
@@ -80,19 +80,19 @@ def test_pressure_and_torque_are_those_of_the_weight():
     assert now.surface_torque[0] == pytest.approx(lever * 4e4)
 
 
-def test_a_lane_beside_one_at_work_begins_as_it_would_alone():
+def test_loaded_lane_leaves_others_unchanged():
     alone = simulate(RIG, still(), ELEMENTS)
     beside = simulate_batch([RIG, RIG], still(), ELEMENTS, [InitialState(), AT_WORK])[0]
     assert beside.hook_load == pytest.approx(alone.hook_load, rel=1e-9)
     assert beside.surface_torque == pytest.approx(alone.surface_torque, abs=1e-3)
 
 
-def test_a_log_that_begins_at_rest_does(begun_late):
+def test_log_at_rest_starts_at_rest(begun_late):
     whole, _ = begun_late
     assert infer_initial_state(whole, RIG, commands_from_log(whole, RIG).commands) == InitialState()
 
 
-def test_a_log_that_begins_at_work_is_replayed_from_there(begun_late):
+def test_loaded_log_is_replayed_from_its_state(begun_late):
     whole, late = begun_late
     start = infer_initial_state(late, RIG, commands_from_log(late, RIG).commands)
     assert start.loaded and start.surface_torque is not None and start.weight_on_bit > 0.0
@@ -102,7 +102,7 @@ def test_a_log_that_begins_at_work_is_replayed_from_there(begun_late):
     assert replay(whole, RIG, ELEMENTS).channels["surface_torque"].rms < 1.0
 
 
-def test_what_the_string_did_before_is_fitted_and_left_out(begun_late):
+def test_diagnosis_fits_initial_state_and_skips_transient(begun_late):
     _, late = begun_late
     prepared = build_model([late], RIG)
     begin = initial_transient_end(RIG, commands_from_log(late, RIG).commands)
@@ -112,7 +112,7 @@ def test_what_the_string_did_before_is_fitted_and_left_out(begun_late):
     assert any("begins while the string is at work" in remark for remark in prepared.remarks)
 
 
-def test_a_loaded_string_at_rest_was_at_work(begun_late):
+def test_loaded_string_at_rest_is_recognised(begun_late):
     whole, _ = begun_late
     run = commands_from_log(whole, RIG).commands
     resting = replace(run, top_drive_speed=np.zeros_like(run.time))

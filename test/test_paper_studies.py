@@ -28,17 +28,17 @@ FIGURES = {1: 0.00166, 3: 0.00470, 5: 0.00761, 7: 0.01045}
 ISOTROPIC = replace(PAPER, asperity=replace(PAPER.asperity, major_axis=PAPER.asperity.minor_axis))
 
 
-def test_the_paper_s_pipe_weighs_what_its_contact_was_identified_at():
+def test_paper_pipe_has_the_reference_load():
     assert PIPE.normal_force == pytest.approx(PAPER.reference_load, rel=1e-3)
 
 
 @pytest.mark.parametrize(("rate", "expected"), FIGURES.items())
-def test_the_closed_form_of_rigid_rocking(rate, expected):
+def test_closed_form_of_rigid_rocking(rate, expected):
     assert rigid_ratio(rate, 10.0) == pytest.approx(expected, abs=5e-6)
 
 
 @pytest.mark.parametrize(("rpm", "expected"), [(10, 0.1213), (20, 0.0699), (30, 0.0502)])
-def test_the_closed_form_of_rigid_torsion(rpm, expected):
+def test_closed_form_of_rigid_torsion(rpm, expected):
     assert rigid_torsional_ratio(10, rpm) == pytest.approx(expected, abs=5e-5)
 
 
@@ -67,7 +67,7 @@ def rocked(rate, stiffness_factor):
 
 
 @pytest.mark.parametrize(("rate", "expected"), [(3, 0.00470), (5, 0.00761), (7, 0.01045)])
-def test_rocking_meets_its_rigid_limit_once_its_reversals_are_rigid_too(rate, expected):
+def test_rocking_with_rigid_reversals_meets_rigid_limit(rate, expected):
     """Within 1 % of the figures, at the stiffness where the limit is one.
 
     While the pipe reverses it passes through |vt| < v within v^2/a of travel, 0.5 to 3 um here; z_ss must be below
@@ -76,18 +76,18 @@ def test_rocking_meets_its_rigid_limit_once_its_reversals_are_rigid_too(rate, ex
     assert rocked(rate, 1e5) == pytest.approx(expected, rel=0.01)
 
 
-def test_rocking_at_1_m_per_h_meets_its_rigid_limit_at_a_million_times_the_stiffness():
+def test_slow_rocking_meets_rigid_limit():
     assert rocked(1, 1e6) == pytest.approx(0.00166, rel=0.01)
 
 
-def test_rocking_approaches_its_rigid_limit_as_stiffness_grows():
+def test_rocking_approaches_rigid_limit_with_stiffness():
     below = [1.0 - rocked(5, factor) / rigid_ratio(5, 10.0) for factor in (1.0, 100.0, 1e5)]
     assert below[0] == pytest.approx(0.219, abs=0.005)
     assert below[1] == pytest.approx(0.082, abs=0.005)
     assert abs(below[2]) < 0.002
 
 
-def test_a_rocked_contact_travels_the_rounded_triangle():
+def test_rocked_contact_follows_rounded_triangle():
     motion = rocking(5 / HOUR, ROCKING, PIPE.radius)
     angle = motion.tangential / PIPE.radius
     assert np.abs(angle).max() == pytest.approx(ROCKING.turning_angle, rel=1e-6)
@@ -108,7 +108,7 @@ def test_a_rocked_contact_travels_the_rounded_triangle():
     ],
     ids=["longitudinal", "radial", "torsional", "three_d", "rocking"],
 )
-def test_a_motion_closes_on_itself_and_joins_without_a_jump(motion):
+def test_motion_repeats_without_a_jump(motion):
     for series in (motion.axial, motion.tangential, motion.load):
         assert series[-1] == pytest.approx(series[0], abs=1e-12)
     time, axial, tangential, _ = motion.repeated(3)
@@ -118,7 +118,7 @@ def test_a_motion_closes_on_itself_and_joins_without_a_jump(motion):
     assert np.abs(np.diff(tangential)).max() <= np.abs(np.diff(motion.tangential)).max() + 1e-12
 
 
-def test_harmonic_motions_have_the_amplitudes_they_are_named_by():
+def test_harmonic_motions_have_stated_amplitudes():
     shaken = longitudinal(0.0, 0.003, 15.0)
     assert np.abs(shaken.axial).max() == pytest.approx(0.003)
     assert shaken.period == pytest.approx(1.0 / 15.0)
@@ -127,14 +127,14 @@ def test_harmonic_motions_have_the_amplitudes_they_are_named_by():
     assert np.abs(speed).max() == pytest.approx(2.0 * 0.0635, rel=1e-4)
 
 
-def test_a_pipe_that_lifts_off_is_refused():
+def test_lift_off_is_refused():
     with pytest.raises(InputError, match=r"ratio = 1\.0"):
         radial(0.002, 1.0, 15.0)
     with pytest.raises(InputError, match="frequency"):
         longitudinal(0.002, 0.003, 0.0)
 
 
-def test_a_settled_cycle_is_what_a_long_run_ends_in():
+def test_settled_cycle_ends_a_long_run():
     motion = torsional(10 / HOUR, 2.0, 5.0, PIPE.radius)
     time, axial, tangential, load = motion.repeated(200)
     history = friction_history(time, axial, tangential, load * PIPE.normal_force, PAPER, PIPE.radius)
@@ -145,7 +145,7 @@ def test_a_settled_cycle_is_what_a_long_run_ends_in():
     assert settled.signed_friction_ratio == pytest.approx(settled.friction_ratio, rel=1e-9)
 
 
-def test_radial_vibration_settles_at_the_harmonic_mean_of_the_load():
+def test_radial_vibration_settles_at_harmonic_mean():
     assert settled_cycle(radial(7 / HOUR, 0.6, 15.0), PIPE, PAPER).friction_ratio == pytest.approx(0.8, rel=1e-3)
 
 
@@ -154,11 +154,11 @@ def rocking_study():
     return run_study("rocking")
 
 
-def test_the_rocking_study_finds_what_the_paper_says(rocking_study):
+def test_rocking_study_confirms_the_paper(rocking_study):
     assert [claim.holds for claim in rocking_study.claims] == [True] * 4
 
 
-def test_claims_that_do_not_hold_say_why():
+def test_failed_claims_give_a_reason():
     study = run_study("longitudinal")
     verdicts = {claim.claim: claim for claim in study.claims}
     little = next(claim for text, claim in verdicts.items() if "changes little" in text)
@@ -167,7 +167,7 @@ def test_claims_that_do_not_hold_say_why():
     assert little.measured["mean_magnitude_over_coulomb"][-1] > 3 * little.measured["mean_magnitude_over_coulomb"][0]
 
 
-def test_a_study_is_written_as_page_picture_numbers_and_claims(rocking_study, tmp_path):
+def test_study_writes_four_files(rocking_study, tmp_path):
     paths = write_study(rocking_study, tmp_path / "deep" / "er")
     assert sorted(path.name for path in paths) == [f"rocking.{s}" for s in ("csv", "html", "json", "png")]
     assert sorted(path.name for path in (tmp_path / "deep" / "er").iterdir()) == sorted(path.name for path in paths)
@@ -187,20 +187,20 @@ def test_claims_survive_json(rocking_study):
     assert json.loads(json.dumps(as_json(rocking_study), allow_nan=False)) == as_json(rocking_study)
 
 
-def test_the_command_lists_every_study():
+def test_command_lists_every_study():
     result = CliRunner().invoke(group, ["study", "--list"])
     assert result.exit_code == 0
     assert [row.split()[0] for row in result.output.splitlines()] == list(STUDIES)
 
 
 @pytest.mark.parametrize("arguments", [["study"], ["study", "radical"]])
-def test_the_command_names_a_study_it_does_not_have(arguments):
+def test_command_names_an_unknown_study(arguments):
     result = CliRunner().invoke(group, arguments)
     assert isinstance(result.exception, InputError)
     assert "NAME" in str(result.exception)
 
 
-def test_the_command_writes_a_study_and_prints_its_verdicts(tmp_path):
+def test_command_writes_and_prints_a_study(tmp_path):
     result = CliRunner().invoke(group, ["study", "wear_modes", "-o", str(tmp_path), "--jobs", "1"])
     assert result.exit_code == 0, result.output
     assert "holds" in result.output

@@ -7,7 +7,7 @@ from slider_drilling.paper_studies import weight_transfer, zones
 from slider_drilling.paper_studies.whole_well import example_rig, longer, slide
 
 
-def test_a_longer_well_keeps_its_string_on_bottom():
+def test_longer_well_keeps_string_on_bottom():
     rig = example_rig()
     well = longer(rig, 800.0)
     assert well.string.length == rig.string.length + 800.0
@@ -17,7 +17,7 @@ def test_a_longer_well_keeps_its_string_on_bottom():
     assert well.string.sections[-1] == rig.string.sections[-1]
 
 
-def test_a_slide_lowers_and_rocks_as_asked():
+def test_slide_lowers_and_rocks_as_given():
     rig = example_rig()
     commands = slide(rig, 60.0, 9.0, amplitude=10.0, period=20.0)
     assert commands.block_position[-1] == pytest.approx(9.0 / 60.0)
@@ -27,7 +27,7 @@ def test_a_slide_lowers_and_rocks_as_asked():
     assert flow == pytest.approx(rig.hydraulics.reference_flow)
 
 
-def test_rocking_reaches_deeper_the_wider_it_is_and_where_friction_says():
+def test_wider_rocking_reaches_deeper():
     rig = example_rig()
     narrow, wide = zones.simulate_zones(rig, 3.0), zones.simulate_zones(rig, 8.0)
     assert narrow.surface_torque < wide.surface_torque
@@ -37,7 +37,7 @@ def test_rocking_reaches_deeper_the_wider_it_is_and_where_friction_says():
         assert np.all(np.diff(reach.swing[reach.depth < reach.motion.rocked_to]) < 0.0)
 
 
-def test_rocking_brings_weight_to_the_bit_that_friction_held():
+def test_rocking_brings_weight_to_the_bit():
     rig = example_rig()
     still = weight_transfer.run_slide(rig, slide(rig, 300.0, 9.0))
     rocked = weight_transfer.run_slide(rig, slide(rig, 300.0, 9.0, 20.0, 24.0))
@@ -46,7 +46,7 @@ def test_rocking_brings_weight_to_the_bit_that_friction_held():
     assert rocked.hook_load > still.hook_load
 
 
-def test_less_friction_around_a_tool_brings_weight_too():
+def test_less_friction_brings_weight_to_bit():
     rig = example_rig()
     plain = slide(rig, 300.0, 9.0)
     without = weight_transfer.run_slide(rig, plain)

@@ -34,7 +34,7 @@ def drilling(rates, each=40.0):
                     np.gradient(block, time), pump)  # fmt: skip
 
 
-def test_a_block_that_is_lower_is_one_that_was_lowered():
+def test_block_offset_equals_a_lowered_block():
     """The same run, whether the commands lower the block or every lane does by itself."""
     run = drilling((0.003, 0.002))
     run = replace(run, block_speed=np.diff(run.block_position, append=2 * run.block_position[-1]
@@ -48,14 +48,14 @@ def test_a_block_that_is_lower_is_one_that_was_lowered():
     assert np.ptp(own[1].weight_on_bit) < np.ptp(own[0].weight_on_bit)
 
 
-def test_a_block_that_begins_lower_hangs_there():
+def test_initial_block_offset_is_equilibrium():
     """No wave runs through a string whose block was lower from the first sample on."""
     run = drilling((0.0, 0.0))
     own = simulate_batch([RIG], run, ELEMENTS, block_offset=np.full((1, run.time.size), -0.5))[0]
     assert np.ptp(own.hook_load[run.time < 2.0]) < 10.0
 
 
-def test_pressure_tells_how_the_block_was_lowered():
+def test_pressure_shows_the_block_rate():
     run = drilling((0.003, 0.003, 0.004, 0.002))
     felt = simulate(RIG, run, ELEMENTS).standpipe_pressure
     turning = run.top_drive_speed != 0.0
@@ -67,7 +67,7 @@ def test_pressure_tells_how_the_block_was_lowered():
     assert reconstruct_block(run.time, turning, run.pump_speed, run.time, felt, RIG)[1][0] < 0.7 * speed[0]
 
 
-def test_weight_that_friction_keeps_while_nothing_turns_raises_no_block():
+def test_held_weight_raises_no_block():
     """Pressure falls when the rocking stops, and the block goes on as it did."""
     run = drilling((0.003, 0.003, 0.003, 0.003))
     rests = run.time > 120.0
@@ -82,14 +82,14 @@ def test_weight_that_friction_keeps_while_nothing_turns_raises_no_block():
     assert told == pytest.approx(before, rel=0.05) and taken_in < 0.9 * told
 
 
-def test_a_pump_that_is_off_lowers_nothing():
+def test_idle_pump_lowers_no_block():
     run = drilling((0.0, 0.0))
     turning = run.top_drive_speed != 0.0
     position, _ = reconstruct_block(run.time, turning, 0.0 * run.time, run.time, 0.0 * run.time, RIG)
     assert not position.any()
 
 
-def test_a_log_without_draw_works_is_fitted_with_the_rates_of_its_block(tmp_path):
+def test_missing_drawworks_are_fitted_by_rates(tmp_path):
     run = drilling((0.003, 0.004, 0.002))
     write_simulated(tmp_path / "run.mcap", RIG, run, simulate(RIG, run, ELEMENTS), 0.0, "test")
     whole = read_log(tmp_path / "run.mcap")
@@ -110,7 +110,7 @@ def test_a_log_without_draw_works_is_fitted_with_the_rates_of_its_block(tmp_path
     assert model.runs[0].channels[1].name == "standpipe_pressure" and errors[1] < 0.1 * errors[0]
 
 
-def test_of_two_logs_only_the_block_that_nobody_logged_is_fitted(tmp_path):
+def test_only_the_unlogged_block_is_fitted(tmp_path):
     run = drilling((0.003, 0.004, 0.002))
     write_simulated(tmp_path / "run.mcap", RIG, run, simulate(RIG, run, ELEMENTS), 0.0, "test")
     whole = read_log(tmp_path / "run.mcap")

@@ -52,7 +52,7 @@ def noisy(values):
     return values + 4e4 * np.random.default_rng(2).normal(size=values.size)
 
 
-def test_an_even_flow_has_no_steps():
+def test_constant_flow_has_no_steps():
     run = pumped(np.ones(1200))
     felt = noisy(simulate(RIG, run, ELEMENTS).standpipe_pressure)
     assert pressure_steps(run.time, felt, RIG) == ()
@@ -61,7 +61,7 @@ def test_an_even_flow_has_no_steps():
 
 
 @pytest.mark.parametrize("share", [0.8, 0.93])
-def test_a_flow_that_is_changed_and_set_back_is_found(share):
+def test_flow_changed_and_restored_is_found(share):
     run = pumped(less_between(50.0, 80.0, share))
     felt = noisy(simulate(RIG, run, ELEMENTS).standpipe_pressure)
     (begin, down), (end, up) = pressure_steps(run.time, felt, RIG)
@@ -71,7 +71,7 @@ def test_a_flow_that_is_changed_and_set_back_is_found(share):
     assert found[650] == pytest.approx(share, abs=0.02) and found[300] == found[1000] == 1.0
 
 
-def test_a_pump_that_is_off_is_seen_by_what_circulation_needs():
+def test_idle_pump_shows_in_circulating_pressure():
     run = pumped(less_between(50.0, 80.0, 0.0))
     felt = simulate(RIG, run, ELEMENTS).standpipe_pressure
     assert flow_fraction(run.time, felt, pressure_steps(run.time, felt, RIG), RIG)[700] == pytest.approx(0.0, abs=0.02)
@@ -79,7 +79,7 @@ def test_a_pump_that_is_off_is_seen_by_what_circulation_needs():
     assert near[700] and near[805] and not near[300] and not near[1100]
 
 
-def test_a_step_comes_behind_the_lag_and_stays():
+def test_pressure_step_follows_its_lag():
     time = np.linspace(0.0, 40.0, 401)
     values = {"circulation_step_1": -2e6, "circulation_step_2": 1e6}
     found = add_flow_steps(np.zeros(401), time, (10.0, 20.0), values, 1.5)
@@ -91,7 +91,7 @@ def test_a_step_comes_behind_the_lag_and_stays():
     assert len(flow_step_parameters([(10.0, 20.0), (5.0,)])) == 2
 
 
-def test_a_log_without_pump_is_fitted_with_its_steps(without_pump):
+def test_missing_pump_is_fitted_by_steps(without_pump):
     prepared = build_model([without_pump], RIG)
     names = {one.name for one in prepared.model.nuisance}
     assert {"pressure_lag", "circulation_step_1", "circulation_step_2"} <= names
@@ -104,7 +104,7 @@ def test_a_log_without_pump_is_fitted_with_its_steps(without_pump):
     assert stepped[-1] - plain[-1] == pytest.approx(1e6, rel=1e-3) and stepped[0] == plain[0]
 
 
-def test_nothing_is_looked_for_where_the_pump_was_logged(without_pump):
+def test_logged_pump_needs_no_flow_steps(without_pump):
     logged = commands_from_log(without_pump, RIG).commands
     nothing = np.full_like(logged.time, np.nan)
     pump = JointSeries(logged.time, logged.time, nothing, np.full_like(logged.time, REFERENCE), nothing)

@@ -55,7 +55,7 @@ def test_missing_file_is_named(tmp_path):
         load_rig(tmp_path / "absent.yaml")
 
 
-def test_an_asperity_that_never_slides_steadily_is_refused_with_its_file_and_key() -> None:
+def test_asperity_without_steady_sliding_is_refused() -> None:
     from slider_drilling.rig import dump_rig
 
     rough = dump_rig(load_rig(EXAMPLE)).replace("shear_factor: 0.1", "shear_factor: 0.99")

@@ -63,7 +63,7 @@ def ends(row: NumberField) -> list[float]:
 
 
 @pytest.mark.parametrize("key", NUMBERS)
-def test_every_number_has_a_range_with_its_reason_and_what_lies_outside_is_refused(key: str) -> None:
+def test_every_number_refuses_values_outside_its_range(key: str) -> None:
     row = NUMBERS[key]
     low, high = ends(row)
     assert math.isfinite(low) and math.isfinite(high) and row.range.why
@@ -76,7 +76,7 @@ def test_every_number_has_a_range_with_its_reason_and_what_lies_outside_is_refus
 
 
 @pytest.mark.parametrize("key", NUMBERS)
-def test_the_outermost_accepted_values_run(key: str) -> None:
+def test_outermost_accepted_values_run(key: str) -> None:
     for value in ends(NUMBERS[key]):
         try:
             rig = parse_rig(with_value(key, value))
@@ -115,7 +115,7 @@ def test_the_outermost_accepted_values_run(key: str) -> None:
         ("inner_diameter: 0.1086", "inner_diameter: 0.12699", "leaves a wall of less than 0.001 m"),
     ],
 )  # fmt: skip
-def test_what_no_rig_is_gets_one_line(right: str, wrong: str, said: str | None) -> None:
+def test_impossible_rig_gives_one_line(right: str, wrong: str, said: str | None) -> None:
     text = EXAMPLE.read_text()
     assert right in text
     text = text.replace(right, wrong, 1)
@@ -136,13 +136,13 @@ def test_what_no_rig_is_gets_one_line(right: str, wrong: str, said: str | None) 
         ("motor_wear: {torque_loss: -50.0}", "motor_wear.torque_loss = -50.0: must be at least -1"),
     ],
 )  # fmt: skip
-def test_effects_where_nothing_is_are_refused(effects: str, said: str) -> None:
+def test_effects_outside_the_string_are_refused(effects: str, said: str) -> None:
     with pytest.raises(InputError) as error:
         parse_rig(EXAMPLE.read_text() + f"effects: {{{effects}}}\n")
     assert said in str(error.value)
 
 
-def test_friction_that_drifts_away_before_the_run_ends_is_refused() -> None:
+def test_friction_drifting_to_zero_is_refused() -> None:
     rig = load_rig(EXAMPLE)
     drifting = parse_rig(EXAMPLE.read_text() + "effects: {friction_drift: {rate: -0.005}}\n")
     check_duration(rig, 1e7, "rig.yaml")
@@ -158,13 +158,13 @@ NO_RIGS += ["a: !!binary x", "a: !!int x", "\x00", "a: *b", "", "3"]
 
 
 @pytest.mark.parametrize("text", NO_RIGS)
-def test_what_is_no_rig_at_all_gets_one_line(text: str) -> None:
+def test_other_content_gives_one_line(text: str) -> None:
     with pytest.raises(InputError) as error:
         parse_rig(text, "rig.yaml")
     assert str(error.value).startswith("rig.yaml: ") and len(str(error.value)) < 600 and "\n" not in str(error.value)
 
 
-def test_another_file_given_as_rig_is_not_echoed(tmp_path: Path) -> None:
+def test_content_of_other_files_is_not_echoed(tmp_path: Path) -> None:
     other = tmp_path / "log.csv"
     other.write_text("0.1,2.5,3.5\n" * 250_000)
     with pytest.raises(InputError, match="longer than 1 MB, which no rig file is") as error:
@@ -184,7 +184,7 @@ TREE = st.recursive(
 
 @settings(max_examples=40)
 @given(st.data())
-def test_no_tree_in_place_of_any_part_gives_anything_but_a_rig_or_one_line(data: st.DataObject) -> None:
+def test_any_tree_gives_rig_or_one_line(data: st.DataObject) -> None:
     tree = copy.deepcopy(TREE_OF_EXAMPLE)
     node = tree
     for _ in range(data.draw(st.integers(0, 3))):
@@ -202,13 +202,13 @@ def test_no_tree_in_place_of_any_part_gives_anything_but_a_rig_or_one_line(data:
 
 
 @given(st.text(max_size=200))
-def test_no_text_gives_anything_but_a_rig_or_one_line(text: str) -> None:
+def test_any_text_gives_rig_or_one_line(text: str) -> None:
     with pytest.raises(InputError):
         parse_rig(text, "rig.yaml")
 
 
 @pytest.mark.parametrize("path", sorted(CONFIG.glob("rig.*.yaml")), ids=lambda path: path.name)
-def test_rigs_that_are_shipped_drawn_or_put_into_scenarios_are_rigs(path: Path) -> None:
+def test_shipped_and_generated_rigs_are_valid(path: Path) -> None:
     base = load_rig(path)
     for seed in range(20):
         for well in DEFAULT_WELLS:
@@ -218,7 +218,7 @@ def test_rigs_that_are_shipped_drawn_or_put_into_scenarios_are_rigs(path: Path) 
         check_rig(scenario.true_rig())
 
 
-def test_rigs_of_recordings_are_rigs(shared_data: Path) -> None:
+def test_rigs_of_recordings_are_valid(shared_data: Path) -> None:
     for path in [*shared_data.glob("logs/labelled_*.mcap"), *shared_data.glob("field/*.mcap")]:
         check_rig(read_log(path).rig(), str(path))
     for path in shared_data.glob("field/*.rig.yaml"):
@@ -226,7 +226,7 @@ def test_rigs_of_recordings_are_rigs(shared_data: Path) -> None:
 
 
 @pytest.mark.parametrize("path", sorted(CONFIG.glob("rig.*.yaml")), ids=lambda path: path.name)
-def test_whatever_a_fit_may_end_at_can_be_read_back(path: Path) -> None:
+def test_fitted_rigs_can_be_read_back(path: Path) -> None:
     rig = load_rig(path)
     channels = [("surface_torque",), ("surface_torque", "hook_load", "standpipe_pressure", "tool_face")]
     for parameters in (nuisance_parameters(rig, names) for names in channels):
@@ -241,7 +241,7 @@ def test_whatever_a_fit_may_end_at_can_be_read_back(path: Path) -> None:
                 check_rig(rig_with(rig, values))
 
 
-def test_steps_too_fine_for_a_double_change_nothing() -> None:
+def test_too_fine_resolution_changes_nothing() -> None:
     assert quantise(1e5, 1e-320) == 1e5
     assert quantise(1e308, 1e-9) == 1e308
     assert quantise(math.inf, 1.0) == math.inf
@@ -260,7 +260,7 @@ TOGETHER = [
 
 
 @pytest.mark.parametrize("changes", TOGETHER)
-def test_numbers_that_do_not_go_together_are_refused_or_leave_finite_numbers(changes: dict[str, float]) -> None:
+def test_extreme_rigs_are_refused_or_stay_finite(changes: dict[str, float]) -> None:
     try:
         plant = VirtualRig(load_rig(EXAMPLE).with_(changes), 0, 20)
         controller = SlideController(plant.rig)
@@ -272,7 +272,7 @@ def test_numbers_that_do_not_go_together_are_refused_or_leave_finite_numbers(cha
     assert np.isfinite(plant.truth.surface_torque) and np.isfinite(plant.truth.tool_face)
 
 
-def test_a_run_that_leaves_finite_numbers_says_so() -> None:
+def test_non_finite_run_is_reported() -> None:
     columns = [np.linspace(0.0, 1.0, 11) for _ in fields(Response)]
     require_finite(Response(*columns))
     columns[3] = np.where(columns[0] > 0.45, np.nan, columns[3])
@@ -280,13 +280,13 @@ def test_a_run_that_leaves_finite_numbers_says_so() -> None:
         require_finite(Response(*columns))
 
 
-def test_table_for_the_documentation_holds_every_number() -> None:
+def test_documentation_table_holds_every_number() -> None:
     table = ranges_markdown()
     assert table.count("\n") == len(NUMBERS) + 2
     assert "| `string.youngs_modulus` | Pa | at least 1e+10, at most 5e+11 |" in table
 
 
-def test_a_rig_made_in_code_is_checked_when_asked() -> None:
+def test_check_rig_checks_rigs_made_in_code() -> None:
     rig = load_rig(EXAMPLE)
     wrong = replace(rig, mud=replace(rig.mud, density=-5.0))
     with pytest.raises(InputError, match=r"rig: mud.density = -5.0: must be at least 1 kg/m3"):

@@ -26,7 +26,7 @@ def with_survey(survey) -> Rig:
 
 @pytest.mark.parametrize("survey", [TURN, stationed(TURN), stationed(RIG.well.survey)],
                          ids=["turn and drop", "with stations", "horizontal with stations"])  # fmt: skip
-def test_few_elements_press_as_many_do(survey):
+def test_few_elements_press_like_many(survey):
     rig = with_survey(survey)
     fine = static_loads_of(rig, 2000)
     torque, lowered, raised = static_loads_of(rig, 32) / fine - 1.0
@@ -35,7 +35,7 @@ def test_few_elements_press_as_many_do(survey):
     assert abs(raised) < 1e-3
 
 
-def test_a_string_that_turns_in_a_crooked_hole_needs_no_fine_mesh():
+def test_rotating_torque_converges_on_coarse_mesh():
     rig = with_survey(TURN)
     time = np.arange(0.0, 40.0, 0.1)
     commands = Commands(time, 5.0 * time, 0.0 * time + 5.0, 0.0 * time, 0.0 * time, 0.0 * time)
@@ -43,7 +43,7 @@ def test_a_string_that_turns_in_a_crooked_hole_needs_no_fine_mesh():
     assert coarse == pytest.approx(fine, rel=2e-3)
 
 
-def test_where_nothing_changes_an_element_lies_as_its_middle_does():
+def test_constant_curvature_uses_the_middle():
     course = WellPath.from_survey(((0.0, 20.0, 30.0), (1000.0, 50.0, 60.0)))
     edges = np.linspace(0.0, 1000.0, 41)
     middle = SideForceGeometry.between(course, edges)
@@ -53,7 +53,7 @@ def test_where_nothing_changes_an_element_lies_as_its_middle_does():
     np.testing.assert_allclose(np.abs(whole.lateral_curvature), np.abs(middle.lateral_curvature), rtol=2e-3)
 
 
-def test_pipe_on_the_low_side_before_a_station_and_on_the_high_side_behind_it_presses_on_both():
+def test_pipe_changing_sides_at_station_presses_on_both():
     # 100 m at 60 degrees, then a build that lifts the pipe that hangs on 2000 m more to the high side.
     course = WellPath.from_survey(((0.0, 60.0, 0.0), (50.0, 60.0, 0.0), (100.0, 64.0, 0.0), (4100.0, 64.0, 0.0)))
     edges = np.array([0.0, 100.0, 4100.0])
@@ -77,7 +77,7 @@ def test_pipe_on_the_low_side_before_a_station_and_on_the_high_side_behind_it_pr
     ),
     st.integers(2, 60),
 )
-def test_every_hole_presses_with_a_number(legs, elements):
+def test_side_force_is_always_finite(legs, elements):
     depth = np.concatenate([[0.0], np.cumsum([leg[0] for leg in legs])])
     rows = [(0.0, 0.0, 0.0), *((float(d), i, a) for d, (_, i, a) in zip(depth[1:], legs, strict=True))]
     rig = with_survey([*rows, (float(depth[-1]) + 6000.0, legs[-1][1], legs[-1][2])])
@@ -88,7 +88,7 @@ def test_every_hole_presses_with_a_number(legs, elements):
     assert (mesh.sine <= 1.0 + 1e-12).all()
 
 
-def test_a_rig_put_together_from_lists_has_the_same_mesh():
+def test_rig_of_lists_has_same_mesh():
     rows = [list(row) for row in RIG.well.survey]
     rig = replace(
         RIG, well=replace(RIG.well, survey=rows), string=replace(RIG.string, sections=list(RIG.string.sections))
@@ -96,7 +96,7 @@ def test_a_rig_put_together_from_lists_has_the_same_mesh():
     assert build_mesh(rig, 40) is build_mesh(RIG, 40)
 
 
-def test_the_mesh_of_a_well_and_string_is_made_once_and_nobody_may_change_it():
+def test_mesh_is_shared_and_read_only():
     again = replace(RIG, mud=replace(RIG.mud, density=RIG.mud.density * 1.1))
     assert build_mesh(RIG, 40) is build_mesh(again, 40)
     with pytest.raises(ValueError, match="read-only"):

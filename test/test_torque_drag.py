@@ -32,7 +32,7 @@ def in_well(*survey: tuple[float, float, float], mud_density: float = RIG.mud.de
     )
 
 
-def test_vertical_string_weighs_what_it_weighs_whatever_it_does():
+def test_vertical_string_has_no_drag():
     rig = in_well((0.0, 0.0, 0.0), (4000.0, 0.0, 0.0))
     for motion in ({}, {"axial_speed": 0.1}, {"axial_speed": -0.1}, {"rotation_speed": 2.0}):
         loads = static_loads(rig, **motion)
@@ -41,7 +41,7 @@ def test_vertical_string_weighs_what_it_weighs_whatever_it_does():
     assert static_loads(rig, weight_on_bit=50e3).hook_load == pytest.approx(WEIGHT * 4000.0 - 50e3)
 
 
-def test_horizontal_string_drags_its_weight():
+def test_horizontal_drag_is_friction_times_weight():
     """Lowering is held back by mu w L, raising needs it, turning takes mu w L R and no tension."""
     rig = in_well((0.0, 90.0, 30.0), (4000.0, 90.0, 30.0))
     drag = 0.3 * WEIGHT * 4000.0
@@ -60,7 +60,7 @@ def test_horizontal_string_drags_its_weight():
 
 @pytest.mark.parametrize("end", [(90.0, 0.0), (90.0, 90.0)])
 @pytest.mark.parametrize(("speed", "sign"), [(-1.0, 1.0), (1.0, -1.0)])
-def test_weightless_string_around_a_bend_grips_like_a_rope_on_a_capstan(end, speed, sign):
+def test_weightless_bend_follows_capstan_equation(end, speed, sign):
     """T = T0 exp(mu angle), in a plane of any orientation."""
     start = (0.0, 0.0) if end[1] == 0.0 else (90.0, 0.0)
     rig = in_well((0.0, *start), (4000.0, *end), mud_density=RIG.string.density)
@@ -71,7 +71,7 @@ def test_weightless_string_around_a_bend_grips_like_a_rope_on_a_capstan(end, spe
         0.5 * (loads.tension[:-1] + loads.tension[1:]) * math.pi / 2 / 4000.0, rel=1e-4)  # fmt: skip
 
 
-def test_raising_through_a_build_is_the_closed_form_of_a_heavy_string():
+def test_raising_through_build_matches_closed_form():
     """Through a dropping-tension build (T / R > w sin t throughout) the string lies on the high side, and
 
     dT/dt = mu (T - w R sin t) - w R cos t going down; here integrated up with an integrating factor.
@@ -88,7 +88,7 @@ def test_raising_through_a_build_is_the_closed_form_of_a_heavy_string():
     assert loads.hook_load == pytest.approx(math.exp(mu * angle) * (pull + integral), rel=1e-5)
 
 
-def test_error_falls_with_the_square_of_the_element():
+def test_error_falls_with_square_of_element_length():
     rig = in_well((0.0, 0.0, 0.0), (4000.0, 90.0, 0.0), mud_density=RIG.string.density)
     exact = 1e5 * math.exp(0.5 * math.pi / 2)
     error = [
@@ -99,7 +99,7 @@ def test_error_falls_with_the_square_of_the_element():
     assert error[1] / error[2] == pytest.approx(4.0, rel=0.05)
 
 
-def test_friction_is_that_of_the_contact_for_the_direction_of_slip():
+def test_friction_depends_on_slip_direction():
     rig = in_well((0.0, 90.0, 0.0), (4000.0, 90.0, 0.0))
     along, across = friction_coefficient_of_direction(RIG.contact, np.array([0.0, math.pi / 2]))
     assert along > across
@@ -107,7 +107,7 @@ def test_friction_is_that_of_the_contact_for_the_direction_of_slip():
     assert static_loads(rig, rotation_speed=1.0).surface_torque == pytest.approx(across * WEIGHT * 4000.0 * RADIUS)
 
 
-def test_effects_that_press_or_grip_are_in_the_static_loads():
+def test_contact_effects_enter_static_loads():
     """Weightless straight pipe under 100 kN: buckled it presses with r F^2 / (4 E I), in a bed it takes twice that."""
     rig = in_well((0.0, 90.0, 0.0), (4000.0, 90.0, 0.0), mud_density=RIG.string.density)
     turned = {"rotation_speed": 1.0, "weight_on_bit": 1e5, "friction_coefficient": 0.3}
@@ -135,7 +135,7 @@ def lowered(rig: Rig, speed: float) -> float:
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
-def test_moving_plant_settles_to_the_static_loads(direction):
+def test_moving_plant_settles_to_static_loads(direction):
     """The string's own damping, proportional to speed, is what tells them apart: none is left at zero speed."""
     rig = dataclasses.replace(RIG, bit=dataclasses.replace(RIG.bit, depth_of_cut_stiffness=1e-9))
     at_rest = 2.0 * lowered(rig, 0.05 * direction) - lowered(rig, 0.1 * direction)
@@ -145,14 +145,14 @@ def test_moving_plant_settles_to_the_static_loads(direction):
 @pytest.mark.parametrize(("name", "value"), [
     ("axial_speed", math.nan), ("weight_on_bit", math.inf), ("friction_coefficient", -0.1),
 ])  # fmt: skip
-def test_says_what_it_cannot_use(name, value):
+def test_invalid_arguments_are_named(name, value):
     with pytest.raises(InputError, match=name):
         static_loads(RIG, **{name: value})
 
 
 @pytest.mark.parametrize("name", ["rig.short.yaml", "rig.example.yaml", "rig.long.yaml"])
 @pytest.mark.parametrize("weight_on_bit", [0.0, 8e4])
-def test_what_the_controller_believes_is_what_the_plant_says(name, weight_on_bit):
+def test_controller_torque_drag_matches_the_plant(name, weight_on_bit):
     """Control's belief is of a string that only turns."""
     rig = load_rig(Path(__file__).parents[1] / "config" / name)
     believed = TorqueAndDrag(rig, 0.235, weight_on_bit)

@@ -29,7 +29,7 @@ def rig() -> Rig:
     return load_rig(installed_file("config/rig.example.yaml"))
 
 
-def test_in_a_straight_hole_nothing_drags(rig: Rig) -> None:
+def test_vertical_hole_has_no_drag(rig: Rig) -> None:
     """Down to 1500 m the example is vertical: the string's buoyed weight, and no torque."""
     found = broomstick(rig, 0.3, [500.0, 1500.0])
     pipe, bha = rig.string.sections
@@ -40,7 +40,7 @@ def test_in_a_straight_hole_nothing_drags(rig: Rig) -> None:
     assert found.torque == pytest.approx([0.0, 0.0], abs=1e-6)
 
 
-def test_each_metre_of_horizontal_pipe_adds_its_own_drag_and_torque(rig: Rig) -> None:
+def test_horizontal_pipe_adds_drag_per_metre(rig: Rig) -> None:
     """From 3000 to 4000 m pipe follows into open hole of 90 deg, where the side force is the pipe's weight."""
     friction = 0.25
     found = broomstick(rig, friction, [3000.0, 4000.0])
@@ -54,13 +54,13 @@ def test_each_metre_of_horizontal_pipe_adds_its_own_drag_and_torque(rig: Rig) ->
     assert found.rotating[1] == pytest.approx(found.rotating[0], rel=1e-9)
 
 
-def test_at_total_depth_it_is_the_whole_string(rig: Rig) -> None:
+def test_total_depth_uses_the_whole_string(rig: Rig) -> None:
     found = broomstick(rig, None, [4000.0])
     assert found.slack_off[0] == static_loads(rig, 1.0).hook_load
     assert with_bit_at(rig, 4000.0).string == rig.string
 
 
-def test_a_string_shorter_than_its_bottom_hole_assembly(rig: Rig) -> None:
+def test_string_may_be_shorter_than_bha(rig: Rig) -> None:
     (left,) = with_bit_at(rig, 20.0).string.sections
     assert left.name == "bottom-hole assembly" and left.length == 20.0
     with pytest.raises(InputError, match="bit depth = 4100 m"):
@@ -80,7 +80,7 @@ def a_log(block_speed: float, turn: float, swing: float = 0.0, effort: float = 4
     [(0.1, 0.0, 0.0, "lowered"), (-0.1, 0.0, 0.0, "raised"), (0.002, 0.0, 10.0, "lowered and rocked"),
      (0.002, 6.0, 0.0, "turned"), (0.0, 0.0, 0.0, "still")],
 )  # fmt: skip
-def test_what_the_rig_did_in_a_stretch(rig: Rig, block_speed: float, turn: float, swing: float, motion: str) -> None:
+def test_motion_of_a_stretch_is_named(rig: Rig, block_speed: float, turn: float, swing: float, motion: str) -> None:
     points = log_points(a_log(block_speed, turn, swing), rig)
     assert points.motion == (motion, motion)
     assert points.hook_load == pytest.approx([4e5, 4e5])
@@ -91,19 +91,19 @@ def test_what_the_rig_did_in_a_stretch(rig: Rig, block_speed: float, turn: float
         assert points.torque[0] == pytest.approx(5e3, rel=1e-3)
 
 
-def test_the_logs_points_are_on_the_chart(rig: Rig) -> None:
+def test_chart_shows_the_log_points(rig: Rig) -> None:
     points = log_points(a_log(-0.1, 0.0), rig)
     chart = hook_load_chart([broomstick(rig, 0.2, [2000.0, 4000.0])], points)
     (dots,) = [mark for mark in chart.panels[0].marks if mark.style == "dots"]
     assert dots.name == "log: raised" and dots.x == pytest.approx([400.0, 400.0]) and chart.panels[0].inverted
 
 
-def test_the_page_in_the_fields_units(rig: Rig) -> None:
+def test_page_in_field_units(rig: Rig) -> None:
     html = page_html(torque_drag_page(rig, [broomstick(rig, 0.2, [4000.0])], units=FIELD), FIELD)
     assert "torque to turn, ft lbf" in html and "picking up, klbf" in html and "Example well" in html
 
 
-def test_a_path_from_a_table_in_feet(tmp_path: Path) -> None:
+def test_survey_table_in_feet(tmp_path: Path) -> None:
     path = tmp_path / "path.csv"
     path.write_text("Azimuth;MD [ft];Inclination;note\n30;1000;0;\n30;2000;45;kick-off\n\n35;3000;90;\n")
     assert read_survey(path) == (
@@ -125,13 +125,13 @@ def test_a_path_from_a_table_in_feet(tmp_path: Path) -> None:
         ("md [bar],inc,azi\n0,0,0\n", "is a unit of pressure"),
     ],
 )
-def test_tables_that_are_no_path(tmp_path: Path, text: str, complaint: str) -> None:
+def test_invalid_survey_tables_are_refused(tmp_path: Path, text: str, complaint: str) -> None:
     (tmp_path / "path.csv").write_text(text)
     with pytest.raises(InputError, match=complaint.replace("[", r"\[").replace("?", r"\?")):
         read_survey(tmp_path / "path.csv")
 
 
-def test_the_command_writes_a_rig_file_with_the_path(tmp_path: Path, rig: Rig) -> None:
+def test_command_writes_rig_with_survey(tmp_path: Path, rig: Rig) -> None:
     lines = ["md_m,inclination,azimuth", *(f"{md},{inc},{azi}" for md, inc, azi in rig.well.survey)]
     (tmp_path / "path.csv").write_text("\n".join(lines))
     out = tmp_path / "out"

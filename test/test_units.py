@@ -24,13 +24,13 @@ from slider_drilling.units import FIELD, FIELD_UNITS, KINDS, SI, format_number, 
         (12.0, "s", 12.0, "s"),
     ],
 )
-def test_the_fields_units(value: float, unit: str, told: float, in_unit: str) -> None:
+def test_field_units(value: float, unit: str, told: float, in_unit: str) -> None:
     assert FIELD.display_unit(unit) == in_unit
     assert FIELD.convert(value, unit) == pytest.approx(told, rel=1e-14)
     assert SI.display_unit(unit) == unit and SI.convert(value, unit) == value
 
 
-def test_every_unit_of_the_field_measures_the_same_kind() -> None:
+def test_field_units_keep_their_kind() -> None:
     for unit, shown in FIELD_UNITS.items():
         assert [kind for kind, known in KINDS.items() if unit in known and shown in known], (unit, shown)
 
@@ -54,7 +54,7 @@ def test_text() -> None:
     [(3.33e-16, "0"), (0.0, "0"), (9.996, "10.0"), (12345.6, "12346"), (-0.01234, "-0.0123"), (1.234e-5, "1.23e-5"),
      (2.5e9, "2.50e9"), (math.nan, "-")],
 )  # fmt: skip
-def test_numbers_for_reading(value: float, read: str) -> None:
+def test_format_number(value: float, read: str) -> None:
     assert format_number(value) == read
 
 
@@ -68,5 +68,5 @@ def test_numbers_for_reading(value: float, read: str) -> None:
         ("well-4 m1 has 3 mud pumps", "well-4 m1 has 3 mud pumps"),
     ],
 )  # fmt: skip
-def test_sentences_in_the_fields_units(si: str, field: str) -> None:
+def test_convert_text_to_field_units(si: str, field: str) -> None:
     assert FIELD.convert_text(si) == field and SI.convert_text(si) == si
