@@ -1,6 +1,6 @@
 """What `closed-loop --all` adds: each effect of the registry at two sizes on three wells, then pairs of effects.
 
-The controller is told of none of them.
+The controller knows none of them.
 """
 
 from __future__ import annotations
