@@ -74,10 +74,10 @@ def test_faults_follow_scenario():
 
 def test_true_rig_differs_only_as_stated():
     rougher = dataclasses.replace(HOLD, friction_ratio=1.25)
-    believed, true = rougher.assumed_rig(), rougher.true_rig()
-    assert [one.factor for one in true.well.friction_intervals] == pytest.approx(
-        [1.25 * one.factor for one in believed.well.friction_intervals])
-    assert dataclasses.replace(true, well=believed.well) == believed
+    assumed, true = rougher.assumed_rig(), rougher.true_rig()
+    assert [interval.factor for interval in true.well.friction_intervals] == pytest.approx(
+        [1.25 * interval.factor for interval in assumed.well.friction_intervals])
+    assert dataclasses.replace(true, well=assumed.well) == assumed
 
 
 def test_friction_by_angle_follows_each_pipe():
@@ -184,8 +184,8 @@ def test_terminal_reports_interlock_stops(monkeypatch):
     trace = dataclasses.replace(trace_of(lambda t: 1.0), events=((329.4, "ERROR", "lock_up", "weight [kN] hangs"),))
     outcome = ScenarioResult(HOLD, UNDER_TEST, score_slide(HOLD, trace), trace)
     monkeypatch.setattr("slider_drilling.closed_loop.run_all", lambda *args: iter([outcome]))
-    said = CliRunner().invoke(command, ["--only", HOLD.name], catch_exceptions=False).stdout
-    assert f"{HOLD.name}, 329 s: lock_up: weight [kN] hangs" in " ".join(said.split())
+    printed = CliRunner().invoke(command, ["--only", HOLD.name], catch_exceptions=False).stdout
+    assert f"{HOLD.name}, 329 s: lock_up: weight [kN] hangs" in " ".join(printed.split())
 
 
 def results_of(scenario, *means):
@@ -208,19 +208,19 @@ def test_costs_of_rig_file_and_mwd():
 
 @pytest.mark.slow
 def test_every_effect_has_two_sizes_and_pairs():
-    found = every_effect()
-    names = [one.name for one in found]
-    assert len(set(names)) == len(names) and not set(names) & {one.name for one in SCENARIOS}
+    scenarios = every_effect()
+    names = [scenario.name for scenario in scenarios]
+    assert len(set(names)) == len(names) and not set(names) & {scenario.name for scenario in SCENARIOS}
     neutral = Effects()
     for block in (field.name for field in dataclasses.fields(Effects)):
-        alone = [one for one in found if [
+        alone = [scenario for scenario in scenarios if [
             field.name for field in dataclasses.fields(Effects)
-            if getattr(one.effects, field.name) != getattr(neutral, field.name)] == [block]]
-        assert sorted(one.well for one in alone) == sorted(2 * list(WELLS)), block
-        assert len({getattr(one.effects, block) for one in alone if one.well == "4.0 km"}) == 2, block
-    pairs = [one for one in found if " and " in one.name]
+            if getattr(scenario.effects, field.name) != getattr(neutral, field.name)] == [block]]
+        assert sorted(scenario.well for scenario in alone) == sorted(2 * list(WELLS)), block
+        assert len({getattr(scenario.effects, block) for scenario in alone if scenario.well == "4.0 km"}) == 2, block
+    pairs = [scenario for scenario in scenarios if " and " in scenario.name]
     assert len(pairs) >= 9
-    for scenario in found:
+    for scenario in scenarios:
         check_rig(scenario.true_rig())
         assert scenario.assumed_rig().effects == neutral
 
@@ -236,7 +236,7 @@ def test_settings_reach_controller_or_are_refused(tmp_path):
 def test_table_fits_eighty_columns(monkeypatch):
     monkeypatch.setattr("slider_drilling.console.streams.stdout", lambda: Console(width=80, file=shown))
     shown = io.StringIO()
-    longest = max(every_effect(), key=lambda one: len(one.name))
+    longest = max(every_effect(), key=lambda scenario: len(scenario.name))
     row = results_of(dataclasses.replace(longest, targets=((0.0, 170.0),), duration=300.0), 123.45, 101.25, 88.75)
     print_results([row], SI)
     lines = shown.getvalue().splitlines()

@@ -66,56 +66,57 @@ def test_slide_depends_only_on_number_and_seed(drawn):
 
 
 def test_random_rigs_vary_every_uncertain_parameter(drawn):
-    believed, true = zip(*(one.rigs for one in drawn), strict=True)
+    assumed, true = zip(*(scenario.rigs for scenario in drawn), strict=True)
     for what in (
         lambda rig: rig.well.friction_intervals[0].factor, lambda rig: rig.well.friction_intervals[1].factor,
         lambda rig: rig.well.survey[-1][1], lambda rig: rig.string.torsional_damping,
         lambda rig: rig.string.shear_modulus, lambda rig: rig.motor.torque_per_pressure,
         lambda rig: rig.bit.aggressiveness, lambda rig: rig.hydraulics.reference_pressure,
     ):  # fmt: skip
-        off = np.log([what(real) / what(file) for file, real in zip(believed, true, strict=True)])
+        off = np.log([what(real) / what(file) for file, real in zip(assumed, true, strict=True)])
         assert 1e-3 < np.std(off) < 0.6
         assert abs(np.mean(off)) < 3.5 * np.std(off) / np.sqrt(len(off))  # to neither side
     split = [real.well.friction_intervals[0].factor / real.well.friction_intervals[1].factor for real in true]
     assert np.std(np.log(split)) > 0.05  # cased and open hole are off differently
     # Known and different: noise, the MWD's period, the well itself.
-    assert {rig.sensors.mwd.period for rig in believed} == {8.0, 12.0, 20.0, 30.0}
-    assert len({rig.sensors.hook_load.noise for rig in believed}) == 60
-    assert all(file.sensors == real.sensors for file, real in zip(believed, true, strict=True))
-    assert len({rig.string.length for rig in believed}) == 60
+    assert {rig.sensors.mwd.period for rig in assumed} == {8.0, 12.0, 20.0, 30.0}
+    assert len({rig.sensors.hook_load.noise for rig in assumed}) == 60
+    assert all(file.sensors == real.sensors for file, real in zip(assumed, true, strict=True))
+    assert len({rig.string.length for rig in assumed}) == 60
     assert {scenario.mwd_outliers for scenario in drawn} == {0.0, 0.02, 0.05}
 
 
 @pytest.mark.slow
 def test_some_slides_have_unknown_effects(drawn):
-    counts = Counter(0 if one.about == "no effect" else len(one.about.split(", ")) for one in drawn)
+    counts = Counter(0 if scenario.about == "no effect" else len(scenario.about.split(", ")) for scenario in drawn)
     assert set(counts) == {0, 1, 2}
-    for one in drawn:
-        believed, true = one.rigs
-        assert believed.effects == Effects()
+    for scenario in drawn:
+        assumed, true = scenario.rigs
+        assert assumed.effects == Effects()
         changed = {name for name in vars(Effects()) if getattr(true.effects, name) != getattr(Effects(), name)}
-        assert changed == (set() if one.about == "no effect" else set(one.about.split(", ")))
-    names = {name for one in (draw_slide(k, 3, load_rig(RIG)) for k in range(150)) for name in one.about.split(", ")}
+        assert changed == (set() if scenario.about == "no effect" else set(scenario.about.split(", ")))
+    base = load_rig(RIG)
+    names = {name for k in range(150) for name in draw_slide(k, 3, base).about.split(", ")}
     assert len(names - {"no effect"}) >= 15
 
 
 def test_slide_without_hole_ranks_worst():
     idle = slide(3, math.nan, after=10.0, drilled=0.0)
     slides = [slide(1, 5.0), slide(2, 9.0, after=None), idle, *(slide(k, 1.0) for k in range(10, 20))]
-    assert [one.number for one in worst(slides)][:3] == [3, 2, 1]
+    assert [ranked.number for ranked in worst(slides)][:3] == [3, 2, 1]
     assert len(worst(slides)) == 10
-    found = summarise(slides)
-    assert (found.slides, found.nothing_drilled, found.set_in_time, found.held) == (13, 1, 11, 12)
-    assert found.error[0] == 1.0 and found.error[-1] == math.inf and found.time_to_set[-1] == math.inf
+    summary = summarise(slides)
+    assert (summary.slides, summary.nothing_drilled, summary.set_in_time, summary.held) == (13, 1, 11, 12)
+    assert summary.error[0] == 1.0 and summary.error[-1] == math.inf and summary.time_to_set[-1] == math.inf
 
 
 def test_comparison_uses_slides_that_both_drilled():
     first = [slide(k, 2.0 + 0.1 * k) for k in range(20)]
     second = [slide(k, 5.0 + 0.1 * k) for k in range(19)] + [slide(19, math.nan, drilled=0.0)]
-    found = compare_paired(first, second)
-    assert (found.better, found.slides) == (19, 19)
-    assert found.probability == (pytest.approx(0.025 ** (1 / 19)), 1.0)
-    assert found.difference == pytest.approx(-3.0) and found.interval == pytest.approx((-3.0, -3.0))
+    pair = compare_paired(first, second)
+    assert (pair.better, pair.slides) == (19, 19)
+    assert pair.probability == (pytest.approx(0.025 ** (1 / 19)), 1.0)
+    assert pair.difference == pytest.approx(-3.0) and pair.interval == pytest.approx((-3.0, -3.0))
     assert compare_paired(first, []) is None
     even = compare_paired(first, first)
     assert even.better == 0 and even.difference == 0.0
@@ -153,8 +154,8 @@ def test_job_key_depends_on_controller_file(tmp_path, monkeypatch):
 def test_job_result_round_trips(tmp_path):
     tree = run_slide(slide_job(2, "no_rocking", CampaignOptions(RIG, elements=20, duration=260.0)))
     assert json.loads(json.dumps(tree, allow_nan=False)) == tree
-    found = slide_of(tree)
-    assert found.number == 2 and found.score.peak_torque_n_m > 0.0
+    scored = slide_of(tree)
+    assert scored.number == 2 and scored.score.peak_torque_n_m > 0.0
     assert slide_of({**tree, "score": {**tree["score"], "time_to_set_s": None}}).score.time_to_set_s is None
 
 

@@ -122,8 +122,8 @@ def test_sensor_faults_are_no_block_slip():
     slip = BlockSlipInterlock()
     waves = [0.2 * math.sin(2.0 * math.pi * 0.1 * k / 8.0) for k in range(200)]   # asked for, and made 0.2 s later
     readings = [5.0, math.nan, 0.3, 0.0, *(waves[max(k - 2, 0)] for k in range(200))]
-    told = [0.0, 0.0, 0.0, 0.0, 0.0, *(np.diff(waves) / 0.1)]
-    for reading, speed in zip(readings, told, strict=True):
+    commanded = [0.0, 0.0, 0.0, 0.0, 0.0, *(np.diff(waves) / 0.1)]
+    for reading, speed in zip(readings, commanded, strict=True):
         assert not slip.update(reading, speed, 0.1)
     assert slip.slips == 0
 

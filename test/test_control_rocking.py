@@ -150,7 +150,7 @@ def test_breakover_test_finds_friction_despite_sensor_lag(friction, lag):
 
 
 def test_torque_limits_reverse_strokes_with_bump():
-    """On 200 N m per rad with limits of 2 and 1 kN m; a centre wanted 1 rad right goes a rad beyond the right one."""
+    """On 200 N m per rad, limits 2 and 1 kN m; moving the centre right by 1 rad extends right strokes by 1 rad."""
     reversal, angle, side, ends = TorqueLimitedReversal(2000.0, 1000.0), 0.0, 1.0, []
     for _ in range(4000):
         angle += side * 0.05

@@ -191,8 +191,10 @@ def test_outlier_does_not_widen_toolface_sigma():
 
 
 def moved_by(second, first):
-    """Degrees by which a sample that is `second` (deg) off moves a toolface at rest that was lost for two minutes, one
-    MWD period after a sample that is `first` (deg) off, or lost where that is None."""
+    """Move (deg) of a resting toolface, without MWD for two minutes, by a sample that is `second` (deg) off.
+
+    One MWD period before it comes a sample that is `first` (deg) off, or none.
+    """
     estimator = ToolFaceEstimator(0.0042, 60.0, EstimatorNoise(
         math.radians(2.0), 150.0, 0.1, 0.1, 0.3, math.radians(6.0), math.radians(0.15)))
     for k in range(1, 302):

@@ -14,19 +14,19 @@ from gymnasium.utils.env_checker import check_env
 
 from slider_drilling.closed_loop.environment import SlideEnvironment
 
-HOLD = dataclasses.replace(next(one for one in SCENARIOS if one.name == "hold, 2.6 km"), duration=20.0)
+HOLD = dataclasses.replace(next(scenario for scenario in SCENARIOS if scenario.name == "hold, 2.6 km"), duration=20.0)
 
 
-def slid(action, seed=3):
-    """Observations, rewards and the last step's facts of one whole episode."""
+def episode(action, seed=3):
+    """Observations, rewards and the last info of a whole episode."""
     environment = SlideEnvironment(HOLD, elements=20)
-    seen, rewards, over = [environment.reset(seed=seed)[0]], [], False
+    observations, rewards, over = [environment.reset(seed=seed)[0]], [], False
     while not over:
-        observation, reward, ended, over, facts = environment.step(np.array(action, np.float32))
+        observation, reward, ended, over, info = environment.step(np.array(action, np.float32))
         assert not ended and len(rewards) < 20
-        seen.append(observation)
+        observations.append(observation)
         rewards.append(reward)
-    return np.array(seen), np.array(rewards), facts
+    return np.array(observations), np.array(rewards), info
 
 
 def test_gymnasium_checker_passes():
@@ -34,17 +34,17 @@ def test_gymnasium_checker_passes():
 
 
 def test_action_turns_drive_and_lowers_block():
-    seen, rewards, facts = slid((0.1, 0.02))
+    observations, rewards, info = episode((0.1, 0.02))
     assert len(rewards) == 20
-    assert seen[-1][0] == pytest.approx(20.0 * 0.1 * HOLD.assumed_rig().top_drive.max_speed, rel=0.1)
-    assert seen[-1][2] == pytest.approx(20.0 * 0.002, rel=0.1)
-    assert seen[-1][1] > 1.0, "turning right takes torque to the right"
-    assert rewards[-1] == pytest.approx(-abs(facts["error"]) / np.pi, abs=0.01)
+    assert observations[-1][0] == pytest.approx(20.0 * 0.1 * HOLD.assumed_rig().top_drive.max_speed, rel=0.1)
+    assert observations[-1][2] == pytest.approx(20.0 * 0.002, rel=0.1)
+    assert observations[-1][1] > 1.0, "turning right takes torque to the right"
+    assert rewards[-1] == pytest.approx(-abs(info["error"]) / np.pi, abs=0.01)
 
 
 def test_seed_fixes_episode():
-    assert np.array_equal(slid((0.1, 0.0))[0], slid((0.1, 0.0))[0])
-    assert not np.array_equal(slid((0.1, 0.0))[0], slid((0.1, 0.0), seed=4)[0])
+    assert np.array_equal(episode((0.1, 0.0))[0], episode((0.1, 0.0))[0])
+    assert not np.array_equal(episode((0.1, 0.0))[0], episode((0.1, 0.0), seed=4)[0])
 
 
 def test_step_before_reset_raises():

@@ -206,8 +206,7 @@ def test_return_to_bottom_is_fast_then_slow():
 
 @pytest.mark.parametrize(("tool_face_deg", "side"), [(-40.0, 1.0), (40.0, -1.0)])
 def test_centre_moves_against_the_error(tool_face_deg, side):
-    """A toolface that stays left of its target calls for a centre further right than one that is on it, whatever
-    the load meanwhile."""
+    """A toolface left of its target moves the centre further right than a toolface on target."""
     centres = []
     for tool_face in (0.0, math.radians(tool_face_deg)):
         controller = SlideController(RIG, SlideSettings(feed_forward=0.0))
