@@ -191,6 +191,7 @@ def test_friction_of_reference_log_within_3_percent(shared_data, name):
         assert row.factor == pytest.approx(row.in_rig_file, rel=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["labelled_stribeck", "labelled_cuttings_bed", "labelled_top_drive_backlash"])
 def test_friction_of_noisy_log_within_15_percent(shared_data, name):
     log = read_log(shared_data / "logs" / f"{name}.mcap")

@@ -1,4 +1,4 @@
-"""Runs and logs that begin with a string that was at work already."""
+"""Runs and logs that begin with a string that is loaded already."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from slider_drilling.wellbore.static_loads import static_loads
 
 RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
 ELEMENTS, PERIOD = 40, 16.0
-AT_WORK = InitialState(weight_on_bit=4e4, axial_friction_share=0.3, tangential_friction_share=0.2, surface_torque=6e3)
+LOADED = InitialState(weight_on_bit=4e4, axial_friction_share=0.3, tangential_friction_share=0.2, surface_torque=6e3)
 
 
 def rocking(duration, lowering=0.003):
@@ -41,7 +41,7 @@ def still(duration=2.0):
 
 
 @pytest.fixture(scope="module")
-def begun_late(tmp_path_factory):
+def late_log(tmp_path_factory):
     """A log and the same without its first 70 s, on a clock of its own."""
     path = tmp_path_factory.mktemp("logs") / "run.mcap"
     run = rocking(200.0)
@@ -52,7 +52,7 @@ def begun_late(tmp_path_factory):
 
 def test_loaded_string_is_in_equilibrium():
     """Nothing moves but the bit, which drills: forces of springs, weight and contacts add up from the first step on."""
-    response = simulate(RIG, still(), ELEMENTS, AT_WORK)
+    response = simulate(RIG, still(), ELEMENTS, LOADED)
     assert response.surface_torque == pytest.approx(6e3, rel=5e-3)
     assert np.ptp(response.hook_load) < 5e-3 * response.hook_load[0]
     assert response.weight_on_bit[0] == 4e4
@@ -82,18 +82,18 @@ def test_pressure_and_torque_match_weight_on_bit():
 
 def test_loaded_lane_leaves_others_unchanged():
     alone = simulate(RIG, still(), ELEMENTS)
-    beside = simulate_batch([RIG, RIG], still(), ELEMENTS, [InitialState(), AT_WORK])[0]
+    beside = simulate_batch([RIG, RIG], still(), ELEMENTS, [InitialState(), LOADED])[0]
     assert beside.hook_load == pytest.approx(alone.hook_load, rel=1e-9)
     assert beside.surface_torque == pytest.approx(alone.surface_torque, abs=1e-3)
 
 
-def test_log_at_rest_starts_at_rest(begun_late):
-    whole, _ = begun_late
+def test_log_at_rest_starts_at_rest(late_log):
+    whole, _ = late_log
     assert infer_initial_state(whole, RIG, commands_from_log(whole, RIG).commands) == InitialState()
 
 
-def test_loaded_log_is_replayed_from_its_state(begun_late):
-    whole, late = begun_late
+def test_loaded_log_is_replayed_from_its_state(late_log):
+    whole, late = late_log
     start = infer_initial_state(late, RIG, commands_from_log(late, RIG).commands)
     assert start.loaded and start.surface_torque is not None and start.weight_on_bit > 0.0
     own, hanging = replay(late, RIG, ELEMENTS), replay(late, RIG, ELEMENTS, InitialState())
@@ -102,18 +102,18 @@ def test_loaded_log_is_replayed_from_its_state(begun_late):
     assert replay(whole, RIG, ELEMENTS).channels["surface_torque"].rms < 1.0
 
 
-def test_diagnosis_fits_initial_state_and_skips_transient(begun_late):
-    _, late = begun_late
+def test_diagnosis_fits_initial_state_and_skips_transient(late_log):
+    _, late = late_log
     prepared = build_model([late], RIG)
     begin = initial_transient_end(RIG, commands_from_log(late, RIG).commands)
     assert PERIOD < begin <= 0.2 * 130.0
     assert all(channel.time[0] >= begin for channel in prepared.model.runs[0].channels)
-    assert {"start_weight", "start_drag", "start_hold"} <= {one.name for one in prepared.model.nuisance}
-    assert any("begins while the string is at work" in remark for remark in prepared.remarks)
+    assert {"start_weight", "start_drag", "start_hold"} <= {parameter.name for parameter in prepared.model.nuisance}
+    assert any("starts while the string is loaded" in remark for remark in prepared.remarks)
 
 
-def test_loaded_string_at_rest_is_recognised(begun_late):
-    whole, _ = begun_late
+def test_loaded_string_at_rest_is_recognised(late_log):
+    whole, _ = late_log
     run = commands_from_log(whole, RIG).commands
     resting = replace(run, top_drive_speed=np.zeros_like(run.time))
     lighter = replace(whole, draw_works=replace(whole.draw_works, effort=whole.draw_works.effort - 6e4))

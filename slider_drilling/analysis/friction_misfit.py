@@ -25,7 +25,7 @@ _MIN_NOISE = {"surface_torque": 20.0, "hook_load": 400.0}
 
 
 @dataclass(frozen=True)
-class FitParameter:
+class FrictionNuisance:
     """A nuisance parameter of the fit: something other than friction.
 
     Attributes:
@@ -47,12 +47,12 @@ class FitParameter:
 # Compliance and density set the torque of a reversal. A few per cent of them (tool joints, wear) look like a quarter of
 # the cased hole's friction.
 NUISANCES = {
-    "start_twist": FitParameter(0.0, 20.0, -60.0, 60.0, 0.05, 1.0),  # rad
-    "backlash": FitParameter(0.0, 0.5, 0.0, 3.0, 0.02, 0.1),  # rad, full width
-    "bit_aggressiveness": FitParameter(1.0, 0.3, 0.2, 3.0, 0.02, 0.1),  # over the rig file's
-    "torsional_damping": FitParameter(1.0, 0.3, 0.0, 6.0, 0.05, 0.2),  # over the rig file's
-    "torsional_compliance": FitParameter(0.0, 0.05, -0.3, 0.5, 0.005, 0.03),  # extra, relative
-    "pipe_density": FitParameter(1.0, 0.03, 0.8, 1.2, 0.005, 0.02),  # over the rig file's
+    "start_twist": FrictionNuisance(0.0, 20.0, -60.0, 60.0, 0.05, 1.0),  # rad
+    "backlash": FrictionNuisance(0.0, 0.5, 0.0, 3.0, 0.02, 0.1),  # rad, full width
+    "bit_aggressiveness": FrictionNuisance(1.0, 0.3, 0.2, 3.0, 0.02, 0.1),  # over the rig file's
+    "torsional_damping": FrictionNuisance(1.0, 0.3, 0.0, 6.0, 0.05, 0.2),  # over the rig file's
+    "torsional_compliance": FrictionNuisance(0.0, 0.05, -0.3, 0.5, 0.005, 0.03),  # extra, relative
+    "pipe_density": FrictionNuisance(1.0, 0.03, 0.8, 1.2, 0.005, 0.02),  # over the rig file's
 }
 
 

@@ -185,8 +185,8 @@ def _tables(analysis: Analysis, units: Units) -> tuple[Table, ...]:
             hole = f"{row.kind}, {units.format_range(row.top, row.bottom, 'm', 4)}"
             rows.append((hole, factor, f"{row.in_rig_file:.3f}", f"{row.axial:.3f}", f"{row.tangential:.3f}"))
         tables.append(Table(header, tuple(rows), "Apparent friction"))
-    said = (*_torque_rows(analysis, units), *_axial_rows(analysis, units), *_bed_rows(analysis, units))
-    tables.append(Table(("", ""), said, "Results"))
+    results = (*_torque_rows(analysis, units), *_axial_rows(analysis, units), *_bed_rows(analysis, units))
+    tables.append(Table(("", ""), results, "Results"))
     return tuple(tables)
 
 
