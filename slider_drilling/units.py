@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 import math
-import re
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -95,13 +94,6 @@ FIELD_UNITS = {
 }  # fmt: skip
 """Oilfield display unit for each SI unit."""
 
-_NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
-_QUANTITY = re.compile(
-    rf"(?<![\w.])(?P<numbers>{_NUMBER}(?:(?: to | and | or |, |; ){_NUMBER})*) "
-    rf"(?P<unit>{'|'.join(re.escape(unit) for unit in sorted(FIELD_UNITS, key=len, reverse=True) if unit != 'km')})"
-    r"(?![\w/])"
-)
-
 Number = TypeVar("Number", float, NDArray[np.float64])
 
 
@@ -137,31 +129,13 @@ class Units:
         first, last = (format_number(self.convert(end, unit), digits) for end in (low, high))
         return f"{first} to {last} {self.display_unit(unit)}".rstrip()
 
-    def convert_text(self, text: str | Sentence) -> str:
-        """A text with its quantities in these units.
-
-        Of a plain `str`, numbers that an SI unit follows are converted: "between 2663 and 3213 m" becomes "between
-        8737 and 10541 ft". They keep their digits.
-        """
-        if isinstance(text, Sentence):
-            return "".join(
-                part if isinstance(part, str) else self.format(part.value, part.unit, part.digits)
-                for part in text.parts
-            )
-        if self.name == "si":
+    def convert_text(self, text: Text) -> str:
+        """A text with its quantities in these units. A plain `str` has none and stays as it is."""
+        if isinstance(text, str):
             return text
-
-        def converted(match: re.Match[str]) -> str:
-            unit = match["unit"]
-            numbers = re.sub(_NUMBER, lambda number: self._convert_written(number[0], unit), match["numbers"])
-            return f"{numbers} {self.display_unit(unit)}"
-
-        return _QUANTITY.sub(converted, text)
-
-    def _convert_written(self, written: str, unit: str) -> str:
-        digits = len(written.lstrip("+-0.").replace(".", "").partition("e")[0])
-        sign = "+" if written.startswith("+") else ""
-        return sign + format_number(self.convert(float(written), unit), max(digits, 2))
+        return "".join(
+            part if isinstance(part, str) else self.format(part.value, part.unit, part.digits) for part in text.parts
+        )
 
     def convert_label(self, label: str) -> str:
         """A heading or axis label, "name, unit", with the display unit."""

@@ -112,7 +112,7 @@ def test_replay_states_the_fused_motion():
 
     def assumed(angle):
         drive = JointSeries(TIME, TIME, angle, speed, nothing)
-        return commands_from_log(RigLog("run.mcap", 0, top_drive=drive), rig).assumptions
+        return [str(text) for text in commands_from_log(RigLog("run.mcap", 0, top_drive=drive), rig).assumptions]
 
     (said,) = (sentence for sentence in assumed(in_steps(angle, 0.03)) if "agree" in sentence)
     assert "the top drive's angle and its speed disagree" in said and "rad and" in said

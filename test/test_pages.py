@@ -35,7 +35,7 @@ from slider_drilling.pages.colours import DARK, LIGHT, ORDER
 from slider_drilling.pages.figures import decimate, wrap_degrees
 from slider_drilling.pages.plotly_js import plotly_spec, round_ticks, rounded_numbers
 from slider_drilling.pages.png import render_png
-from slider_drilling.units import FIELD, SI
+from slider_drilling.units import FIELD, SI, sentence
 
 TIME = np.arange(0.0, 300.0, 0.1)
 CHART = Chart(
@@ -83,7 +83,8 @@ def test_png_ignores_mplbackend(tmp_path: Path) -> None:
 
 
 def test_figure_texts_use_axis_units() -> None:
-    chart = Chart("Friction at 3 m/h", "time, s", (Panel("friction, N", (Line("3 m/h", TIME, TIME),)),))
+    rate = sentence(Quantity(3.0, "m/h", 2))
+    chart = Chart(sentence("Friction at ", rate), "time, s", (Panel("friction, N", (Line(rate, TIME, TIME),)),))
     html = page_html(a_page(chart), FIELD)
     assert "<h3>Friction at 9.8 ft/h</h3>" in html
     assert drawings_in(html)[0]["data"][0]["name"] == "9.8 ft/h"

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from slider_drilling.units import FIELD, FIELD_UNITS, KINDS, SI, format_number, split_label
+from slider_drilling.units import FIELD, FIELD_UNITS, KINDS, SI, Quantity, format_number, sentence, split_label
 
 
 @pytest.mark.parametrize(
@@ -58,15 +58,13 @@ def test_format_number(value: float, read: str) -> None:
     assert format_number(value) == read
 
 
-@pytest.mark.parametrize(
-    ("si", "field"),
-    [
-        ("2.04 times between 2663 and 3213 m; 92 %", "2.04 times between 8737 and 10541 ft; 92 %"),
-        ("from 118 to 3.0 deg, 24 % less", "from 118 to 3.0 deg, 24 % less"),
-        ("-4.10 to 12.3 kN m, peak +12.3 kN m", "-3024 to 9072 ft lbf, peak +9072 ft lbf"),
-        ("by 2 m/h, 5.1 m/s and 0.1 m/s2", "by 6.6 ft/h, 17 ft/s and 0.1 m/s2"),
-        ("well-4 m1 has 3 mud pumps", "well-4 m1 has 3 mud pumps"),
-    ],
-)  # fmt: skip
-def test_convert_text_to_field_units(si: str, field: str) -> None:
-    assert FIELD.convert_text(si) == field and SI.convert_text(si) == si
+def test_text_with_quantities_is_written_in_either_units() -> None:
+    bed = sentence("2.04 times between ", Quantity(2663.0, "m"), " and ", Quantity(3213.0, "m"), "; 92 %")
+    assert str(bed) == "2.04 times between 2663 m and 3213 m; 92 %"
+    assert FIELD.convert_text(bed) == "2.04 times between 8737 ft and 10541 ft; 92 %"
+    assert FIELD.convert_text(sentence("by ", sentence(Quantity(5.1, "m/s", 2)))) == "by 17 ft/s"
+    assert FIELD.convert_text(sentence("from ", Quantity(None, "m"))) == "from -"
+
+
+def test_plain_text_is_not_converted() -> None:
+    assert FIELD.convert_text("well-4 m1 has 3 mud pumps at 2663 m") == "well-4 m1 has 3 mud pumps at 2663 m"

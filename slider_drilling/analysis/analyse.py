@@ -17,6 +17,7 @@ from slider_drilling.gap.progress import Progress
 from slider_drilling.log import RigLog
 from slider_drilling.log.time_window import most_active_window
 from slider_drilling.rig import Rig
+from slider_drilling.units import Quantity, Text, sentence
 from slider_drilling.wellbore.zones import Zones
 
 Array = NDArray[np.float64]
@@ -49,7 +50,7 @@ class Analysis:
     rocked: StringHistory | None
     still: StringHistory | None
     zones: list[tuple[float, Zones]]
-    undetermined: tuple[str, ...]
+    undetermined: tuple[Text, ...]
 
 
 MAX_DURATION = 3600.0
@@ -71,7 +72,7 @@ def analyse(log: RigLog, rig: Rig | None, elements: int = ELEMENTS, progress: Pr
     time, angle, speed, torque = _surface(log)
     cycles = rocking_cycles(time, angle, torque)
     broke = breakover(time, speed, torque)
-    missing = [*filter(None, [left_out]), *_missing_at_surface(cycles, broke)]
+    missing: list[Text] = [*filter(None, [left_out]), *_missing_at_surface(cycles, broke)]
     if rig is None:
         missing.append(
             "friction factors, zones, axial friction, weight transfer: the log has no rig file and none was given"
@@ -84,7 +85,10 @@ def analyse(log: RigLog, rig: Rig | None, elements: int = ELEMENTS, progress: Pr
 
     fit = fit_friction(log, rig, elements, simulated)
     missing += [
-        f"friction of the {row.kind} from {row.top:.0f} to {row.bottom:.0f} m: this log does not determine it"
+        sentence(
+            f"friction of the {row.kind} from ", Quantity(round(row.top), "m"), " to ",
+            Quantity(round(row.bottom), "m"), ": this log does not determine it",
+        )
         for row in fit.intervals if not row.is_determined
     ]  # fmt: skip
     commands = fit.inputs.commands

@@ -13,7 +13,7 @@ from slider_drilling.analysis.analyse import Analysis
 from slider_drilling.log.run_page import log_title
 from slider_drilling.pages import Chart, Table
 from slider_drilling.paper_studies.study import Study, curve, curve_chart
-from slider_drilling.units import SI, Units
+from slider_drilling.units import SI, Text, Units, sentence
 
 SCHEMA = "slider_drilling/analysis/1"
 
@@ -36,8 +36,8 @@ def to_json(analysis: Analysis) -> dict[str, Any]:
             for t, z in analysis.zones
         ],
         "along_the_string": _along(analysis.rocked),
-        "not_found": list(analysis.undetermined),
-        "notes": [*analysis.log.notes, *(analysis.fit.inputs.assumptions if analysis.fit else ())],
+        "not_found": [str(text) for text in analysis.undetermined],
+        "notes": [str(text) for text in _notes(analysis)],
     }
 
 
@@ -165,13 +165,15 @@ def analysis_study(analysis: Analysis, units: Units = SI) -> Study:
         },
         figures=(*_surface_figures(analysis), *_string_figures(analysis)),
         claims=(),
-        notes=tuple(f"Not found: {sentence}." for sentence in analysis.undetermined)
-        + tuple(
-            f"Note: {sentence}."
-            for sentence in (*analysis.log.notes, *(analysis.fit.inputs.assumptions if analysis.fit else ()))
-        ),
+        notes=tuple(sentence("Not found: ", reason, ".") for reason in analysis.undetermined)
+        + tuple(sentence("Note: ", text, ".") for text in _notes(analysis)),
         tables=_tables(analysis, units),
     )
+
+
+def _notes(analysis: Analysis) -> tuple[Text, ...]:
+    """What the reader of the log, and the reconstruction of its inputs, say."""
+    return (*analysis.log.notes, *(analysis.fit.inputs.assumptions if analysis.fit else ()))
 
 
 def _tables(analysis: Analysis, units: Units) -> tuple[Table, ...]:

@@ -20,7 +20,7 @@ from slider_drilling.blind.totals import (
     proportion,
 )
 from slider_drilling.pages import BulletList, Chart, Headline, Line, Page, Panel, Section, Table, Tag, write_page
-from slider_drilling.units import SI, Units
+from slider_drilling.units import SI, Quantity, Text, Units, sentence
 
 _FACTS = ("code", "date")
 _VISIBLE_CURVES = 4  # the legend switches the others on
@@ -68,9 +68,9 @@ def write_blind_page(path: Path, cases: Sequence[ScoredCase], tree: dict[str, An
     write_page(path, page, units)
 
 
-def total_rows(totals: BlindTotals) -> list[tuple[str, str]]:
+def total_rows(totals: BlindTotals) -> list[tuple[str, Text]]:
     """Returns each figure with its name."""
-    rows = [(f"{_KINDS[kind]}: correct", str(count)) for kind, count in totals.correct.items()]
+    rows: list[tuple[str, Text]] = [(f"{_KINDS[kind]}: correct", str(count)) for kind, count in totals.correct.items()]
     rows += [
         ("one effect: named", str(totals.named)),
         (f"  of {CLEAR_SIZE:g} noise floors or more", str(totals.named_from_size_1_5)),
@@ -86,7 +86,7 @@ def total_rows(totals: BlindTotals) -> list[tuple[str, str]]:
         ("one or two effects: site correct", str(totals.site_correct)),
         ("95 % interval holds the oracle's share", str(totals.interval_coverage)),
         ("share closed minus the oracle's", _quantiles_text(totals.closed_minus_oracle)),
-        ("errors of the ends of a cuttings bed", _quantiles_text(totals.bed_end_errors, " m")),
+        ("errors of the ends of a cuttings bed", _quantiles_text(totals.bed_end_errors, "m")),
         ("processor time of a diagnosis", _quantiles_text(totals.cpu_s, " s")),
         ("duration of a diagnosis", _quantiles_text(totals.wall_s, " s")),
     ]
@@ -101,11 +101,11 @@ def total_rows(totals: BlindTotals) -> list[tuple[str, str]]:
     return rows
 
 
-def _quantiles_text(values: Quantiles, unit: str = "") -> str:
+def _quantiles_text(values: Quantiles, unit: str = "") -> Text:
     if values.median is None:
         return "-"
-    median, low, high = (f"{value:.3g}{unit}" for value in (values.median, values.low, values.high))
-    return f"median {median}, 5 % {low}, 95 % {high} ({values.total})"
+    median, low, high = (Quantity(value, unit) for value in (values.median, values.low, values.high))
+    return sentence("median ", median, ", 5 % ", low, ", 95 % ", high, f" ({values.total})")
 
 
 def _size_table(totals: BlindTotals) -> Table:

@@ -40,8 +40,8 @@ def command(log: Path, output: Path, rig_path: Path | None, elements: int, units
     with progress_stages() as report:
         analysis = analyse(record, rig, elements, report)
     study, tree = analysis_study(analysis, units), to_json(analysis)
-    for sentence in analysis.undetermined:
-        stderr().print(f"not found: {sentence}")
+    for text in analysis.undetermined:
+        stderr().print(f"not found: {units.convert_text(text)}")
     write_and_print(tree if as_json else None, lambda: _print(study.tables),
                     lambda: write_study(study, output, tree, units))  # fmt: skip
 

@@ -13,7 +13,7 @@ from slider_drilling.commands.options import json_option, namespace_option, prin
 if TYPE_CHECKING:
     from slider_drilling.log import RigLog
     from slider_drilling.log.info import LogInfo, TopicInfo
-    from slider_drilling.units import Units
+    from slider_drilling.units import Text, Units
 
 
 @click.command(epilog="Example:\n\n  slider-drilling info run.mcap")
@@ -76,7 +76,7 @@ def _missing(record: RigLog, use: str) -> list[str]:
     return reasons
 
 
-def _assumed(record: RigLog) -> list[str]:
+def _assumed(record: RigLog) -> list[Text]:
     """What a replay assumes where the log lacks data."""
     from slider_drilling.errors import InputError
     from slider_drilling.log_inputs.commands_from_log import commands_from_log
@@ -96,18 +96,18 @@ def _row(topic: TopicInfo) -> dict[str, object]:
     }  # fmt: skip
 
 
-def _print_json(info: LogInfo, notes: list[str], missing: dict[str, list[str]], assumed: list[str]) -> None:
+def _print_json(info: LogInfo, notes: list[str], missing: dict[str, list[str]], assumed: list[Text]) -> None:
     print_json({
         "files": info.files, "bytes": info.bytes, "start_ns": info.start_ns, "duration_s": info.seconds,
         "messages": sum(topic.messages for topic in info.topics), "topics": [_row(topic) for topic in info.topics],
         "attachments": info.attachments, "metadata": info.metadata, "notes": notes,
         "missing_for_replay": missing["replay"], "missing_for_diagnosis": missing["diagnosis"],
-        "assumed_in_replay": assumed,
+        "assumed_in_replay": [str(text) for text in assumed],
     })  # fmt: skip
 
 
 def _print(
-    info: LogInfo, notes: list[str], missing: dict[str, list[str]], assumed: list[str], units: Units
+    info: LogInfo, notes: list[str], missing: dict[str, list[str]], assumed: list[Text], units: Units
 ) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
@@ -131,11 +131,11 @@ def _print(
     say(table)
     say(f"attachments: {', '.join(info.attachments) or 'none'}; metadata: {', '.join(info.metadata) or 'none'}")
     for note in notes:
-        say(f"note: {units.convert_text(note)}")
+        say(f"note: {note}")
     for use, reasons in missing.items():
         say(f"{use}: ready" if not reasons else f"{use}: not possible")
         for reason in reasons:
-            say(f"  {units.convert_text(reason)}")
+            say(f"  {reason}")
     for sentence in assumed:
         say(f"  in a replay {units.convert_text(sentence)}")
 

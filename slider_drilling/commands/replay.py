@@ -47,8 +47,8 @@ def command(
 
     def show() -> None:
         _print(run, units)
-        for sentence in (*record.notes, *run.assumptions):
-            stderr().print(f"note: {sentence}")
+        for text in (*record.notes, *run.assumptions):
+            stderr().print(f"note: {units.convert_text(text)}")
 
     def write() -> list[Path]:
         if output is not None:
@@ -59,7 +59,7 @@ def command(
 
     channels = {name: {"rms": rms, "rms_over_noise": replayed.rms_over_noise[name]}
                 for name, rms in replayed.rms.items()}
-    tree = {"channels": channels, "assumed": run.assumptions, "notes": record.notes}
+    tree = {"channels": channels, "assumed": [str(text) for text in run.assumptions], "notes": record.notes}
     write_and_print(tree if as_json else None, show, write)
 
 

@@ -22,6 +22,7 @@ from slider_drilling.log_checks.channel_usable import why_unusable
 from slider_drilling.log_checks.expected_levels import OFF_BOTTOM_STIFFNESS
 from slider_drilling.log_inputs.reconstruct_flow import flow_reduced
 from slider_drilling.rig import Rig
+from slider_drilling.units import Text
 
 # Hz. Above this neither rocking nor the sea moves a hook load; vibrating tools are within the range.
 _FAST_HZ, _TOOLS_HZ = 0.4, (5.0, 30.0)
@@ -38,7 +39,7 @@ class PreparedModel:
     """A model of the logs, and what the user must know about them."""
 
     model: DrillString
-    remarks: tuple[str, ...]
+    remarks: tuple[Text, ...]
 
 
 def build_model(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEffect] = ()) -> PreparedModel:
@@ -52,7 +53,7 @@ def build_model(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEff
     Raises:
         InputError: A log holds no top-drive motion, no channel can be used, or a user's effect is not valid.
     """
-    remarks: list[str] = []
+    remarks: list[Text] = []
     off_bottom = all(log.draw_works is None and log.standpipe_pressure is None for log in logs)
     if off_bottom:
         rig = replace(rig, bit=replace(rig.bit, depth_of_cut_stiffness=OFF_BOTTOM_STIFFNESS))
@@ -61,7 +62,7 @@ def build_model(logs: Sequence[RigLog], rig: Rig, user_effects: Sequence[UserEff
     runs = [build_run(log, rig, own, remarks) for log, own in zip(logs, inputs, strict=True)]
     channels = sorted({channel.name for run in runs for channel in run.channels})
     if not channels:
-        raise InputError(f"{logs[0].source}: no channel can be used: {'; '.join(remarks)}")
+        raise InputError(f"{logs[0].source}: no channel can be used: {'; '.join(map(str, remarks))}")
     nuisance = (*nuisance_parameters(rig, channels), *run_parameters(channels, inputs))
     effects = _catalogue(rig, runs)
     users = _checked_users(user_effects, effects, nuisance, rig, inputs[0])
@@ -117,7 +118,7 @@ def _torque_interval(runs: Sequence[LoggedRun]) -> float:
     return max((float(np.median(np.diff(time))) for time in times), default=0.0)
 
 
-def build_run(log: RigLog, rig: Rig, inputs: RunInputs, remarks: list[str]) -> LoggedRun:
+def build_run(log: RigLog, rig: Rig, inputs: RunInputs, remarks: list[Text]) -> LoggedRun:
     """A log as a run of the engine.
 
     Args:

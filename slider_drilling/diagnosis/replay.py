@@ -17,6 +17,7 @@ from slider_drilling.log_checks.repeated_samples import mask_repeated_samples
 from slider_drilling.log_inputs.commands_from_log import commands_from_log
 from slider_drilling.log_inputs.infer_initial_state import LOADED_START_NOTE, infer_initial_state
 from slider_drilling.rig import Mwd, Rig, Sensor
+from slider_drilling.units import Text
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ class Replay:
     commands: Commands
     response: Response
     channels: Mapping[str, ChannelComparison]
-    assumptions: tuple[str, ...]
+    assumptions: tuple[Text, ...]
 
 
 def measured_channels(log: RigLog, rig: Rig) -> dict[str, Channel]:
@@ -135,5 +136,5 @@ def replay(
         simulated = np.interp(channel.time, response.time, getattr(response, name))
         comparisons[name] = ChannelComparison(channel, simulated, channel.residual(simulated))
     loaded = [LOADED_START_NOTE] if start.loaded else []
-    assumptions = (*(str(issue.text) for issue in repeats), *logged.assumptions, *loaded)
+    assumptions = (*(issue.text for issue in repeats), *logged.assumptions, *loaded)
     return Replay(logged.commands, response, comparisons, assumptions)

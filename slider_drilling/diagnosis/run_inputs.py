@@ -10,6 +10,7 @@ from slider_drilling.log import RigLog
 from slider_drilling.log_inputs.commands_from_log import commands_from_log
 from slider_drilling.log_inputs.infer_initial_state import infer_initial_state, initial_transient_end
 from slider_drilling.rig import Rig
+from slider_drilling.units import Text, sentence
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class RunInputs:
     compared_from: float = 0.0
 
 
-def read_run_inputs(log: RigLog, rig: Rig, remarks: list[str]) -> RunInputs:
+def read_run_inputs(log: RigLog, rig: Rig, remarks: list[Text]) -> RunInputs:
     """The inputs of a logged run.
 
     Args:
@@ -54,7 +55,7 @@ def read_run_inputs(log: RigLog, rig: Rig, remarks: list[str]) -> RunInputs:
             "the log starts while the string is loaded: its initial state is fitted, and samples before "
             f"{compared_from:.1f} s are left out"
         )
-    remarks += [f"{log.source}: {note}" for note in notes]
+    remarks += [sentence(f"{log.source}: ", note) for note in notes]
     return RunInputs(
         logged.commands, logged.acceleration, initial_state, logged.flow_step_times, logged.block_from_pressure,
         compared_from,

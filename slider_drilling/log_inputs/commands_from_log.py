@@ -23,6 +23,7 @@ from slider_drilling.log_inputs.fuse_position_and_speed import fuse_position_and
 from slider_drilling.log_inputs.reconstruct_block import reconstruct_block
 from slider_drilling.log_inputs.reconstruct_flow import PressureSteps, flow_fraction, pressure_steps
 from slider_drilling.rig import Rig, check_duration
+from slider_drilling.units import Quantity, Text, sentence
 
 _TURNING = 0.05  # rad/s, from which a drive counts as turning
 _FINE_S = 0.1  # between commands, where a log's samples are farther apart
@@ -41,7 +42,7 @@ class LogCommands:
     """
 
     commands: Commands
-    assumptions: tuple[str, ...]
+    assumptions: tuple[Text, ...]
     block_logged: bool = True
     block_from_pressure: bool = False
     flow_step_times: tuple[float, ...] | None = None
@@ -81,7 +82,7 @@ def commands_from_log(log: RigLog, rig: Rig) -> LogCommands:
     if count < 2:
         raise InputError(f"{log.source}: top_drive/joint_states has {count} usable sample(s); at least two needed")
     check_duration(rig, float(drive.time[-1] - drive.time[0]), log.rig_source or log.source)
-    assumptions: list[str] = []
+    assumptions: list[Text] = []
     time, angle, speed = _drive_motion(log, drive, rig, assumptions)
     pump, steps = _pump_speed(log, rig, time, assumptions)
     block, block_speed, lowered = np.zeros_like(time), np.zeros_like(time), None
@@ -110,7 +111,7 @@ def unfilled_field(series: JointSeries) -> str | None:
     return "position" if turns and still else "velocity" if moves and not turns else None
 
 
-def _drive_motion(log: RigLog, drive: JointSeries, rig: Rig, assumptions: list[str]) -> tuple[Array, Array, Array]:
+def _drive_motion(log: RigLog, drive: JointSeries, rig: Rig, assumptions: list[Text]) -> tuple[Array, Array, Array]:
     """Time, angle and speed of the top drive.
 
     In its gaps there are the corners of the motion, and the times at which block or pump have samples. An undersampled
@@ -153,7 +154,7 @@ def _usable(series: JointSeries) -> JointSeries:
     return JointSeries(*(array[keep] for array in arrays))
 
 
-def _motion(series: JointSeries, assumptions: list[str], name: str, unit: str) -> tuple[Array, Array]:
+def _motion(series: JointSeries, assumptions: list[Text], name: str, unit: str) -> tuple[Array, Array]:
     """Position and velocity (n,): each from the other where the log lacks it, both fused where they disagree."""
     time, position, velocity = series.time, series.position, series.velocity
     known = np.isfinite(position)
@@ -168,8 +169,13 @@ def _motion(series: JointSeries, assumptions: list[str], name: str, unit: str) -
     fused, speed = fuse_position_and_speed(time, position, velocity)
     if fused is not position:
         errors = (float(np.sqrt(np.mean(square**2))) for square in (fused - position, speed - velocity))
-        apart = " and ".join(f"{rms:.2g} {of}" for rms, of in zip(errors, (unit, f"{unit}/s"), strict=True))
-        assumptions.append(f"{name} and its speed disagree: their most likely common motion is used, {apart} RMS away")
+        distance, speed_error = (Quantity(rms, of, 2) for rms, of in zip(errors, (unit, f"{unit}/s"), strict=True))
+        assumptions.append(
+            sentence(
+                f"{name} and its speed disagree: their most likely common motion is used, ",
+                distance, " and ", speed_error, " RMS away",
+            )
+        )
     return fused, speed
 
 
@@ -185,7 +191,7 @@ def _block_from_pressure(log: RigLog, rig: Rig, time: Array, speed: Array, pump:
 
 
 def _pump_speed(
-    log: RigLog, rig: Rig, time: Array, assumptions: list[str]
+    log: RigLog, rig: Rig, time: Array, assumptions: list[Text]
 ) -> tuple[Array, tuple[float, ...] | None]:
     """Pump speed (n,) rad/s, and the times (s) at which pressure steps where the log lacks the pump."""
     pressure = log.standpipe_pressure

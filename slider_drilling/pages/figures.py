@@ -33,7 +33,7 @@ class Line:
         hidden: Listed in the legend, drawn on a click.
     """
 
-    name: str
+    name: Text
     x: Array
     y: Array
     style: Style = "line"
@@ -111,7 +111,7 @@ class Chart:
         max_points: Lines are decimated to about as many points.
     """
 
-    title: str
+    title: Text
     x_label: str
     panels: tuple[Panel, ...]
     caption: Text = ""
@@ -139,7 +139,7 @@ class HeatMap:
         caption: Text below.
     """
 
-    title: str
+    title: Text
     x_label: str
     y_label: str
     value_label: str

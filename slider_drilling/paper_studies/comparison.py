@@ -10,8 +10,9 @@ from slider_drilling.control.rocking import Rocking
 from slider_drilling.pages import Chart
 from slider_drilling.paper_studies.pipe import Pipe
 from slider_drilling.paper_studies.settled_cycle import SettledCycle, settled_cycle
-from slider_drilling.paper_studies.study import Claim, Study, between, curve, curve_chart, display_name
+from slider_drilling.paper_studies.study import Claim, Study, between, curve, curve_chart, display_name, setting_name
 from slider_drilling.paper_studies.tool_motions import ToolMotion, longitudinal, radial, rocking, three_d, torsional
+from slider_drilling.units import sentence
 
 HOUR = 3600.0
 RPM = math.pi / 30.0
@@ -65,7 +66,8 @@ def _figures(runs: dict[str, dict[int, list[SettledCycle]]]) -> tuple[Chart, ...
             for name, rows in runs.items()
         ]
         label = "setting, weakest (0) to strongest (1)"
-        return curve_chart(f"{title} at {rate} m/h", label, "axial friction / Coulomb", curves, log_y=True)
+        title_at_rate = sentence(f"{title} at ", setting_name(rate, "m/h"))
+        return curve_chart(title_at_rate, label, "axial friction / Coulomb", curves, log_y=True)
 
     measures = (("Mean magnitude", "friction_ratio"), ("Signed mean", "signed_friction_ratio"))
     return tuple(chart(title, attribute, rate) for title, attribute in measures for rate in (3, 9))

@@ -11,7 +11,16 @@ from slider_drilling.contact import PAPER
 from slider_drilling.pages import Chart, Line
 from slider_drilling.paper_studies.pipe import Pipe
 from slider_drilling.paper_studies.settled_cycle import SettledCycle, coulomb_force, from_rest, settled_cycle
-from slider_drilling.paper_studies.study import UNCHANGED, Claim, Study, between, curve, curve_chart, rounded
+from slider_drilling.paper_studies.study import (
+    UNCHANGED,
+    Claim,
+    Study,
+    between,
+    curve,
+    curve_chart,
+    rounded,
+    setting_name,
+)
 from slider_drilling.paper_studies.tool_motions import longitudinal
 
 HOUR = 3600.0
@@ -70,14 +79,14 @@ def _figures(
             "Amplitude at 15 Hz: mean magnitude (full), signed mean (dashed)",
             "amplitude, mm",
             "axial friction / Coulomb",
-            _pairs(by_rate, "{} m/h"),
+            _pairs(by_rate, "m/h"),
             log_y=True,
         ),
         curve_chart(
             "Frequency at 10 m/h: mean magnitude (full), signed mean (dashed)",
             "amplitude, mm",
             "axial friction / Coulomb",
-            _pairs(by_frequency, "{:g} Hz"),
+            _pairs(by_frequency, "Hz"),
             log_y=True,
         ),
     )
@@ -89,16 +98,16 @@ def _settled(rate: float, amplitude_mm: float, frequency: float) -> SettledCycle
 
 def _onset(amplitude_mm: int) -> Line:
     history = from_rest(longitudinal(7 / HOUR, 1e-3 * amplitude_mm, 15.0), 0.6, PIPE, PAPER)
-    return curve(f"{amplitude_mm} mm", history.time[::6], -history.axial_force[::6])
+    return curve(setting_name(amplitude_mm, "mm"), history.time[::6], -history.axial_force[::6])
 
 
-def _pairs(runs: dict[Any, list[SettledCycle]], label: str) -> tuple[Line, ...]:
+def _pairs(runs: dict[Any, list[SettledCycle]], unit: str) -> tuple[Line, ...]:
     full = [
-        curve(label.format(key), AMPLITUDES_MM, [s.friction_ratio for s in row], colour=k)
+        curve(setting_name(key, unit), AMPLITUDES_MM, [s.friction_ratio for s in row], colour=k)
         for k, (key, row) in enumerate(runs.items())
     ]
     signed = [
-        curve(label.format(key) + ", signed", AMPLITUDES_MM, [s.signed_friction_ratio for s in row], True, k)
+        curve(setting_name(key, unit, ", signed"), AMPLITUDES_MM, [s.signed_friction_ratio for s in row], True, k)
         for k, (key, row) in enumerate(runs.items())
     ]
     return (*full, *signed)

@@ -10,7 +10,17 @@ from slider_drilling.contact import PAPER
 from slider_drilling.pages import Chart, Line
 from slider_drilling.paper_studies.pipe import Pipe
 from slider_drilling.paper_studies.settled_cycle import SettledCycle, coulomb_force, from_rest, settled_cycle
-from slider_drilling.paper_studies.study import UNCHANGED, Claim, Study, between, curve, curve_chart, falling, rounded
+from slider_drilling.paper_studies.study import (
+    UNCHANGED,
+    Claim,
+    Study,
+    between,
+    curve,
+    curve_chart,
+    falling,
+    rounded,
+    setting_name,
+)
 from slider_drilling.paper_studies.tool_motions import radial
 
 HOUR = 3600.0
@@ -70,7 +80,7 @@ def _figures(
             "time, s",
             "axial friction, N",
             tuple(
-                curve(f"{rate} m/h", row[-1].history.time, -row[-1].history.axial_force)
+                curve(setting_name(rate, "m/h"), row[-1].history.time, -row[-1].history.axial_force)
                 for rate, row in by_rate.items()
             ),
         ),
@@ -79,7 +89,10 @@ def _figures(
             "load amplitude / mean load",
             "axial friction / Coulomb",
             (
-                *(curve(f"{rate} m/h", RATIOS, [s.friction_ratio for s in row]) for rate, row in by_rate.items()),
+                *(
+                    curve(setting_name(rate, "m/h"), RATIOS, [s.friction_ratio for s in row])
+                    for rate, row in by_rate.items()
+                ),
                 curve("harmonic mean of the load, sqrt(1 - ratio^2)", RATIOS, harmonic, True),
             ),
         ),
@@ -94,7 +107,7 @@ def _figures(
 
 def _onset(rate: int) -> Line:
     history = from_rest(radial(rate / HOUR, 0.3, 15.0), 60.0, PIPE, PAPER)
-    return curve(f"{rate} m/h", history.time[::90], -history.axial_force[::90])
+    return curve(setting_name(rate, "m/h"), history.time[::90], -history.axial_force[::90])
 
 
 def _independent(what: str, where: str, runs: dict[Any, list[SettledCycle]]) -> Claim:

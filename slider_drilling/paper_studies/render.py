@@ -71,7 +71,7 @@ def as_json(study: Study) -> dict[str, Any]:
         "title": study.title,
         "settings": study.settings,
         "claims": claims,
-        "notes": list(study.notes),
+        "notes": [str(note) for note in study.notes],
     }
 
 
@@ -88,11 +88,11 @@ def study_csv(study: Study) -> str:
 def _chart_rows(chart: Chart) -> Iterator[list[str]]:
     for y_label, line in chart_lines(chart):
         for x, y in zip(line.x, line.y, strict=True):
-            yield [chart.title, line.name, chart.x_label, f"{x:.9g}", y_label, f"{y:.9g}", ""]
+            yield [str(chart.title), str(line.name), chart.x_label, f"{x:.9g}", y_label, f"{y:.9g}", ""]
 
 
 def _map_rows(heat_map: HeatMap) -> Iterator[list[str]]:
-    labels = heat_map.title, heat_map.value_label, heat_map.x_label
+    labels = str(heat_map.title), heat_map.value_label, heat_map.x_label
     for y, row in zip(heat_map.y, heat_map.value, strict=True):
         for x, value in zip(heat_map.x, row, strict=True):
             yield [*labels, f"{x:.9g}", heat_map.y_label, f"{y:.9g}", "" if np.isnan(value) else f"{value:.9g}"]

@@ -11,7 +11,7 @@ from slider_drilling.control.rocking import Rocking
 from slider_drilling.pages import Chart
 from slider_drilling.paper_studies.pipe import Pipe
 from slider_drilling.paper_studies.settled_cycle import SettledCycle, from_rest, settled_cycle
-from slider_drilling.paper_studies.study import Claim, Study, curve, curve_chart, falling, rounded
+from slider_drilling.paper_studies.study import Claim, Study, curve, curve_chart, falling, rounded, setting_name
 from slider_drilling.paper_studies.tool_motions import ToolMotion, rocking
 
 HOUR = 3600.0
@@ -56,7 +56,7 @@ def _figures(
         ),
         curve_chart(
             "From rest (Fig. 23)", "time, s", "axial friction, N",
-            [curve(f"{rate} m/h", h.time, -h.axial_force) for rate, h in onsets.items()],
+            [curve(setting_name(rate, "m/h"), h.time, -h.axial_force) for rate, h in onsets.items()],
         ),
         *_cycle_charts(settled),
         _amplitude_chart(sweep),
@@ -65,7 +65,7 @@ def _figures(
 
 def _cycle_charts(settled: dict[int, SettledCycle]) -> tuple[Chart, ...]:
     """One settled cycle: axial friction, friction coefficient and direction of slip."""
-    cycles = [(f"{rate} m/h", cycle.history, cycle.coulomb_force) for rate, cycle in settled.items()]
+    cycles = [(setting_name(rate, "m/h"), cycle.history, cycle.coulomb_force) for rate, cycle in settled.items()]
     return (
         curve_chart(
             "One settled cycle (Fig. 23)", "time, s", "axial friction / Coulomb",
@@ -83,10 +83,11 @@ def _cycle_charts(settled: dict[int, SettledCycle]) -> tuple[Chart, ...]:
 
 
 def _amplitude_chart(sweep: dict[int, list[float]]) -> Chart:
-    model = [curve(f"{rate} m/h", AMPLITUDES, row, colour=k) for k, (rate, row) in enumerate(sweep.items())]
+    model = [curve(setting_name(rate, "m/h"), AMPLITUDES, row, colour=k) for k, (rate, row) in enumerate(sweep.items())]
+    rigid_ratios = [[rigid_ratio(rate, float(d)) for d in AMPLITUDES] for rate in RATES]
     rigid = [
-        curve(f"{rate} m/h, rigid", AMPLITUDES, [rigid_ratio(rate, float(d)) for d in AMPLITUDES], True, k)
-        for k, rate in enumerate(RATES)
+        curve(setting_name(rate, "m/h", ", rigid"), AMPLITUDES, ratios, True, k)
+        for k, (rate, ratios) in enumerate(zip(RATES, rigid_ratios, strict=True))
     ]
     return curve_chart(
         "Amplitude (Fig. 25) and the rigid limit (dashed)", "amplitude, rad", "axial friction / Coulomb",

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from slider_drilling.pages import Chart, HeatMap, Line, Panel, Table
 from slider_drilling.pages.colours import ORDER
+from slider_drilling.units import Quantity, Sentence, Text, sentence
 
 UNCHANGED = 0.05
 """Fraction of Coulomb friction by which something "independent" may change, in every study."""
@@ -57,12 +58,18 @@ class Study:
     settings: dict[str, Any]
     figures: tuple[Chart | HeatMap, ...]
     claims: tuple[Claim, ...]
-    notes: tuple[str, ...] = ()
+    notes: tuple[Text, ...] = ()
     tables: tuple[Table, ...] = ()
     about: str = "Study"
 
 
-def curve(name: str, x: ArrayLike, y: ArrayLike, dashed: bool = False, colour: int | None = None) -> Line:
+def setting_name(value: float, unit: str, suffix: str = "") -> Sentence:
+    """Name of a curve by the setting that it was made with: "7 m/h"."""
+    digits = len(f"{value:g}".lstrip("0.").replace(".", ""))
+    return sentence(Quantity(value, unit, max(digits, 1)), suffix)
+
+
+def curve(name: Text, x: ArrayLike, y: ArrayLike, dashed: bool = False, colour: int | None = None) -> Line:
     """A line from any arrays (n,).
 
     Args:
@@ -74,7 +81,7 @@ def curve(name: str, x: ArrayLike, y: ArrayLike, dashed: bool = False, colour: i
 
 
 def curve_chart(
-    title: str, x_label: str, y_label: str, curves: Sequence[Line], *, log_x: bool = False, log_y: bool = False,
+    title: Text, x_label: str, y_label: str, curves: Sequence[Line], *, log_x: bool = False, log_y: bool = False,
     level: tuple[float, str] | None = None, depth_down: bool = False,
 ) -> Chart:  # fmt: skip
     """A chart with one pair of axes; labels carry the unit.

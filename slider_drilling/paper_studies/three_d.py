@@ -10,8 +10,9 @@ from slider_drilling.contact import PAPER
 from slider_drilling.pages import Chart, HeatMap, Line
 from slider_drilling.paper_studies.pipe import Pipe
 from slider_drilling.paper_studies.settled_cycle import SettledCycle, settled_cycle
-from slider_drilling.paper_studies.study import Claim, Study, curve, curve_chart, rounded
+from slider_drilling.paper_studies.study import Claim, Study, curve, curve_chart, rounded, setting_name
 from slider_drilling.paper_studies.tool_motions import three_d
+from slider_drilling.units import sentence
 
 HOUR = 3600.0
 RPM = math.pi / 30.0
@@ -26,7 +27,7 @@ def study() -> Study:
     runs = {rate: [[_settled(rate, mm, rpm) for mm in AXIAL_MM] for rpm in SPEED_RPM] for rate in (5, 10)}
     maps = tuple(
         HeatMap(
-            f"{title}, {rate} m/h",
+            sentence(f"{title}, ", setting_name(rate, "m/h")),
             "axial amplitude, mm",
             "torsional speed amplitude, rpm",
             "axial friction / Coulomb",
@@ -40,7 +41,8 @@ def study() -> Study:
     )
     pick = [0, 4, 8, 14]
     lines = tuple(
-        curve(f"{AXIAL_MM[k]:g} mm", SPEED_RPM, [row[k].signed_friction_ratio for row in runs[10]]) for k in pick
+        curve(setting_name(AXIAL_MM[k], "mm"), SPEED_RPM, [row[k].signed_friction_ratio for row in runs[10]])
+        for k in pick
     )
     return Study(
         name="three_d",

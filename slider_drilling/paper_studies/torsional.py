@@ -17,7 +17,7 @@ from slider_drilling.paper_studies.settled_cycle import (
     harmonic_share,
     settled_cycle,
 )
-from slider_drilling.paper_studies.study import Claim, Study, curve, curve_chart, falling, rounded
+from slider_drilling.paper_studies.study import Claim, Study, curve, curve_chart, falling, rounded, setting_name
 from slider_drilling.paper_studies.tool_motions import ToolMotion, torsional
 
 HOUR = 3600.0
@@ -76,7 +76,7 @@ def _figures(
         ),
         curve_chart(
             "Amplitude (Fig. 21)", "amplitude of rotation speed, rpm", "axial friction / Coulomb",
-            [curve(f"{rate} m/h", SWEEP_RPM, row) for rate, row in sweep.items()],
+            [curve(setting_name(rate, "m/h"), SWEEP_RPM, row) for rate, row in sweep.items()],
         ),
         curve_chart(
             "Friction coefficient over a settled cycle (Fig. 20, left)", "time, s", "friction coefficient",

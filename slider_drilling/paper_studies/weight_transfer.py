@@ -22,6 +22,7 @@ from slider_drilling.paper_studies.study import Claim, Study, curve, curve_chart
 from slider_drilling.paper_studies.tool_motions import ToolMotion, radial, three_d, torsional
 from slider_drilling.paper_studies.whole_well import ELEMENTS, HOUR, example_rig, longer, slide
 from slider_drilling.rig import Rig
+from slider_drilling.units import Quantity
 
 RATE = 9.0
 DURATION = 900.0
@@ -168,8 +169,8 @@ def _charts(title: str, label: str, x: tuple[float, ...], runs: list[SlideResult
 def _table(outcomes: dict[str, SlideResult]) -> Table:
     header = ("case", "hook load", "weight on bit", "its spread", "rate of penetration", "weight let down that arrives")
     rows = tuple(
-        (name, f"{o.hook_load / 1e3:.1f} kN", f"{o.weight_on_bit / 1e3:.1f} kN", f"{o.spread / 1e3:.1f} kN",
-         f"{o.rate_of_penetration * HOUR:.2f} m/h", f"{100.0 * o.share:.0f} %")
+        (name, Quantity(o.hook_load / 1e3, "kN", 4), Quantity(o.weight_on_bit / 1e3, "kN"),
+         Quantity(o.spread / 1e3, "kN"), Quantity(o.rate_of_penetration * HOUR, "m/h"), f"{100.0 * o.share:.0f} %")
         for name, o in outcomes.items()
     )  # fmt: skip
     return Table(header, rows, "Last quarter of 900 s")

@@ -9,7 +9,7 @@ import numpy as np
 from slider_drilling.drillstring import Plant
 from slider_drilling.drillstring.zones_from_motion import friction_torque, zones_from_motion
 from slider_drilling.pages import Chart
-from slider_drilling.paper_studies.study import Claim, Study, curve, curve_chart, rounded
+from slider_drilling.paper_studies.study import Claim, Study, curve, curve_chart, rounded, setting_name
 from slider_drilling.paper_studies.whole_well import ELEMENTS, INTERVAL, example_rig, slide
 from slider_drilling.rig import Rig
 from slider_drilling.wellbore.zones import Zones, zones_in_closed_form
@@ -67,7 +67,7 @@ def study() -> Study:
 def _figures(
     by_amplitude: list[ZoneCase], by_bit: list[ZoneCase], torque: list[float], reactive: list[float]
 ) -> tuple[Chart, ...]:
-    named = [(f"{a:g} rad", case) for a, case in zip(AMPLITUDES, by_amplitude, strict=True)]
+    named = [(setting_name(a, "rad"), case) for a, case in zip(AMPLITUDES, by_amplitude, strict=True)]
     depth = "measured depth, m"
     reached = [
         curve("rocked to, by motion", torque, [r.motion.rocked_to for r in by_amplitude]),
