@@ -1,7 +1,8 @@
-"""What the gap engine asks of a model: runs with channels, parameters, effects, and a batched simulation.
+"""What the gap engine asks of a model: logged runs, nuisance parameters, effects, and a batched simulation.
 
-The engine knows nothing else. The drill string (`slider_drilling.diagnosis.drill_string`) is one such model, the
-motor-driven slide of ``docs/examples/motor_slide.py`` another.
+`Model` is all that is needed. The protocols after it are optional: the engine uses what a model offers. The drill
+string (`slider_drilling.diagnosis.drill_string`) offers all of them, the motor-driven slide of
+``docs/examples/motor_slide.py`` none.
 """
 
 from __future__ import annotations
@@ -15,17 +16,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+# Parameter values by name.
 Values = Mapping[str, float]
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number that a fit may free.
+    """A number that a fit may free.
 
-    nominal: its value in the model as given (an effect's amplitude is neutral there); lower, upper: the range
-    a fit may use; scale: a typical change, the unit of the optimiser's steps; spread: how far a rig's value
-    commonly lies from nominal (one standard deviation, a weak prior), infinite when nothing is known;
-    per_run: belongs to the run rather than to the rig.
+    Attributes:
+        name: Its name.
+        nominal: Its value in the model as given. An effect's amplitude is neutral there.
+        lower: Lower bound.
+        upper: Upper bound.
+        scale: A typical change: the unit of the optimiser's steps.
+        unit: Unit of all these values.
+        spread: Standard deviation of its prior, a normal distribution around nominal; infinite if nothing is known.
+        per_run: Whether each run has its own value.
+
+    Raises:
+        ValueError: Bounds, nominal value and scale do not fit together.
     """
 
     name: str
@@ -44,12 +54,21 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Effect:
-    """A candidate cause: the parameters it frees, and how it can be looked for.
+    """A candidate cause of the gap: the parameters that it frees, and where to look for them.
 
-    parameters: first the amplitude (neutral at its nominal), then shape parameters. scan: full parameter values
-    at which the score test probes, all away from neutral and from the bounds; the fits start from the best of
-    them, so at least three. physical: the range of the amplitude that the effect's name stands for; a fit that
-    leaves it is reported as ``nonphysical``, the shape it has. fidelity: of the cheapest simulation that shows it.
+    Attributes:
+        name: Its name.
+        site: Where it acts.
+        parameters: The amplitude first, then parameters of its shape.
+        scan: At least three sets of parameter values, none of them neutral or on a bound. The screen scores each, and
+            fits start from the best.
+        physical: Range of the amplitude that the name stands for.
+        nonphysical: What a fit outside that range is called.
+        law: The law in words.
+        fidelity: Of the cheapest simulation that shows the effect.
+
+    Raises:
+        ValueError: The scan does not fit the parameters.
     """
 
     name: str
@@ -74,13 +93,16 @@ class Effect:
                 raise ValueError(f"effect {self.name}: scan point {point} is neutral")
 
     def is_physical(self, values: Values) -> bool:
-        """Whether the amplitude among these values is of the sign and size that the name stands for."""
+        """Whether the amplitude among these values lies in the physical range."""
         low, high = self.physical
         return low <= values[self.parameters[0].name] <= high
 
     @property
     def within_physical_range(self) -> Effect:
-        """The effect within what its name stands for: beside others it could bend the other way, and be told by it."""
+        """The effect with its amplitude bounded to the physical range, where the scan allows that.
+
+        Beside other effects a free amplitude could take the wrong sign and make up for them.
+        """
         amplitude, *rest = self.parameters
         low = max(amplitude.lower, min(self.physical[0], amplitude.nominal))
         high = min(amplitude.upper, max(self.physical[1], amplitude.nominal))
@@ -95,11 +117,18 @@ class Effect:
 
 @dataclass(frozen=True)
 class Channel:
-    """What one sensor measured: time (n,) s ascending, measured (n,) in unit.
+    """What one sensor measured.
 
-    period: of a wrapped angle, else None; declared_noise: the standard deviation somebody states for the
-    sensor; resolution: its smallest step, 0 if none; accumulates: what a
-    simulation misses once stays in every later sample (`slider_drilling.gap.problem.step_loss`).
+    Attributes:
+        name: Its name.
+        time: (n,) s, ascending.
+        measured: (n,) values, in ``unit``.
+        unit: Unit of the values.
+        period: Period of a wrapped angle, else None.
+        declared_noise: Standard deviation that somebody declares for the sensor, None if nobody does.
+        resolution: Smallest step of the sensor, 0 if there is none.
+        accumulates: Whether an error that a simulation makes once stays in every later sample, as in an angle that is
+            integrated (`slider_drilling.gap.problem.step_loss`).
     """
 
     name: str
@@ -121,10 +150,16 @@ class Channel:
 
 @dataclass(frozen=True)
 class LoggedRun:
-    """One log: the main command ``excitation`` (m,) over ``time`` (m,) s, and the channels measured.
+    """One log: a main command and the measured channels.
 
-    bands: named frequency ranges (name, from Hz, to Hz) to split the gap by, besides the excitation's own; command,
-    command_unit: what the excitation is, in words.
+    Attributes:
+        name: Its name.
+        time: (m,) s, ascending.
+        excitation: (m,) the main command over ``time``.
+        channels: What was measured.
+        bands: Named frequency bands (name, from Hz, to Hz) to split the gap by, besides those of the excitation.
+        command: What the excitation is, in words.
+        command_unit: Its unit.
     """
 
     name: str
@@ -143,22 +178,52 @@ class LoggedRun:
 
 @dataclass(frozen=True)
 class SimulationOptions:
-    """How a model is asked to simulate. What it has no use for it may ignore.
+    """How a model is simulated. A model ignores what it has no use for.
 
-    fidelity: 0 the cheapest, up to the model's own finest; pull: gain of a weak observer that feeds the pulled
-    channel's measurement back, 0 a free run (see `Pulled`).
+    Attributes:
+        fidelity: 0 for the cheapest simulation, up to `HasFidelities.max_fidelity`.
+        observer_gain: Gain of a weak observer that feeds the observed channel's measurement back, 0 for a free run
+            (`HasObserver`).
     """
 
     fidelity: int = 0
     observer_gain: float = 0.0
 
 
+class Model(Protocol):
+    """A model that can be simulated for many parameter sets at once."""
+
+    @property
+    def runs(self) -> tuple[LoggedRun, ...]:
+        """The logs to explain."""
+
+    @property
+    def nuisance(self) -> tuple[Parameter, ...]:
+        """Parameters that are calibrated in any real system and are no effect."""
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """The catalogue of candidate effects."""
+
+    def simulate(self, run: int, sets: Sequence[Values], options: SimulationOptions) -> Mapping[str, Array]:
+        """Simulate one run for K parameter sets, without side effects.
+
+        Args:
+            run: Index of the run.
+            sets: K sets of values by parameter name; a parameter that is missing has its nominal value.
+            options: How to simulate.
+
+        Returns:
+            By channel, (K, n) values at the channel's times.
+        """
+
+
 @runtime_checkable
 class HasObserver(Protocol):
-    """A model with a weak observer: while it is fitted, a measured channel may pull a little at what is simulated.
+    """A model with a weak observer: a measured channel is fed back a little while it is simulated.
 
-    A free run of what sticks and slips loses phase, and its cost is full of holes; a passive pull makes the same cost
-    smooth. The error of the pulled channel shrinks by 1 + pull.
+    A free run of a system that sticks and slips loses phase, and its cost has many local minima. A weak observer makes
+    the same cost smooth. It shrinks the error of the observed channel by 1 + gain.
     """
 
     @property
@@ -166,7 +231,7 @@ class HasObserver(Protocol):
         """Name of the channel that is fed back."""
 
     def with_measured(self, run: int, measured: Array) -> HasObserver:
-        """The same model with other measurements (n,) of that channel in one run."""
+        """The same model with other measurements (n,) of the observed channel in one run."""
 
 
 @runtime_checkable
@@ -175,54 +240,35 @@ class HasFidelities(Protocol):
 
     @property
     def max_fidelity(self) -> int:
-        """The highest fidelity that `How` may ask for."""
-
-
-class Model(Protocol):
-    """Anything that can be simulated for many parameter sets at once."""
-
-    @property
-    def runs(self) -> tuple[LoggedRun, ...]:
-        """The logs to explain."""
-
-    @property
-    def nuisance(self) -> tuple[Parameter, ...]:
-        """What is re-tuned in any rig and is no effect."""
-
-    @property
-    def effects(self) -> tuple[Effect, ...]:
-        """The catalogue."""
-
-    def simulate(self, run: int, sets: Sequence[Values], options: SimulationOptions) -> Mapping[str, Array]:
-        """Channels of one run for K parameter sets, each (K, n) at the channel's times; pure.
-
-        A name missing from a set stands at its nominal value.
-        """
+        """The highest fidelity that `SimulationOptions` may ask for."""
 
 
 @runtime_checkable
 class CanTruncate(Protocol):
-    """A model that can be asked for the first part of its runs only, at that part's cost."""
+    """A model that can simulate only the first part of its runs, at that part's cost."""
 
     def truncated(self, fraction: float) -> Model:
-        """The same model of the runs' first ``share`` (0 to 1)."""
+        """The same model with the first ``fraction`` (0 to 1) of every run."""
 
 
 @runtime_checkable
 class HasCoupledEffects(Protocol):
-    """A model some of whose effects may show only together (stick-slip: as long as one is missing the phase is off)."""
+    """A model with effects that may show only together.
+
+    In stick-slip, for example, the phase is off as long as one of the causes is missing.
+    """
 
     @property
     def coupled_effects(self) -> tuple[str, ...]:
-        """Names of the effects to free at once before they are looked for one by one; empty for none."""
+        """Names of the effects to start together before they are tried one by one; empty for none."""
 
 
 @runtime_checkable
 class HasUserParameters(Protocol):
-    """A model that fits some of its parameters under other names than those that a user knows.
+    """A model that fits some parameters under other names than a user knows.
 
-    A stretch of a hole is known by its ends and what is in it; a search gets along better with how much there is in
-    all, where its middle is, and how long it is.
+    A user knows a stretch of hole by its ends and what is in it. A search works better with the total amount, the
+    middle and the length.
     """
 
     @property
@@ -230,28 +276,36 @@ class HasUserParameters(Protocol):
         """The parameters that a user knows instead, by name."""
 
     def to_user(self, values: Values) -> dict[str, float]:
-        """Fitted values by the names that a user knows; what has one name only is passed on."""
+        """Fitted values by the names that a user knows; other parameters are passed on."""
 
 
 @runtime_checkable
 class HasProbes(Protocol):
-    """A model that can say where along it something is missing."""
+    """A model with parameters that each act along one stretch, to locate what is missing."""
 
     @property
     def probes(self) -> tuple[tuple[Parameter, float, float], ...]:
-        """(parameter, from, to): a parameter that acts between two positions only."""
+        """(parameter, from, to): each parameter acts between two positions only."""
 
 
 @dataclass(frozen=True)
 class FreeForm:
-    """Something flexible at one site that no law describes: how the channels move with each of its coefficients.
+    """A flexible disturbance at one site that follows no law: a curve with several coefficients.
 
-    words: what it would be ("friction over depth"); like: names of the effects whose free form it is; x: (m,) where
-    each coefficient stands, in x_unit; sets: m parameter sets, each a small step of one coefficient from the values it
-    was asked for; steps: (m,) those steps; parameters: (m,) the coefficients themselves where they may go far: then
-    they are fitted, not solved for once; period: of x, where the curve closes on itself. y_unit: of what is off;
-    curve: (m, m) what is off at each x by one of each coefficient, empty where that is the coefficient itself; least:
-    below which what is off cannot be (a friction that pushes).
+    Attributes:
+        site: Where it acts.
+        description: What it would be, such as "friction over depth".
+        free_form_of: Names of the effects of which it is the free form.
+        x: (m,) position of each coefficient, in ``x_unit``.
+        x_unit: Unit of ``x``.
+        parameter_sets: m parameter sets, each a small step of one coefficient from the values that were asked for.
+        steps: (m,) those steps.
+        parameters: The coefficients as parameters, where they may go far: then they are fitted, not solved for once.
+        period: Period of ``x`` where the curve closes on itself, else None.
+        y_unit: Unit of the curve.
+        basis: (m, m) value of the curve at each x for one unit of each coefficient; empty where the coefficients are
+            the curve.
+        lower_bound: Smallest possible value of the curve (friction below it would push).
     """
 
     site: str
@@ -270,20 +324,24 @@ class FreeForm:
 
 @runtime_checkable
 class HasFreeForms(Protocol):
-    """A model that can be disturbed at its sites, and knows where what a channel reads comes from."""
+    """A model with free-form alternatives at its sites."""
 
     def free_forms(self, values: Values) -> Sequence[FreeForm]:
-        """Rivals of every law, around these values."""
+        """Free-form alternatives to every effect, around these values."""
 
     def sensor_site(self, channel: str) -> str:
-        """Where an error of the reading alone would lie."""
+        """Site of an error in the reading of a channel alone."""
 
 
 @dataclass(frozen=True)
 class Manoeuvre:
-    """A run that could be made next: what to do in words and numbers, and the model that simulates it.
+    """A run that could be made next.
 
-    The model's runs carry the channels' times and declared noise; their measured values are not used.
+    Attributes:
+        description: What to do, in words.
+        settings: What to do, in numbers.
+        model: The model that simulates it. Its runs carry the channels' times and declared noise; their measured values
+            are not used.
     """
 
     description: str
@@ -293,7 +351,7 @@ class Manoeuvre:
 
 @runtime_checkable
 class HasManoeuvres(Protocol):
-    """A model that can say which runs could be made next."""
+    """A model that knows which runs could be made next."""
 
     def manoeuvres(self) -> Sequence[Manoeuvre]:
-        """Candidates to compare."""
+        """Candidate runs to compare."""

@@ -1,4 +1,4 @@
-"""A progress bar with the time left, for anything that reports a stage and a share done."""
+"""A progress bar with the time left, for anything that reports a stage and the share done."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rich.console import Console
 
-# Called with what is being done and the share done.
+# Called with the stage in words and the share done, 0 to 1.
 Progress = Callable[[str, float], None]
 
 
 @contextmanager
 def progress_bar(console: Console) -> Iterator[Progress]:
-    """A ``progress(stage, share)`` that draws; on anything but a terminal it stays silent."""
+    """Yield a ``progress(stage, share)`` that draws a bar; it is silent on anything but a terminal."""
     from rich import progress as bars
 
     columns = (bars.TextColumn("{task.description}"), bars.BarColumn(), bars.TimeElapsedColumn(),

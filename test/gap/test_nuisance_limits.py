@@ -37,7 +37,7 @@ class Tilted(Toy):
 def test_implausible_calibration_masks_an_effect(slope, told):
     answer = explain(Tilted(toy({"slope": slope}, 3).runs))
     assert (answer.verdict, answer.effects, answer.masked_effects) == ("parameters", (), told)
-    assert ("or tilt makes it look so" in answer.sentence) == bool(told)
+    assert ("which may hide tilt" in answer.sentence) == bool(told)
     assert any("slope is calibrated to" in remark for remark in answer.remarks) == (abs(slope) > 12.5)
 
 

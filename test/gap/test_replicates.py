@@ -58,7 +58,7 @@ def test_noise_factor_grows_with_unpredictability():
 
 def test_only_the_unpredictable_channel_gets_higher_floor():
     floors = begun(turning(300.0)).floors
-    assert floors[0]["angle"].method == "foretelling" and floors[0]["angle"].sigma > 3.0
+    assert floors[0]["angle"].method == "replicates" and floors[0]["angle"].sigma > 3.0
     assert floors[0]["force"].sigma == pytest.approx(1.0, rel=0.2)
 
 

@@ -51,7 +51,7 @@ def test_equal_free_form_elsewhere_makes_effect_a_likeness(fitted):
     assert answer.effects == ("sine",)
     assert answer.verdict == "effect_and_unknown"
     assert answer.alternative is not None and answer.alternative.site == "string"
-    assert "a sine that no law describes would explain it as well" in answer.sentence
+    assert "a sine that no law describes fits as well" in answer.sentence
 
 
 @pytest.mark.parametrize("fitted", [False, True])
@@ -65,7 +65,7 @@ def test_remainder_beside_an_effect_is_no_alternative():
     assert (answer.verdict, answer.effects, answer.alternative) == ("effect_and_unknown", ("sine",), None)
     assert answer.remainder is not None and answer.remainder.description.startswith("a saw")
     np.testing.assert_allclose(answer.remainder.y, [4.0], atol=4.0 * 2.0 / np.sqrt(TIME.size * np.var(SHAPES["saw"])))
-    assert "remains: a saw that no law describes" in answer.sentence and "as well" not in answer.sentence
+    assert "remains: a saw that no law describes" in answer.sentence and "fits as well" not in answer.sentence
 
 
 def test_free_form_of_the_effect_is_no_rival():

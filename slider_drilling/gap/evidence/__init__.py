@@ -1,1 +1,1 @@
-"""What a fit is worth: likelihood, predictive score, comparison, adequacy, flexible rivals."""
+"""How good a fit is: likelihood, cross-validated score, comparisons, adequacy, and free-form alternatives."""

@@ -1,7 +1,7 @@
-"""Whether what a model leaves is what it would leave if it were the truth.
+"""Adequacy of a fitted model: does it leave what it would leave if it were the truth?
 
-What a cheaper simulation that was fitted leaves of a replicate is its error of discretisation, what cannot be
-foretold, and noise; a gap beyond that is structure.
+The model is fitted in a cheaper simulation than its finest. On its own replicates it leaves discretisation error, what
+cannot be predicted, and noise. A gap beyond that is structure.
 """
 
 from __future__ import annotations
@@ -21,20 +21,26 @@ from slider_drilling.gap.search.least_squares import Fit
 from slider_drilling.gap.search.screen import scan_changes
 
 LEVEL = 0.01
-# What two free numbers (size and memory) gain on white noise at that level: -2 log p.
-_FREE = float(chi2.isf(LEVEL, 2))
-# E^2 - 1 that no engineer would act upon, of the whole as of one channel: other codes for the same equations, and noise
-# with a colour, differ by as much.
+# -2 log p that two free numbers (size and memory of a discrepancy) gain on white noise at that level.
+_TWO_PARAMETER_GAIN = float(chi2.isf(LEVEL, 2))
+# E^2 - 1 that no engineer would act upon, of all channels as of one. Other codes for the same equations, and coloured
+# noise, differ by as much.
 NEGLIGIBLE = 0.5
 
 
 @dataclass(frozen=True)
 class Adequacy:
-    """threshold: E that the model would leave of its own replicates at the stated level, or that is negligible;
-    by_channel: likewise; beyond: channels that are above theirs; structured: those that are not negligible and hold
-    more structure (a discrepancy that pays) than replicates do; within: whether neither the whole nor a channel is
-    above its threshold; small: whether the whole is negligible; hidden: where it is adequate, whether an effect that
-    was looked for stands out in what is left as in no replicate, however small the gap.
+    """Residuals of a fit, compared with those of its replicates.
+
+    Attributes:
+        threshold: E that the model would leave on its own replicates, exceeded at `LEVEL`, or a negligible E.
+        channel_thresholds: The same for each channel.
+        channels_above: Channels above theirs.
+        channels_structured: Channels whose gap is not negligible and that hold more structure than replicates do.
+        within_thresholds: Whether neither the whole nor a channel is above its threshold.
+        negligible: Whether the whole gap is negligible.
+        effect_visible: Whether an effect that was looked for shows in the residuals as in no replicate, however small
+            the gap. Looked for only where nothing else shows.
     """
 
     threshold: float
@@ -47,13 +53,15 @@ class Adequacy:
 
     @property
     def adequate(self) -> bool:
-        """Whether what is left is no more, and no other, than what replicates leave."""
+        """Whether the residuals are no larger than those of replicates, and have no other structure."""
         return self.within_thresholds and not self.channels_structured
 
     @property
     def complete(self) -> bool:
-        """Whether there is nothing to look for. Replicates that go ways of their own, as where little decides between
-        sticking and not, excuse a gap but do not say that it has no cause.
+        """Whether there is nothing left to find.
+
+        Where little decides between sticking and slipping, replicates differ much from each other. That excuses a gap,
+        but does not show that it has no cause.
         """
         return self.adequate and self.negligible and not self.effect_visible
 
@@ -66,76 +74,94 @@ def adequacy_of_fit(
     effects: Sequence[Effect] = (),
     known: Sequence[Effect] = (),
 ) -> Adequacy:
-    """Compare what a fit leaves with what it leaves of its own replicates.
+    """Compare the residuals of a fit with those of its replicates.
 
-    effects: looked for in what is left (a score test); known: those in the fit.
+    Args:
+        problem: The problem of the fit.
+        found: The fit.
+        score: Its held-out score.
+        seed: Seed of the replicates.
+        effects: Effects to look for in the residuals (score test).
+        known: Effects in the fit.
     """
     generator = np.random.default_rng([seed, 7])
     residuals = replicate_residuals(problem, found, generator)
-    left = [squared_residuals(problem, residual) for residual in residuals]
-    limits = _structure_limits(problem, residuals)
+    replicate_squares = [squared_residuals(problem, residual) for residual in residuals]
+    negligible_gap = float(np.sqrt(1.0 + NEGLIGIBLE))
+    thresholds = _channel_thresholds(problem, replicate_squares, negligible_gap)
+    structured = _structured_channels(problem, found, residuals, score, negligible_gap)
+    above = tuple(name for name, value in score.by_channel.items() if value > thresholds[name])
+    whole = np.array([np.mean(squares) for squares in replicate_squares])
+    threshold = max(_upper_bound(whole, LEVEL), negligible_gap)
+    within, negligible = score.gap <= threshold and not above, score.gap <= negligible_gap
+    looked_for = bool(effects) and within and negligible and not structured
+    visible = looked_for and _effect_is_visible(problem, found, residuals, effects, known)
+    return Adequacy(threshold, thresholds, above, structured, within, negligible, visible)
+
+
+def _channel_thresholds(problem: Problem, replicate_squares: list[Array], least: float) -> dict[str, float]:
+    """By channel, E that a further replicate exceeds at the level shared among the channels; no less than ``least``."""
     names = dict.fromkeys(piece.name for piece in problem.pieces)
-    whole = np.array([np.mean(squares) for squares in left])
-    channels, least = {}, float(np.sqrt(1.0 + NEGLIGIBLE))
+    thresholds = {}
     for name in names:
         own = [piece for piece in problem.pieces if piece.name == name]
-        draws = np.array([np.mean([np.mean(squares[piece.rows]) for piece in own]) for squares in left])
-        channels[name] = max(_upper(draws, LEVEL / len(names)), least)
+        draws = np.array([np.mean([np.mean(squares[piece.rows]) for piece in own]) for squares in replicate_squares])
+        thresholds[name] = max(_upper_bound(draws, LEVEL / len(names)), least)
+    return thresholds
+
+
+def _structured_channels(
+    problem: Problem, found: Fit, residuals: list[Array], score: HeldOutScore, negligible_gap: float
+) -> tuple[str, ...]:
+    """Channels in which a discrepancy gains more than in replicates, and whose gap is not negligible."""
+    draws = [problem.structure(residual) for residual in residuals]
+    limits = {}
+    for index in draws[0]:
+        values = np.array([draw[index] for draw in draws]) + _TWO_PARAMETER_GAIN
+        limits[index] = _upper_bound(values, LEVEL / len(draws[0])) ** 2 - _TWO_PARAMETER_GAIN
     structured = {
-        problem.pieces[i].name for i, pays in problem.structure(found.residual).items()
-        if pays > limits[i] and score.by_channel[problem.pieces[i].name] > least
+        problem.pieces[index].name for index, gain in problem.structure(found.residual).items()
+        if gain > limits[index] and score.by_channel[problem.pieces[index].name] > negligible_gap
     }  # fmt: skip
-    beyond = tuple(name for name, value in score.by_channel.items() if value > channels[name])
-    threshold = max(_upper(whole, LEVEL), least)
-    within, small = score.gap <= threshold and not beyond, score.gap <= least
-    # Scanned for only where nothing else says that there is something.
-    looked = bool(effects) and within and small and not structured
-    hidden = looked and _stands_out(problem, found, residuals, effects, known)
-    return Adequacy(threshold, channels, beyond, tuple(sorted(structured)), within, small, hidden)
+    return tuple(sorted(structured))
 
 
-def _stands_out(
+def _effect_is_visible(
     problem: Problem, found: Fit, residuals: list[Array], effects: Sequence[Effect], known: Sequence[Effect]
 ) -> bool:
-    """Whether some effect's change, beyond what the freed parameters can do, lies along what the fit leaves."""
+    """Whether some effect's change correlates with the residual, more than with any replicate's (score test).
+
+    Of each change only the part counts that the freed parameters cannot make.
+    """
     points = [(effect, point) for effect in effects for point in effect.scan]
-    shown = max((effect.fidelity for effect in known), default=0)
-    changes = scan_changes(problem, found.values, found.simulated, points, shown)
-    basis, _ = np.linalg.qr(_plain(problem, found.jacobian).T)
-    rows = _plain(problem, changes)
+    needed = max((effect.fidelity for effect in known), default=0)
+    changes = scan_changes(problem, found.values, found.simulated, points, needed)
+    basis, _ = np.linalg.qr(_without_accumulating(problem, found.jacobian).T)
+    rows = _without_accumulating(problem, changes)
     rows -= (rows @ basis) @ basis.T
     length = np.linalg.norm(rows, axis=1)
     rows = rows[length > 1e-6] / length[length > 1e-6, None]
 
-    def most(residual: Array) -> float:
-        white = _plain(problem, residual[None])[0]
+    def largest_gain(residual: Array) -> float:
+        white = _without_accumulating(problem, residual[None])[0]
         white -= basis @ (basis.T @ white)
         return float(np.max((rows @ white) ** 2, initial=0.0))
 
-    draws = np.array([most(residual) for residual in residuals])
-    return most(found.residual) > _upper(draws + _FREE, LEVEL) ** 2 - _FREE
+    draws = np.array([largest_gain(residual) for residual in residuals])
+    limit = _upper_bound(draws + _TWO_PARAMETER_GAIN, LEVEL) ** 2 - _TWO_PARAMETER_GAIN
+    return largest_gain(found.residual) > limit
 
 
-def _plain(problem: Problem, rows: Array) -> Array:
-    """Rows (M, N) without the channels that accumulate: one missed step there looks like any effect."""
+def _without_accumulating(problem: Problem, rows: Array) -> Array:
+    """Rows (M, N) with channels that accumulate set to 0: one missed step there looks like any effect."""
     kept = rows.copy()
     for piece in problem.pieces:
         kept[:, piece.rows] *= 0.0 if piece.channel.accumulates else problem.observer_factor(piece)
     return kept
 
 
-def _structure_limits(problem: Problem, residuals: list[Array]) -> dict[int, float]:
-    """By piece, what a discrepancy may pay in replicates of the model at the level shared among the pieces."""
-    draws = [problem.structure(residual) for residual in residuals]
-    limits = {}
-    for index in draws[0]:
-        values = np.array([draw[index] for draw in draws]) + _FREE
-        limits[index] = _upper(values, LEVEL / len(draws[0])) ** 2 - _FREE
-    return limits
-
-
-def _upper(squares: Array, level: float) -> float:
-    """E that a further draw exceeds at the level, by the logarithms of the draws."""
+def _upper_bound(squares: Array, level: float) -> float:
+    """Root of what a further draw exceeds at the level: a prediction bound of the logarithms (Student's t)."""
     logs = np.log(squares)
     spread = float(np.std(logs, ddof=1)) * np.sqrt(1.0 + 1.0 / logs.size)
     return float(np.exp(0.5 * (np.mean(logs) + student.ppf(1.0 - level, logs.size - 1) * spread)))

@@ -1,8 +1,8 @@
-"""Blocks of time, drawn and weighed: what of a comparison is one stretch's doing.
+"""Blocks of time, resampled and weighted: how much of a comparison comes from one stretch of the log.
 
-Whether something is so for certain, resamples say (Kuensch, The Annals of Statistics 17, 1989): what one stretch alone
-shows is absent from a third of them. How large a ratio is they cannot say where that stretch holds all that the ratio
-is of. Weights (Rubin, The Annals of Statistics 9, 1981) leave no stretch out.
+Resamples (Kuensch, The Annals of Statistics 17, 1989) decide whether a difference is significant: what one stretch
+alone shows is absent from a third of them. They cannot give the size of a ratio whose denominator lies in one stretch.
+Weights (Rubin, The Annals of Statistics 9, 1981) leave no stretch out, and give its interval.
 """
 
 from __future__ import annotations
@@ -16,15 +16,19 @@ from slider_drilling.gap.evidence.score import Folds
 from slider_drilling.gap.model import Array
 
 RESAMPLES = 2000
-_PARTS = 8  # of a block, each with a weight of its own
+# Parts of a block, each with a weight of its own.
+_PARTS = 8
 
 
 @dataclass(frozen=True)
 class BlockBootstrap:
     """Circular block bootstrap over time, the same for all that is compared.
 
-    starts: per run, (RESAMPLES, blocks) the instants at which what is drawn begins, the last of each shorter so that
-    all together are as long as the run; weights: per run, (RESAMPLES, parts) of equal parts of it, 1 on average.
+    Attributes:
+        folds: Instants and blocks of every run.
+        starts: Per run, (RESAMPLES, blocks) first instant of each drawn block. The last block of each resample is
+            shorter, so that all together are as long as the run.
+        weights: Per run, (RESAMPLES, parts) weights of equal parts of it, 1 on average.
     """
 
     folds: Folds
@@ -33,13 +37,14 @@ class BlockBootstrap:
 
     @property
     def block_count(self) -> int:
-        """Blocks in the log."""
+        """Number of blocks in all runs."""
         return sum(starts.shape[1] for starts in self.starts)
 
     def resampled_sum(self, values: Array) -> Array:
-        """(RESAMPLES,) sum of values (N,) over what was drawn."""
+        """(RESAMPLES,) sum of values (N,) over each resample."""
         total = np.zeros(RESAMPLES)
         for own, starts, block in zip(self._by_run(values), self.starts, self.folds.block, strict=True):
+            # Sums over blocks as differences of cumulative sums; the run is laid end to end for blocks that wrap.
             before = np.append(0.0, np.cumsum(np.append(own, own)))
             length = np.full(starts.shape[1], block)
             length[-1] = own.size - block * (starts.shape[1] - 1)
@@ -47,7 +52,7 @@ class BlockBootstrap:
         return total
 
     def weighted_sum(self, values: Array) -> Array:
-        """(RESAMPLES,) sum of values (N,) by weight."""
+        """(RESAMPLES,) sum of values (N,) under each set of weights."""
         total = np.zeros(RESAMPLES)
         for own, weights in zip(self._by_run(values), self.weights, strict=True):
             begin = np.arange(weights.shape[1]) * own.size // weights.shape[1]
@@ -55,22 +60,25 @@ class BlockBootstrap:
         return total
 
     def _by_run(self, values: Array) -> list[Array]:
-        """Per run, (instants,) the sum of values (N,) at each instant."""
+        """Per run, (instants,) sum of values (N,) at each instant."""
         by_instant = np.bincount(self.folds.instant, weights=values, minlength=sum(self.folds.instants))
         return np.split(by_instant, np.cumsum(self.folds.instants)[:-1])
 
 
 def make_bootstrap(folds: Folds, seed: int) -> BlockBootstrap:
-    """Draw the resamples and the weights once."""
+    """Draw resamples and weights."""
     generator = np.random.default_rng(seed)
     runs = list(zip(folds.instants, folds.block, strict=True))
-    starts = [generator.integers(0, long, size=(RESAMPLES, int(np.ceil(long / block)))) for long, block in runs]
-    return BlockBootstrap(folds, tuple(starts), tuple(_weights(generator, long, block) for long, block in runs))
+    starts = [
+        generator.integers(0, instants, size=(RESAMPLES, int(np.ceil(instants / block)))) for instants, block in runs
+    ]
+    return BlockBootstrap(folds, tuple(starts), tuple(_weights(generator, instants, block) for instants, block in runs))
 
 
 def _weights(generator: np.random.Generator, instants: int, block: int) -> Array:
-    """(RESAMPLES, parts) weights: of every stretch as long as a block they are exponential, and of two they are the
-    more alike the more these overlap.
+    """(RESAMPLES, parts) weights, exponential for every stretch as long as a block, and smooth in time.
+
+    Each part's weight is a moving sum of gamma variates: the more two stretches overlap, the more alike their weights.
     """
     each = min(_PARTS, block)
     parts = max(instants * each // block, 1)

@@ -1,11 +1,10 @@
-"""One likelihood for a residual: a discrepancy that forgets, plus white noise (Kennedy and O'Hagan 2001).
+"""Likelihood of a residual: a model discrepancy with a finite memory, plus white noise (Kennedy and O'Hagan 2001).
 
-A channel's residual in noise units is r_k = d_k + e_k with e white of variance 1 and d a first-order autoregression of
-standard deviation `size` and memory `memory`. One pass of a Kalman filter gives the log density, and the same pass
-whitens a Jacobian's columns. How many samples count as independent follows from the memory; nothing else has to.
+A channel's residual in noise units is r_k = d_k + e_k, with e white of variance 1 and d a first-order autoregression
+of standard deviation ``size`` and time constant ``memory``. One pass of a Kalman filter gives the log density, and the
+same pass whitens the columns of a Jacobian. How many samples count as independent follows from the memory.
 
-A channel that accumulates keeps what was missed once: its residual is a path of few steps plus white noise, see
-`slider_drilling.gap.problem.step_loss`.
+A channel that accumulates has another loss, see `slider_drilling.gap.problem.step_loss`.
 """
 
 from __future__ import annotations
@@ -17,20 +16,28 @@ import numpy as np
 from slider_drilling.gap.model import Array
 from slider_drilling.process.jit_cache import njit
 
-# The grid on which the discrepancy is looked for: its standard deviation in noise units, and its memory as shares of
-# the longest allowed one, down to the sampling interval.
+# Grid of discrepancies: standard deviations in noise units, and the number of memories from the sampling interval to
+# the longest allowed one.
 _SIZES = np.concatenate([[0.0], np.geomspace(0.1, 400.0, 22)])
 _MEMORIES = 7
-_SIDE_BY_SIDE = 4  # sizes looked at in one pass, for every memory
-_EVEN = 1e-3  # intervals that differ by less are one
-_MULTIPLIED = 16  # weights, between 1e-6 and 1, that are multiplied before their logarithm is taken
+# Sizes evaluated in one pass, for every memory.
+_SIDE_BY_SIDE = 4
+# Relative difference below which two intervals are equal.
+_EVEN = 1e-3
+# Weights (between 1e-6 and 1) that are multiplied before their logarithm is taken.
+_MULTIPLIED = 16
 
 _compiled = njit(cache=True, error_model="numpy", nogil=True)
 
 
 @dataclass(frozen=True)
 class Discrepancy:
-    """size: standard deviation in noise units, 0 for none; memory: s."""
+    """Discrepancy of one channel.
+
+    Attributes:
+        size: Standard deviation in noise units, 0 for none.
+        memory: Time constant, s.
+    """
 
     size: float
     memory: float
@@ -38,9 +45,15 @@ class Discrepancy:
 
 @_compiled
 def kalman_whiten(rows: Array, interval: Array, size: float, memory: float, white: Array, spread: Array) -> None:
-    """Whitened innovations of rows (M, n) into white (M, n), and their standard deviations into spread (n,).
+    """Whiten rows with a Kalman filter, into given arrays.
 
-    interval: (n,) s since the sample before (the first is not read).
+    Args:
+        rows: (M, n) in noise units.
+        interval: (n,) s since the sample before; the first is not read.
+        size: Standard deviation of the discrepancy, noise units.
+        memory: Its time constant, s.
+        white: (M, n) result: innovations over their standard deviation.
+        spread: (n,) result: standard deviations of the innovations.
     """
     mean = np.zeros(rows.shape[0])
     power = size * size
@@ -57,23 +70,28 @@ def kalman_whiten(rows: Array, interval: Array, size: float, memory: float, whit
         spread[k] = deviation
         gain = power / total
         for m in range(rows.shape[0]):
-            surprise = rows[m, k] - mean[m]
-            white[m, k] = surprise / deviation
-            mean[m] += gain * surprise
+            innovation = rows[m, k] - mean[m]
+            white[m, k] = innovation / deviation
+            mean[m] += gain * innovation
         power *= 1.0 - gain
 
 
 @_compiled
 def neg2_log_likelihood(residual: Array, interval: Array, sizes: Array, memories: Array) -> Array:
-    """(C,) ``-2 log p`` of a residual (n,) under C discrepancies side by side.
+    """(C,) ``-2 log p`` of a residual under C discrepancies, without the constant ``n log 2 pi``.
 
-    Without the constant of white noise alone, ``n log 2 pi``. Evenly sampled, the filters soon repeat themselves: from
-    then on nothing changes but the surprises. Loops of few arrays, over all discrepancies, are what a compiler makes
-    vector instructions of.
+    With even sampling the filters' variances soon become constant: from then on only the innovations change. The inner
+    loops run over all discrepancies, so that the compiler vectorises them.
+
+    Args:
+        residual: (n,) in noise units.
+        interval: (n,) s since the sample before.
+        sizes: (C,) noise units.
+        memories: (C,) s.
     """
     count = sizes.size
     squares, logs, product = np.zeros(count), np.zeros(count), np.ones(count)
-    kept, fresh, surprise, fade = np.zeros(count), sizes * sizes, np.zeros(count), np.zeros(count)
+    kept, fresh, innovation, fade = np.zeros(count), sizes * sizes, np.zeros(count), np.zeros(count)
     power, weight, repeated = np.zeros(count), np.ones(count), np.zeros(count)
     before, steps, repeats, settled = 0.0, 0, 0, False
     for k in range(residual.size):
@@ -85,19 +103,19 @@ def neg2_log_likelihood(residual: Array, interval: Array, sizes: Array, memories
         if settled:
             repeats += 1
             for m in range(count):
-                surprise[m] = (here - kept[m] * before) + fade[m] * surprise[m]
-                repeated[m] += surprise[m] * surprise[m]
+                innovation[m] = (here - kept[m] * before) + fade[m] * innovation[m]
+                repeated[m] += innovation[m] * innovation[m]
         else:
             if repeats:
                 _add_repeated(squares, logs, weight, repeated, repeats)
                 repeats = 0
             for m in range(count):
                 fade[m] = kept[m] * weight[m]
-            moved = _renewed(power, weight, kept, fresh)
+            moved = _advance_variances(power, weight, kept, fresh)
             for m in range(count):
-                surprise[m] = (here - kept[m] * before) + fade[m] * surprise[m]
+                innovation[m] = (here - kept[m] * before) + fade[m] * innovation[m]
             for m in range(count):
-                squares[m] += weight[m] * surprise[m] * surprise[m]
+                squares[m] += weight[m] * innovation[m] * innovation[m]
                 product[m] *= weight[m]
             settled, steps = k > 1 and not moved, steps + 1
             if settled or steps == _MULTIPLIED:
@@ -112,9 +130,17 @@ def neg2_log_likelihood(residual: Array, interval: Array, sizes: Array, memories
 
 
 @_compiled
-def _renewed(power: Array, weight: Array, kept: Array, fresh: Array) -> bool:
-    """One step of the filters' variances (C,): of what is known of the discrepancy, and one over that of a sample.
-    fresh: (C,) what an interval adds. Whether any of them is still on the move.
+def _advance_variances(power: Array, weight: Array, kept: Array, fresh: Array) -> bool:
+    """Advance the filters' variances by one sample, in place.
+
+    Args:
+        power: (C,) variance of the discrepancy after a sample.
+        weight: (C,) one over the variance of an innovation.
+        kept: (C,) factor on the discrepancy over an interval.
+        fresh: (C,) variance that an interval adds.
+
+    Returns:
+        Whether any variance still changes.
     """
     moved = 0
     for m in range(power.size):
@@ -128,7 +154,7 @@ def _renewed(power: Array, weight: Array, kept: Array, fresh: Array) -> bool:
 
 @_compiled
 def _add_repeated(squares: Array, logs: Array, weight: Array, repeated: Array, repeats: int) -> None:
-    """What so many samples of the same weight add to squares and logs (C,); repeated: (C,) their squares, emptied."""
+    """Add so many samples of constant weight to squares and logs (C,); ``repeated`` (C,), their squares, becomes 0."""
     for m in range(weight.size):
         squares[m] += weight[m] * repeated[m]
         logs[m] -= repeats * np.log(weight[m])
@@ -137,11 +163,11 @@ def _add_repeated(squares: Array, logs: Array, weight: Array, repeated: Array, r
 
 @_compiled
 def _best(residual: Array, interval: Array, sizes: Array, memories: Array) -> tuple[float, float, float]:
-    """The least ``-2 log p``, its size and its memory; sizes: white noise first."""
+    """The least ``-2 log p`` over the grid, its size and its memory; the first size is 0."""
     white = float(np.sum(residual * residual))
     found = (white, 0.0, memories[0])
-    # One valley in the size, near that which the residual would have were all of it discrepancy: for every memory
-    # some neighbouring sizes are looked at in one pass, and those beside them where the best is the first or last.
+    # For every memory the cost has one minimum over size, near the size of the residual itself. A few sizes around it
+    # are evaluated in one pass, and further ones where the best is the first or the last of them.
     guess = int(np.searchsorted(sizes, np.sqrt(max(white / residual.size - 1.0, 0.0))))
     highest = max(sizes.size - _SIDE_BY_SIDE, 1)
     first = np.full(memories.size, min(max(guess - 2, 1), highest))
@@ -165,9 +191,11 @@ def _best(residual: Array, interval: Array, sizes: Array, memories: Array) -> tu
 
 
 def memory_grid(interval: Array, longest: float) -> Array:
-    """Memories s that a discrepancy may have: from the sampling interval to the longest allowed.
+    """(k,) memories that a discrepancy may have, s, from the sampling interval to the longest allowed one.
 
-    longest: s; a discrepancy that remembers longer would be a change of the model.
+    Args:
+        interval: (n,) s since the sample before.
+        longest: Longest memory, s; a longer one would be a change of the model.
     """
     if interval.size < 2:
         return np.array([longest])
@@ -176,13 +204,31 @@ def memory_grid(interval: Array, longest: float) -> Array:
 
 
 def fit_discrepancy(residual: Array, interval: Array, memories: Array) -> tuple[float, Discrepancy]:
-    """``-2 log p`` of a residual (n,) in noise units under the discrepancy that suits it best, and that discrepancy."""
+    """The likeliest discrepancy of a residual.
+
+    Args:
+        residual: (n,) in noise units.
+        interval: (n,) s since the sample before.
+        memories: (k,) s, the memories that it may have.
+
+    Returns:
+        ``-2 log p`` under it, and the discrepancy.
+    """
     cost, size, memory = _best(np.ascontiguousarray(residual), interval, _SIZES, memories)
     return float(cost), Discrepancy(float(size), float(memory))
 
 
 def whiten(rows: Array, interval: Array, discrepancy: Discrepancy) -> tuple[Array, Array]:
-    """Rows (M, n) through the filter of a discrepancy: whitened (M, n), and (n,) the innovations' log variance."""
+    """Whiten rows with the filter of a discrepancy.
+
+    Args:
+        rows: (M, n) in noise units.
+        interval: (n,) s since the sample before.
+        discrepancy: The discrepancy.
+
+    Returns:
+        (M, n) whitened rows, and (n,) log variances of the innovations.
+    """
     rows = np.ascontiguousarray(rows)
     white, spread = np.empty_like(rows), np.empty(rows.shape[1])
     kalman_whiten(rows, interval, discrepancy.size, discrepancy.memory, white, spread)

@@ -1,4 +1,4 @@
-"""What a fit foretells of stretches that it has not seen: its log predictive density there, and the gap it leaves."""
+"""Cross-validated score of a fit: the density that it predicts of held-out stretches, and the gap that it leaves."""
 
 from __future__ import annotations
 
@@ -14,14 +14,19 @@ from slider_drilling.gap.problem.step_loss import step_loss
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.process.parallel_map import parallel_map
 
+# Stretches of a run that are held out in turn.
 FOLDS = 6
 
 
 @dataclass(frozen=True)
 class Folds:
-    """of: (N,) the fold of each sample, contiguous stretches of time, the same for every channel; instant: (N,) when it
-    was taken, counted in samples of its run's densest channel, one run after the other; instants: per run, how many;
-    block: per run, how many are resampled together.
+    """How samples are held out and resampled.
+
+    Attributes:
+        fold: (N,) fold of each sample: contiguous stretches of time, the same for every channel.
+        instant: (N,) time of each sample, counted in samples of its run's densest channel, one run after the other.
+        instants: Per run, the number of instants.
+        block: Per run, how many instants are resampled together.
     """
 
     fold: NDArray[np.int_] = field(repr=False)
@@ -32,10 +37,16 @@ class Folds:
 
 @dataclass(frozen=True)
 class HeldOutScore:
-    """density: (N,) held-out ``-2 log p`` of each sample; residual: (N,) held out, noise units; squares: (N,) each
-    sample's share of E^2 before averaging, a missed step of what accumulates counted once; gap: E, over all samples (a
-    dozen of one channel are no equal to thousands of another); by_channel: E of each; not_refitted: folds whose refit
-    did not arrive, so that they are in-sample.
+    """Cross-validated score of a fit.
+
+    Attributes:
+        density: (N,) held-out ``-2 log p`` of each sample.
+        residual: (N,) held-out residual, noise units.
+        squares: (N,) each sample's share of E^2 before averaging. A missed step of a channel that accumulates counts
+            once.
+        gap: E, over all samples, so that a dozen samples of one channel do not weigh as much as thousands of another.
+        by_channel: E of each channel.
+        unrefitted_folds: Folds whose refit failed, so that they are scored by the fit to the whole log.
     """
 
     density: Array = field(repr=False)
@@ -47,12 +58,12 @@ class HeldOutScore:
 
     @property
     def held_out_deviance(self) -> float:
-        """``-2 log p`` of all that was held out."""
+        """``-2 log p`` of all held-out samples."""
         return float(np.sum(self.density))
 
 
 def make_folds(problem: Problem) -> Folds:
-    """Folds of equal length a run, and blocks of a few cycles."""
+    """Folds of equal length in every run, and blocks of a few cycles of the excitation."""
     fold_of, instant_of = np.zeros(problem.size, dtype=int), np.zeros(problem.size, dtype=int)
     instants: list[int] = []
     block = []
@@ -68,67 +79,64 @@ def make_folds(problem: Problem) -> Folds:
     return Folds(fold_of, instant_of, tuple(instants), tuple(block))
 
 
-def score_held_out(problem: Problem, found: Fit, folds: Folds) -> HeldOutScore:
-    """Refit without each fold and look at it. What belongs to the run (how it began) keeps the whole run's value.
+def score_held_out(problem: Problem, whole: Fit, folds: Folds) -> HeldOutScore:
+    """Score each fold by a refit without it.
 
-    A refit goes down the likelihood of the rest; where none of its trial steps gets lower although the linear forecast
-    says it should, the fold is in-sample and counted as such.
+    Parameters that belong to a run keep the value of the whole log. A refit takes one iteration; where none of its
+    trial steps lowers the cost although the linear prediction says so, the fold is counted as not refitted.
+
+    Args:
+        problem: The problem.
+        whole: Fit to the whole log.
+        folds: The folds.
     """
-    own, known = _of_the_rig(found), found.jacobian_rows
+    freed, rows = _rig_parameters(whole), whole.jacobian_rows
 
-    def without(fold: int) -> Fit:
-        kept = (folds.fold != fold).astype(float)
+    def refit_without(fold: int) -> Fit:
+        weights = (folds.fold != fold).astype(float)
         return fit(
-            problem,
-            own,
-            found.values,
-            iterations=1,
-            sample_weights=kept,
-            simulated=found.simulated,
-            jacobian_rows=known,
-        )
+            problem, freed, whole.values, iterations=1, sample_weights=weights, simulated=whole.simulated,
+            jacobian_rows=rows,
+        )  # fmt: skip
 
     residual = np.empty(problem.size)
     missing = 0
-    for fold, refit in enumerate(parallel_map(without, range(FOLDS))):
+    for fold, refit in enumerate(parallel_map(refit_without, range(FOLDS))):
         inside = folds.fold == fold
         residual[inside] = refit.residual[inside]
-        missing += not refit.converged and refit.values == found.values
-    return score_residual(problem, residual, found, missing)
+        missing += not refit.converged and refit.values == whole.values
+    return score_residual(problem, residual, whole, missing)
 
 
-def score_left_out_runs(problem: Problem, found: Fit) -> HeldOutScore:
-    """Refit to the other runs, for each run in turn, and look at it: what another excitation asks of a model, more of
-    the same does not. What belongs to the run (how it began) keeps its value.
+def score_left_out_runs(problem: Problem, whole: Fit) -> HeldOutScore:
+    """Score each run by a refit to the other runs: another excitation tests a model harder than more of the same.
+
+    Parameters that belong to a run keep their value.
     """
-    own, known, runs = _of_the_rig(found), found.jacobian_rows, range(len(problem.model.runs))
+    freed, rows, runs = _rig_parameters(whole), whole.jacobian_rows, range(len(problem.model.runs))
 
-    def left_of(run: int) -> Array:
-        rest = problem.restricted_to([other for other in runs if other != run])
-        refit = fit(rest, own, found.values, simulated=found.simulated, jacobian_rows=known)
+    def residual_of(run: int) -> Array:
+        others = problem.restricted_to([other for other in runs if other != run])
+        refit = fit(others, freed, whole.values, simulated=whole.simulated, jacobian_rows=rows)
         return problem.restricted_to([run]).residuals([refit.values])[0]
 
-    return score_residual(problem, np.sum(parallel_map(left_of, runs), axis=0), found)
+    return score_residual(problem, np.sum(parallel_map(residual_of, runs), axis=0), whole)
 
 
-def _of_the_rig(found: Fit) -> list[Parameter]:
-    """What is refitted: not what belongs to the run."""
-    return [parameter for parameter in found.parameters if not parameter.per_run]
-
-
-def score_residual(problem: Problem, residual: Array, found: Fit, missing: int = 0) -> HeldOutScore:
-    """The score of a residual (N,) under a fit's discrepancies."""
+def score_residual(problem: Problem, residual: Array, whole: Fit, unrefitted: int = 0) -> HeldOutScore:
+    """Score of a residual (N,) under the discrepancies of a fit."""
     squares = squared_residuals(problem, residual)
     by_channel: dict[str, list[float]] = {}
     for piece in problem.pieces:
         by_channel.setdefault(piece.name, []).append(float(np.mean(squares[piece.rows])))
     channels = {name: float(np.sqrt(np.mean(values))) for name, values in by_channel.items()}
     gap = float(np.sqrt(np.mean(squares)))
-    return HeldOutScore(problem.log_density(residual, found.discrepancy), residual, squares, gap, channels, missing)
+    density = problem.log_density(residual, whole.discrepancy)
+    return HeldOutScore(density, residual, squares, gap, channels, unrefitted)
 
 
 def squared_residuals(problem: Problem, residual: Array) -> Array:
-    """(N,) squared residual in noise units; of a pulled channel as a free run's, of one that accumulates its loss."""
+    """(N,) squares in noise units: of an observed channel as a free run's, of one that accumulates its step loss."""
     squares = np.empty(problem.size)
     for piece in problem.pieces:
         part = problem.observer_factor(piece) * residual[piece.rows]
@@ -137,3 +145,8 @@ def squared_residuals(problem: Problem, residual: Array) -> Array:
         else:
             squares[piece.rows] = part**2
     return squares
+
+
+def _rig_parameters(whole: Fit) -> list[Parameter]:
+    """What is refitted: parameters that do not belong to a run."""
+    return [parameter for parameter in whole.parameters if not parameter.per_run]

@@ -1,1 +1,1 @@
-"""What is to be explained: residuals of all runs and channels, their noise, and how the model is run."""
+"""The fitting problem: residuals of all runs and channels in noise units, their noise floors, and their cost."""

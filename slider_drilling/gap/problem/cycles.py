@@ -1,4 +1,4 @@
-"""The excitation's cycles, and the stretches of a run that are held out and resampled."""
+"""Cycles of the excitation, and the length of the blocks that are resampled."""
 
 from __future__ import annotations
 
@@ -7,12 +7,17 @@ from numpy.typing import NDArray
 
 from slider_drilling.gap.model import Array, LoggedRun
 
-# A turn counts where the excitation comes back by more than this share of its range: noise and ripple do not.
+# A turning point counts if the excitation comes back by more than this share of its range. Noise and ripple do not.
 _TURN_SHARE = 0.05
 
 
 def cycle_period(time: Array, excitation: Array) -> float | None:
-    """Median time s from one low turning point to the next, None when there are fewer than three turns."""
+    """Median period of the excitation, s; None with fewer than three turning points.
+
+    Args:
+        time: (m,) s.
+        excitation: (m,).
+    """
     turns = turning_points(excitation)
     if turns.size < 3:
         return None
@@ -20,7 +25,7 @@ def cycle_period(time: Array, excitation: Array) -> float | None:
 
 
 def turning_points(excitation: Array) -> NDArray[np.int_]:
-    """Indices where the excitation turns for good."""
+    """Indices of the turning points of the excitation (m,)."""
     threshold = _TURN_SHARE * float(np.ptp(excitation))
     if threshold == 0.0:
         return np.empty(0, dtype=int)
@@ -39,7 +44,7 @@ def turning_points(excitation: Array) -> NDArray[np.int_]:
 
 
 def block_length(run: LoggedRun) -> float:
-    """Length s of what is resampled: two cycles of the excitation, within a sixth and a twentieth of the run."""
+    """Length of a resampled block, s: two cycles of the excitation, between a twentieth and a sixth of the run."""
     period = cycle_period(run.time, run.excitation)
     wanted = run.duration / 20.0 if period is None else max(2.0 * period, run.duration / 20.0)
     return float(min(wanted, run.duration / 6.0))

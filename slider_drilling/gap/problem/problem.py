@@ -1,4 +1,4 @@
-"""What is to be explained: every run's channels in one stack, in noise units, and how the model is run against them."""
+"""The fitting problem: every run's channels in one stack, in noise units, and the model that simulates them."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from slider_drilling.gap.problem.step_loss import step_loss
 
 # Noise units beyond which a missed step of a channel that accumulates costs by its logarithm.
 STEP_SIZE = 4.0
-# Samples that a discrepancy remembers at most: what errs for longer is for a law to explain.
+# Longest memory of a discrepancy, samples: an error that lasts longer is for an effect to explain.
 _SAMPLES = 40.0
 FREE_RUN = SimulationOptions()
-# Stretches of a run, one being what a discrepancy remembers at most, too.
+# Stretches of a run. The length of one is also the longest memory of a discrepancy.
 _STRETCHES = 20
 
 
@@ -26,8 +26,14 @@ _STRETCHES = 20
 class Piece:
     """One channel of one run within the stack.
 
-    rows: where it stands in the stack; noise: its standard deviation in the channel's unit; interval: (n,) s between
-    samples; memories: s, that a discrepancy may have; pulled: whether the observer feeds it back.
+    Attributes:
+        run: Index of the run.
+        channel: The channel.
+        rows: Its place in the stack.
+        noise: Its noise floor, in the channel's unit.
+        interval: (n,) s since the sample before.
+        memories: (k,) s, the memories that a discrepancy may have.
+        observed: Whether the observer feeds it back.
     """
 
     run: int
@@ -40,11 +46,12 @@ class Piece:
 
     @property
     def name(self) -> str:
+        """The channel's name."""
         return self.channel.name
 
 
 class SimulationCounter:
-    """How many simulations were run in all, whoever asked for them: shared by every problem made from another."""
+    """Number of simulations run, shared by every problem that is derived from another."""
 
     def __init__(self) -> None:
         self.count = 0
@@ -58,11 +65,19 @@ class SimulationCounter:
 
 @dataclass(frozen=True)
 class Problem:
-    """A model against its logs. Everything stacked has length N: runs, then channels, then samples.
+    """A model and its logs. Stacked arrays have length N: runs, then channels, then samples.
 
-    correction: (N,) noise units, what finer simulations add to cheap ones at the values that `at` was given; it is
-    part of every simulation. added: (N,) noise units by name, what a parameter adds to every simulation that the model
-    knows nothing of. Nothing here ever changes but what was spent: `at`, `run_as` and `adding` give new problems.
+    Methods that change something return a new problem; only the counter is shared and grows.
+
+    Attributes:
+        model: The model.
+        pieces: The channels of all runs.
+        options: How the model is simulated.
+        correction: (N,) noise units, added to every simulation: what a finer simulation adds to this one at the values
+            that `corrected_at` was given.
+        counter: Number of simulations run.
+        added: By name of a parameter that the model does not have: (N,) noise units that one unit of it adds to every
+            simulation.
     """
 
     model: Model
@@ -74,6 +89,7 @@ class Problem:
 
     @property
     def size(self) -> int:
+        """N."""
         return self.correction.size
 
     @property
@@ -82,28 +98,35 @@ class Problem:
         return np.concatenate([piece.channel.time for piece in self.pieces])
 
     def run_parameters(self, values: Values, run: int) -> dict[str, float]:
-        """The parameter set of one run: per-run parameters are named ``name@run`` outside the model."""
+        """The parameter set of one run: outside the model, per-run parameters are named ``name@run``."""
         suffix = f"@{run}"
         chosen = {name: value for name, value in values.items() if "@" not in name and name not in self.added}
         return chosen | {name[: -len(suffix)]: value for name, value in values.items() if name.endswith(suffix)}
 
     def simulate(self, sets: Sequence[Values], options: SimulationOptions | None = None) -> Array:
-        """(K, N) simulated channels in noise units; how: another way than the problem's own, then uncorrected."""
+        """Simulate K parameter sets.
+
+        Args:
+            sets: K sets of values.
+            options: Other options than the problem's own; then there is no correction.
+
+        Returns:
+            (K, N) channels in noise units.
+        """
         stacked = np.zeros((len(sets), self.size))
         for run in sorted({piece.run for piece in self.pieces}):
-            found = self.model.simulate(
-                run, [self.run_parameters(values, run) for values in sets], options or self.options
-            )
+            own_sets = [self.run_parameters(values, run) for values in sets]
+            channels = self.model.simulate(run, own_sets, options or self.options)
             self.counter.add(len(sets))
             for piece in self.pieces:
                 if piece.run == run:
-                    stacked[:, piece.rows] = found[piece.name] / piece.noise
+                    stacked[:, piece.rows] = channels[piece.name] / piece.noise
         for name, row in self.added.items():
             stacked += np.multiply.outer([values.get(name, 0.0) for values in sets], row)
         return stacked if options else stacked + self.correction
 
     def residual_of(self, simulated: Array) -> Array:
-        """(..., N) residuals, measured - simulated in noise units; angles wrapped."""
+        """(..., N) measured - simulated, in noise units, angles wrapped."""
         residual = np.zeros_like(simulated)
         for piece in self.pieces:
             raw = piece.channel.residual(simulated[..., piece.rows] * piece.noise) / piece.noise
@@ -111,18 +134,22 @@ class Problem:
         return residual
 
     def residuals(self, sets: Sequence[Values]) -> Array:
-        """(K, N) residuals in noise units."""
+        """(K, N) residuals of K parameter sets, in noise units."""
         return self.residual_of(self.simulate(sets))
 
     def corrected_at(self, values: Values, fidelity: int, fine: Array | None = None) -> Problem:
-        """The same problem whose simulations at these values equal those of a higher fidelity; fine: (N,) the latter,
-        uncorrected, where they are known already.
+        """The same problem, corrected to equal a finer simulation at these values.
+
+        Args:
+            values: Where the two are equal.
+            fidelity: Fidelity of the finer simulation.
+            fine: (N,) its result without correction, where it is known already.
         """
         higher = self.simulate([values], replace(self.options, fidelity=fidelity))[0] if fine is None else fine
         return replace(self, correction=self.wrapped(higher - self.simulate([values], self.options)[0]))
 
     def wrapped(self, difference: Array) -> Array:
-        """The difference (N,) of two simulations or samples without whole periods."""
+        """The difference (N,) of two simulations or samples, without whole periods."""
         shortest = difference.copy()
         for piece in self.pieces:
             if piece.channel.period is not None:
@@ -132,46 +159,46 @@ class Problem:
         return shortest
 
     def with_options(self, options: SimulationOptions) -> Problem:
-        """The same problem simulated in another way, without correction."""
+        """The same problem with other simulation options, without correction."""
         return replace(self, options=options, correction=np.zeros(self.size))
 
     def with_added_rows(self, rows: Mapping[str, Array]) -> Problem:
-        """The same problem to every simulation of which parameters of these names add such rows (N,), noise units."""
+        """The same problem with parameters that the model does not have: by name, (N,) what one unit of each adds."""
         return replace(self, added={**self.added, **rows})
 
     def restricted_to(self, runs: Collection[int]) -> Problem:
-        """The same stack of which only these runs are simulated and count; what belongs to others is 0."""
+        """The same stack with only these runs simulated and counted; what belongs to other runs is 0."""
         return replace(self, pieces=tuple(piece for piece in self.pieces if piece.run in runs))
 
     def at_fidelity_of(self, effects: Sequence[Effect]) -> Problem:
-        """The same problem in simulations that show the effects: finer ones where one of them asks for it."""
-        asked = max((effect.fidelity for effect in effects), default=0)
-        return self.with_options(replace(self.options, fidelity=asked)) if asked > self.options.fidelity else self
+        """The same problem in simulations fine enough to show the effects."""
+        needed = max((effect.fidelity for effect in effects), default=0)
+        return self.with_options(replace(self.options, fidelity=needed)) if needed > self.options.fidelity else self
 
     def expand_per_run(self, parameters: Sequence[Parameter]) -> list[Parameter]:
-        """The parameters as a fit sees them: one copy per run of those that belong to the run."""
+        """The parameters as a fit sees them: those that belong to a run once for each run."""
         runs = range(len(self.model.runs))
-        found = []
+        expanded = []
         for parameter in parameters:
             copies = [replace(parameter, name=f"{parameter.name}@{run}") for run in runs]
-            found += copies if parameter.per_run else [parameter]
-        return found
+            expanded += copies if parameter.per_run else [parameter]
+        return expanded
 
     def observer_factor(self, piece: Piece) -> float:
-        """By how much a piece's residual was shrunk by the observer's pull."""
+        """Factor by which the observer has shrunk a piece's residual."""
         return 1.0 + self.options.observer_gain if piece.observed else 1.0
 
     def cost(self, residual: Array) -> tuple[float, dict[int, Discrepancy]]:
-        """``-2 log p`` of a residual (N,), and the discrepancy of each piece that does not accumulate."""
-        total, found = 0.0, {}
+        """``-2 log p`` of a residual (N,), and the likeliest discrepancy of each piece that does not accumulate."""
+        total, discrepancies = 0.0, {}
         for index, piece in enumerate(self.pieces):
             part = self.observer_factor(piece) * residual[piece.rows]
             if piece.channel.accumulates:
                 total += float(step_loss(self.unwrapped(piece, part), STEP_SIZE)[0].sum())
             else:
-                cost, found[index] = fit_discrepancy(part, piece.interval, piece.memories)
+                cost, discrepancies[index] = fit_discrepancy(part, piece.interval, piece.memories)
                 total += cost
-        return total, found
+        return total, discrepancies
 
     def unwrapped(self, piece: Piece, residual: Array) -> Array:
         """A piece's residual (n,) without jumps of whole periods."""
@@ -179,56 +206,64 @@ class Problem:
             return residual
         return np.unwrap(residual * piece.noise, period=piece.channel.period) / piece.noise
 
-    def log_density(self, residual: Array, found: Mapping[int, Discrepancy]) -> Array:
-        """(N,) each sample's share of ``-2 log p`` given the samples before it."""
+    def log_density(self, residual: Array, discrepancies: Mapping[int, Discrepancy]) -> Array:
+        """(N,) each sample's share of ``-2 log p``, given the samples before it."""
         shares = np.zeros(self.size)
         for index, piece in enumerate(self.pieces):
             part = self.observer_factor(piece) * residual[piece.rows]
             if piece.channel.accumulates:
                 shares[piece.rows] = step_loss(self.unwrapped(piece, part), STEP_SIZE)[0]
             else:
-                white, price = whiten(part[None], piece.interval, found[index])
-                shares[piece.rows] = white[0] ** 2 + price
+                white, log_variance = whiten(part[None], piece.interval, discrepancies[index])
+                shares[piece.rows] = white[0] ** 2 + log_variance
         return shares
 
     def whitened(
-        self, residual: Array, rows: Array, found: Mapping[int, Discrepancy], forgiving: bool = True
+        self, residual: Array, rows: Array, discrepancies: Mapping[int, Discrepancy], robust: bool = True
     ) -> tuple[Array, Array]:
-        """Residual (N,) and rows (M, N) so that ``-2 log p`` is the residual's square but for a constant.
+        """Residual and rows, transformed so that ``-2 log p`` is the residual's square but for a constant.
 
-        forgiving: false takes what is left for one error of its own size throughout, neither a discrepancy that
-        forgets nor missed steps: from afar, where the likelihood is flat, that shows the way.
+        Args:
+            residual: (N,) in noise units.
+            rows: (M, N) changes of the simulation.
+            discrepancies: Discrepancy of each piece.
+            robust: False to treat each residual as white noise of its own size, without discrepancy or missed steps.
+                Far from the optimum, where the likelihood is flat, that shows the way.
+
+        Returns:
+            The residual (N,) and the rows (M, N).
         """
         white, out = np.zeros(self.size), np.zeros_like(rows)
         for index, piece in enumerate(self.pieces):
-            gain = self.observer_factor(piece)
-            part, own = gain * residual[piece.rows], gain * rows[:, piece.rows]
-            if not forgiving:
+            factor = self.observer_factor(piece)
+            part, own = factor * residual[piece.rows], factor * rows[:, piece.rows]
+            if not robust:
                 whole = self.unwrapped(piece, part)
                 size = max(float(np.sqrt(np.mean(whole**2))), 1.0)
                 white[piece.rows], out[:, piece.rows] = whole / size, own / size
             elif piece.channel.accumulates:
+                # The residual whose square is the loss, and the rows by the chain rule.
                 loss, rest = step_loss(self.unwrapped(piece, part), STEP_SIZE)
                 mapped = np.sign(rest) * np.sqrt(np.maximum(loss, 0.0))
                 tiny = np.abs(mapped) < 1e-3
                 slope = np.where(tiny, 1.0, rest / np.where(tiny, 1.0, mapped))
                 white[piece.rows], out[:, piece.rows] = np.where(tiny, rest, mapped), slope * own
             else:
-                through, _ = whiten(np.vstack([part[None], own]), piece.interval, found[index])
+                through, _ = whiten(np.vstack([part[None], own]), piece.interval, discrepancies[index])
                 white[piece.rows], out[:, piece.rows] = through[0], through[1:]
         return white, out
 
     def structure(self, residual: Array) -> dict[int, float]:
-        """By how much ``-2 log p`` of each piece falls for allowing it a discrepancy: little where it is noise.
+        """By piece, how much ``-2 log p`` falls if a discrepancy is allowed: little where the residual is noise.
 
-        Its worst stretches are left out: a single event that no simulation can time is no law that is missing.
+        The worst stretches are left out: a single event that no simulation can time is no missing law.
         """
-        found = {}
+        gains = {}
         for index, piece in enumerate(self.pieces):
             if not piece.channel.accumulates:
                 part, interval = _without_worst(self.observer_factor(piece) * residual[piece.rows], piece.interval)
-                found[index] = float(part @ part) - fit_discrepancy(part, interval, piece.memories)[0]
-        return found
+                gains[index] = float(part @ part) - fit_discrepancy(part, interval, piece.memories)[0]
+        return gains
 
 
 def _without_worst(part: Array, interval: Array) -> tuple[Array, Array]:
@@ -245,10 +280,18 @@ def build_problem(
     options: SimulationOptions = FREE_RUN,
     counter: SimulationCounter | None = None,
 ) -> Problem:
-    """Stack a model's runs; noise: standard deviation by channel, one mapping a run; spent: what was run before, to go
-    on counting. ValueError without a channel.
+    """Stack the runs of a model.
+
+    Args:
+        model: The model.
+        noise: Per run, the noise floor of each channel, in its unit.
+        options: How the model is simulated.
+        counter: Counter of an earlier problem, to go on counting.
+
+    Raises:
+        ValueError: No run holds a channel.
     """
-    fed = model.observed_channel if isinstance(model, HasObserver) else None
+    observed = model.observed_channel if isinstance(model, HasObserver) else None
     pieces, start = [], 0
     for index, run in enumerate(model.runs):
         for channel in run.channels:
@@ -257,7 +300,7 @@ def build_problem(
             longest = _longest_memory(run.duration, float(np.median(interval[1:])) if interval.size > 1 else 0.5)
             memories = memory_grid(interval, longest)
             sigma = noise[index][channel.name]
-            pieces.append(Piece(index, channel, rows, sigma, interval, memories, channel.name == fed))
+            pieces.append(Piece(index, channel, rows, sigma, interval, memories, channel.name == observed))
             start = rows.stop
     if not pieces:
         raise ValueError("no run holds a channel that can be used")
@@ -265,9 +308,9 @@ def build_problem(
 
 
 def _longest_memory(duration: float, interval: float) -> float:
-    """Memory s that a discrepancy has at most; interval: s between samples.
+    """Longest memory of a discrepancy, s, for a run of this duration with this interval between samples, s.
 
-    A likelihood that forgives whatever is slow takes a tool that turns at the wrong time for a discrepancy, and
-    re-tuning then leaves a larger gap than it found.
+    A discrepancy with a long memory absorbs every slow error, such as a tool that turns at the wrong time. Calibration
+    would then leave a larger gap than it found.
     """
     return max(min(duration / _STRETCHES, _SAMPLES * interval), 2.0 * interval)

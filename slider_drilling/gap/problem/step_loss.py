@@ -1,14 +1,13 @@
-"""Steps that a simulation missed in a channel that accumulates: one mistake each, not one for every later sample.
+"""Loss of a channel that accumulates: a missed step counts once, not again in every later sample.
 
-A bit that breaks free turns by an angle that hangs on everything before; a simulation that misses one such event is off
-by that angle ever after, although it may be right about all else. The residual of such a channel is therefore split
-into a path of steps, paid for by the logarithm of their size, and the rest, paid for by its square:
+A bit that breaks free turns by an angle that depends on everything before. A simulation that misses one such event is
+off by that angle ever after, although it may be right about all else. The residual r of such a channel is therefore
+split into a path of steps p, which costs the logarithm of their size, and the rest, which costs its square:
 
     min over p of  sum_k (r_k - p_k)^2 + 2 f^2 sum_k ln(1 + |p_k - p_(k-1)| / f),   p_(-1) = 0
 
-A small step costs what the fused lasso (Tibshirani et al., J. R. Stat. Soc. B 67, 2005) with slope 2 f would charge;
-the logarithm is approached by repeating that with each step's own slope (Candes, Wakin and Boyd, J. Fourier Anal. Appl.
-14, 2008).
+A small step costs as in the fused lasso (Tibshirani et al., J. R. Stat. Soc. B 67, 2005) with slope 2 f. The logarithm
+is approximated by repeating that with each step's own slope (Candes, Wakin and Boyd, J. Fourier Anal. Appl. 14, 2008).
 """
 
 from __future__ import annotations
@@ -18,22 +17,27 @@ import numpy as np
 from slider_drilling.gap.model import Array
 from slider_drilling.process.jit_cache import njit
 
-_TURNS = 50     # of the active set; it settles in a handful
-_REPRICED = 4   # times that the slopes follow the steps found
+_MAX_ACTIVE_SETS = 50  # it takes a handful
+_REWEIGHTED = 4  # times that the slopes follow the steps found
 
-# A search asks for thousands of these a second, each a few dozen samples long.
+# Compiled: a search evaluates thousands a second, each a few dozen samples long.
 _compiled = njit(cache=True, error_model="numpy", nogil=True)
 
 
 @_compiled
 def step_loss(residual: Array, free: float) -> tuple[Array, Array]:
-    """The loss (n,) of each sample, its own step's price included, and half the loss's derivative (n,).
+    """The loss of each sample, and its derivative.
 
-    residual (n,) in noise floors; free: f, noise floors.
+    Args:
+        residual: (n,) in noise units.
+        free: f, the step size in noise units beyond which a step costs by its logarithm.
+
+    Returns:
+        (n,) loss of each sample with its own step, and (n,) half the derivative of the total loss.
     """
     steps = np.zeros_like(residual)
     path = steps
-    for _ in range(_REPRICED):
+    for _ in range(_REWEIGHTED):
         path = step_path(residual, free / (1.0 + np.abs(steps) / free))
         if not path.any():
             break
@@ -45,19 +49,23 @@ def step_loss(residual: Array, free: float) -> tuple[Array, Array]:
 
 @_compiled
 def step_path(residual: Array, bound: Array) -> Array:
-    """p (n,) that minimises ``|r - p|^2 / 2 + sum bound_k |p_k - p_(k-1)|`` with ``p_(-1) = 0``; bound (n,) above zero.
+    """(n,) path p that minimises ``|r - p|^2 / 2 + sum bound_k |p_k - p_(k-1)|`` with ``p_(-1) = 0``.
 
-    Solved through its dual, ``min |r - D' u|^2`` with ``|u_k| <= bound_k``, by the primal-dual active-set method, which
-    settles for sure since D D' is an M-matrix (Hintermueller, Ito and Kunisch, SIAM J. Optim. 13, 2002).
+    Solved through its dual, ``min |r - D' u|^2`` with ``|u_k| <= bound_k``, by the primal-dual active-set method. It
+    converges since D D' is an M-matrix (Hintermueller, Ito and Kunisch, SIAM J. Optim. 13, 2002).
+
+    Args:
+        residual: (n,) r.
+        bound: (n,) above zero.
     """
-    # Without bounds u is the sum of all residuals from k on: within them no step is worth its price.
+    # Without bounds u_k is the sum of all residuals from k on. If all lie within the bounds, no step pays.
     dual = np.cumsum(residual[::-1])[::-1].copy()
     if np.all(np.abs(dual) <= bound):
         return np.zeros_like(residual)
     slope = residual.copy()
     slope[1:] -= residual[:-1]
     held = np.where(np.abs(dual) > bound, np.sign(dual), 0.0)
-    for _ in range(_TURNS):
+    for _ in range(_MAX_ACTIVE_SETS):
         dual = _solve(slope, held, bound)
         pull = slope - _normal(dual)
         beyond = np.where(np.abs(dual) > bound, np.sign(dual), 0.0)
@@ -75,7 +83,7 @@ def step_path(residual: Array, bound: Array) -> Array:
 def _solve(slope: Array, held: Array, bound: Array) -> Array:
     """u with ``(D D' u)_k = slope_k`` where it is free, and at its bound where it is held.
 
-    Held ones cut the tridiagonal system into pieces, each solved by elimination from its left end to its right.
+    Held elements cut the tridiagonal system into pieces, each solved by elimination from left to right.
     """
     size = slope.size
     dual, pivot = bound * held, np.ones(size)

@@ -1,1 +1,1 @@
-"""What is said in the end: where the gap lies, how far the model foretells, what to do next."""
+"""What is reported beside the verdict: where the gap lies, parameter intervals, prediction errors, the next run."""

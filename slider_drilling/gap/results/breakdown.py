@@ -1,4 +1,4 @@
-"""Where the gap lies: its shares by channel, phase of the motion, frequency band, time, and place along the model."""
+"""Where the gap lies: its shares by channel, phase of the motion, frequency band, time, and position in the model."""
 
 from __future__ import annotations
 
@@ -13,13 +13,21 @@ from slider_drilling.gap.selection.state import FittedModel
 
 PHASES = ("rotating clockwise", "rotating counter-clockwise", "reversal", "still")
 TIME_WINDOWS = 20
-# How far a probe (a multiplier between two depths) may plausibly be off, one standard deviation, and its step.
+# Standard deviation of a probe's prior (a multiplier between two positions), and its finite-difference step.
 _PROBE_SPREAD, _PROBE_STEP = 0.5, 0.2
 
 
 @dataclass(frozen=True)
 class GapBreakdown:
-    """Shares of E_tuned^2; each mapping adds up to 1. time, depth: (from, to, share[, change]) rows."""
+    """Shares of the calibrated E^2. Each adds up to 1.
+
+    Attributes:
+        channel: By channel.
+        phase: By one of `PHASES`.
+        band: By frequency band.
+        time: Rows with ``from`` and ``to``, s, and ``share``; with several runs also ``run``.
+        depth: Rows with ``from`` and ``to``, ``share`` and ``change``, see `break_down_along`.
+    """
 
     channel: dict[str, float]
     phase: dict[str, float]
@@ -28,9 +36,9 @@ class GapBreakdown:
     depth: list[dict[str, float]]
 
 
-def break_down_gap(explained: FittedModel) -> GapBreakdown:
-    """Split the held-out gap of a fit."""
-    problem, score = explained.problem, explained.score
+def break_down_gap(fitted: FittedModel) -> GapBreakdown:
+    """Split the held-out gap of a model."""
+    problem, score = fitted.problem, fitted.score
     energy = score.squares / score.squares.sum()
     channel: dict[str, float] = {}
     phase = dict.fromkeys(PHASES, 0.0)
@@ -42,16 +50,17 @@ def break_down_gap(explained: FittedModel) -> GapBreakdown:
         labels = motion_phase(run, piece.channel.time)
         for code, name in enumerate(PHASES):
             phase[name] += float(own[labels == code].sum())
-        which = ((piece.channel.time - run.time[0]) / run.duration * TIME_WINDOWS).astype(int)
-        np.add.at(windows[piece.run], np.clip(which, 0, TIME_WINDOWS - 1), own)
-        for name, share in _bands(run, piece.channel.time, score.residual[piece.rows]).items():
+        window = ((piece.channel.time - run.time[0]) / run.duration * TIME_WINDOWS).astype(int)
+        np.add.at(windows[piece.run], np.clip(window, 0, TIME_WINDOWS - 1), own)
+        for name, share in _band_shares(run, piece.channel.time, score.residual[piece.rows]).items():
             band[name] = band.get(name, 0.0) + share * float(own.sum())
-    return GapBreakdown(channel, phase, band, _time_rows(explained, windows), break_down_along(explained))
+    return GapBreakdown(channel, phase, band, _time_rows(fitted, windows), break_down_along(fitted))
 
 
-def _time_rows(explained: FittedModel, windows: Array) -> list[dict[str, float]]:
+def _time_rows(fitted: FittedModel, windows: Array) -> list[dict[str, float]]:
+    """Shares by time window, from (runs, windows)."""
     rows = []
-    runs = explained.problem.model.runs
+    runs = fitted.problem.model.runs
     for index, run in enumerate(runs):
         edges = np.linspace(run.time[0], run.time[-1], TIME_WINDOWS + 1)
         for k in range(TIME_WINDOWS):
@@ -61,10 +70,17 @@ def _time_rows(explained: FittedModel, windows: Array) -> list[dict[str, float]]
 
 
 def motion_phase(run: LoggedRun, times: Array) -> Array:
-    """(n,) index into PHASES of the excitation at the times.
+    """Phase of the excitation at given times.
 
-    Still: slower than 2 % of the fastest; reversal: within a twentieth of a cycle (at most 1 s) of a change of
+    Still: slower than 2 % of the fastest. Reversal: within a twentieth of a cycle (at most 1 s) of a change of
     direction.
+
+    Args:
+        run: The run.
+        times: (n,) s.
+
+    Returns:
+        (n,) index into `PHASES`.
     """
     speed = np.gradient(run.excitation, run.time)
     fastest = float(np.max(np.abs(speed)))
@@ -84,8 +100,8 @@ def motion_phase(run: LoggedRun, times: Array) -> Array:
     return np.asarray(labels[nearest])
 
 
-def _bands(run: LoggedRun, times: Array, values: Array) -> dict[str, float]:
-    """Shares by frequency of one channel's residual, from its periodogram (Parseval: they add up to 1)."""
+def _band_shares(run: LoggedRun, times: Array, values: Array) -> dict[str, float]:
+    """Shares by frequency of one channel's residual, from its periodogram (they add up to 1 by Parseval)."""
     interval = (times[-1] - times[0]) / max(times.size - 1, 1)
     power = np.abs(np.fft.rfft(values)) ** 2
     # Every bin but the first (and the last of an even length) stands for two.
@@ -98,34 +114,36 @@ def _bands(run: LoggedRun, times: Array, values: Array) -> dict[str, float]:
 
 
 def band_edges(run: LoggedRun) -> list[tuple[str, float, float]]:
-    """Adjoining bands (name, from, to) Hz that cover everything, lowest first."""
+    """Adjoining bands (name, from Hz, to Hz) that cover all frequencies, lowest first."""
     period = cycle_period(run.time, run.excitation)
     edges: list[tuple[str, float, float]] = []
-    at = 0.0
+    upper = 0.0
     if period is not None:
         edges += [
             ("below the rocking frequency", 0.0, 0.5 / period),
             ("rocking and its harmonics", 0.5 / period, 3.5 / period),
         ]
-        at = 3.5 / period
+        upper = 3.5 / period
     for name, low, high in run.bands:
-        if high <= at:
+        if high <= upper:
             continue
-        if low > at:
-            edges.append((f"between, up to {name}", at, low))
-        edges.append((name, max(low, at), high))
-        at = high
-    return [*edges, ("above", at, np.inf)]
+        if low > upper:
+            edges.append((f"between, up to {name}", upper, low))
+        edges.append((name, max(low, upper), high))
+        upper = high
+    return [*edges, ("above", upper, np.inf)]
 
 
-def break_down_along(explained: FittedModel) -> list[dict[str, float]]:
-    """Which stretch must carry more or less to explain the residual: a ridge solution over the model's probes, each
-    within its bounds.
+def break_down_along(fitted: FittedModel) -> list[dict[str, float]]:
+    """Which stretch of the model must carry more or less to explain the residual.
 
-    share: of what all probes explain together, by each one's part; change: the multiplier's departure from 1. Empty
-    when the model has no probes.
+    A ridge regression of the residual on the model's probes, each within its bounds, beside the freed parameters.
+
+    Returns:
+        Rows with ``from`` and ``to``; ``share`` of what all probes explain together; and ``change``, the multiplier's
+        difference from nominal. Empty if the model has no probes.
     """
-    problem, fit = explained.problem, explained.fit
+    problem, fit = fitted.problem, fitted.fit
     model = problem.model
     if not isinstance(model, HasProbes) or not model.probes:
         return []
@@ -139,11 +157,12 @@ def break_down_along(explained: FittedModel) -> list[dict[str, float]]:
     low = np.append(-free, [p.lower - p.nominal for p, _, _ in probes])
     high = np.append(free, [p.upper - p.nominal for p, _, _ in probes])
     change = bounded_step(through @ through.T + np.diag(prior), through @ white, 0.0, low, high)[own:]
+    # Of each probe only the part counts that the freed parameters cannot make.
     basis, _ = np.linalg.qr(through[:own].T)
     beyond = through[own:] - (through[own:] @ basis) @ basis.T
     part = np.abs(change) * np.linalg.norm(beyond, axis=1)
     part = part / part.sum() if part.sum() > 0.0 else part
     return [
-        {"from": low, "to": high, "share": float(share), "change": float(amount)}
-        for (_, low, high), share, amount in zip(probes, part, change, strict=True)
+        {"from": start, "to": end, "share": float(share), "change": float(amount)}
+        for (_, start, end), share, amount in zip(probes, part, change, strict=True)
     ]

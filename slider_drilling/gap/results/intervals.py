@@ -1,4 +1,4 @@
-"""How well a fit knows its parameters, by the likelihood's curvature at it."""
+"""Confidence intervals of fitted parameters, from the curvature of the likelihood."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit, prior_weights
 
 _NORMAL_95 = 1.96
-# Of a parameter's scale: how far it is moved to see what that is in the names that a user knows.
-_MOVED = 1e-3
+# Finite-difference step of the conversion to user parameters, in a parameter's scale.
+_STEP = 1e-3
 
 
 def parameter_intervals(problem: Problem, found: Fit) -> dict[str, tuple[float, float]]:
-    """95 % of each freed parameter, by the names that a user knows, cut at its bounds."""
+    """95 % interval of each freed parameter, by the names that a user knows, cut at its bounds."""
     if not found.parameters:
         return {}
     _, rows = problem.whitened(found.residual, found.jacobian, found.discrepancy)
     normal = rows @ rows.T + np.diag(prior_weights(found.parameters) ** 2)
-    # What the log says nothing of may lie anywhere within its bounds.
+    # The pseudo-inverse: what the log says nothing of may lie anywhere within its bounds.
     covariance = np.linalg.pinv(normal + 1e-9 * np.eye(len(normal)))
     values = user_values(problem, found.values)
-    spans = {}
+    intervals = {}
     for name, parameter in user_parameters(problem, found).items():
         slope = _slope(problem, found, name)
         half = _NORMAL_95 * float(np.sqrt(max(float(slope @ covariance @ slope), 0.0)))
-        spans[name] = max(values[name] - half, parameter.lower), min(values[name] + half, parameter.upper)
-    return spans
+        intervals[name] = max(values[name] - half, parameter.lower), min(values[name] + half, parameter.upper)
+    return intervals
 
 
 def user_values(problem: Problem, values: dict[str, float]) -> dict[str, float]:
@@ -38,16 +38,15 @@ def user_values(problem: Problem, values: dict[str, float]) -> dict[str, float]:
 def user_parameters(problem: Problem, found: Fit) -> dict[str, Parameter]:
     """The freed parameters by the names that a user knows."""
     freed = {parameter.name: parameter for parameter in found.parameters}
-    said = problem.model.user_parameters if isinstance(problem.model, HasUserParameters) else {}
-    return {
-        name: freed.get(name) or said[name] for name in user_values(problem, found.values) if name in {**freed, **said}
-    }
+    converted = problem.model.user_parameters if isinstance(problem.model, HasUserParameters) else {}
+    names = [name for name in user_values(problem, found.values) if name in {**freed, **converted}]
+    return {name: freed.get(name) or converted[name] for name in names}
 
 
 def _slope(problem: Problem, found: Fit, name: str) -> Array:
-    """(p,) change of one known parameter per scale of each freed one."""
+    """(p,) change of one user parameter per scale of each freed one."""
     here = user_values(problem, found.values)[name]
     return np.array([
-        (user_values(problem, found.values | {p.name: found.values[p.name] + _MOVED * p.scale})[name] - here) / _MOVED
+        (user_values(problem, found.values | {p.name: found.values[p.name] + _STEP * p.scale})[name] - here) / _STEP
         for p in found.parameters
     ])  # fmt: skip

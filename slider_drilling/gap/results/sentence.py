@@ -1,4 +1,4 @@
-"""The verdict of any model as one sentence."""
+"""The verdict on any model as one sentence."""
 
 from __future__ import annotations
 
@@ -7,40 +7,56 @@ from collections.abc import Sequence
 
 
 def verdict_sentence(
-    verdict: str, effects: tuple[str, ...], site: str | None, gaps: tuple[float, float, float, float],
-    closed: float, interval: tuple[float, float], alike: str = "", rest: str = "", instead: tuple[str, ...] = (),
-    stand_out: tuple[str, ...] = (),
-) -> str:  # fmt: skip
-    """gaps: E as given, re-tuned, with the effects (NaN without), and what noise alone stays below; alike: what else
-    foretells as much as the effects, at another site; rest: what foretells most of what they leave; instead: laws that
-    re-tuning may stand for; stand_out: channels of which what is left is not noise.
+    verdict: str,
+    effects: tuple[str, ...],
+    site: str | None,
+    gaps: tuple[float, float, float, float],
+    closed: float,
+    interval: tuple[float, float],
+    alternative: str = "",
+    remainder: str = "",
+    masked_effects: tuple[str, ...] = (),
+    misfit_channels: tuple[str, ...] = (),
+) -> str:
+    """The verdict with its figures.
+
+    Args:
+        verdict: ``none``, ``parameters``, ``effect``, ``effect_and_unknown`` or ``unknown``.
+        effects: What is named.
+        site: Where an unknown cause most likely lies.
+        gaps: E as given, calibrated, with the effects (NaN without any), and its null threshold.
+        closed: Share of the gap that the effects close, NaN where it says nothing.
+        interval: Its 95 % interval, NaN where it says nothing.
+        alternative: A free form that fits as well as the effects.
+        remainder: The free form that predicts best what they leave.
+        masked_effects: Effects that calibration may hide.
+        misfit_channels: Channels that the final model misfits.
     """
-    nominal, tuned, explained, threshold = gaps
-    figures = f"E {nominal:.2f} as given, {tuned:.2f} re-tuned"
-    figures += "" if math.isnan(explained) else f", {explained:.2f} with it"
+    nominal, calibrated, with_effects, threshold = gaps
+    final = calibrated if math.isnan(with_effects) else with_effects
+    figures = f"E {nominal:.2f} as given, {calibrated:.2f} calibrated"
+    figures += "" if math.isnan(with_effects) else f", {with_effects:.2f} with it"
     figures += f"; noise alone stays below {threshold:.2f}"
-    figures += structured_residual_clause(verdict, tuned if math.isnan(explained) else explained, threshold, stand_out)
+    figures += _structured_residual_clause(verdict, final, threshold, misfit_channels)
     if verdict == "none":
-        return f"The model as given leaves what noise would ({figures})."
+        return f"The model as given leaves only noise ({figures})."
     if verdict == "parameters":
-        stands_for = f", or {' or '.join(instead)} makes it look so" if instead else ""
-        return f"The model is only mis-tuned{stands_for} ({figures})."
+        hidden = f", which may hide {' or '.join(masked_effects)}" if masked_effects else ""
+        return f"The model only needs calibration{hidden} ({figures})."
     if verdict == "unknown":
-        return f"No known effect explains what re-tuning leaves, most of it at the {site or 'model'} ({figures})."
-    share = "" if math.isnan(closed) or tuned <= threshold else (
-        f" and closes {closed:.2f} [{interval[0]:.2f}, {interval[1]:.2f}] of the gap"
-    )
-    like = "Like " if verdict == "effect_and_unknown" else ""
-    remains = f"something structured remains{f': {rest}' if rest else ''}"
-    beside = f"; {alike} would explain it as well" if alike else f"; {remains}"
-    end = beside if verdict == "effect_and_unknown" else ""
-    return f"{like}{' and '.join(effects)}: it explains the log best{share} ({figures}){end}."
+        return f"No known effect explains what calibration leaves, most likely at the {site or 'model'} ({figures})."
+    text = f"{' and '.join(effects)}: explains the log best"
+    if not math.isnan(closed) and calibrated > threshold:
+        span = "" if math.isnan(interval[0]) else f" [{interval[0]:.2f}, {interval[1]:.2f}]"
+        text += f" and closes {closed:.2f}{span} of the gap"
+    if verdict == "effect":
+        return f"{text} ({figures})."
+    rest = f"a structured residual remains{f': {remainder}' if remainder else ''}"
+    return f"Like {text} ({figures}); {f'{alternative} fits as well' if alternative else rest}."
 
 
-def structured_residual_clause(verdict: str, left: float, threshold: float, channels: Sequence[str]) -> str:
-    """What is to be said beside an E (left) that noise alone could leave, where it is not noise that is left of
-    channels and the verdict says that something is.
-    """
-    if verdict not in ("unknown", "effect_and_unknown") or left > threshold or not channels:
+def _structured_residual_clause(verdict: str, gap: float, threshold: float, channels: Sequence[str]) -> str:
+    """Which channels are not noise, where E alone would not show it and the verdict says that something is left."""
+    if verdict not in ("unknown", "effect_and_unknown") or gap > threshold or not channels:
         return ""
-    return f", but what is left of {' and '.join(channels)} is not noise"
+    return f", but the residual of {' and '.join(channels)} is not noise"

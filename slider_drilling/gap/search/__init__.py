@@ -1,1 +1,1 @@
-"""Where parameters are looked for: least squares from many starts, and the race between explanations."""
+"""Search for parameter values: least squares, screening of effects, races of fits, and global search."""

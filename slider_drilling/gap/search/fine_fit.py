@@ -1,4 +1,8 @@
-"""A fit finished in simulations fine enough to be judged by."""
+"""Fits finished in simulations fine enough to compare models by.
+
+The optimum of a cheap simulation lies elsewhere: an effect that acts alike makes up for the errors of its mesh. Fits
+therefore continue in a cheap simulation that is corrected to equal the fine one, and then in the fine one itself.
+"""
 
 from __future__ import annotations
 
@@ -10,40 +14,44 @@ from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit, fit, min_gain_to_catch_up
 
 
-def refit_with_correction(problem: Problem, found: Fit) -> tuple[Problem, Fit]:
-    """A fit that goes on in the cheap simulation made equal to the fine one where it stood; and that problem."""
-    best = fit_fidelity(problem.model)
-    near = problem.corrected_at(found.values, best) if best > problem.options.fidelity else problem
-    return near, fit(near, found.parameters, found.values, jacobian_rows=found.reusable_rows)
+def refit_with_correction(problem: Problem, start: Fit) -> tuple[Problem, Fit]:
+    """Continue a fit in the cheap simulation, corrected to equal the fine one where it starts.
 
-
-def refit_in_fine_simulation(near: Problem, found: Fit, leader: float | None = None) -> tuple[Problem, Fit]:
-    """A corrected fit that goes on in the fine simulation until it settles; besides, the problem whose cheap simulation
-    equals the fine one there, to be held out in.
-
-    The optimum of the cheap simulation is another one: what its mesh does wrong an effect that acts alike makes up for.
-    The derivatives that the corrected fit ended with serve the fine one.
-    leader: ``-2 log p`` to come up with, None for whoever leads. The fine fit ends once no iteration gains what that
-    asks for, or what one parameter gains on noise.
+    Returns:
+        The corrected problem, and the fit.
     """
-    best = fit_fidelity(near.model)
-    if best <= near.options.fidelity:
-        return near, found
-    exact = near.with_options(replace(near.options, fidelity=best))
-    begun = fit(exact, found.parameters, found.values, iterations=0, jacobian_rows=found.jacobian_rows)
-    least = max(chi2_critical(1), min_gain_to_catch_up(begun.cost - leader) if leader is not None else 0.0)
-    ended = fit(
-        exact,
-        found.parameters,
-        found.values,
-        tolerance=least,
-        simulated=begun.simulated,
-        jacobian_rows=found.jacobian_rows,
-        trust_rows=leader is not None,
-    )
-    return near.corrected_at(ended.values, best, ended.simulated), ended
+    fidelity = fit_fidelity(problem.model)
+    corrected = problem.corrected_at(start.values, fidelity) if fidelity > problem.options.fidelity else problem
+    return corrected, fit(corrected, start.parameters, start.values, jacobian_rows=start.reusable_rows)
+
+
+def refit_in_fine_simulation(corrected: Problem, start: Fit, leader: float | None = None) -> tuple[Problem, Fit]:
+    """Continue a corrected fit in the fine simulation until it converges.
+
+    The Jacobian of the corrected fit serves in the fine simulation too.
+
+    Args:
+        corrected: The corrected problem.
+        start: The fit in it.
+        leader: ``-2 log p`` of the best fit, to catch up with; None for the best itself. The fit ends once an iteration
+            gains less than that asks for, or less than one parameter gains on noise.
+
+    Returns:
+        The problem whose cheap simulation equals the fine one at the fit, to cross-validate in; and the fit.
+    """
+    fidelity = fit_fidelity(corrected.model)
+    if fidelity <= corrected.options.fidelity:
+        return corrected, start
+    exact = corrected.with_options(replace(corrected.options, fidelity=fidelity))
+    here = fit(exact, start.parameters, start.values, iterations=0, jacobian_rows=start.jacobian_rows)
+    least_gain = max(chi2_critical(1), min_gain_to_catch_up(here.cost - leader) if leader is not None else 0.0)
+    fine = fit(
+        exact, start.parameters, start.values, tolerance=least_gain, simulated=here.simulated,
+        jacobian_rows=start.jacobian_rows, trust_rows=leader is not None,
+    )  # fmt: skip
+    return corrected.corrected_at(fine.values, fidelity, fine.simulated), fine
 
 
 def fit_fidelity(model: Model) -> int:
-    """The fidelity that fits are finished in: the one below the finest, which is left to show what it misses."""
+    """Fidelity in which fits are finished: one below the finest, which is left to show what that one misses."""
     return max(model.max_fidelity - 1, 0) if isinstance(model, HasFidelities) else 0

@@ -1,9 +1,9 @@
-"""A search over a box, for where no scan point is near: many points, then populations that adapt (CMA-ES).
+"""A global search over a box, for where no scan point leads: many points, then populations that adapt (CMA-ES).
 
-What swings by itself is out of phase wherever one of its causes is wrong, and the more so the longer it swings: all
-points far from the truth are then alike. So the search begins on the first part of every run, with many populations,
-and only the best of them ever see the whole. The last generations are of simulations that show what is searched for:
-a phase hangs on the mesh as on everything else.
+In a self-excited oscillation the phase is wrong wherever one of its causes is wrong, the more so the longer it runs:
+all points far from the truth then look alike. The search therefore starts on the first part of every run, with many
+populations, and only the best of them see the whole. The last generations use simulations fine enough to show what is
+searched for, since the phase depends on the mesh too.
 """
 
 from __future__ import annotations
@@ -18,31 +18,47 @@ from scipy.stats import qmc
 from slider_drilling.gap.model import CanTruncate, Values
 from slider_drilling.gap.problem.problem import Problem, build_problem
 
+# Points of the first search, and parameter sets simulated together.
 _POINTS, _BATCH = 512, 64
+# Members of a population, and its first standard deviation in the unit box.
 _POPULATION, _SPREAD = 24, 0.2
 
 
 @dataclass(frozen=True)
-class _Rung:
-    """share: of every run; populations: that are followed; generations: of each; cheap: whether any simulation does."""
+class _Round:
+    """One round of the search.
 
-    share: float
+    Attributes:
+        fraction: First part of every run that is simulated.
+        populations: How many are kept.
+        generations: Of each population.
+        cheap: Whether the cheapest simulation is used.
+    """
+
+    fraction: float
     populations: int
     generations: int
     cheap: bool = True
 
 
-_RUNGS = (_Rung(0.5, 8, 15), _Rung(0.75, 4, 15), _Rung(1.0, 2, 60), _Rung(1.0, 2, 15, cheap=False))
+_ROUNDS = (_Round(0.5, 8, 15), _Round(0.75, 4, 15), _Round(1.0, 2, 60), _Round(1.0, 2, 15, cheap=False))
 _CostsOf = Callable[[np.ndarray], list[float]]
 
 
 def global_search(
-    problem: Problem, shows: Problem, spans: Mapping[str, tuple[float, float]], fixed: Values, seed: int
+    problem: Problem, fine: Problem, spans: Mapping[str, tuple[float, float]], fixed: Values, seed: int
 ) -> list[dict[str, float]]:
-    """The best parameter values found within spans (low, high by name), one of each population, cheapest first.
+    """Search the spans for the least cost.
 
-    shows: the same problem in simulations that show what is searched for; fixed: values of everything else. Same seed,
-    same answer.
+    Args:
+        problem: The problem in cheap simulations.
+        fine: The same problem in simulations that show what is searched for.
+        spans: Lower and upper end by parameter.
+        fixed: Values of all other parameters.
+        seed: The same seed gives the same result.
+
+    Returns:
+        The best parameter values of each remaining population, cheapest first.
     """
     low, high = np.array([span[0] for span in spans.values()]), np.array([span[1] for span in spans.values()])
 
@@ -51,53 +67,54 @@ def global_search(
         return dict(fixed) | {name: float(value) for name, value in zip(spans, inside, strict=True)}
 
     populations: list[Any] = []
-    for rung in _RUNGS:
-        part = _first(problem if rung.cheap else shows, rung.share)
+    for stage in _ROUNDS:
+        part = _truncated(problem if stage.cheap else fine, stage.fraction)
 
         def costs(rows: np.ndarray, part: Problem = part) -> list[float]:
             return _costs(part, [values(row) for row in rows])
 
         if populations:
-            populations = _best(populations, costs)[: rung.populations]
+            populations = _best(populations, costs)[: stage.populations]
         else:
-            populations = _scattered(costs, len(spans), rung.populations, seed)
+            populations = _first_populations(costs, len(spans), stage.populations, seed)
         for population in populations:
-            _evolve(population, costs, rung.generations)
+            _evolve(population, costs, stage.generations)
     return [values(np.asarray(population.result.xfavorite)) for population in _best(populations, costs)]
 
 
 def _costs(problem: Problem, sets: Sequence[Values]) -> list[float]:
-    """``-2 log p`` of each parameter set, infinite where its simulation ends in no numbers."""
-    found: list[float] = []
+    """``-2 log p`` of each parameter set, infinite where its simulation is not finite."""
+    costs: list[float] = []
     for begin in range(0, len(sets), _BATCH):
         residuals = problem.residuals(sets[begin : begin + _BATCH])
-        found += [problem.cost(one)[0] if np.isfinite(one).all() else float("inf") for one in residuals]
-    return found
+        costs += [problem.cost(each)[0] if np.isfinite(each).all() else float("inf") for each in residuals]
+    return costs
 
 
-def _first(problem: Problem, share: float) -> Problem:
-    """The problem of the first share of every run; the whole one where the model cannot be shortened."""
-    if share >= 1.0 or not isinstance(problem.model, CanTruncate):
+def _truncated(problem: Problem, fraction: float) -> Problem:
+    """The problem of the first part of every run; the whole one where the model cannot be truncated."""
+    if fraction >= 1.0 or not isinstance(problem.model, CanTruncate):
         return problem
     noise: list[dict[str, float]] = [{} for _ in problem.model.runs]
     for piece in problem.pieces:
         noise[piece.run][piece.name] = piece.noise
-    return build_problem(problem.model.truncated(share), noise, problem.options, problem.counter)
+    return build_problem(problem.model.truncated(fraction), noise, problem.options, problem.counter)
 
 
-def _scattered(costs_of: _CostsOf, dimensions: int, number: int, seed: int) -> list[Any]:
-    """Populations about the cheapest of points spread over the unit box."""
+def _first_populations(costs_of: _CostsOf, dimensions: int, number: int, seed: int) -> list[Any]:
+    """Populations around the cheapest of points spread over the unit box."""
     import cma
 
     unit = qmc.Sobol(dimensions, seed=seed).random(_POINTS)
-    found = []
-    for place, index in enumerate(np.argsort(costs_of(unit))[:number]):
-        options = {"bounds": [0.0, 1.0], "popsize": _POPULATION, "verbose": -9, "seed": seed + place + 1}
-        found.append(cma.CMAEvolutionStrategy(unit[index], _SPREAD, options))
-    return found
+    populations = []
+    for rank, index in enumerate(np.argsort(costs_of(unit))[:number]):
+        options = {"bounds": [0.0, 1.0], "popsize": _POPULATION, "verbose": -9, "seed": seed + rank + 1}
+        populations.append(cma.CMAEvolutionStrategy(unit[index], _SPREAD, options))
+    return populations
 
 
 def _evolve(population: Any, costs_of: _CostsOf, generations: int) -> None:
+    """Evolve a population in place."""
     for _ in range(generations):
         if population.stop():
             return
@@ -106,6 +123,6 @@ def _evolve(population: Any, costs_of: _CostsOf, generations: int) -> None:
 
 
 def _best(populations: Sequence[Any], costs_of: _CostsOf) -> list[Any]:
-    """Cheapest first, each where its middle is: what was cheap on a part need not be on more of it."""
-    found = costs_of(np.array([np.asarray(population.result.xfavorite) for population in populations]))
-    return [populations[index] for index in np.argsort(found)]
+    """Populations by the cost of their centres: what was cheap on a part need not be on more of the run."""
+    costs = costs_of(np.array([np.asarray(population.result.xfavorite) for population in populations]))
+    return [populations[index] for index in np.argsort(costs)]

@@ -1,9 +1,8 @@
 """A fit from one start: Gauss-Newton on the whitened residual, several steps tried in one batch.
 
-One iteration is a batch of simulations for the columns of a Jacobian and one for trial steps; where the last step went
-as foretold, what it changed brings the Jacobian up to date instead of simulations. The discrepancy is estimated again
-at each point (profile likelihood), so a channel that the model cannot follow yet loses weight by itself, and regains it
-as the fit gets there.
+One iteration takes a batch of simulations for the columns of a Jacobian and one for trial steps. Where the last step
+went as predicted, its outcome updates the Jacobian without simulations. The discrepancy is estimated again at each
+point (profile likelihood): a channel that the model cannot follow yet loses weight, and regains it as the fit improves.
 """
 
 from __future__ import annotations
@@ -20,27 +19,33 @@ from slider_drilling.gap.evidence.likelihood import Discrepancy
 from slider_drilling.gap.model import Array, Parameter, Values
 from slider_drilling.gap.problem.problem import Problem
 
-# Of ``-2 log p``: an iteration that gains less is the last; one free number gains as much on noise as often as not.
+# Gain of ``-2 log p`` below which an iteration is the last: one parameter gains as much on noise half of the time.
 TOLERANCE = float(chi2.ppf(0.5, 1))
-# Iterations of a fit at most.
+# Largest number of iterations of a fit.
 MAX_ITERATIONS = 8
 # Finite-difference step in units of a parameter's scale: large against the kinks that stick and slip leave in a
 # residual, small against the curvature over one scale.
 DIFFERENCE_STEP = 0.2
-# How far a linear forecast is trusted: a trial step is damped by as much of the scales' own curvature; where no trial
-# helps, the next ones are shorter by as much, once; a Jacobian that missed less of what a step changed serves for the
-# next one too.
+# How far a linear prediction is trusted. A damped trial step adds this share of the scales' own curvature; where no
+# trial helps, the next ones are shorter by this factor, once; a Jacobian is kept while its prediction misses less than
+# this share of what a step changed.
 TRUST_FRACTION = 0.25
 
 
 @dataclass(frozen=True)
 class Fit:
-    """One local optimum, or the way there.
+    """A local optimum, or the way there.
 
-    values: everything that is not nominal; parameters: those freed, in the Jacobian's order; simulated, residual:
-    (N,) noise units; jacobian: (p, N) of the simulation per scale; cost: ``-2 log p`` with the priors; discrepancy:
-    by piece; settled: whether the last iteration brought less than the tolerance; stale: whether a fit that goes on
-    from here needs a new Jacobian.
+    Attributes:
+        values: Parameter values; all others are nominal.
+        parameters: Free parameters, in the Jacobian's order.
+        simulated: (N,) in noise units.
+        residual: (N,) in noise units.
+        jacobian: (p, N) change of the simulation per scale of each parameter.
+        cost: ``-2 log p`` with the priors.
+        discrepancy: Discrepancy of each piece.
+        converged: Whether the last iteration gained less than the tolerance.
+        jacobian_stale: Whether a fit that continues from here needs a new Jacobian.
     """
 
     values: dict[str, float]
@@ -60,7 +65,7 @@ class Fit:
 
     @property
     def reusable_rows(self) -> dict[str, Array]:
-        """The rows that a fit which goes on from here may begin with: none where they are stale."""
+        """Rows that a fit which continues from here may start with; none if they are stale."""
         return {} if self.jacobian_stale else self.jacobian_rows
 
 
@@ -76,52 +81,68 @@ def fit(
     jacobian_rows: Mapping[str, Array] = MappingProxyType({}),
     trust_rows: bool = False,
 ) -> Fit:
-    """Follow the likelihood down from one start; names in start that are not free stay as they are.
+    """Follow the likelihood to a local optimum from one start.
 
-    parameters: expanded per run (`Problem.free`). iterations: ITERATIONS by default, 0 for the start itself with its
-    Jacobian. tolerance: of ``-2 log p``, TOLERANCE by default. kept: (N,) weights 0 or 1, samples that count (all by
-    default). simulated: (N,) of the start, known: rows (N,) of the first Jacobian by name, where another fit has them
-    already; trusted: whether these are as good as new ones, so that where they lead nowhere nothing does.
+    Args:
+        problem: What to fit.
+        parameters: Free parameters, expanded per run (`Problem.expand_per_run`).
+        start: Values to start from. Those of parameters that are not free stay as they are.
+        iterations: Largest number of iterations, `MAX_ITERATIONS` by default; 0 for the start with its Jacobian.
+        tolerance: Gain of ``-2 log p`` below which an iteration is the last, `TOLERANCE` by default.
+        sample_weights: (N,) 0 or 1, samples that count; all by default.
+        simulated: (N,) simulation of the start, where it is known.
+        jacobian_rows: Rows (N,) of the first Jacobian by parameter, where another fit has them.
+        trust_rows: Whether these rows are as good as new ones: where they lead nowhere, the fit ends.
+
+    Returns:
+        The fit where it ended.
     """
     space = _Space(problem, parameters, start, sample_weights)
-    least = TOLERANCE if tolerance is None else tolerance
+    least_gain = TOLERANCE if tolerance is None else tolerance
     point = space.begin(start)
-    simulated, jacobian = space.linearised(point, simulated, jacobian_rows)
-    cost, found = space.cost(simulated, point)
-    reach, stale, fresh, settled = 1.0, False, trust_rows or not jacobian_rows, False
+    simulated, jacobian = space.linearise(point, simulated, jacobian_rows)
+    cost, discrepancies = space.cost(simulated, point)
+    step_length, stale, fresh, converged = 1.0, False, trust_rows or not jacobian_rows, False
     for _ in range(MAX_ITERATIONS if iterations is None else iterations):
         if stale:
-            simulated, jacobian = space.linearised(point, simulated, {})
+            simulated, jacobian = space.linearise(point, simulated, {})
             fresh = True
-        trials = space.trials(point, problem.residual_of(simulated), jacobian, found, reach)
+        trials = space.trials(point, problem.residual_of(simulated), jacobian, discrepancies, step_length)
         outcomes = problem.simulate([space.values(trial) for trial in trials])
         costs = [space.cost(outcome, trial) for outcome, trial in zip(outcomes, trials, strict=True)]
         best = int(np.argmin([entry[0] for entry in costs]))
-        gained = cost - costs[best][0]
-        carried = stale = not fresh  # where a Jacobian that was carried along leads nowhere, a new one may
-        if gained > 0.0:
+        gain = cost - costs[best][0]
+        # Where a reused Jacobian leads nowhere, a new one may lead on.
+        reused = stale = not fresh
+        if gain > 0.0:
             fresh = False
-            jacobian, foretold = broyden_update(jacobian, trials[best] - point, outcomes[best] - simulated)
-            stale = foretold < 1.0 - TRUST_FRACTION
-            point, simulated, (cost, found) = trials[best], outcomes[best], costs[best]
-        if gained >= least:
-            reach = 1.0
-        elif stale and carried:
+            jacobian, predicted = broyden_update(jacobian, trials[best] - point, outcomes[best] - simulated)
+            stale = predicted < 1.0 - TRUST_FRACTION
+            point, simulated, (cost, discrepancies) = trials[best], outcomes[best], costs[best]
+        if gain >= least_gain:
+            step_length = 1.0
+        elif stale and reused:
             continue
-        elif reach == 1.0:
-            reach = TRUST_FRACTION
+        elif step_length == 1.0:
+            step_length = TRUST_FRACTION
         else:
-            settled = True
+            converged = True
             break
     return Fit(
-        space.values(point), tuple(space.parameters), simulated, problem.residual_of(simulated), jacobian, cost, found,
-        settled, stale,
+        space.values(point), tuple(space.parameters), simulated, problem.residual_of(simulated), jacobian, cost,
+        discrepancies, converged, stale,
     )  # fmt: skip
 
 
 def min_gain_to_catch_up(behind: float, iterations: int | None = None) -> float:
-    """The least gain of ``-2 log p`` that makes an iteration worth another one to a fit that is so far behind another:
-    who gains less does not come up with it in so many.
+    """Gain of ``-2 log p`` that an iteration must bring for a fit to catch up with a better one.
+
+    Args:
+        behind: How far the fit is behind, ``-2 log p``.
+        iterations: In how many iterations, `MAX_ITERATIONS` by default.
+
+    Returns:
+        The gain, no less than `TOLERANCE`.
     """
     return max(TOLERANCE, behind / (MAX_ITERATIONS if iterations is None else iterations))
 
@@ -133,10 +154,12 @@ def penalized_cost(problem: Problem, parameters: Sequence[Parameter], values: Va
 
 
 class _Space:
-    """Scaled coordinates of the free parameters, their bounds and priors."""
+    """The free parameters as a point (p,) in units of their scales, with bounds and priors."""
 
-    def __init__(self, problem: Problem, parameters: Sequence[Parameter], start: Values, kept: Array | None) -> None:
-        self.problem, self.parameters, self.kept = problem, list(parameters), kept
+    def __init__(
+        self, problem: Problem, parameters: Sequence[Parameter], start: Values, sample_weights: Array | None
+    ) -> None:
+        self.problem, self.parameters, self.sample_weights = problem, list(parameters), sample_weights
         names = {parameter.name for parameter in parameters}
         self.fixed = {name: value for name, value in start.items() if name not in names}
         self.scale = np.array([parameter.scale for parameter in parameters])
@@ -146,60 +169,71 @@ class _Space:
         self.prior = prior_weights(self.parameters)
 
     def begin(self, start: Values) -> Array:
+        """The point of the start, within the bounds."""
         return np.clip(scaled_offsets(self.parameters, start), self.lower, self.upper)
 
     def values(self, point: Array) -> dict[str, float]:
-        chosen = self.nominal + self.scale * point
-        return self.fixed | {p.name: float(v) for p, v in zip(self.parameters, chosen, strict=True)}
+        """Parameter values at a point."""
+        free = self.nominal + self.scale * point
+        return self.fixed | {p.name: float(v) for p, v in zip(self.parameters, free, strict=True)}
 
     def cost(self, simulated: Array, point: Array) -> tuple[float, dict[int, Discrepancy]]:
+        """``-2 log p`` with the priors, infinite if the simulation is not finite; and the discrepancies."""
         residual = self.problem.residual_of(simulated)
         if not np.isfinite(residual).all():
             return float("inf"), {}
-        total, found = self.problem.cost(residual)
-        if self.kept is not None:
-            total = float(self.problem.log_density(residual, found) @ self.kept)
-        return total + float(np.sum((self.prior * point) ** 2)), found
+        total, discrepancies = self.problem.cost(residual)
+        if self.sample_weights is not None:
+            total = float(self.problem.log_density(residual, discrepancies) @ self.sample_weights)
+        return total + float(np.sum((self.prior * point) ** 2)), discrepancies
 
-    def linearised(
-        self, point: Array, simulated: Array | None, known: Mapping[str, Array]
+    def linearise(
+        self, point: Array, simulated: Array | None, known_rows: Mapping[str, Array]
     ) -> tuple[Array, Array]:
-        """The simulation (N,), and (p, N) its change per scale; what is not known yet is simulated in one batch."""
+        """The simulation (N,) and its Jacobian (p, N); what is not known yet is simulated in one batch."""
         step = np.where(point + DIFFERENCE_STEP < self.upper, DIFFERENCE_STEP, -DIFFERENCE_STEP)
-        new = [index for index, parameter in enumerate(self.parameters) if parameter.name not in known]
-        asked = [] if simulated is not None else [self.values(point)]
-        asked += [self.values(point + step[index] * np.eye(point.size)[index]) for index in new]
-        outcomes = self.problem.simulate(asked) if asked else np.empty((0, self.problem.size))
+        new = [index for index, parameter in enumerate(self.parameters) if parameter.name not in known_rows]
+        sets = [] if simulated is not None else [self.values(point)]
+        sets += [self.values(point + step[index] * np.eye(point.size)[index]) for index in new]
+        outcomes = self.problem.simulate(sets) if sets else np.empty((0, self.problem.size))
         here = outcomes[0] if simulated is None else simulated
-        rows = np.array([known.get(parameter.name, here) for parameter in self.parameters])
+        rows = np.array([known_rows.get(parameter.name, here) for parameter in self.parameters])
         rows = rows.reshape(point.size, self.problem.size)
-        rows[new] = (outcomes[len(asked) - len(new) :] - here) / step[new, None]
+        rows[new] = (outcomes[len(sets) - len(new) :] - here) / step[new, None]
         return here, rows
 
     def trials(
-        self, point: Array, residual: Array, jacobian: Array, found: dict[int, Discrepancy], reach: float
+        self, point: Array, residual: Array, jacobian: Array, discrepancies: dict[int, Discrepancy], step_length: float
     ) -> list[Array]:
-        """Points to try next, inside the bounds: a Gauss-Newton step, a damped one, and one by the residual as it is.
+        """Points to try next, within the bounds.
 
-        reach: share of each step that is gone.
+        A Gauss-Newton step, a damped one, and one on the residual without discrepancy, each times ``step_length``.
         """
         low, high = self.lower - point, self.upper - point
-        tried = []
-        for forgiving, dampings in ((True, (0.0, TRUST_FRACTION)), (False, (0.0,))):
-            white, rows = self.problem.whitened(residual, jacobian, found, forgiving)
-            if self.kept is not None:
-                white, rows = white * self.kept, rows * self.kept
+        steps = []
+        for robust, dampings in ((True, (0.0, TRUST_FRACTION)), (False, (0.0,))):
+            white, rows = self.problem.whitened(residual, jacobian, discrepancies, robust)
+            if self.sample_weights is not None:
+                white, rows = white * self.sample_weights, rows * self.sample_weights
             normal = rows @ rows.T + np.diag(self.prior**2)
             gradient = rows @ white - self.prior**2 * point
-            tried += [bounded_step(normal, gradient, damping, low, high) for damping in dampings]
-        return [np.clip(point + reach * step, self.lower, self.upper) for step in tried]
+            steps += [bounded_step(normal, gradient, damping, low, high) for damping in dampings]
+        return [np.clip(point + step_length * step, self.lower, self.upper) for step in steps]
 
 
 def broyden_update(jacobian: Array, step: Array, change: Array) -> tuple[Array, float]:
-    """A Jacobian (p, N) with what a step (p,) was seen to change (N,), and the share of that change it had foretold.
+    """Update a Jacobian by the outcome of a step (Broyden, Math. Comp. 19, 1965).
 
-    Broyden's update (Math. Comp. 19, 1965): the smallest that gives the change, so that where derivatives change slowly
-    the next step needs no simulation for them.
+    It is the smallest update that gives the change, so that where derivatives change slowly the next step needs no
+    simulation for them.
+
+    Args:
+        jacobian: (p, N).
+        step: (p,).
+        change: (N,) of the simulation, by the step.
+
+    Returns:
+        The Jacobian (p, N), and the share of the change that the old one had predicted.
     """
     missed = change - step @ jacobian
     share = 1.0 - float(missed @ missed) / max(float(change @ change), 1e-30)
@@ -212,17 +246,18 @@ def bounded_step(normal: Array, gradient: Array, damping: float, low: Array, hig
     ridge = damping * diagonal + 1e-9 * max(float(diagonal.max(initial=0.0)), 1e-30)
     factor = np.linalg.cholesky(normal + np.diag(ridge))
     right = np.linalg.solve(factor, gradient)
+    # lsq_linear asks for bounds that differ.
     margin = 1e-9
     return np.asarray(lsq_linear(factor.T, right, (low - margin, high + margin), method="bvls").x)
 
 
 def scaled_offsets(parameters: Sequence[Parameter], values: Values) -> Array:
-    """(p,) how far each parameter is from nominal, in scales."""
+    """(p,) distance of each parameter from nominal, in scales."""
     return np.array([(values.get(p.name, p.nominal) - p.nominal) / p.scale for p in parameters])
 
 
 def distance_to_bounds(parameters: Sequence[Parameter], values: Values) -> tuple[Array, Array]:
-    """(p,) how far each parameter may go down and up from its value, in scales: at most 0 and at least 0."""
+    """(p,) how far each parameter may go down (at most 0) and up (at least 0) from its value, in scales."""
     here = np.array([values.get(p.name, p.nominal) for p in parameters])
     scale = np.array([p.scale for p in parameters])
     low = (np.array([p.lower for p in parameters]) - here) / scale
@@ -231,5 +266,5 @@ def distance_to_bounds(parameters: Sequence[Parameter], values: Values) -> tuple
 
 
 def prior_weights(parameters: Sequence[Parameter]) -> Array:
-    """(p,) one over the prior's spread in scales, 0 where nothing is known."""
+    """(p,) one over the prior's standard deviation in scales, 0 where nothing is known."""
     return np.array([p.scale / p.spread if np.isfinite(p.spread) else 0.0 for p in parameters])

@@ -1,1 +1,1 @@
-"""From one explanation to the next: the steps of the attribution and what is known after each."""
+"""Selection of effects: calibration, forward selection by the naming criteria, and the verdict."""
