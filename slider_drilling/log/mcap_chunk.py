@@ -95,6 +95,7 @@ class ChunkHeader:
         crc: Checksum of the unpacked bytes; 0 for none.
         compression: Name of the method.
         data: Where the compressed bytes begin in the record's content.
+        end: Where they end; padding may follow.
     """
 
     first: int
@@ -103,13 +104,15 @@ class ChunkHeader:
     crc: int
     compression: str
     data: int
+    end: int
 
 
 def chunk_header(content: bytes) -> ChunkHeader:
     """The header at the beginning of a chunk's content."""
     first, last, size, crc, name = struct.unpack_from("<QQQII", content)
     raw = content[32 : 32 + name]
-    return ChunkHeader(first, last, size, crc, raw.decode("utf-8", "replace"), 40 + name)
+    (packed,) = struct.unpack_from("<Q", content, 32 + name)
+    return ChunkHeader(first, last, size, crc, raw.decode("utf-8", "replace"), 40 + name, 40 + name + packed)
 
 
 def unpack_chunk(content: bytes) -> ChunkContents:
@@ -119,7 +122,7 @@ def unpack_chunk(content: bytes) -> ChunkContents:
         UnreadableChunk: It is damaged, or larger than MAX_CHUNK_BYTES.
     """
     head = chunk_header(content)
-    packed = memoryview(content)[head.data :]
+    packed = memoryview(content)[head.data : head.end]
     compression = head.compression if head.compression in COMPRESSIONS else _MAGIC_NUMBERS.get(bytes(packed[:4]))
     size = _size(head, compression, packed)
     if size > MAX_CHUNK_BYTES:

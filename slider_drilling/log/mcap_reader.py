@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import io
 import struct
+import zlib
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from mcap.data_stream import ReadDataStream, RecordBuilder
+from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Message, Metadata, Schema, Statistics
 
@@ -159,6 +160,7 @@ class McapSection:
         self._count = 0
         self._unchunked = 0
         self._is_damaged = False
+        self._footer_names_summary = False
         self.next_begin: int | None = None
 
     def blocks(self) -> Iterator[MessageBlock]:
@@ -193,6 +195,8 @@ class McapSection:
             self._read_chunk(record)
         elif record.opcode == Opcode.DATA_END:
             self._check_data(record)
+        elif record.opcode == Opcode.FOOTER:
+            self._footer_names_summary = any(self._source.read(record.content_start, 8))
         elif record.opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.ATTACHMENT, Opcode.METADATA, Opcode.STATISTICS):
             self._keep_record(record)
 
@@ -277,10 +281,11 @@ class McapSection:
 
     def _keep_attachment(self, attachment: Attachment, content: bytes) -> None:
         """Keep an attachment whose checksum is right, or not given (0)."""
-        checksum = content[-4:]
-        computed = RecordBuilder()
-        attachment.write(computed)
-        if checksum in (b"\0\0\0\0", computed.end()[-4:]):
+        # Behind two times, two texts and the data, each with its length. Padding may follow.
+        end = 8 + 8 + 4 + len(attachment.name.encode()) + 4 + len(attachment.media_type.encode()) + 8
+        end += len(attachment.data)
+        (checksum,) = struct.unpack_from("<I", content, end)
+        if checksum in (0, zlib.crc32(content[:end])):
             self._reader.attachments.append(attachment)
         else:
             self._is_damaged = True
@@ -304,7 +309,7 @@ class McapSection:
 
     def _check_data(self, record: RecordSpan) -> None:
         """Compare the checksum of everything before the DATA_END record with the one in it."""
-        (written,) = struct.unpack("<I", self._content(record))
+        (written,) = struct.unpack_from("<I", self._content(record))
         if written == 0 or (not self._unchunked and (self._is_damaged or self._reader.chunks_out_of_order)):
             return
         # Some writers leave the magic out of the checksum.
@@ -323,7 +328,7 @@ class McapSection:
             notes.append("does not end as an MCAP file does; everything before its end was read")
         at += len(MAGIC)
         if at >= source.size:
-            if self._summary is None and not self._is_damaged and self._has_summary(at):
+            if self._summary is None and not self._is_damaged and self._footer_names_summary:
                 notes.append("its summary is damaged and was not used")
             return
         begin = at + len(MAGIC) if source.read(at, len(MAGIC)) == MAGIC else find_next_record(source, at)
@@ -331,11 +336,6 @@ class McapSection:
             notes.append(f"{source.size - at} bytes after its end were not read")
         else:
             self.next_begin = begin
-
-    def _has_summary(self, end: int) -> bool:
-        """Whether the footer before the magic that ends at `end` refers to a summary."""
-        start, _, _ = struct.unpack("<QQI", self._source.read(end - len(MAGIC) - 20, 20))
-        return bool(start)
 
     def _note_damage(self, damage: DamagedSpan) -> None:
         """Note a damaged range of bytes."""

@@ -16,13 +16,15 @@ from mcap.opcode import Opcode
 MAGIC = b"\x89MCAP0\r\n"
 _HEAD = struct.Struct("<BQ")
 HEAD = _HEAD.size
-# Smallest content of each record, bytes; records of _FIXED have exactly this size.
+# Smallest content of each record, bytes. Any record may be longer: readers skip what follows its fields.
 _MIN_BYTES = {
     Opcode.HEADER: 8, Opcode.FOOTER: 20, Opcode.SCHEMA: 14, Opcode.CHANNEL: 16, Opcode.MESSAGE: 22, Opcode.CHUNK: 40,
     Opcode.MESSAGE_INDEX: 6, Opcode.CHUNK_INDEX: 64, Opcode.ATTACHMENT: 36, Opcode.ATTACHMENT_INDEX: 48,
     Opcode.STATISTICS: 46, Opcode.METADATA: 8, Opcode.METADATA_INDEX: 20, Opcode.SUMMARY_OFFSET: 17, Opcode.DATA_END: 4,
 }  # fmt: skip
+# Records of fixed fields; a longer padding than this behind them is taken for damage.
 _FIXED = (Opcode.FOOTER, Opcode.SUMMARY_OFFSET, Opcode.DATA_END)
+MAX_PADDING = 4096
 _PRIVATE = 0x80  # opcodes from here on are extensions of other programs
 # The possible beginning of a record: an opcode and a length below 4 GiB.
 _CANDIDATE = re.compile(rb"[\x01-\x0f][\x00-\xff]{4}\x00{4}")
@@ -95,18 +97,18 @@ def record_at(source: FileBytes, at: int) -> RecordSpan | None:
     opcode, length = _HEAD.unpack(head)
     if at + HEAD + length > source.size:
         return None
-    if opcode != Opcode.MESSAGE and _fits_chunk(source, at, length):
+    if opcode != Opcode.MESSAGE and _fits_chunk(source, at, length, MAX_PADDING if opcode == Opcode.CHUNK else 0):
         # A flipped bit may have changed the opcode, but the lengths inside identify a chunk, and it has a checksum.
         return RecordSpan(Opcode.CHUNK, at, at + HEAD + length)
     min_bytes = _MIN_BYTES.get(opcode)
     if opcode == Opcode.CHUNK or (min_bytes is None and opcode < _PRIVATE):
         return None
-    if min_bytes is not None and (length < min_bytes or (opcode in _FIXED and length != min_bytes)):
+    if min_bytes is not None and (length < min_bytes or (opcode in _FIXED and length > min_bytes + MAX_PADDING)):
         return None
     return RecordSpan(opcode, at, at + HEAD + length)
 
 
-def _fits_chunk(source: FileBytes, at: int, length: int) -> bool:
+def _fits_chunk(source: FileBytes, at: int, length: int, max_padding: int) -> bool:
     """Whether the lengths inside a record (of the compression's name, of the data) are those of a chunk."""
     if length < _MIN_BYTES[Opcode.CHUNK]:
         return False
@@ -114,7 +116,7 @@ def _fits_chunk(source: FileBytes, at: int, length: int) -> bool:
     if name > _LONGEST_COMPRESSION or length < _MIN_BYTES[Opcode.CHUNK] + name:
         return False
     (data,) = struct.unpack("<Q", source.read(at + HEAD + 32 + name, 8))
-    return bool(data == length - 40 - name)
+    return 0 <= length - 40 - name - int(data) <= max_padding
 
 
 def iterate_records(

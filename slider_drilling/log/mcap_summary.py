@@ -5,14 +5,14 @@ from __future__ import annotations
 import io
 import struct
 import zlib
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Channel, ChunkIndex, Schema, Statistics
+from mcap.records import Channel, ChunkIndex, Schema
 
 from slider_drilling.log.mcap_chunk import PARSE_ERRORS
-from slider_drilling.log.mcap_records import HEAD, MAGIC, FileBytes, RecordSpan, record_at
+from slider_drilling.log.mcap_records import HEAD, MAGIC, MAX_PADDING, FileBytes, RecordSpan, record_at
 
 _FOOTER = 20
 # A summary has some 200 bytes a chunk: this is a month of recording.
@@ -26,15 +26,14 @@ class McapSummary:
     schemas: list[Schema] = field(default_factory=list)
     channels: list[Channel] = field(default_factory=list)
     chunks: dict[int, ChunkIndex] = field(default_factory=dict)
-    statistics: Statistics | None = None
 
 
 def read_mcap_summary(source: FileBytes, base: int) -> McapSummary | None:
     """The summary of the log that starts at `base` and ends with the file; None where it is missing or damaged."""
-    at = source.size - len(MAGIC) - _FOOTER - HEAD
-    footer = record_at(source, at) if at >= base else None
-    if footer is None or footer.opcode != Opcode.FOOTER or source.read(footer.end, len(MAGIC)) != MAGIC:
+    footer = _find_footer(source, base)
+    if footer is None:
         return None
+    at = footer.start
     start, _, crc = struct.unpack("<QQI", source.read(footer.content_start, _FOOTER))
     if start == 0 or not base < base + start < at or at - base - start > _MAX_BYTES:
         return None
@@ -44,22 +43,35 @@ def read_mcap_summary(source: FileBytes, base: int) -> McapSummary | None:
         return None
     summary = McapSummary()
     try:
-        statistics = _collect(source, base, base + start, at, summary)
+        _collect(source, base, base + start, at, summary)
     except PARSE_ERRORS:
         return None
-    return None if statistics is None else replace(summary, statistics=statistics)
+    return summary
 
 
-def _collect(source: FileBytes, base: int, at: int, end: int, summary: McapSummary) -> Statistics | None:
-    """Fill the lists of a summary from its records; return its statistics, None where it is damaged.
+def _find_footer(source: FileBytes, base: int) -> RecordSpan | None:
+    """The footer before the magic that ends the file, with or without padding behind its fields."""
+    end = source.size - len(MAGIC)
+    if source.read(end, len(MAGIC)) != MAGIC:
+        return None
+    last = end - _FOOTER - HEAD
+    first = max(base, last - MAX_PADDING)
+    tail = source.read(first, last + 1 - first) if last >= first else b""
+    at = tail.rfind(Opcode.FOOTER)
+    while at >= 0:
+        record = record_at(source, first + at)
+        if record is not None and record.opcode == Opcode.FOOTER and record.end == end:
+            return record
+        at = tail.rfind(Opcode.FOOTER, 0, at)
+    return None
 
-    Raises one of PARSE_ERRORS where a record is damaged.
-    """
-    statistics = None
+
+def _collect(source: FileBytes, base: int, at: int, end: int, summary: McapSummary) -> None:
+    """Fill the lists of a summary from its records. Raises one of PARSE_ERRORS where one is damaged."""
     while at < end:
         record = record_at(source, at)
         if record is None or record.end > end:
-            return None
+            raise ValueError("a record runs beyond the summary")
         if record.opcode == Opcode.SCHEMA:
             summary.schemas.append(Schema.read(_stream(source, record)))
         elif record.opcode == Opcode.CHANNEL:
@@ -67,10 +79,7 @@ def _collect(source: FileBytes, base: int, at: int, end: int, summary: McapSumma
         elif record.opcode == Opcode.CHUNK_INDEX:
             index = ChunkIndex.read(_stream(source, record))
             summary.chunks[base + index.chunk_start_offset] = index
-        elif record.opcode == Opcode.STATISTICS:
-            statistics = Statistics.read(_stream(source, record))
         at = record.end
-    return statistics
 
 
 def _stream(source: FileBytes, record: RecordSpan) -> ReadDataStream:

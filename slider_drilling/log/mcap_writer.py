@@ -177,13 +177,20 @@ class McapWriter:
         if len(chunk.data) >= self._chunk_bytes:
             self.flush()
 
-    def attachment(self, name: str, media_type: str, data: bytes) -> None:
-        """Add an attachment behind the messages so far."""
+    def attachment(
+        self, name: str, media_type: str, data: bytes, log_time: int = 0, create_time: int = 0
+    ) -> None:
+        """Add an attachment behind the messages so far; its times, ns, are 0 where they are not known."""
         self.flush()
-        record = encoded(Attachment(create_time=0, log_time=0, name=name, media_type=media_type, data=data))
+        record = encoded(
+            Attachment(create_time=create_time, log_time=log_time, name=name, media_type=media_type, data=data)
+        )
         self._attachments.append(
-            AttachmentIndex(offset=self._file.append(record), length=len(record), log_time=0, create_time=0,
-                            data_size=len(data), name=name, media_type=media_type))  # fmt: skip
+            AttachmentIndex(
+                offset=self._file.append(record), length=len(record), log_time=log_time, create_time=create_time,
+                data_size=len(data), name=name, media_type=media_type,
+            )
+        )  # fmt: skip
 
     def metadata(self, name: str, values: dict[str, str]) -> None:
         """Add a metadata record behind the messages so far."""

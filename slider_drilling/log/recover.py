@@ -233,7 +233,10 @@ class _LogCopier:
             key = ("attachment", attachment.name, str(hash(attachment.data)))
             if key not in self._seen:
                 self._seen.add(key)
-                self._file.attachment(attachment.name, attachment.media_type, attachment.data)
+                self._file.attachment(
+                    attachment.name, attachment.media_type, attachment.data, attachment.log_time,
+                    attachment.create_time,
+                )  # fmt: skip
         for metadata in reader.metadata:
             key = ("metadata", metadata.name, str(sorted(metadata.metadata.items())))
             if key not in self._seen:
