@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from dataclasses import dataclass
 from typing import TypeVar
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slider_drilling.errors import InputError
+from slider_drilling.unit_spellings import unit_of_spelling, written_plainly
 
 _FOOT = 0.3048
 _POUND_FORCE = 4.4482216152605
@@ -20,8 +20,8 @@ _TURN = 2.0 * math.pi
 
 # Kind of quantity -> unit -> its value in the SI unit, which comes first.
 KINDS: dict[str, dict[str, float]] = {
-    "time": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0, "d": 86400.0},
-    "angle": {"rad": 1.0, "deg": math.pi / 180.0, "rev": _TURN, "turns": _TURN},
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0},
+    "angle": {"rad": 1.0, "deg": math.pi / 180.0, "rev": _TURN, "turns": _TURN, "gon": math.pi / 200.0},
     "angular speed": {
         "rad/s": 1.0,
         "deg/s": math.pi / 180.0,
@@ -31,7 +31,7 @@ KINDS: dict[str, dict[str, float]] = {
         # A pump's stroke counter counts turns of its crank.
         "spm": _TURN / 60.0,
     },
-    "length": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "ft": _FOOT, "in": _FOOT / 12.0},
+    "length": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "ft": _FOOT, "in": _FOOT / 12.0, "usft": 1200.0 / 3937.0},
     "speed": {
         "m/s": 1.0,
         "m/min": 1.0 / 60.0,
@@ -57,7 +57,9 @@ KINDS: dict[str, dict[str, float]] = {
         "kN m": 1e3,
         "ft lbf": _FOOT * _POUND_FORCE,
         "kft lbf": 1e3 * _FOOT * _POUND_FORCE,
+        "in lbf": _FOOT / 12.0 * _POUND_FORCE,
         "kgf m": 9.80665,
+        "MN m": 1e6,
     },
     "pressure": {
         "Pa": 1.0,
@@ -65,7 +67,9 @@ KINDS: dict[str, dict[str, float]] = {
         "bar": 1e5,
         "MPa": 1e6,
         "psi": _POUND_FORCE / (_FOOT / 12.0) ** 2,
+        "kpsi": 1e3 * _POUND_FORCE / (_FOOT / 12.0) ** 2,
         "kgf/cm2": 98066.5,
+        "atm": 101325.0,
     },
     "flow": {
         "m3/s": 1.0,
@@ -75,6 +79,7 @@ KINDS: dict[str, dict[str, float]] = {
         "L/min": 1e-3 / 60.0,
         "gal/min": _GALLON / 60.0,
         "gpm": _GALLON / 60.0,
+        "galUK/min": 4.54609e-3 / 60.0,
         "bbl/min": 42.0 * _GALLON / 60.0,
     },
     "energy": {"J": 1.0, "kJ": 1e3, "ft lbf": _FOOT * _POUND_FORCE, "kft lbf": 1e3 * _FOOT * _POUND_FORCE},
@@ -224,24 +229,34 @@ def format_number(value: float, digits: int = 3) -> str:
     return f"{value:.{max(digits - 1 - exponent, 0)}f}"
 
 
+def unit_factor(unit: str, kind: str) -> float | None:
+    """Value of one such unit in the SI unit of its kind, None for a unit that is not known.
+
+    Args:
+        unit: In any spelling of `slider_drilling.unit_spellings`: "ft-lbf", "KN.M", "1000 lbf", "°".
+        kind: A key of `KINDS`.
+    """
+    size, spelling = written_plainly(unit)
+    name = unit_of_spelling(spelling, kind, tuple(KINDS[kind]))
+    return None if name is None else size * KINDS[kind][name]
+
+
 def si_factor(unit: str, kind: str, where: str) -> float:
     """Value of one such unit in the SI unit of its kind.
 
     Args:
-        unit: Such as "ft lbf"; a dot, hyphen or asterisk between two units means a space.
+        unit: Such as "ft lbf", in any spelling that `unit_factor` knows.
         kind: A key of `KINDS`.
         where: Starts the error message.
 
     Raises:
-        InputError: For a unit that is not of this kind.
+        InputError: For a unit that is not of this kind. The message names no "near" unit: it may differ in size.
     """
-    known = KINDS[kind]
-    written = " ".join(unit.replace("·", " ").replace("*", " ").replace("-", " ").replace(".", " ").split())
-    if written in known:
-        return known[written]
-    other = [name for name, units in KINDS.items() if written in units]
+    factor = unit_factor(unit, kind)
+    if factor is not None:
+        return factor
+    other = [name for name in KINDS if unit_factor(unit, name) is not None]
+    known = ", ".join(KINDS[kind])
     if other:
-        raise InputError(f"{where}: unit = {unit!r}: is a unit of {other[0]}, not of {kind}; use {', '.join(known)}")
-    near = difflib.get_close_matches(written, known, n=1, cutoff=0.5)
-    hint = f"did you mean {near[0]!r}?" if near else f"use {', '.join(known)}"
-    raise InputError(f"{where}: unit = {unit!r}: not a known unit of {kind}; {hint}")
+        raise InputError(f"{where}: unit = {unit!r}: is a unit of {other[0]}, not of {kind}; use {known}")
+    raise InputError(f"{where}: unit = {unit!r}: not a known unit of {kind}; use {known}")

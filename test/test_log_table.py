@@ -18,7 +18,8 @@ from slider_drilling.commands.import_table import command
 from slider_drilling.errors import InputError
 from slider_drilling.files.installed_files import installed_file
 from slider_drilling.log import read_log, read_table, save_log
-from slider_drilling.units import KINDS, si_factor
+from slider_drilling.unit_spellings import SPELLINGS
+from slider_drilling.units import KINDS, si_factor, unit_factor
 
 BASE: dict[str, Any] = {
     "schema": "slider_drilling/csv/1",
@@ -68,8 +69,36 @@ def test_first_unit_of_every_kind_is_si() -> None:
 def test_wrong_unit_names_its_kind() -> None:
     with pytest.raises(InputError, match="'psi': is a unit of pressure, not of force"):
         si_factor("psi", "force", "map.yaml: channels.hook_load")
-    with pytest.raises(InputError, match="did you mean 'klbf'"):
-        si_factor("klb", "force", "here")
+
+
+@pytest.mark.parametrize(
+    ("spelling", "kind", "unit"),
+    [
+        ("PSI", "pressure", "psi"), ("KLBF", "force", "klbf"), ("klb", "force", "klbf"), ("1000 lbf", "force", "klbf"),
+        ("kkgf", "force", "tf"), ("KDN", "force", "kdaN"), ("KN.M", "torque", "kN m"), ("kft.lbf", "torque", "kft lbf"),
+        ("1000 ft.lbf", "torque", "kft lbf"), ("KFLB", "torque", "kft lbf"), ("lpm", "flow", "L/min"),
+        ("l/min", "flow", "L/min"), ("galUS/min", "flow", "gpm"), ("usft", "length", "usft"), ("dega", "angle", "deg"),
+        ("°", "angle", "deg"), ("RPM", "angular speed", "rpm"), ("ns", "time", "ns"), ("kpsi", "pressure", "kpsi"),
+    ],
+)  # fmt: skip
+def test_spellings_of_recorders_keep_the_size(spelling: str, kind: str, unit: str) -> None:
+    assert si_factor(spelling, kind, "here") == pytest.approx(KINDS[kind][unit], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("unit", "kind"), [("ton", "force"), ("mPa", "pressure"), ("mN", "force"), ("kpm", "flow"), ("mph", "speed")]
+)
+def test_unknown_unit_gets_no_near_one(unit: str, kind: str) -> None:
+    with pytest.raises(InputError, match=f"not a known unit of {kind}; use") as error:
+        si_factor(unit, kind, "here")
+    assert "did you mean" not in str(error.value)
+
+
+def test_every_spelling_means_one_size() -> None:
+    for kind, units in SPELLINGS.items():
+        for unit, spellings in units.items():
+            for spelling in spellings.split(", "):
+                assert unit_factor(spelling, kind) == KINDS[kind][unit], (kind, unit, spelling)
 
 
 def test_every_channel_and_option(tmp_path: Path) -> None:
