@@ -230,7 +230,8 @@ def _fit_remarks(state: SearchState) -> list[str]:
     remarks = []
     missing = state.current.score.unrefitted_folds
     if missing:
-        remarks.append(f"{missing} held-out stretches could not be refitted: the fit to the whole log scores them")
+        stretches = "1 held-out stretch" if missing == 1 else f"{missing} held-out stretches"
+        remarks.append(f"{stretches} could not be refitted: scored by the fit to the whole log")
     for parameter, value, deviations in outside_prior(state.unrestricted.current) if state.unrestricted else ():
         remarks.append(
             f"calibration alone also fits this log, but only with {parameter.name} at {value:.3g}, {deviations:.1f} "

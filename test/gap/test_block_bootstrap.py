@@ -1,4 +1,4 @@
-"""What is drawn and what is weighed of a log, and how sure a share is of which one stretch holds the gap."""
+"""Resamples and weights of blocks, and intervals of a share of the gap."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Where along a model something is missing: by its probes, within what these may be."""
+"""Where along a model something is missing, by its probes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Effects that start together: none of them may bend another way than its name."""
+"""Effects that start together stay within their physical ranges."""
 
 from __future__ import annotations
 

@@ -115,16 +115,16 @@ def test_sufficient_single_effect_is_kept():
     assert (answer.verdict, answer.effects) == ("effect", ("third",))
 
 
-# Nobody's law, and hardly any of it is in what the laws can do.
-NOBODYS = 3.0 * np.sin(2.0 * np.pi * TIME / 5.0)
+# A shape that no law has, and that no law can nearly follow.
+LAWLESS = 3.0 * np.sin(2.0 * np.pi * TIME / 5.0)
 
 
 @pytest.mark.parametrize(("size", "effects", "named"), [(30.0, THREE, ("third",)), (12.0, THREE[:2], ())])
 def test_pair_that_leaves_a_gap_is_refused(size, effects, named):
-    """Neither in the place of one name nor of none, however much of the gap they close."""
+    """Neither in the place of one effect nor of none, however much of the gap they close."""
     log = hidden(size, -size, seed=1)
     (run,) = log.runs
-    channel = replace(run.channels[0], measured=run.channels[0].measured + NOBODYS)
+    channel = replace(run.channels[0], measured=run.channels[0].measured + LAWLESS)
     answer = explain(Hidden((replace(run, channels=(channel,)),), effects=effects))
     assert answer.verdict == ("effect_and_unknown" if named else "unknown")
     assert answer.effects == named

@@ -1,4 +1,4 @@
-"""Levels of the whole engine on a linear model: false alarms, names, intervals, over 200 replicates."""
+"""The whole engine on a linear model: false alarms, names, intervals, over 200 replicates."""
 
 from types import SimpleNamespace
 

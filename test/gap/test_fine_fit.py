@@ -1,4 +1,4 @@
-"""What is judged is fitted in the simulation that judges it."""
+"""Fits are finished in the simulation that they are compared in."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Coarse(Toy):
         return {"force": np.stack(rows)}
 
 
-def begun() -> tuple:
+def coarse_fit() -> tuple:
     model = Coarse(toy(TRUTH, seed=4).runs)
     problem = build_problem(model, [{"force": 1.0}])
     sine = [one for one in model.effects if one.name == "sine"]
@@ -48,7 +48,7 @@ def least_squares(measured: np.ndarray) -> dict[str, float]:
 
 
 def test_fit_ends_at_optimum_of_fine_simulation():
-    problem, coarse = begun()
+    problem, coarse = coarse_fit()
     _, ended = refit_in_fine_simulation(*refit_with_correction(problem, coarse))
     best = least_squares(problem.model.runs[0].channels[0].measured)
     assert abs(coarse.values["sine"] - best["sine"]) > 0.3, "the coarse one is elsewhere"
@@ -57,14 +57,14 @@ def test_fit_ends_at_optimum_of_fine_simulation():
 
 
 def test_corrected_cheap_simulation_equals_the_fine_one():
-    problem, coarse = begun()
+    problem, coarse = coarse_fit()
     exact, ended = refit_in_fine_simulation(*refit_with_correction(problem, coarse))
     assert exact.options.fidelity == 0
     np.testing.assert_allclose(exact.residuals([ended.values])[0], ended.residual, atol=1e-9)
 
 
 def test_fit_far_behind_the_leader_ends_early():
-    problem, coarse = begun()
+    problem, coarse = coarse_fit()
     before = problem.counter.count
     refit_in_fine_simulation(*refit_with_correction(problem, coarse))
     alone = problem.counter.count - before
@@ -74,7 +74,7 @@ def test_fit_far_behind_the_leader_ends_early():
 
 
 def test_added_rows_are_added_once():
-    problem, coarse = begun()
+    problem, coarse = coarse_fit()
     ramp = np.linspace(0.0, 1.0, problem.size)
     bent = problem.with_added_rows({"drift": ramp})
     values = {**coarse.values, "drift": 3.0}

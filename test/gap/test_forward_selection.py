@@ -1,4 +1,4 @@
-"""A second effect beside one that closes nearly all: looked for while something is left, named where that ends it."""
+"""Forward selection: second effects, and when the search ends."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -19,14 +19,14 @@ from slider_drilling.gap.selection import forward_selection
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize(("large", "small"), [({"sine": 12.0}, {"bend": 1.7}), ({"sine": 20.0}, {"saw": 1.5})])
 def test_visible_small_effect_is_named_beside_large(seed, large, small):
-    """It closes a hundredth of what the other one does and leaves nothing; without it E is as good as one."""
+    """It closes a hundredth of what the other one does; without it E is nearly 1."""
     answer = explain(toy(large | small, seed))
     assert set(answer.effects) == {*large, *small}
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_small_effect_that_leaves_structure_is_not_named(seed):
-    """A hump that no law makes: some law closes some of it, none of them ends it."""
+    """A hump that no law has: some laws close some of it, none ends it."""
     hump = 3.0 * np.exp(-(((TIME - 30.0) / 6.0) ** 2))
     answer = explain(toy({"sine": 12.0}, seed, extra=hump))
     assert answer.effects == ("sine",)
@@ -34,7 +34,7 @@ def test_small_effect_that_leaves_structure_is_not_named(seed):
 
 @dataclass(frozen=True)
 class Wild(Toy):
-    """A toy that goes a way of its own at every level."""
+    """A toy that behaves differently at every level."""
 
     def simulate(
         self, run: int, sets: Sequence[Mapping[str, float]], options: SimulationOptions
@@ -44,14 +44,14 @@ class Wild(Toy):
 
 
 def test_unpredictable_replicates_do_not_end_the_search():
-    def enough(sine: float):
+    def adequacy(sine: float):
         model = Wild(toy({"level": 1.0, "sine": sine}, 5).runs)
         problem = build_problem(model, [{"force": 1.0}])
         found = fit(problem, parameters_of(problem, ()), {"level": 1.0}, iterations=0)
         return adequacy_of_fit(problem, found, score_held_out(problem, found, make_folds(problem)), seed=0)
 
-    assert enough(0.0).complete
-    excused = enough(1.3)
+    assert adequacy(0.0).complete
+    excused = adequacy(1.3)
     assert excused.threshold > 1.5 and excused.adequate
     assert not excused.negligible and not excused.complete
 

@@ -1,4 +1,4 @@
-"""Flexible rivals: what they explain is their own, not a nuisance's that passes its bounds beside them."""
+"""Free-form alternatives: what they explain is their own, and no nuisance passes its bounds beside them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ from slider_drilling.gap.selection.state import FittedModel
 
 @dataclass(frozen=True)
 class Beside(Toy):
-    """The toy with a second channel that nothing touches, and a level that may not exceed 1."""
+    """The toy with a second channel of noise alone, and a level that may not exceed 1."""
 
     nuisance: tuple[Parameter, ...] = (Parameter("level", 0.0, -1.0, 1.0, 0.3, "N", spread=5.0),)
     effects: tuple[Effect, ...] = ()
@@ -36,14 +36,14 @@ def beside(level: float) -> Beside:
     return Beside((LoggedRun(run.name, run.time, run.excitation, (*run.channels, still)),))
 
 
-def tuned(problem: Problem, iterations: int | None = None) -> tuple[FittedModel, Folds]:
-    """What re-tuning alone explains, held out."""
+def calibrated(problem: Problem, iterations: int | None = None) -> tuple[FittedModel, Folds]:
+    """The calibrated model, cross-validated, and its folds."""
     found, folds = fit(problem, parameters_of(problem, ()), {}, iterations=iterations), make_folds(problem)
     return FittedModel((), problem, found, score_held_out(problem, found, folds)), folds
 
 
 def found_at(level: float):
-    known, folds = tuned(build_problem(beside(level), [{"force": 1.0, "still": 1.0}]))
+    known, folds = calibrated(build_problem(beside(level), [{"force": 1.0, "still": 1.0}]))
     return known, fit_free_forms(known, folds)
 
 
@@ -78,9 +78,9 @@ def shift(known: FittedModel) -> np.ndarray:
 
 
 def test_free_form_extrapolates_a_drift():
-    """Without its last stretch a curve goes straight on: what drifts is not taken for whatever else ends at nothing."""
+    """Without its last stretch a curve continues straight."""
     (run,) = toy({}, 4, extra=8.0 * TIME / TIME[-1]).runs
-    known, folds = tuned(build_problem(Beside((run,)), [{"force": 1.0}]))
+    known, folds = calibrated(build_problem(Beside((run,)), [{"force": 1.0}]))
     best = fit_free_forms(known, folds)[0]
     assert best.description == "force off by an amount that follows time"
     last = folds.fold == folds.fold.max()
@@ -90,16 +90,16 @@ def test_free_form_extrapolates_a_drift():
 
 
 def test_linear_solution_equals_refits():
-    """Where everything is linear, to solve without a stretch is to refit without it, and no simulation is spent."""
+    """In a linear model, to solve without a stretch is to refit without it, and it takes no simulation."""
     (run,) = toy({"level": 0.4}, 4, extra=4.0 * TIME / TIME[-1]).runs
     drift = "force off by an amount that drifts with time"
 
     def drifting(worth: float) -> tuple[FreeFormFit, int]:
         problem = build_problem(Beside((run,)), [{"force": 1.0}])
-        known, folds = tuned(problem)
+        known, folds = calibrated(problem)
         before = problem.counter.count
-        (told,) = (rival for rival in fit_free_forms(known, folds, worth) if rival.description == drift)
-        return told, problem.counter.count - before
+        (found,) = (rival for rival in fit_free_forms(known, folds, worth) if rival.description == drift)
+        return found, problem.counter.count - before
 
     (refitted, many), (solved, few) = drifting(0.0), drifting(1e6)
     assert refitted.score.gap < 1.1
@@ -123,12 +123,12 @@ class Growing(Toy):
 def test_drift_is_fitted_with_the_nuisance():
     """Solved for once, around the bent level, no drift ends the gap."""
     (run,) = toy({}, 4, extra=20.0 * np.exp(0.5 * TIME / TIME[-1]) - 40.0 * TIME / TIME[-1]).runs
-    known, folds = tuned(build_problem(Growing((run,)), [{"force": 1.0}]), iterations=30)
+    known, folds = calibrated(build_problem(Growing((run,)), [{"force": 1.0}]), iterations=30)
     assert known.fit.values["level"] < -2.0, "it belongs at 0.5"
-    told = {rival.description: rival for rival in fit_free_forms(known, folds)}
-    drift = told["force off by an amount that drifts with time"]
+    by_description = {rival.description: rival for rival in fit_free_forms(known, folds)}
+    drift = by_description["force off by an amount that drifts with time"]
     assert drift.score.gap < 1.05
-    assert told["force off by an amount that follows time"].score.gap > 1.15
+    assert by_description["force off by an amount that follows time"].score.gap > 1.15
     assert drift.y[1] - drift.y[0] < -10.0
     np.testing.assert_allclose(drift.x, TIME[[0, -1]])
     assert drift.sensor_channel == "force"
@@ -136,7 +136,7 @@ def test_drift_is_fitted_with_the_nuisance():
 
 @dataclass(frozen=True)
 class Far(Toy):
-    """A toy that may be disturbed by what does next to nothing until it is far from nominal."""
+    """A toy with a disturbance that does next to nothing until it is far from nominal."""
 
     effects: tuple[Effect, ...] = ()
 
@@ -160,7 +160,7 @@ def reached(give: float) -> np.ndarray:
 
 def test_free_form_parameter_is_searched_over_its_range():
     (run,) = toy({"level": 2.0}, 4, extra=reached(12.0)).runs
-    known, folds = tuned(build_problem(Far((run,)), [{"force": 1.0}]))
+    known, folds = calibrated(build_problem(Far((run,)), [{"force": 1.0}]))
     assert known.score.gap > 3.0
     best = fit_free_forms(known, folds)[0]
     assert best.description == "give"
@@ -196,20 +196,20 @@ class Stepped(Toy):
 
 def stepped(size: float, least: float = -np.inf) -> FreeFormFit:
     (run,) = toy({}, 4, extra=size * ((TIME >= 60.0) & (TIME < 100.0))).runs
-    known, folds = tuned(build_problem(Stepped((run,), nuisance=(), least=least), [{"force": 1.0}]))
-    (told,) = (rival for rival in fit_free_forms(known, folds) if rival.description == "force over time")
-    return told
+    known, folds = calibrated(build_problem(Stepped((run,), nuisance=(), least=least), [{"force": 1.0}]))
+    (found,) = (rival for rival in fit_free_forms(known, folds) if rival.description == "force over time")
+    return found
 
 
 def test_basis_turns_coefficients_into_a_curve():
-    """A force that is there for a while only: its coefficients are one up and one down."""
-    told = stepped(5.0)
-    np.testing.assert_allclose(told.y, [0.0, 5.0, 0.0], atol=0.7)
-    assert told.y_unit == "N"
+    """A force that acts for a while: its coefficients are one step up and one down."""
+    found = stepped(5.0)
+    np.testing.assert_allclose(found.y, [0.0, 5.0, 0.0], atol=0.7)
+    assert found.y_unit == "N"
 
 
 def test_free_form_respects_its_lower_bound():
-    """Friction that is less than none would push."""
+    """Friction below zero would push."""
     np.testing.assert_allclose(stepped(-5.0).y[1], -5.0, atol=0.7)
     bounded = stepped(-5.0, least=-1.0)
     assert bounded.y.min() >= -1.0

@@ -1,4 +1,4 @@
-"""The wide search, on something that swings by itself: off in frequency, all places far from the truth are alike."""
+"""The global search, on a free oscillation: off in frequency, all points far from the truth look alike."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ class Swing:
         return {"force": np.stack([force(values, time) for values in sets])}
 
 
-class Shortened(Swing):
+class Truncating(Swing):
     def truncated(self, fraction):
         channel = self.runs[0].channels[0]
         kept = channel.time <= fraction * TIME[-1]
-        return Shortened((run_of(channel.time[kept], channel.measured[kept]),), self.spent)
+        return Truncating((run_of(channel.time[kept], channel.measured[kept]),), self.spent)
 
 
 def force(values, time):
@@ -46,7 +46,7 @@ def run_of(time, measured):
     return LoggedRun("swing", time, np.ones_like(time), (Channel("force", time, measured, "N", declared_noise=0.5),))
 
 
-@pytest.fixture(params=[Swing, Shortened])
+@pytest.fixture(params=[Swing, Truncating])
 def problem(request):
     measured = force(TRUTH, TIME) + np.random.default_rng(5).normal(0.0, 0.5, TIME.size)
     return build_problem(request.param((run_of(TIME, measured),), {}), [{"force": 0.5}])
@@ -57,7 +57,7 @@ def test_global_search_finds_the_frequency_repeatably(problem):
     ends = global_search(problem, problem, SPANS, {"other": 1.0}, seed=1)
     whole = problem.model.spent[TIME.size]
     shorter = sum(problem.model.spent.values()) - whole
-    assert (shorter > 0.5 * whole) == isinstance(problem.model, Shortened)
+    assert (shorter > 0.5 * whole) == isinstance(problem.model, Truncating)
     assert ends[0]["frequency"] == pytest.approx(TRUTH["frequency"], abs=1e-3)
     assert ends[0]["size"] == pytest.approx(TRUTH["size"], rel=0.1)
     assert ends[0]["other"] == 1.0

@@ -1,4 +1,4 @@
-"""Fits whose Jacobian is carried along: exact where the model is linear, as good and cheaper where it bends."""
+"""Fits whose Jacobian is updated by steps: exact in a linear model, as good and cheaper in a nonlinear one."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

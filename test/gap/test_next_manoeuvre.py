@@ -1,4 +1,4 @@
-"""The run to make next is one under which two explanations differ more than in the log at hand, or there is none."""
+"""The recommended run: two explanations differ under it more than in the present log."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""What may be called noise: not what steps, drifts or repeats."""
+"""Noise floors: what steps, drifts or repeats is not noise."""
 
 from dataclasses import replace
 

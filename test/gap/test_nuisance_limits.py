@@ -1,4 +1,4 @@
-"""A re-tuning that was enough, but went far, says which law it may stand for."""
+"""A calibration that is enough with implausible values names the effect that it may hide."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -19,9 +19,7 @@ OWN = np.sin(6.0 * np.pi * TIME / TIME[-1])
 
 @dataclass(frozen=True)
 class Tilted(Toy):
-    """An effect does what a nuisance does, and a little of its own, without which no log can tell them apart; rigs vary
-    in the nuisance by a spread of 5.
-    """
+    """An effect acts like a nuisance with a spread of 5, and a little in a way of its own (``own``)."""
 
     own: float = 0.0
     effects: tuple[Effect, ...] = (*EFFECTS, TILT)
@@ -33,11 +31,11 @@ class Tilted(Toy):
         return {"force": np.stack([force(values) + values.get("tilt", 0.0) * tilted for values in sets])}
 
 
-@pytest.mark.parametrize(("slope", "told"), [(30.0, ("tilt",)), (5.0, ()), (-30.0, ())])
-def test_implausible_calibration_masks_an_effect(slope, told):
+@pytest.mark.parametrize(("slope", "masked"), [(30.0, ("tilt",)), (5.0, ()), (-30.0, ())])
+def test_implausible_calibration_masks_an_effect(slope, masked):
     answer = explain(Tilted(toy({"slope": slope}, 3).runs))
-    assert (answer.verdict, answer.effects, answer.masked_effects) == ("parameters", (), told)
-    assert ("which may hide tilt" in answer.sentence) == bool(told)
+    assert (answer.verdict, answer.effects, answer.masked_effects) == ("parameters", (), masked)
+    assert ("which may hide tilt" in answer.sentence) == bool(masked)
     assert any("slope is calibrated to" in remark for remark in answer.remarks) == (abs(slope) > 12.5)
 
 

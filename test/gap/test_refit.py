@@ -1,4 +1,4 @@
-"""What is known is held against a finalist from where that one got to, and an effect is fitted from other places."""
+"""Refits of the current model and of candidates from other starts."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -25,7 +25,7 @@ TRUE = 3.0
 
 @dataclass(frozen=True)
 class Tone(Toy):
-    """A tone whose pitch is tuned: off by more than a cycle over the log, it has a valley for every cycle."""
+    """A tone whose pitch is fitted: off by more than a cycle over the log, it has a local optimum for every cycle."""
 
     nuisance: tuple[Parameter, ...] = (PITCH,)
 
@@ -41,7 +41,7 @@ def tone(pitch: float) -> np.ndarray:
 
 @pytest.fixture
 def known():
-    """A state whose pitch is in the wrong valley, and an effect that there is nothing of, fitted in the right one."""
+    """A state whose pitch is in the wrong optimum, and an effect that there is nothing of, fitted in the right one."""
     model = Tone(toy({}, 5, extra=tone(TRUE)).runs)
     floors = [{channel.name: noise_floor(channel) for channel in run.channels} for run in model.runs]
     state = calibrate(model, EFFECTS, floors, ({},), 0, lambda stage, share: None)
@@ -72,8 +72,8 @@ def test_incumbent_stays_where_no_start_is_better(known):
 def test_scattered_nuisance_leads_out_of_a_wrong_optimum(known):
     state, _ = known
     free, folds, effect = state.modes[0], state.bootstrap.folds, (EFFECTS[0],)
-    begun = {"pitch": -3.0, "sine": 0.5}
-    wrong = finish_and_cross_validate(free, effect, fit(free, parameters_of(free, effect), begun), folds)
+    start = {"pitch": -3.0, "sine": 0.5}
+    wrong = finish_and_cross_validate(free, effect, fit(free, parameters_of(free, effect), start), folds)
     assert wrong.score.gap > 2.0
     right = refit_from_scattered_nuisance(free, wrong, folds)
     assert right is not None and right.names == wrong.names
@@ -84,7 +84,7 @@ def test_scattered_nuisance_leads_out_of_a_wrong_optimum(known):
 
 @pytest.mark.parametrize("there_is", [0.0, 3.0])
 def test_larger_model_is_refitted_from_the_smaller_one(there_is):
-    """A sine fitted in the wrong valley of the pitch, beside a re-tuning in the right one."""
+    """A sine fitted at the wrong pitch, beside a calibration at the right one."""
     model = Tone(toy({"sine": there_is}, 5, extra=tone(TRUE)).runs)
     floors = [{channel.name: noise_floor(channel) for channel in run.channels} for run in model.runs]
     state = calibrate(model, EFFECTS, floors, ({},), 0, lambda stage, share: None)

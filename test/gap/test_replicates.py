@@ -1,4 +1,4 @@
-"""What a model can foretell of itself, and how much of the gap that decides."""
+"""Replicates: what a model can predict of itself."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

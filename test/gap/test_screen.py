@@ -1,4 +1,4 @@
-"""Where fits begin: a secant speaks for what lies between its neighbours, and a start is worth what it leaves."""
+"""The screen: predicted gains and the starts of fits."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -41,8 +41,8 @@ def torque(values: Mapping[str, float]) -> np.ndarray:
     return values.get("stiffness", 1.0) * free + values.get("bias.torque", 0.0)
 
 
-def begun(truth: Mapping[str, float]) -> tuple[Problem, Fit]:
-    """The problem of a log of this spring, re-tuned without any effect."""
+def calibrated(truth: Mapping[str, float]) -> tuple[Problem, Fit]:
+    """The problem of a log of this spring, and its calibration."""
     measured = torque(truth) + np.random.default_rng(1).normal(0.0, 0.02, TIME.size)
     model = Spring(
         (LoggedRun("spring", TIME, SWING, (Channel("torque", TIME, measured, "N m", declared_noise=0.02),)),)
@@ -52,8 +52,8 @@ def begun(truth: Mapping[str, float]) -> tuple[Problem, Fit]:
 
 
 def test_start_lies_between_neighbouring_scan_points():
-    problem, tuned = begun({"play.width": 3.0, "stiffness": 1.1})
-    (candidate,) = screen(scan_effects(problem, tuned, [PLAY]))
+    problem, base = calibrated({"play.width": 3.0, "stiffness": 1.1})
+    (candidate,) = screen(scan_effects(problem, base, [PLAY]))
     widths = np.sort([start["play.width"] for start in candidate.starts])
     points = np.array([point[0] for point in WIDTHS])
     assert np.all(widths[1:-1] >= points[:-2] - 1e-6)
@@ -63,8 +63,8 @@ def test_start_lies_between_neighbouring_scan_points():
 
 @pytest.mark.parametrize("width", [0.5, 1.5, 3.0])
 def test_starts_are_ranked_by_their_cost(width):
-    problem, tuned = begun({"play.width": width, "stiffness": 1.1})
-    scan = scan_effects(problem, tuned, [PLAY])
+    problem, base = calibrated({"play.width": width, "stiffness": 1.1})
+    scan = scan_effects(problem, base, [PLAY])
     (candidate,) = screen(scan)
     ordered = rank_starts(scan, candidate)
     freed = problem.expand_per_run((*problem.model.nuisance, *PLAY.parameters))
@@ -77,8 +77,8 @@ def test_starts_are_ranked_by_their_cost(width):
 
 
 def test_linear_effect_is_found_beyond_its_scan():
-    problem, tuned = begun({"bias.torque": 0.2})
-    (candidate,) = screen(scan_effects(problem, tuned, [BIAS]))
+    problem, base = calibrated({"bias.torque": 0.2})
+    (candidate,) = screen(scan_effects(problem, base, [BIAS]))
     assert candidate.starts[0]["bias.torque"] == pytest.approx(0.2, abs=0.01)
 
 

@@ -82,7 +82,7 @@ def test_better_free_form_gives_unknown_with_shape():
 
 
 def worse(score: HeldOutScore, by: float, wider: float) -> HeldOutScore:
-    """A score that foretells one short stretch worse, and leaves a wider gap throughout."""
+    """A score that predicts one short stretch worse, and leaves a wider gap throughout."""
     density = score.density.copy()
     density[:10] += by / 10.0
     squares = wider * score.squares
@@ -91,7 +91,7 @@ def worse(score: HeldOutScore, by: float, wider: float) -> HeldOutScore:
 
 @pytest.mark.parametrize(("by", "named"), [(2.0, ("sine",)), (20.0, ())])
 def test_likelier_free_form_elsewhere_withdraws_effect(by, named):
-    """Not for certain: it comes from one stretch. But by more than one of so many disturbances does by chance."""
+    """Not significantly, since it comes from one stretch, but by more than one of so many forms does by chance."""
     state = explain(rubbed({"sine": 4.0}, shape="sine")).state
     (taken,) = state.steps
     current = replace(state.current, score=worse(state.current.score, by, 1.02))
@@ -173,7 +173,7 @@ def test_second_effect_unlike_free_forms_is_named():
 
 @pytest.mark.parametrize(("shape", "verdict"), [("sine", "parameters"), ("saw", "effect")])
 def test_adequate_calibration_allows_no_alternative(shape, verdict):
-    """Where re-tuning leaves no more than noise a name stands alone, or there is none."""
+    """Where calibration leaves only noise, an effect is named without alternative, or not at all."""
     state = explain(rubbed({"sine": 4.0}, shape=shape, fitted=True)).state
     assert not state.calibrated_adequacy.adequate
     quiet = replace(
