@@ -50,8 +50,7 @@ def test_help_lists_every_command_with_examples(repository: Path) -> None:
     assert set(COMMANDS) <= listed
 
 
-def test_numpy_comes_in_with_one_thread(repository: Path, tmp_path: Path) -> None:
-    """Whatever imports it first: threads are counted when its library is loaded."""
+def test_numpy_is_imported_with_one_thread(repository: Path, tmp_path: Path) -> None:
     probe = (
         "import os, sys\nfrom importlib.abc import MetaPathFinder\nfrom slider_drilling.cli import main\n"
         "class Seen(MetaPathFinder):\n"
@@ -81,7 +80,7 @@ def test_help_imports_neither_arrays_nor_ros(repository: Path) -> None:
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_every_command_of_the_table_answers_help(repository: Path, name: str) -> None:
+def test_every_command_answers_help(repository: Path, name: str) -> None:
     answer = run(repository, name, "--help")
     assert answer.returncode == 0, answer.stderr
     assert answer.stdout.startswith(f"Usage: slider-drilling {name}")
@@ -95,7 +94,7 @@ def test_unknown_command_is_one_line(repository: Path) -> None:
 
 
 @pytest.mark.parametrize("words", [("info", "run.mcap"), ("run", "--duration", "1"), ("plot", "run.mcap")])
-def test_a_date_that_is_none_is_refused_before_numpy_reads_it(
+def test_bad_source_date_epoch_is_refused(
     words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "x")
@@ -148,7 +147,7 @@ def test_interrupt_is_code_130(capsys: pytest.CaptureFixture[str]) -> None:
     assert (code, said.strip()) == (130, "interrupted")
 
 
-def test_a_programming_error_keeps_its_traceback() -> None:
+def test_programming_error_keeps_its_traceback() -> None:
     def body() -> None:
         raise ZeroDivisionError
 
@@ -156,7 +155,7 @@ def test_a_programming_error_keeps_its_traceback() -> None:
         run_group(group_of(body), ["act"])
 
 
-def test_reader_that_leaves_early_gets_no_complaint(repository: Path) -> None:
+def test_closed_pipe_is_silent(repository: Path) -> None:
     command = [
         sys.executable,
         "-c",
@@ -200,7 +199,7 @@ def test_shell_completes(repository: Path, words: str, expected: set[str]) -> No
     assert expected <= found if words.endswith(" r") else found == expected
 
 
-def test_every_command_that_answers_has_json() -> None:
+def test_every_answering_command_has_json() -> None:
     for name in set(COMMANDS) - {"completion"}:
         command = importlib.import_module(COMMANDS[name].module).command
         assert any("--json" in parameter.opts for parameter in command.params), name

@@ -1,4 +1,4 @@
-"""The consoles show text as it is: no markup, no escapes that steer a terminal."""
+"""The consoles print text literally: no markup, no control characters."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ STEERING = ["\x1b]0;title\x07", "\x1b[31mred", "\x9b31m", "back\rover", "\x08\x0
 
 
 @pytest.mark.parametrize("text", STEERING)
-def test_what_steers_a_terminal_is_escaped(text: str) -> None:
+def test_control_characters_are_escaped(text: str) -> None:
     for thing in (text, Text(text)):
         written = shown(thing)
         assert printable(written) == written
@@ -46,13 +46,13 @@ def test_what_steers_a_terminal_is_escaped(text: str) -> None:
     assert printable(shown(table)) == shown(table)
 
 
-def test_styles_of_our_own_reach_the_terminal() -> None:
+def test_own_styles_reach_the_terminal() -> None:
     assert "\x1b[1m" in shown(Text("bold \x1b[5m", "bold"), terminal=True)
     assert "\x1b[5m" not in shown(Text("bold \x1b[5m", "bold"), terminal=True)
 
 
 @given(st.text())
-def test_any_text_becomes_utf_8_that_steers_nothing(text: str) -> None:
+def test_any_text_becomes_printable_utf8(text: str) -> None:
     plain = printable(text)
     plain.encode("utf-8")
     assert printable(plain) == plain
@@ -72,7 +72,7 @@ def at_width(width: int, table: Table) -> str:
 
 
 @pytest.mark.parametrize("width", [200, 120, 100, 80, 72, 60, 40, 24])
-def test_tables_fit_and_lose_no_digit(width: int) -> None:
+def test_tables_fit_without_losing_text(width: int) -> None:
     table = Table(*WIDE, title="What was measured")
     for row in ROWS:
         table.add_row(*row)
@@ -85,7 +85,7 @@ def test_tables_fit_and_lose_no_digit(width: int) -> None:
             assert word in written, word
 
 
-def test_tables_that_have_room_are_as_rich_makes_them() -> None:
+def test_narrow_tables_are_unchanged() -> None:
     plain, fits = (Table("a", "b", box=None) for _ in range(2))
     for table in (plain, fits):
         table.add_row("1.5", "two words")
@@ -94,14 +94,14 @@ def test_tables_that_have_room_are_as_rich_makes_them() -> None:
     assert at_width(100, fits) == written.getvalue()
 
 
-def test_rows_that_fit_nowhere_keep_their_heads() -> None:
+def test_rows_that_do_not_fit_keep_headers() -> None:
     table = Table(*WIDE)
     table.add_row(*ROWS[0])
     lines = [line.split(maxsplit=1) for line in at_width(46, table).splitlines()]
     assert ["highest", "19704031.93"] in [[part.strip() for part in line] for line in lines]
 
 
-def test_progress_in_a_pipe_is_a_line_now_and_then() -> None:
+def test_progress_in_a_pipe_is_occasional_lines() -> None:
     now, said = [0.0], []
     with ProgressLines(said.append, lambda: now[0]) as progress:
         task = progress.add_task("reading", total=200.0)
@@ -115,7 +115,7 @@ def test_progress_in_a_pipe_is_a_line_now_and_then() -> None:
     assert not any("\r" in line or "\x1b" in line for line in said)
 
 
-def test_short_work_in_a_pipe_says_nothing() -> None:
+def test_short_work_in_a_pipe_prints_nothing() -> None:
     now, said = [0.0], []
     with ProgressLines(said.append, lambda: now[0]) as progress:
         task = progress.add_task("reading", total=None)
@@ -124,7 +124,7 @@ def test_short_work_in_a_pipe_says_nothing() -> None:
     assert said == []
 
 
-def test_stages_are_told_where_no_terminal_is(capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
+def test_stages_are_printed_without_terminal(capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
     monkeypatch.setattr(progress_lines, "FIRST_LINE_AFTER", 0.0)
     stderr.cache_clear()
     with progress_stages() as report:

@@ -1,4 +1,4 @@
-"""Files read and written: whole, or one line about why not."""
+"""Files are read and written as a whole, or refused in one line."""
 
 import os
 import stat
@@ -11,7 +11,7 @@ from slider_drilling.files.output_files import check_distinct, read_text, write_
 from slider_drilling.log import read_log
 
 
-def test_written_whole_and_readable_as_other_files_are(tmp_path: Path) -> None:
+def test_file_is_written_atomically_with_usual_permissions(tmp_path: Path) -> None:
     path = tmp_path / "page.html"
     path.write_text("before")
     write_atomically(path, "µ".encode())
@@ -22,7 +22,7 @@ def test_written_whole_and_readable_as_other_files_are(tmp_path: Path) -> None:
     assert sorted(os.listdir(tmp_path)) == ["page.html", "plain"]
 
 
-def test_what_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
+def test_failed_write_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"no-such/page\.html: cannot write this file: No such file or directory"):
         write_atomically(tmp_path / "no-such" / "page.html", b"")
     (tmp_path / "folder").mkdir()
@@ -31,7 +31,7 @@ def test_what_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == ["folder"]
 
 
-def test_what_cannot_be_read(tmp_path: Path) -> None:
+def test_unreadable_files_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"a\.yaml: no such rig file; check the path"):
         read_text(tmp_path / "a.yaml", "rig file")
     with pytest.raises(InputError, match="cannot read this rig file: Is a directory"):
@@ -41,13 +41,12 @@ def test_what_cannot_be_read(tmp_path: Path) -> None:
         read_text(tmp_path / "b.yaml", "rig file")
 
 
-def test_byte_order_mark_is_no_text(tmp_path: Path) -> None:
+def test_byte_order_mark_is_dropped(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_bytes(b"\xef\xbb\xbft,x\n")
     assert read_text(tmp_path / "a.csv", "table") == "t,x\n"
 
 
-def test_what_has_no_end_is_not_waited_for(tmp_path: Path) -> None:
-    """A pipe that nobody writes to hung, a device was read until the memory was full."""
+def test_pipes_and_endless_files_are_refused(tmp_path: Path) -> None:
     pipe, device = tmp_path / "pipe", tmp_path / "device"
     os.mkfifo(pipe)
     device.symlink_to("/dev/zero")

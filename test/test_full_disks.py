@@ -1,4 +1,4 @@
-"""No room for what a command writes: one line says so, the answer is printed all the same, and nothing is lost."""
+"""Full disks: a command reports them in one line and still prints its answer."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from slider_drilling.errors import InputError
 
 sys.path.insert(0, str(Path(__file__).parent / "fuzz"))
 from commands import COMMANDS, make_inputs
-from whole import contents
+from output_checks import contents
 
 CAMPAIGN = "closed-loop --campaign"
 QUICK = ("plot", "replay", "torque-drag", "identify", "import", "recover", "analyse", "study")
 ANSWERS = {"plot": "toolface error", "replay": "surface torque", "torque-drag": "slack off", "identify": "stiffness",
-           "analyse": "friction", "study": "holds", CAMPAIGN: "mean error"}  # fmt: skip
+           "analyse": "friction", "study": "holds", CAMPAIGN: "mean toolface error"}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +55,7 @@ def room_for(size: int) -> Iterator[None]:
 @pytest.mark.parametrize(
     ("name", "room"), [*((name, 0) for name in QUICK), ("torque-drag", 3000), ("plot", 3000), (CAMPAIGN, 40)]
 )
-def test_without_room_a_command_says_so_and_answers(
+def test_command_reports_full_disk_and_answers(
     name: str,
     room: int,
     desk: Path,
@@ -87,7 +87,7 @@ def test_without_room_a_command_says_so_and_answers(
             json.loads(left[path])
 
 
-def test_files_are_written_where_nobody_reads_the_answer(desk: Path, tmp_path: Path) -> None:
+def test_files_are_written_with_closed_stdout(desk: Path, tmp_path: Path) -> None:
     import subprocess
 
     with open("/dev/full", "wb") as full:

@@ -1,4 +1,4 @@
-"""How loops are compiled: one door to numba, widest vectors, and word to the user while it takes time."""
+"""Compilation of the loops: one import of numba, widest vectors, announcements, number of threads."""
 
 from __future__ import annotations
 
@@ -17,14 +17,12 @@ from slider_drilling.process.jit_cache import announce_compilation, available_th
 PACKAGE = Path(__file__).parents[1] / "slider_drilling"
 
 
-def test_every_module_takes_njit_from_the_compiler():
-    """Decorated before the settings are made, one function would fix numba's defaults for the whole process."""
+def test_njit_comes_from_jit_cache_only():
     takes = re.compile(r"^\s*(from numba import|import numba)", re.MULTILINE)
     assert [path.name for path in PACKAGE.rglob("*.py") if takes.search(path.read_text())] == ["jit_cache.py"]
 
 
 def test_loops_are_compiled_for_the_widest_vectors():
-    """What numba compiles with, once the plant has been imported, is what `vector_bits` says."""
     asks = "import slider_drilling.drillstring; from numba.core.registry import cpu_target as t;"
     asks += "print('-prefer-256-bit' in t.target_context.codegen().magic_tuple()[2])"
     command = [sys.executable, "-c", asks]
@@ -40,7 +38,7 @@ def test_loops_are_compiled_for_the_widest_vectors():
         ("NUMBA_DISABLE_JIT=1", "NUMBA_DISABLE_JIT = 1: the loops run compiled only; unset it"),
     ],
 )
-def test_a_variable_that_numba_cannot_start_with_is_named(variable, said):
+def test_bad_numba_variable_is_named(variable, said):
     asks = "from slider_drilling.errors import InputError\ntry: import slider_drilling.process.jit_cache\n"
     asks += "except InputError as error: print(error)"
     name, _, value = variable.partition("=")
@@ -59,7 +57,7 @@ def own_stderr(capsys):
     console.stderr.cache_clear()
 
 
-def test_says_when_it_compiles_and_not_when_it_does_not(own_stderr):
+def test_compilation_is_announced_once(own_stderr):
     @njit
     def twice(x):
         return 2 * x
@@ -75,9 +73,7 @@ def test_says_when_it_compiles_and_not_when_it_does_not(own_stderr):
     assert (first.out, second.out, second.err) == ("", "", "")
 
 
-def test_of_what_another_thread_compiles_only_that_thread_speaks(own_stderr):
-    """Whoever waits for the other's compilation may have begun to listen in the midst of it."""
-
+def test_only_the_compiling_thread_announces(own_stderr):
     @njit
     def thrice(x):
         return 3 * x

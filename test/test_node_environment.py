@@ -1,4 +1,4 @@
-"""Which libraries a process with ROS wheels needs, whatever it inherits. No ROS needed."""
+"""The environment that ROS needs: shared libraries, domain, discovery. Runs without ROS."""
 
 import os
 import sys
@@ -19,38 +19,37 @@ def own(tmp_path, monkeypatch):
     return [str(tmp_path / "lib"), str(site / "ros_rcl.libs"), str(site / "ros_rclpy.libs")]
 
 
-def test_own_libraries_in_any_order_will_do(own):
+def test_own_libraries_are_accepted_in_any_order(own):
     assert environment.library_path(os.pathsep.join(reversed(own)), from_wheels=True) is None
     assert environment.library_path(os.pathsep.join([*own, "/opt/cuda/lib"]), from_wheels=True) is None
 
 
 @pytest.mark.parametrize("inherited", ["", "/other/venv/lib", "/other/venv/lib:/other/venv/lib/ros_rcl.libs"])
-def test_another_environments_libraries_come_last(own, inherited):
+def test_libraries_of_other_environments_come_last(own, inherited):
     expected = [*own, *filter(None, inherited.split(os.pathsep))]
     assert environment.library_path(inherited, from_wheels=True) == os.pathsep.join(expected)
 
 
-def test_a_sourced_ros_is_kept_free_of_the_wheels(own):
+def test_sourced_ros_excludes_the_wheels(own):
     assert environment.library_path("/opt/ros/jazzy/lib", from_wheels=False) is None
     mixed = os.pathsep.join([own[0], "/opt/ros/jazzy/lib", own[2]])
     assert environment.library_path(mixed, from_wheels=False) == "/opt/ros/jazzy/lib"
 
 
-def test_without_rclpy_one_line_says_how_to_get_it(monkeypatch):
+def test_missing_rclpy_is_one_line(monkeypatch):
     monkeypatch.setattr(environment.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"pip install 'slider_drilling\[ros\]'.*source a ROS 2 Jazzy"):
         environment.prepare()
 
 
-def test_a_path_that_cannot_be_set_is_not_tried_for_ever(own, monkeypatch):
+def test_process_restarts_only_once(own, monkeypatch):
     monkeypatch.setenv("SLIDER_DRILLING_RESTARTED", "/wanted")
     with pytest.raises(InputError, match="LD_LIBRARY_PATH"):
         environment.restart({"LD_LIBRARY_PATH": "/wanted"})
 
 
 @pytest.mark.parametrize("domain", ["232", "9999", "-1", "x", "1.0", "9" * 5000])
-def test_a_domain_without_ports_is_refused(domain):
-    """Fast DDS ended the process with 1."""
+def test_domain_without_ports_is_refused(domain):
     with pytest.raises(InputError, match=r"ROS_DOMAIN_ID = .*: must be a whole number from 0 to 231"):
         environment.check_domain({"ROS_DOMAIN_ID": domain})
     for good in ("0", "231", ""):
@@ -58,7 +57,7 @@ def test_a_domain_without_ports_is_refused(domain):
 
 
 @pytest.mark.parametrize("homeless", [{}, {"HOME": ""}, {"HOME": "", "ROS_LOG_DIR": ""}])
-def test_logs_have_a_place_without_a_home(homeless):
+def test_log_folder_is_set_without_home(homeless):
     variables = dict(homeless)
     environment.set_log_folder(variables)
     assert "slider_drilling_ros_" in variables["ROS_LOG_DIR"]
@@ -68,8 +67,7 @@ def test_logs_have_a_place_without_a_home(homeless):
         assert left == housed
 
 
-def test_a_middleware_that_the_wheels_lack_is_refused():
-    """ROS 2 ended the process with 102."""
+def test_missing_middleware_is_refused():
     with pytest.raises(InputError, match=r"RMW_IMPLEMENTATION = 'rmw_nope': the wheels only have rmw_fastrtps_cpp"):
         environment.check_middleware({"RMW_IMPLEMENTATION": "rmw_nope"})
     for good in ({}, {"RMW_IMPLEMENTATION": ""}, {"RMW_IMPLEMENTATION": "rmw_fastrtps_cpp"}):
@@ -77,13 +75,12 @@ def test_a_middleware_that_the_wheels_lack_is_refused():
 
 
 @pytest.mark.parametrize("reach", ["localhost", "SUBNETS", "MOON"])
-def test_a_range_that_ros_does_not_know_is_refused(reach):
-    """ROS 2 takes another for it, with sockets on every interface."""
+def test_unknown_discovery_range_is_refused(reach):
     with pytest.raises(InputError, match=f"ROS_AUTOMATIC_DISCOVERY_RANGE = '{reach}': must be one of OFF, LOCALHOST"):
         environment.restrict_to_loopback({"ROS_AUTOMATIC_DISCOVERY_RANGE": reach})
 
 
-def test_dds_is_kept_to_the_loopback_unless_the_user_says_otherwise():
+def test_dds_uses_loopback_unless_the_user_decides():
     variables = {}
     environment.restrict_to_loopback(variables)
     assert variables["FASTRTPS_DEFAULT_PROFILES_FILE"].endswith("config/loopback.xml")

@@ -1,4 +1,4 @@
-"""What a node makes of messages that come late, twice, out of order, stale or with nonsense in them. No ROS needed."""
+"""Messages that come late, twice, out of order, stale or invalid. Runs without ROS."""
 
 import math
 import time
@@ -29,7 +29,7 @@ def fill(inbox, seconds):
 
 
 @pytest.mark.parametrize("top_drive_first", [True, False])
-def test_a_sample_is_complete_when_every_channel_is_there(top_drive_first):
+def test_sample_is_complete_with_every_channel(top_drive_first):
     inbox = SampleInbox(stale_after=1.0)
     found = inbox.put("top_drive", reading(5.0, 7.0, 8.0, 9.0)) if top_drive_first else []
     assert found == []
@@ -43,7 +43,7 @@ def test_a_sample_is_complete_when_every_channel_is_there(top_drive_first):
     assert (sample.standpipe_pressure, sample.pump_speed) == (1.0, 2.0)
 
 
-def test_the_next_sample_does_not_wait_for_a_lost_message():
+def test_next_sample_does_not_wait_for_lost_message():
     inbox = SampleInbox(stale_after=1.0)
     fill(inbox, 5.0)
     inbox.put("top_drive", reading(5.0))
@@ -53,7 +53,7 @@ def test_the_next_sample_does_not_wait_for_a_lost_message():
     assert (sample.time, sample.top_drive_angle, sample.pump_speed, sample.standpipe_pressure) == (5.1, 1.0, 4.0, 1.0)
 
 
-def test_a_channel_that_went_silent_is_nan_and_not_waited_for():
+def test_silent_channel_is_nan_without_waiting():
     inbox = SampleInbox(stale_after=1.0)
     fill(inbox, 5.0)
     inbox.put("top_drive", reading(5.0))
@@ -67,7 +67,7 @@ def test_a_channel_that_went_silent_is_nan_and_not_waited_for():
     assert inbox.stale_channels(round(6.9 * SECOND)) == ["standpipe_pressure"]
 
 
-def test_a_channel_that_never_came_is_nan():
+def test_channel_that_never_came_is_nan():
     inbox = SampleInbox(stale_after=1.0)
     found = [sample for k in range(30) for sample in inbox.put("top_drive", reading(k / 10))]
     assert found[-1].time == 2.9
@@ -85,7 +85,7 @@ def test_mwd_goes_with_the_next_sample_once():
     assert following.mwd == ()
 
 
-def test_a_clock_set_back_goes_on():
+def test_samples_continue_after_clock_set_back():
     inbox = SampleInbox(stale_after=1.0)
     fill(inbox, 100.0)
     inbox.put("top_drive", reading(100.0))
@@ -102,7 +102,7 @@ def at(seconds, lockstep=False):
 
 
 @pytest.mark.parametrize("lockstep", [True, False])
-def test_commands_for_a_sample(lockstep):
+def test_inbox_returns_the_latest_commands(lockstep):
     inbox = at(0.0, lockstep)
     assert inbox.unanswered(0, (TOP_DRIVE, BLOCK)) == [TOP_DRIVE, BLOCK]
     held = inbox.command(0, 0.7)
@@ -116,7 +116,7 @@ def test_commands_for_a_sample(lockstep):
     assert (command.block_speed, command.pump_speed) == (0.01, 11.0)
 
 
-def test_an_unanswered_sample_stands_still_at_the_last_angle():
+def test_unanswered_sample_holds_the_last_angle():
     inbox = at(1.0)
     inbox.put(TOP_DRIVE, SECOND, 3.0, 2.0)
     late = inbox.command(2 * SECOND, 2.9)
@@ -126,7 +126,7 @@ def test_an_unanswered_sample_stands_still_at_the_last_angle():
 @pytest.mark.parametrize(("topic", "values"), [
     (TOP_DRIVE, (math.nan, 0.0)), (TOP_DRIVE, (0.0, math.inf)), (BLOCK, (0.0, math.nan)), (PUMP, (math.nan, math.inf)),
 ])
-def test_commands_that_are_not_finite_are_refused(topic, values):
+def test_nonfinite_commands_are_refused(topic, values):
     inbox = at(1.0)
     assert "not finite" in inbox.put(topic, SECOND, *values).reason
     assert inbox.refused == 1
@@ -141,8 +141,7 @@ def test_older_commands_are_refused():
 
 
 @pytest.mark.parametrize("lockstep", [True, False])
-def test_a_command_of_the_future_is_an_error_and_the_next_good_one_is_taken(lockstep):
-    """It locked every later command out: they were older than it."""
+def test_command_from_the_future_is_refused(lockstep):
     inbox = at(5.0, lockstep)
     refusal = inbox.put(TOP_DRIVE, time.time_ns(), 9.0, 0.0)
     assert refusal.level is Level.ERROR
@@ -152,14 +151,14 @@ def test_a_command_of_the_future_is_an_error_and_the_next_good_one_is_taken(lock
     assert inbox.command(5 * SECOND, 0.0).top_drive_angle == 1.0
 
 
-def test_other_clocks_are_named():
+def test_foreign_clocks_are_recognised():
     inbox = at(1e8)
     assert "this machine's uptime" in inbox.put(TOP_DRIVE, time.monotonic_ns(), 0.0, 0.0).reason
     assert "another clock" in inbox.put(TOP_DRIVE, round(2e8) * SECOND, 0.0, 0.0).reason
     assert "too late" in inbox.put(TOP_DRIVE, round(1e8 - 1.5) * SECOND, 0.0, 0.0).reason
 
 
-def test_a_command_slightly_ahead_in_real_time_locks_nothing_out():
+def test_command_slightly_ahead_is_taken():
     inbox = at(5.0)
     assert inbox.put(TOP_DRIVE, round(5.4 * SECOND), 1.0, 0.0) is None
     inbox.now_ns = round(5.1 * SECOND)
@@ -167,18 +166,18 @@ def test_a_command_slightly_ahead_in_real_time_locks_nothing_out():
     assert inbox.command(inbox.now_ns, 0.0).top_drive_angle == 2.0
 
 
-def test_in_lockstep_no_sample_is_answered_before_it_was_sent():
+def test_lockstep_refuses_answers_to_future_samples():
     inbox = at(5.0, lockstep=True)
     assert inbox.put(TOP_DRIVE, round(5.1 * SECOND), 1.0, 0.0).level is Level.ERROR
 
 
-def test_a_command_typed_without_a_stamp_counts_in_real_time():
+def test_command_without_stamp_counts_in_real_time():
     inbox = at(50.0)
     assert inbox.put(BLOCK, 0, math.nan, 0.02) is None
     assert inbox.command(inbox.now_ns, 0.0).block_speed == 0.02
 
 
-def test_after_the_timeout_the_block_stops_and_starts_again_with_the_next_command():
+def test_block_stops_after_timeout_until_next_command():
     inbox = at(5.0)
     for topic in (TOP_DRIVE, BLOCK, PUMP):
         inbox.put(topic, 5 * SECOND, 3.0, 0.01)
@@ -193,14 +192,14 @@ def test_after_the_timeout_the_block_stops_and_starts_again_with_the_next_comman
     assert inbox.timed_out() == [] and inbox.command(inbox.now_ns, 0.0).block_speed == 0.02
 
 
-def test_in_lockstep_no_time_passes_without_an_answer():
+def test_lockstep_never_times_out():
     inbox = at(5.0, lockstep=True)
     inbox.put(BLOCK, 5 * SECOND, math.nan, 0.01)
     inbox.now_ns = 50 * SECOND
     assert inbox.timed_out() == [] and inbox.command(inbox.now_ns, 0.0).block_speed == 0.01
 
 
-def test_two_answers_to_one_sample_are_two_controllers_unless_it_was_sent_twice():
+def test_two_answers_to_one_sample_are_a_conflict():
     inbox = at(5.0, lockstep=True)
     inbox.put(TOP_DRIVE, 5 * SECOND, 1.0, 0.0)
     assert inbox.conflict_ns is None
@@ -214,7 +213,7 @@ def test_two_answers_to_one_sample_are_two_controllers_unless_it_was_sent_twice(
     assert again.conflict_ns is None
 
 
-def test_only_a_controller_that_came_while_one_waits_is_asked_again():
+def test_sample_is_resent_only_to_late_joiners():
     there, now = {b"first"}, [0.0]
     newcomers = LateJoiners(lambda: set(there), lambda: now[0])
     newcomers.start(6)
@@ -227,8 +226,7 @@ def test_only_a_controller_that_came_while_one_waits_is_asked_again():
     assert not newcomers.should_resend(8), "the sample was answered: the newcomer has heard it"
 
 
-def test_the_first_sample_is_sent_again_where_its_answer_never_comes():
-    """DDS may show the simulator to a controller later than the controller to it: an answer is lost then."""
+def test_first_sample_is_resent_without_answer():
     now = [0.0]
     newcomers = LateJoiners(lambda: {b"first"}, lambda: now[0])
     newcomers.start(0)
@@ -239,7 +237,7 @@ def test_the_first_sample_is_sent_again_where_its_answer_never_comes():
     assert not newcomers.should_resend(1)
 
 
-def test_echoes_are_known_by_their_bytes_and_order():
+def test_own_echoes_are_matched_by_bytes():
     echoes = OwnEchoes()
     assert not echoes.is_own(b"a")
     for data in (b"a", b"b", b"c"):
@@ -249,7 +247,7 @@ def test_echoes_are_known_by_their_bytes_and_order():
     assert echoes.is_own(b"c") and not echoes.is_own(b"c")
 
 
-def test_silence_is_counted_on_the_wall_and_slow_motion_is_none():
+def test_watchdog_ignores_slow_motion():
     now = [100.0]
     silence = Watchdog(lambda: now[0])
     assert silence.silent_for(1.0) == 0.0
@@ -264,7 +262,7 @@ def test_silence_is_counted_on_the_wall_and_slow_motion_is_none():
     assert silence.silent_for(1.0) == 31.0
 
 
-def test_pace():
+def test_pace_measures_lag():
     pace = Pace(speed=4.0, simulated=10.0, wall=100.0)
     assert pace.due(12.0) == 100.5
     pace.note_sent(12.0, 100.75)

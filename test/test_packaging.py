@@ -1,4 +1,4 @@
-"""What is installed: the same names and versions in every file that states them, shared files found."""
+"""Packaging: names and versions agree in every file, and installed files are found."""
 
 import configparser
 import re
@@ -21,7 +21,7 @@ def test_package_xml_agrees_with_the_package(repository: Path) -> None:
     assert root.findtext("export/build_type") == "ament_python"
 
 
-def test_package_xml_names_every_ros_package_that_is_imported(repository: Path) -> None:
+def test_package_xml_names_imported_ros_packages(repository: Path) -> None:
     root = ElementTree.parse(repository / "package.xml").getroot()
     at_run = {one.text for one in root.findall("exec_depend")}
     at_test = at_run | {one.text for one in root.findall("test_depend")}
@@ -46,7 +46,7 @@ def test_package_xml_names_what_pip_installs(repository: Path) -> None:
     assert {aliases.get(name, name) for name in needed} <= named
 
 
-def test_the_quality_declaration_states_the_version_and_files_that_exist(repository: Path) -> None:
+def test_quality_declaration_has_version_and_existing_files(repository: Path) -> None:
     text = (repository / "QUALITY_DECLARATION.md").read_text()
     assert f"| Version | {__version__}," in text
     for path in re.findall(r"`([\w.]+(?:/[\w./]*)?)`", text):
@@ -54,7 +54,7 @@ def test_the_quality_declaration_states_the_version_and_files_that_exist(reposit
             assert (repository / path).exists(), path
 
 
-def test_colcon_finds_what_it_needs_in_setup_cfg(repository: Path) -> None:
+def test_setup_cfg_has_what_colcon_needs(repository: Path) -> None:
     parser = configparser.ConfigParser()
     parser.read(repository / "setup.cfg")
     assert "pytest" in parser["options.extras_require"]["test"]
@@ -66,10 +66,10 @@ def test_colcon_finds_what_it_needs_in_setup_cfg(repository: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["rig.example.yaml", "rig.short.yaml", "rig.long.yaml"])
-def test_shared_files_are_found(name: str) -> None:
+def test_installed_files_are_found(name: str) -> None:
     assert "schema: slider_drilling/rig/1" in installed_file(f"config/{name}").read_text()
 
 
-def test_missing_shared_file_is_the_users_to_mend() -> None:
+def test_missing_shared_file_is_an_input_error() -> None:
     with pytest.raises(InputError, match="install the package again"):
         installed_file("config/no_such_file.yaml")

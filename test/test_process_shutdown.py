@@ -1,4 +1,4 @@
-"""Signals end a command alike: in order, with what is finished kept, and an exit code that says which signal it was."""
+"""Signals end a command in order, keep finished work, and give an exit code that names the signal."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from slider_drilling.units import SI
 sys.path.insert(0, str(Path(__file__).parent / "fuzz"))
 import kills
 from commands import COMMANDS, make_inputs
-from tally import FINE
+from tally import EXPECTED
 
 BODY = """\
 import os, signal, sys
@@ -75,12 +75,12 @@ def code_and_words(arguments: list[str], number: signal.Signals) -> tuple[int, s
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_the_code_says_which_signal_it_was_whether_an_answer_came_of_it_or_not(number: signal.Signals) -> None:
+def test_exit_code_names_the_signal(number: signal.Signals) -> None:
     assert code_and_words([], number) == (128 + number, "", "interrupted")
     assert code_and_words(["keeps"], number) == (128 + number, "partial answer\n", "")
 
 
-def test_a_signal_that_is_ignored_stays_so() -> None:
+def test_ignored_signal_stays_ignored() -> None:
     ignoring = BODY.replace("def act():", "def act():\n    signal.signal(signal.SIGHUP, signal.SIG_IGN)")
     with subprocess.Popen(
         [sys.executable, "-c", ignoring], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
@@ -94,8 +94,7 @@ def test_a_signal_that_is_ignored_stays_so() -> None:
         assert process.returncode == 143
 
 
-def test_a_signal_that_comes_where_nothing_can_be_raised_is_not_lost() -> None:
-    """Within a finaliser, or the callbacks of an import, Python prints an exception and goes on."""
+def test_signal_in_a_finaliser_is_not_lost() -> None:
     losing = BODY.replace("        while True:\n", "        Lost()\n        while True:\n").replace(
         "def act():", "class Lost:\n    def __del__(self):\n        os.kill(os.getpid(), signal.SIGTERM)\n        "
         "for _ in range(1000):\n            pass\n\ndef act():"
@@ -116,8 +115,7 @@ CLASS = """\
 
 
 @pytest.mark.parametrize("within", [CLASS, CLASS.replace("signal.SIGTERM)", "0); 1 / 0")])
-def test_a_signal_that_became_another_error_is_one_and_an_error_is_none(within: str) -> None:
-    """What is raised while a class is made, as an import does, was a trace of a RuntimeError."""
+def test_wrapped_signal_is_recognised(within: str) -> None:
     code = BODY.replace("        while True:\n            signal.pause()\n", within)
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     if "1 / 0" in within:
@@ -127,10 +125,9 @@ def test_a_signal_that_became_another_error_is_one_and_an_error_is_none(within: 
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_signal_waits_for_a_picture_that_is_being_drawn(
+def test_signal_waits_until_picture_is_drawn(
     number: signal.Signals, monkeypatch: pytest.MonkeyPatch, own_handlers: None
 ) -> None:
-    """matplotlib's C++ made a ValueError of it, or aborted."""
     drawn = []
 
     def draw(canvas: FigureCanvasAgg, held: io.BytesIO) -> None:
@@ -162,21 +159,21 @@ def own_handlers() -> Iterator[None]:
 
 
 @pytest.mark.parametrize("closed", [1, 2])
-def test_an_output_that_was_closed_is_no_trace(repository: Path, closed: int) -> None:
+def test_closed_output_gives_no_traceback(repository: Path, closed: int) -> None:
     command = f"exec {sys.executable} -m slider_drilling study --list {closed}>&-"
     answer = subprocess.run(command, shell=True, cwd=repository, capture_output=True, text=True, timeout=120)
     assert answer.returncode == 0
     assert "Traceback" not in answer.stderr
 
 
-def test_a_full_disk_behind_stdout_is_one_line(repository: Path) -> None:
+def test_full_disk_behind_stdout_is_one_line(repository: Path) -> None:
     command = f"exec {sys.executable} -m slider_drilling study --list > /dev/full"
     answer = subprocess.run(command, shell=True, cwd=repository, capture_output=True, text=True, timeout=120)
     assert (answer.returncode, answer.stderr.count("\n")) == (2, 1)
     assert "No space left on device" in answer.stderr
 
 
-def test_a_controller_stuck_in_its_step_is_ended_and_leaves_nobody(tmp_path: Path) -> None:
+def test_stuck_controller_ends_with_its_workers(tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(STUCK)
     arguments = ["closed-loop", "--only", "hold, 2.6", "--elements", "20", "--controller", "mine:Stuck", "-o", "out"]
     process = subprocess.Popen(
@@ -200,10 +197,9 @@ def test_a_controller_stuck_in_its_step_is_ended_and_leaves_nobody(tmp_path: Pat
 
 
 @pytest.mark.parametrize("number", kills.SIGNALS)
-def test_a_killed_import_leaves_a_whole_log_or_the_one_of_before(number: signal.Signals, tmp_path: Path) -> None:
-    """One of `python test/fuzz kills`, which does so to every command."""
+def test_killed_import_leaves_a_whole_log(number: signal.Signals, tmp_path: Path) -> None:
     make_inputs(tmp_path)
     (tmp_path / "before").mkdir()
     (tmp_path / "before" / "imported.mcap").write_bytes((tmp_path / "run.mcap").read_bytes())
     after = random.Random(f"a small kill {number}").uniform(0.2, 1.5)
-    assert kills.killed(COMMANDS["import"], number, after, tmp_path / "before", tmp_path) in FINE
+    assert kills.killed(COMMANDS["import"], number, after, tmp_path / "before", tmp_path) in EXPECTED

@@ -1,4 +1,4 @@
-"""Work in processes of its own: in whatever order it ends, and nobody is left behind."""
+"""Calls in worker processes: results in any order, and no process left behind."""
 
 from __future__ import annotations
 
@@ -39,8 +39,7 @@ def alive(number: int) -> bool:
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
-def test_workers_of_a_process_that_was_killed_end(tmp_path: Path) -> None:
-    """They waited for ever for somebody to take their results."""
+def test_workers_end_with_killed_parent(tmp_path: Path) -> None:
     with subprocess.Popen([sys.executable, "-c", PROGRAM, tmp_path], cwd=Path(__file__).parents[1]) as process:
         deadline = time.monotonic() + PATIENCE
         while len(workers := [int(one.name) for one in tmp_path.iterdir()]) < 2:

@@ -1,7 +1,7 @@
-"""Hostile rigs, tables, plug-ins; commands killed, and on full disks: `python test/fuzz rigs --cases 1000 --seed 1`.
+"""Fuzz tests: `python test/fuzz rigs --cases 1000 --seed 1`.
 
-Prints what came of them, and the most memory that it took; ends with 1 where anything but a refusal in one line or a
-run did. A case is found again by its seed and number.
+Bad rigs, tables and plug-ins; commands that are killed or run on full disks. Prints counts of the outcomes and the peak
+memory. Exits with 1 if a case neither ran nor was refused in one line. Seed and number reproduce a case.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ import rigs
 import tables
 
 KINDS = {"rigs": rigs.fuzz, "tables": tables.fuzz, "plug_ins": plug_ins.fuzz}
-OF_COMMANDS = {"kills": kills.fuzz, "full_disks": full_disks.fuzz}
+COMMAND_KINDS = {"kills": kills.fuzz, "full_disks": full_disks.fuzz}
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("kind", choices=[*KINDS, *OF_COMMANDS])
+    parser.add_argument("kind", choices=[*KINDS, *COMMAND_KINDS])
     parser.add_argument("--cases", type=int, default=1000, help="kills: of each command with each signal; full_disks: "
                         "of each command")  # fmt: skip
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--only", default="", help="kills, full_disks: commands whose name begins so")
-    given = parser.parse_args()
-    if given.kind in OF_COMMANDS:
-        sys.exit(OF_COMMANDS[given.kind](given.cases, given.seed, given.only))
-    sys.exit(KINDS[given.kind](given.cases, given.seed))
+    parser.add_argument("--only", default="", help="kills, full_disks: commands whose name starts with this")
+    options = parser.parse_args()
+    if options.kind in COMMAND_KINDS:
+        sys.exit(COMMAND_KINDS[options.kind](options.cases, options.seed, options.only))
+    sys.exit(KINDS[options.kind](options.cases, options.seed))

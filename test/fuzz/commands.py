@@ -1,4 +1,4 @@
-"""Every command with small inputs, and how one is started so that whoever it leaves behind is found."""
+"""Every command with small inputs, started so that processes which it leaves behind are ids."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ schema: slider_drilling/csv/1
 time: {column: t, unit: s}
 channels: {surface_torque: {column: torque, unit: N m}, top_drive_speed: {column: speed, unit: rad/s}}
 """
-_MARK = "SLIDER_DRILLING_FUZZ_MARK"  # in the environment of a command and of all whom it starts
+_MARK = "SLIDER_DRILLING_FUZZ_MARK"  # environment variable of a command and its child processes
 
 
 def make_inputs(here: Path) -> None:
-    """What the commands read."""
+    """Write the commands' input files."""
     (here / "logs").mkdir()
     for name, duration in (("run", 60.0), ("logs/monday", 60.0), ("logs/tuesday", 50.0)):
         run = sd.simulate(sd.load_rig(), "slider_drilling.control:SlideController", duration, elements=20)
@@ -59,54 +59,56 @@ def make_inputs(here: Path) -> None:
 
 
 @contextmanager
-def started(arguments: str, out: Path, here: Path, stdout: int | IO[bytes] = subprocess.PIPE) -> Iterator[Started]:
-    """The command on its way; whoever of it is there at the end is killed."""
+def started(
+    arguments: str, out: Path, here: Path, stdout: int | IO[bytes] = subprocess.PIPE
+) -> Iterator[RunningCommand]:
+    """Start a command; on exit kill what is left of it."""
     words = [word.format(out=out) for word in arguments.split()]
     mark = f"{os.getpid()} {out}"
     process = subprocess.Popen(
         [*PROGRAM, *words], cwd=here, stdout=stdout, stderr=subprocess.PIPE, start_new_session=True,
-        preexec_fn=_heed_signals, env={**os.environ, _MARK: mark, "ROS_DOMAIN_ID": str(1 + os.getpid() % 100)},
+        preexec_fn=_restore_signals, env={**os.environ, _MARK: mark, "ROS_DOMAIN_ID": str(1 + os.getpid() % 100)},
     )  # fmt: skip
-    begun = Started(process, f"{_MARK}={mark}".encode())
+    command = RunningCommand(process, f"{_MARK}={mark}".encode())
     try:
-        yield begun
+        yield command
     finally:
-        for number in begun.there():
+        for number in command.process_ids():
             os.kill(number, signal.SIGKILL)
         process.communicate()
 
 
-def _heed_signals() -> None:
-    """A command started in the background, or under nohup, ignores what its starter ignored, and so would ours."""
+def _restore_signals() -> None:
+    """Under nohup, or in the background, child processes would ignore signals that this process ignores."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_DFL)
 
 
-class Started:
-    """A command on its way. process: it; mark: what it and all whom it starts have in their environment."""
+class RunningCommand:
+    """A running command; mark: in the environment of it and its child processes."""
 
     def __init__(self, process: subprocess.Popen[bytes], mark: bytes) -> None:
         self.process = process
         self.mark = mark
 
-    def there(self) -> list[int]:
-        """Numbers of the processes that are still there."""
-        found = []
+    def process_ids(self) -> list[int]:
+        """The ids of its processes."""
+        ids = []
         for entry in Path("/proc").iterdir():
             if not entry.name.isdigit():
                 continue
             try:
                 if self.mark in (entry / "environ").read_bytes().split(b"\0"):
-                    found.append(int(entry.name))
+                    ids.append(int(entry.name))
             except OSError:
-                continue  # gone meanwhile, or a zombie, or somebody else's
-        return found
+                continue  # ended meanwhile, a zombie, or another user's
+        return ids
 
     def left(self) -> str:
-        """Who is there ten seconds after the command ended; "" where nobody is."""
+        """A process that still runs ten seconds after the command ended; "" if none does."""
         for _ in range(100):
-            found = self.there()
-            if not found:
+            ids = self.process_ids()
+            if not ids:
                 return ""
             time.sleep(0.1)
-        return Path(f"/proc/{found[0]}/cmdline").read_bytes().replace(b"\0", b" ").decode()[:200]
+        return Path(f"/proc/{ids[0]}/cmdline").read_bytes().replace(b"\0", b" ").decode()[:200]

@@ -1,4 +1,4 @@
-"""Controllers and effects that raise, or hand back anything, at any place."""
+"""Controllers and effects that raise or return anything, anywhere."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ MINE = "Effect({name}, 'contact', (Parameter({parameter}, 0.0, 0.0, 3.0, 0.05),)
 
 
 def fuzz(cases: int, seed: int) -> int:
-    """Try them; 1 where one was neither refused in a line nor ran."""
+    """Run the cases; returns 1 if one neither ran nor was refused in one line."""
     tally = Tally()
     with tempfile.TemporaryDirectory() as folder:
         sys.path.insert(0, folder)

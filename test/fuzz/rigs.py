@@ -1,4 +1,4 @@
-"""Wild rig files: numbers far out, wrong types, keys lost, twice or misspelt, text torn. What is accepted must run."""
+"""Bad rig files: extreme numbers, wrong types, missing, doubled or misspelt keys, damaged text."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ TORN = [
 
 
 def fuzz(cases: int, seed: int) -> int:
-    """Try them; 1 where one was neither refused in a line nor ran."""
+    """Run the cases; returns 1 if one neither ran nor was refused in one line."""
     tally = Tally()
     for number in range(cases):
         draw = random.Random(f"rig {seed} {number}")
@@ -79,7 +79,7 @@ def fuzz(cases: int, seed: int) -> int:
 
 
 def _within(draw: random.Random) -> Rig:
-    """Several numbers anywhere within their ranges, and at their ends."""
+    """Change several numbers within their ranges, limits included."""
     tree = copy.deepcopy(TREE)
     for row in draw.sample(NUMBERS, draw.randint(1, 6)):
         limits = row.range
@@ -98,7 +98,7 @@ def _within(draw: random.Random) -> Rig:
 
 
 def _wild(draw: random.Random) -> Rig:
-    """Anything in place of anything."""
+    """Replace any value by any other."""
     tree = copy.deepcopy(TREE)
     tree["effects"] = {"stribeck": {"drop": 0.3}, "cuttings_bed": {"factor": 2.0, "top": 100.0, "bottom": 900.0}}
     for _ in range(draw.randint(1, 3)):
@@ -119,7 +119,7 @@ def _wild(draw: random.Random) -> Rig:
 
 
 def _torn(draw: random.Random) -> Rig:
-    """The text with pieces cut, doubled, and put in."""
+    """Cut, double and insert pieces of the text."""
     text = EXAMPLE
     for _ in range(draw.randint(1, 3)):
         at, end = sorted(draw.randrange(len(text)) for _ in range(2))
@@ -130,7 +130,7 @@ def _torn(draw: random.Random) -> Rig:
 
 
 def _used(rig: Rig, draw: random.Random) -> str:
-    """A rig that was accepted: written, read back, and run under the controller."""
+    """Write an accepted rig, read it back, and run it under the controller."""
     if draw.random() < 0.1 and parse_rig(dump_rig(rig)) != rig:
         return "not read back"
     plant = VirtualRig(rig, seed=1, elements=20)

@@ -1,4 +1,4 @@
-"""Wild CSV tables and mapping files. What is accepted must be written as a log and read back."""
+"""Bad CSV tables and mapping files. An accepted one must be written as a log and read back."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ VALUES: list[Any] = [
 
 
 def fuzz(cases: int, seed: int) -> int:
-    """Try them; 1 where one was neither refused in a line nor ran."""
+    """Run the cases; returns 1 if one neither ran nor was refused in one line."""
     tally = Tally()
     with tempfile.TemporaryDirectory() as folder:
         for number in range(cases):

@@ -1,4 +1,4 @@
-"""Who may see the live page: addresses, tokens, and pages of other sites."""
+"""Access to the live page: addresses, tokens, and requests of other sites."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def ask(token: str | None, kind: str = "http", query: str = "", **heads: str) ->
     return sent[0]
 
 
-def test_own_machine_needs_no_token() -> None:
+def test_loopback_needs_no_token() -> None:
     assert ask(None, host="127.0.0.1:8765")["status"] == 200
     assert ask(None, host="localhost:8765", origin="http://localhost:8765")["status"] == 200
     assert ask(None, host="[::1]:8765")["status"] == 200
@@ -52,12 +52,12 @@ def test_own_machine_needs_no_token() -> None:
     {"host": "127.0.0.1:8765", "origin": "null"},
     {},
 ])  # fmt: skip
-def test_other_sites_are_kept_out(kind: str, heads: dict[str, str]) -> None:
+def test_other_sites_are_rejected(kind: str, heads: dict[str, str]) -> None:
     answer = ask(None, kind, **heads)
     assert answer.get("status") == 403 if kind == "http" else answer["type"] == "websocket.close"
 
 
-def test_token_opens_once_and_the_cookie_after_that() -> None:
+def test_token_is_replaced_by_a_cookie() -> None:
     host = "rig-pc:8765"
     assert ask(TOKEN, host=host)["status"] == 403
     assert ask(TOKEN, host=host, query="token=wrong")["status"] == 403
@@ -75,7 +75,7 @@ def test_token_opens_once_and_the_cookie_after_that() -> None:
     assert ask(TOKEN, host=host, cookie="=;;;")["status"] == 403
 
 
-def test_other_addresses_get_a_token_of_their_own() -> None:
+def test_other_addresses_get_a_token() -> None:
     assert Address().checked().token == ""
     made = {Address("0.0.0.0").checked().token for _ in range(3)}
     assert len(made) == 3 and all(len(one) == 32 for one in made)
@@ -85,7 +85,7 @@ def test_other_addresses_get_a_token_of_their_own() -> None:
 @pytest.mark.parametrize(
     "address", [Address(port=70000), Address(port=-1), Address(token="short"), Address(token="with a space in it")]
 )
-def test_addresses_that_cannot_be(address: Address) -> None:
+def test_bad_addresses_are_refused(address: Address) -> None:
     with pytest.raises(InputError, match="live page"):
         address.checked()
 
@@ -102,5 +102,5 @@ def test_addresses_that_cannot_be(address: Address) -> None:
         ("rig.example", False),
     ],
 )
-def test_which_addresses_are_this_machines_own(host: str, own: bool) -> None:
+def test_loopback_addresses_are_recognised(host: str, own: bool) -> None:
     assert is_loopback(host) is own

@@ -1,4 +1,4 @@
-"""The live page in a real browser; skipped where there is none. Screenshots go to build/screenshots."""
+"""The live page in a real browser; skipped without Chromium. Screenshots go to build/screenshots."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FRAMES = ".sd-instruments"
 @pytest.fixture(scope="module")
 def slide() -> Iterator[subprocess.Popen[str]]:
     """A slide 320 s old, in real time; its first line is the page's address."""
-    program = Path(__file__).with_name("serve_a_slide.py")
+    program = Path(__file__).with_name("serve_slide.py")
     process = subprocess.Popen(
         [sys.executable, program, "1", "320"],
         stdin=subprocess.PIPE,
@@ -111,7 +111,7 @@ def test_page_shows_the_slide(
     page.screenshot(path=folder / f"live_{name}.png", full_page=True)
 
 
-def test_history_in_the_browser_is_the_window(open_page: Callable[..., Any]) -> None:
+def test_browser_keeps_only_the_window(open_page: Callable[..., Any]) -> None:
     page = open_page(800, 600)
     rows = int(page.locator(FRAMES).get_attribute("data-samples"))
     frames_beyond(page, 40)

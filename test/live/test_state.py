@@ -1,4 +1,4 @@
-"""What the live page is fed with: buffers that do not grow, numbers in the units that it shows."""
+"""The live page's state: bounded buffers, and numbers in the page's units."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def fill(state: LiveState, samples: int, interval: float = 0.1) -> None:
         state.add_sample(k * interval, math.sin(k), 1e3 * math.cos(k))
 
 
-def test_an_hour_leaves_no_more_than_the_window(state: LiveState) -> None:
+def test_state_keeps_only_the_window(state: LiveState) -> None:
     fill(state, 36_000)
     rows, count = state.samples_after(0)
     assert count == 36_000
@@ -59,7 +59,7 @@ def test_an_hour_leaves_no_more_than_the_window(state: LiveState) -> None:
     fill(LiveState(), 10)
 
 
-def test_a_fast_rig_does_not_fill_more(state: LiveState) -> None:
+def test_fast_rig_does_not_exceed_the_buffer(state: LiveState) -> None:
     fill(state, 3 * MAX_SAMPLES, interval=0.001)
     for k in range(500):
         state.add_tool_face(float(k), 0.1)
@@ -70,14 +70,14 @@ def test_a_fast_rig_does_not_fill_more(state: LiveState) -> None:
     assert len(state.statuses()) == MAX_STATUSES
 
 
-def test_rows_are_told_once(state: LiveState) -> None:
+def test_samples_are_returned_once(state: LiveState) -> None:
     fill(state, 5)
     first, count = state.samples_after(0)
     again, same = state.samples_after(count)
     assert (len(first), again, same) == (5, [], 5)
 
 
-def test_a_clock_set_back_begins_anew(state: LiveState) -> None:
+def test_clock_set_back_clears_the_buffers(state: LiveState) -> None:
     fill(state, 50)
     state.add_tool_face(3.0, 0.2)
     state.add_sample(0.0, 0.0, 0.0)
@@ -85,7 +85,7 @@ def test_a_clock_set_back_begins_anew(state: LiveState) -> None:
     assert state.tool_faces() == []
 
 
-def test_differential_pressure_is_what_circulation_does_not_need(state: LiveState) -> None:
+def test_differential_pressure_excludes_circulation(state: LiveState) -> None:
     rig = load_rig()
     full = rig.hydraulics.reference_flow / rig.mud_pump.displacement
     state.set_pump_speed(0.0, 0.5 * full)
@@ -96,7 +96,7 @@ def test_differential_pressure_is_what_circulation_does_not_need(state: LiveStat
     assert shown == pytest.approx([2e6, 2e6, math.nan], nan_ok=True)
 
 
-def test_frame_is_json_in_the_units_shown(state: LiveState) -> None:
+def test_frame_is_json_in_page_units(state: LiveState) -> None:
     state.target, state.truth = math.radians(-170.0), math.radians(200.0)
     state.add_tool_face(90.0, math.radians(10.0))
     state.update_statuses(
@@ -114,7 +114,7 @@ def test_frame_is_json_in_the_units_shown(state: LiveState) -> None:
     json.dumps([dial, rows], allow_nan=False)
 
 
-def test_many_rows_keep_their_extremes(state: LiveState) -> None:
+def test_thinned_samples_keep_their_extremes(state: LiveState) -> None:
     fill(state, 3000)
     state.add_sample(299.95, 0.0, 9e6)
     fresh, _ = state.samples_after(0)
@@ -124,7 +124,7 @@ def test_many_rows_keep_their_extremes(state: LiveState) -> None:
     assert all(a[0] <= b[0] for a, b in itertools.pairwise(shown))
 
 
-def test_zones_and_twist_along_the_hole(state: LiveState) -> None:
+def test_zones_and_rotation_along_the_well(state: LiveState) -> None:
     view = StringView(load_rig())
     assert view.rotation_json(state) == {"rocked_to": None, "reactive_from": None}
     state.update_statuses(
@@ -140,7 +140,7 @@ def test_zones_and_twist_along_the_hole(state: LiveState) -> None:
     assert path["verticalDepth"][-1] == pytest.approx(1500.0 + 900.0 * 2.0 / math.pi, abs=1.0)
 
 
-def test_rotation_along_the_string_agrees_with_reach_and_twist() -> None:
+def test_rotation_agrees_with_reach_and_zones() -> None:
     model = TorqueAndDrag(load_rig(), 0.235, 3e4)
     depth = np.linspace(0.0, 4000.0, 401)
     amplitude, lag = model.rotation_along(depth, 12.0, 3000.0, 1.3)
@@ -152,7 +152,7 @@ def test_rotation_along_the_string_agrees_with_reach_and_twist() -> None:
     assert model.rotation_along(depth, 60.0, 0.0, 1.0)[0][-1] == pytest.approx(60.0 - model.full_amplitude(1.0))
 
 
-def test_desk_hands_over_once_and_refuses_what_nobody_takes() -> None:
+def test_request_queue_delivers_once_and_is_bounded() -> None:
     queue = RequestQueue()
     assert queue.put(SetTarget(0.5)) and queue.put(SetRocking(False))
     assert list(queue.take()) == [SetTarget(0.5), SetRocking(False)]
@@ -160,7 +160,7 @@ def test_desk_hands_over_once_and_refuses_what_nobody_takes() -> None:
     assert [queue.put(SetRocking(True)) for _ in range(MAX_REQUESTS + 1)].count(False) == 1
 
 
-def test_settings_keep_their_newest_value(state: LiveState) -> None:
+def test_parameters_keep_their_latest_value(state: LiveState) -> None:
     for value in (1.0, 2.5):
         state.update_parameters([LiveParameter("rocking_controller", "gain", value, "-", 0.0, 8.0, "")])
     assert [one.value for one in state.parameters()] == [2.5]

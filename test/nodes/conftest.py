@@ -1,4 +1,4 @@
-"""ROS tests that meet neither each other nor anything else on the machine."""
+"""ROS tests whose nodes see neither each other nor other programs on the machine."""
 
 import os
 import subprocess
@@ -11,8 +11,8 @@ import pytest
 
 pytest.importorskip("rclpy", reason="no ROS 2: pip install '.[ros]' or source one")
 
-from ear import Ear
-from program import Program
+from listener import Listener
+from node_process import NodeProcess
 
 from slider_drilling.nodes import environment
 
@@ -60,9 +60,9 @@ def wait_for_bytes() -> Callable[[Path, int, subprocess.Popen], Path]:
 
 
 @pytest.fixture
-def started() -> Iterator[list[Program]]:
+def started() -> Iterator[list[NodeProcess]]:
     """The programs of a test; what is still there at the end is killed."""
-    programs: list[Program] = []
+    programs: list[NodeProcess] = []
     yield programs
     for program in programs:
         if program.process.poll() is None:
@@ -70,19 +70,19 @@ def started() -> Iterator[list[Program]]:
 
 
 @pytest.fixture
-def start(namespace: str, tmp_path: Path, started: list[Program]) -> Callable[..., Program]:
+def start(namespace: str, tmp_path: Path, started: list[NodeProcess]) -> Callable[..., NodeProcess]:
     """Starts programs in one namespace."""
 
-    def start_one(name: str, within: str = "", **parameters: object) -> Program:
-        started.append(Program(name, namespace + within, tmp_path, started, **parameters))
+    def start_one(name: str, within: str = "", **parameters: object) -> NodeProcess:
+        started.append(NodeProcess(name, namespace + within, tmp_path, started, **parameters))
         return started[-1]
 
     return start_one
 
 
 @pytest.fixture
-def ear(namespace: str, started: list[Program]) -> Iterator[Ear]:
+def listener(namespace: str, started: list[NodeProcess]) -> Iterator[Listener]:
     """Hears and says things in the namespace of the programs."""
-    made = Ear(namespace, started)
+    made = Listener(namespace, started)
     yield made
     made.close()

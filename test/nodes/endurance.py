@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from program import DEADLINE, Program
+from program import DEADLINE, NodeProcess
 
 from slider_drilling.nodes import environment
 
@@ -33,16 +33,16 @@ RATES = (1_000, 2_000, 4_000, 6_000, 8_000, 10_000, 12_000, 16_000, 20_000)  # 1
 TICK = 0.005  # s between two bursts of the sender
 
 
-def program(name: str, space: str, **parameters: object) -> Program:
+def program(name: str, space: str, **parameters: object) -> NodeProcess:
     """A node as `ros2 run` starts it."""
-    return Program(name, space, Path.cwd(), **parameters)
+    return NodeProcess(name, space, Path.cwd(), **parameters)
 
 
-def ended(node: Program) -> None:
+def ended(node: NodeProcess) -> None:
     """End it in order. Raises RuntimeError where it does not end so."""
     node.process.send_signal(signal.SIGINT)
     if code := node.end():
-        raise RuntimeError(f"{node.name}: exit code {code}; said: {node.said}")
+        raise RuntimeError(f"{node.name}: exit code {code}; said: {node.output}")
 
 
 def awaited(has_happened: Callable[[], bool], what: str) -> float:

@@ -1,4 +1,4 @@
-"""The dashboard on a running graph: what it shows comes from the topics, what is asked for reaches the nodes."""
+"""The dashboard in a running graph: it shows the topics and forwards requests to the nodes."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def turn(nodes: list[Node], *until: Callable[[], bool]) -> None:
     executor.shutdown()
 
 
-def test_graph_is_shown_and_follows_the_page(graph: list[Node]) -> None:
+def test_page_shows_graph_and_changes_it(graph: list[Node]) -> None:
     board, _, controller = graph
     state, requests = board.state, board.requests
     notices = state.notices_after
@@ -111,7 +111,7 @@ def test_graph_is_shown_and_follows_the_page(graph: list[Node]) -> None:
     assert all(math.isfinite(one.value) for one in state.parameters())
 
 
-def test_recording_is_paused_and_goes_on(graph: list[Node], tmp_path: Path) -> None:
+def test_page_pauses_and_resumes_recording(graph: list[Node], tmp_path: Path) -> None:
     recorder = Recorder(ShutdownRequest(), parameter_overrides=[Parameter("directory", value=str(tmp_path))])
     graph.append(recorder)
     state, requests = graph[0].state, graph[0].requests
@@ -123,7 +123,7 @@ def test_recording_is_paused_and_goes_on(graph: list[Node], tmp_path: Path) -> N
     recorder.discard()
 
 
-def test_what_no_node_offers_is_said(graph: list[Node]) -> None:
+def test_missing_service_gives_a_notice(graph: list[Node]) -> None:
     board = graph[0]
     board.requests.put(SetRecording(True))
     turn([board], lambda: board.state.last_notice == 1)
@@ -171,7 +171,7 @@ def test_run_with_a_live_page(namespace: str, repository: Path, tmp_path: Path) 
     assert read_log(log).tool_face_target.position[0] == pytest.approx(math.radians(30.0))
 
 
-def test_port_that_is_taken_is_said(namespace: str) -> None:
+def test_taken_port_is_refused(namespace: str) -> None:
     import socket
 
     with socket.socket() as taken:

@@ -1,4 +1,4 @@
-"""The launch files, where `launch` and `ros2` are installed: a sourced ROS 2 has them, the wheels do not."""
+"""The launch files; skipped without `launch` and `ros2`, which a sourced ROS 2 has and the wheels lack."""
 
 import importlib.util
 import os
@@ -38,7 +38,7 @@ def names(nodes: list[object]) -> list[str]:
     return sorted(one.node_executable for one in nodes)
 
 
-def test_recorder_only_where_a_folder_is_given(repository):
+def test_recorder_is_launched_only_with_a_folder(repository):
     assert names(described(repository, "rocking")) == ["friction_simulator", "rocking_controller"]
     assert names(described(repository, "rocking", record="out")) == [
         "friction_simulator",
@@ -54,7 +54,7 @@ def test_recorder_only_where_a_folder_is_given(repository):
 @pytest.mark.parametrize(
     ("file", "more"), [("rocking", {}), ("replay", {"log": "LOG"}), ("real_rig", {}), ("two_rigs", {})]
 )
-def test_the_live_page_comes_where_it_is_asked_for(file, more, repository, tmp_path):
+def test_live_page_is_launched_on_request(file, more, repository, tmp_path):
     import slider_drilling as sd
 
     if more:
@@ -75,7 +75,7 @@ def test_the_live_page_comes_where_it_is_asked_for(file, more, repository, tmp_p
         ({"parameters": "no_such.yaml"}, "parameters:=no_such.yaml: cannot be read"),
     ],
 )
-def test_an_argument_that_makes_no_sense_is_named(arguments, expected, repository):
+def test_bad_launch_argument_is_named(arguments, expected, repository):
     with pytest.raises(ValueError, match=expected):
         described(repository, "rocking", **arguments)
 
@@ -89,27 +89,27 @@ class Launched:
             "AMENT_PREFIX_PATH": sys.prefix,
             "PYTHONUNBUFFERED": "1",
         }
-        self.output = folder / "said"
-        with self.output.open("wb") as said:
+        self._file = folder / "output"
+        with self._file.open("wb") as file:
             self.process = subprocess.Popen(
-                ["ros2", "launch", *arguments], cwd=folder, env=environment, stdout=said, stderr=subprocess.STDOUT
+                ["ros2", "launch", *arguments], cwd=folder, env=environment, stdout=file, stderr=subprocess.STDOUT
             )
 
     @property
-    def said(self) -> str:
-        return self.output.read_text()
+    def output(self) -> str:
+        return self._file.read_text()
 
     def wait_for(self, *texts: str) -> None:
         end = time.monotonic() + 120.0
-        while not all(text in self.said for text in texts):
-            assert time.monotonic() < end and self.process.poll() is None, (texts, self.said)
+        while not all(text in self.output for text in texts):
+            assert time.monotonic() < end and self.process.poll() is None, (texts, self.output)
             time.sleep(0.05)
 
     def pids(self, program: str) -> list[int]:
         """Of the processes so called that were started, the last one last."""
         return [
             int(line.rpartition("[")[2].rstrip("]"))
-            for line in self.said.splitlines()
+            for line in self.output.splitlines()
             if f"[{program}-" in line and "process started with pid" in line
         ]
 
@@ -152,57 +152,55 @@ def small(tmp_path: Path) -> str:
 
 
 @needs_ros2
-def test_arguments_win_over_the_parameter_file_and_what_is_not_given_is_left_to_it(run_launch, small, tmp_path):
+def test_launch_arguments_override_parameter_file(run_launch, small, tmp_path):
     launched = run_launch("rocking", "duration:=11", "speed:=max", f"record:={tmp_path / 'out'}", small)
-    assert launched.end() == 0, launched.said
-    assert "in lockstep" in launched.said
+    assert launched.end() == 0, launched.output
+    assert "in lockstep" in launched.output
     (path,) = (tmp_path / "out").glob("*.mcap")
     log = read_log(path)
     assert log.top_drive.time[-1] == pytest.approx(11.0)
     left = run_launch("rocking", small)
     left.wait_for("at 3 times real time")
-    assert left.end() == 0, left.said
+    assert left.end() == 0, left.output
 
 
 @needs_ros2
-def test_a_launch_fails_with_its_node_and_does_not_start_a_mistake_again(run_launch, small):
+def test_launch_fails_with_node_and_restarts_no_mistake(run_launch, small):
     launched = run_launch("rocking", "controller:=no_such:Mine", small)
-    assert launched.end() == 1, launched.said
-    assert launched.said.count("cannot be imported") == 1
-    assert "rocking_controller-2 failed: exit code 2" in launched.said
+    assert launched.end() == 1, launched.output
+    assert launched.output.count("cannot be imported") == 1
+    assert "rocking_controller-2 failed: exit code 2" in launched.output
 
 
 @needs_ros2
-def test_controller_and_recorder_come_back_and_sigterm_to_the_launch_ends_all(run_launch, small, ear, tmp_path):
-    """`ros2 launch` itself leaves its nodes behind when it is terminated."""
+def test_launch_restarts_crashed_nodes_and_ends_on_sigterm(run_launch, small, listener, tmp_path):
     launched = run_launch("rocking", "duration:=1e5", "speed:=10", f"record:={tmp_path / 'out'}", small)
-    ear.until_time(2.0)
+    listener.until_time(2.0)
     for program in ("rocking_controller", "recorder"):
         (pid,) = launched.pids(program)
         os.kill(pid, signal.SIGKILL)
         launched.wait_for(f"[{program}-", "process has died")
-        ear.until(lambda program=program: len(launched.pids(program)) == 2, program)
-    ear.statuses.clear()
-    ear.until_status("recorder: log", 0, "recording")
-    ear.until_status("friction_simulator: commands", 0, "every sample is answered")
+        listener.until(lambda program=program: len(launched.pids(program)) == 2, program)
+    listener.statuses.clear()
+    listener.until_status("recorder: log", 0, "recording")
+    listener.until_status("friction_simulator: commands", 0, "every sample is answered")
     nodes = [launched.pids(program)[-1] for program in ("friction_simulator", "rocking_controller", "recorder")]
     assert all(map(is_there, nodes))
     launched.process.send_signal(signal.SIGTERM)
     assert launched.end() != 0
-    ear.until(lambda: not any(map(is_there, nodes)), "nodes outlive their launch")
+    listener.until(lambda: not any(map(is_there, nodes)), "nodes outlive their launch")
     logs = sorted((tmp_path / "out").rglob("*.mcap"))
     assert len(logs) == 2
     assert "does not end as an MCAP file" not in " ".join(read_log(logs[1]).notes)
 
 
 @needs_ros2
-def test_an_interrupt_at_any_moment_of_a_start_ends_all_nodes_without_a_trace(run_launch, small, tmp_path):
-    """Ctrl-C in a terminal reaches the nodes twice: from the terminal and from the launch."""
+def test_interrupted_launch_ends_all_nodes_without_traceback(run_launch, small, tmp_path):
     launched = run_launch("rocking", "speed:=10", f"record:={tmp_path / 'out'}", small)
     launched.wait_for("[recorder-3]: process started")
     pids = [launched.pids(program)[0] for program in ("friction_simulator", "rocking_controller", "recorder")]
     for pid in pids:
         os.kill(pid, signal.SIGINT)
     launched.process.send_signal(signal.SIGINT)
-    assert launched.end() == 0, launched.said
-    assert "Traceback" not in launched.said and "has died" not in launched.said
+    assert launched.end() == 0, launched.output
+    assert "Traceback" not in launched.output and "has died" not in launched.output

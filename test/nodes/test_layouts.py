@@ -1,4 +1,4 @@
-"""The layouts for Foxglove and PlotJuggler, each of their paths looked up in a recorded run."""
+"""The layouts for Foxglove and PlotJuggler: each of their paths exists in a recorded run."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def assert_sane(values: list[float], label: str) -> None:
         assert low <= min(values) <= max(values) <= high, (label, min(values), max(values))
 
 
-def test_foxglove_layout_shows_what_a_log_holds_in_its_units(messages: dict[str, list[Any]]) -> None:
+def test_foxglove_layout_shows_logged_fields_with_units(messages: dict[str, list[Any]]) -> None:
     layout = json.loads(installed_file("config/foxglove_layout.json").read_text())
     plots = [panel for name, panel in layout["configById"].items() if name.startswith("Plot!")]
     assert len(plots) >= 8
@@ -95,7 +95,7 @@ def test_foxglove_layout_shows_what_a_log_holds_in_its_units(messages: dict[str,
             assert_sane(looked_up(path["value"], messages), label)
 
 
-def test_foxglove_gauges_hold_their_readings(messages: dict[str, list[Any]]) -> None:
+def test_foxglove_gauges_cover_their_readings(messages: dict[str, list[Any]]) -> None:
     layout = json.loads(installed_file("config/foxglove_layout.json").read_text())
     gauges = [panel for name, panel in layout["configById"].items() if name.startswith("Gauge!")]
     assert len(gauges) == 3
@@ -112,7 +112,7 @@ def test_foxglove_layout_places_every_panel_once() -> None:
     assert sorted(placed) == sorted(layout["configById"])
 
 
-def test_plotjuggler_layout_shows_what_a_log_holds_in_its_units(messages: dict[str, list[Any]]) -> None:
+def test_plotjuggler_layout_shows_logged_fields_with_units(messages: dict[str, list[Any]]) -> None:
     root = ElementTree.parse(installed_file("config/plotjuggler_layout.xml")).getroot()
     made = {}
     for snippet in root.iter("snippet"):

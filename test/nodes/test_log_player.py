@@ -1,4 +1,4 @@
-"""The player: where it begins and goes, what it leaves out, how a log drives a simulated rig."""
+"""The log player: positions, loops, skipped topics, and driving a simulated rig."""
 
 import os
 import time
@@ -107,7 +107,7 @@ def play(
     return player
 
 
-def test_chosen_topics_from_a_position_without_a_clock(make, heard, log):
+def test_plays_chosen_topics_from_position_without_clock(make, heard, log):
     play(
         make,
         heard,
@@ -121,7 +121,7 @@ def test_chosen_topics_from_a_position_without_a_clock(make, heard, log):
     assert heard.joints["draw_works"] == [] and heard.clock == []
 
 
-def test_paused_it_steps_and_seeks(make, heard, log):
+def test_paused_player_steps_and_seeks(make, heard, log):
     player = make(LogPlayer, log=str(log), rate=50.0, delay=0.0, paused=True)
     turn([player, heard.node], lambda: player.count_subscribers("top_drive/joint_states") == 1)
     assert player.step() == "at 0.000 s" and player.step() == "at 0.100 s"
@@ -137,7 +137,7 @@ def test_paused_it_steps_and_seeks(make, heard, log):
     turn([player, heard.node], lambda: heard.positions == [0.0, 1.0, 18.0, 19.0, 20.0])
 
 
-def test_in_a_loop_time_goes_on_in_clock_and_stamps(make, heard, log):
+def test_looping_player_continues_clock_and_stamps(make, heard, log):
     player = make(LogPlayer, log=str(log), rate=100.0, delay=0.3, loop=True)
     turn(
         [player, heard.node],
@@ -152,8 +152,7 @@ def test_in_a_loop_time_goes_on_in_clock_and_stamps(make, heard, log):
     assert heard.clock == sorted(heard.clock) and heard.clock[-1] == pytest.approx(stamps[-1])
 
 
-def test_what_cannot_be_a_topic_or_a_message_is_left_out_and_imports_nothing(make, heard, tmp_path, monkeypatch, capfd):
-    """The log said which module to import."""
+def test_invalid_topics_and_types_are_skipped_without_import(make, heard, tmp_path, monkeypatch, capfd):
     (tmp_path / "evil").mkdir()
     (tmp_path / "evil" / "__init__.py").write_text("raise SystemExit('imported')")
     monkeypatch.syspath_prepend(tmp_path)
@@ -180,7 +179,7 @@ def test_what_cannot_be_a_topic_or_a_message_is_left_out_and_imports_nothing(mak
     assert "evil is no installed message package" in said and "os is no installed message package" in said
 
 
-def test_topics_that_are_not_in_the_log_are_named(make, log):
+def test_missing_topics_are_named(make, log):
     with pytest.raises(InputError, match="has no no/such to play"):
         make(LogPlayer, log=str(log), topics=["no/such"])
 
@@ -198,8 +197,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return outcome.log
 
 
-def test_a_logs_commands_give_a_simulator_the_same_run(make, heard, recording):
-    """The recording beside it, in a namespace of its own; nothing is remapped."""
+def test_logged_commands_reproduce_the_run(make, heard, recording):
     simulator = make(FrictionSimulator, elements=20, rig=str(recording), minimum_subscribers=2)
     beside: list[float] = []
     raw_topics.subscription(
@@ -220,7 +218,7 @@ def test_a_logs_commands_give_a_simulator_the_same_run(make, heard, recording):
         player.set_paused(True)
 
 
-def test_a_log_without_block_or_pump_commands_says_what_stands_still(make, tmp_path, capfd):
+def test_missing_block_and_pump_commands_are_reported(make, tmp_path, capfd):
     path = tmp_path / "top_drive_only.mcap"
     with LogWriter(path) as writer:
         writer.joint_state("top_drive/command", 0.0, "top_drive", 1.0, 0.0)
@@ -232,6 +230,6 @@ def test_a_log_without_block_or_pump_commands_says_what_stands_still(make, tmp_p
     assert "the block stands still" in capfd.readouterr().err
 
 
-def test_a_log_without_commands_drives_nothing(make, log):
+def test_log_without_commands_is_refused(make, log):
     with pytest.raises(InputError, match="no commands to drive a rig with"):
         make(LogPlayer, log=str(log), commands_only=True)

@@ -1,4 +1,4 @@
-"""The pages of the nodes say what the nodes have: topics, services and parameters, with types, units and ranges."""
+"""The nodes' reference pages list their topics, services and parameters with types, units and ranges."""
 
 import re
 from pathlib import Path
@@ -84,7 +84,7 @@ def node(request, alone, tmp_path) -> Node:
     rclpy.try_shutdown()
 
 
-def test_a_page_says_what_its_node_has(node, repository):
+def test_reference_page_lists_parameters_services_and_topics(node, repository):
     name = node.get_name()
     page = (repository / "docs" / "reference" / "nodes" / f"{name}.md").read_text()
     check_parameters(rows(page, "Parameters"), list(type(node).PARAMETERS))
@@ -114,7 +114,7 @@ def test_a_page_says_what_its_node_has(node, repository):
     assert {tuple(row[:3]) for row in rows(page, "Topics") if row[0] != "/diagnostics"} == topics
 
 
-def test_the_policy_allows_a_node_its_own_topics_and_services_and_nothing_else(node, repository):
+def test_security_policy_allows_exactly_the_nodes_interfaces(node, repository):
     name = node.get_name()
     root = ElementTree.parse(repository / "config" / "security" / "policy.xml").getroot()
     (profile,) = root.findall(f"enclaves/enclave[@path='/slider_drilling/{name}']/profiles/profile")
@@ -140,7 +140,7 @@ def test_the_policy_allows_a_node_its_own_topics_and_services_and_nothing_else(n
     assert allowed("topic", "subscribe") == topics(node.get_subscriber_names_and_types_by_node(name, "/")) | timed
 
 
-def test_every_node_has_a_page_that_the_nodes_page_links(repository: Path):
+def test_every_node_has_a_linked_page(repository: Path):
     text = (repository / "docs" / "how_to" / "nodes.md").read_text()
     for name in MODULES:
         assert f"nodes/{name}.md)" in text

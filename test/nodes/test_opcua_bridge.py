@@ -1,4 +1,4 @@
-"""The example bridge against a server of asyncua's own: a rig's values on topics, commands behind a switch."""
+"""The example bridge against an asyncua server: a rig's values on topics, commands only if enabled."""
 
 import asyncio
 import os
@@ -128,43 +128,47 @@ def bridge(namespace, repository, tmp_path):
             process.wait()
 
 
-def test_a_rigs_values_come_on_topics_in_si(server, bridge, ear):
+def test_bridge_publishes_values_in_si(server, bridge, listener):
     process = bridge(url=server.url)
-    ear.until(lambda: len(ear.heard["top_drive"]) > 2 and bool(ear.heard["draw_works"]), "samples")
-    stamp, *top_drive = ear.heard["top_drive"][-1]
+    listener.until(lambda: len(listener.heard["top_drive"]) > 2 and bool(listener.heard["draw_works"]), "samples")
+    stamp, *top_drive = listener.heard["top_drive"][-1]
     assert top_drive == pytest.approx([3.14159265, 3.14159265, 5000.0])
-    assert ear.heard["draw_works"][-1][1:] == pytest.approx((1.5, 0.0025, 9e5))
-    assert ear.heard["mud_pump"][-1][2] == pytest.approx(6.2831853)
-    ear.until(lambda: any(block[0] == stamp for block in ear.heard["draw_works"]), "one stamp a sample")
+    assert listener.heard["draw_works"][-1][1:] == pytest.approx((1.5, 0.0025, 9e5))
+    assert listener.heard["mud_pump"][-1][2] == pytest.approx(6.2831853)
+    listener.until(lambda: any(block[0] == stamp for block in listener.heard["draw_works"]), "one stamp a sample")
     server.spoil("TopDrive.Torque")
-    ear.until(lambda: ear.heard["top_drive"][-1][3] != ear.heard["top_drive"][-1][3], "NaN where quality is bad")
+    listener.until(
+        lambda: listener.heard["top_drive"][-1][3] != listener.heard["top_drive"][-1][3], "NaN where quality is bad"
+    )
     server.alive = False
 
     def is_silent() -> bool:
-        count = len(ear.heard["draw_works"])
-        ear.listen(0.5)
-        return len(ear.heard["draw_works"]) == count
+        count = len(listener.heard["draw_works"])
+        listener.listen(0.5)
+        return len(listener.heard["draw_works"]) == count
 
-    ear.until(is_silent, "a dead rig's values are not given on")
+    listener.until(is_silent, "a dead rig's values are not given on")
     server.mend()
     process.send_signal(signal.SIGINT)
     assert process.wait(30.0) == 0
 
 
 @pytest.mark.parametrize("switch", [[], ["--command"]], ids=["read only", "commands"])
-def test_commands_are_written_behind_their_switch_alone(switch, server, bridge, ear):
+def test_bridge_writes_commands_only_if_enabled(switch, server, bridge, listener):
     bridge(*switch, url=server.url)
-    ear.until(lambda: bool(ear.heard["top_drive"]), "samples")
-    command = raw_topics.publisher(ear.node, TOPICS["top_drive_command"])
+    listener.until(lambda: bool(listener.heard["top_drive"]), "samples")
+    command = raw_topics.publisher(listener.node, TOPICS["top_drive_command"])
     if switch:
-        ear.until(lambda: command.get_subscription_count() == 2, "the bridge listens")  # and the ear itself
+        listener.until(lambda: command.get_subscription_count() == 2, "the bridge listens")  # and the listener itself
 
     def say() -> bool:
         command.publish(cdr.encode_joint_state(0, "top_drive", 1.0, 0.5))
-        ear.listen(0.05)
-        return server.read("TopDrive.AngleWanted") != 0.0 or (not switch and len(ear.heard["top_drive_command"]) > 20)
+        listener.listen(0.05)
+        return server.read("TopDrive.AngleWanted") != 0.0 or (
+            not switch and len(listener.heard["top_drive_command"]) > 20
+        )
 
-    ear.until(say, "the command")
+    listener.until(say, "the command")
     assert server.read("TopDrive.AngleWanted") == pytest.approx(57.29578 if switch else 0.0)
     assert command.get_subscription_count() == (2 if switch else 1)
 
@@ -178,7 +182,7 @@ def test_commands_are_written_behind_their_switch_alone(switch, server, bridge, 
         ({"period": 0.0}, "period = 0.0 s: must be within"),
     ],
 )
-def test_a_mistake_is_one_line_and_exit_code_2(change, expected, bridge):
+def test_mistake_is_one_line_and_exit_code_2(change, expected, bridge):
     process = bridge(**change)
     _, said = process.communicate(timeout=60.0)
     assert process.returncode == 2, said

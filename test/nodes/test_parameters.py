@@ -1,4 +1,4 @@
-"""Parameters of live nodes: described, changed while running, refused with a reason."""
+"""Node parameters: described, changed while the node runs, refused with a reason."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -78,7 +78,7 @@ def given(kind: type, log: Path, tmp_path: Path) -> dict[str, object]:
 
 
 @pytest.mark.parametrize("kind", [FrictionSimulator, RockingController, Recorder, LogPlayer])
-def test_every_parameter_is_described_and_in_the_example(kind, make, log, tmp_path, repository):
+def test_every_parameter_is_described_and_in_example(kind, make, log, tmp_path, repository):
     example = yaml.safe_load((repository / "config" / "nodes.yaml").read_text())
     controller = example["/**/rocking_controller"]["ros__parameters"]["controller"]
     node = make(kind, **given(kind, log, tmp_path) | ({"controller": controller} if kind is RockingController else {}))
@@ -99,8 +99,7 @@ def test_every_parameter_is_described_and_in_the_example(kind, make, log, tmp_pa
             assert limits.from_value <= listed[name] <= limits.to_value, name
 
 
-def test_the_example_holds_the_default_controllers_own_settings(make, repository):
-    """Found for the example well, or left to the controller: a file that is out of date would quietly detune it."""
+def test_example_has_default_settings_of_controller(make, repository):
     example = yaml.safe_load((repository / "config" / "nodes.yaml").read_text())["/**/rocking_controller"]
     node = make(RockingController)
     listed = example["ros__parameters"]
@@ -110,7 +109,7 @@ def test_the_example_holds_the_default_controllers_own_settings(make, repository
     }
 
 
-def test_live_settings_reach_the_controller(make):
+def test_changed_settings_reach_the_controller(make):
     node = make(RockingController, controller=FIXED)
     (result,) = node.set_parameters([Parameter("amplitude", value=12.5)])
     assert result.successful
@@ -132,7 +131,7 @@ def test_live_settings_reach_the_controller(make):
         (LogPlayer, "rate", 0.0, "out of range"),
     ],
 )
-def test_a_value_that_cannot_be_used_is_refused_with_a_reason(kind, name, value, reason, make, log, tmp_path):
+def test_bad_parameter_value_is_refused_with_reason(kind, name, value, reason, make, log, tmp_path):
     node = make(kind, **given(kind, log, tmp_path))
     before = node.get_parameter(name).value
     (result,) = node.set_parameters([Parameter(name, value=value)])
@@ -141,7 +140,7 @@ def test_a_value_that_cannot_be_used_is_refused_with_a_reason(kind, name, value,
     assert node.get_parameter(name).value == before
 
 
-def test_speed_changes_from_lockstep_to_real_time_and_back(make):
+def test_speed_changes_between_lockstep_and_real_time(make):
     simulator = make(FrictionSimulator, elements=20, speed=0.0)
     controller = make(RockingController, use_sim_time=True)
     moments = [simulator.simulated]
@@ -169,7 +168,7 @@ def test_two_controllers_in_lockstep_are_refused(make):
         nodes[0].shutdown_request.raise_error()
 
 
-def test_a_player_in_a_loop_begins_again(make, log):
+def test_looping_player_starts_again(make, log):
     player = make(LogPlayer, log=str(log), rate=100.0, loop=True, delay=0.0)
     turn([player], lambda: player.turns >= 2)
     assert not player.shutdown_request.requested
@@ -177,7 +176,7 @@ def test_a_player_in_a_loop_begins_again(make, log):
     turn([player], lambda: player.shutdown_request.requested)
 
 
-def test_a_target_on_its_topic_becomes_the_controllers(make):
+def test_target_topic_sets_the_controllers_target(make):
     from slider_drilling.messages import cdr
     from slider_drilling.messages.topics import TOPICS
     from slider_drilling.nodes import raw_topics
@@ -189,8 +188,7 @@ def test_a_target_on_its_topic_becomes_the_controllers(make):
     assert controller.get_parameter("tool_face_target").value == pytest.approx(0.5)
 
 
-def test_a_rig_that_goes_silent_stops_the_block(make):
-    """The controller is stepped on, without measurements, as soon as they are stale; its commands then say stop."""
+def test_silent_rig_stops_the_block(make):
     from slider_drilling.messages import cdr
     from slider_drilling.messages.topics import TOPICS
     from slider_drilling.nodes import raw_topics

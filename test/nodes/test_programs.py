@@ -1,4 +1,4 @@
-"""Nodes as processes of their own: started as `ros2 run` starts them, ended by signals, found out by exit codes."""
+"""Nodes as processes: started as `ros2 run` starts them, ended by signals, with their exit codes."""
 
 import signal
 
@@ -13,15 +13,14 @@ def recorded(start, tmp_path):
     recorder = start("recorder", directory=tmp_path, file="run.mcap", use_sim_time=True)
     controller = start("rocking_controller", use_sim_time=True)
     simulator = start("friction_simulator", duration=20.0, elements=20, minimum_subscribers=2)
-    assert simulator.end() == 0, simulator.said
+    assert simulator.end() == 0, simulator.output
     for program in (controller, recorder):
         program.process.send_signal(signal.SIGINT)
-        assert program.end() == 0, program.said
+        assert program.end() == 0, program.output
     return tmp_path / "run.mcap"
 
 
-def test_three_processes_in_lockstep_and_their_log_played(recorded, start, tmp_path):
-    """Nothing is lost between them; the player and another recorder make the same log again."""
+def test_three_processes_run_in_lockstep_and_replay(recorded, start, tmp_path):
     again = start("recorder", directory=tmp_path, file="again.mcap", use_sim_time=True)
     again.wait_for("recording to")
     player = start("log_player", log=recorded, rate=20.0, delay=0.5, minimum_subscribers=1)
@@ -30,9 +29,9 @@ def test_three_processes_in_lockstep_and_their_log_played(recorded, start, tmp_p
     assert first.top_drive is not None and len(first.top_drive.time) == 201
     assert first.top_drive_command is not None and len(first.top_drive_command.time) == 201
     assert first.rig().string.length == pytest.approx(4000.0)
-    assert player.end() == 0, player.said
+    assert player.end() == 0, player.output
     again.process.send_signal(signal.SIGINT)
-    assert again.end() == 0, again.said
+    assert again.end() == 0, again.output
     second = read_log(tmp_path / "again.mcap")
     for key in ("top_drive", "top_drive_command", "draw_works", "mud_pump", "mwd_tool_face", "truth_bit"):
         one, two = getattr(first, key), getattr(second, key)
@@ -49,8 +48,7 @@ ENDINGS = {
 }
 
 
-def test_however_a_recorder_ends_its_log_can_be_read(start, wait_for_bytes, tmp_path):
-    """Four of one rig: told to end in three ways they finish their logs; killed, one leaves what it had written."""
+def test_log_is_readable_however_recorder_ends(start, wait_for_bytes, tmp_path):
     start("rocking_controller", use_sim_time=True)
     recorders = {
         how: start("recorder", directory=tmp_path / how, file="run.mcap", use_sim_time=True) for how in ENDINGS
@@ -61,8 +59,8 @@ def test_however_a_recorder_ends_its_log_can_be_read(start, wait_for_bytes, tmp_
         for number in ENDINGS[how]:
             recorder.process.send_signal(number)
     for how, recorder in recorders.items():
-        assert recorder.end() == (-signal.SIGKILL if how == "kill" else 0), recorder.said
-        assert "Traceback" not in recorder.said
+        assert recorder.end() == (-signal.SIGKILL if how == "kill" else 0), recorder.output
+        assert "Traceback" not in recorder.output
         assert sorted(path.name for path in (tmp_path / how).iterdir()) == ["metadata.yaml", "run.mcap"]
         log = read_log(tmp_path / how / "run.mcap")
         assert log.top_drive is not None and log.top_drive.time[-1] > 5.0
@@ -74,32 +72,32 @@ def test_however_a_recorder_ends_its_log_can_be_read(start, wait_for_bytes, tmp_
 
 
 @pytest.mark.parametrize("name", ["friction_simulator", "rocking_controller"])
-def test_a_node_that_waits_ends_at_once_when_interrupted(name, start):
+def test_waiting_node_ends_on_interrupt(name, start):
     program = start(name, **({"patience": 0.1} if name == "friction_simulator" else {}))
     if name == "friction_simulator":
         program.wait_for("waiting for a controller: nobody publishes top_drive/command")
     else:
         program.wait_for("rocking with")
     program.process.send_signal(signal.SIGINT)
-    assert program.end() == 0, program.said
+    assert program.end() == 0, program.output
 
 
-def test_a_simulator_is_interrupted_while_it_prepares(start):
+def test_simulator_can_be_interrupted_during_start(start):
     program = start("friction_simulator")
     program.wait_for("preparing the plant")
     program.process.send_signal(signal.SIGINT)
-    assert program.end() == 0, program.said
-    assert "Traceback" not in program.said
+    assert program.end() == 0, program.output
+    assert "Traceback" not in program.output
 
 
-def test_a_lost_controller_is_named(start):
+def test_lost_controller_is_named(start):
     controller = start("rocking_controller", use_sim_time=True)
     simulator = start("friction_simulator", elements=20, patience=0.3)
     simulator.wait_for("in lockstep")
     controller.process.kill()
     simulator.wait_for("waiting for")
     simulator.wait_for("to answer the sample of")
-    assert "top_drive/command" in simulator.said
+    assert "top_drive/command" in simulator.output
 
 
 @pytest.mark.parametrize(
@@ -123,8 +121,8 @@ def test_a_lost_controller_is_named(start):
         ("log_player", {"log": "no_such.mcap"}, "no_such.mcap: no such log"),
     ],
 )
-def test_a_mistake_is_one_line_and_exit_code_2(name, parameters, expected, start):
+def test_mistake_is_one_line_and_exit_code_2(name, parameters, expected, start):
     program = start(name, **parameters)
     assert program.end() == 2
-    lines = [line for line in program.said.splitlines() if not line.startswith("[")]
-    assert len(lines) == 1 and expected in lines[0], program.said
+    lines = [line for line in program.output.splitlines() if not line.startswith("[")]
+    assert len(lines) == 1 and expected in lines[0], program.output

@@ -1,4 +1,4 @@
-"""The recorder: a rosbag2 bag of any topics, split and paused, nothing lost or what is lost counted."""
+"""The recorder: a rosbag2 bag of any topics, split and paused, with losses counted."""
 
 import os
 import re
@@ -92,8 +92,7 @@ def test_every_registered_topic_is_recorded():
     assert set(TOPICS.values()) <= set(RECORDED)
 
 
-def test_the_folder_is_a_bag(bench, tmp_path):
-    """As rosbag2 leaves one: rosbags reads the folder, with quality of service, type hashes, rig and clock."""
+def test_folder_is_a_bag(bench, tmp_path):
     one = bench(directory=str(tmp_path))
     drive, clock = raw_topics.publisher(one.node, DRIVE), raw_topics.publisher(one.node, raw_topics.CLOCK)
     rig = one.node.create_publisher(String, "rig_description", LATCHED)
@@ -122,7 +121,7 @@ def test_the_folder_is_a_bag(bench, tmp_path):
     assert log.rig_text == "schema: µ" and len(log.top_drive.time) == 5
 
 
-def test_type_hashes_are_those_of_the_types(bench, tmp_path):
+def test_type_hashes_match_the_types(bench, tmp_path):
     from rosbags.typesys import Stores, get_typestore
 
     one = bench(directory=str(tmp_path))
@@ -138,7 +137,7 @@ def test_type_hashes_are_those_of_the_types(bench, tmp_path):
     assert metadata["type_description_hash"] == store.hash_rihs01("sensor_msgs/msg/JointState")
 
 
-def test_a_second_recording_leaves_the_first_alone(bench, tmp_path):
+def test_second_recording_keeps_the_first(bench, tmp_path):
     first, second, named = (
         bench(directory=str(tmp_path)),
         bench(directory=str(tmp_path)),
@@ -160,7 +159,7 @@ def test_a_second_recording_leaves_the_first_alone(bench, tmp_path):
             assert {connection.topic for connection in bag.connections} >= {"/top_drive/joint_states"}
 
 
-def test_any_topic(bench, tmp_path):
+def test_any_topic_can_be_recorded(bench, tmp_path):
     one = bench(directory=str(tmp_path), topics=["depth"], regex="/gas/.*", exclude=".*/(secret|command)")
     sent = {name: one.node.create_publisher(Float64, name, 10) for name in ("depth", "gas/c1", "gas/secret", "other")}
     command = raw_topics.publisher(one.node, TOPICS["top_drive_command"])
@@ -178,7 +177,7 @@ def test_any_topic(bench, tmp_path):
     assert found == {"/depth": 5.0, "/gas/c1": 6.0}
 
 
-def test_all_topics_with_their_own_definitions(bench, tmp_path):
+def test_all_topics_are_recorded_with_definitions(bench, tmp_path):
     from mcap_ros2.reader import read_ros2_messages
     from nav_msgs.msg import Odometry
 
@@ -194,7 +193,7 @@ def test_all_topics_with_their_own_definitions(bench, tmp_path):
     assert found.child_frame_id == "sled" and found.pose.covariance[35] == 4.5
 
 
-def test_a_publisher_that_offers_less_is_heard(bench, tmp_path):
+def test_best_effort_publisher_is_recorded(bench, tmp_path):
     one = bench(directory=str(tmp_path))
     publisher = raw_topics.publisher(one.node, DRIVE, BEST_EFFORT)
     one.send(publisher, range(10))
@@ -202,7 +201,7 @@ def test_a_publisher_that_offers_less_is_heard(bench, tmp_path):
     assert len(read_log(tmp_path).top_drive.time) == 10
 
 
-def test_parts_by_size_by_time_and_by_hand(bench, tmp_path):
+def test_log_splits_by_size_time_and_service(bench, tmp_path):
     one = bench(directory=str(tmp_path / "size"), file="run.mcap", split_size=20_000)
     one.send(raw_topics.publisher(one.node, DRIVE), range(900))
     one.end()
@@ -230,7 +229,7 @@ def test_parts_by_size_by_time_and_by_hand(bench, tmp_path):
     assert sorted(path.name for path in (tmp_path / "time").glob("*.mcap")) == ["run.mcap", "run_1.mcap"]
 
 
-def test_pause_and_resume(bench, tmp_path):
+def test_recorder_pauses_and_resumes(bench, tmp_path):
     one = bench(directory=str(tmp_path))
     drive = raw_topics.publisher(one.node, DRIVE)
     one.send(drive, range(3))
@@ -244,7 +243,7 @@ def test_pause_and_resume(bench, tmp_path):
     assert one.recorder.lost == 0
 
 
-def test_a_managed_recorder_records_while_it_is_active(bench, tmp_path):
+def test_managed_recorder_records_only_while_active(bench, tmp_path):
     one = bench(directory=str(tmp_path), autostart=False)
     drive = raw_topics.publisher(one.node, DRIVE)
     assert list(tmp_path.iterdir()) == []
@@ -283,14 +282,13 @@ def test_a_managed_recorder_records_while_it_is_active(bench, tmp_path):
     assert read_log(first).top_drive.position.tolist() == [1, 2, 4, 5]
 
 
-def test_its_parameters_are_told_to_who_asks(bench, tmp_path):
+def test_parameters_can_be_read(bench, tmp_path):
     one = bench(directory=str(tmp_path), notes="a slide")
     assert one.call("get_parameters", GetParameters, names=["notes"]).values[0].string_value == "a slide"
     one.end()
 
 
-def test_what_never_came_is_counted(bench, tmp_path):
-    """Bursts that no queue holds: as many are counted as lost as are missing in the log."""
+def test_lost_messages_are_counted(bench, tmp_path):
     one = bench(directory=str(tmp_path))
     publisher = raw_topics.publisher(one.node, DRIVE, QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT))
     one.send(publisher, range(1))
@@ -308,8 +306,7 @@ def test_what_never_came_is_counted(bench, tmp_path):
     assert one.recorder.lost == sent - len(position) > 0
 
 
-def test_by_the_walls_clock_the_rigs_is_recorded_as_anything_else(bench, tmp_path):
-    """Without use_sim_time, /clock alone was logged at the rig's time: a log of a minute reached over 56 years."""
+def test_clock_topic_is_recorded_under_wall_time(bench, tmp_path):
     one = bench(directory=str(tmp_path))
     clock = raw_topics.publisher(one.node, raw_topics.CLOCK)
     drive = raw_topics.publisher(one.node, DRIVE)
@@ -324,8 +321,7 @@ def test_by_the_walls_clock_the_rigs_is_recorded_as_anything_else(bench, tmp_pat
 
 
 @pytest.mark.parametrize("begins", [5000, None], ids=["a clock comes", "none does"])
-def test_what_comes_before_the_rigs_first_time_is_logged_at_that(begins, bench, tmp_path):
-    """The rig's file comes first: logged at 0, a rig that begins at the time of day had a log of 56 years."""
+def test_early_messages_get_the_first_time(begins, bench, tmp_path):
     one = bench(directory=str(tmp_path), use_sim_time=True)
     clock = raw_topics.publisher(one.node, raw_topics.CLOCK)
     described = one.node.create_publisher(String, "rig_description", LATCHED)
@@ -349,7 +345,7 @@ def test_what_comes_before_the_rigs_first_time_is_logged_at_that(begins, bench, 
         ([9, 10, 1, 2, 3], 0),
     ],
 )
-def test_numbers_of_one_publisher_or_several(numbers, lost):
+def test_sequence_counter_follows_each_publisher(numbers, lost):
     watch = SequenceCounter()
     assert sum(watch.count_missing(number) for number in numbers) == watch.lost == lost
 
@@ -362,20 +358,19 @@ def test_numbers_of_one_publisher_or_several(numbers, lost):
         ({"file": "a/b.mcap"}, "must be a name ending in .mcap"),
     ],
 )
-def test_what_cannot_be_recorded_is_refused(bench, tmp_path, parameters, expected):
+def test_bad_recorder_parameter_is_refused(bench, tmp_path, parameters, expected):
     with pytest.raises(InputError, match=expected):
         bench(directory=str(tmp_path), **parameters)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_parameter_that_is_not_known_is_said(bench, tmp_path, capfd):
+def test_unknown_parameter_is_reported(bench, tmp_path, capfd):
     one = bench(directory=str(tmp_path), topcis=["/a"])
     one.end()
     assert "parameter topcis is not known and changes nothing; did you mean topics?" in capfd.readouterr().err
 
 
-def test_a_full_disk_keeps_the_recording_and_ends_the_process(namespace, tmp_path):
-    """A process of its own, whose files may not grow beyond a limit: what was written is safe, and the exit code 2."""
+def test_full_disk_keeps_recording_and_ends_process(namespace, tmp_path):
     code = (
         "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000));"

@@ -1,4 +1,4 @@
-"""`slider-drilling run` from end to end, as a user types it, and what others make of its log."""
+"""`slider-drilling run` from end to end, and its log in other programs."""
 
 import json
 import os
@@ -39,7 +39,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     return log, done.stdout
 
 
-def test_summary_says_what_happened(recorded):
+def test_run_prints_a_summary(recorded):
     log, said = recorded
     assert "20.0 s" in said and "times real time" in said and f"wrote {log}" in said
     peak = float(re.search(r"peak ([\d.]+) kN m", said).group(1))
@@ -72,8 +72,7 @@ def test_log_opens_in_other_programs(recorded):
     assert len(torque) == 201
 
 
-def test_replay_of_a_run_lands_on_it(recorded, environment):
-    """The same plant, driven by the log's commands, differs by the sensors' noise."""
+def test_replay_of_a_run_matches_it(recorded, environment):
     log, _ = recorded
     done = subprocess.run(
         command("replay", log, "--json"), env=environment, capture_output=True, text=True, timeout=200, check=False
@@ -85,11 +84,11 @@ def test_replay_of_a_run_lands_on_it(recorded, environment):
         assert rms[name] == pytest.approx(getattr(sensors, name).noise, rel=0.2), name
 
 
-def test_target_is_what_was_asked_for(recorded):
+def test_target_option_sets_the_target(recorded):
     assert np.degrees(read_log(recorded[0]).tool_face_target.position[0]) == pytest.approx(45.0)
 
 
-def test_an_interrupted_run_keeps_its_log(environment, wait_for_bytes, tmp_path):
+def test_interrupted_run_keeps_its_log(environment, wait_for_bytes, tmp_path):
     arguments = command("run", "--speed", 20, "--duration", 1e6, "--elements", 20, "--record", tmp_path)
     process = subprocess.Popen(arguments, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     wait_for_bytes(tmp_path, 50_000, process)
@@ -114,7 +113,7 @@ def test_an_interrupted_run_keeps_its_log(environment, wait_for_bytes, tmp_path)
         (["--controller", "nowhere:Mine", "--elements", "20"], "controller = 'nowhere:Mine': cannot be imported"),
     ],
 )
-def test_a_mistake_is_one_line_and_exit_code_2(arguments, expected, environment, tmp_path):
+def test_mistake_is_one_line_and_exit_code_2(arguments, expected, environment, tmp_path):
     done = subprocess.run(
         command("run", *arguments),
         env=environment,
@@ -130,8 +129,7 @@ def test_a_mistake_is_one_line_and_exit_code_2(arguments, expected, environment,
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_full_disk_is_one_line(recorded, environment, tmp_path):
-    """A limit on the size of files stands for a full disk; what was written before it is there and can be read."""
+def test_full_disk_is_one_line(recorded, environment, tmp_path):
     code = (
         "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000));"
@@ -184,8 +182,7 @@ cli.run_group(click.Group("g", commands={"act": click.Command("act", callback=ac
 
 @pytest.mark.parametrize("number", ["SIGINT", "SIGTERM"])
 @pytest.mark.parametrize("when", ["in code that was made", "while its log is begun"])
-def test_a_start_that_is_interrupted_leaves_no_log_and_says_so(number, when, environment, tmp_path):
-    """Python ended it by SIGINT, whichever signal it was; a log without a message stayed, unfinished."""
+def test_interrupted_start_leaves_no_log(number, when, environment, tmp_path):
     (tmp_path / "starting.py").write_text(STARTING.replace("{number}", number))
     done = subprocess.run(
         [sys.executable, "-m", "starting", when],

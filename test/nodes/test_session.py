@@ -86,8 +86,7 @@ def test_every_sample_is_recorded(runs):
     assert np.sqrt(log.standpipe_pressure.variance[0]) == pytest.approx(log.rig().sensors.standpipe_pressure.noise)
 
 
-def test_dds_changes_nothing(runs, repository):
-    """The same controller and rig without any topic between them give the same run."""
+def test_run_over_dds_equals_run_without(runs, repository):
     log = read_log(runs[0])
     rig = load_rig(repository / "config" / "rig.example.yaml")
     virtual, controller = VirtualRig(rig, 0, ELEMENTS), FixedRocking(rig, tool_face_target=0.3)
@@ -100,7 +99,6 @@ def test_dds_changes_nothing(runs, repository):
 
 
 def test_real_time_gives_the_same_run(runs, alone, tmp_path):
-    """The command for a sample drives the rig to the next one, whoever moves time: up to the first late command."""
     outcome = run_session(
         SessionOptions(duration=4.0, speed=1.0, record=tmp_path, target=0.3, controller=FIXED, elements=ELEMENTS)
     )
@@ -122,7 +120,7 @@ BROKEN = {
 
 
 @pytest.mark.parametrize("how", BROKEN)
-def test_a_controller_that_fails_is_named_and_the_log_kept(how, alone, tmp_path, monkeypatch):
+def test_failing_controller_is_named_and_log_kept(how, alone, tmp_path, monkeypatch):
     body, expected = BROKEN[how]
     module = f"broken_{how}"
     (tmp_path / f"{module}.py").write_text(
@@ -148,25 +146,24 @@ def test_a_controller_that_fails_is_named_and_the_log_kept(how, alone, tmp_path,
         ({"rig": "no_such_rig.yaml"}, r"no_such_rig\.yaml: no such rig file"),
     ],
 )
-def test_what_cannot_begin_leaves_nothing(change, expected, alone, tmp_path):
+def test_failed_start_leaves_no_log(change, expected, alone, tmp_path):
     with pytest.raises(InputError, match=expected):
         run_session(SessionOptions(duration=5.0, record=tmp_path, elements=ELEMENTS, **change))
     assert list(tmp_path.iterdir()) == []
 
 
-def test_unreachable_folder(alone, tmp_path):
+def test_folder_that_cannot_be_made_is_refused(alone, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match=re.escape(f"{tmp_path}/file/log: cannot make this folder")):
         run_session(SessionOptions(duration=5.0, record=tmp_path / "file" / "log", elements=ELEMENTS))
 
 
-def test_target_is_held_as_given(runs):
+def test_session_holds_the_given_target(runs):
     log = read_log(runs[0])
     assert math.isclose(log.tool_face_target.position[0], 0.3)
 
 
 def test_the_default_executor_gives_the_same_run(runs, alone, tmp_path, monkeypatch):
-    """An older rclpy has no events executor: slower, but not another run."""
     from rclpy.executors import SingleThreadedExecutor
 
     from slider_drilling.nodes import spin

@@ -1,4 +1,4 @@
-"""A node of the test's own: hears what programs say on topics, says things to them, calls their services."""
+"""A test's own node: receives what programs publish, publishes to them, calls their services."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -6,7 +6,7 @@ from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from program import Program
+from node_process import NodeProcess
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -16,28 +16,28 @@ from slider_drilling.messages.topics import TOPICS, Topic
 from slider_drilling.nodes import raw_topics
 
 DEADLINE = 120.0  # s, for anything that has to happen
-STATUSES = 100_000  # that wait where this process gets no turn: in lockstep a rig sends hundreds a second
+MAX_STATUSES = 100_000  # queued ones: in lockstep a rig sends hundreds a second
 KEPT = ("top_drive", "draw_works", "mud_pump", "top_drive_command", "tool_face_target")
 
 
-class Ear:
-    """Keeps the joint states of a rig's topics as (stamp s, position, velocity, effort), and the latest statuses.
+class Listener:
+    """Keeps a rig's joint states as (stamp s, position, velocity, effort), and the latest statuses.
 
-    programs: those that it listens to; what they said is told where something never happens.
+    programs: their output is printed if `until` times out.
     """
 
-    def __init__(self, namespace: str, programs: Sequence[Program] = ()) -> None:
+    def __init__(self, namespace: str, programs: Sequence[NodeProcess] = ()) -> None:
         self._programs = programs
         self._context = Context()
         rclpy.init(args=[], context=self._context)
-        self.node = Node("ear", namespace=namespace, context=self._context)
+        self.node = Node("listener", namespace=namespace, context=self._context)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
         self.heard: dict[str, list[tuple[float, ...]]] = {name: [] for name in KEPT}
         self.statuses: dict[str, DiagnosticStatus] = {}
         for name in KEPT:
             raw_topics.subscription(self.node, TOPICS[name], self._keeper(name))
-        self.node.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, STATUSES)
+        self.node.create_subscription(DiagnosticArray, "diagnostics", self._on_diagnostics, MAX_STATUSES)
 
     def _keeper(self, name: str) -> Callable[[bytes], None]:
         def keep(data: bytes) -> None:
@@ -51,20 +51,20 @@ class Ear:
             self.statuses[status.name.rpartition("/")[2]] = status
 
     def until(self, has_happened: Callable[[], bool], why: str = "") -> None:
-        """Turn until it has."""
+        """Spin until something has happened."""
         end = time.monotonic() + DEADLINE
         while not has_happened():
             if time.monotonic() > end:
                 last = [
                     *((name, found[-1:]) for name, found in self.heard.items()),
                     *((name, one.message) for name, one in self.statuses.items()),
-                    *(one.last_words() for one in self._programs),
+                    *(one.last_output() for one in self._programs),
                 ]
                 raise AssertionError("\n".join([f"waited {DEADLINE:g} s: {why}", *map(str, last)]))
             self._executor.spin_once(timeout_sec=0.02)
 
     def until_status(self, name: str, level: int, text: str) -> None:
-        """Turn until a status of this name ("node: part") has this level and text."""
+        """Spin until a status of this name ("node: subject") has this level and text."""
         self.until(
             lambda: (
                 name in self.statuses
@@ -75,11 +75,11 @@ class Ear:
         )
 
     def until_time(self, seconds: float) -> None:
-        """Turn until the rig's samples have come to this time."""
+        """Spin until the rig's samples have reached a time, s."""
         self.until(lambda: bool(self.heard["top_drive"]) and self.heard["top_drive"][-1][0] >= seconds)
 
     def listen(self, seconds: float) -> None:
-        """Turn for so long, s."""
+        """Spin for a time, s."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             self._executor.spin_once(timeout_sec=0.02)
@@ -89,8 +89,8 @@ class Ear:
         """The stamp of the last sample, s."""
         return self.heard["top_drive"][-1][0]
 
-    def sayer(self, topic: Topic, qos: Any = raw_topics.RELIABLE) -> Any:
-        """A publisher that somebody besides this ear listens to."""
+    def publisher(self, topic: Topic, qos: Any = raw_topics.RELIABLE) -> Any:
+        """A publisher with a subscriber other than this node."""
         publisher = raw_topics.publisher(self.node, topic, qos)
         own = sum(one.topic_name == publisher.topic_name for one in self.node.subscriptions)
         self.until(lambda: publisher.get_subscription_count() > own, f"a listener to {topic.name}")

@@ -1,4 +1,4 @@
-"""What a command leaves in a folder, looked at: nothing lost of what was there, nothing half-written."""
+"""Checks a command's output folder: no old file lost, no file half-written."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ PNG_END = b"IEND\xaeB`\x82"
 
 
 def contents(out: Path) -> dict[Path, bytes]:
-    """Every file with what it holds."""
+    """The content of every file."""
     return {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
 
 
-def wrong_in(out: Path, before: dict[Path, bytes], parts_too: bool) -> str:
-    """The first file that was lost or is not whole; "" where all are as they should be.
+def wrong_in(out: Path, before: dict[Path, bytes], allow_parts: bool) -> str:
+    """The first file that was lost or is not whole; "" if there is none.
 
-    before: of the folder before the command ran; parts_too: whether hidden, unfinished files may lie there.
+    before: contents of the folder before the command ran; allow_parts: whether hidden, unfinished files may remain.
     """
     for path in before:
         if not path.exists():
@@ -30,11 +30,11 @@ def wrong_in(out: Path, before: dict[Path, bytes], parts_too: bool) -> str:
         if before.get(path) == content:
             continue
         if path.name.endswith(".part"):
-            if parts_too:
+            if allow_parts:
                 continue
             return f"left {path.name}"
         wrong = _wrong_with(path, content)
-        if parts_too and "it holds no topics" in wrong:
+        if allow_parts and "it holds no topics" in wrong:
             continue  # a recording that was killed before its first chunk
         if wrong:
             return f"{path.relative_to(out)}: {wrong}"

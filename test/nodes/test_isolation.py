@@ -1,4 +1,4 @@
-"""One rig a place in the graph, and nothing that listens beyond this machine."""
+"""One simulator per domain and namespace, and sockets on the loopback interface only."""
 
 import contextlib
 import os
@@ -38,17 +38,16 @@ def as_written(address: str) -> str:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
-def test_a_node_listens_on_the_loopback_alone(start, ear):
+def test_node_listens_on_loopback_only(start, listener):
     controller = start("rocking_controller", use_sim_time=True)
     simulator = start("friction_simulator", elements=20, speed=5.0)
-    ear.until_time(1.0)
+    listener.until_time(1.0)
     for program in (controller, simulator):
         addresses = [as_written(address) for address in sockets_of(program.process.pid)]
         assert addresses and set(addresses) <= LOCAL, addresses
 
 
 def test_more_than_four_programs_find_each_other(namespace, monkeypatch):
-    """Only the first four of a domain were looked for: whoever came later never found who came later still."""
     variables = dict(os.environ)
     environment.restrict_to_loopback(variables)
     for name in variables.keys() - os.environ.keys() | {"ROS_AUTOMATIC_DISCOVERY_RANGE"}:
@@ -72,8 +71,7 @@ def test_more_than_four_programs_find_each_other(namespace, monkeypatch):
             time.sleep(0.1)
 
 
-def test_a_second_run_is_refused_and_the_first_goes_on(namespace, wait_for_bytes, repository, tmp_path):
-    """It ended the first one, whose log then held two runs."""
+def test_second_run_is_refused_and_first_continues(namespace, wait_for_bytes, repository, tmp_path):
     arguments = [
         sys.executable,
         "-m",

@@ -1,4 +1,4 @@
-"""Whether a live page that is left open grows: `python test/live/left_open.py --minutes 10`.
+"""Whether a live page that is left open grows: `python test/live/memory_growth.py --minutes 10`.
 
 Serves a slide on the live page, keeps the page open in chromium, and prints once half a minute how much memory the
 serving process, the browser's processes and the page's script hold, and what the server used of a core. Ends with 1
@@ -21,7 +21,7 @@ from playwright.sync_api import CDPSession, sync_playwright
 
 EVERY = 30.0  # s
 GROWTH = 1.1
-SERVER = Path(__file__).with_name("serve_a_slide.py")
+SERVER = Path(__file__).with_name("serve_slide.py")
 
 
 def main(minutes: float, speed: str) -> int:

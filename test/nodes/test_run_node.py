@@ -1,4 +1,4 @@
-"""A namespace brings its own clock, unless the user remaps /clock."""
+"""Arguments of a node that runs alone."""
 
 import pytest
 
@@ -15,5 +15,5 @@ from slider_drilling.nodes.run_node import own_clock
         (["--ros-args", "-r", "__ns:=/rig_a", "-r", "/clock:=/clock"], []),
     ],
 )
-def test_own_clock(arguments, expected):
+def test_namespace_remaps_the_clock(arguments, expected):
     assert own_clock(["recorder", *arguments]) == expected

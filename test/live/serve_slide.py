@@ -1,4 +1,4 @@
-"""The live page over a slide of the virtual rig, without ROS: `python serve_a_slide.py SPEED [SECONDS_BEFORE]`.
+"""The live page over a slide of the virtual rig, without ROS: `python serve_slide.py SPEED [SECONDS_BEFORE]`.
 
 Prints its address, then follows orders on stdin: `received` prints what was asked for on the page, `rss` the process's
 kB and CPU seconds.

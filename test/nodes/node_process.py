@@ -1,4 +1,4 @@
-"""A node as a process of its own, started as `ros2 run` starts it."""
+"""A node in a process of its own, started as `ros2 run` starts it."""
 
 import os
 import signal
@@ -12,15 +12,14 @@ from pathlib import Path
 DEADLINE = 120.0  # s, for anything that a process has to do; a process that needs it all has failed
 
 
-class Program:
-    """One node's process and what it has said.
+class NodeProcess:
+    """One node's process and its output.
 
-    others: the programs that it works with. Where one waits in vain, what all of them said and where each of them
-    stands is told.
+    others: the processes that it works with; if a wait times out, the output and the stack of all of them is printed.
     """
 
     def __init__(
-        self, name: str, namespace: str, folder: Path, others: Sequence["Program"] = (), **parameters: object
+        self, name: str, namespace: str, folder: Path, others: Sequence["NodeProcess"] = (), **parameters: object
     ) -> None:
         code = f"from slider_drilling.nodes.programs import {name}; {name}()"
         arguments = ["--ros-args", "-r", f"__ns:={namespace}"]
@@ -28,35 +27,35 @@ class Program:
             arguments += ["-p", f"{key}:={value}"]
         self.name = f"{namespace}/{name}"
         self._others = others
-        self._begun = time.monotonic()
-        # A pipe that nobody reads while somebody else is waited for would fill, and stop the process.
-        self._words = tempfile.TemporaryFile()  # noqa: SIM115
+        self._start = time.monotonic()
+        # A file, since a pipe that is not read would fill and block the process.
+        self._output_file = tempfile.TemporaryFile()  # noqa: SIM115
         environment = os.environ | {"PYTHONPATH": _packages(), "PYTHONFAULTHANDLER": "1"}
         self.process = subprocess.Popen(
             [sys.executable, "-c", code, *arguments],
             cwd=folder,
-            stderr=self._words,
+            stderr=self._output_file,
             stdout=subprocess.DEVNULL,
             env=environment,
         )
 
     @property
-    def said(self) -> str:
-        """What it has said so far."""
-        return os.pread(self._words.fileno(), 10_000_000, 0).decode()
+    def output(self) -> str:
+        """Its output so far."""
+        return os.pread(self._output_file.fileno(), 10_000_000, 0).decode()
 
     def wait_for(self, text: str) -> None:
-        """Wait until it has said the text."""
-        self._until(lambda: text in self.said or self.process.poll() is not None, f"to say {text!r}")
-        assert text in self.said, f"{text!r} never came; said: {self.said}"
+        """Wait until it has printed a text."""
+        self._until(lambda: text in self.output or self.process.poll() is not None, f"to print {text!r}")
+        assert text in self.output, f"{text!r} never came; output: {self.output}"
 
     def kill(self) -> None:
-        """End it as a power cut does: it can do nothing about it."""
+        """Kill it with SIGKILL."""
         self.process.kill()
         self.process.wait()
 
     def end(self) -> int:
-        """Its exit code, once it has ended by itself."""
+        """Wait until it ends; returns its exit code."""
         self._until(lambda: self.process.poll() is not None, "to end")
         return self.process.returncode
 
@@ -64,20 +63,21 @@ class Program:
         end = time.monotonic() + DEADLINE
         while not has_happened():
             if time.monotonic() > end:
-                told = "\n".join(one.last_words() for one in (self, *(one for one in self._others if one is not self)))
-                raise AssertionError(f"waited {DEADLINE:g} s for {self.name} {what}\n{told}")
+                processes = [self, *(other for other in self._others if other is not self)]
+                outputs = "\n".join(process.last_output() for process in processes)
+                raise AssertionError(f"waited {DEADLINE:g} s for {self.name} {what}\n{outputs}")
             time.sleep(0.01)
 
-    def last_words(self) -> str:
-        """Ends it if it is still there, which makes it say where it stands; gives all it said."""
+    def last_output(self) -> str:
+        """Abort it if it still runs, which makes it print its stack; returns its output."""
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGABRT)
             self.process.wait(10.0)
-            state = "was still there"
+            state = "was still running"
         else:
             state = f"had ended with {self.process.returncode}"
-        words = "\n".join(line for line in self.said.splitlines() if not line.startswith("Extension modules:"))
-        return f"--- {self.name}, started {time.monotonic() - self._begun:.1f} s ago, {state}; said:\n{words}"
+        words = "\n".join(line for line in self.output.splitlines() if not line.startswith("Extension modules:"))
+        return f"--- {self.name}, started {time.monotonic() - self._start:.1f} s ago, {state}; output:\n{words}"
 
 
 def _packages() -> str:
