@@ -41,8 +41,8 @@ class DiagnosticsPublisher:
         """Publish statuses; stamp_ns: ns of the rig's clock."""
         self._next_ns = stamp_ns - stamp_ns % PERIOD_NS + PERIOD_NS
         rows = [
-            (int(one.level), f"{self._name}: {one.name}", one.message, self._hardware_id, one.values)
-            for one in statuses
+            (int(status.level), f"{self._name}: {status.name}", status.message, self._hardware_id, status.values)
+            for status in statuses
         ]
         data = cdr.encode_diagnostic_array(stamp_ns, rows)
         for publisher in self._publishers:

@@ -78,7 +78,7 @@ class FrictionSimulator(ManagedNode):
         self._inbox.reset(self._stamp_ns)
         self._commands = CommandSubscriptions(self, self._inbox, self._on_command)
         self._late_joiners = LateJoiners(self._commands.controller_ids)
-        # Published before the channels: whoever finds the top drive then expects a description.
+        # Published before the channels: a recorder that finds the top drive expects a description.
         description = self.create_publisher(String, raw_topics.RIG_DESCRIPTION.name, raw_topics.LATCHED)
         description.publish(String(data=rig_text))
         self._topics = RigPublishers(self, self._rig.sensors.standpipe_pressure.noise**2)

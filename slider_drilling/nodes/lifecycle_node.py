@@ -116,7 +116,7 @@ class ManagedNode(LifecycleNode):
 
     def _cleanup(self) -> None:
         self.is_configured = False
-        # Timers made after `configure` belong to whoever spins this node.
+        # Timers made after `configure` belong to the program that spins this node.
         destroy(self, entities(self) - self._inherited - (set(self.timers) - self._own_timers))
         self.cleanup()
 

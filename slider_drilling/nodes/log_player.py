@@ -186,7 +186,7 @@ class LogPlayer(ManagedNode):
         """Whether subscribers are missing; the delay counts from when all are there."""
         wanted = self._subscribers_wanted
         publishers = self._publishers_by_topic.values()
-        missing = [one.topic_name for one in publishers if one.get_subscription_count() < wanted]
+        missing = [publisher.topic_name for publisher in publishers if publisher.get_subscription_count() < wanted]
         if missing:
             self.get_logger().info(f"waiting for subscriptions to {', '.join(missing)}", throttle_duration_sec=5.0)
             return True

@@ -101,7 +101,7 @@ def _read(path: Path, wanted: set[str], played: PlayedLog) -> None:
         LoggedMessage(time_ns, names[channel], data) for channel, time_ns, data in messages if channel in names
     ]
     played.notes += [f"{path}: {note}" for note in container.notes]
-    rig = next((one.data for one in container.attachments if one.name == "rig.yaml"), None)
+    rig = next((item.data for item in container.attachments if item.name == "rig.yaml"), None)
     if rig is not None:
         played.rig_text = rig.decode("utf-8", "replace")
 

@@ -21,13 +21,13 @@ from slider_drilling.errors import InputError
 from slider_drilling.messages.decoder import TopicDecoder
 from slider_drilling.messages.topics import JOINT_STATE, Topic
 
-# The one topic beside those of a log: a controller's pump speed has to reach the rig.
+# Not among the topics of a log: carries a controller's pump speed to the rig.
 PUMP_COMMAND = Topic("mud_pump/command", JOINT_STATE, "mud_pump")
-# In a namespace it is remapped to the rig's own, see programs.py.
+# Remapped into the rig's namespace by `run_node.own_clock`.
 CLOCK = Topic("/clock", "rosgraph_msgs/msg/Clock")
 RIG_DESCRIPTION = Topic("rig_description", "std_msgs/msg/String")
 
-# Nothing may be lost: a lost sample is a lost step in lockstep, a gap in a log.
+# A lost sample is a lost step in lockstep and a gap in a log.
 DEPTH = 1000
 RELIABLE = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.RELIABLE)
 BEST_EFFORT = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -56,16 +56,20 @@ def decoding(node: Node, topic: Topic, use: Callable[..., None]) -> Callable[[by
 
 
 def flush(node: Node, timeout: float = 2.0) -> None:
-    """Wait, `timeout` s at most, until every subscriber has what the node sent: its end takes the rest away."""
+    """Wait up to `timeout` s until every subscriber has received what the node sent; its end discards the rest."""
     deadline = time.monotonic() + timeout
-    for one in node.publishers:
-        one.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
+    for publisher in node.publishers:
+        publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
 
 
 def message_class(kind: str) -> Any:
-    """The class of `package/msg/Name`. Raises ImportError where it is not installed as a message of ROS 2.
+    """The class of `package/msg/Name`.
 
-    The name may come from a log or from the graph: what is no message package is not imported, which would run it.
+    The name may come from a log or from another node, so only installed message packages are imported: importing runs
+    code.
+
+    Raises:
+        ImportError: No message of this name is installed.
     """
     package, _, name = kind.split("/")
     try:
@@ -73,18 +77,18 @@ def message_class(kind: str) -> Any:
     except (LookupError, OSError, InvalidResourceNameError):
         listed = ""
     if f"msg/{name}.msg" not in listed.split():
-        raise ImportError(f"{package} is no installed message package with {name}")
+        raise ImportError(f"{package} is not an installed message package with {name}")
     return getattr(importlib.import_module(f"{package}.msg"), name)
 
 
 def has_header(kind: str) -> bool:
-    """Whether a message's first field is a std_msgs/Header, whose first is the stamp."""
+    """Whether messages of a type start with a std_msgs/Header, which starts with the stamp."""
     return next(iter(message_class(kind).get_fields_and_field_types().values()), "") == "std_msgs/Header"
 
 
 def publisher(node: Node, topic: Topic, qos: QoSProfile = RELIABLE) -> Publisher:
-    """A publisher, to be given the bytes of `slider_drilling.messages.cdr`; `qos_overrides` parameters count."""
-    return _overridable(
+    """A publisher of bytes, such as `messages.cdr` encodes; `qos_overrides` parameters apply."""
+    return _with_qos_overrides(
         topic,
         lambda options: node.create_publisher(
             message_class(topic.type), topic.name, _copy(qos), qos_overriding_options=options
@@ -99,8 +103,8 @@ def subscription(
     qos: QoSProfile = RELIABLE,
     events: SubscriptionEventCallbacks | None = None,
 ) -> Subscription:
-    """A subscription whose callback takes bytes as they came; `qos_overrides` parameters count."""
-    return _overridable(
+    """A subscription whose callback gets a message's bytes; `qos_overrides` parameters apply."""
+    return _with_qos_overrides(
         topic,
         lambda options: node.create_subscription(
             message_class(topic.type),
@@ -114,8 +118,8 @@ def subscription(
     )
 
 
-def _overridable(topic: Topic, make: Callable[[QoSOverridingOptions], Any]) -> Any:
-    """What `make` makes. Raises InputError for a `qos_overrides` parameter that cannot be used."""
+def _with_qos_overrides(topic: Topic, make: Callable[[QoSOverridingOptions], Any]) -> Any:
+    """Make a publisher or subscription. Raises InputError for a `qos_overrides` parameter that cannot be used."""
     try:
         return make(QoSOverridingOptions.with_default_policies())
     except (InvalidQosOverridesError, RuntimeError, InvalidParameterTypeException) as error:
@@ -125,11 +129,11 @@ def _overridable(topic: Topic, make: Callable[[QoSOverridingOptions], Any]) -> A
 
 
 class SensorSubscription:
-    """A subscription that hears best-effort publishers, too.
+    """A reliable subscription that becomes best-effort if a publisher is.
 
-    DDS does not connect a reliable subscription with a best-effort publisher, and a best-effort subscription may lose
-    what a reliable publisher sends: a lost step in lockstep. So it is reliable until a publisher shows up that is not,
-    and gives way to a best-effort one then. A `qos_overrides` parameter for best effort makes it that from the start.
+    DDS does not connect a reliable subscription with a best-effort publisher. A best-effort subscription, however, may
+    lose messages of a reliable publisher, which costs steps in lockstep. A `qos_overrides` parameter makes it
+    best-effort from the start.
     """
 
     def __init__(self, node: Node, topic: Topic, receive: Callable[[bytes], None]) -> None:
@@ -139,15 +143,15 @@ class SensorSubscription:
         self._reliable = subscription(node, topic, receive, events=events)
 
     def get_publisher_count(self) -> int:
-        """Publishers that are heard."""
+        """How many publishers are connected."""
         return int((self._best_effort or self._reliable).get_publisher_count())
 
     def _on_incompatible(self, event: Any) -> None:
-        """The reliable one gives way: beside it, a reliable publisher would be heard twice."""
+        """Replace the reliable subscription; beside it, a reliable publisher's messages would come twice."""
         if self._best_effort is not None:
             return
         self._node.get_logger().info(
-            f"{self._topic.name}: its publisher is best-effort: heard as that, samples may be lost"
+            f"{self._topic.name}: the publisher is best-effort, so samples may be lost"
         )
         self._best_effort = self._node.create_subscription(
             message_class(self._topic.type), self._topic.name, self._receive, _copy(BEST_EFFORT), raw=True
@@ -156,23 +160,23 @@ class SensorSubscription:
 
 
 def entities(node: Node) -> set[Any]:
-    """What a node has made so far: publishers, subscriptions, services and timers."""
+    """The publishers, subscriptions, services and timers of a node."""
     return {*node.publishers, *node.subscriptions, *node.services, *node.timers}
 
 
-def destroy(node: Node, made: set[Any]) -> None:
-    """Take these away again."""
+def destroy(node: Node, unwanted: set[Any]) -> None:
+    """Destroy some of a node's entities."""
     kinds = (
         (node.publishers, node.destroy_publisher),
         (node.subscriptions, node.destroy_subscription),
         (node.services, node.destroy_service),
         (node.timers, node.destroy_timer),
     )
-    for present, take_away in kinds:
-        for one in made.intersection(present):
-            take_away(one)
+    for present, destroy_entity in kinds:
+        for entity in unwanted.intersection(present):
+            destroy_entity(entity)
 
 
 def _copy(qos: QoSProfile) -> QoSProfile:
-    """rclpy writes overrides into the profile that it is given."""
+    """A copy, since rclpy writes overrides into the profile."""
     return QoSProfile(depth=qos.depth, reliability=qos.reliability, durability=qos.durability)

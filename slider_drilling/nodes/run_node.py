@@ -110,7 +110,8 @@ def _help(name: str, node_class: Any) -> str:
     """The node's usage, purpose and parameters."""
     purpose = (node_class.__doc__ or "").strip().splitlines()[0]
     rows = [f"usage: ros2 run slider_drilling {name} --ros-args -p NAME:=VALUE ...", "", purpose, "", "parameters:"]
-    for one in node_class.PARAMETERS:
-        unit = "" if one.unit == "-" else f" [{one.unit}]"
-        rows.append(f"  {one.name} ({type(one.default).__name__}, {one.default!r}): {one.description}{unit}")
+    for parameter in node_class.PARAMETERS:
+        unit = "" if parameter.unit == "-" else f" [{parameter.unit}]"
+        default = parameter.default
+        rows.append(f"  {parameter.name} ({type(default).__name__}, {default!r}): {parameter.description}{unit}")
     return "\n".join(rows)

@@ -176,7 +176,7 @@ def test_invalid_topics_and_types_are_skipped_without_import(make, heard, tmp_pa
     play(make, heard, path, lambda: heard.positions == [7.0])
     said = capfd.readouterr().err
     assert "'my notes': not played: not a valid ROS 2 topic name" in said
-    assert "evil is no installed message package" in said and "os is no installed message package" in said
+    assert "evil is not an installed message package" in said and "os is not an installed message package" in said
 
 
 def test_missing_topics_are_named(make, log):

@@ -145,7 +145,7 @@ def test_best_effort_sensors_are_received(override, start, listener, namespace):
     listener.until(is_answered, "an answer")
     controller.process.send_signal(signal.SIGINT)
     assert controller.end() == 0
-    told = "top_drive/joint_states: its publisher is best-effort"
+    told = "top_drive/joint_states: the publisher is best-effort"
     assert (told in controller.output) != override, controller.output
 
 
