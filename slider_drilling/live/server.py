@@ -89,16 +89,19 @@ class PageServer:
             target=self._server.run, kwargs={"sockets": [listening]}, daemon=True, name="live page"
         )
         self._thread.start()
-        deadline = time.monotonic() + _START_TIMEOUT
-        while not self._server.started:
-            if not self._thread.is_alive() or time.monotonic() > deadline:
-                raise InputError(f"live page: the web server at {self.url} did not start")
-            time.sleep(0.01)
+        self._wait_until_started()
 
     def stop(self) -> None:
         """Stop the server; open pages report the lost connection."""
         self._server.should_exit = True
         self._thread.join(timeout=5.0)
+
+    def _wait_until_started(self) -> None:
+        deadline = time.monotonic() + _START_TIMEOUT
+        while not self._server.started:
+            if not self._thread.is_alive() or time.monotonic() > deadline:
+                raise InputError(f"live page: the web server at {self.url} did not start")
+            time.sleep(0.01)
 
 
 def _listen(address: Address) -> Any:

@@ -118,35 +118,16 @@ def _run(
         return node
 
     # The simulator first: if another rig is simulated already, that one is not recorded.
-    simulator = make(
-        FrictionSimulator,
-        rig=options.plant or options.rig,
-        speed=float(options.speed),
-        duration=float(options.duration),
-        seed=options.seed,
-        elements=options.elements,
-        wait_for_controller=True,
-        minimum_subscribers=1 + (options.record is not None) + (options.live is not None),
-    )
+    simulator = _make_simulator(make, options)
     recorder: Recorder | None = None
     if options.record is not None:
-        shutdown_request.take_signals()  # its file is start while it is made, and has to be ended
-        recorder = make(
-            Recorder, directory=str(options.record), rig=_attached_rig(options), notes=options.notes, use_sim_time=True
-        )
+        shutdown_request.take_signals()  # its constructor opens a file, which must be closed
+        rig = _attached_rig(options)
+        recorder = make(Recorder, directory=str(options.record), rig=rig, notes=options.notes, use_sim_time=True)
         ending.push(functools.partial(_finish, recorder))
         shutdown_request.raise_on_signals(TerminationSignal)
-    dashboard = None
-    if options.live is not None:
-        dashboard = _make_dashboard(make, options.live, announce)
-    controller = make(
-        RockingController,
-        rig=options.rig,
-        use_sim_time=True,
-        tool_face_target=options.target,
-        controller=options.controller,
-        **options.settings,
-    )
+    dashboard = None if options.live is None else _make_dashboard(make, options.live, announce)
+    controller = _make_controller(make, options)
     reporting = [node for node in (simulator, recorder, controller) if node is not None]
     nodes = reporting if dashboard is None else [*reporting, dashboard]
     if recorder is not None:
@@ -164,6 +145,30 @@ def _run(
     drain(executor, lambda: recorder.messages)
     shutdown_request.raise_error()
     return SessionResult(recorder.path, simulator.simulated, wall, recorder.messages, shutdown_request.signal)
+
+
+def _make_simulator(make: Callable[..., Any], options: SessionOptions) -> Any:
+    return make(
+        FrictionSimulator,
+        rig=options.plant or options.rig,
+        speed=float(options.speed),
+        duration=float(options.duration),
+        seed=options.seed,
+        elements=options.elements,
+        wait_for_controller=True,
+        minimum_subscribers=1 + (options.record is not None) + (options.live is not None),
+    )
+
+
+def _make_controller(make: Callable[..., Any], options: SessionOptions) -> Any:
+    return make(
+        RockingController,
+        rig=options.rig,
+        use_sim_time=True,
+        tool_face_target=options.target,
+        controller=options.controller,
+        **options.settings,
+    )
 
 
 def _attached_rig(options: SessionOptions) -> str:
