@@ -14,6 +14,7 @@ __version__ = "0.1.0"
 
 # Module of each public name; `__init__.pyi` has the types.
 _MODULES = {
+    "ActivitiesResult": "api.activities",
     "Batch": "api.batch",
     "Commands": "drillstring",
     "DiagnosisResult": "api.diagnose",
@@ -26,6 +27,7 @@ _MODULES = {
     "RigLog": "log",
     "Run": "api.simulate",
     "StudyResult": "api.study",
+    "activities": "api.activities",
     "batch": "api.batch",
     "diagnose": "api.diagnose",
     "load_rig": "api.rigs",

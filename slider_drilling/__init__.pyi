@@ -1,3 +1,5 @@
+from slider_drilling.api.activities import ActivitiesResult as ActivitiesResult
+from slider_drilling.api.activities import activities as activities
 from slider_drilling.api.batch import Batch as Batch
 from slider_drilling.api.batch import batch as batch
 from slider_drilling.api.diagnose import DiagnosisResult as DiagnosisResult

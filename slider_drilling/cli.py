@@ -74,6 +74,9 @@ COMMANDS: dict[str, CommandEntry] = {
     "study": CommandEntry(
         "slider_drilling.commands.study", "Study the paper's vibration tools, with a verdict on each claim."
     ),
+    "activities": CommandEntry(
+        "slider_drilling.commands.activities", "Split a day into rotating, sliding, connections and the rest."
+    ),
     "analyse": CommandEntry("slider_drilling.commands.analyse", "Find the friction in a log, and where it acts."),
     "identify": CommandEntry("slider_drilling.commands.identify", "Fit contact parameters to measured friction."),
     "import": CommandEntry(

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import slider_drilling as sd
 from slider_drilling.cli import COMMANDS
 from slider_drilling.files.installed_files import installed_file
 
@@ -16,14 +17,16 @@ GENERATED = {"docs/reference/cli.md", "docs/reference/rig.md", "docs/reference/t
 
 def test_log_page_code_runs(repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     blocks = re.findall(r"```python\n(.*?)```", (repository / "docs" / "how_to" / "logs.md").read_text(), re.DOTALL)
-    assert len(blocks) == 2
-    reading, writing = blocks
+    reading, splitting, writing = blocks
     monkeypatch.chdir(tmp_path)
     shutil.copy(installed_file("config/rig.example.yaml"), "rig.yaml")
     namespace: dict[str, object] = {}
     exec(writing, namespace)
     assert [file.name for file in tmp_path.iterdir() if file.suffix == ".mcap"] == ["run.mcap"]
     exec(reading, namespace)
+    sd.simulate(sd.load_rig(), "slider_drilling.control:SlideController", 90.0, elements=20).save("day.mcap")
+    exec(splitting, namespace)
+    assert (tmp_path / "activities.csv").exists()
 
 
 def test_nodes_page_controller_slides(repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

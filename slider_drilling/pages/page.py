@@ -5,7 +5,9 @@ from __future__ import annotations
 import base64
 import gzip
 import json
+import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
@@ -164,7 +166,7 @@ def _item(
     if isinstance(item, BulletList):
         return {"kind": "bullets", "lines": [units.convert_text(line) for line in item.lines]}
     if isinstance(item, Table):
-        return {"kind": "table", "caption": units.convert_text(item.caption), **_table(item, units)}
+        return {"kind": "table", "caption": units.convert_text(item.caption), **converted_table(item, units)}
     drawn = plotly_spec(item, units)
     drawings.append({"data": drawn["data"], "layout": drawn["layout"], "height": drawn["height"]})
     wide = isinstance(item, Chart) and (item.wide or len(item.panels) > 1)
@@ -184,13 +186,17 @@ def _grouped(items: list[dict[str, Any]]) -> list[list[dict[str, Any]]]:
     return groups
 
 
-def _table(table: Table, units: Units) -> dict[str, Any]:
+def converted_table(table: Table, units: Units) -> dict[str, Any]:
+    """Header, cells (each a list of lines), which columns are numbers, and whether cells are sentences."""
     column_units = [split_label(label)[1] for label in table.header]
     column_units += [""] * (max((len(row) for row in table.rows), default=0) - len(column_units))
+    decimals = [_decimals([row[k] for row in table.rows if k < len(row)], unit, units, table.digits)
+                for k, unit in enumerate(column_units)]  # fmt: skip
     rows = [
-        [_cell(cell, unit, units, table.digits) for cell, unit in zip(row, column_units, strict=False)]
+        [_cell(cell, unit, units, table.digits, places)
+         for cell, unit, places in zip(row, column_units, decimals, strict=False)]
         for row in table.rows
-    ]
+    ]  # fmt: skip
     right = [all(_NUMERIC.match(_plain(row[k])) for row in rows if k < len(row) and _plain(row[k]))
              and any(k < len(row) and _plain(row[k]) for row in rows) for k in range(len(column_units))]  # fmt: skip
     longest = max((len(_plain(cell)) for row in rows for cell in row), default=0)
@@ -202,8 +208,21 @@ def _plain(parts: list[dict[str, str]]) -> str:
     return " ".join(part["text"] for part in parts)
 
 
-def _cell(cell: Cell, unit: str, units: Units, digits: int) -> list[dict[str, str]]:
-    """The lines of a cell."""
+def _decimals(cells: Sequence[Cell], unit: str, units: Units, digits: int) -> int | None:
+    """Decimals that the numbers of a column share: those of its largest.
+
+    None if a smaller number would lose its last digit.
+    """
+    sizes = [abs(units.convert(float(cell), unit)) for cell in cells if isinstance(cell, (int, float))]
+    sizes = [size for size in sizes if math.isfinite(size) and size > 1e-12]
+    if not sizes:
+        return None
+    places = max(digits - 1 - math.floor(math.log10(max(sizes))), 0)
+    return places if min(sizes) >= 10.0**-places and max(sizes) < 1e7 else None
+
+
+def _cell(cell: Cell, unit: str, units: Units, digits: int, decimals: int | None = None) -> list[dict[str, str]]:
+    """The lines of a cell; numbers get so many decimals, or significant digits if that is None."""
     if isinstance(cell, tuple):
         return [part for line in cell for part in _cell(line, unit, units, digits)]
     if isinstance(cell, Tag):
@@ -218,4 +237,7 @@ def _cell(cell: Cell, unit: str, units: Units, digits: int) -> list[dict[str, st
         return [{"text": units.convert_text(cell)}]
     if isinstance(cell, int) and not unit:
         return [{"text": f"{cell}"}]
-    return [{"text": format_number(units.convert(float(cell), unit), digits)}]
+    number = units.convert(float(cell), unit)
+    if decimals is not None and math.isfinite(number):
+        return [{"text": f"{number + 0.0:.{decimals}f}"}]
+    return [{"text": format_number(number, digits)}]

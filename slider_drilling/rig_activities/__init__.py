@@ -1,0 +1,1 @@
+"""What a rig did: a log of a day split into rotating, sliding, rocking, connections, tripping and the rest."""
