@@ -155,11 +155,10 @@ def rank_effects(answer: GapDiagnosis, effects: Sequence[Effect]) -> tuple[Ranke
 
 
 def suspected_effects(answer: GapDiagnosis) -> tuple[str, ...]:
-    """Effects that fail no criterion but those of size: the evidence is there, but they close too little of the gap."""
-    size = {criterion(name).message for name in _SIZE_CRITERIA}
+    """Effects that fail no criterion but those of size: the evidence is there, but they are too small to be named."""
     return tuple(
         candidate.effect.name for candidate in answer.candidates
-        if candidate.failures and set(candidate.failures) <= size and candidate.effect.name not in answer.effects
+        if candidate.too_small and candidate.effect.name not in answer.effects
     )  # fmt: skip
 
 

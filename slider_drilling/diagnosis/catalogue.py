@@ -70,6 +70,7 @@ def _candidate(definition: EffectDefinition, search: Search) -> Effect:
     return Effect(
         definition.name, definition.site, tuple(_parameter(definition, parameter) for parameter in search.parameters),
         search.scan, search.physical, definition.nonphysical, definition.law, search.fidelity,
+        {f"{definition.name}.{key}": value for key, value in definition.sizes.material.items()},
     )  # fmt: skip
 
 

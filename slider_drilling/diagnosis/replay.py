@@ -19,6 +19,9 @@ from slider_drilling.log_inputs.infer_initial_state import LOADED_START_NOTE, in
 from slider_drilling.rig import Mwd, Rig, Sensor
 from slider_drilling.units import Text
 
+# Share of what a channel moves by which the plant as such may be wrong.
+MODEL_ERRORS = {"surface_torque": 0.02, "hook_load": 0.02, "standpipe_pressure": 0.02}
+
 
 @dataclass(frozen=True)
 class ChannelComparison:
@@ -82,8 +85,9 @@ def measured_channels(log: RigLog, rig: Rig) -> dict[str, Channel]:
         keep = np.isfinite(values) & (time >= 0.0) & (time <= last)
         if keep.any():
             channels[name] = Channel(
-                name, time[keep], values[keep], unit, declared_noise=sensor.noise, resolution=sensor.resolution
-            )
+                name, time[keep], values[keep], unit, declared_noise=sensor.noise, resolution=sensor.resolution,
+                model_error=MODEL_ERRORS.get(name, 0.0),
+            )  # fmt: skip
 
     add("surface_torque", "N m", log.top_drive.time, log.top_drive.effort, sensors.surface_torque)
     if log.standpipe_pressure is not None:

@@ -45,7 +45,7 @@ STRIBECK = EffectDefinition(
         scan=tuple((drop, speed) for drop in (0.25, 0.5, 1.0, 2.0) for speed in (0.015, 0.03, 0.06, 0.12, 0.3)),
         physical=(0.0, np.inf),
     ),
-    sizes=Sizes(usual={"drop": 0.3, "speed": 0.05}, small={"drop": 0.2}, large={"drop": 0.6}),
+    sizes=Sizes(usual={"drop": 0.3, "speed": 0.05}, small={"drop": 0.2}, large={"drop": 0.6}, material={"drop": 0.05}),
     phrase=_stribeck_phrase,
     draw=lambda random, length, duration: {"drop": random.uniform(0.1, 0.5), "speed": random.uniform(0.02, 0.1)},
 )  # fmt: skip
@@ -65,7 +65,10 @@ def _viscous_drag_phrase(v: Values) -> Text:
 VISCOUS_DRAG = EffectDefinition(
     "viscous_drag", "contact", ViscousDrag, "coefficient v per metre, axial and tangential",
     search=lambda log: Search((FitParameter("coefficient", 0.0, 300.0, 2.0),), scan=((5.0,), (20.0,), (60.0,))),
-    sizes=Sizes(usual={"coefficient": 25.0}, small={"coefficient": 5.0}, large={"coefficient": 25.0}),
+    sizes=Sizes(
+        usual={"coefficient": 25.0}, small={"coefficient": 5.0}, large={"coefficient": 25.0},
+        material={"coefficient": 1.0},
+    ),
     phrase=_viscous_drag_phrase,
     draw=lambda random, length, duration: {"coefficient": random.uniform(2.0, 30.0)},
 )  # fmt: skip
@@ -100,7 +103,10 @@ STATIC_AGING = EffectDefinition(
         scan=tuple((growth, time) for growth in (0.3, 1.2) for time in (1.0, 5.0, 20.0, 60.0)),
         physical=(0.0, np.inf),
     ),
-    sizes=Sizes(usual={"growth": 0.5, "time": 5.0}, small={"growth": 0.2}, large={"growth": 0.6}),
+    sizes=Sizes(
+        usual={"growth": 0.5, "time": 5.0}, small={"growth": 0.2}, large={"growth": 0.6},
+        material={"growth": 0.1},
+    ),
     phrase=_static_aging_phrase,
     draw=lambda random, length, duration: {"growth": random.uniform(0.1, 0.6), "time": random.uniform(2.0, 20.0)},
 )  # fmt: skip
@@ -131,7 +137,7 @@ def _buckling_contact_phrase(v: Values) -> Text:
 BUCKLING_CONTACT = EffectDefinition(
     "buckling_contact", "contact", BucklingContact, "side force + factor r T^2 / (4 E I) for T < 0",
     search=lambda log: Search((FitParameter("factor", 0.0, 20.0, 0.2),), scan=((0.5,), (1.0,), (4.0,))),
-    sizes=Sizes(usual={"factor": 1.5}, small={"factor": 0.3}, large={"factor": 1.0}),
+    sizes=Sizes(usual={"factor": 1.5}, small={"factor": 0.3}, large={"factor": 1.0}, material={"factor": 0.1}),
     phrase=_buckling_contact_phrase,
     draw=lambda random, length, duration: {"factor": random.uniform(0.5, 2.0)},
 )  # fmt: skip
@@ -192,7 +198,7 @@ CUTTINGS_BED = EffectDefinition(
     search=_search_cuttings_bed,
     sizes=Sizes(
         usual={"factor": 1.9, "top": 0.65, "bottom": 0.8}, small={"factor": 1.8, "top": 0.64, "bottom": 0.72},
-        large={"factor": 3.5, "top": 0.64, "bottom": 0.72}, length_shares=("top", "bottom"),
+        large={"factor": 3.5, "top": 0.64, "bottom": 0.72}, material={"factor": 0.2}, length_shares=("top", "bottom"),
     ),
     phrase=_cuttings_bed_phrase,
     draw=_draw_cuttings_bed,
@@ -223,7 +229,10 @@ def _tortuosity_phrase(v: Values) -> Text:
 TORTUOSITY = EffectDefinition(
     "tortuosity", "contact", Tortuosity, "side force + |T| curvature in the open hole",
     search=lambda log: Search((FitParameter("curvature", 0.0, 0.02, 1e-4),), scan=((2e-4,), (8e-4,), (3e-3,))),
-    sizes=Sizes(usual={"curvature": 6e-4}, small={"curvature": 2e-4}, large={"curvature": 8e-4}),
+    sizes=Sizes(
+        usual={"curvature": 6e-4}, small={"curvature": 2e-4}, large={"curvature": 8e-4},
+        material={"curvature": 1e-4},
+    ),
     phrase=_tortuosity_phrase,
     draw=lambda random, length, duration: {"curvature": random.uniform(1e-4, 1e-3)},
 )  # fmt: skip
@@ -243,7 +252,7 @@ def _friction_drift_phrase(v: Values) -> Text:
 FRICTION_DRIFT = EffectDefinition(
     "friction_drift", "contact", FrictionDrift, "mu (1 + rate t)",
     search=lambda log: Search((FitParameter("rate", -2e-3, 1e-2, 5e-5),), scan=((3e-4,), (-3e-4,), (1.5e-3,))),
-    sizes=Sizes(usual={"rate": 4e-4}, small={"rate": 1e-4}, large={"rate": 4e-4}),
+    sizes=Sizes(usual={"rate": 4e-4}, small={"rate": 1e-4}, large={"rate": 4e-4}, material={"rate": 0.02 / 60.0}),
     phrase=_friction_drift_phrase,
     draw=lambda random, length, duration: {"rate": random.uniform(-0.2, 0.4) / duration},
 )  # fmt: skip

@@ -81,12 +81,15 @@ class Sizes:
         usual: A usual amount; the amplitude is the first key.
         small: What a rig has on a good day.
         large: What a rig has on a bad day.
+        material: Smallest change from neutral that an engineer acts on, by key; one key that reaches it is enough. What
+            a fit finds below it is not named.
         length_shares: Keys whose values are shares of the string's length instead of m.
     """
 
     usual: Values
     small: Values
     large: Values
+    material: Values
     length_shares: tuple[str, ...] = ()
 
     def values(self, size: str, length: float) -> dict[str, float]:

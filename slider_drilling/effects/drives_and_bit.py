@@ -39,7 +39,7 @@ TOP_DRIVE_BACKLASH = EffectDefinition(
     search=lambda log: Search(
         (FitParameter("angle", 0.0, 6.3, 0.05),), scan=tuple((0.1 * 2.0 ** (0.5 * k),) for k in range(12))
     ),
-    sizes=Sizes(usual={"angle": 0.4}, small={"angle": 0.1}, large={"angle": 0.5}),
+    sizes=Sizes(usual={"angle": 0.4}, small={"angle": 0.1}, large={"angle": 0.5}, material={"angle": 0.03}),
     phrase=_top_drive_backlash_phrase,
     draw=lambda random, length, duration: {"angle": random.uniform(0.1, 0.6)},
 )  # fmt: skip
@@ -63,7 +63,7 @@ TORSIONAL_COMPLIANCE = EffectDefinition(
     search=lambda log: Search(
         (FitParameter("extra", -0.5, 3.0, 0.02),), scan=((0.05,), (0.15,), (0.5,)), physical=(0.0, np.inf)
     ),
-    sizes=Sizes(usual={"extra": 0.12}, small={"extra": 0.04}, large={"extra": 0.13}),
+    sizes=Sizes(usual={"extra": 0.12}, small={"extra": 0.04}, large={"extra": 0.13}, material={"extra": 0.02}),
     phrase=_torsional_compliance_phrase,
     draw=lambda random, length, duration: {"extra": random.uniform(0.02, 0.12)},
     # A calibration of friction and stiffness scales a lone torque in the same way.
@@ -108,7 +108,7 @@ AXIAL_OSCILLATION_TOOL = EffectDefinition(
     search=_search_axial_oscillation_tool,
     sizes=Sizes(
         usual={"force": 2e3, "frequency": 15.0, "depth": 0.7}, small={"force": 5e3, "depth": 0.7},
-        large={"force": 2e4, "depth": 0.7}, length_shares=("depth",),
+        large={"force": 2e4, "depth": 0.7}, material={"force": 500.0}, length_shares=("depth",),
     ),
     phrase=_axial_oscillation_tool_phrase,
     draw=lambda random, length, duration: {
@@ -162,6 +162,7 @@ HEAVE = EffectDefinition(
     sizes=Sizes(
         usual={"amplitude": 0.08, "period": 10.0}, small={"amplitude": 0.05, "period": 9.0},
         large={"amplitude": 0.2, "period": 11.0},
+        material={"amplitude": 0.01},
     ),
     phrase=_heave_phrase,
     draw=lambda random, length, duration: {
@@ -206,6 +207,7 @@ MOTOR_WEAR = EffectDefinition(
     sizes=Sizes(
         usual={"torque_loss": 0.28, "extra_leak": 0.2}, small={"torque_loss": 0.1},
         large={"torque_loss": 0.25, "extra_leak": 0.2},
+        material={"torque_loss": 0.05, "extra_leak": 0.05},
     ),
     phrase=_motor_wear_phrase,
     draw=lambda random, length, duration: {
@@ -240,6 +242,7 @@ FORMATION_CHANGE = EffectDefinition(
     sizes=Sizes(
         usual={"factor": 1.4, "time": 150.0}, small={"factor": 0.7, "time": 600.0},
         large={"factor": 2.0, "time": 600.0},
+        material={"factor": 0.1},
     ),
     phrase=_formation_change_phrase,
     draw=lambda random, length, duration: {

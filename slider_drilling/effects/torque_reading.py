@@ -43,7 +43,7 @@ TORQUE_SENSOR_GAIN = EffectDefinition(
     search=lambda log: Search(
         (FitParameter("gain", -0.6, 1.5, 0.01),), scan=((0.05,), (-0.05,), (0.2,), (-0.2,))
     ),
-    sizes=Sizes(usual={"gain": 0.1}, small={"gain": 0.03}, large={"gain": -0.1}),
+    sizes=Sizes(usual={"gain": 0.1}, small={"gain": 0.03}, large={"gain": -0.1}, material={"gain": 0.02}),
     phrase=_torque_sensor_gain_phrase,
     draw=lambda random, length, duration: {"gain": random.uniform(-0.1, 0.1)},
     # A calibration of friction and stiffness scales a lone torque in the same way.
@@ -70,7 +70,7 @@ TORQUE_SENSOR_LAG = EffectDefinition(
         (FitParameter("lag", 0.0, 8.0, 0.05),), scan=((0.1,), (0.4,), (1.2,)),
         physical=(0.5 * log.torque_interval, np.inf),
     ),
-    sizes=Sizes(usual={"lag": 0.5}, small={"lag": 0.2}, large={"lag": 0.8}),
+    sizes=Sizes(usual={"lag": 0.5}, small={"lag": 0.2}, large={"lag": 0.8}, material={"lag": 0.1}),
     phrase=_torque_sensor_lag_phrase,
     draw=lambda random, length, duration: {"lag": random.uniform(0.1, 0.8)},
     visible=_torque_is_logged,
@@ -94,7 +94,7 @@ TORQUE_SENSOR_BIAS = EffectDefinition(
     search=lambda log: Search(
         (FitParameter("bias", -8000.0, 8000.0, 100.0),), scan=((400.0,), (-400.0,), (1500.0,))
     ),
-    sizes=Sizes(usual={"bias": 500.0}, small={"bias": 150.0}, large={"bias": -500.0}),
+    sizes=Sizes(usual={"bias": 500.0}, small={"bias": 150.0}, large={"bias": -500.0}, material={"bias": 100.0}),
     phrase=_torque_sensor_bias_phrase,
     draw=lambda random, length, duration: {"bias": random.uniform(-500.0, 500.0)},
     visible=_torque_is_logged,
@@ -133,6 +133,7 @@ TORQUE_AT_MOTOR = EffectDefinition(
     sizes=Sizes(
         usual={"inertia": 900.0, "friction": 200.0}, small={"inertia": 400.0, "friction": 100.0},
         large={"inertia": 1500.0, "friction": 400.0},
+        material={"inertia": 200.0, "friction": 100.0},
     ),
     phrase=_torque_at_motor_phrase,
     draw=lambda random, length, duration: {

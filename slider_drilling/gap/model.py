@@ -66,6 +66,8 @@ class Effect:
         nonphysical: What a fit outside that range is called.
         law: The law in words.
         fidelity: Of the cheapest simulation that shows the effect.
+        material: Smallest change from neutral that an engineer acts on, by user parameter; one that reaches it is
+            enough. Empty if any change counts.
 
     Raises:
         ValueError: The scan does not fit the parameters.
@@ -79,6 +81,7 @@ class Effect:
     nonphysical: str = "its opposite"
     law: str = ""
     fidelity: int = 0
+    material: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if len(self.scan) < 3:
@@ -91,6 +94,20 @@ class Effect:
                     raise ValueError(f"effect {self.name}: scan value {parameter.name} = {value} on or past a bound")
             if point[0] == self.parameters[0].nominal:
                 raise ValueError(f"effect {self.name}: scan point {point} is neutral")
+
+    def is_material(self, neutral: Values, values: Values) -> bool:
+        """Whether the effect changes something that an engineer acts on.
+
+        Args:
+            neutral: User parameters without the effect.
+            values: User parameters with it.
+
+        Returns:
+            True if one parameter of ``material`` differs by at least that amount, or if there is none.
+        """
+        return not self.material or any(
+            abs(values[name] - neutral.get(name, 0.0)) >= amount for name, amount in self.material.items()
+        )
 
     def is_physical(self, values: Values) -> bool:
         """Whether the amplitude among these values lies in the physical range."""
@@ -129,6 +146,7 @@ class Channel:
         resolution: Smallest step of the sensor, 0 if there is none.
         accumulates: Whether an error that a simulation makes once stays in every later sample, as in an angle that is
             integrated (`slider_drilling.gap.problem.step_loss`).
+        model_error: Share of what the channel moves by which the model as such may be wrong, whatever its parameters.
     """
 
     name: str
@@ -139,6 +157,7 @@ class Channel:
     declared_noise: float | None = None
     resolution: float = 0.0
     accumulates: bool = False
+    model_error: float = 0.0
 
     def residual(self, simulated: Array) -> Array:
         """measured - simulated, (..., n), wrapped to half a period either way where the channel wraps."""

@@ -1,10 +1,11 @@
-"""Confidence intervals of fitted parameters, from the curvature of the likelihood."""
+"""Confidence intervals of fitted parameters, from the curvature of the likelihood and the model's own error."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from slider_drilling.gap.model import Array, HasUserParameters, Parameter
+from slider_drilling.gap.problem.model_error import model_error_covariance
 from slider_drilling.gap.problem.problem import Problem
 from slider_drilling.gap.search.least_squares import Fit, prior_weights
 
@@ -20,7 +21,8 @@ def parameter_intervals(problem: Problem, found: Fit) -> dict[str, tuple[float, 
     _, rows = problem.whitened(found.residual, found.jacobian, found.discrepancy)
     normal = rows @ rows.T + np.diag(prior_weights(found.parameters) ** 2)
     # The pseudo-inverse: what the log says nothing of may lie anywhere within its bounds.
-    covariance = np.linalg.pinv(normal + 1e-9 * np.eye(len(normal)))
+    covariance: Array = np.asarray(np.linalg.pinv(normal + 1e-9 * np.eye(len(normal))), dtype=np.float64)
+    covariance = covariance + model_error_covariance(problem, found, rows, covariance)
     values = user_values(problem, found.values)
     intervals = {}
     for name, parameter in user_parameters(problem, found).items():

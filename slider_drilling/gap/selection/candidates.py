@@ -24,7 +24,7 @@ from slider_drilling.gap.search.fine_fit import refit_in_fine_simulation, refit_
 from slider_drilling.gap.search.least_squares import Fit, fit
 from slider_drilling.gap.search.race import Arm, finalists
 from slider_drilling.gap.selection.calibration import lower_floors
-from slider_drilling.gap.selection.naming_criteria import Evidence, Stage, failures
+from slider_drilling.gap.selection.naming_criteria import Evidence, Kind, Stage, failed_criteria, failures
 from slider_drilling.gap.selection.nuisance_limits import calibrate_within_limits, outside_prior
 from slider_drilling.gap.selection.refit import (
     best_fit,
@@ -208,8 +208,16 @@ def _test_candidate(
     """The model tested against the current one by the naming criteria, in runs that its fit has not seen too."""
     evidence = Evidence(state, state.current, model, remaining, seed)
     closed, interval = gap_closed(state.bootstrap, state.current.score, model.score)
-    failed = failures(Stage.CANDIDATE, evidence)
-    result = CandidateResult(model.effects[-1], model, closed, interval, failed, state.current.names)
+    failed = failed_criteria(Stage.CANDIDATE, evidence)
+    result = CandidateResult(
+        effect=model.effects[-1],
+        fitted=model,
+        closed=closed,
+        interval=interval,
+        failures=tuple(message for each in failed for message in each.messages(evidence)),
+        beside=state.current.names,
+        too_small=bool(failed) and all(each.kind is Kind.SIZE for each in failed),
+    )
     if failed or len(model.problem.model.runs) < 2:
         return result
     before, after = state.current.cross_run_score, model.cross_run_score

@@ -31,6 +31,8 @@ from slider_drilling.gap.evidence.compare import (
 from slider_drilling.gap.evidence.free_forms import FreeFormFit
 from slider_drilling.gap.evidence.score import HeldOutScore
 from slider_drilling.gap.model import Effect
+from slider_drilling.gap.problem.model_error import model_error_budget
+from slider_drilling.gap.results.intervals import user_values
 from slider_drilling.gap.search.multi_start import NUISANCE_LIMIT
 from slider_drilling.gap.selection.nuisance_limits import outside_prior
 from slider_drilling.gap.selection.refit import check_adequacy
@@ -41,6 +43,18 @@ from slider_drilling.gap.selection.state import FittedModel, SearchState
 MIN_GAP_CLOSED = 0.05
 _PERCENT = f"{100.0 * MIN_GAP_CLOSED:g} %"
 _SHARED_LEVEL = f"{100.0 * LEVEL:g} % divided by the number of candidates"
+
+
+# Smallest E^2 - 1 of a channel that is a gap to explain: E of 1.1. White noise of a few hundred samples leaves less.
+MIN_GAP = 0.2
+
+
+class Kind(Enum):
+    """What a rule asks. An effect that fails rules of size alone has evidence, and is reported as suspected."""
+
+    EVIDENCE = "evidence"
+    MEANING = "meaning"
+    SIZE = "size"
 
 
 class Stage(Enum):
@@ -109,6 +123,7 @@ class Criterion:
         message: Shown to users when the rule fails; ``{detail}`` is filled in from ``details``.
         reason: Why the rule exists.
         passes: The test.
+        kind: What the rule asks.
         exemption: Another way to pass, None if there is none.
         details: What to fill in, one message for each.
     """
@@ -120,6 +135,7 @@ class Criterion:
     message: str
     reason: str
     passes: Callable[[Evidence], bool]
+    kind: Kind = Kind.EVIDENCE
     exemption: Exemption | None = None
     details: Callable[[Evidence], Sequence[str]] = lambda evidence: ("",)
 
@@ -140,12 +156,17 @@ class CriteriaRow(NamedTuple):
 
 def failures(stage: Stage, evidence: Evidence) -> tuple[str, ...]:
     """Messages of one stage's criteria that the evidence does not pass, in the table's order; empty if all pass."""
+    return tuple(message for failed in failed_criteria(stage, evidence) for message in failed.messages(evidence))
+
+
+def failed_criteria(stage: Stage, evidence: Evidence) -> tuple[Criterion, ...]:
+    """Criteria of one stage that the evidence does not pass, in the table's order; empty if all pass."""
     failed = [criterion for criterion in CRITERIA if stage in criterion.stages and not criterion.passes(evidence)]
     final = [criterion for criterion in failed if criterion.exemption is None]
     for criterion in failed:
         if criterion.exemption is not None and (final or not criterion.exemption.holds(evidence)):
             final.append(criterion)
-    return tuple(message for criterion in failed if criterion in final for message in criterion.messages(evidence))
+    return tuple(criterion for criterion in failed if criterion in final)
 
 
 def criterion(name: str) -> Criterion:
@@ -214,6 +235,38 @@ def _gap_shrinks(evidence: Evidence) -> bool:
 
 def _closes_enough(evidence: Evidence) -> bool:
     return gap_reduction_relevant(evidence.without.score, evidence.fitted.score)
+
+
+def _uncertainty_of_squared_gaps(model: FittedModel) -> dict[str, float]:
+    """By channel, how far E^2 of white noise strays from 1: four standard deviations for its number of samples."""
+    counts: dict[str, int] = {}
+    for piece in model.problem.pieces:
+        counts[piece.name] = counts.get(piece.name, 0) + piece.channel.time.size
+    return {name: 4.0 * float(np.sqrt(2.0 / count)) for name, count in counts.items()}
+
+
+def _gap_to_explain(evidence: Evidence) -> bool:
+    problem, fitted = evidence.without.problem, evidence.without.fit
+    budget, chance = model_error_budget(problem, fitted), _uncertainty_of_squared_gaps(evidence.without)
+    before = evidence.without.score.by_channel
+    return any(gap**2 - 1.0 > max(MIN_GAP, budget[name], chance[name]) for name, gap in before.items())
+
+
+def _exceeds_model_error(evidence: Evidence) -> bool:
+    problem, fitted = evidence.without.problem, evidence.without.fit
+    budget, chance = model_error_budget(problem, fitted), _uncertainty_of_squared_gaps(evidence.without)
+    before, after = evidence.without.score.by_channel, evidence.fitted.score.by_channel
+    return any(before[name] ** 2 - after[name] ** 2 > max(budget[name], chance[name]) for name in before)
+
+
+def _is_material(evidence: Evidence) -> bool:
+    problem, values = evidence.fitted.problem, evidence.fitted.fit.values
+    fitted = user_values(problem, values)
+    for effect in evidence.new_effects:
+        own = {parameter.name: parameter.nominal for parameter in effect.parameters}
+        if not effect.is_material(user_values(problem, values | own), fitted):
+            return False
+    return True
 
 
 def _nonphysical(evidence: Evidence) -> list[str]:
@@ -328,6 +381,38 @@ CRITERIA: tuple[Criterion, ...] = (
         passes=_gap_shrinks,
     ),
     Criterion(
+        name="a gap to explain",
+        stages=(Stage.CANDIDATE,),
+        test="gap of every channel without the effect",
+        threshold=f"E^2 - 1 of one channel above {MIN_GAP:g} (MIN_GAP), above four standard deviations of white noise, and "
+        "above the model's own error",
+        message="no gap to explain: without it every channel is at the noise, or within the model's own error",
+        reason="An effect beside which nothing was left to explain is a correction of the model, not a cause.",
+        passes=_gap_to_explain,
+        kind=Kind.SIZE,
+    ),
+    Criterion(
+        name="beyond the model's error",
+        stages=(Stage.CANDIDATE,),
+        test="reduction of E^2 in every channel",
+        threshold="in one channel more than the model's own error may hold (Channel.model_error), and more than four "
+        "standard deviations of white noise",
+        message="too small: closes less than the model's own error may hold",
+        reason="No simulator is exact. What an effect closes must exceed what mesh, laws and sensors are wrong by.",
+        passes=_exceeds_model_error,
+        kind=Kind.SIZE,
+    ),
+    Criterion(
+        name="material",
+        stages=(Stage.CANDIDATE,),
+        test="fitted parameters of every new effect",
+        threshold="one parameter differs from neutral by the smallest amount that an engineer acts on (registry)",
+        message="too small: by less than anybody would act on",
+        reason="A name asks somebody to do something.",
+        passes=_is_material,
+        kind=Kind.SIZE,
+    ),
+    Criterion(
         name="gap reduction relevant",
         stages=(Stage.CANDIDATE, Stage.VERDICT),
         test="share of the held-out gap that the effect closes",
@@ -335,6 +420,7 @@ CRITERIA: tuple[Criterion, ...] = (
         message=f"too small: closes less than {_PERCENT} of the gap",
         reason="In a long log a tiny change is significant. No simulator is exact, and nobody acts on so little.",
         passes=_closes_enough,
+        kind=Kind.SIZE,
     ),
     Criterion(
         name="sign and size physical",
@@ -344,6 +430,7 @@ CRITERIA: tuple[Criterion, ...] = (
         message="its fitted value is not physical: it would be {detail}",
         reason="With the wrong sign an effect is another cause than its name says.",
         passes=lambda evidence: not _nonphysical(evidence),
+        kind=Kind.MEANING,
         details=_nonphysical,
     ),
     Criterion(
@@ -354,6 +441,7 @@ CRITERIA: tuple[Criterion, ...] = (
         message=f"too small: closes less than {_PERCENT} of the gap left after calibration",
         reason="Where the model is adequate already, a large share of what remains can be next to nothing.",
         passes=_closes_enough_of_calibrated_gap,
+        kind=Kind.SIZE,
         exemption=Exemption("an effect was visible in the residuals and none is any more", _nothing_left_to_find),
     ),
     Criterion(
@@ -373,6 +461,7 @@ CRITERIA: tuple[Criterion, ...] = (
         message=f"in runs that its fit has not seen, it closes less than {_PERCENT} of the gap",
         reason="As in the runs that were fitted: nobody acts on so little.",
         passes=_closes_enough_in_other_runs,
+        kind=Kind.SIZE,
     ),
     Criterion(
         name="no free form of a known effect",

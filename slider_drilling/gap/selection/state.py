@@ -54,6 +54,7 @@ class CandidateResult:
         beside: Names of the effects that were in the model before.
         closed_in_other_runs: Share and interval of the gap of each run under a fit to the others; None for a single run
             and for a candidate that failed before.
+        too_small: Whether it failed criteria of size alone: the evidence is there, and it is suspected.
     """
 
     effect: Effect
@@ -63,6 +64,7 @@ class CandidateResult:
     failures: tuple[str, ...]
     beside: tuple[str, ...] = ()
     closed_in_other_runs: tuple[float, tuple[float, float]] | None = None
+    too_small: bool = False
 
     @property
     def passed(self) -> bool:

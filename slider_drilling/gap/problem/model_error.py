@@ -1,0 +1,66 @@
+"""The budget for the model's own error: what no parameter and no effect of the catalogue can be blamed for.
+
+No simulator is exact. Mesh, laws of friction, side force, sensors and drive of a real rig differ from any model by some
+per cent everywhere. `Channel.model_error` says by how much, as a share of what the channel moves. Kennedy and O'Hagan
+(Journal of the Royal Statistical Society B 63, 2001) call it model inadequacy.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slider_drilling.gap.model import Array
+from slider_drilling.gap.problem.problem import Piece, Problem
+from slider_drilling.gap.search.least_squares import Fit
+
+# Independent numbers that the model's error has in one channel, however long the log is: it repeats with the rocking.
+INDEPENDENT_ERRORS = 20
+
+
+def model_error_budget(problem: Problem, fitted: Fit) -> dict[str, float]:
+    """By channel, E^2 that the model's own error may hold beside the noise.
+
+    Args:
+        problem: The problem.
+        fitted: A fit, whose simulation shows how far every channel moves.
+
+    Returns:
+        ``(model_error * standard deviation of the channel / noise)^2``, averaged over the runs.
+    """
+    budget: dict[str, list[float]] = {}
+    for piece in problem.pieces:
+        budget.setdefault(piece.name, []).append(_error_size(piece, fitted.simulated) ** 2)
+    return {name: float(np.mean(values)) for name, values in budget.items()}
+
+
+def model_error_covariance(problem: Problem, fitted: Fit, rows: Array, covariance: Array) -> Array:
+    """Covariance of the parameters that the model's own error adds.
+
+    An error of the model repeats with the excitation: it does not average out as noise does. In a channel of n samples
+    it counts as `INDEPENDENT_ERRORS` numbers, each of which acts on n of them together.
+
+    Args:
+        problem: The problem.
+        fitted: The fit.
+        rows: (p, N) its Jacobian, whitened.
+        covariance: (p, p) of the parameters by noise alone.
+
+    Returns:
+        (p, p), zero where no channel has a model error.
+    """
+    information = np.zeros_like(covariance)
+    for piece in problem.pieces:
+        own = rows[:, piece.rows]
+        repeated = max(piece.channel.time.size / INDEPENDENT_ERRORS, 1.0)
+        information += _error_size(piece, fitted.simulated) ** 2 * repeated * (own @ own.T)
+    return np.asarray(covariance @ information @ covariance)
+
+
+def _error_size(piece: Piece, simulated: Array) -> float:
+    """Standard deviation, noise units, of the model's error in one channel of one run.
+
+    What accumulates is counted in missed steps: how far it moves is no measure of that.
+    """
+    if piece.channel.accumulates:
+        return 0.0
+    return piece.channel.model_error * float(np.std(simulated[piece.rows]))
