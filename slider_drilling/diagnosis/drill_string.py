@@ -17,11 +17,12 @@ from slider_drilling.diagnosis.free_forms import (
     friction_factor,
 )
 from slider_drilling.diagnosis.manoeuvres import next_runs
+from slider_drilling.diagnosis.nuisance import reading_parameters
 from slider_drilling.diagnosis.run_inputs import RunInputs
 from slider_drilling.diagnosis.unlogged_block import block_offsets
 from slider_drilling.diagnosis.unlogged_flow import add_flow_steps
 from slider_drilling.diagnosis.user_effects import UserEffect, combined_modifiers
-from slider_drilling.drillstring import InitialState, Observer, Response, simulate_batch
+from slider_drilling.drillstring import Commands, InitialState, Observer, Response, simulate_batch
 from slider_drilling.effects import Effects
 from slider_drilling.gap.model import (
     Array,
@@ -35,6 +36,8 @@ from slider_drilling.gap.model import (
 )
 from slider_drilling.rig import FrictionInterval, Rig
 
+# Parameters that the plant does not know: they act on readings alone.
+READINGS = frozenset(parameter.name for parameter in reading_parameters())
 # Elements of the string at each fidelity.
 MESHES = (32, 100, 160)
 
@@ -142,6 +145,9 @@ class DrillString:
                     self._with_flow_steps(run, row, channel.time, values)
                     for row, values in zip(rows, sets, strict=True)
                 ]
+            if channel.name == "hook_load":
+                moving = direction_of_block(self.inputs[run].commands, channel.time)
+                rows = [read_hook_load(row, moving, values) for row, values in zip(rows, sets, strict=True)]
             simulated[channel.name] = np.stack(rows)
         for index, values in enumerate(sets):
             for user in self._active_users(values):
@@ -176,17 +182,18 @@ class DrillString:
 
         A set with a user's effect runs by itself: the effect may change the elements.
         """
-        responses: dict[int, Response] = {}
-        batches: dict[tuple[tuple[str, float], ...], list[int]] = {}
-        for index, values in enumerate(sets):
+        # Sets that differ in how channels are read alone share one simulation.
+        keys = [tuple(item for item in sorted(values.items()) if item[0] not in READINGS) for values in sets]
+        responses: dict[tuple[tuple[str, float], ...], Response] = {}
+        batches: dict[tuple[tuple[str, float], ...], dict[tuple[tuple[str, float], ...], Values]] = {}
+        for key, values in zip(keys, sets, strict=True):
             if self._active_users(values):
-                responses[index] = self._with_users(run, values, elements, observer)
+                responses[key] = responses.get(key) or self._with_users(run, values, elements, observer)
             else:
-                batches.setdefault(disturbance_key(values), []).append(index)
-        for indices in batches.values():
-            batch = self._batch(run, [sets[index] for index in indices], elements, observer)
-            responses.update(zip(indices, batch, strict=True))
-        return [responses[index] for index in range(len(sets))]
+                batches.setdefault(disturbance_key(values), {}).setdefault(key, values)
+        for batch in batches.values():
+            responses.update(zip(batch, self._batch(run, list(batch.values()), elements, observer), strict=True))
+        return [responses[key] for key in keys]
 
     def _batch(self, run: int, sets: Sequence[Values], elements: int, observer: Observer | None) -> Sequence[Response]:
         """Simulate sets with the same disturbance."""
@@ -212,6 +219,27 @@ class DrillString:
             bit_torque_factor=bit_torque_factor(commands, values), block_offset=self._block_offset(run, [values]),
             single_precision=True,
         )[0]  # fmt: skip
+
+
+# m/s of block speed, below which the friction of the sheaves is not fully turned round.
+SHEAVE_REVERSAL_SPEED = 5e-4
+
+
+def direction_of_block(commands: Commands, time: Array) -> Array:
+    """(n,) from -1, raised, to 1, lowered, at the times, s."""
+    return np.tanh(np.interp(time, commands.time, commands.block_speed) / SHEAVE_REVERSAL_SPEED)
+
+
+def read_hook_load(load: Array, moving: Array, values: Values) -> Array:
+    """The hook load as it is read at the dead line.
+
+    Args:
+        load: (n,) N, at the hook.
+        moving: (n,) direction of the block, see `direction_of_block`.
+        values: Calibrated values of `reading_parameters`.
+    """
+    gain, offset = values.get("hook_load_gain", 1.0), values.get("hook_load_offset", 0.0)
+    return np.asarray(gain * load + offset - values.get("sheave_friction", 0.0) * moving)
 
 
 def initial_state_with(values: Values, before: InitialState) -> InitialState:

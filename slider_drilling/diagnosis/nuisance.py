@@ -31,6 +31,8 @@ def nuisance_parameters(rig: Rig, channels: Sequence[str]) -> tuple[Parameter, .
     if set(channels) & {"hook_load", "standpipe_pressure", "tool_face"}:
         parameters.append(Parameter("axial_damping", 1.0, 0.1, 5.0, 0.2, spread=0.5))
         parameters.append(Parameter("bit_stiffness", 1.0, 0.4, 2.5, 0.05, spread=0.2))
+    if "hook_load" in channels:
+        parameters += reading_parameters()
     if "standpipe_pressure" in channels:
         # A larger error of the gain is a fault with its own name (motor_wear), not a calibration.
         parameters.append(Parameter("motor_gain", 1.0, 0.85, 1.15, 0.02, spread=0.05))
@@ -38,6 +40,19 @@ def nuisance_parameters(rig: Rig, channels: Sequence[str]) -> tuple[Parameter, .
     if "tool_face" in channels:
         parameters.append(Parameter("tool_face_offset", 0.0, -3.2, 3.2, 0.1, "rad", spread=0.5, per_run=True))
     return tuple(parameters)
+
+
+def reading_parameters() -> tuple[Parameter, ...]:
+    """How the hook load is read: what is left of the block's weight after the tare, gain, and friction of the sheaves.
+
+    Sources of the spreads: Luke and Juvkam-Wold, SPE Drilling Engineering 8 (1993), sheave friction of 1 to 3 % of the
+    load; Cayeux et al., SPE 163492 (2013), transducers of 0.5 to 2 %.
+    """
+    return (
+        Parameter("hook_load_offset", 0.0, -5e5, 5e5, 2e3, "N", spread=1.5e4),
+        Parameter("hook_load_gain", 1.0, 0.8, 1.25, 0.005, spread=0.015),
+        Parameter("sheave_friction", 0.0, -1e3, 4e4, 1e3, "N", spread=4e3),
+    )
 
 
 def run_parameters(channels: Sequence[str], runs: Sequence[RunInputs]) -> tuple[Parameter, ...]:

@@ -384,8 +384,8 @@ CRITERIA: tuple[Criterion, ...] = (
         name="a gap to explain",
         stages=(Stage.CANDIDATE,),
         test="gap of every channel without the effect",
-        threshold=f"E^2 - 1 of one channel above {MIN_GAP:g} (MIN_GAP), above four standard deviations of white noise, and "
-        "above the model's own error",
+        threshold=f"E^2 - 1 of one channel above {MIN_GAP:g} (MIN_GAP), above four standard deviations of white noise, "
+        "and above the model's own error",
         message="no gap to explain: without it every channel is at the noise, or within the model's own error",
         reason="An effect beside which nothing was left to explain is a correction of the model, not a cause.",
         passes=_gap_to_explain,
