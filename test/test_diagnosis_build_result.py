@@ -7,9 +7,8 @@ from types import SimpleNamespace
 import pytest
 
 from slider_drilling.diagnosis import build_result
-from slider_drilling.diagnosis.build_result import rank_effects, suspected_effects, why_not_in_answer
+from slider_drilling.diagnosis.build_result import rank_effects, why_not_in_answer
 from slider_drilling.diagnosis.ranking_table import candidate_status
-from slider_drilling.gap.selection.naming_criteria import criterion
 
 
 def effect(name: str) -> SimpleNamespace:
@@ -107,11 +106,3 @@ def test_reason_without_named_effects_follows_the_verdict(monkeypatch, verdict, 
     assert expected in why_not_in_answer(accepted, answer)
     if verdict == "unknown":
         assert why_not_in_answer(other, answer) == "stribeck fits better but was not confirmed"
-
-
-def test_effect_that_fails_by_size_alone_is_suspected():
-    small, significant = (criterion(name).message for name in ("gap reduction relevant", "gap reduction significant"))
-    named, too_small = candidate([effect("heave")], 0.5), candidate([effect("stribeck")], 0.02, failures=(small,))
-    weak = candidate([effect("tortuosity")], 0.02, failures=(significant, small))
-    answer = engine_answer(("heave",), (named, too_small, weak), named)
-    assert suspected_effects(answer) == ("stribeck",)

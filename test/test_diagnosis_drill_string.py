@@ -14,6 +14,7 @@ from slider_drilling.blind.plant_law import no_effect
 from slider_drilling.blind.recorder import write_sealed_log
 from slider_drilling.blind.sealed_plant import PlantPerturbation, simulate_sealed
 from slider_drilling.diagnosis import build_model as situation
+from slider_drilling.diagnosis import drill_string
 from slider_drilling.diagnosis.build_model import build_model
 from slider_drilling.diagnosis.catalogue import catalogue
 from slider_drilling.diagnosis.diagnose import diagnose, tuned_rig
@@ -291,3 +292,20 @@ def test_sealed_laws_change_the_channels(name):
 )  # fmt: skip
 def test_drill_string_satisfies_every_optional_protocol(protocol):
     assert isinstance(DrillString(short_rig(), (), (), (), ()), protocol)
+
+
+def test_sets_that_differ_in_readings_share_a_simulation(monkeypatch, tmp_path):
+    log = read_log(write_run(tmp_path / "run.mcap", short_rig(), rocking(30.0)))
+    model = replace(build_model([log], short_rig()).model, meshes=(12, 20))
+    simulated = []
+    plain = drill_string.simulate_batch
+
+    def counted(rigs, *given, **options):
+        simulated.append(len(rigs))
+        return plain(rigs, *given, **options)
+
+    monkeypatch.setattr(drill_string, "simulate_batch", counted)
+    sets = [{}, {"hook_load_offset": 1e4}, {"hook_load_gain": 1.01}, {"friction_1": 1.1}]
+    channels = model.simulate(0, sets, SimulationOptions(0))
+    assert sum(simulated) == 2
+    assert np.allclose(channels["hook_load"][1] - channels["hook_load"][0], 1e4)

@@ -57,7 +57,7 @@ def with_engine_result(
         verdict=answer.verdict,
         site=answer.site,
         effects=answer.effects,
-        suspected=suspected_effects(answer),
+        suspected=tuple(candidate.effect.name for candidate in answer.suspected),
         masked_effects=answer.masked_effects,
         interrupted=state.interrupted,
         gap=_gap(answer, model),
@@ -152,14 +152,6 @@ def rank_effects(answer: GapDiagnosis, effects: Sequence[Effect]) -> tuple[Ranke
     why_not = SCREENED_OUT if answer.state.steps else NOT_SEARCHED
     ranking += [RankedEffect(e.name, e.site, False, False, (why_not,), None, None, {}, ()) for e in others]
     return tuple(ranking)
-
-
-def suspected_effects(answer: GapDiagnosis) -> tuple[str, ...]:
-    """Effects that fail no criterion but those of size: the evidence is there, but they are too small to be named."""
-    return tuple(
-        candidate.effect.name for candidate in answer.candidates
-        if candidate.too_small and candidate.effect.name not in answer.effects
-    )  # fmt: skip
 
 
 def _new_effects(candidate: CandidateResult, answer: GapDiagnosis, ranked: set[str]) -> list[Effect]:

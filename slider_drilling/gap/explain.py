@@ -118,6 +118,14 @@ class GapDiagnosis:
         return self.state.indistinguishable
 
     @property
+    def suspected(self) -> tuple[CandidateResult, ...]:
+        """Effects with evidence that are too small to be named, as the last step that tested each found them."""
+        last = {
+            candidate.effect.name: candidate for step in self.state.steps for candidate in step.candidates
+        }  # fmt: skip
+        return tuple(each for each in last.values() if each.too_small and each.effect.name not in self.effects)
+
+    @property
     def candidates(self) -> tuple[CandidateResult, ...]:
         """Every finalist of every step once: accepted ones first, then by held-out prediction."""
         accepted = [step.accepted for step in self.state.steps if step.accepted is not None]

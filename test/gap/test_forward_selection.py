@@ -17,11 +17,18 @@ from slider_drilling.gap.selection import forward_selection
 
 
 @pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize(("large", "small"), [({"sine": 12.0}, {"bend": 1.7}), ({"sine": 20.0}, {"saw": 1.5})])
-def test_visible_small_effect_is_named_beside_large(seed, large, small):
-    """It closes a hundredth of what the other one does; without it E is nearly 1."""
+@pytest.mark.parametrize(("large", "small"), [({"sine": 12.0}, {"bend": 3.0}), ({"sine": 20.0}, {"saw": 4.0})])
+def test_second_effect_with_a_gap_is_named(seed, large, small):
     answer = explain(toy(large | small, seed))
     assert set(answer.effects) == {*large, *small}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_second_effect_without_a_gap_is_suspected(seed):
+    """It is certain, but beside the large one E is as good as one."""
+    answer = explain(toy({"sine": 20.0, "saw": 1.5}, seed))
+    assert answer.effects == ("sine",)
+    assert [each.effect.name for each in answer.suspected] == ["saw"]
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -21,8 +21,10 @@ from slider_drilling.gap.search.multi_start import NUISANCE_LIMIT
 from slider_drilling.gap.selection import naming_criteria
 from slider_drilling.gap.selection.naming_criteria import (
     CRITERIA,
+    MIN_GAP,
     MIN_GAP_CLOSED,
     Evidence,
+    Kind,
     Stage,
     criterion,
     failures,
@@ -38,14 +40,19 @@ INSIDE, OUTSIDE = 1.01, 0.99  # times a threshold
 
 def scored(squares: object = 3.0, density: object = 0.0) -> HeldOutScore:
     squares, density = (np.broadcast_to(np.asarray(each, dtype=float), TIME.shape) for each in (squares, density))
-    return HeldOutScore(density, np.sqrt(squares), squares, float(np.sqrt(np.mean(squares))), {}, 0)
+    gap = float(np.sqrt(np.mean(squares)))
+    return HeldOutScore(density, np.sqrt(squares), squares, gap, {"force": gap}, 0)
 
 
 def model(score: HeldOutScore, cost: float = 0.0, parameters: int = 2, effects: tuple = (), **more: object):
     values = {"sine": 1.0}
-    found = SimpleNamespace(cost=cost, parameters=("free",) * parameters, values=values, residual=cost)
+    simulated = more.pop("simulated", np.zeros(TIME.size))
+    found = SimpleNamespace(
+        cost=cost, parameters=("free",) * parameters, values=values, residual=cost, simulated=simulated
+    )  # fmt: skip
     # The log alone costs as much as the fit with its priors: the stub has none.
-    problem = SimpleNamespace(cost=lambda residual: (residual, {}), model=SimpleNamespace(nuisance=()))
+    pieces = more.pop("pieces", PROBLEM.pieces)
+    problem = SimpleNamespace(cost=lambda residual: (residual, {}), model=SimpleNamespace(nuisance=()), pieces=pieces)
     names = tuple(effect.name for effect in effects)
     return SimpleNamespace(effects=effects, names=names, score=score, fit=found, problem=problem, **more)
 
@@ -95,6 +102,32 @@ def is_likelier(times: float) -> Evidence:
 def shrinks(times: float) -> Evidence:
     after = 3.0 - times * least_certain_reduction() - 0.1 * NOISE
     return evidence(model(scored(3.0)), model(scored(after), effects=(SINE,)))
+
+
+def has_a_gap(times: float) -> Evidence:
+    return evidence(model(scored(1.0 + times * smallest_gap())), model(scored(1.0), effects=(SINE,)))
+
+
+def smallest_gap() -> float:
+    """E^2 - 1 that white noise of so few samples may leave, where that is more than `MIN_GAP`."""
+    return max(MIN_GAP, 3.0 * np.sqrt(2.0 / TIME.size))
+
+
+def exceeds_model_error(times: float) -> Evidence:
+    """A model that is wrong by a tenth of what the channel moves: by one noise unit."""
+    (piece,) = PROBLEM.pieces
+    pieces = (replace(piece, channel=replace(piece.channel, model_error=0.1)),)
+    moved = 10.0 * np.where(np.arange(TIME.size) % 2, 1.0, -1.0)
+    held = 1.0
+    without = model(scored(3.0), pieces=pieces, simulated=moved)
+    return evidence(without, model(scored(3.0 - times * held), effects=(SINE,)))
+
+
+def is_material(times: float) -> Evidence:
+    sine = replace(SINE, material={"sine": 2.0})
+    fitted = model(scored(), effects=(sine,))
+    fitted.fit.values["sine"] = 2.0 * times
+    return evidence(model(scored()), fitted)
 
 
 def closes(times: float) -> Evidence:
@@ -169,6 +202,9 @@ AT_THRESHOLD: dict[str, Callable[[float], Evidence]] = {
     "strong evidence where noise is enough": is_evident,
     "likelihood ratio": is_likelier,
     "gap reduction significant": shrinks,
+    "a gap to explain": has_a_gap,
+    "beyond the model's error": exceeds_model_error,
+    "material": is_material,
     "gap reduction relevant": closes,
     "sign and size physical": is_physical,
     "relevant after calibration": closes_of_calibrated,
@@ -223,7 +259,7 @@ def test_table_holds_plain_strings_in_order():
     assert [row.name for row in rows] == list(AT_THRESHOLD)
     assert all(isinstance(cell, str) and cell and "{" not in cell for row in rows for cell in row)
     assert len({row.message for row in rows}) == len(rows)
-    assert "5 %" in rows[4].threshold
+    assert "5 %" in criterion("gap reduction relevant").threshold
 
 
 # An exemption: a slow effect gains little everywhere, and one event at the end outweighs many a stretch.
@@ -288,3 +324,9 @@ def test_exemption_is_not_tried_after_another_failure(monkeypatch):
     monkeypatch.setattr(naming_criteria, "check_adequacy", lambda *given: pytest.fail("simulated for nothing"))
     found = closes_of_calibrated(OUTSIDE)
     assert criterion("relevant after calibration").message in failures(Stage.CANDIDATE, found)
+
+
+def test_size_and_evidence_are_different_kinds():
+    assert criterion("material").kind is Kind.SIZE
+    assert criterion("likelihood ratio").kind is Kind.EVIDENCE
+    assert criterion("sign and size physical").kind is Kind.MEANING

@@ -37,7 +37,9 @@ def model_error_covariance(problem: Problem, fitted: Fit, rows: Array, covarianc
     """Covariance of the parameters that the model's own error adds.
 
     An error of the model repeats with the excitation: it does not average out as noise does. In a channel of n samples
-    it counts as `INDEPENDENT_ERRORS` numbers, each of which acts on n of them together.
+    it counts as `INDEPENDENT_ERRORS` numbers, each of which acts on its share of the samples together. A time stamp may
+    be wrong by up to half a sampling interval, for all samples of a channel alike: recorders stamp a sample when they
+    read it, send it or store it.
 
     Args:
         problem: The problem.
@@ -53,7 +55,18 @@ def model_error_covariance(problem: Problem, fitted: Fit, rows: Array, covarianc
         own = rows[:, piece.rows]
         repeated = max(piece.channel.time.size / INDEPENDENT_ERRORS, 1.0)
         information += _error_size(piece, fitted.simulated) ** 2 * repeated * (own @ own.T)
+        late = own @ _half_a_sample_late(piece, fitted.simulated)
+        information += np.outer(late, late)
     return np.asarray(covariance @ information @ covariance)
+
+
+def _half_a_sample_late(piece: Piece, simulated: Array) -> Array:
+    """(n,) noise units: what stamps change that are wrong by one standard deviation of a uniform half sample."""
+    time = piece.channel.time
+    if piece.channel.model_error == 0.0 or time.size < 3:
+        return np.zeros(time.size)
+    deviation = float(np.median(np.diff(time))) / np.sqrt(12.0)
+    return np.asarray(deviation * np.gradient(simulated[piece.rows], time))
 
 
 def _error_size(piece: Piece, simulated: Array) -> float:

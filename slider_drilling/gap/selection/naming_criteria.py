@@ -238,11 +238,11 @@ def _closes_enough(evidence: Evidence) -> bool:
 
 
 def _uncertainty_of_squared_gaps(model: FittedModel) -> dict[str, float]:
-    """By channel, how far E^2 of white noise strays from 1: four standard deviations for its number of samples."""
+    """By channel, how far E^2 of white noise strays from 1: three standard deviations for its number of samples."""
     counts: dict[str, int] = {}
     for piece in model.problem.pieces:
         counts[piece.name] = counts.get(piece.name, 0) + piece.channel.time.size
-    return {name: 4.0 * float(np.sqrt(2.0 / count)) for name, count in counts.items()}
+    return {name: 3.0 * float(np.sqrt(2.0 / count)) for name, count in counts.items()}
 
 
 def _gap_to_explain(evidence: Evidence) -> bool:
@@ -384,8 +384,8 @@ CRITERIA: tuple[Criterion, ...] = (
         name="a gap to explain",
         stages=(Stage.CANDIDATE,),
         test="gap of every channel without the effect",
-        threshold=f"E^2 - 1 of one channel above {MIN_GAP:g} (MIN_GAP), above four standard deviations of white noise, "
-        "and above the model's own error",
+        threshold=f"E^2 - 1 of one channel above {MIN_GAP:g} (MIN_GAP), above three standard deviations of white "
+        "noise, and above the model's own error",
         message="no gap to explain: without it every channel is at the noise, or within the model's own error",
         reason="An effect beside which nothing was left to explain is a correction of the model, not a cause.",
         passes=_gap_to_explain,
@@ -395,7 +395,7 @@ CRITERIA: tuple[Criterion, ...] = (
         name="beyond the model's error",
         stages=(Stage.CANDIDATE,),
         test="reduction of E^2 in every channel",
-        threshold="in one channel more than the model's own error may hold (Channel.model_error), and more than four "
+        threshold="in one channel more than the model's own error may hold (Channel.model_error), and more than three "
         "standard deviations of white noise",
         message="too small: closes less than the model's own error may hold",
         reason="No simulator is exact. What an effect closes must exceed what mesh, laws and sensors are wrong by.",

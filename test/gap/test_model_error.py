@@ -1,0 +1,44 @@
+"""The budget for the model's own error: how far it widens intervals, and what it lets pass."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from toy import TIME, Toy, toy
+
+from slider_drilling.gap.problem.model_error import INDEPENDENT_ERRORS, model_error_budget
+from slider_drilling.gap.problem.problem import build_problem
+from slider_drilling.gap.results.intervals import parameter_intervals
+from slider_drilling.gap.search.least_squares import fit
+
+
+def inexact(share: float) -> Toy:
+    """A toy that may be wrong by a share of what it moves."""
+    exact = toy({"sine": 10.0}, 0)
+    (run,) = exact.runs
+    (channel,) = run.channels
+    return replace(exact, runs=(replace(run, channels=(replace(channel, model_error=share),)),))
+
+
+def fitted(share: float):
+    problem = build_problem(inexact(share), [{"force": 1.0}])
+    return problem, fit(problem, problem.expand_per_run(problem.model.nuisance), {})
+
+
+def width(share: float, name: str) -> float:
+    low, high = parameter_intervals(*fitted(share))[name]
+    return high - low
+
+
+def test_budget_is_the_share_of_the_movement():
+    problem, found = fitted(0.1)
+    assert model_error_budget(problem, found)["force"] == pytest.approx((0.1 * np.std(found.simulated)) ** 2)
+
+
+def test_model_error_widens_intervals_as_repeated_errors():
+    _, found = fitted(0.2)
+    repeated = 0.2 * np.std(found.simulated) * np.sqrt(TIME.size / INDEPENDENT_ERRORS)
+    # The error of the stamps widens it a little more.
+    assert width(0.2, "level") >= width(0.0, "level") * np.sqrt(1.0 + repeated**2) * 0.99
