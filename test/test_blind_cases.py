@@ -97,3 +97,13 @@ def test_detection_limit_beyond_tried_sizes_is_none():
     apart = detection_limit([0.5, 1.5, 4.0] * 3, [False, True, True] * 3)
     assert 0.5 < apart.size < 1.5
     assert detection_limit([], []).size is None
+
+
+def test_plants_are_foreign_unless_told():
+    assert {case.plant for case in draw_cases(CasePlan(), 6)} == {"foreign"}
+    assert {case.plant for case in draw_cases(CasePlan(plants=("foreign", "model")), 8)} == {"foreign", "model"}
+
+
+def test_unknown_plant_is_refused():
+    with pytest.raises(InputError, match="--plants own: unknown; use foreign, model"):
+        CasePlan(plants=("own",))

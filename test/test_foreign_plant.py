@@ -9,6 +9,8 @@ from slider_drilling.blind.foreign.instruments import as_read
 from slider_drilling.blind.foreign.plant import ForeignPlant, slow_changes
 from slider_drilling.blind.foreign.structure import FrictionState, Structure, draw_structure
 from slider_drilling.blind.manoeuvres import varied
+from slider_drilling.blind.outside_laws import slipping_encoder
+from slider_drilling.blind.sealed_plant import PlantPerturbation, simulate_foreign
 from slider_drilling.contact import friction_table
 from slider_drilling.drillstring import Commands, InitialState, Modifiers, Plant, Response
 from slider_drilling.files.installed_files import installed_file
@@ -109,6 +111,13 @@ def test_sheaves_read_less_while_lowering(rig: Rig, commands: Commands) -> None:
     _, seen = as_read(structure, commands, response, plant.driven, np.random.default_rng(1))
     lowering = commands.block_speed > 2e-3
     assert np.allclose((response.hook_load - seen.hook_load)[lowering], 3e3, rtol=1e-3)
+
+
+def test_hidden_change_of_the_drive_stays_hidden(rig: Rig, commands: Commands) -> None:
+    """An encoder that slips shows what was asked for, whatever the drive of a foreign plant does."""
+    law = slipping_encoder(np.random.default_rng(1), rig, 1.0)
+    seen, _ = simulate_foreign(rig, PlantPerturbation(elements=80), law, commands, Structure(), 1)
+    assert np.max(np.abs(seen.top_drive_angle - commands.top_drive_angle)) < 0.05
 
 
 def test_drawn_structures_keep_their_ranges() -> None:

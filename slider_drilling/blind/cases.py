@@ -25,6 +25,8 @@ SIZE_TOLERANCE = 1.1
 MIN_SIZE_OF_TWO = 1.5
 """Smallest size of two effects in one log: a smaller one can hardly be identified beside another."""
 DURATION_S = 400.0
+PLANTS = ("foreign", "model")
+"""What a sealed plant is: of foreign structure (`blind.foreign`), or our equations on another mesh."""
 # Of twenty cases twelve have one effect, three a law outside the catalogue, three none and two have two effects.
 _KINDS = ("single", "outside", "single", "none", "single", "single", "two", "single", "outside", "single",
           "single", "none", "single", "outside", "single", "single", "two", "single", "none", "single")  # fmt: skip
@@ -45,6 +47,7 @@ class Case:
         seed: Of everything that is drawn.
         duration: Of the run, s.
         log_defect: Name in `LOG_DEFECTS`.
+        plant: Name in `PLANTS`.
     """
 
     effects: tuple[str, ...]
@@ -54,6 +57,7 @@ class Case:
     seed: int
     duration: float = DURATION_S
     log_defect: str = NO_DEFECT
+    plant: str = "model"
 
     @property
     def kind(self) -> str:
@@ -89,6 +93,7 @@ class CasePlan:
         seed: Another seed gives other wells, nuisance parameters, noise and forms of every law.
         duration: Of each run, s.
         log_defects: Names in `LOG_DEFECTS`, used in turn.
+        plants: Names in `PLANTS`, used in turn.
 
     Raises:
         InputError: A name is unknown, or a number out of range.
@@ -101,12 +106,14 @@ class CasePlan:
     seed: int = 1
     duration: float = DURATION_S
     log_defects: tuple[str, ...] = (NO_DEFECT,)
+    plants: tuple[str, ...] = ("foreign",)
 
     def __post_init__(self) -> None:
         _check_names("--effects", self.effects, [*CATALOGUE_LAWS, *OUTSIDE_LAWS, NO_EFFECT, "two"])
         _check_names("--wells", self.wells, WELLS)
         for option, names, known in (
             ("--manoeuvres", self.manoeuvres, MANOEUVRES), ("--log-defects", self.log_defects, LOG_DEFECTS),
+            ("--plants", self.plants, PLANTS),
         ):  # fmt: skip
             _check_names(option, names, known)
             if not names:
@@ -136,6 +143,7 @@ def _cases(plan: CasePlan) -> Iterator[Case]:
     wells: dict[str, Iterator[str]] = {}
     manoeuvres: dict[str, Iterator[str]] = {}
     defects: dict[str, Iterator[str]] = {}
+    plants: dict[str, Iterator[str]] = {}
     number = 0
     while True:
         for kind in kinds:
@@ -145,7 +153,8 @@ def _cases(plan: CasePlan) -> Iterator[Case]:
             well = next(wells.setdefault(kind, _shuffled(plan.wells, plan.seed, 1000 + len(kind))))
             manoeuvre = next(manoeuvres.setdefault(kind, _shuffled(plan.manoeuvres, plan.seed, 2000 + len(kind))))
             defect = next(defects.setdefault(kind, _shuffled(plan.log_defects, plan.seed, 3000 + len(kind))))
-            yield Case(names, size, well, manoeuvre, 10000 * plan.seed + number, plan.duration, defect)
+            plant = next(plants.setdefault(kind, _shuffled(plan.plants, plan.seed, 4000 + len(kind))))
+            yield Case(names, size, well, manoeuvre, 10000 * plan.seed + number, plan.duration, defect, plant)
             number += 1
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +39,7 @@ class Label:
         plant: Fields of `PlantPerturbation`.
         recorder: Fields of `RecorderModel`.
         log_defect: What the recorder left out, see `log_defects`.
+        structure: Fields of `foreign.structure.Structure`; empty for a plant of the model's own equations.
         schema: Version of the label file.
     """
 
@@ -55,6 +56,7 @@ class Label:
     plant: dict[str, Any]
     recorder: dict[str, Any]
     log_defect: str = NO_DEFECT
+    structure: dict[str, Any] = field(default_factory=dict)
     schema: str = SCHEMA
 
 

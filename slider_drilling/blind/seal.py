@@ -12,13 +12,20 @@ import numpy as np
 
 from slider_drilling.blind.cases import NO_EFFECT, SIZE_TOLERANCE, Case, case_from_json
 from slider_drilling.blind.catalogue_laws import CATALOGUE_LAWS
+from slider_drilling.blind.foreign.structure import draw_structure
 from slider_drilling.blind.label import Label
 from slider_drilling.blind.log_defects import LOG_DEFECTS
 from slider_drilling.blind.manoeuvres import MANOEUVRES
 from slider_drilling.blind.outside_laws import OUTSIDE_LAWS
 from slider_drilling.blind.plant_law import LawFactory, PlantLaw, combine, no_effect
 from slider_drilling.blind.recorder import random_recorder_model, write_sealed_log
-from slider_drilling.blind.sealed_plant import PlantPerturbation, random_perturbation, simulate_sealed, size_in_noise
+from slider_drilling.blind.sealed_plant import (
+    PlantPerturbation,
+    random_perturbation,
+    simulate_foreign,
+    simulate_sealed,
+    size_in_noise,
+)
 from slider_drilling.blind.wells import WELLS
 from slider_drilling.campaign.job import Job
 from slider_drilling.drillstring import Commands, Response
@@ -87,6 +94,12 @@ def make(case: Case, base: Rig, path: Path, twins: Sequence[Path] = ()) -> Label
         sizes.append(size)
     law = laws[0] if len(laws) == 1 else combine(*laws)
     response = neutral if law.name == NO_EFFECT else simulate_sealed(rig, perturbation, law, commands)
+    structure: dict[str, Any] = {}
+    if case.plant == "foreign":
+        # Sizes are those in the model's own plant. What the foreign plant differs by is drawn for every log alike.
+        foreign = draw_structure(np.random.default_rng([case.seed, 3]))
+        commands, response = simulate_foreign(rig, perturbation, law, commands, foreign, case.seed)
+        structure = asdict(foreign)
     write_sealed_log(path, rig, commands, response, generator, recorder)
     for number, twin in enumerate(twins):
         write_sealed_log(twin, rig, commands, response, np.random.default_rng([case.seed, 1, number]), recorder)
@@ -95,7 +108,7 @@ def make(case: Case, base: Rig, path: Path, twins: Sequence[Path] = ()) -> Label
         sites=tuple((law.site, *law.other_sites) for law in laws if law.site is not None), size=case.size,
         sizes=tuple(sizes), well=case.well, manoeuvre=case.manoeuvre, seed=case.seed,
         depth_interval=law.depth_interval, plant=asdict(perturbation), recorder=asdict(recorder),
-        log_defect=case.log_defect,
+        log_defect=case.log_defect, structure=structure,
     )  # fmt: skip
 
 

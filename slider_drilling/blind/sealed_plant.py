@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from slider_drilling.blind.foreign.instruments import as_read
+from slider_drilling.blind.foreign.plant import ForeignPlant, slow_changes
+from slider_drilling.blind.foreign.structure import Structure
 from slider_drilling.blind.plant_law import OperatingPoint, PlantLaw
 from slider_drilling.diagnosis.drill_string import rig_with
 from slider_drilling.drillstring import Commands, InitialState, Modifiers, Plant, Response
@@ -52,26 +56,77 @@ def simulate_sealed(rig: Rig, perturbation: PlantPerturbation, law: PlantLaw, co
         law: What else the plant does.
         commands: What the log states; the law may change it.
     """
-    true_commands = law.change_commands(commands)
-    mesh = build_mesh(rig, perturbation.elements)
-    modifiers = Modifiers(
-        1.0 if law.friction is None else law.friction(mesh.middle),
-        0.0 if law.curvature is None else law.curvature(mesh.middle),
-    )
-    # The law is constant over a part of the run; each part continues from the state that the one before it left.
-    samples = commands.time.size if law.update_interval is None else round(law.update_interval / INTERVAL_S)
-    parts, state, substeps = [], None, None
-    for begin in range(0, commands.time.size, samples):
-        at = _operating_point(rig, commands, begin, samples)
-        changed = law.change_rig(rig_with(rig, perturbation.nuisance | law.values(at)), at)
+    state, substeps, responses = None, None, []
+    modifiers = _modifiers(rig, perturbation, law)
+    for changed, part in _parts(rig, perturbation, law, commands):
         substeps = substeps or _substeps(changed, perturbation)
         plant = Plant(changed, perturbation.elements, INTERVAL_S, perturbation.start, modifiers, substeps)
         if state is not None:
             plant.restore(state)
-        parts.append(plant.advance(true_commands.samples(slice(begin, begin + samples))))
+        responses.append(plant.advance(part))
         state = plant.save()
-    joined = [np.concatenate([getattr(part, name) for part in parts]) for name in Response.__dataclass_fields__]
-    return law.change_response(Response(*joined))
+    return law.change_response(_joined(responses))
+
+
+def simulate_foreign(
+    rig: Rig, perturbation: PlantPerturbation, law: PlantLaw, commands: Commands, structure: Structure, seed: int
+) -> tuple[Commands, Response]:
+    """Returns what the instruments of a plant of foreign structure show: commands and response, without noise.
+
+    Args:
+        rig: The rig as its file states it.
+        perturbation: How the plant's numbers differ from the file.
+        law: What else the plant does.
+        commands: What the controller asks for; the law may change it.
+        structure: How the plant differs from the model.
+        seed: Of its slow changes and of its clock.
+    """
+    generator = np.random.default_rng(seed)
+    changes = slow_changes(structure, float(commands.time[-1]), generator)
+    modifiers = _modifiers(rig, perturbation, law)
+    plant: ForeignPlant | None = None
+    responses = []
+    for changed, part in _parts(rig, perturbation, law, commands):
+        following = ForeignPlant(
+            changed, perturbation.elements, INTERVAL_S, perturbation.start, modifiers, structure, changes,
+            plant.substeps if plant else None,
+        )  # fmt: skip
+        if plant is not None:
+            following.continue_from(plant)
+        responses.append(following.advance(part))
+        plant = following
+    assert plant is not None
+    true_commands = law.change_commands(commands)
+    # The encoder shows where the drive is, but for what the law hides from it.
+    angle = plant.driven[:, 0] - true_commands.top_drive_angle + commands.top_drive_angle
+    speed = plant.driven[:, 1] - true_commands.top_drive_speed + commands.top_drive_speed
+    response = law.change_response(_joined(responses))
+    return as_read(structure, commands, response, np.column_stack([angle, speed]), generator)
+
+
+def _modifiers(rig: Rig, perturbation: PlantPerturbation, law: PlantLaw) -> Modifiers:
+    mesh = build_mesh(rig, perturbation.elements)
+    return Modifiers(
+        1.0 if law.friction is None else law.friction(mesh.middle),
+        0.0 if law.curvature is None else law.curvature(mesh.middle),
+    )
+
+
+def _parts(
+    rig: Rig, perturbation: PlantPerturbation, law: PlantLaw, commands: Commands
+) -> Iterator[tuple[Rig, Commands]]:
+    """Yields the rig as it is and the true commands for each part of the run over which the law is constant."""
+    true_commands = law.change_commands(commands)
+    samples = commands.time.size if law.update_interval is None else round(law.update_interval / INTERVAL_S)
+    for begin in range(0, commands.time.size, samples):
+        at = _operating_point(rig, commands, begin, samples)
+        changed = law.change_rig(rig_with(rig, perturbation.nuisance | law.values(at)), at)
+        yield changed, true_commands.samples(slice(begin, begin + samples))
+
+
+def _joined(parts: Sequence[Response]) -> Response:
+    names = Response.__dataclass_fields__
+    return Response(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def _operating_point(rig: Rig, commands: Commands, begin: int, samples: int) -> OperatingPoint:

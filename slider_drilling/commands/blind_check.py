@@ -44,6 +44,9 @@ Examples:
 @click.option("--log-defects", default="none", show_default=True, metavar="NAME,...",
               help="Defects of the logs, in turn: none, late_start, no_drawworks, no_pump, few_samples, held_samples, "
                    "coarse_values.")  # fmt: skip
+@click.option("--plants", default="foreign", show_default=True, metavar="NAME,...",
+              help="What drills, in turn: foreign (another structure than the model's), model (its own equations on "
+                   "another mesh).")  # fmt: skip
 @click.option("--duration", default=400.0, show_default=True, help="Length of each log, s.")
 @click.option("--rig", "rig_path", type=click.Path(path_type=Path),
               help="Rig file with the string, noise and well to use.")  # fmt: skip
@@ -71,6 +74,7 @@ def command(
     wells: str,
     manoeuvres: str,
     log_defects: str,
+    plants: str,
     duration: float,
     rig_path: Path | None,
     seal_only: bool,
@@ -114,7 +118,7 @@ def command(
     if sealed is None:
         chosen = _names(wells) or (("own",) if rig_path is not None else DEFAULT_WELLS)
         plan = CasePlan(_names(effects), _numbers("--sizes", sizes), chosen, _names(manoeuvres), seed, duration,
-                    _names(log_defects))  # fmt: skip
+                    _names(log_defects), _names(plants))  # fmt: skip
         drawn = draw_cases(plan, cases)
         rig = rig_path if rig_path is not None else installed_file("config/rig.example.yaml")
         outcome = check.seal(drawn, rig, output, run, repeats)
@@ -128,7 +132,7 @@ def command(
             return outcome.exit_code
         sealed, stems = output, [case.file_stem() for case in drawn]
         options = {"cases": cases, "seed": seed, "effects": effects, "sizes": sizes, "wells": ",".join(chosen),
-                   "manoeuvres": manoeuvres, "log_defects": log_defects, "duration": duration,
+                   "manoeuvres": manoeuvres, "log_defects": log_defects, "plants": plants, "duration": duration,
                    "rig": str(rig_path or ""), "repeats": repeats, "oracle": oracle, "only": only}  # fmt: skip
     if answers is not None:
         _report(check.score_answers(sealed / check.LABELS, answers), {}, options, output, as_json, units)
