@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,8 +13,6 @@ from slider_drilling.contact.measured_friction import read_measured
 from slider_drilling.errors import InputError
 from slider_drilling.log import LogWriter, read_log, read_table
 from slider_drilling.messages.topics import TOPICS
-from slider_drilling.process import jit_cache as compiler
-from slider_drilling.process.jit_cache import cache_folder
 
 MAPPING = """\
 schema: slider_drilling/csv/1
@@ -107,27 +104,6 @@ def test_notes_that_are_not_text_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="--notes: not UTF-8 text"):
         group.main(["import", "t.csv", "--mapping", "m.yaml", "-o", str(tmp_path / "o.mcap"), "--notes", "caf\udce9"],
                    standalone_mode=False)  # fmt: skip
-
-
-def test_a_cache_that_cannot_be_written_is_named(tmp_path: Path) -> None:
-    (tmp_path / "file").touch()
-    with pytest.raises(InputError, match=r"NUMBA_CACHE_DIR = .*file/deeper: cannot be written: Not a directory; name"):
-        cache_folder(str(tmp_path / "file" / "deeper"))
-    assert cache_folder(str(tmp_path / "new")) == str(tmp_path / "new")
-    assert os.listdir(tmp_path / "new") == []
-
-
-def test_where_nothing_can_be_written_one_folder_a_user_is_found_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(compiler.os, "access", lambda path, mode: False)
-    monkeypatch.setattr(compiler.tempfile, "gettempdir", lambda: str(tmp_path))
-    first = cache_folder("")
-    assert (Path(first).parent, Path(first).stat().st_mode & 0o777) == (tmp_path, 0o700)
-    assert cache_folder("") == first
-    Path(first).chmod(0o777)
-    with pytest.raises(InputError, match="not this user's own folder"):
-        cache_folder("")
 
 
 @pytest.mark.parametrize(("samples", "channels"), [(1, ("torque",)), (19, ("torque",)), (500, ())])

@@ -1,15 +1,12 @@
 """Compiles the numerical loops for this processor and keeps the machine code on disk.
 
 Modules import `njit` from here, because numba fixes its settings with the first function that it decorates. The cache
-is numba's own: beside the source if that folder is writable, else in the user's cache directory.
+is numba's own, in the folder of `jit_cache_folder`.
 """
 
 from __future__ import annotations
 
-import contextlib
 import os
-import stat
-import tempfile
 import time
 import warnings
 from collections.abc import Iterator
@@ -19,15 +16,18 @@ from threading import get_ident
 from typing import Any
 
 from slider_drilling.errors import InputError
+from slider_drilling.process.jit_cache_folder import versioned_cache_folder
 
 try:
     with warnings.catch_warnings():
         warnings.filterwarnings("error", message="Environment variable 'NUMBA_")
         import llvmlite.binding
+        from numba import __version__ as numba_version
         from numba import njit
         from numba.core import config
         from numba.core.codegen import get_host_cpu_features
         from numba.core.event import Event, Listener, install_listener
+        from numpy import __version__ as numpy_version
 except Exception as error:
     # Numba raises different errors for a variable that it cannot read. Without variables it is not the user's mistake.
     if not (_given := " ".join(f"{name}={value}" for name, value in os.environ.items() if name.startswith("NUMBA_"))):
@@ -118,42 +118,10 @@ def _set_up() -> None:
         if "+avx512vl" in features:
             # LLVM avoids 512-bit vectors on processors that lower their clock for them; the step gains more than that.
             config.CPU_FEATURES = f"{features},-prefer-256-bit"  # type: ignore[attr-defined]
-    config.CACHE_DIR = cache_folder(config.CACHE_DIR)  # type: ignore[attr-defined]
-
-
-def cache_folder(given: str) -> str:
-    """The folder for numba's cache.
-
-    Args:
-        given: NUMBA_CACHE_DIR; empty if it is not set.
-
-    Returns:
-        The given folder; "" to leave the choice to numba; or a folder of this user's, if numba can write neither beside
-        the source nor in the home directory, which would end it with a traceback.
-
-    Raises:
-        InputError: The given folder cannot be written, or the user's folder is somebody else's.
-    """
-    if given:
-        try:
-            os.makedirs(given, exist_ok=True)
-            with tempfile.TemporaryFile(dir=given):
-                return given
-        except OSError as error:
-            raise InputError(
-                f"NUMBA_CACHE_DIR = {given}: cannot be written: {error.strerror}; name a folder of yours, or unset it"
-            ) from None
-    beside, home = Path(__file__).parent, Path(os.path.expanduser("~"))
-    if any(os.access(folder, os.W_OK) for folder in (beside, home / ".cache", home)):
-        return ""
-    # One folder per user, so that the next run finds it. Code from a folder that others can write to must not run.
-    own = Path(tempfile.gettempdir()) / f"slider_drilling_{os.getuid()}"
-    with contextlib.suppress(FileExistsError):
-        own.mkdir(mode=0o700)
-    status = own.lstat()
-    if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid() or stat.S_IMODE(status.st_mode) & 0o077:
-        raise InputError(f"{own}: not this user's own folder for compiled code; remove it, or set NUMBA_CACHE_DIR")
-    return str(own)
+    libraries = (f"numba {numba_version}", f"numpy {numpy_version}")
+    config.CACHE_DIR = versioned_cache_folder(  # type: ignore[attr-defined]
+        config.CACHE_DIR, Path(__file__).parents[1], libraries  # type: ignore[attr-defined]
+    )
 
 
 _set_up()
