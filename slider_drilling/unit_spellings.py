@@ -66,9 +66,12 @@ SPELLINGS: dict[str, dict[str, str]] = {
     },
     "density": {
         "kg/m3": "kg/m^3, kgm3", "g/cm3": "g/cc, gm/cc, sg, g/cm^3, kg/l, gcc",
-        "lb/gal": "ppg, lbm/gal, lbs/gal, lb/galus, lbm/galus, lb/usgal",
+        "lb/ft3": "pcf, lbm/ft3, lb/cuft, lb/cu ft", "lb/gal": "ppg, lbm/gal, lbs/gal, lb/galus, lbm/galus, lb/usgal",
     },
-    "force per length": {"lbf/ft": "lb/ft, lbs/ft, ppf, lbm/ft"},
+    "force per length": {"lbf/ft": "lb/ft, lbs/ft, ppf, lbm/ft", "kgf/m": "kg/m"},
+    "volume per turn": {"gal/stk": "gal/stroke, galus/stk", "bbl/stk": "bbl/stroke, bbls/stk", "L/stk": "l/stroke"},
+    "turns per volume": {"rev/gal": "revs/gal, rpg, rev/galus, rpm/gpm", "rev/L": "revs/l"},
+    "torque per pressure": {"ft lbf/psi": "ft lb/psi, ft lbs/psi, lb ft/psi"},
 }  # fmt: skip
 
 # Units that differ in size by the case of one letter: the mega units, which only a capital M begins.

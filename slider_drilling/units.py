@@ -83,9 +83,22 @@ KINDS: dict[str, dict[str, float]] = {
         "bbl/min": 42.0 * _GALLON / 60.0,
     },
     "energy": {"J": 1.0, "kJ": 1e3, "ft lbf": _FOOT * _POUND_FORCE, "kft lbf": 1e3 * _FOOT * _POUND_FORCE},
-    "density": {"kg/m3": 1.0, "g/cm3": 1e3, "lb/gal": _POUND / _GALLON},
-    "force per length": {"N/m": 1.0, "kN/m": 1e3, "lbf/ft": _POUND_FORCE / _FOOT},
-}
+    "density": {"kg/m3": 1.0, "g/cm3": 1e3, "lb/gal": _POUND / _GALLON, "lb/ft3": _POUND / _FOOT**3},
+    "force per length": {"N/m": 1.0, "kN/m": 1e3, "lbf/ft": _POUND_FORCE / _FOOT, "kgf/m": 9.80665},
+    "volume per turn": {
+        "m3/rev": 1.0, "m3/rad": _TURN, "L/rev": 1e-3, "gal/rev": _GALLON, "bbl/rev": 42.0 * _GALLON,
+        "m3/stk": 1.0, "L/stk": 1e-3, "gal/stk": _GALLON, "bbl/stk": 42.0 * _GALLON,
+    },
+    "turns per volume": {"rev/m3": 1.0, "rev/L": 1e3, "rev/gal": 1.0 / _GALLON},
+    "torque per pressure": {
+        "N m/Pa": 1.0, "N m/kPa": 1e-3, "N m/bar": 1e-5, "N m/MPa": 1e-6, "kN m/bar": 1e-2, "kN m/MPa": 1e-3,
+        "ft lbf/psi": _FOOT * (_FOOT / 12.0) ** 2,
+    },
+    "angular acceleration": {"rad/s2": 1.0, "rpm/s": _TURN / 60.0},
+    "frequency": {"Hz": 1.0, "1/s": 1.0, "1/min": 1.0 / 60.0},
+    "stiffness": {"N/m": 1.0, "kN/m": 1e3, "MN/m": 1e6, "lbf/in": 12.0 * _POUND_FORCE / _FOOT},
+    "stress": {"Pa": 1.0, "MPa": 1e6, "GPa": 1e9, "psi": _POUND_FORCE / (_FOOT / 12.0) ** 2},
+}  # fmt: skip
 
 FIELD_UNITS = {
     "m": "ft", "mm": "in", "km": "ft",
