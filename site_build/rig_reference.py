@@ -17,7 +17,15 @@ One YAML file says everything that a simulation needs. Numbers are SI; the surve
 exponent are written `2.06e+11`: YAML reads `2.06e11` as text. A key that is unknown or missing, and a number outside
 its range, is refused with one line that names file, key, value and what to do.
 
-A key without a default has to be there. `schema: slider_drilling/rig/1` is the first line of every file. Text:
+A unit may stand beside a number: `density: 9.6 ppg`, `displacement: 0.28 rev/gal`, `diameter: 8.5 in`. The same holds
+for `--set`. A mud density of 9.6 without its unit is asked about, not taken as kg/m3.
+
+A number that stands on no paper may be marked as assumed, with its spread, one standard deviation in its unit or in
+%: `leak: {value: 0.15, spread: 0.05, assumed: true, why: motors of this size}`. The diagnosis takes the spread as its
+prior.
+
+A key without a default has to be there, unless it may be left out. `schema: slider_drilling/rig/1` is the first line
+of every file. Text:
 `well.name` is what pages call the well; `string.sections[].name` is for you. Rows of `well.survey` are measured depth
 m, inclination deg, azimuth deg, joined by minimum curvature; the sections' lengths, from the surface down, add up to
 the bit's depth.

@@ -16,7 +16,8 @@ from slider_drilling.drillstring import Commands, InitialState, Modifiers, assem
 from slider_drilling.drillstring.initial_state import initial_kernel_state
 from slider_drilling.effects import Effects, FrictionDrift, StaticAging, Stribeck
 from slider_drilling.rig import load_rig
-from slider_drilling.wellbore.mesh import GRAVITY, build_mesh
+from slider_drilling.rig.parts import GRAVITY
+from slider_drilling.wellbore.mesh import build_mesh
 
 RIG = load_rig(Path(__file__).parents[1] / "config" / "rig.example.yaml")
 PUMP = RIG.hydraulics.reference_flow / RIG.mud_pump.displacement

@@ -111,7 +111,7 @@ class FrictionMisfit:
             string=replace(
                 rig.string,
                 torsional_damping=rig.string.torsional_damping * float(damping),
-                density=rig.string.density * float(density),
+                weight_factor=rig.string.weight_factor * float(density),
             ),
             effects=effects,
         )

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from slider_drilling.effects import EFFECTS
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Rig
 from slider_drilling.schema.changes import parse_number
+from slider_drilling.schema.quantity_text import split_quantity
 
 
 def with_effect(rig: Rig, effect: str) -> Rig:
@@ -25,10 +28,15 @@ def with_effect(rig: Rig, effect: str) -> Rig:
         raise InputError(f"effect = {effect!r}: give its values by their keys, as in {without_values}:KEY=VALUE")
     if name not in EFFECTS:
         raise InputError(f"effect = {name!r}: no such effect; one of {', '.join(EFFECTS)}")
-    values = EFFECTS[name].sizes.values("usual", rig.string.length)
+    values: dict[str, Any] = dict(EFFECTS[name].sizes.values("usual", rig.string.length))
     for pair in given.split(",") if colon else ():
         key, equals, text = pair.partition("=")
         if not equals:
             raise InputError(f"effect = {effect!r}: {pair!r} is not KEY=VALUE")
-        values[key.strip()] = parse_number(text, f"effect {name}: {key.strip()}")
+        values[key.strip()] = _number_or_quantity(text, f"effect {name}: {key.strip()}")
     return rig.with_({f"effects.{name}": values})
+
+
+def _number_or_quantity(text: str, what: str) -> float | str:
+    """A number, or a number with its unit, which the rig file's schema converts."""
+    return text if split_quantity(text) is not None else parse_number(text, what)

@@ -39,8 +39,8 @@ def apply_changes(
 
     Args:
         rig_path: The rig file; None for the example well.
-        sets: ``KEY=VALUE``. A key with a dot is one of the rig file (mud.density=1100), others are settings of the
-            controller.
+        sets: ``KEY=VALUE``, with a unit beside the number or without. A key with a dot is one of the rig file
+            (mud.density=1100), others are settings of the controller.
         effects: As `with_effect` takes them. Only the simulated rig gets them.
         controller: ``module:Class`` of the controller; None for the default.
         folder: Folder for the files.
@@ -55,11 +55,11 @@ def apply_changes(
     rig = load_rig(rig_path)
     pairs = dict(_pair(text) for text in sets)
     keys = {name: value for name, value in pairs.items() if "." in name}
-    settings = {name: parse_number(value, f"--set {name}") for name, value in pairs.items() if "." not in name}
+    texts = {name: value for name, value in pairs.items() if "." not in name}
     if keys:
         rig = rig.with_({name: _value(value) for name, value in keys.items()})
         nominal_path = _write(rig, folder / "rig.set.yaml")
-    _check_settings(settings, controller, rig, "; keys of the rig file have a dot")
+    settings = _read_settings(texts, controller, rig, "; keys of the rig file have a dot")
     plant = rig
     for effect in effects:
         plant = with_effect(plant, effect)
@@ -90,28 +90,27 @@ def _value(text: str) -> object:
 
 def parse_settings(sets: Sequence[str], controller: str | None, rig: Rig) -> dict[str, float]:
     """Parse settings ``NAME=VALUE`` of the controller and check them on this rig. Raises InputError."""
-    pairs = dict(_pair(text) for text in sets)
-    settings = {name: parse_number(value, f"--set {name}") for name, value in pairs.items()}
-    _check_settings(settings, controller, rig, "")
-    return settings
+    return _read_settings(dict(_pair(text) for text in sets), controller, rig, "")
 
 
-def _check_settings(settings: dict[str, float], controller: str | None, rig: Rig, hint: str) -> None:
+def _read_settings(texts: dict[str, str], controller: str | None, rig: Rig, hint: str) -> dict[str, float]:
     from slider_drilling.control.controller_loader import DEFAULT_CONTROLLER, load_controller
     from slider_drilling.control.interface import AdjustableController
     from slider_drilling.control.settings import limits_of
 
-    if not settings:
-        return
+    if not texts:
+        return {}
     name = controller or DEFAULT_CONTROLLER
     built = load_controller(name, rig)
     known = limits_of(built.settings) if isinstance(built, AdjustableController) else {}
-    for setting in settings:
+    for setting in texts:
         if setting not in known:
             options = f"its settings: {', '.join(known)}" if known else "it has no settings"
             raise InputError(f"--set {setting}: {name} has no such setting; {options}{hint}")
+    settings = {name: parse_number(text, f"--set {name}", known[name].unit) for name, text in texts.items()}
     if isinstance(built, AdjustableController):
         built.configure(dataclasses.replace(built.settings, **settings))
+    return settings
 
 
 def _write(rig: Rig, path: Path) -> str:

@@ -16,12 +16,15 @@ from slider_drilling.drillstring.observer import Observer
 from slider_drilling.errors import InputError
 from slider_drilling.rig import Contact, Rig
 from slider_drilling.wellbore.mesh import (
-    GRAVITY,
     Mesh,
     build_mesh,
+    buoyed_weight,
     friction_factors,
     open_hole_fraction,
+    steel_area,
+    steel_polar_moment,
     torsional_compliances,
+    torsional_impedance,
 )
 
 _POLYNOMIAL_DEGREE = 7
@@ -72,8 +75,8 @@ def springs(rig: Rig, mesh: Mesh) -> Springs:
     return Springs(
         axial=_in_series(axial_half),
         torsional=_in_series(torsional_half),
-        mass=rig.string.density * mesh.area * mesh.length,
-        inertia=rig.string.density * mesh.polar_moment * mesh.length,
+        mass=rig.string.density * steel_area(rig, mesh) * mesh.length,
+        inertia=rig.string.density * steel_polar_moment(rig, mesh) * mesh.length,
     )
 
 
@@ -155,7 +158,7 @@ def _element_column(rig: Rig, mesh: Mesh, dt: float, extra: Modifiers) -> Elemen
     """Constants of one rig's elements, (n,) each, springs with the ghost row."""
     s = springs(rig, mesh)
     effects = rig.effects
-    weight = GRAVITY * (rig.string.density - rig.mud.density) * mesh.area * mesh.length
+    weight = buoyed_weight(rig, mesh)
     drag = effects.viscous_drag.coefficient * mesh.length
     axial_decay = 1.0 / (1.0 + dt * (rig.string.axial_damping + drag / s.mass))
     rotary_drag = drag * mesh.outer_radius**2 / s.inertia
@@ -223,8 +226,7 @@ def _lane_row(rig: Rig, mesh: Mesh, dt: float) -> dict[str, float]:
 def _observer_row(rig: Rig, mesh: Mesh, observer: Observer | None) -> dict[str, float]:
     if observer is None:
         return {"observer_gain": 0.0, "observer_leak": 0.0}
-    impedance = math.sqrt(rig.string.shear_modulus * rig.string.density) * float(mesh.polar_moment[0])
-    return {"observer_gain": observer.gain / impedance, "observer_leak": 1.0 / observer.memory}
+    return {"observer_gain": observer.gain / torsional_impedance(rig, mesh), "observer_leak": 1.0 / observer.memory}
 
 
 def _gain(dt: float, lag: float) -> float:

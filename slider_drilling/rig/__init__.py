@@ -1,5 +1,6 @@
 """The rig file: everything that a simulation needs, read from YAML and checked."""
 
+from slider_drilling.rig.assumptions import Assumption
 from slider_drilling.rig.parts import (
     Asperity,
     Bit,
@@ -26,10 +27,11 @@ from slider_drilling.rig.rig_file import (
     load_rig,
     parse_rig,
     rig_from_tree,
+    rig_tree,
 )
 
 __all__ = [
-    "SCHEMA", "Asperity", "Bit", "Contact", "FrictionInterval", "Hydraulics", "Motor", "Mud", "MudPump", "Mwd", "Rig",
-    "Sensor", "Sensors", "String", "StringSection", "TopDrive", "Well", "check_duration", "check_rig", "dump_rig",
-    "load_rig", "parse_rig", "rig_from_tree",
+    "SCHEMA", "Asperity", "Assumption", "Bit", "Contact", "FrictionInterval", "Hydraulics", "Motor", "Mud", "MudPump",
+    "Mwd", "Rig", "Sensor", "Sensors", "String", "StringSection", "TopDrive", "Well", "check_duration", "check_rig",
+    "dump_rig", "load_rig", "parse_rig", "rig_from_tree", "rig_tree",
 ]  # fmt: skip

@@ -6,13 +6,19 @@ Names and units are those of ``config/rig.example.yaml``: SI, and degrees for th
 from __future__ import annotations
 
 import math
+import operator
 from dataclasses import dataclass
+from typing import Any
 
 from slider_drilling.schema.fields import Range, nested, quantity, table
 
+GRAVITY = 9.81  # m/s2, not 9.80665: the hanging weight of the reference logs shows the difference
 MAX_DEPTH = 20_000.0
 """m; the longest wells have 15 km."""
 _LONGEST_WELLS = "the longest wells have 15 km"
+_MUD_DENSITY: dict[str, Any] = {
+    "at_least": 1.0, "at_most": 3000.0, "usual": (300.0, 3000.0), "mistaken_for": ("lb/gal", "g/cm3", "lb/ft3"),
+}  # fmt: skip
 
 
 def _sensor_ranges(unit: str, most: float, what: str) -> dict[str, Range]:
@@ -56,25 +62,87 @@ class Well:
 class Mud:
     """The drilling fluid."""
 
-    density: float = quantity("kg/m3", at_least=1.0, at_most=3000.0, why="air to the heaviest kill mud; 10 ppg is 1198")
+    density: float = quantity("kg/m3", why="air to the heaviest kill mud; 10 ppg is 1198", **_MUD_DENSITY)
     sound_speed: float = quantity("m/s", at_least=100.0, at_most=3000.0, why="gas-cut mud to brine; water has 1480")
 
 
 @dataclass(frozen=True)
 class StringSection:
-    """A length of pipe with one cross-section."""
+    """A length of pipe with one cross-section, and its tool joints.
+
+    Without the keys that may be left out a section is plain pipe of the string's steel.
+
+    Attributes:
+        name: For the reader.
+        length, outer_diameter, inner_diameter: Of the pipe's body.
+        weight_per_length: In air, averaged over joints; replaces the weight that diameters and density give.
+        tool_joint_outer_diameter: Touches the wall instead of the body: lever of friction, clearance.
+        tool_joint_inner_diameter: Bore of the tool joint; that of the body if it is left out.
+        tool_joint_fraction: Share of the length that is tool joint: stiffer, heavier, of more inertia.
+        stiffness_factor: Multiplies axial, torsional and bending stiffness, such as 0.34 for aluminium pipe.
+        make_up_torque, torsional_yield: Limits of the connections and of the body in torsion.
+    """
 
     name: str
     length: float = quantity("m", at_least=0.3, at_most=MAX_DEPTH, why="from the shortest sub to the longest well")
     outer_diameter: float = quantity("m", at_least=0.02, at_most=1.2, why="tubing to casing; 5 in is 0.127")
     inner_diameter: float = quantity("m", at_least=0.0, at_most=1.2, why="0 is a solid bar")
+    weight_per_length: float | None = quantity(
+        "N/m", None, at_least=5.0, at_most=2e4, why="in N/m, in air: 5 in pipe of 19.5 lb/ft has 305 to 345"
+    )
+    tool_joint_outer_diameter: float | None = quantity(
+        "m", None, at_least=0.02, at_most=1.2, why="as wide as the body or wider; NC50 has 0.162 to 0.168"
+    )
+    tool_joint_inner_diameter: float | None = quantity(
+        "m", None, at_least=0.0, at_most=1.2, why="NC50 has 0.070 to 0.095"
+    )
+    tool_joint_fraction: float | None = quantity(
+        "-", None, at_least=0.0, at_most=1.0, why="a pin and a box of 0.53 m on a joint of 9.6 m are 0.055"
+    )
+    stiffness_factor: float | None = quantity(
+        "-", None, at_least=0.05, at_most=3.0, why="over the string's own moduli; aluminium 0.34, titanium 0.55"
+    )
+    make_up_torque: float | None = quantity(
+        "N m", None, at_least=100.0, at_most=5e5, why="in N m, not kN m; NC50 takes 31000 to 52000"
+    )
+    torsional_yield: float | None = quantity(
+        "N m", None, at_least=100.0, at_most=5e6, why="in N m, not kN m; 5 in S-135 has 100500"
+    )
+
+    @property
+    def contact_diameter(self) -> float:
+        """Diameter that touches the wall, m."""
+        return self.tool_joint_outer_diameter or self.outer_diameter
+
+    def stiffness_over_body(self, power: int) -> float:
+        """Stiffness over that of the body alone: in tension (power 2), in bending and torsion (power 4).
+
+        Tool joints and body are springs in series.
+        """
+        fraction, wider = self._tool_joints(power)
+        return (self.stiffness_factor or 1.0) / ((1.0 - fraction) + fraction / wider)
+
+    def steel_over_body(self, power: int) -> float:
+        """Mass (power 2) and inertia about the axis (power 4) over those of the body alone, by the diameters."""
+        fraction, wider = self._tool_joints(power)
+        return (1.0 - fraction) + fraction * wider
+
+    def _tool_joints(self, power: int) -> tuple[float, float]:
+        """Their share of the length, and their section property over the body's."""
+        if not self.tool_joint_fraction:
+            return 0.0, 1.0
+        inner = self.tool_joint_inner_diameter
+        bore = self.inner_diameter if inner is None else inner
+        body = self.outer_diameter**power - self.inner_diameter**power
+        return self.tool_joint_fraction, (self.contact_diameter**power - bore**power) / body
 
 
 @dataclass(frozen=True)
 class String:
     """The drill string: sections from the surface down, whose lengths add up to the bit's measured depth.
 
-    The two dampings are rates at which the mud slows a free motion down.
+    The two dampings are rates at which the mud slows a free motion down. weight_factor multiplies weight and inertia
+    of every section: what a hook load calibrates.
     """
 
     sections: tuple[StringSection, ...]
@@ -83,6 +151,7 @@ class String:
     shear_modulus: float = quantity("Pa", at_least=2e9, at_most=3e11, why="in Pa, not GPa; steel 7.92e+10")
     axial_damping: float = quantity("1/s", at_least=0.0, at_most=100.0, why="mud gives 0.1 to 1")
     torsional_damping: float = quantity("1/s", at_least=0.0, at_most=100.0, why="mud gives 0.1 to 1")
+    weight_factor: float = quantity("-", 1.0, at_least=0.5, at_most=2.0, why="worn pipe 0.9, coated or new pipe 1.05")
 
     @property
     def length(self) -> float:
@@ -92,14 +161,28 @@ class String:
     @property
     def axial_stiffness(self) -> float:
         """Stiffness of the whole string between block and bit, N/m."""
-        compliance = sum(section.length / (math.pi / 4.0 * (section.outer_diameter**2 - section.inner_diameter**2))
-                         for section in self.sections)  # fmt: skip
+        compliance = sum(section.length / (math.pi / 4.0 * (section.outer_diameter**2 - section.inner_diameter**2)
+                                           * section.stiffness_over_body(2)) for section in self.sections)  # fmt: skip
         return self.youngs_modulus / compliance
+
+    def weight_over_plain(self, section: StringSection) -> float:
+        """Weight of a section over that which its diameters and the string's density give."""
+        if section.weight_per_length is None:
+            return self.weight_factor
+        area = math.pi / 4.0 * (section.outer_diameter**2 - section.inner_diameter**2) * section.steel_over_body(2)
+        return self.weight_factor * (section.weight_per_length / (GRAVITY * self.density * area))
 
     @property
     def twist_speed(self) -> float:
-        """Speed of torsional waves, m/s."""
-        return math.sqrt(self.shear_modulus / self.density)
+        """Mean speed of torsional waves along the string, m/s."""
+        plain = math.sqrt(self.shear_modulus / self.density)
+        slowness = [math.sqrt(section.steel_over_body(4) * self.weight_over_plain(section)
+                              / section.stiffness_over_body(4)) for section in self.sections]  # fmt: skip
+        if all(value == 1.0 for value in slowness):
+            return plain
+        lengths = [section.length for section in self.sections]
+        mean = math.fsum(map(operator.mul, lengths, slowness)) / math.fsum(lengths)
+        return plain / mean
 
 
 @dataclass(frozen=True)
@@ -161,7 +244,7 @@ class Hydraulics:
 
     reference_pressure: float = quantity("Pa", at_least=1e4, at_most=1.5e8, why="in Pa, not bar; pumps end at 700 bar")
     reference_flow: float = quantity("m3/s", at_least=1e-4, at_most=0.5, why="in m3/s: 500 gal/min is 0.0315")
-    reference_density: float = quantity("kg/m3", at_least=1.0, at_most=3000.0, why="of the mud at reference_pressure")
+    reference_density: float = quantity("kg/m3", why="of the mud at reference_pressure", **_MUD_DENSITY)
     lag: float = quantity("s", at_least=0.0, at_most=120.0, why="first order, of the standpipe: seconds")
 
 

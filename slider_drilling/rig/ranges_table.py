@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from slider_drilling.rig.rig_file import Rig
-from slider_drilling.schema.fields import number_fields
+from slider_drilling.schema.fields import NumberField, number_fields
 
 HEAD = ("key", "unit", "range", "default", "reason for the range")
 
@@ -11,9 +11,15 @@ HEAD = ("key", "unit", "range", "default", "reason for the range")
 def ranges_table() -> list[tuple[str, ...]]:
     """One row of `HEAD` for every number of the rig file."""
     return [
-        (row.key, row.range.unit, str(row.range), "" if row.default is None else f"{row.default:g}", row.range.why)
+        (row.key, row.range.unit, str(row.range), _default(row), row.range.why)
         for row in number_fields(Rig)
     ]
+
+
+def _default(row: NumberField) -> str:
+    if row.default is None:
+        return "may be left out" if row.optional else ""
+    return f"{row.default:g}"
 
 
 def ranges_markdown() -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from slider_drilling.asperity_friction import WearMode, wear_mode
 from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
-from slider_drilling.rig.parts import Bit, Contact, Motor, Mud, String, Well
+from slider_drilling.rig.parts import Bit, Contact, Motor, Mud, String, StringSection, Well
 
 _LENGTH_TOLERANCE = 1e-6  # m, between lengths that should be equal
 _MIN_STATION_SPACING = 0.01  # m; two nearer stations are one station written twice
@@ -102,6 +102,29 @@ def check_sections(string: String, well: Well, source: str) -> None:
                 f"{where}.outer_diameter = {section.outer_diameter:g}: does not fit the hole of "
                 f"{well.hole_diameter:g} m"
             )
+        _check_tool_joints(section, well, where)
+
+
+def _check_tool_joints(section: StringSection, well: Well, where: str) -> None:
+    """Tool joints are as wide as the body, fit the hole, and have a wall."""
+    outer, inner = section.tool_joint_outer_diameter, section.tool_joint_inner_diameter
+    if outer is None:
+        if section.tool_joint_fraction or inner is not None:
+            raise InputError(f"{where}.tool_joint_outer_diameter: missing beside the others of a tool joint; add it")
+        return
+    if outer < section.outer_diameter:
+        raise InputError(
+            f"{where}.tool_joint_outer_diameter = {outer:g}: smaller than the body, {section.outer_diameter:g} m"
+        )
+    if outer >= well.hole_diameter:
+        raise InputError(
+            f"{where}.tool_joint_outer_diameter = {outer:g}: does not fit the hole of {well.hole_diameter:g} m"
+        )
+    if inner is not None and outer - inner < 2.0 * _MIN_WALL:
+        raise InputError(
+            f"{where}.tool_joint_inner_diameter = {inner:g}: leaves a wall of less than {_MIN_WALL:g} m within the "
+            f"outer diameter {outer:g} m"
+        )
 
 
 def check_material(string: String, mud: Mud, source: str) -> None:

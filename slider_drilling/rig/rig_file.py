@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from functools import cache
 from typing import Any
 
 import yaml
@@ -14,6 +15,7 @@ from slider_drilling.effects import Effects
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import read_text
 from slider_drilling.rig import relations
+from slider_drilling.rig.assumptions import Assumption, put_assumptions, take_assumptions
 from slider_drilling.rig.parts import (
     Bit,
     Contact,
@@ -27,7 +29,7 @@ from slider_drilling.rig.parts import (
     Well,
 )
 from slider_drilling.schema.changes import apply_changes
-from slider_drilling.schema.fields import build_dataclass, to_tree
+from slider_drilling.schema.fields import NumberField, build_dataclass, not_in_file, number_fields, to_tree
 from slider_drilling.schema.yaml_tree import parse_yaml
 
 SCHEMA = "slider_drilling/rig/1"
@@ -37,7 +39,10 @@ MAX_BYTES = 1_000_000
 
 @dataclass(frozen=True)
 class Rig:
-    """Everything that a simulation needs: one rig file, see `load_rig`."""
+    """Everything that a simulation needs: one rig file, see `load_rig`.
+
+    `assumed` lists its numbers that stand on no paper.
+    """
 
     well: Well
     mud: Mud
@@ -51,6 +56,7 @@ class Rig:
     sensors: Sensors
     schema: str = SCHEMA
     effects: Effects = Effects()
+    assumed: tuple[Assumption, ...] = not_in_file(())
 
     @property
     def circulating_pressure(self) -> float:
@@ -70,7 +76,7 @@ class Rig:
         Raises:
             InputError: Naming key, value and range of what a rig file could not hold.
         """
-        return rig_from_tree(apply_changes(to_tree(self), {**(changes or {}), **blocks}, "rig"))
+        return rig_from_tree(apply_changes(rig_tree(self), {**(changes or {}), **blocks}, "rig"))
 
     def __repr__(self) -> str:
         on = [field.name for field in fields(Effects) if getattr(self.effects, field.name) != field.default]
@@ -92,9 +98,20 @@ def parse_rig(text: str, source: str = "rig") -> Rig:
 
 def rig_from_tree(tree: Any, source: str = "rig") -> Rig:
     """A rig from keys and values as YAML gives them; ``source`` names them in errors. Raises InputError."""
-    rig = build_dataclass(Rig, tree, source)
+    plain, assumed = take_assumptions(tree, _numbers(), source)
+    rig = replace(build_dataclass(Rig, plain, source), assumed=assumed)
     _check_relations(rig, source)
     return rig
+
+
+def rig_tree(rig: Rig) -> dict[str, Any]:
+    """Keys and values of a rig as its file holds them; the inverse of `rig_from_tree`."""
+    return put_assumptions(to_tree(rig), rig.assumed)
+
+
+@cache
+def _numbers() -> tuple[NumberField, ...]:
+    return tuple(number_fields(Rig))
 
 
 def check_rig(rig: Rig, source: str = "rig") -> Rig:
@@ -102,7 +119,7 @@ def check_rig(rig: Rig, source: str = "rig") -> Rig:
 
     The constructor does not check: fits try numbers that no file may hold, thousands of times a second.
     """
-    rig_from_tree(to_tree(rig), source)
+    rig_from_tree(rig_tree(rig), source)
     return rig
 
 
@@ -120,14 +137,16 @@ def check_duration(rig: Rig, duration: float, source: str) -> None:
 
 def dump_rig(rig: Rig) -> str:
     """The rig as YAML that `parse_rig` reads back unchanged; effects that are switched off are left out."""
-    tree = to_tree(rig)
+    tree = rig_tree(rig)
     off = Effects()
     effects = {name: block for name, block in tree.pop("effects").items() if block != to_tree(getattr(off, name))}
     if effects:
         tree["effects"] = effects
     if not rig.well.name:
         del tree["well"]["name"]
-    return yaml.safe_dump({"schema": tree.pop("schema"), **tree}, sort_keys=False)
+    if rig.string.weight_factor == 1.0 and not isinstance(tree["string"]["weight_factor"], dict):
+        del tree["string"]["weight_factor"]
+    return yaml.safe_dump({"schema": tree.pop("schema"), **tree}, sort_keys=False, width=120)
 
 
 def _check_relations(rig: Rig, source: str) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 
 from slider_drilling.errors import InputError
 from slider_drilling.schema.fields import to_tree
+from slider_drilling.schema.quantity_text import convert_quantity, split_quantity
 
 _STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 _PATH = re.compile(r"[^.\[\]]+(?:\[\d+\])*(?:\.[^.\[\]]+(?:\[\d+\])*)*")
@@ -84,9 +85,22 @@ def _below(here: Any, step: str | int, path: str, source: str) -> Any:
     return here[step]
 
 
-def parse_number(text: str, what: str) -> float:
-    """A number typed on a command line; ``what`` names it in errors. Raises InputError."""
+def parse_number(text: str, what: str, unit: str | None = None) -> float:
+    """A number typed on a command line.
+
+    Args:
+        text: The number, with its unit beside it if `unit` is given.
+        what: Names it in errors.
+        unit: Unit of the result.
+
+    Raises:
+        InputError: The text is not a number, or its unit is of another kind.
+    """
     try:
         return float(text)
     except ValueError:
-        raise InputError(f"{what} = {text!r}: expected a number") from None
+        pass
+    found = split_quantity(text)
+    if unit is None or found is None:
+        raise InputError(f"{what} = {text!r}: expected a number")
+    return convert_quantity(*found, unit, f"{what} = {text!r}")

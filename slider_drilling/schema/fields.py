@@ -5,11 +5,13 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import math
+import types
 import typing
 from collections.abc import Iterator, Mapping
 from typing import Any, TypeVar
 
 from slider_drilling.errors import InputError
+from slider_drilling.schema.quantity_text import convert_quantity, split_quantity
 from slider_drilling.schema.yaml_tree import shorten
 
 T = TypeVar("T")
@@ -25,6 +27,9 @@ class Range:
         at_least, at_most: Limits that are allowed themselves.
         above, below: Limits that are not.
         why: Reason for the limits, shown when a value is refused.
+        usual: Lowest and highest value in use. A number outside that would lie inside in one of the units of
+            `mistaken_for` is not taken without its unit.
+        mistaken_for: Units in which the number is often written by mistake.
     """
 
     unit: str = "-"
@@ -33,6 +38,20 @@ class Range:
     at_most: float = math.inf
     below: float = math.inf
     why: str = ""
+    usual: tuple[float, float] = (-math.inf, math.inf)
+    mistaken_for: tuple[str, ...] = ()
+
+    def question(self, value: float) -> str | None:
+        """What to ask about a number without a unit that is likely to be in another one, or None."""
+        low, high = self.usual
+        if low <= value <= high:
+            return None
+        for unit in self.mistaken_for:
+            meant = convert_quantity(value, unit, self.unit, "")
+            if low <= meant <= high:
+                return (f"is this {value:g} {unit}, which is {meant:.4g} {self.unit}? Write the unit beside it: "
+                        f"'{value:g} {unit}', or '{value:g} {self.unit}' if it is that")  # fmt: skip
+        return None
 
     def complaint(self, value: float) -> str | None:
         """Why ``value`` is out of range, or None."""
@@ -56,8 +75,10 @@ class Range:
         return ", ".join(f"{word} {bound:g}" for word, bound in bounds if math.isfinite(bound)) or "any"
 
 
-def quantity(unit: str = "-", default: Any = dataclasses.MISSING, why: str = "", **limits: float) -> Any:
-    """A dataclass field for a number with this unit and these limits (see `Range`)."""
+def quantity(unit: str = "-", default: Any = dataclasses.MISSING, why: str = "", **limits: Any) -> Any:
+    """A dataclass field for a number with this unit and these limits (see `Range`); one with None as default may be
+    left out.
+    """
     return dataclasses.field(default=default, metadata={"range": Range(unit, why=why, **limits)})
 
 
@@ -71,20 +92,33 @@ def nested(**ranges: Range) -> Any:
     return dataclasses.field(metadata={"ranges": ranges})
 
 
+def not_in_file(default: Any) -> Any:
+    """A dataclass field that is no key of a file."""
+    return dataclasses.field(default=default, metadata={"in_file": False})
+
+
 @dataclasses.dataclass(frozen=True)
 class NumberField:
-    """One number of a schema: its key from the top, its range, and its default (None where it must be given)."""
+    """One number of a schema.
+
+    Attributes:
+        key: From the top.
+        range: Unit and limits.
+        default: None where there is none.
+        optional: Whether the number may be left out though it has no default.
+    """
 
     key: str
     range: Range
     default: float | None
+    optional: bool = False
 
 
 def number_fields(cls: type, path: str = "", ranges: Mapping[str, Range] | None = None) -> Iterator[NumberField]:
     """Every number that a dataclass and its nested ones declare, in order; ``[]`` marks items of a list."""
     hints = typing.get_type_hints(cls)
-    for field in dataclasses.fields(cls):
-        where, hint = _join(path, field.name), hints[field.name]
+    for field in file_fields(cls):
+        where, hint = _join(path, field.name), _without_none(hints[field.name])
         if typing.get_origin(hint) is tuple and dataclasses.is_dataclass(typing.get_args(hint)[0]):
             where, hint = f"{where}[]", typing.get_args(hint)[0]
         if dataclasses.is_dataclass(hint):
@@ -93,7 +127,20 @@ def number_fields(cls: type, path: str = "", ranges: Mapping[str, Range] | None 
             yield NumberField(f"{where}[] {name}", limits, None)
         if hint in (float, int):
             limits = (ranges or {}).get(field.name) or field.metadata.get("range") or Range()
-            yield NumberField(where, limits, None if field.default is dataclasses.MISSING else field.default)
+            default = None if field.default is dataclasses.MISSING else field.default
+            yield NumberField(where, limits, default, field.default is None)
+
+
+def file_fields(cls: Any) -> list[dataclasses.Field[Any]]:
+    """The fields of a dataclass that are keys of its file."""
+    return [field for field in dataclasses.fields(cls) if field.init and field.metadata.get("in_file", True)]
+
+
+def _without_none(hint: Any) -> Any:
+    """``float`` for ``float | None``; other types as they are."""
+    if isinstance(hint, types.UnionType):
+        (hint,) = (kind for kind in typing.get_args(hint) if kind is not type(None))
+    return hint
 
 
 def build_dataclass(
@@ -114,7 +161,7 @@ def build_dataclass(
     """
     if not isinstance(raw, dict):
         raise InputError(f"{source}: {path or 'top level'} = {shorten(raw)}: expected keys and values")
-    fields = {f.name: f for f in dataclasses.fields(cls) if f.init}  # type: ignore[arg-type]
+    fields = {field.name: field for field in file_fields(cls)}
     for key in raw:
         if key not in fields:
             near = difflib.get_close_matches(str(key)[:100], fields, n=1)
@@ -126,19 +173,31 @@ def build_dataclass(
         where = _join(path, name)
         if name in raw:
             limits = (ranges or {}).get(name) or field.metadata.get("range")
-            values[name] = _convert(raw[name], hints[name], limits, field.metadata, source, where)
+            if raw[name] is not None or field.default is not None:
+                values[name] = _convert(raw[name], _without_none(hints[name]), limits, field.metadata, source, where)
         elif field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING:
             raise InputError(f"{source}: {where}: missing; add it")
     return cls(**values)
 
 
 def to_tree(value: Any) -> Any:
-    """Dataclasses and tuples as dicts and lists for YAML; the inverse of `build_dataclass`."""
+    """Dataclasses and tuples as dicts and lists for YAML; the inverse of `build_dataclass`.
+
+    Numbers that are None are left out; a number that would be asked about has its unit beside it.
+    """
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {f.name: to_tree(getattr(value, f.name)) for f in dataclasses.fields(value) if f.init}
+        items = {field: getattr(value, field.name) for field in file_fields(value)}
+        return {field.name: _number_to_tree(item, field.metadata.get("range")) for field, item in items.items()
+                if item is not None or field.default is not None}  # fmt: skip
     if isinstance(value, tuple):
         return [to_tree(item) for item in value]
     return value
+
+
+def _number_to_tree(value: Any, limits: Range | None) -> Any:
+    if limits is not None and isinstance(value, float) and limits.question(value) is not None:
+        return f"{value!r} {limits.unit}"
+    return to_tree(value)
 
 
 def _join(path: str, key: str) -> str:
@@ -193,22 +252,39 @@ def _convert_columns(raw: Any, columns: Mapping[str, Range], source: str, where:
 
 
 def _convert_number(raw: Any, limits: Range, source: str, where: str) -> float:
+    shown = f"{source}: {where} = {shorten(raw)}"
     if isinstance(raw, str):
-        try:
-            float(raw)
-        except ValueError:
-            raise InputError(f"{source}: {where} = {shorten(raw)}: expected a number in {limits.unit}") from None
-        raise InputError(
-            f"{source}: {where} = {shorten(raw)}: YAML reads this as text; write it unquoted, without leading zeros "
-            "or underscores, an exponent as 1.0e+5"
-        )
-    if isinstance(raw, bool) or not isinstance(raw, (int, float)):
-        raise InputError(f"{source}: {where} = {shorten(raw)}: expected a number in {limits.unit}")
-    try:
-        number = float(raw)
-    except OverflowError:
-        number = math.inf
+        number = _convert_text(raw, limits, shown)
+    elif isinstance(raw, bool) or not isinstance(raw, (int, float)):
+        raise InputError(f"{shown}: expected a number in {limits.unit}")
+    else:
+        number = _to_float(raw)
+        question = limits.question(number)
+        if question:
+            raise InputError(f"{shown}: {question}")
     complaint = limits.complaint(number)
     if complaint:
-        raise InputError(f"{source}: {where} = {shorten(raw)}: {complaint}")
+        raise InputError(f"{shown}: {complaint}")
     return number
+
+
+def _to_float(raw: float) -> float:
+    try:
+        return float(raw)
+    except OverflowError:
+        return math.inf
+
+
+def _convert_text(raw: str, limits: Range, shown: str) -> float:
+    """A number with its unit, in the unit of its range."""
+    try:
+        float(raw)
+    except ValueError:
+        found = split_quantity(raw)
+        if found is None:
+            raise InputError(f"{shown}: expected a number in {limits.unit}, or with its unit beside it") from None
+        return convert_quantity(*found, limits.unit, shown)
+    raise InputError(
+        f"{shown}: YAML reads this as text; write it unquoted, without leading zeros or underscores, an exponent as "
+        "1.0e+5"
+    )

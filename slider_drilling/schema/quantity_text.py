@@ -5,18 +5,18 @@ from __future__ import annotations
 import re
 
 from slider_drilling.errors import InputError
+from slider_drilling.schema.yaml_tree import shorten
 from slider_drilling.units import KINDS, unit_factor
 
-_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-z%°º"µμ].*?)\s*")
-_THOUSANDS = re.compile(r"(?<=\d),(?=\d{3}(?!\d))")
+_QUANTITY = re.compile(r"""\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-z%°º"µμ].*?)\s*""")
 _PERCENT = 0.01
 # A motor's displacement is volume per turn; its sheet gives turns per volume.
 _RECIPROCALS = {"volume per turn": "turns per volume"}
 
 
 def split_quantity(text: str) -> tuple[float, str] | None:
-    """Number and unit of a text like "9.6 ppg" or "14,500ft"; None for another text."""
-    match = _QUANTITY.fullmatch(_THOUSANDS.sub("", text))
+    """Number and unit of a text like "9.6 ppg" or "14500ft"; None for another text, such as one with a comma."""
+    match = _QUANTITY.fullmatch(text)
     return None if match is None else (float(match[1]), match[2])
 
 
@@ -53,6 +53,7 @@ def read_quantity(text: str, target: str, where: str) -> float:
     """A number in the target unit from a text with its unit. Raises InputError, also where the unit is missing."""
     found = split_quantity(text)
     if found is None:
-        raise InputError(f"{where} = {text!r}: expected a number and its unit, such as 9.6 {target}")
+        comma = "; write it without a comma" if "," in text else ""
+        raise InputError(f"{where} = {shorten(text)}: expected a number and its unit, such as 9.6 {target}{comma}")
     return convert_quantity(*found, target, where)
 

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from functools import lru_cache
 
 import numpy as np
 
 from slider_drilling.rig import Rig, StringSection
+from slider_drilling.rig.parts import GRAVITY
 from slider_drilling.wellbore.side_force import side_force_geometry
 from slider_drilling.wellbore.well_path import Array, WellPath
 
-GRAVITY = 9.81  # m/s2, not 9.80665: the hanging weight of the reference logs shows the difference
+_STEEL_DENSITY = 7850.0  # kg/m3
 
 
 @dataclass(frozen=True)
@@ -21,9 +23,10 @@ class Mesh:
 
     Attributes:
         top, bottom, middle: Measured depth, m.
-        area: Of steel, m2.
-        second_moment, polar_moment: m4, of bending and torsion.
-        outer_radius, clearance: m; clearance is radial.
+        area, second_moment, polar_moment: m2 and m4, that give the stiffness in tension, bending and torsion.
+        steel_area, steel_polar_moment: m2 and m4, that give mass and inertia with the string's density.
+        given_weight: In air, N/m; 0 where `steel_area` gives it.
+        outer_radius, clearance: m, where the string touches the wall; clearance is radial.
         cosine: Of the inclination, averaged so that the hanging weight is exact.
         sine: Of the inclination.
         vertical_curvature: d inclination / ds, rad/m.
@@ -36,6 +39,9 @@ class Mesh:
     area: Array
     second_moment: Array
     polar_moment: Array
+    steel_area: Array
+    steel_polar_moment: Array
+    given_weight: Array
     outer_radius: Array
     clearance: Array
     cosine: Array
@@ -76,20 +82,32 @@ def _mesh(
     for section, count in zip(sections, counts, strict=True):
         edges.extend(edges[-1] + section.length * (np.arange(count) + 1) / count)
     boundaries = np.asarray(edges)
-    outer = np.repeat([section.outer_diameter for section in sections], counts)
-    inner = np.repeat([section.inner_diameter for section in sections], counts)
+
+    def of_section(values: Iterable[float]) -> Array:
+        return np.repeat(list(values), counts)
+
+    outer = of_section(section.outer_diameter for section in sections)
+    inner = of_section(section.inner_diameter for section in sections)
+    contact = of_section(section.contact_diameter for section in sections)
     quartic, area = math.pi / 64.0 * (outer**4 - inner**4), math.pi / 4.0 * (outer**2 - inner**2)
+    bending = quartic * of_section(section.stiffness_over_body(4) for section in sections)
+    steel_area = area * of_section(section.steel_over_body(2) for section in sections)
+    given = of_section(section.weight_per_length or 0.0 for section in sections)
+    hanging = np.where(given > 0.0, given / (GRAVITY * _STEEL_DENSITY), steel_area)
     course = WellPath.from_survey(survey)
     falls = np.diff(course.interpolate(boundaries)[1][:, 2])
-    geometry = side_force_geometry(course, boundaries, area, falls)
+    geometry = side_force_geometry(course, boundaries, hanging, falls)
     mesh = Mesh(
         top=boundaries[:-1],
         bottom=boundaries[1:],
-        area=area,
-        second_moment=quartic,
-        polar_moment=2.0 * quartic,
-        outer_radius=0.5 * outer,
-        clearance=0.5 * (hole_diameter - outer),
+        area=area * of_section(section.stiffness_over_body(2) for section in sections),
+        second_moment=bending,
+        polar_moment=2.0 * bending,
+        steel_area=steel_area,
+        steel_polar_moment=2.0 * quartic * of_section(section.steel_over_body(4) for section in sections),
+        given_weight=given,
+        outer_radius=0.5 * contact,
+        clearance=0.5 * (hole_diameter - contact),
         cosine=falls / np.diff(boundaries),
         sine=geometry.sine,
         vertical_curvature=geometry.vertical_curvature,
@@ -98,6 +116,30 @@ def _mesh(
     for column in fields(mesh):
         getattr(mesh, column.name).setflags(write=False)
     return mesh
+
+
+def steel_area(rig: Rig, mesh: Mesh) -> Array:
+    """Area (n,) of steel, m2, that gives each element its weight."""
+    area = mesh.steel_area
+    if mesh.given_weight.any():
+        area = np.where(mesh.given_weight > 0.0, mesh.given_weight / (GRAVITY * rig.string.density), area)
+    return area * rig.string.weight_factor
+
+
+def steel_polar_moment(rig: Rig, mesh: Mesh) -> Array:
+    """Polar moment (n,) of the steel, m4, that gives each element its inertia; a given weight scales it."""
+    return mesh.steel_polar_moment * (steel_area(rig, mesh) / mesh.steel_area)
+
+
+def buoyed_weight(rig: Rig, mesh: Mesh) -> Array:
+    """Weight (n,) of each element in the mud, N."""
+    return GRAVITY * (rig.string.density - rig.mud.density) * steel_area(rig, mesh) * mesh.length
+
+
+def torsional_impedance(rig: Rig, mesh: Mesh) -> float:
+    """Torque per speed of a torsional wave at the top of the string, N m s."""
+    moments = float(mesh.polar_moment[0] * steel_polar_moment(rig, mesh)[0])
+    return math.sqrt(rig.string.shear_modulus * rig.string.density) * math.sqrt(moments)
 
 
 def covered_fraction(mesh: Mesh, top: float, bottom: float) -> Array:

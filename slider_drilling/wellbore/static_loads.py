@@ -24,7 +24,7 @@ from slider_drilling.contact import friction_coefficient_of_direction
 from slider_drilling.errors import InputError
 from slider_drilling.process.jit_cache import JIT_OPTIONS, njit
 from slider_drilling.rig import Rig
-from slider_drilling.wellbore.mesh import GRAVITY, Mesh, build_mesh, friction_factors, open_hole_fraction
+from slider_drilling.wellbore.mesh import Mesh, build_mesh, buoyed_weight, friction_factors, open_hole_fraction
 from slider_drilling.wellbore.well_path import Array
 
 _MAX_ITERATIONS = 50
@@ -94,7 +94,7 @@ def static_loads(
     else:
         coefficient = np.full(mesh.count, friction_coefficient)
     friction = np.where(still, 0.0, coefficient * friction_factors(rig, mesh))
-    weight = GRAVITY * (rig.string.density - rig.mud.density) * mesh.area * mesh.length
+    weight = buoyed_weight(rig, mesh)
     tension, torque, side = _integrate(
         weight * mesh.cosine, weight * mesh.sine, mesh.vertical_curvature * mesh.length,
         mesh.lateral_curvature * mesh.length, *_extra_side_force(rig, mesh), friction * axial_speed / speed,

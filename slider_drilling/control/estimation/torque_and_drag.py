@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from slider_drilling.wellbore.mesh import build_mesh, torsional_compliances
+from slider_drilling.wellbore.mesh import build_mesh, torsional_compliances, torsional_impedance
 from slider_drilling.wellbore.static_loads import static_loads
 from slider_drilling.wellbore.zones import Zones, zones_in_closed_form
 
@@ -62,7 +62,7 @@ class TorqueAndDrag:
         self.compliance = float(compliance[-1])
         self.bit_depth = float(self._depth[-1])
         self.travel_time = self.bit_depth / rig.string.twist_speed
-        self.impedance = math.sqrt(rig.string.shear_modulus * rig.string.density) * float(mesh.polar_moment[0])
+        self.impedance = torsional_impedance(rig, mesh)
 
     def full_amplitude(self, scale: float) -> float:
         """Half-amplitude (rad) at which rocking just reaches the bit."""
