@@ -19,7 +19,7 @@ RUN = $(VENV)/bin/
 # as wheels from PyPI.
 SOURCED = import importlib.util, sys; rclpy = importlib.util.find_spec("rclpy"); \
 	sys.exit(rclpy is None or rclpy.origin.startswith(sys.prefix))
-EXTRAS = pages,analysis,cluster,frames,identify,live,test,lint
+EXTRAS = pages,analysis,cluster,frames,tables,identify,live,test,lint
 
 HINT = "make: not installed: ROS wheels are for x86-64 Linux and Python 3.10 to 3.13; elsewhere source a ROS 2 Jazzy first"
 

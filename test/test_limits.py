@@ -11,8 +11,9 @@ import pytest
 from slider_drilling.cli import group
 from slider_drilling.contact.measured_friction import read_measured
 from slider_drilling.errors import InputError
-from slider_drilling.log import LogWriter, read_log, read_table
+from slider_drilling.log import LogWriter, read_log
 from slider_drilling.messages.topics import TOPICS
+from slider_drilling.table_import import read_table
 
 MAPPING = """\
 schema: slider_drilling/csv/1

@@ -127,7 +127,7 @@ def test_log_without_rig_says_what_to_do(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     with LogWriter(path) as writer:
         writer.joint_state("top_drive/joint_states", 0.0, "top_drive", 0.0, 0.0, 0.0)
-    with pytest.raises(InputError, match="give the rig file beside it"):
+    with pytest.raises(InputError, match="give the rig file with --rig"):
         read_log(path).rig()
 
 

@@ -11,13 +11,13 @@ import pytest
 from slider_drilling.errors import InputError
 from slider_drilling.log import JointSeries, LogWriter, RigLog, ScalarSeries, read_log, save_log
 from slider_drilling.log.contents import logged_quantities
-from slider_drilling.log.csv_mapping import IMPORT_CHANNELS
 from slider_drilling.log.info import log_info
 from slider_drilling.log.series import build_series
 from slider_drilling.messages import cdr
 from slider_drilling.messages.decoder import TopicDecoder
 from slider_drilling.messages.message_types import MESSAGE_TYPES
 from slider_drilling.messages.topics import CLOCK_TOPICS, TOPICS, Topic
+from slider_drilling.table_import.mapping import IMPORT_CHANNELS
 from slider_drilling.units import KINDS
 
 COUNT = 5

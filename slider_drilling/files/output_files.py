@@ -36,9 +36,9 @@ def read_text(path: str | os.PathLike[str], what: str, max_bytes: int = _MAX_TEX
         return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
 
 
-def read_lines(path: str | os.PathLike[str], what: str) -> Iterator[str]:
-    """The lines of a UTF-8 file, with their ends, read one at a time; raises as `read_text` does."""
-    with _readable(path, what), open(path, encoding="utf-8-sig") as file:
+def read_lines(path: str | os.PathLike[str], what: str, encoding: str = "utf-8-sig") -> Iterator[str]:
+    """The lines of a text file, with their ends, read one at a time; raises as `read_text` does."""
+    with _readable(path, what, encoding), open(path, encoding=encoding) as file:
         number = 0
         while line := file.readline(_MAX_LINE_LENGTH):
             number += 1
@@ -48,7 +48,7 @@ def read_lines(path: str | os.PathLike[str], what: str) -> Iterator[str]:
 
 
 @contextmanager
-def _readable(path: str | os.PathLike[str], what: str) -> Iterator[None]:
+def _readable(path: str | os.PathLike[str], what: str, encoding: str = "utf-8-sig") -> Iterator[None]:
     """Turn failures to open, read and decode a file into InputErrors that name it."""
     try:
         if stat.S_ISFIFO(os.stat(path).st_mode) and not os.path.abspath(path).startswith(_SPECIAL_FOLDERS):
@@ -59,7 +59,8 @@ def _readable(path: str | os.PathLike[str], what: str) -> Iterator[None]:
     except OSError as error:
         raise InputError(f"{path}: cannot read this {what}: {error.strerror}") from None
     except UnicodeDecodeError:
-        raise InputError(f"{path}: cannot read this {what}: not UTF-8 text") from None
+        name = encoding.upper().removesuffix("-SIG")
+        raise InputError(f"{path}: cannot read this {what}: not {name} text") from None
     except ValueError as error:
         raise InputError(f"{path}: cannot read this {what}: {error}") from None
 

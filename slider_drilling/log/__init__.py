@@ -1,6 +1,5 @@
 """Logs: MCAP files are read and written, other formats are imported. Needs no ROS."""
 
-from slider_drilling.log.csv_table import read_table
 from slider_drilling.log.read import read_log
 from slider_drilling.log.rig_log import RigLog
 from slider_drilling.log.save import save_log
@@ -20,6 +19,5 @@ __all__ = [
     "Status",
     "Topic",
     "read_log",
-    "read_table",
     "save_log",
 ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
+from rich.box import SIMPLE
 from rich.table import Table
 
 from slider_drilling.log.series import Array, LogContents
@@ -44,14 +44,19 @@ class LoggedQuantity:
 
 
 def contents_table(log: LogContents, units: Units = SI) -> Table:
-    """One row for each array that the log holds."""
-    table = Table("topic", "quantity", "samples", "time, s", "range", "unit", "longest gap, s", box=SIMPLE_HEAD)
-    for row in logged_quantities(log):
-        gap = "-" if row.longest_gap is None else f"{row.longest_gap:.2f}"
-        unit, size = DISPLAY_UNITS.get(row.unit, (row.unit, 1.0))
-        low, high = (format_number(units.convert(value / size, unit), 5) for value in (row.lowest, row.highest))
-        table.add_row(row.topic, row.quantity, str(row.samples), f"{row.first:.1f} to {row.last:.1f}",
-                      f"{low} to {high}", units.display_unit(unit), gap)
+    """One row for each array that the log holds, at most 80 characters wide."""
+    table = Table("channel", "samples", "time, s", "range", "unit", "longest gap, s", box=SIMPLE, padding=(0, 1, 0, 0))
+    for key, series in log.series().items():
+        for quantity in TOPICS[key].quantities:
+            values = getattr(series, quantity.array)
+            if np.isnan(values).all():
+                continue
+            row = _content(TOPICS[key].name, quantity.array, quantity.unit, series.time, values)
+            gap = "-" if row.longest_gap is None else f"{row.longest_gap:.2f}"
+            unit, size = DISPLAY_UNITS.get(row.unit, (row.unit, 1.0))
+            low, high = (format_number(units.convert(value / size, unit), 4) for value in (row.lowest, row.highest))
+            table.add_row(quantity.column, str(row.samples), f"{row.first:.0f} to {row.last:.0f}", f"{low} to {high}",
+                          units.display_unit(unit), gap)  # fmt: skip
     return table
 
 

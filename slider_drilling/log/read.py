@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ import yaml
 from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import read_text
+from slider_drilling.log.import_record import RECORD, ImportRecord
 from slider_drilling.log.mcap_chunk import MessageBlock
 from slider_drilling.log.mcap_reader import McapReader
 from slider_drilling.log.rig_log import RigLog
@@ -111,7 +112,9 @@ def _read(path: Path, source: str, rig_path: str | os.PathLike[str] | None, name
         tracks[key] = sort_by_stamp(track, samples.topic, TOPICS[key].is_surface, moved, source, notes)
     _drop_foreign_stamps(tracks, chosen, notes)
     rig_text, rig_source = _rig(source, rig_path, readers, notes)
-    return mask_impossible_values(_assemble(source, tracks, notes, rig_text, rig_source, _metadata(readers)))
+    log = _assemble(source, tracks, notes, rig_text, rig_source, _metadata(readers, "slider_drilling"))
+    record = _metadata(readers, RECORD)
+    return mask_impossible_values(replace(log, imported=ImportRecord.from_metadata(record) if record else None))
 
 
 def _drop_foreign_stamps(tracks: dict[str, StampedSamples], chosen: dict[str, TopicSamples], notes: list[str]) -> None:
@@ -309,7 +312,7 @@ def _rig(
     return None, None
 
 
-def _metadata(readers: list[McapReader]) -> dict[str, str]:
-    """The first `slider_drilling` metadata record."""
+def _metadata(readers: list[McapReader], name: str) -> dict[str, str]:
+    """The first metadata record of that name; empty where there is none."""
     records = [record for reader in readers for record in reader.metadata]
-    return next((dict(record.metadata) for record in records if record.name == "slider_drilling"), {})
+    return next((dict(record.metadata) for record in records if record.name == name), {})

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from slider_drilling.log.import_record import RECORD
 from slider_drilling.log.series import LogContents
 from slider_drilling.log.write import LogWriter
 from slider_drilling.messages.topics import TOPICS
@@ -40,6 +41,8 @@ def save_log(
         for key, series in held.items()
     }
     with LogWriter(path, log.rig_text, recorded_by, notes, whole=True) as writer:
+        if log.imported is not None:
+            writer.add_metadata(RECORD, log.imported.to_metadata())
         for count, (arrival, key, index) in enumerate(entries):
             stamp = log.start + float(held[key].time[index])
             writer.sample(TOPICS[key], stamp, numbers[key][index].tolist(), log.start + arrival)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from slider_drilling.columns import Columns, SampledQuantity, join_samples
 from slider_drilling.errors import InputError
+from slider_drilling.log.import_record import ImportRecord
 from slider_drilling.messages.topics import TOPICS, Topic
 from slider_drilling.rig import Rig, parse_rig
 
@@ -86,6 +87,7 @@ class LogContents:
         metadata: The record `slider_drilling` of the log.
         notes: What a reader should know of the log's state, one sentence each: damage, repeated stamps, topics left
             out.
+        imported: What an import did to the table that the log comes from; None for a recorded log.
     """
 
     source: str
@@ -94,6 +96,7 @@ class LogContents:
     rig_source: str | None = None
     metadata: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    imported: ImportRecord | None = None
     # One for each entry of the registry of topics.
     top_drive: JointSeries | None = None
     top_drive_command: JointSeries | None = None
@@ -121,7 +124,7 @@ class LogContents:
     def rig(self) -> Rig:
         """The rig that the log was recorded with. Raises InputError where there is none or it cannot be used."""
         if self.rig_text is None:
-            raise InputError(f"{self.source}: has no rig.yaml attachment; give the rig file beside it")
+            raise InputError(f"{self.source}: has no rig.yaml attachment; give the rig file with --rig")
         return parse_rig(self.rig_text, self.rig_source or self.source)
 
     def series(self) -> dict[str, Series]:

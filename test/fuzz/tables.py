@@ -11,7 +11,8 @@ from typing import Any
 import yaml
 from tally import Tally
 
-from slider_drilling.log import read_log, read_table, save_log
+from slider_drilling.log import read_log, save_log
+from slider_drilling.table_import import read_table
 
 MAPPING: dict[str, Any] = {
     "schema": "slider_drilling/csv/1",

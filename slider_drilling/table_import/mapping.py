@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from slider_drilling.errors import InputError
@@ -11,10 +11,13 @@ from slider_drilling.files.output_files import read_text
 from slider_drilling.messages.topics import TOPICS
 from slider_drilling.schema.fields import build_dataclass, quantity
 from slider_drilling.schema.yaml_tree import parse_yaml
+from slider_drilling.table_import.times import ORDERS
 from slider_drilling.units import KINDS, si_factor
 
 SCHEMA = "slider_drilling/csv/1"
 ISO_TIME = "iso8601"
+AUTO = "auto"
+EXCEL_DAYS = "excel"
 MAX_MAPPING_BYTES = 1_000_000  # bytes of a mapping file
 
 
@@ -48,19 +51,26 @@ def _registered_channels() -> dict[str, ImportChannel]:
 
 
 IMPORT_CHANNELS = _registered_channels()
+# Channels whose sign the rocking restores.
+UNSIGNED = ("top_drive_speed", "top_drive_angle", "surface_torque")
 # Kind of a channel -> kind of the column that is integrated to it.
 RATE_OF = {"angle": "angular speed", "length": "speed"}
 
 
 @dataclass(frozen=True)
 class ColumnMapping:
-    """How one channel is made of columns.
+    """How one channel is made of columns: sign x (column + offset - tare), in `unit`.
 
     Attributes:
         column: Name of the column.
         unit: Of its numbers.
         plus: Further columns that are added to it, such as a second pump.
         sign: -1 where the table counts the other way, such as a block position that grows upwards.
+        offset: Added to the column, in its unit, such as what the sensor reads at zero, with the other sign.
+        tare: Subtracted from the column, in its unit, such as the weight of the block in a hook load.
+        abs: Whether to drop the sign of the column.
+        unsigned: Whether the column has lost its sign, which the rocking restores: of a speed from the torque, of a
+            torque from the speed.
         from_first: Whether the first value is subtracted.
         integral: Whether the column is the rate of the channel, and is integrated from zero.
         on_change: Whether to keep only samples where the value changes: a table repeats a toolface until the next.
@@ -71,6 +81,10 @@ class ColumnMapping:
     unit: str
     plus: tuple[str, ...] = ()
     sign: float = quantity("-", 1.0, at_least=-1.0, at_most=1.0)
+    offset: float = 0.0
+    tare: float = 0.0
+    abs: bool = False
+    unsigned: bool = False
     from_first: bool = False
     integral: bool = False
     on_change: bool = False
@@ -78,32 +92,61 @@ class ColumnMapping:
 
 
 @dataclass(frozen=True)
+class TimeMapping:
+    """How the times are made of columns.
+
+    Attributes:
+        column: With the times.
+        unit: Of numbers; iso8601 for dates and times as text, excel for days since 1900.
+        date_column: With the dates, where `column` has only times of day.
+        date_order: DMY, MDY or YMD, where dates can be read in two ways.
+    """
+
+    column: str
+    unit: str = ISO_TIME
+    date_column: str = ""
+    date_order: str = ""
+
+
+@dataclass(frozen=True)
 class TableLayout:
-    """The format of the table.
+    """The format of the table. Of what is "auto" or not given, the table itself decides.
 
     Attributes:
         schema: Version of the mapping file.
         time: The column of the times.
         names: Names of the columns, for a table without a header line.
-        delimiter: Between cells.
+        delimiter: Between cells; " " for any number of blanks.
+        decimal: Mark before the fraction: "." or ",".
+        encoding: Of the text, such as utf-8, utf-16 or cp1252.
         null_values: Numbers that mean no value.
+        null_words: Words that mean no value, beside the usual ones.
         skip_lines: Number of lines before the header.
         unit_line: Whether a line of units follows the header.
+        time_zone: IANA name of the zone of times that name none, such as Europe/Oslo.
         start: Date and time of time 0.
+        sheet: Of a workbook; the first if empty.
+        given: Keys that the mapping file gives.
     """
 
     schema: str
-    time: ColumnMapping
+    time: TimeMapping
     names: tuple[str, ...] = ()
-    delimiter: str = ","
+    delimiter: str = AUTO
+    decimal: str = AUTO
+    encoding: str = AUTO
     null_values: tuple[float, ...] = (-999.25,)
+    null_words: tuple[str, ...] = ()
     skip_lines: int = 0
     unit_line: bool = False
+    time_zone: str = ""
     start: str = ""
+    sheet: str = ""
+    given: frozenset[str] = field(default=frozenset(), init=False)
 
 
 @dataclass(frozen=True)
-class CsvMapping:
+class TableMapping:
     """A mapping file.
 
     Attributes:
@@ -118,22 +161,35 @@ class CsvMapping:
     channels: dict[str, ColumnMapping]
     scale: dict[str, float]
 
+    def columns(self) -> list[str]:
+        """Names of all columns that are read, each once."""
+        time = self.layout.time
+        names = [time.column, *([time.date_column] if time.date_column else [])]
+        for channel in self.channels.values():
+            names += [channel.column, *channel.plus]
+        return list(dict.fromkeys(names))
 
-def load_mapping(path: str | os.PathLike[str]) -> CsvMapping:
+
+def load_mapping(path: str | os.PathLike[str]) -> TableMapping:
     """Read a mapping file; `config/import.example.yaml` documents its keys. Raises InputError."""
     source = str(path)
     return parse_mapping(parse_yaml(read_text(path, "mapping file", MAX_MAPPING_BYTES), source), source)
 
 
-def parse_mapping(raw: Any, source: str) -> CsvMapping:
+def parse_mapping(raw: Any, source: str) -> TableMapping:
     """The mapping from parsed YAML. Raises InputError with source, key and value."""
     if not isinstance(raw, dict):
         raise InputError(f"{source}: has no keys; see config/import.example.yaml")
     layout = build_dataclass(TableLayout, {key: value for key, value in raw.items() if key != "channels"}, source)
     if layout.schema != SCHEMA:
         raise InputError(f"{source}: schema = {layout.schema!r}: this version reads {SCHEMA!r}")
-    if len(layout.delimiter) != 1 or layout.delimiter in '\r\n" \x00':
-        raise InputError(f"{source}: delimiter = {layout.delimiter!r}: must be one character, no quote and no blank")
+    object.__setattr__(layout, "given", frozenset(raw))
+    if layout.delimiter != AUTO and (len(layout.delimiter) != 1 or layout.delimiter in '\r\n"\x00'):
+        raise InputError(f"{source}: delimiter = {layout.delimiter!r}: must be one character, no quote, or auto")
+    if layout.decimal not in (AUTO, ".", ","):
+        raise InputError(f"{source}: decimal = {layout.decimal!r}: must be '.', ',' or auto")
+    if layout.time.date_order not in ("", *ORDERS):
+        raise InputError(f"{source}: time.date_order = {layout.time.date_order!r}: must be {', '.join(ORDERS)}")
     if layout.skip_lines < 0:
         raise InputError(f"{source}: skip_lines = {layout.skip_lines}: must be at least 0")
     channels, scale = {}, {}
@@ -143,10 +199,14 @@ def parse_mapping(raw: Any, source: str) -> CsvMapping:
             raise InputError(f"{source}: channels.{name}.sign = {column.sign:g}: must be 1 or -1")
         channels[name] = column
         scale[name] = column.sign * si_factor(column.unit, _kind(name, column, source), f"{source}: channels.{name}")
-    if layout.time.unit != ISO_TIME:
+        if column.unsigned and column.abs:
+            raise InputError(f"{source}: channels.{name}: abs drops the sign that unsigned restores; keep one")
+        if column.unsigned and name not in UNSIGNED:
+            raise InputError(f"{source}: channels.{name}.unsigned: only for {' and '.join(UNSIGNED)}")
+    if layout.time.unit not in (ISO_TIME, EXCEL_DAYS):
         scale["time"] = si_factor(layout.time.unit, "time", f"{source}: time")
     _check_targets(channels, source)
-    return CsvMapping(source, layout, channels, scale)
+    return TableMapping(source, layout, channels, scale)
 
 
 def _channel_entries(raw: dict[str, Any], source: str) -> list[tuple[str, Any]]:

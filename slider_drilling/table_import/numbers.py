@@ -1,0 +1,161 @@
+"""Cells of a table as numbers: nulls in words, declared and undeclared nulls, decimal commas."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slider_drilling.errors import InputError
+from slider_drilling.schema.yaml_tree import shorten
+from slider_drilling.table_import.source import Array, Table
+
+# What recorders, spreadsheets and historians write where there is no value, in lower case.
+NULL_WORDS = frozenset({
+    "", "-", "--", "---", "----", "nan", "null", "none", "nil", "n/a", "na", "#n/a", "#na", "#n/d", "#null!", "#value!",
+    "#ref!", "#div/0!", "#num!", "#name?", "bad", "bad input", "bad data", "no data", "nodata", "no value", "missing",
+    "invalid", "offline", "i/o timeout", "shutdown", "not connect", "configure", "pt created", "absent", "inf", "-inf",
+    "*", "?", ".",
+})  # fmt: skip
+_COMMA = re.compile(r"[+-]?\d{1,3}(?:[. ']?\d{3})*,\d+|[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
+_THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:[,' \u00a0\u202f]\d{3})+(?:\.\d*)?")
+# Numbers that exporters write for "no value".
+_NULL_LIKE = re.compile(r"-?(?:9{3,}(?:\.(?:25|0+|9+))?|3276[78]|65535|2147483647|2147483648|8888+)")
+_SPANS = 3.0  # times the range of all other values that an undeclared null lies outside
+_MANY = 10.0  # the same for a number that is no usual null
+_MAX_NULLS = 4  # different undeclared nulls of one column
+_MAX_SHARE, _MAX_SHARE_ABOVE = 0.5, 0.2  # of the values, for nulls below and above all others
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """One column as numbers.
+
+    Attributes:
+        values: NaN where there is none, (n,).
+        undeclared: Numbers that were taken for nulls although nothing declares them, with how often each stands.
+        comma: Whether commas were read as decimal marks.
+        thousands: Whether commas or blanks were left out as marks of thousands.
+    """
+
+    values: Array
+    undeclared: tuple[tuple[float, int], ...] = ()
+    comma: bool = False
+    thousands: bool = False
+
+
+def numbers(
+    table: Table, name: str, nulls: tuple[float, ...], decimal: str, positive: bool = False, delimiter: str = ""
+) -> Numbers:
+    """One column as numbers.
+
+    Args:
+        table: The table.
+        name: Of the column.
+        nulls: Declared nulls.
+        decimal: "." or ",", or "auto" where the cells decide.
+        positive: Whether the quantity cannot be negative.
+        delimiter: Between cells, which decides between decimal comma and marks of thousands.
+
+    Raises:
+        InputError: A cell is no number and no null.
+    """
+    cells = table.columns[name]
+    if isinstance(cells, np.ndarray):
+        values, comma, thousands = np.array(cells, dtype=np.float64), False, False
+    else:
+        values, comma, thousands = _from_text(table, name, decimal, delimiter)
+    values[np.isin(values, nulls) | np.isinf(values)] = math.nan
+    values, undeclared = without_undeclared_nulls(values, positive)
+    return Numbers(values, undeclared, comma, thousands)
+
+
+def _from_text(table: Table, name: str, decimal: str, delimiter: str) -> tuple[Array, bool, bool]:
+    cells: list[str] = list(table.columns[name])
+    if decimal != ",":
+        try:
+            return np.array([float(cell) if cell else math.nan for cell in cells]), False, False
+        except ValueError:
+            pass
+    comma, thousands = _marks(cells, decimal, delimiter)
+    values = np.empty(len(cells))
+    for index, cell in enumerate(cells):
+        word = cell.strip()
+        if word.lower() in NULL_WORDS:
+            values[index] = math.nan
+            continue
+        if comma:
+            word = re.sub(r"[.' \u202f](?=\d{3})", "", word).replace(",", ".") if "," in word else word
+        elif thousands and _THOUSANDS.fullmatch(word):
+            word = re.sub(r"[,' \u00a0\u202f]", "", word)
+        try:
+            values[index] = float(word)
+        except ValueError:
+            raise InputError(
+                f"{table.where(index)}: column {name!r} = {shorten(cell)}: not a number; "
+                "a null in words goes into null_values"
+            ) from None
+    return values, comma, thousands
+
+
+def _marks(cells: list[str], decimal: str, delimiter: str) -> tuple[bool, bool]:
+    """Whether commas are decimal marks, and whether there are marks of thousands."""
+    if decimal == ",":
+        return True, False
+    odd = [cell.strip() for cell in cells if "," in cell or " " in cell.strip() or "'" in cell or "\u00a0" in cell]
+    grouped = [word for word in odd if _THOUSANDS.fullmatch(word)]
+    if decimal == ".":
+        return False, bool(grouped)
+    commas = [word for word in odd if "," in word and _COMMA.fullmatch(word)]
+    # 8,125 between semicolons is 8.125; between commas, in quotes, it is eight thousand.
+    certain = [word for word in commas if not _THOUSANDS.fullmatch(word)]
+    if certain or (commas and delimiter not in ("", ",")):
+        return True, False
+    return False, bool(grouped)
+
+
+def without_undeclared_nulls(values: Array, positive: bool) -> tuple[Array, tuple[tuple[float, int], ...]]:
+    """The values with numbers as NaN that stand far outside all others and look like a null.
+
+    Such a number is one that exporters write (-999.25, -9999, -999, 99999, -32768), or it is repeated to the last
+    digit, far outside, and negative where the quantity cannot be.
+    """
+    found: list[tuple[float, int]] = []
+    values = values.copy()
+    for _ in range(_MAX_NULLS):
+        known = values[np.isfinite(values)]
+        if known.size < 3:
+            break
+        null = next((end for end in (known.min(), known.max()) if _is_null(float(end), known, positive)), None)
+        if null is None:
+            break
+        same = values == null
+        found.append((float(null), int(np.count_nonzero(same))))
+        values[same] = math.nan
+    return values, tuple(found)
+
+
+def _is_null(value: float, known: Array, positive: bool) -> bool:
+    others = known[known != value]
+    count = known.size - others.size
+    if others.size < 2 or count > (_MAX_SHARE if value < others[0] else _MAX_SHARE_ABOVE) * known.size:
+        return False
+    low, high = np.quantile(others, (0.01, 0.99))
+    span = max(float(high - low), 1e-9)
+    distance = max(low - value, value - high)
+    if is_null_like(value):
+        return bool(distance > _SPANS * span)
+    return count > 1 and bool(distance > _MANY * span) and ((positive and value < 0.0) or abs(value) > 1e5 * abs(high))
+
+
+def is_null_like(value: float) -> bool:
+    """Whether exporters write this number for "no value"."""
+    return _NULL_LIKE.fullmatch(f"{value:.10g}") is not None or abs(value) >= 1e29
+
+
+def runs(where: NDArray[np.bool_]) -> int:
+    """Number of stretches in a row that are true."""
+    return int(np.count_nonzero(np.diff(np.r_[False, where].astype(np.int8)) == 1))

@@ -1,0 +1,343 @@
+"""Tables of recorders without a mapping file: formats, encodings, clocks, nulls, signs, and what is refused."""
+
+from __future__ import annotations
+
+import datetime
+import socket
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from slider_drilling.commands.import_table import command
+from slider_drilling.errors import InputError
+from slider_drilling.log import RigLog, read_log
+from slider_drilling.table_import import import_table, read_table
+from slider_drilling.table_import.integrate import integrate
+from slider_drilling.table_import.numbers import without_undeclared_nulls
+from slider_drilling.table_import.rocking_signs import looks_unsigned, signed_by
+
+KLBF, FTLBF = 4448.2216152605, 1.3558179483314004
+HEAD = "Time,HKLD,TQ,RPM\n,klbf,ft-lbf,rpm\n"
+START = datetime.datetime(2026, 3, 14, 2, 10)
+
+
+def written(folder: Path, text: str, encoding: str = "utf-8", name: str = "t.csv") -> Path:
+    path = folder / name
+    path.write_bytes(text.encode(encoding))
+    return path
+
+
+def hook(log: RigLog) -> np.ndarray:
+    assert log.draw_works is not None
+    return log.draw_works.effort / KLBF
+
+
+def lines(count: int = 5) -> str:
+    stamps = [(START + datetime.timedelta(seconds=k)).isoformat() for k in range(count)]
+    return "".join(f"{stamp},{200 + k},6000,40\n" for k, stamp in enumerate(stamps))
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t", "|"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+def test_delimiters_and_encodings(tmp_path: Path, delimiter: str, encoding: str) -> None:
+    text = ("Well: Groß 3\n" + HEAD + lines()).replace(",", delimiter)
+    np.testing.assert_allclose(hook(read_table(written(tmp_path, text, encoding))), [200, 201, 202, 203, 204])
+
+
+@pytest.mark.parametrize(
+    ("cell", "value"), [("200,5", 200.5), ("1.200,5", 1200.5), ("200", 200.0), ("8,125", 8.125), ("1 200,5", 1200.5)]
+)
+def test_decimal_commas(tmp_path: Path, cell: str, value: float) -> None:
+    text = f"Time;HKLD [klbf]\n2024-03-12T14:58:00;{cell}\n2024-03-12T14:58:01;{cell}\n"
+    np.testing.assert_allclose(hook(read_table(written(tmp_path, text))), value)
+
+
+def test_thousands_in_quotes(tmp_path: Path) -> None:
+    log = read_table(written(tmp_path, 'Time (s),TQ (ft-lbf)\n0,"6,417"\n1,"16,417.5"\n'))
+    assert log.top_drive is not None
+    np.testing.assert_allclose(log.top_drive.effort / FTLBF, [6417, 16417.5])
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "step"),
+    [
+        ("03/14/2026 11:59:59 PM", "03/15/2026 12:00:00 AM", 1.0),
+        ("14.03.2026 23:59:59", "15.03.2026 00:00:00", 1.0),
+        ("14-Mar-2026 02:10:00", "14-Mar-2026 02:10:00.5", 0.5),
+        ("2026/03/14 02:10:00", "2026/03/14 02:10:02", 2.0),
+        ("20260314 02:10:00", "20260314 02:10:02", 2.0),
+        ("2026-03-14T02:10:00+01:00", "2026-03-14T01:10:02Z", 2.0),
+        ("23:59:59", "00:00:01", 2.0),
+        ("1773454200", "1773454202", 2.0),
+        ("1773454200000", "1773454202000", 2.0),
+        ("46095.0", "46095.5", 43200.0),
+    ],
+)
+def test_times(tmp_path: Path, first: str, second: str, step: float) -> None:
+    log = read_table(written(tmp_path, f"Time,HKLD (klbf)\n{first},200\n{second},201\n"))
+    assert log.draw_works is not None
+    np.testing.assert_allclose(np.diff(log.draw_works.time), step, atol=1e-6)
+
+
+def test_date_in_its_own_column_and_order(tmp_path: Path) -> None:
+    text = "Date,Time,HKLD (klbf)\n03/12/2024,23:59:59,200\n03/13/2024,00:00:00,201\n"
+    log = read_table(written(tmp_path, text))
+    assert datetime.datetime.fromtimestamp(log.start, datetime.timezone.utc).day == 12
+    ambiguous = read_table(written(tmp_path, text.replace("03/13", "03/12").replace("00:00:00", "23:59:59.5")))
+    assert any("read as MDY" in note for note in ambiguous.notes)
+
+
+@pytest.mark.parametrize(
+    ("times", "length"),
+    [
+        (("2024-03-31T01:59:59", "2024-03-31T03:00:00"), 1.0),
+        (("2024-10-27T02:59:59", "2024-10-27T02:00:00"), 1.0),
+        (("2024-10-27T01:59:59", "2024-10-27T02:00:00"), 1.0),
+    ],
+)
+def test_time_zone_undoes_clock_changes(tmp_path: Path, times: tuple[str, str], length: float) -> None:
+    text = "Time,HKLD (klbf)\n" + "".join(f"{time},200\n" for time in times)
+    log = import_table(written(tmp_path, text), time_zone="Europe/Berlin").log
+    assert log.draw_works is not None
+    np.testing.assert_allclose(np.diff(log.draw_works.time), length)
+
+
+def test_clock_set_back_asks_for_the_zone(tmp_path: Path) -> None:
+    text = "Time,HKLD (klbf)\n2024-10-27T02:59:59,200\n2024-10-27T02:00:00,200\n"
+    with pytest.raises(InputError, match=r"goes back .* give its zone with --time-zone"):
+        read_table(written(tmp_path, text))
+    with pytest.raises(InputError, match="time_zone = 'Mars/Base': not known"):
+        import_table(written(tmp_path, text), time_zone="Mars/Base")
+
+
+@pytest.mark.parametrize("null", [-999.25, -999.0, -9999.0, -99999.0, 9999.0, -32768.0, 1e30])
+def test_undeclared_nulls_are_found(null: float) -> None:
+    values = np.r_[np.linspace(190, 210, 50), null, np.linspace(190, 210, 50), null]
+    kept, found = without_undeclared_nulls(values, positive=True)
+    assert found == ((null, 2),) and np.flatnonzero(np.isnan(kept)).tolist() == [50, 101]
+
+
+@pytest.mark.parametrize("values", [np.linspace(900, 1100, 201), np.r_[np.zeros(50), np.full(50, 999.0)]])
+def test_readings_that_look_like_nulls_stay(values: np.ndarray) -> None:
+    assert without_undeclared_nulls(values, positive=True)[1] == ()
+
+
+@pytest.mark.parametrize("word", ["#N/A", "NULL", "Bad Input", "---", "n/a", "I/O Timeout"])
+def test_nulls_in_words(tmp_path: Path, word: str) -> None:
+    log = read_table(written(tmp_path, f"Time (s),HKLD (klbf)\n0,200\n1,{word}\n2,202\n"))
+    np.testing.assert_allclose(hook(log), [200, 202])
+
+
+def test_ragged_rows(tmp_path: Path) -> None:
+    log = read_table(written(tmp_path, "Time (s),HKLD (klbf),TQ (ft-lbf)\n0,200,1,\n1,201\n2,202,3,,\n"))
+    assert log.top_drive is not None
+    np.testing.assert_allclose(log.top_drive.effort / FTLBF, [1, 3])
+    with pytest.raises(InputError, match="line 2: 4 cells where 3 columns"):
+        read_table(written(tmp_path, "Time (s),HKLD (klbf),TQ (ft-lbf)\n0,200,1,7\n"))
+
+
+def test_equal_heads_with_equal_values_are_one(tmp_path: Path) -> None:
+    text = "Time (s),HKLD,HKLD\n,klbf,klbf\n0,200,200\n1,201,{}\n"
+    np.testing.assert_allclose(hook(read_table(written(tmp_path, text.format(201)))), [200, 201])
+    with pytest.raises(InputError, match=r"write 'HKLD \(2\)' for the second"):
+        read_table(written(tmp_path, text.format(7)))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("Time (s),HKLD\n0,200\n", r"column 'HKLD' \(hook_load\): no unit in the table; add --unit 'HKLD=UNIT'"),
+        ("Time (s),HKLD (psi)\n0,200\n", "unit 'psi': not a known unit of force"),
+        ("Time (s),Gamma\n0,200\n", "no column is a channel of a rig"),
+        ("Depth (m),HKLD (klbf)\n0,200\n", "no column of times"),
+        ("0.97,44.3,34\n1.8,44.3,35\n", "has no heads"),
+        ("", "is empty"),
+        ("Time (s),HKLD (klbf)\n0,abc\n", "line 2: column 'HKLD .klbf.' = 'abc': not a number"),
+        ("Time,HKLD (klbf)\nyesterday,1\n", "line 2: column 'Time' = 'yesterday': not a time"),
+    ],
+)
+def test_what_cannot_be_recognised_gets_one_line(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(InputError, match=message) as error:
+        read_table(written(tmp_path, text))
+    assert "\n" not in str(error.value)
+
+
+def test_pumps_are_added_up(tmp_path: Path) -> None:
+    log = read_table(written(tmp_path, "Time (s),SPM1,SPM2,SPM3\n0,60,50,0\n1,60,50,10\n"))
+    assert log.mud_pump is not None
+    np.testing.assert_allclose(log.mud_pump.velocity * 30.0 / np.pi, [110, 120])
+
+
+def test_tare_offset_and_abs(tmp_path: Path) -> None:
+    mapping = written(tmp_path, """\
+schema: slider_drilling/csv/1
+time: {column: t, unit: s}
+channels:
+  hook_load: {column: h, unit: klbf, tare: 62}
+  surface_torque: {column: q, unit: ft lbf, abs: true, offset: 10}
+""", name="m.yaml")  # fmt: skip
+    log = read_table(written(tmp_path, "t,h,q\n0,262,-100\n1,263,200\n"), mapping)
+    assert log.top_drive is not None
+    np.testing.assert_allclose(hook(log), [200, 201])
+    np.testing.assert_allclose(log.top_drive.effort / FTLBF, [110, 210])
+
+
+def test_saved_mapping_reads_the_same(tmp_path: Path) -> None:
+    table = written(tmp_path, HEAD + lines())
+    saved, log, again = tmp_path / "m.yaml", tmp_path / "a.mcap", tmp_path / "b.mcap"
+    first = CliRunner().invoke(command, [str(table), "-o", str(log), "--save-mapping", str(saved)])
+    second = CliRunner().invoke(command, [str(table), "-o", str(again), "--mapping", str(saved)])
+    assert first.exit_code == second.exit_code == 0
+    np.testing.assert_array_equal(hook(read_log(log)), hook(read_log(again)))
+
+
+def test_no_integral_over_a_gap() -> None:
+    time = np.r_[np.arange(60.0), 3600.0 + np.arange(60.0)]
+    integral = integrate(np.full(120, 8.0), time)
+    assert integral.gaps == 1 and integral.in_gaps == pytest.approx(3541.0)
+    assert integral.values[60] == integral.values[59] and integral.values[-1] == pytest.approx(8.0 * 118.0)
+
+
+def test_gap_and_integral_are_kept_in_the_log(tmp_path: Path) -> None:
+    text = "Time (s),RPM\n" + "".join(f"{k if k < 50 else k + 900},40\n" for k in range(100))
+    output = tmp_path / "o.mcap"
+    assert CliRunner().invoke(command, [str(written(tmp_path, text)), "-o", str(output)]).exit_code == 0
+    record = read_log(output).imported
+    assert record is not None and record.integrated["top_drive_angle"].gaps == 1
+    assert "stands still over a gap" in record.of_check("integrated")[0]
+
+
+def rocking(seconds: float = 200.0) -> tuple[np.ndarray, np.ndarray]:
+    """Speed of a rocking drive and the torque of the string that it winds up, once a second."""
+    time = np.arange(seconds)
+    speed = 8.0 * np.tanh(3.0 * np.sin(2.0 * np.pi * time / 14.3))
+    return speed, np.cumsum(speed) * 300.0 - 200.0 * np.sin(time)
+
+
+@pytest.mark.parametrize("of_speed", [True, False])
+def test_signs_come_back_from_the_rocking(of_speed: bool) -> None:
+    speed, torque = rocking()
+    torque = torque - torque.mean()
+    lost, other = (speed, torque) if of_speed else (torque, speed)
+    assert looks_unsigned(np.abs(lost)) and not looks_unsigned(lost)
+    found = signed_by(np.abs(lost), other, of_speed, "t")
+    large = np.abs(lost) > 0.3 * np.abs(lost).max()
+    assert np.mean(np.sign(found[large]) == np.sign(lost[large])) > 0.97
+
+
+def test_signs_that_nothing_tells_are_refused(tmp_path: Path) -> None:
+    speed, torque = (np.abs(part) for part in rocking())
+    rows = "".join(f"{k},{v * 9.55:.2f},{q:.0f}\n" for k, (v, q) in enumerate(zip(speed, torque, strict=True)))
+    with pytest.raises(InputError, match="has no sign, and torque does not tell it"):
+        read_table(written(tmp_path, "Time (s),RPM,TQ (ft-lbf)\n" + rows))
+
+
+def test_las_2_and_3(tmp_path: Path) -> None:
+    two = ("~V\nVERS. 2.0 :\nWRAP. NO :\n~W\nNULL. -9999 :\n~C\nTIME.DD/MM/YYYY-HH:MM:SS :\nHKLA.KLB : \n~A\n"
+           "12/03/2024-14:58:00 200\n12/03/2024-14:58:01 -9999\n12/03/2024-14:58:02 202\n")  # fmt: skip
+    log = read_table(written(tmp_path, two, name="t.las"))
+    np.testing.assert_allclose(hook(log), [200, 202])
+    assert datetime.datetime.fromtimestamp(log.start, datetime.timezone.utc).month == 3
+    three = ("~Version\nVERS. 3.0 :\nWRAP. NO :\nDLM. COMMA :\n~Well\nNULL. -999.25 :\n~Log_Definition\nTIME.S :\n"
+             "HKLA.klbf :\n~Log_Data | Log_Definition\n0,200\n1,-999.25\n2,202\n")  # fmt: skip
+    np.testing.assert_allclose(hook(read_table(written(tmp_path, three, name="t.las"))), [200, 202])
+    with pytest.raises(InputError, match="is a log by depth"):
+        read_table(written(tmp_path, two.replace("TIME.DD/MM/YYYY-HH:MM:SS", "DEPT.M"), name="t.las"))
+
+
+def test_workbook_with_dates_and_units_row(tmp_path: Path) -> None:
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for row in (["Well 3H"], ["Date", "Time", "HKLD"], [None, None, "klbf"]):
+        book.active.append(row)
+    for k in range(3):
+        moment = START + datetime.timedelta(seconds=k)
+        book.active.append([moment.date(), moment.time(), 200 + k])
+    book.save(tmp_path / "t.xlsx")
+    log = read_table(tmp_path / "t.xlsx")
+    np.testing.assert_allclose(hook(log), [200, 201, 202])
+    assert log.start == START.replace(tzinfo=datetime.timezone.utc).timestamp()
+
+
+def test_parquet(tmp_path: Path) -> None:
+    pyarrow = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    stamps = pyarrow.array([START + datetime.timedelta(seconds=k) for k in range(3)], pyarrow.timestamp("us"))
+    parquet.write_table(pyarrow.table({"timestamp": stamps, "HKLA (klbf)": [200, None, 202]}), tmp_path / "t.parquet")
+    np.testing.assert_allclose(hook(read_table(tmp_path / "t.parquet")), [200, 202])
+
+
+WITSML_1 = """<?xml version="1.0"?><logs xmlns="http://www.witsml.org/schemas/1series" version="1.4.1.1"><log>
+<indexType>date time</indexType><nullValue>-9999</nullValue><logData><mnemonicList>TIME,HKLA</mnemonicList>
+<unitList>unitless,1000 lbf</unitList><data>2024-03-12T14:58:00Z,200</data><data>2024-03-12T14:58:01Z,-9999</data>
+<data>2024-03-12T14:58:02Z,202</data></logData></log></logs>"""
+WITSML_2 = """<?xml version="1.0"?><Log xmlns="http://www.energistics.org/energyml/data/witsmlv2"><ChannelSet><Index>
+<IndexKind>date time</IndexKind><Mnemonic>Time</Mnemonic></Index><Channel><Mnemonic>HKLA</Mnemonic><Uom>klbf</Uom>
+</Channel><Data><Data>[[["2024-03-12T14:58:00Z"],[200]],[["2024-03-12T14:58:01Z"],[null]],
+[["2024-03-12T14:58:02Z"],[202]]]</Data></Data></ChannelSet></Log>"""
+
+
+@pytest.mark.parametrize("text", [WITSML_1, WITSML_2])
+def test_witsml(tmp_path: Path, text: str) -> None:
+    np.testing.assert_allclose(hook(read_table(written(tmp_path, text, name="t.xml"))), [200, 202])
+    with pytest.raises(InputError, match="cannot read this XML"):
+        read_table(written(tmp_path, text[:-20], name="t.xml"))
+
+
+WITS = "".join(f"&&\r\n0105240312\r\n01061458{k:02d}\r\n0114{200 + k}\r\n0120-9999\r\n!!\r\n" for k in range(3))
+
+
+def test_wits_asks_for_its_units(tmp_path: Path) -> None:
+    path = written(tmp_path, WITS, name="rig.wits")
+    with pytest.raises(InputError, match="does not tell the units of HKLA; add --wits-units field"):
+        read_table(path)
+    np.testing.assert_allclose(hook(import_table(path, wits_units="field").log), [200, 201, 202])
+    np.testing.assert_allclose(hook(import_table(path, wits_units="metric").log) * KLBF, [2e6, 2.01e6, 2.02e6])
+
+
+def test_wits_from_a_tcp_stream(tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def send() -> None:
+            connection, _ = server.accept()
+            with connection:
+                connection.sendall(WITS.encode())
+
+        sender = threading.Thread(target=send)
+        sender.start()
+        port, output = server.getsockname()[1], tmp_path / "live.mcap"
+        arguments = [f"wits://127.0.0.1:{port}", "-o", str(output), "--wits-units", "field"]
+        answer = CliRunner().invoke(command, arguments, catch_exceptions=False)
+        sender.join()
+    assert answer.exit_code == 0
+    np.testing.assert_allclose(hook(read_log(output)), [200, 201, 202])
+    assert (tmp_path / "live.wits").read_bytes() == WITS.encode()
+
+
+@pytest.mark.parametrize(
+    ("name", "mapping", "torque"),
+    [(f"{name}.csv", "plain.yaml", (8100, 8200)) for name in
+     ("ampm", "cp1252", "date_and_time", "ragged", "utf16")]
+    + [("text_null.csv", "plain.yaml", (8100, 8200)), ("semicolon_comma.csv", "semicolon.yaml", (8100, 8200)),
+       ("time.las", "las.yaml", (8100, 8200)), ("time.las", "", (8100, 8200)),
+       ("rig.wits", "", (8100, 8200))],
+)  # fmt: skip
+def test_found_formats(shared_data: Path, name: str, mapping: str, torque: tuple[float, float]) -> None:
+    folder = shared_data / "found" / "missing_table_formats"
+    log = import_table(folder / name, folder / mapping if mapping else None, wits_units="metric").log
+    assert log.top_drive is not None
+    known = log.top_drive.effort[np.isfinite(log.top_drive.effort)]
+    np.testing.assert_allclose(known, torque)
+
+
+def test_well_of_the_paper_in_one_command(shared_data: Path, tmp_path: Path) -> None:
+    output = tmp_path / "edr.mcap"
+    table = shared_data / "paper_well" / "edr.csv"
+    assert CliRunner().invoke(command, [str(table), "-o", str(output)], catch_exceptions=False).exit_code == 0
+    log = read_log(output)
+    assert set(log.series()) == {"top_drive", "draw_works", "standpipe_pressure", "mud_pump", "mwd_tool_face"}
+    assert log.draw_works is not None and hook(log)[0] == pytest.approx(194.9)
+    assert log.top_drive is not None and log.top_drive.effort[0] == pytest.approx(6417 * FTLBF)
