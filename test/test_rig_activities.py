@@ -13,11 +13,12 @@ import slider_drilling as sd
 from slider_drilling.cli import group
 from slider_drilling.errors import InputError
 from slider_drilling.files.installed_files import installed_file
-from slider_drilling.log import read_table, save_log
+from slider_drilling.log import save_log
 from slider_drilling.log.rig_log import RigLog
 from slider_drilling.log.series import JointSeries, ScalarSeries
 from slider_drilling.rig_activities.classify import CONNECTION, KINDS, ROCKING, ROTATING, SLIDING, TRIPPING
 from slider_drilling.rig_activities.split import split_day
+from slider_drilling.table_import import read_table
 
 BLOCK, STRING = 130e3, 700e3  # N
 FLOW = 12.0  # rad/s of the pump

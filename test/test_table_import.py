@@ -61,9 +61,6 @@ def test_units_against_their_definitions(unit: str, kind: str, value: float) -> 
 
 
 def test_first_unit_of_every_kind_is_si() -> None:
-    assert {next(iter(units)) for units in KINDS.values()} == {
-        "s", "rad", "rad/s", "m", "m/s", "N", "N m", "Pa", "m3/s", "J", "kg/m3", "N/m",
-    }  # fmt: skip
     assert all(next(iter(units.values())) == 1.0 for units in KINDS.values())
 
 
