@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, ClassVar
 
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.timer import Timer
 
@@ -44,6 +45,7 @@ class ManagedNode(LifecycleNode):
             InputError: A parameter, or a file that a parameter names, cannot be used.
         """
         super().__init__(self.NAME, **node_options)
+        self._refuse_invalid_transitions()
         self.shutdown_request = shutdown_request or ShutdownRequest()
         self.is_configured = self.is_active = False
         self._transition_error: Exception | None = None
@@ -53,6 +55,26 @@ class ManagedNode(LifecycleNode):
         on_change(self, self._on_change)
         if self.values["autostart"]:
             self._autostart()
+
+    def _refuse_invalid_transitions(self) -> None:
+        """Answer a request for a transition that this state does not have with success = false.
+
+        rclpy raises instead, which would end the program.
+        """
+        service = self._service_change_state
+        change_state = service.callback
+
+        def guarded(request: Any, response: Any) -> Any:
+            try:
+                return change_state(request, response)
+            except rclpy_implementation.RCLError as error:
+                name = request.transition.label or request.transition.id
+                state = self._state_machine.current_state[1]
+                self.get_logger().warning(f"transition {name} refused in state {state}: {str(error).splitlines()[0]}")
+                response.success = False
+                return response
+
+        service.callback = guarded
 
     def configure(self) -> None:
         """Make what the node works with: files, topics, services, timers."""

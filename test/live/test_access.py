@@ -19,7 +19,9 @@ async def _inside(scope: Any, receive: Any, send: Any) -> None:
     await send({"type": "http.response.body", "body": b"inside"})
 
 
-def ask(token: str | None, kind: str = "http", query: str = "", **heads: str) -> dict[str, Any]:
+def ask(
+    token: str | None, kind: str = "http", query: str = "", path: str = "/", method: str = "GET", **heads: str
+) -> dict[str, Any]:
     """The first message that comes back; underscores in the names of heads are dashes."""
     sent: list[dict[str, Any]] = []
 
@@ -31,10 +33,13 @@ def ask(token: str | None, kind: str = "http", query: str = "", **heads: str) ->
 
     scope = {
         "type": kind,
-        "path": "/",
+        "path": path,
+        "scheme": "ws" if kind == "websocket" else "http",
         "query_string": query.encode(),
         "headers": [(name.replace("_", "-").encode(), value.encode()) for name, value in heads.items()],
     }
+    if kind == "http":
+        scope["method"] = method
     asyncio.run(AccessControl(_inside, token)(scope, receive, send))
     return sent[0]
 
@@ -43,6 +48,60 @@ def test_loopback_needs_no_token() -> None:
     assert ask(None, host="127.0.0.1:8765")["status"] == 200
     assert ask(None, host="localhost:8765", origin="http://localhost:8765")["status"] == 200
     assert ask(None, host="[::1]:8765")["status"] == 200
+
+
+OWN = {"host": "127.0.0.1:8765", "origin": "http://127.0.0.1:8765"}
+
+
+def test_page_may_not_be_framed() -> None:
+    for heads in ({"host": "127.0.0.1:8765"}, {"host": "evil.example"}, {"host": "["}):
+        answer = dict(ask(None, **heads)["headers"])
+        assert answer[b"content-security-policy"] == b"frame-ancestors 'none'"
+        assert (answer[b"x-frame-options"], answer[b"referrer-policy"]) == (b"DENY", b"no-referrer")
+
+
+@pytest.mark.parametrize(("heads", "status"), [
+    ({"sec_fetch_site": "none", "sec_fetch_mode": "navigate", "sec_fetch_dest": "document"}, 200),
+    ({"sec_fetch_site": "same-origin", "sec_fetch_mode": "cors", "sec_fetch_dest": "empty"}, 200),
+    ({"sec_fetch_site": "cross-site", "sec_fetch_mode": "navigate", "sec_fetch_dest": "document"}, 200),
+    ({"sec_fetch_site": "cross-site", "sec_fetch_mode": "navigate", "sec_fetch_dest": "iframe"}, 403),
+    ({"sec_fetch_site": "cross-site", "sec_fetch_mode": "no-cors", "sec_fetch_dest": "script"}, 403),
+    ({"sec_fetch_site": "same-site", "sec_fetch_mode": "no-cors", "sec_fetch_dest": "image"}, 403),
+])  # fmt: skip
+def test_fetch_metadata_of_other_sites_is_refused(heads: dict[str, str], status: int) -> None:
+    assert ask(None, host="127.0.0.1:8765", **heads)["status"] == status
+
+
+def test_commands_must_name_their_origin() -> None:
+    host = OWN["host"]
+    assert ask(None, method="POST", host=host)["status"] == 403
+    assert ask(None, "websocket", host=host)["type"] == "websocket.close"
+    assert ask(None, method="POST", **OWN)["status"] == 200
+    assert ask(None, "websocket", **OWN)["type"] == "http.response.start"
+    assert ask(None, "websocket", **OWN, sec_fetch_site="cross-site")["type"] == "websocket.close"
+    assert ask(None, host=host, origin="https://127.0.0.1:8765")["status"] == 403
+    assert ask(None, host=host, origin="http://127.0.0.1:80")["status"] == 403
+
+
+@pytest.mark.parametrize("heads", [
+    {"host": "["},
+    {"host": "[::1"},
+    {"host": "127.0.0.1:port"},
+    {"host": "user@127.0.0.1:8765"},
+    {"host": "127.0.0.1:8765", "origin": "http://["},
+    {"host": "127.0.0.1:8765", "origin": "http://a b"},
+    {"host": "127.0.0.1:8765", "path": "/\r\nSet-Cookie: a=b"},
+    {"host": "127.0.0.1:8765", "path": "/\x00"},
+    {"host": "127.0.0.1:8765", "query": "&".join(["a=b"] * 200)},
+])  # fmt: skip
+def test_malformed_requests_are_answered_with_400(heads: dict[str, str]) -> None:
+    assert ask(None, **heads)["status"] == 400
+
+
+@pytest.mark.parametrize("path", ["//evil.com/", "/\\evil.com", "/\u20ac", "/\udc80", "/a/b"])
+def test_token_redirects_to_the_page_only(path: str) -> None:
+    answer = ask(TOKEN, host="rig-pc:8765", path=path, query=f"token={TOKEN}")
+    assert (answer["status"], dict(answer["headers"])[b"location"]) == (303, b"/")
 
 
 @pytest.mark.parametrize("kind", ["http", "websocket"])

@@ -1,11 +1,13 @@
 """The base of the lifecycle nodes: construction, executors, transitions."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 import rclpy
-from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from rclpy.executors import Executor, MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
@@ -14,7 +16,7 @@ from slider_drilling.nodes.friction_simulator import FrictionSimulator
 from slider_drilling.nodes.log_player import LogPlayer
 from slider_drilling.nodes.raw_topics import entities
 from slider_drilling.nodes.rocking_controller import RockingController
-from slider_drilling.nodes.spin import steady_timer
+from slider_drilling.nodes.spin import make_executor, steady_timer
 
 
 def overrides(**values: object) -> list[Parameter]:
@@ -76,4 +78,23 @@ def test_refused_change_keeps_the_values() -> None:
     assert not result.successful and controller.values["stale_after"] == 1.0
     (result,) = controller.set_parameters(overrides(stale_after=2.0))
     assert result.successful and controller.values["stale_after"] == 2.0
+    controller.destroy_node()
+
+
+@pytest.mark.parametrize("kind", [SingleThreadedExecutor, make_executor])
+def test_invalid_transition_is_refused(kind: Callable[[], Executor]) -> None:
+    controller = RockingController()
+    client = controller.create_client(ChangeState, f"{controller.get_name()}/change_state")
+    executor = kind()
+    executor.add_node(controller)
+    # Active already; an id and a label that no transition has; one that another state has.
+    for wanted in (Transition(id=Transition.TRANSITION_ACTIVATE), Transition(id=250), Transition(label="explode"),
+                   Transition(label="configure"), Transition(id=Transition.TRANSITION_CONFIGURE)):  # fmt: skip
+        future = client.call_async(ChangeState.Request(transition=wanted))
+        executor.spin_until_future_complete(future, timeout_sec=30.0)
+        assert future.result().success is False
+    future = client.call_async(ChangeState.Request(transition=Transition(id=Transition.TRANSITION_DEACTIVATE)))
+    executor.spin_until_future_complete(future, timeout_sec=30.0)
+    assert future.result().success is True and not controller.is_active
+    executor.shutdown()
     controller.destroy_node()
