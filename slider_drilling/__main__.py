@@ -1,6 +1,13 @@
 """The program `slider-drilling`; `python -m slider_drilling` is the same."""
 
 import os
+import sys
+
+# `python -m` looks for every module in the working directory first, where a file `queue.py` would be executed in place
+# of the standard library's.
+if not getattr(sys.flags, "safe_path", False) and sys.path and sys.path[0] == os.getcwd():
+    sys.path.append(sys.path.pop(0))
+
 import signal
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import sys
 import sysconfig
 import traceback
@@ -19,7 +20,7 @@ _MAX_MESSAGE_LENGTH = 300  # characters of the error's own message
 
 
 def import_reference(reference: str, where: str, example: str) -> object:
-    """The object that ``module:Name`` refers to; modules in the working directory are found too.
+    """The object that ``module:Name`` refers to; modules in the working directory are found too, after all others.
 
     Args:
         reference: ``module:Name``.
@@ -27,18 +28,67 @@ def import_reference(reference: str, where: str, example: str) -> object:
         example: A valid reference, for the error message.
 
     Raises:
-        InputError: The reference is malformed, or the import fails for whatever reason.
+        InputError: The reference is malformed, the working directory's module is hidden by another of its name, or the
+            import fails for whatever reason.
     """
     module_name, _, name = reference.partition(":")
     if not (name.isidentifier() and all(part.isidentifier() for part in module_name.split("."))):
         raise InputError(f"{where}: must be module:Class, such as {example}")
-    here = str(Path.cwd())
-    if here not in sys.path:
-        sys.path.insert(0, here)
+    add_working_directory()
+    _check_not_hidden(module_name.partition(".")[0], where)
     try:
         return getattr(importlib.import_module(module_name), name)
     except (Exception, SystemExit) as error:
         raise InputError(f"{where}: cannot be imported: {one_line_error(error)}") from error
+
+
+def add_working_directory() -> None:
+    """Let modules of the working directory be imported, after all others.
+
+    In front, a file `queue.py` there would be executed by whatever imports the standard library's `queue`.
+    """
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.append(here)
+
+
+def _check_not_hidden(name: str, where: str) -> None:
+    """Raises InputError if a module of the working directory has the name of another one, which is imported instead."""
+    own = [path for path in (Path(f"{name}.py"), Path(name, "__init__.py")) if path.is_file()]
+    if not own:
+        return
+    try:
+        found = importlib.util.find_spec(name)
+    except (ImportError, ValueError):
+        return  # the import reports why
+    origin = found.origin if found is not None else None
+    if origin is None or not Path(origin).is_file() or not any(Path(origin).samefile(path) for path in own):
+        raise InputError(f"{where}: {own[0]} is hidden by the module {name} of {origin or 'Python'}; rename the file")
+
+
+def source_files(module_name: str) -> list[Path]:
+    """The files that make up a user's module.
+
+    Args:
+        module_name: Of an imported module.
+
+    Returns:
+        Every source file of its package, and every module beside it that has been imported.
+    """
+    top = sys.modules[module_name.partition(".")[0]]
+    if top.__file__ is None:
+        return []
+    file = Path(top.__file__).resolve()
+    is_package = hasattr(top, "__path__")
+    files = set(file.parent.rglob("*.py")) if is_package else {file}
+    beside = file.parent.parent if is_package else file.parent
+    for module in list(sys.modules.values()):
+        loaded = getattr(module, "__file__", None)
+        if isinstance(loaded, str) and not loaded.startswith((_PACKAGE_FOLDER, *_PYTHON_FOLDERS)):
+            path = Path(loaded).resolve()
+            if beside in path.parents and "site-packages" not in path.parts and path.is_file():
+                files.add(path)
+    return sorted(files)
 
 
 def call_user_code(function: Callable[[], Result], what: str) -> Result:

@@ -15,7 +15,7 @@ import pytest
 
 from slider_drilling.campaign import code_version as code
 from slider_drilling.campaign.job import Job
-from slider_drilling.campaign.results import ResultFolder
+from slider_drilling.campaign.results import JobResult, ResultFolder
 from slider_drilling.campaign.run import WorkerSettings, run_jobs
 from slider_drilling.campaign.worker import job_line, run_job
 from slider_drilling.campaign.worker_processes import WorkerProcesses
@@ -212,10 +212,72 @@ def test_worker_of_other_code_refuses(tmp_path, jobs, monkeypatch):
     assert "install the same code" in why
 
 
-def test_file_that_is_no_result_is_refused(tmp_path):
-    (tmp_path / "abc.json").write_text('{"result": 1}')
-    with pytest.raises(InputError, match=r"abc\.json: not a result of a campaign"):
-        ResultFolder(tmp_path).read("abc")
+@pytest.mark.parametrize("change", [
+    {"result": 1}, {"schema": "slider_drilling/result/0"}, {"job": {}}, {"cpu_s": "1"}, {"wall_s": None},
+    {"memory_bytes": -1}, {"cpu_s": float("nan")}, {"result": None},
+])  # fmt: skip
+def test_file_that_is_no_result_is_refused(tmp_path, jobs, change):
+    (job,) = jobs(1)
+    results = ResultFolder(tmp_path)
+    results.write(job.key(), job, JobResult({"square": 0}, 1.0, 1.0, 1))
+    assert results.read(job.key()).tree == {"square": 0}
+    path = results.path(job.key())
+    path.write_text(json.dumps(json.loads(path.read_text()) | change))
+    with pytest.raises(InputError, match=rf"{path.name}: not a result of this job; delete it and run again"):
+        results.read(job.key())
+    path.write_text("[" * 100_000)
+    with pytest.raises(InputError, match="not a result of this job"):
+        results.read(job.key())
+
+
+def test_result_of_another_job_is_refused(tmp_path, jobs):
+    first, second = jobs(2)
+    results = ResultFolder(tmp_path)
+    results.write(first.key(), first, JobResult({"square": 0}, 1.0, 1.0, 1))
+    results.path(first.key()).rename(results.path(second.key()))
+    with pytest.raises(InputError, match="not a result of this job"):
+        results.read(second.key())
+
+
+def test_input_that_changes_meanwhile_gives_no_result(tmp_path, jobs):
+    (job,) = jobs(1)
+    key = job.key()
+    Path(job.inputs["number"]).write_text("1")
+    with pytest.raises(InputError, match="of 0: an input changed while the job ran"):
+        ResultFolder(tmp_path).write(key, job, JobResult({}, 1.0, 1.0, 1))
+
+
+SHADOWS = ("queue", "json", "faulthandler", "signal", "numpy", "threading", "importlib", "click", "joblib")
+
+
+@pytest.mark.parametrize("program", ["campaign", "python -m"])
+def test_modules_of_the_working_directory_hide_nothing(tmp_path, jobs, repository, program):
+    jobs(1)
+    here = tmp_path / "here"
+    here.mkdir()
+    for name in SHADOWS:
+        (here / f"{name}.py").write_text(f"open({str(tmp_path / 'executed')!r}, 'a').write('{name} ')\n")
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(repository), str(tmp_path)])}
+    if program == "campaign":
+        # As in a program whose script lies elsewhere, into which `--effect` brought the working directory.
+        script = tmp_path / "script.py"
+        script.write_text("from slider_drilling.user_code import add_working_directory\nadd_working_directory()\n"
+                          + SCRIPT.replace("range(8)", "range(1)"))
+        command = [sys.executable, str(script), str(tmp_path)]
+    else:
+        command = [sys.executable, "-m", "slider_drilling", "closed-loop", "--list"]
+    answer = subprocess.run(command, cwd=here, env=environment, capture_output=True, text=True, timeout=120)
+    assert answer.returncode == 0, answer.stderr
+    assert not (tmp_path / "executed").exists(), (tmp_path / "executed").read_text()
+
+
+def test_key_depends_on_library_versions(monkeypatch):
+    before = code.code_version.__wrapped__()
+    for name in ("numpy", "scipy", "numba"):
+        monkeypatch.setattr(code, "version", lambda library, name=name: "0.0.1" if library == name else "9")
+        changed = code.code_version.__wrapped__()
+        assert changed != before
+        before = changed
 
 
 SCRIPT = """

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import sys
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -19,8 +21,11 @@ from slider_drilling.campaign.diagnose_logs import (
     log_job,
     log_row,
     logs_page,
-    user_effect_file,
+    report_files,
+    row_of_result,
+    write_report_files,
 )
+from slider_drilling.campaign.results import JobResult, ResultFolder
 from slider_drilling.cli import group
 from slider_drilling.drillstring import simulate
 from slider_drilling.errors import InputError
@@ -67,13 +72,77 @@ def test_result_depends_on_rig_file_and_user_effect(tmp_path, monkeypatch):
     )
     monkeypatch.syspath_prepend(str(tmp_path))
     reference = "my_effect_of_logs:Mine"
-    options = DiagnoseOptions(rig, effects=((reference, user_effect_file(reference)),))
+    options = DiagnoseOptions(rig, effects=(reference,))
     key = log_job(log, options).key()
     assert log_job(log, DiagnoseOptions(rig)).key() != key
     effect.write_text(effect.read_text() + "# edited\n")
     edited = log_job(log, options).key()
     rig.write_text("other rig")
     assert len({key, edited, log_job(log, options).key()}) == 3
+
+
+def test_result_depends_on_every_file_of_a_package(tmp_path, monkeypatch):
+    log = tmp_path / "run.mcap"
+    log.write_bytes(b"log")
+    package = tmp_path / "clay_of_mine"
+    (package / "laws").mkdir(parents=True)
+    (package / "__init__.py").write_text(
+        "from beside_clay import size\n"
+        "from slider_drilling.diagnosis.user_effects import UserEffect\n"
+        "from slider_drilling.gap.model import Effect, Parameter\n"
+        "class Mine(UserEffect):\n"
+        "    size = Parameter('mine.size', 0.0, 0.0, size, 0.1)\n"
+        "    effect = Effect('mine', 'contact', (size,), ((0.2,), (0.5,), (0.8,)))\n"
+    )
+    (package / "laws" / "__init__.py").write_text("")
+    (package / "laws" / "late.py").write_text("k = 1\n")
+    (tmp_path / "beside_clay.py").write_text("size = 1.0\n")
+    (tmp_path / "unrelated.py").write_text("a = 1\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    options = DiagnoseOptions(effects=("clay_of_mine:Mine",))
+    keys = [log_job(log, options).key()]
+    for edited in ("clay_of_mine/__init__.py", "clay_of_mine/laws/late.py", "beside_clay.py"):
+        (tmp_path / edited).write_text((tmp_path / edited).read_text() + "# edited\n")
+        keys.append(log_job(log, options).key())
+    assert len(set(keys)) == 4
+    (tmp_path / "unrelated.py").write_text("a = 2\n")
+    assert log_job(log, options).key() == keys[-1]
+
+
+def result(**files):
+    return JobResult({"files": {"diagnosis.json": "{}", "rig.tuned.yaml": "", "report.html": "", **files}}, 1.0, 1.0, 1)
+
+
+@pytest.mark.parametrize("name", ["../x", "/tmp/x", "a/b", "..", "", "more.html", ".bashrc"])
+def test_result_with_another_file_name_is_refused(tmp_path, name):
+    with pytest.raises(ValueError):
+        report_files(result(**{name: "x"}))
+    with pytest.raises(ValueError):
+        report_files(JobResult({"files": {name: "x"}}, 1.0, 1.0, 1))
+    with pytest.raises(ValueError):
+        report_files(result(**{"report.html": 5}))
+
+
+@pytest.mark.parametrize("text", ["{}", "[]", "5", "not json", '{"gap": 1}', "null"])
+def test_damaged_diagnosis_in_a_result_is_one_line(tmp_path, text):
+    log = tmp_path / "run.mcap"
+    log.write_bytes(b"log")
+    job = log_job(log, DiagnoseOptions())
+    folder = ResultFolder(tmp_path)
+    folder.write(job.key(), job, result(**{"diagnosis.json": text}))
+    with pytest.raises(InputError, match=rf"{job.key()}\.json: not a result of this job; delete it and run again"):
+        folder.parse(job.key(), partial(row_of_result, log, "run"))
+
+
+def test_planted_folder_link_is_not_followed(tmp_path):
+    (tmp_path / "elsewhere").mkdir()
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "run").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(InputError, match=r"out/run: is a link to .*elsewhere"):
+        write_report_files(report_files(result()), out, "run")
+    assert not list((tmp_path / "elsewhere").iterdir())
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""What commands write: never over what they read, through links and not over them, and only where it can be written."""
+"""What commands write: never over what they read, never through links, and only where it can be written."""
 
 from __future__ import annotations
 
@@ -11,7 +11,14 @@ import pytest
 
 from slider_drilling.cli import group
 from slider_drilling.errors import InputError
-from slider_drilling.files.output_files import check_distinct, check_outputs, create_part_file, write_atomically
+from slider_drilling.files.output_files import (
+    check_distinct,
+    check_outputs,
+    commit_part_file,
+    create_part_file,
+    make_subfolder,
+    write_atomically,
+)
 
 EXAMPLE = Path(__file__).parents[1] / "config" / "rig.example.yaml"
 
@@ -74,14 +81,28 @@ def test_same_log_twice_is_refused() -> None:
     check_distinct([Path("run.mcap"), Path("table.csv"), Path("absent")])
 
 
-def test_link_is_written_through() -> None:
+def test_planted_link_is_not_written_through() -> None:
     Path("target").write_text("before")
-    os.symlink("target", "link")
-    os.symlink("nowhere-yet", "dangling")
-    write_atomically(Path("link"), b"after")
-    write_atomically(Path("dangling"), b"new")
-    assert Path("link").is_symlink() and Path("target").read_text() == "after"
-    assert Path("dangling").is_symlink() and Path("nowhere-yet").read_text() == "new"
+    os.mkfifo("target-pipe")
+    for name in ("target", "nowhere-yet", "target-pipe", "/dev/null"):
+        os.symlink(name, "link")
+        for write in (lambda: write_atomically(Path("link"), b"after"), lambda: check_outputs([Path("link")])):
+            with pytest.raises(InputError, match=f"link: is a link to {name}; name that file itself, or delete"):
+                write()
+        Path("link").unlink()
+    assert Path("target").read_text() == "before" and not Path("nowhere-yet").exists()
+    os.symlink(".", "linked-folder")
+    with pytest.raises(InputError, match="linked-folder: is a link to"):
+        make_subfolder(Path(), "linked-folder")
+
+
+def test_link_planted_meanwhile_is_replaced() -> None:
+    Path("target").write_text("before")
+    descriptor, part = create_part_file(Path("late"))
+    os.close(descriptor)
+    os.symlink("target", "late")
+    commit_part_file(part, Path("late"))
+    assert Path("target").read_text() == "before" and not Path("late").is_symlink()
 
 
 def test_pipe_and_device_are_not_replaced() -> None:

@@ -1,6 +1,7 @@
 """The documented example of a user's own effect, run as it is printed."""
 
 import re
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -38,3 +39,21 @@ def test_documented_example_acts_below_its_top(clay):
 def test_effect_that_fails_to_load_is_an_input_error(reference):
     with pytest.raises(InputError, match="--effect"):
         load_effect(reference)
+
+
+@pytest.mark.parametrize("name", ["queue", "numpy", "click"])
+def test_module_that_another_hides_is_refused(tmp_path, monkeypatch, name):
+    (tmp_path / f"{name}.py").write_text("open('executed', 'w')\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    with pytest.raises(InputError, match=rf"--effect {name}:Clay: {name}\.py is hidden by the module {name} of /"):
+        load_effect(f"{name}:Clay")
+    assert not (tmp_path / "executed").exists()
+
+
+def test_working_directory_is_searched_last(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    with pytest.raises(InputError):
+        load_effect("no_such_module_here:Effect")
+    assert sys.path[-1] == str(tmp_path) and str(tmp_path) not in sys.path[:-1]

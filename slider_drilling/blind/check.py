@@ -21,7 +21,7 @@ from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.results import JobResult
 from slider_drilling.campaign.run import CampaignOutcome
 from slider_drilling.errors import InputError
-from slider_drilling.files.output_files import make_folder, write_atomically
+from slider_drilling.files.output_files import make_folder, make_subfolder, write_atomically
 
 SCHEMA = "slider_drilling/blind/2"
 LOGS, LABELS, TWINS, RESULTS, ANSWERS = "logs", "labels", "twins", "results", "answers"
@@ -101,7 +101,7 @@ def check(
     """
     logs = _find_logs(sealed, stems)
     forbidden = tuple(str((sealed / name).resolve()) for name in (LABELS, TWINS))
-    folder = output / RESULTS
+    folder = make_subfolder(output, RESULTS)
     jobs = [diagnose_job(log, request.seed, request.candidates, forbidden) for log in logs]
     diagnosed = run("diagnosing", jobs, folder)
     keys = dict(zip((log.stem for log in logs), diagnosed.keys, strict=True))
@@ -179,8 +179,11 @@ def _fit_oracles(
     repeats = {stem: paths for stem in labels if (paths := sorted(twins.glob(f"{stem}_*.mcap")))}
     jobs = [oracle_job(stem, paths, labels[stem].effects, seed, forbidden) for stem, paths in repeats.items()]
     outcome = run("fitting the true effects", jobs, folder)
-    results = {stem: outcome.result(key) for stem, key in zip(repeats, outcome.keys, strict=True)}
-    return outcome, {stem: OracleResult(**result.tree) for stem, result in results.items() if result is not None}
+    results = {
+        stem: outcome.parse(key, lambda result: OracleResult(**result.tree))
+        for stem, key in zip(repeats, outcome.keys, strict=True)
+    }
+    return outcome, {stem: result for stem, result in results.items() if result is not None}
 
 
 def _scored(label: Label, result: JobResult, stem: str, oracle: OracleResult) -> ScoredCase:

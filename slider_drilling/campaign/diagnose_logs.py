@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+import json
 import tempfile
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -13,9 +13,10 @@ from typing import Any
 from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.results import JobResult
 from slider_drilling.errors import InputError
-from slider_drilling.files.output_files import make_folder, write_atomically
+from slider_drilling.files.output_files import make_subfolder, write_atomically
 from slider_drilling.pages import Link, Page, Section, Table, Tag
 from slider_drilling.pages.page import Tone
+from slider_drilling.user_code import source_files
 
 SCHEMA = "slider_drilling/diagnoses/2"
 HEADS = ("log", "verdict", "effect", "indistinguishable", "site", "closes [95 %]", "worst channel", "its error",
@@ -32,7 +33,7 @@ class DiagnoseOptions:
         namespace: Of the log's topics.
         seed: Of the diagnosis.
         only: Effects that are considered; all if empty.
-        effects: User effects: ``module:Class`` and the file of the module.
+        effects: User effects, ``module:Class``.
         until: Gap at which the diagnosis stops.
         units: Name of the units of the pages.
     """
@@ -41,7 +42,7 @@ class DiagnoseOptions:
     namespace: str | None = None
     seed: int = 0
     only: tuple[str, ...] = ()
-    effects: tuple[tuple[str, str], ...] = ()
+    effects: tuple[str, ...] = ()
     until: float = 1.0
     units: str = "si"
 
@@ -108,16 +109,28 @@ def folder_names(logs: Sequence[Path]) -> list[str]:
     return names
 
 
-def user_effect_file(reference: str) -> str:
-    """Returns the file of a user effect ``module:Class``. An edit of it changes the result of a job.
+def user_effect_files(references: Sequence[str]) -> dict[str, str]:
+    """Returns the source files of user effects, those of installed packages too. An edit changes the result of a job.
+
+    Args:
+        references: Of effects ``module:Class``.
+
+    Returns:
+        Paths by name.
 
     Raises:
         InputError: There is no such effect.
     """
-    from slider_drilling.diagnosis.user_effects import load_effect
+    from slider_drilling.diagnosis.user_effects import installed_effects, load_effect
 
-    load_effect(reference)
-    return str(sys.modules[reference.partition(":")[0]].__file__)
+    effects = [*installed_effects(), *(load_effect(reference) for reference in references)]
+    modules = {type(effect.user_object).__module__ for effect in effects}
+    modules |= {reference.partition(":")[0] for reference in references}
+    return {
+        f"{module} {number}": str(path)
+        for module in sorted(modules)
+        for number, path in enumerate(source_files(module))
+    }
 
 
 def log_job(log: Path, options: DiagnoseOptions) -> Job:
@@ -125,12 +138,12 @@ def log_job(log: Path, options: DiagnoseOptions) -> Job:
     inputs = {"log": str(log)}
     if options.rig is not None:
         inputs["rig"] = str(options.rig)
-    inputs |= dict(options.effects)
+    inputs |= user_effect_files(options.effects)
     tree = {
         "namespace": options.namespace,
         "only": list(options.only),
         "until": options.until,
-        "effects": [reference for reference, _ in options.effects],
+        "effects": list(options.effects),
         "units": options.units,
     }
     return Job("slider_drilling.campaign.diagnose_logs:diagnose_log", str(log), inputs, tree, options.seed)
@@ -157,15 +170,46 @@ def diagnose_log(job: Job) -> dict[str, Any]:
         return {"files": {path.name: path.read_text(encoding="utf-8") for path in paths}}
 
 
-def write_report_files(result: JobResult, folder: Path) -> None:
+def report_files(result: JobResult) -> dict[str, str]:
+    """Returns the files of a log's report: name and text.
+
+    Raises:
+        ValueError: They are not those that `diagnose_log` returns.
+    """
+    from slider_drilling.diagnosis.save import FILES
+
+    files: dict[str, str] = result.tree["files"]
+    if set(files) != set(FILES) or not all(isinstance(text, str) for text in files.values()):
+        raise ValueError
+    return files
+
+
+def row_of_result(log: Path, folder: str, result: JobResult) -> LogRow:
+    """Returns the row of a log from its job's result.
+
+    Raises:
+        ValueError, LookupError, TypeError, AttributeError: It is not what `diagnose_log` returns.
+    """
+    row = log_row(log, folder, json.loads(report_files(result)["diagnosis.json"]))
+    if not all(isinstance(cell, str) for cell in cells(row)):
+        raise ValueError
+    return row
+
+
+def write_report_files(files: Mapping[str, str], output: Path, folder: str) -> None:
     """Writes the files of a log's report into a folder of their own.
+
+    Args:
+        files: Name and text of each.
+        output: Where the folder is made.
+        folder: Its name.
 
     Raises:
         InputError: A file cannot be written.
     """
-    make_folder(folder)
-    for name, text in result.tree["files"].items():
-        write_atomically(folder / name, text.encode("utf-8"))
+    place = make_subfolder(output, folder)
+    for name, text in files.items():
+        write_atomically(place / name, text.encode("utf-8"))
 
 
 def log_row(log: Path, folder: str, diagnosis: Mapping[str, Any]) -> LogRow:

@@ -14,6 +14,11 @@ from slider_drilling.campaign.code_version import code_version
 from slider_drilling.errors import InputError
 
 
+def key_of(dependencies: Any) -> str:
+    """Returns the key of what `Job.dependencies` returned."""
+    return hashlib.sha256(json.dumps(dependencies, sort_keys=True).encode()).hexdigest()[:24]
+
+
 @dataclass(frozen=True)
 class Job:
     """A call of a pure function: the same files, options, seed and code give the same result.
@@ -56,7 +61,7 @@ class Job:
         Raises:
             InputError: An input cannot be read.
         """
-        return hashlib.sha256(json.dumps(self.dependencies(), sort_keys=True).encode()).hexdigest()[:24]
+        return key_of(self.dependencies())
 
     def function(self) -> Callable[[Job], dict[str, Any]]:
         """Imports the function that `call` names."""

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from slider_drilling.campaign.job import Job
+from slider_drilling.campaign.job import Job, key_of
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import read_text, write_atomically
 
 SCHEMA = "slider_drilling/result/1"
+Parsed = TypeVar("Parsed")
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,16 @@ class JobResult:
     cpu_s: float
     wall_s: float
     peak_memory: int
+
+
+def _result(tree: dict[str, Any]) -> JobResult:
+    """Raises ValueError for values that no job gives."""
+    result, numbers = tree["result"], (tree["cpu_s"], tree["wall_s"], tree["memory_bytes"])
+    if not isinstance(result, dict) or not all(type(value) in (int, float) for value in numbers):
+        raise ValueError
+    if not all(math.isfinite(value) and value >= 0.0 for value in numbers):
+        raise ValueError
+    return JobResult(result, *numbers)
 
 
 class ResultNotSavedError(Exception):
@@ -66,24 +79,37 @@ class ResultFolder:
         """Returns a job's result.
 
         Raises:
-            InputError: Its file is not a result.
+            InputError: Its file is not a result, or that of another job.
+        """
+        return self.parse(key, lambda result: result)
+
+    def parse(self, key: str, parse: Callable[[JobResult], Parsed]) -> Parsed:
+        """Returns what a function makes of a job's result.
+
+        Raises:
+            InputError: The file is not a result, is that of another job, or does not hold what the function needs.
         """
         path = self.path(key)
         try:
             tree = json.loads(read_text(path, "result"))
-            return JobResult(tree["result"], tree["cpu_s"], tree["wall_s"], tree["memory_bytes"])
-        except (ValueError, KeyError, TypeError):
-            raise InputError(f"{path}: not a result of a campaign; delete it and run again") from None
+            if tree["schema"] != SCHEMA or key_of(tree["job"]) != key:
+                raise ValueError
+            return parse(_result(tree))
+        except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
+            raise InputError(f"{path}: not a result of this job; delete it and run again") from None
 
     def write(self, key: str, job: Job, result: JobResult) -> None:
         """Saves a job's result.
 
         Raises:
-            InputError: The file cannot be written.
+            InputError: The file cannot be written, or an input of the job has changed since the campaign began.
         """
+        dependencies = job.dependencies()
+        if key_of(dependencies) != key:
+            raise InputError(f"{job.name}: an input changed while the job ran; run again")
         tree = {
             "schema": SCHEMA,
-            "job": job.dependencies(),
+            "job": dependencies,
             "cpu_s": round(result.cpu_s, 3),
             "wall_s": round(result.wall_s, 3),
             "memory_bytes": result.peak_memory,

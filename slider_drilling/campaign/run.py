@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from slider_drilling.campaign.job import Job
-from slider_drilling.campaign.results import JobResult, ResultFolder, ResultNotSavedError
+from slider_drilling.campaign.results import JobResult, Parsed, ResultFolder, ResultNotSavedError
 from slider_drilling.campaign.worker_processes import WorkerProcesses
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import make_folder
@@ -62,9 +62,17 @@ class CampaignOutcome:
         Raises:
             InputError: Its file is not a result.
         """
+        return self.parse(key, lambda result: result)
+
+    def parse(self, key: str, parse: Callable[[JobResult], Parsed]) -> Parsed | None:
+        """Returns what a function makes of a job's result, or None.
+
+        Raises:
+            InputError: Its file is not a result, or does not hold what the function needs.
+        """
         if key in self.unsaved:
-            return self.unsaved[key]
-        return self.results.read(key) if self.results.path(key).is_file() else None
+            return parse(self.unsaved[key])
+        return self.results.parse(key, parse) if self.results.path(key).is_file() else None
 
     @property
     def not_run(self) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -19,7 +18,7 @@ from slider_drilling.closed_loop.run import run_scenario
 from slider_drilling.closed_loop.score import ALLOWED_TIME, MIN_HELD_SHARE, SlideScore
 from slider_drilling.control.controller_loader import DEFAULT_CONTROLLER
 from slider_drilling.rig import load_rig
-from slider_drilling.user_code import import_reference
+from slider_drilling.user_code import import_reference, source_files
 
 SCHEMA = "slider_drilling/closed_loop_campaign/2"
 QUANTILES = (0.5, 0.75, 0.9, 0.95)
@@ -87,7 +86,8 @@ def slide_job(number: int, controller: str, campaign: CampaignOptions) -> Job:
     inputs = {"rig": str(campaign.rig)}
     if controller not in BASELINES and controller != DEFAULT_CONTROLLER:
         import_reference(controller, f"controller = {controller!r}", DEFAULT_CONTROLLER)
-        inputs["controller"] = str(sys.modules[controller.partition(":")[0]].__file__)
+        files = source_files(controller.partition(":")[0])
+        inputs |= {f"controller {number}": str(path) for number, path in enumerate(files)}
     options = {"number": number, "controller": controller, "elements": campaign.elements,
                "duration": campaign.duration}  # fmt: skip
     call = "slider_drilling.closed_loop.campaign:run_slide"
@@ -113,7 +113,13 @@ def noise_seed(seed: int, number: int) -> int:
 
 
 def slide_of(tree: dict[str, Any]) -> ScoredSlide:
-    """Return the slide from what `run_slide` returned."""
+    """Return the slide from what `run_slide` returned.
+
+    Raises:
+        LookupError, TypeError, ValueError: It is something else.
+    """
+    if type(tree["number"]) is not int or not isinstance(tree["well"], str) or not isinstance(tree["about"], str):
+        raise ValueError
     figures = {field.name: tree["score"][field.name] for field in fields(SlideScore)}
     # A missing time means "never set"; every other missing figure was not a number.
     figures = {key: math.nan if value is None and key != "time_to_set_s" else value for key, value in figures.items()}

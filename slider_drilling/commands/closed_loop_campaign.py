@@ -48,17 +48,17 @@ def run_campaign(
     from slider_drilling.campaign.progress import run_with_progress
     from slider_drilling.closed_loop import campaign_page
     from slider_drilling.closed_loop.campaign import repeat_command, slide_job, slide_of
-    from slider_drilling.files.output_files import check_outputs, make_folder, write_atomically
+    from slider_drilling.files.output_files import check_outputs, make_folder, make_subfolder, write_atomically
     from slider_drilling.pages import write_page
 
     make_folder(output)
     check_outputs((output / FILE, output / PAGE), (options.rig,))
     jobs = [slide_job(number, name, options) for number in range(slides) for name in controllers]
-    run = run_with_progress("slides", jobs, output / RESULTS, workers)
+    run = run_with_progress("slides", jobs, make_subfolder(output, RESULTS), workers)
     scored: dict[str, list[ScoredSlide]] = {name: [] for name in controllers}
     for job, key in zip(jobs, run.keys, strict=True):
-        if (result := run.result(key)) is not None:
-            scored[job.options["controller"]].append(slide_of(result.tree))
+        if (slide := run.parse(key, lambda result: slide_of(result.tree))) is not None:
+            scored[job.options["controller"]].append(slide)
     scored = {name: results for name, results in scored.items() if results}
     if not scored:
         return run.exit_code

@@ -72,7 +72,7 @@ def command(
     partial. The exit code is then 130 (143).
     """
     from slider_drilling.api.diagnose import diagnose
-    from slider_drilling.campaign.diagnose_logs import DiagnoseOptions, find_logs, user_effect_file
+    from slider_drilling.campaign.diagnose_logs import DiagnoseOptions, find_logs
     from slider_drilling.campaign.run import WorkerSettings
     from slider_drilling.commands.diagnose_logs import diagnose_each
     from slider_drilling.console.streams import progress_stages, stderr
@@ -85,8 +85,7 @@ def command(
     logs = tuple(find_logs(logs))
     check_distinct(logs)
     if len(logs) > 1 and not together:
-        sources = tuple((reference, user_effect_file(reference)) for reference in effects)
-        options = DiagnoseOptions(rig_path, namespace, seed, only, sources, until, units.name)
+        options = DiagnoseOptions(rig_path, namespace, seed, only, effects, until, units.name)
         return diagnose_each(logs, options, WorkerSettings(jobs, scheduler), output, as_json, units)
     make_folder(output)
     check_outputs([output / name for name in FILES], (*logs, rig_path))

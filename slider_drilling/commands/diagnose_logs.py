@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -31,31 +32,32 @@ def diagnose_each(
         as_json,
         folder_names,
         log_job,
-        log_row,
         logs_page,
+        report_files,
+        row_of_result,
         write_report_files,
     )
     from slider_drilling.campaign.progress import run_with_progress
-    from slider_drilling.files.output_files import check_outputs, make_folder, write_atomically
+    from slider_drilling.files.output_files import check_outputs, make_folder, make_subfolder, write_atomically
     from slider_drilling.pages import write_page
 
     make_folder(output)
     check_outputs([output / PAGE, output / FILE], (*logs, options.rig))
     names = folder_names(logs)
     jobs = [log_job(log, options) for log in logs]
-    ran = run_with_progress("diagnosing", jobs, output / RESULTS, where)
+    ran = run_with_progress("diagnosing", jobs, make_subfolder(output, RESULTS), where)
     rows = []
     for log, name, key in zip(logs, names, ran.keys, strict=True):
-        if (result := ran.result(key)) is not None:
-            rows.append(log_row(log, name, json.loads(result.tree["files"]["diagnosis.json"])))
+        if (row := ran.parse(key, partial(row_of_result, log, name))) is not None:
+            rows.append(row)
         elif (why := ran.results.error(key)) is not None:
             rows.append(_failed(log, name, why))
     tree = as_json(rows, code_version())
 
     def write() -> list[Path]:
         for name, key in zip(names, ran.keys, strict=True):
-            if (result := ran.result(key)) is not None:
-                write_report_files(result, output / name)
+            if (files := ran.parse(key, report_files)) is not None:
+                write_report_files(files, output, name)
         write_atomically(output / FILE, (json.dumps(tree, indent=1, allow_nan=False) + "\n").encode("utf-8"))
         write_page(output / PAGE, logs_page(rows), units)
         return [output / FILE, output / PAGE]

@@ -63,7 +63,7 @@ class UnchangedPlant:
         return channels
 
 
-def installed_effects() -> list[UserEffect]:
+def installed_effects() -> list[CheckedUserEffect]:
     """All effects of installed packages. Raises InputError for one that cannot be loaded."""
     effects = []
     for point in entry_points(group=GROUP):
@@ -72,13 +72,13 @@ def installed_effects() -> list[UserEffect]:
     return effects
 
 
-def load_effect(reference: str) -> UserEffect:
+def load_effect(reference: str) -> CheckedUserEffect:
     """The effect ``module:Class`` from the working directory or the Python path. Raises InputError."""
     where = f"--effect {reference}"
     return _instance(import_reference(reference, where, "clay:SwellingClay"), where)
 
 
-def _instance(user_class: Any, where: str) -> UserEffect:
+def _instance(user_class: Any, where: str) -> CheckedUserEffect:
     user = call_user_code(lambda: user_class(), f"{where}: {getattr(user_class, '__name__', user_class)}()")
     for name in ("effect", "commands", "modifiers", "channels"):
         if not call_user_code(lambda name=name: hasattr(user, name), f"{where}: {name}"):  # type: ignore[misc]

@@ -74,6 +74,18 @@ def make_folder(path: Path) -> Path:
     return path
 
 
+def make_subfolder(parent: Path, name: str) -> Path:
+    """Make a folder of the program's own in an output folder, and return it.
+
+    Raises:
+        InputError: It cannot be made, or a link that somebody put there leads elsewhere.
+    """
+    path = make_folder(parent) / name
+    if path.is_symlink():
+        raise _link_error(path)
+    return make_folder(path)
+
+
 def check_outputs(outputs: Iterable[Path], inputs: Iterable[Path | None] = ()) -> None:
     """Check before any work that files can be written, and that no output is also an input or another output.
 
@@ -111,31 +123,32 @@ def check_distinct(paths: Sequence[Path]) -> None:
 
 
 def create_part_file(path: Path) -> tuple[int, Path]:
-    """Open a hidden part file for writing, beside the file (or the target of the link) that it will replace.
+    """Open a hidden part file for writing, beside the file that it will replace.
 
     Returns:
         Descriptor and path of the part file.
 
     Raises:
         OSError: The file cannot be written.
-        InputError: The path is a device or a pipe.
+        InputError: The path is a device, a pipe or a link.
     """
+    if path.is_symlink() and not _is_special(path):
+        raise _link_error(path)
     if _is_special(path):
         raise InputError(f"{path}: cannot write this file: it is a device or a pipe; name a file")
-    target = Path(os.path.realpath(path))
-    if target.is_file() and not os.access(target, os.W_OK):
+    if path.is_file() and not os.access(path, os.W_OK):
         raise PermissionError(13, "it is read-only", str(path))
-    descriptor, part = tempfile.mkstemp(".part", f".{target.name[:60]}.", target.parent)
+    descriptor, part = tempfile.mkstemp(".part", f".{path.name[:60]}.", path.parent)
     return descriptor, Path(part)
 
 
 def commit_part_file(part: Path, path: Path) -> None:
-    """Rename a finished part file to its final name; a link there stays a link. Raises OSError."""
+    """Rename a finished part file to its final name; a link there is replaced, not followed. Raises OSError."""
     # mkstemp makes files that only their owner can read; give this one the usual permissions.
     mask = os.umask(0)
     os.umask(mask)
     part.chmod(0o666 & ~mask)
-    part.replace(os.path.realpath(path))
+    part.replace(path)
 
 
 def write_atomically(path: Path, content: bytes) -> None:
@@ -156,6 +169,10 @@ def write_atomically(path: Path, content: bytes) -> None:
         raise InputError(f"{path}: cannot write this file: {_reason(error)}") from None
 
 
+def _link_error(path: Path) -> InputError:
+    return InputError(f"{path}: is a link to {os.readlink(path)}; name that file itself, or delete the link")
+
+
 def _identities(path: Path) -> list[object]:
     """What identifies a file: its real path and, if it exists, its device and inode."""
     try:
@@ -170,8 +187,10 @@ def _identities(path: Path) -> list[object]:
 
 
 def _is_special(path: Path) -> bool:
-    """Whether the path is a device, a pipe or in a special folder."""
+    """Whether the path is a device, a pipe or in a special folder; a link elsewhere is not, whatever it leads to."""
     try:
+        if os.path.islink(path) and not os.path.abspath(path).startswith(_SPECIAL_FOLDERS):
+            return False
         mode = os.stat(path).st_mode
     except (OSError, ValueError):
         return False
