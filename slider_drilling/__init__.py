@@ -15,9 +15,11 @@ __version__ = "0.1.0"
 # Module of each public name; `__init__.pyi` has the types.
 _MODULES = {
     "ActivitiesResult": "api.activities",
+    "AnalysisResult": "api.analyse",
     "Batch": "api.batch",
     "Commands": "drillstring",
     "DiagnosisResult": "api.diagnose",
+    "DrillerWeights": "analysis.driller_weights",
     "InitialState": "drillstring",
     "InputError": "errors",
     "Measurements": "control.interface",
@@ -27,7 +29,9 @@ _MODULES = {
     "RigLog": "log",
     "Run": "api.simulate",
     "StudyResult": "api.study",
+    "TorqueDragResult": "api.torque_drag",
     "activities": "api.activities",
+    "analyse": "api.analyse",
     "batch": "api.batch",
     "diagnose": "api.diagnose",
     "load_rig": "api.rigs",
@@ -36,6 +40,7 @@ _MODULES = {
     "rocking": "api.rocking",
     "simulate": "api.simulate",
     "study": "api.study",
+    "torque_drag": "api.torque_drag",
     "with_effect": "api.with_effect",
 }
 __all__ = ["__version__", *_MODULES]

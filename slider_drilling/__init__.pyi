@@ -1,5 +1,8 @@
+from slider_drilling.analysis.driller_weights import DrillerWeights as DrillerWeights
 from slider_drilling.api.activities import ActivitiesResult as ActivitiesResult
 from slider_drilling.api.activities import activities as activities
+from slider_drilling.api.analyse import AnalysisResult as AnalysisResult
+from slider_drilling.api.analyse import analyse as analyse
 from slider_drilling.api.batch import Batch as Batch
 from slider_drilling.api.batch import batch as batch
 from slider_drilling.api.diagnose import DiagnosisResult as DiagnosisResult
@@ -12,6 +15,8 @@ from slider_drilling.api.simulate import Run as Run
 from slider_drilling.api.simulate import simulate as simulate
 from slider_drilling.api.study import StudyResult as StudyResult
 from slider_drilling.api.study import study as study
+from slider_drilling.api.torque_drag import TorqueDragResult as TorqueDragResult
+from slider_drilling.api.torque_drag import torque_drag as torque_drag
 from slider_drilling.api.with_effect import with_effect as with_effect
 from slider_drilling.control.interface import Measurements as Measurements
 from slider_drilling.control.interface import RigCommand as RigCommand

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
 from slider_drilling.analysis.along_string import StringHistory, simulate_along_string, without_rocking, zones_over_time
+from slider_drilling.analysis.calibrate_friction import FrictionCalibration
+from slider_drilling.analysis.calibrate_log import calibrate_log
 from slider_drilling.analysis.cycles import Breakover, RockingCycle, breakover, rocking_cycles
+from slider_drilling.analysis.driller_weights import DrillerWeights
 from slider_drilling.analysis.fit_friction import ELEMENTS, FrictionFit, fit_friction
 from slider_drilling.errors import InputError
 from slider_drilling.gap.progress import Progress
@@ -36,6 +39,7 @@ class Analysis:
         rocked: The fitted plant driven by the log.
         still: The same with the top drive held.
         zones: (time s, zones) of each cycle.
+        calibration: Friction from the driller's weights, given or found in the log.
         undetermined: One sentence for each missing part.
     """
 
@@ -51,28 +55,36 @@ class Analysis:
     still: StringHistory | None
     zones: list[tuple[float, Zones]]
     undetermined: tuple[Text, ...]
+    calibration: FrictionCalibration | None = None
 
 
 MAX_DURATION = 3600.0
 """s of a log that are analysed, since the string is simulated over them some hundred times."""
 
 
-def analyse(log: RigLog, rig: Rig | None, elements: int = ELEMENTS, progress: Progress | None = None) -> Analysis:
+def analyse(
+    log: RigLog, rig: Rig | None, elements: int = ELEMENTS, progress: Progress | None = None,
+    weights: Sequence[DrillerWeights] = (), block_weight: float | None = None,
+) -> Analysis:  # fmt: skip
     """Analyse the friction of one log; without a rig only torque and angle.
 
     Of a log longer than `MAX_DURATION` the part that rocks most is analysed.
 
     Args:
+        log, rig, elements: What is analysed.
         progress: Called with the step's name and the fraction that is done.
+        weights: The driller's weights; empty for those that the log holds.
+        block_weight: In the hook loads of weights and log, N; see `calibrate_friction`.
 
     Raises:
-        InputError: Where the log holds no surface torque.
+        InputError: Where the log holds no surface torque, or weights cannot be.
     """
+    calibration, no_weights = calibrate_log(log, rig, weights, block_weight)
     log, left_out = most_active_window(log, MAX_DURATION)
     time, angle, speed, torque = _surface(log)
     cycles = rocking_cycles(time, angle, torque)
     broke = breakover(time, speed, torque)
-    missing: list[Text] = [*filter(None, [left_out]), *_missing_at_surface(cycles, broke)]
+    missing: list[Text] = [*filter(None, [left_out, no_weights]), *_missing_at_surface(cycles, broke)]
     if rig is None:
         missing.append(
             "friction factors, zones, axial friction, weight transfer: the log has no rig file and none was given"
@@ -106,7 +118,8 @@ def analyse(log: RigLog, rig: Rig | None, elements: int = ELEMENTS, progress: Pr
     zones = zones_over_time(rocked, cycles)
     if not zones:
         missing.append("three zones over time: the log holds no full rocking cycle")
-    return Analysis(log, rig, time, angle, torque, cycles, broke, fit, rocked, still, zones, tuple(missing))
+    return Analysis(log, rig, time, angle, torque, cycles, broke, fit, rocked, still, zones, tuple(missing),
+                    calibration)  # fmt: skip
 
 
 def _surface(log: RigLog) -> tuple[Array, Array, Array, Array]:

@@ -12,7 +12,7 @@ time, not between samples (cluster-robust sandwich estimator).
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -134,10 +134,11 @@ def fit_friction(
     errors, quantile = _block_errors(jacobian, residual, misfit.blocks)
     half_widths = quantile * errors
     count = misfit.intervals
+    limits = [_interval(*pair) for pair in zip(point[:count], half_widths[:count], strict=True)]
     return FrictionFit(
         rig=misfit.rig_at(point),
         start=misfit.start_at(point),
-        intervals=_intervals(rig, point[:count], half_widths[:count]),
+        intervals=interval_frictions(rig, point[:count], limits),
         channels=tuple(channel.name for channel in channels),
         rms=misfit.rms(residual),
         rms_before=misfit.rms(misfit.residual(misfit.nominal)),
@@ -232,22 +233,32 @@ def _interval(value: float, half: float) -> tuple[float, float]:
     return max(float(value - half), 0.0), float(value + half)
 
 
-def _intervals(rig: Rig, factors: Array, half_widths: Array) -> tuple[IntervalFriction, ...]:
+def interval_frictions(
+    rig: Rig, factors: Array, limits: Sequence[tuple[float, float]], torque_factor: float = 1.0
+) -> tuple[IntervalFriction, ...]:
+    """Friction of each of the rig file's intervals.
+
+    Args:
+        rig: The rig file's rig.
+        factors: Found, (k,).
+        limits: 95 % confidence interval of each.
+        torque_factor: Friction torque over that of the rig file's contact.
+    """
     nominal = friction_intervals(rig)
     orientation = rig.contact.asperity.orientation
     axial, tangential = friction_coefficient_of_direction(rig.contact, np.array([0.0, 0.5 * np.pi]) - orientation)
     rows, top = [], 0.0
-    for k, (interval, factor, half) in enumerate(zip(nominal, factors, half_widths, strict=True)):
+    for k, (interval, factor, ends) in enumerate(zip(nominal, factors, limits, strict=True)):
         bottom = min(interval.to, rig.string.length)
         rows.append(IntervalFriction(
             kind="open hole" if k == len(nominal) - 1 else "cased",
             top=top,
             bottom=bottom,
             factor=float(factor),
-            factor_interval=_interval(factor, half),
+            factor_interval=ends,
             in_rig_file=interval.factor,
             axial=float(factor * axial),
-            tangential=float(factor * tangential),
+            tangential=float(factor * tangential * torque_factor),
         ))  # fmt: skip
         top = bottom
     return tuple(rows)

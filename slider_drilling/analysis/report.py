@@ -10,6 +10,12 @@ import numpy as np
 from slider_drilling import __version__
 from slider_drilling.analysis.along_string import StringHistory
 from slider_drilling.analysis.analyse import Analysis
+from slider_drilling.analysis.friction_tables import (
+    calibration_json,
+    calibration_tables,
+    friction_json,
+    friction_table,
+)
 from slider_drilling.log.run_page import log_title
 from slider_drilling.pages import Chart, Table
 from slider_drilling.paper_studies.study import Study, curve, curve_chart
@@ -24,7 +30,8 @@ def to_json(analysis: Analysis) -> dict[str, Any]:
         "schema": SCHEMA,
         "version": __version__,
         "log": analysis.log.source,
-        "friction": _friction(analysis),
+        "friction": None if analysis.fit is None else friction_json(analysis.fit.intervals),
+        "driller_weights": calibration_json(analysis.calibration),
         "extra_friction": _bed(analysis),
         "fit": _fit(analysis),
         "breakover_torque": _breakover(analysis),
@@ -39,20 +46,6 @@ def to_json(analysis: Analysis) -> dict[str, Any]:
         "not_found": [str(text) for text in analysis.undetermined],
         "notes": [str(text) for text in _notes(analysis)],
     }
-
-
-def _friction(analysis: Analysis) -> list[dict[str, Any]] | None:
-    if analysis.fit is None:
-        return None
-    return [
-        {
-            "hole": row.kind, "from": row.top, "to": row.bottom, "factor": row.factor,
-            "factor_interval": list(row.factor_interval), "factor_in_rig_file": row.in_rig_file,
-            "friction_coefficient_along": row.axial, "friction_coefficient_around": row.tangential,
-            "determined": row.is_determined,
-        }
-        for row in analysis.fit.intervals
-    ]  # fmt: skip
 
 
 def _bed(analysis: Analysis) -> dict[str, Any] | None:
@@ -173,20 +166,16 @@ def analysis_study(analysis: Analysis, units: Units = SI) -> Study:
 
 def _notes(analysis: Analysis) -> tuple[Text, ...]:
     """What the reader of the log, and the reconstruction of its inputs, say."""
-    return (*analysis.log.notes, *(analysis.fit.inputs.assumptions if analysis.fit else ()))
+    fit, calibration = analysis.fit, analysis.calibration
+    return (*analysis.log.notes, *(fit.inputs.assumptions if fit else ()), *(calibration.notes if calibration else ()))
 
 
 def _tables(analysis: Analysis, units: Units) -> tuple[Table, ...]:
     tables = []
     if analysis.fit is not None:
-        header = ("hole", "friction factor (95 %)", "in the rig file", "coefficient along", "coefficient around")
-        rows = []
-        for row in analysis.fit.intervals:
-            low, high = row.factor_interval
-            factor = f"{row.factor:.3f} ({low:.3f} to {high:.3f})" + ("" if row.is_determined else ", not determined")
-            hole = f"{row.kind}, {units.format_range(row.top, row.bottom, 'm', 4)}"
-            rows.append((hole, factor, f"{row.in_rig_file:.3f}", f"{row.axial:.3f}", f"{row.tangential:.3f}"))
-        tables.append(Table(header, tuple(rows), "Apparent friction"))
+        tables.append(friction_table(analysis.fit.intervals, "Apparent friction", units))
+    if analysis.calibration is not None:
+        tables += calibration_tables(analysis.calibration, units)
     results = (*_torque_rows(analysis, units), *_axial_rows(analysis, units), *_bed_rows(analysis, units))
     tables.append(Table(("", ""), results, "Results"))
     return tuple(tables)

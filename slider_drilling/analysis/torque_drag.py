@@ -8,6 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from slider_drilling.analysis.calibrate_friction import FrictionCalibration
+from slider_drilling.analysis.driller_weights import DrillerWeights
+from slider_drilling.analysis.friction_tables import calibration_tables
 from slider_drilling.log import RigLog
 from slider_drilling.log.series import Array
 from slider_drilling.pages import Chart, Line, Page, Panel, Section, Table
@@ -43,8 +46,9 @@ class LogPoints:
     torque: Array
 
 
-def log_points(log: RigLog, rig: Rig) -> LogPoints:
-    """The points of a log; bit depth is that of its channel, else of the string's length and the block."""
+def log_points(log: RigLog, rig: Rig, block_weight: float = 0.0) -> LogPoints:
+    """The points of a log, without the block's weight (N); bit depth is that of its channel, else of string and block.
+    """
     if log.draw_works is None:
         return LogPoints(np.empty(0), (), np.empty(0), np.empty(0))
     block, drive = log.draw_works, log.top_drive
@@ -67,7 +71,7 @@ def log_points(log: RigLog, rig: Rig) -> LogPoints:
                 rate = np.gradient(drive.position[turning], drive.time[turning])
                 turn = (float(np.mean(rate)), float(np.mean(np.abs(rate))))
                 torque = _torque(drive.effort[turning], turn)
-        rows.append((depth, _motion(speed, turn), float(np.nanmedian(block.effort[inside])), torque))
+        rows.append((depth, _motion(speed, turn), float(np.nanmedian(block.effort[inside])) - block_weight, torque))
     depths, motions, loads, torques = zip(*rows, strict=True) if rows else ((), (), (), ())
     return LogPoints(np.array(depths), tuple(motions), np.array(loads), np.array(torques))
 
@@ -95,30 +99,47 @@ def _motion(speed: float, turn: tuple[float, float]) -> str:
 
 def torque_drag_page(
     rig: Rig, sticks: Sequence[Broomstick], points: LogPoints | None = None, notes: Sequence[str] = (),
-    units: Units = SI,
+    units: Units = SI, calibration: FrictionCalibration | None = None,
 ) -> Page:  # fmt: skip
-    """The page: a broomstick for each friction, loads along the string with the rig's friction, and the well path."""
+    """The page: a broomstick for each friction, loads along the string with the rig's friction, and the well path.
+
+    Args:
+        rig: The rig.
+        sticks: One for each friction, and that of the calibration.
+        points: Of a log.
+        notes: Remarks at the foot.
+        units: Of the page.
+        calibration: From the driller's weights.
+    """
+    weights = None if calibration is None else calibration.weights
     sections = (
         Section("Broomstick", (
             "Hook load and torque off bottom as the string goes in, for each friction coefficient (times the well's "
             "friction intervals). Points of a log on bottom lie to the left by their weight on bit; rocking gives back "
             "what friction along the hole takes.",
-            hook_load_chart(sticks, points), torque_chart(sticks, points),
+            hook_load_chart(sticks, points, weights), torque_chart(sticks, points, weights),
         )),
+        *(() if calibration is None else
+          (Section("Friction from the driller's weights", calibration_tables(calibration, units)),)),
         Section("At total depth", (_table(sticks),)),
         Section("Along the string, bit at total depth", along_charts(rig)),
         Section("Well path", path_charts(rig)),
     )  # fmt: skip
     facts = (("string", units.format(rig.string.length, "m", 4)),
              ("mud", units.format(rig.mud.density, "kg/m3", 4)))  # fmt: skip
-    return Page("Torque and drag", well_name(rig, units), sections, facts, notes=tuple(notes))
+    remarks = (*notes, *(() if calibration is None else calibration.notes))
+    return Page("Torque and drag", well_name(rig, units), sections, facts, notes=remarks)
 
 
 def _named(stick: Broomstick) -> str:
+    if stick.calibrated:
+        return "calibrated"
     return "the rig's contact" if stick.friction is None else f"friction {stick.friction:g}"
 
 
-def hook_load_chart(sticks: Sequence[Broomstick], points: LogPoints | None = None) -> Chart:
+def hook_load_chart(
+    sticks: Sequence[Broomstick], points: LogPoints | None = None, weights: Sequence[DrillerWeights] | None = None
+) -> Chart:
     """Hook load over depth: slacking off to the left, picking up to the right, rotating between them."""
     lines = []
     for place, stick in enumerate(sticks):
@@ -128,17 +149,30 @@ def hook_load_chart(sticks: Sequence[Broomstick], points: LogPoints | None = Non
     if sticks:
         lines.append(Line("turning", sticks[0].rotating / 1e3, sticks[0].depth, "dashed", GREY))
     lines += _dots(points, None if points is None else points.hook_load / 1e3)
+    for motion, colour in (("slack_off", INK), ("rotating", GREEN), ("pick_up", RED)):
+        lines += _readings(weights, motion, colour)
     return Chart("Hook load", "hook load, kN", (Panel("bit depth, m", tuple(lines), inverted=True, height=1.5),))
 
 
-def torque_chart(sticks: Sequence[Broomstick], points: LogPoints | None = None) -> Chart:
+def torque_chart(
+    sticks: Sequence[Broomstick], points: LogPoints | None = None, weights: Sequence[DrillerWeights] | None = None
+) -> Chart:
     """Torque over depth that turns the whole string; for a log that rocks, the largest of each stretch."""
     lines = [Line(_named(stick), stick.torque / 1e3, stick.depth,
                   colour=INK if stick.friction is None else ORDER[place % len(ORDER)])
              for place, stick in enumerate(sticks)]  # fmt: skip
     lines += _dots(points, None if points is None else points.torque / 1e3)
+    lines += _readings(weights, "torque", GREEN)
     panel = Panel("bit depth, m", tuple(lines), inverted=True, height=1.5)
     return Chart("Surface torque", "surface torque, kN m", (panel,))
+
+
+def _readings(weights: Sequence[DrillerWeights] | None, name: str, colour: str) -> list[Line]:
+    rows = [(row.depth, getattr(row, name)) for row in weights or () if getattr(row, name) is not None]
+    if not rows:
+        return []
+    depth, value = np.array(rows).T
+    return [Line(f"driller: {name.replace('_', ' ')}", value / 1e3, depth, "dots", colour)]
 
 
 def _dots(points: LogPoints | None, values: Array | None) -> list[Line]:

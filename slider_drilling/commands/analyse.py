@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from slider_drilling.commands.options import json_option, units_option, write_and_print
+from slider_drilling.commands.weight_options import read_weights, weight_options
 
 if TYPE_CHECKING:
-    from slider_drilling.pages import Table
+    from slider_drilling.api.analyse import AnalysisResult
     from slider_drilling.units import Units
 
 
@@ -23,36 +23,38 @@ if TYPE_CHECKING:
 @click.option(
     "--elements", default=100, show_default=True, type=click.IntRange(10, 5000), help="Elements of the string."
 )
+@weight_options
 @units_option
 @json_option
-def command(log: Path, output: Path, rig_path: Path | None, elements: int, units: Units, as_json: bool) -> None:
-    """Find the friction in LOG: by hole interval, at breakover, along the hole, and what it does to the weight."""
-    from slider_drilling.analysis.analyse import analyse
-    from slider_drilling.analysis.report import analysis_study, to_json
+def command(
+    log: Path, output: Path, rig_path: Path | None, elements: int, units: Units, as_json: bool, **weights: Any
+) -> None:
+    """Find the friction in LOG: by hole interval, at breakover, along the hole, and what it does to the weight.
+
+    Pick-up, slack-off and rotating weights and the free torque, typed in, from a table or found in the log, give the
+    friction of cased and open hole a second time.
+    """
+    from slider_drilling.api.analyse import analyse
     from slider_drilling.console.streams import progress_stages, stderr
     from slider_drilling.files.output_files import check_outputs
     from slider_drilling.log import read_log
-    from slider_drilling.paper_studies.render import study_files, write_study
+    from slider_drilling.paper_studies.render import study_files
 
-    check_outputs(study_files("analysis", output), (log, rig_path))
+    check_outputs(study_files("analysis", output), (log, rig_path, weights["weights_path"]))
     record = read_log(log, rig_path)
     rig = None if record.rig_text is None else record.rig()
+    readings = read_weights(None if rig is None else rig.string.length, weights)
     with progress_stages() as report:
-        analysis = analyse(record, rig, elements, report)
-    study, tree = analysis_study(analysis, units), to_json(analysis)
-    for text in analysis.undetermined:
+        result = analyse(record, rig, weights=readings, block_weight=weights["block_weight"], elements=elements,
+                         progress=report)  # fmt: skip
+    for text in result.analysis.undetermined:
         stderr().print(f"not found: {units.convert_text(text)}")
-    write_and_print(tree if as_json else None, lambda: _print(study.tables),
-                    lambda: write_study(study, output, tree, units))  # fmt: skip
+    write_and_print(result.tree if as_json else None, lambda: _print(result, units),
+                    lambda: result.save(output, units))  # fmt: skip
 
 
-def _print(tables: Sequence[Table]) -> None:
-    import rich.table
+def _print(result: AnalysisResult, units: Units) -> None:
+    from slider_drilling.analysis.report import analysis_study
+    from slider_drilling.commands.options import print_tables
 
-    from slider_drilling.console.streams import stdout
-
-    for table in tables:
-        printed = rich.table.Table(*table.header, title=str(table.caption))
-        for row in table.rows:
-            printed.add_row(*map(str, row))
-        stdout().print(printed)
+    print_tables(analysis_study(result.analysis, units).tables)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
+    from slider_drilling.pages import Table
     from slider_drilling.units import Units
 
 namespace_option = click.option(
@@ -86,6 +87,19 @@ def print_written(paths: Iterable[Path]) -> None:
 
     for path in paths:
         stdout().print(f"wrote {path}")
+
+
+def print_tables(tables: Sequence[Table]) -> None:
+    """Print tables of a page."""
+    import rich.table
+
+    from slider_drilling.console.streams import stdout
+
+    for table in tables:
+        printed = rich.table.Table(*table.header, title=str(table.caption))
+        for row in table.rows:
+            printed.add_row(*map(str, row))
+        stdout().print(printed)
 
 
 def complete_effect(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from slider_drilling.commands.options import json_option, namespace_option, units_option, write_and_print
+from slider_drilling.commands.weight_options import read_weights, weight_options
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
+    from slider_drilling.api.torque_drag import TorqueDragResult
     from slider_drilling.log import RigLog
     from slider_drilling.rig import Rig
     from slider_drilling.units import Units
-    from slider_drilling.wellbore.broomstick import Broomstick
 
-FRICTIONS = (0.15, 0.2, 0.25, 0.3, 0.35)
 EXAMPLES = """\
 Examples:
 
@@ -25,6 +23,8 @@ Examples:
   slider-drilling torque-drag --rig rig.yaml -o torque_drag
   slider-drilling torque-drag --log run.mcap --friction 0.2 --friction 0.3
   slider-drilling torque-drag --rig rig.yaml --survey path.csv --units field
+  slider-drilling torque-drag --rig rig.yaml --pick-up 260klbf --slack-off 121klbf --rotating 193klbf \\
+      --free-torque 7000ft.lbf --block-weight 62klbf --units field
 """
 
 
@@ -41,46 +41,37 @@ Examples:
               help="Folder for torque_drag.html, .png and .csv.")  # fmt: skip
 @click.option("--elements", default=200, show_default=True, type=click.IntRange(10, 5000),
               help="Elements of the string.")  # fmt: skip
+@weight_options
 @namespace_option
 @units_option
 @json_option
 def command(
     rig_path: Path | None, log_path: Path | None, survey_path: Path | None, frictions: tuple[float, ...], output: Path,
-    elements: int, namespace: str | None, units: Units, as_json: bool,
+    elements: int, namespace: str | None, units: Units, as_json: bool, **weights: Any,
 ) -> None:  # fmt: skip
-    """Draw hook load and torque against depth for several friction coefficients, and loads along the string."""
-    from slider_drilling.analysis.torque_drag import hook_load_chart, log_points, torque_chart, torque_drag_page
+    """Draw hook load and torque against depth for several friction coefficients, and loads along the string.
+
+    Pick-up, slack-off and rotating weights and the free torque, typed in, from a table or found in the log, calibrate
+    the friction of cased and open hole; torque_drag.rig.yaml then is the rig file with it.
+    """
+    from slider_drilling.api.torque_drag import FRICTIONS, torque_drag
     from slider_drilling.console.streams import stderr
-    from slider_drilling.files.output_files import check_outputs, make_folder, write_atomically
+    from slider_drilling.files.output_files import check_outputs, make_folder
     from slider_drilling.log import read_log
-    from slider_drilling.pages import write_page
-    from slider_drilling.pages.png import render_png
-    from slider_drilling.rig import dump_rig
-    from slider_drilling.wellbore.broomstick import broomstick
 
     make_folder(output)
-    page, image, table, changed = (output / name for name in ("torque_drag.html", "torque_drag.png", "torque_drag.csv",
-                                                              "torque_drag.rig.yaml"))  # fmt: skip
-    written = [page, image, table, *([changed] if survey_path is not None else [])]
-    check_outputs(written, (rig_path, log_path, survey_path))
+    written = [output / f"torque_drag.{suffix}" for suffix in ("html", "png", "csv", "rig.yaml")]
+    check_outputs(written, (rig_path, log_path, survey_path, weights["weights_path"]))
     log = None if log_path is None else read_log(log_path, rig_path, namespace)
     rig = _rig(rig_path, log, survey_path)
-    sticks = [broomstick(rig, friction, elements=elements) for friction in (None, *(frictions or FRICTIONS))]
-    points = None if log is None else log_points(log, rig)
-    notes = () if log is None else log.notes
-    for note in notes:
+    result = torque_drag(
+        rig, log=log, weights=read_weights(rig.string.length, weights), block_weight=weights["block_weight"],
+        frictions=frictions or FRICTIONS, elements=elements, units=units,
+    )  # fmt: skip
+    for note in (*result.notes, *(result.calibration.notes if result.calibration else ())):
         stderr().print(f"note: {note}")
-
-    def write() -> list[Path]:
-        write_page(page, torque_drag_page(rig, sticks, points, notes, units), units)
-        write_atomically(image, render_png((hook_load_chart(sticks, points), torque_chart(sticks, points)), units))
-        write_atomically(table, _csv(sticks).encode())
-        if survey_path is not None:
-            write_atomically(changed, dump_rig(rig).encode())
-        return written
-
-    tree = {"at_total_depth": [_at_total_depth(stick) for stick in sticks], "notes": notes}
-    write_and_print(tree if as_json else None, lambda: _print(sticks, units), write)
+    write_and_print(result.tree() if as_json else None, lambda: _print(result, units),
+                    lambda: result.save(output, units, survey_path is not None))  # fmt: skip
 
 
 def _rig(rig_path: Path | None, log: RigLog | None, survey_path: Path | None) -> Rig:
@@ -98,29 +89,20 @@ def _rig(rig_path: Path | None, log: RigLog | None, survey_path: Path | None) ->
     return check_rig(dataclasses.replace(rig, well=well), str(survey_path))
 
 
-def _at_total_depth(stick: Broomstick) -> dict[str, float | None]:
-    return {"friction": stick.friction, "slack_off_n": stick.slack_off[-1], "turning_n": stick.rotating[-1],
-            "pick_up_n": stick.pick_up[-1], "torque_to_turn_n_m": stick.torque[-1]}  # fmt: skip
-
-
-def _csv(sticks: Sequence[Broomstick]) -> str:
-    lines = ["friction,bit_depth_m,slack_off_n,turning_n,pick_up_n,torque_to_turn_n_m"]
-    for stick in sticks:
-        name = "contact" if stick.friction is None else f"{stick.friction:g}"
-        columns = zip(stick.depth, stick.slack_off, stick.rotating, stick.pick_up, stick.torque, strict=True)
-        lines += [",".join([name, *(f"{value:.8g}" for value in row)]) for row in columns]
-    return "\n".join(lines) + "\n"
-
-
-def _print(sticks: Sequence[Broomstick], units: Units) -> None:
+def _print(result: TorqueDragResult, units: Units) -> None:
     from rich.table import Table
 
+    from slider_drilling.analysis.friction_tables import calibration_tables
+    from slider_drilling.commands.options import print_tables
     from slider_drilling.console.streams import stdout
+    from slider_drilling.units import format_number
 
     force, torque = units.display_unit("kN"), units.display_unit("kN m")
     table = Table("at total depth", f"slack off {force}", f"turning {force}", f"pick up {force}", f"to turn {torque}")
-    for stick in sticks:
-        name = "rig's contact" if stick.friction is None else f"friction {stick.friction:g}"
+    for stick in result.sticks:
+        name = {"contact": "rig's contact", "calibrated": "calibrated"}.get(stick.label, f"friction {stick.label}")
         loads = (units.convert(float(v[-1]) / 1e3, "kN") for v in (stick.slack_off, stick.rotating, stick.pick_up))
-        table.add_row(name, *(f"{load:.1f}" for load in loads), f"{units.convert(stick.torque[-1] / 1e3, 'kN m'):.4g}")
+        table.add_row(name, *(f"{load:.1f}" for load in loads), format_number(units.convert(float(stick.torque[-1]) / 1e3, "kN m"), 4))
     stdout().print(table)
+    if result.calibration is not None:
+        print_tables(calibration_tables(result.calibration, units))

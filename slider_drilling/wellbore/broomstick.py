@@ -28,6 +28,7 @@ class Broomstick:
         depth: Of the bit, m.
         pick_up, slack_off, rotating: Hook load, N.
         torque: To rotate the string off bottom, N m.
+        calibrated: Whether the friction is that of the driller's weights.
     """
 
     friction: float | None
@@ -36,6 +37,14 @@ class Broomstick:
     slack_off: Array
     rotating: Array
     torque: Array
+    calibrated: bool = False
+
+    @property
+    def label(self) -> str:
+        """``calibrated``, ``contact`` or the coefficient."""
+        if self.calibrated:
+            return "calibrated"
+        return "contact" if self.friction is None else f"{self.friction:g}"
 
 
 def with_bit_at(rig: Rig, depth: float) -> Rig:
