@@ -30,11 +30,11 @@ BLOCK = 62.0 * KLBF
 
 
 def drawn(seed: int) -> tuple[Rig, Rig]:
-    """A rig file's rig and the true one: its friction factors, and steel that weighs 2 % more."""
+    """A rig file's rig and the true one: its friction factors, and a string that weighs 2 % more."""
     generator = np.random.default_rng(seed)
     rig = WELLS[DEFAULT_WELLS[seed % 3]](generator, sd.load_rig())
     truth = with_friction_factors(rig, np.array([generator.uniform(0.4, 0.8), generator.uniform(0.5, 0.95)]))
-    return rig, replace(truth, string=replace(truth.string, density=1.02 * truth.string.density))
+    return rig, replace(truth, string=replace(truth.string, weight_factor=1.02))
 
 
 def readings(truth: Rig, generator: np.random.Generator, *shares: float) -> list[DrillerWeights]:
@@ -54,7 +54,7 @@ def test_factors_are_found_from_readings(seed):
     cased, open_hole = (row.factor for row in truth.well.friction_intervals)
     assert found.intervals[1].factor == pytest.approx(open_hole, rel=0.05)
     assert found.intervals[0].factor == pytest.approx(cased, rel=0.10)
-    assert found.weight_factor == pytest.approx(1.0 + 0.02 * 7850.0 / (7850.0 - 1200.0), abs=0.012)
+    assert found.weight_factor == pytest.approx(1.02, abs=0.012)
 
 
 def test_intervals_hold_the_truth():
@@ -184,4 +184,4 @@ def test_command_writes_the_calibrated_rig(tmp_path: Path):
 def test_number_without_unit_is_refused(tmp_path: Path):
     result = CliRunner().invoke(command, ["-o", str(tmp_path), "--pick-up", "260"])
     assert isinstance(result.exception, InputError)
-    assert "--pick-up = '260': has no unit" in str(result.exception)
+    assert "--pick-up = '260': expected a number and its unit" in str(result.exception)

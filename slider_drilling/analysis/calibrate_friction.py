@@ -47,7 +47,7 @@ class FrictionCalibration:
     """Result of `calibrate_friction`.
 
     Attributes:
-        rig: With the calibrated friction factors.
+        rig: With the calibrated friction factors and weight of the string.
         intervals: Friction from the surface down.
         weights: The readings, without the block.
         predicted: The same from the calibrated model.
@@ -105,11 +105,7 @@ def calibrate_friction(
 def calibrated_broomstick(calibration: FrictionCalibration, elements: int = _ELEMENTS) -> Broomstick:
     """Loads over bit depth with the calibrated friction and weight of the string."""
     stick = broomstick(calibration.rig, None, elements=elements)
-    weight, lever = calibration.weight_factor, calibration.torque_factor or 1.0
-    return replace(
-        stick, pick_up=weight * stick.pick_up, slack_off=weight * stick.slack_off, rotating=weight * stick.rotating,
-        torque=weight * lever * stick.torque, calibrated=True,
-    )  # fmt: skip
+    return replace(stick, torque=(calibration.torque_factor or 1.0) * stick.torque, calibrated=True)
 
 
 def _check_tared(places: Sequence[_Place], weights: Sequence[DrillerWeights], units: Units) -> None:
@@ -198,6 +194,8 @@ def _result(
     limits = [(float(factor * math.exp(-width)), float(factor * math.exp(width)))
               for factor, width in zip(factors, spread, strict=False)]  # fmt: skip
     rig = with_friction_factors(problem.rig, factors)
+    heavier = rig.string.weight_factor * math.exp(point[problem.count])
+    rig = replace(rig, string=replace(rig.string, weight_factor=float(heavier)))
     has_torque = any(row.torque is not None for row in problem.weights)
     weight, tare, lever = point[problem.count :]
     predicted = tuple(

@@ -102,7 +102,8 @@ def _print(result: TorqueDragResult, units: Units) -> None:
     for stick in result.sticks:
         name = {"contact": "rig's contact", "calibrated": "calibrated"}.get(stick.label, f"friction {stick.label}")
         loads = (units.convert(float(v[-1]) / 1e3, "kN") for v in (stick.slack_off, stick.rotating, stick.pick_up))
-        table.add_row(name, *(f"{load:.1f}" for load in loads), format_number(units.convert(float(stick.torque[-1]) / 1e3, "kN m"), 4))
+        turning = units.convert(float(stick.torque[-1]) / 1e3, "kN m")
+        table.add_row(name, *(f"{load:.1f}" for load in loads), format_number(turning, 4))
     stdout().print(table)
     if result.calibration is not None:
         print_tables(calibration_tables(result.calibration, units))

@@ -12,8 +12,11 @@ from slider_drilling.commands.quantity import QuantityType
 from slider_drilling.errors import InputError
 
 Command = TypeVar("Command", bound=Callable[..., Any])
-_FORCE, _TORQUE, _LENGTH = QuantityType("force", "260klbf"), QuantityType("torque", "7000ft.lbf"), QuantityType(
-    "length", "14500ft")  # fmt: skip
+_FORCE, _TORQUE, _LENGTH = (
+    QuantityType("N", "260klbf"),
+    QuantityType("N m", "7000ft.lbf"),
+    QuantityType("m", "14500ft"),
+)
 _OPTIONS = (
     click.option("--pick-up", type=_FORCE, help="Hook load while picking up, with its unit: 260klbf."),
     click.option("--slack-off", type=_FORCE, help="Hook load while slacking off without rotation."),
