@@ -77,5 +77,5 @@ def _candidate(definition: EffectDefinition, search: Search) -> Effect:
 def _parameter(definition: EffectDefinition, parameter: FitParameter) -> Parameter:
     return Parameter(
         f"{definition.name}.{parameter.key}", definition.neutral(parameter), parameter.lower, parameter.upper,
-        parameter.step, definition.unit(parameter),
+        parameter.step, definition.unit(parameter), equivalents=parameter.equivalents,
     )  # fmt: skip

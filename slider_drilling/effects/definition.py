@@ -25,6 +25,8 @@ class FitParameter:
         step: Typical change, the unit of the optimiser's steps.
         neutral: Value without the effect; None for the default of the rig file.
         unit: None for the unit of the rig file.
+        equivalents: Values that the log cannot distinguish, such as the aliases of a frequency above half the sampling
+            rate.
     """
 
     key: str
@@ -33,6 +35,7 @@ class FitParameter:
     step: float
     neutral: float | None = None
     unit: str | None = None
+    equivalents: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

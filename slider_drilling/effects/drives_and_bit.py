@@ -89,7 +89,7 @@ def _search_axial_oscillation_tool(log: SearchInputs) -> Search:
     return Search(
         (
             FitParameter("force", 0.0, 2e5, 2000.0),
-            FitParameter("frequency", 3.0, 40.0, frequency_step),
+            FitParameter("frequency", 3.0, 40.0, frequency_step, equivalents=tuple(frequencies)),
             FitParameter("depth", 0.0, length, 0.02 * length, 0.7 * length),
         ),
         scan=tuple((4e3, hertz, share * length) for share in shares for hertz in frequencies or (8.0, 16.0)),
@@ -98,9 +98,9 @@ def _search_axial_oscillation_tool(log: SearchInputs) -> Search:
 
 
 def _axial_oscillation_tool_phrase(v: Values) -> Text:
-    rate = f" at {format_number(v['frequency'])} Hz" if "frequency" in v else ""
+    # Its frequency is left out: it lies above half the sampling rate of most logs, which then show an alias.
     depth: tuple[Text | Quantity, ...] = (", ", Quantity(round(v["depth"]), "m"), " down") if "depth" in v else ()
-    return sentence("Something shakes the string with ", displayed(v["force"], "N", 2), rate, *depth)
+    return sentence("Something shakes the string with ", displayed(v["force"], "N", 2), *depth)
 
 
 AXIAL_OSCILLATION_TOOL = EffectDefinition(

@@ -251,6 +251,14 @@ def _fit_remarks(state: SearchState) -> list[str]:
         f"{parameter.nominal:.3g}: it may hide an effect that acts alike"
         for parameter, value, deviations in outside_prior(state.current)
     ]
+    for parameter in (each for effect in state.current.effects for each in effect.parameters):
+        value, others = state.current.fit.values[parameter.name], sorted(parameter.equivalents)
+        if len(others) > 1:
+            listed = ", ".join(f"{other:.4g}" for other in others)
+            remarks.append(
+                f"{parameter.name} = {value:.4g} {parameter.unit} cannot be distinguished from its aliases: the log is "
+                f"sampled too slowly, and shows {listed} {parameter.unit} alike"
+            )
     model = state.current.problem.model
     if state.current.problem.options.observer_gain > 0.0 and isinstance(model, HasObserver):
         channel = model.observed_channel.replace("_", " ")

@@ -33,6 +33,8 @@ class Parameter:
         unit: Unit of all these values.
         spread: Standard deviation of its prior, a normal distribution around nominal; infinite if nothing is known.
         per_run: Whether each run has its own value.
+        equivalents: Values that the log cannot distinguish, such as the aliases of a frequency above half the sampling
+            rate. The parameter's interval covers them all.
 
     Raises:
         ValueError: Bounds, nominal value and scale do not fit together.
@@ -46,6 +48,7 @@ class Parameter:
     unit: str = "-"
     spread: float = float("inf")
     per_run: bool = False
+    equivalents: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         if not (self.lower < self.upper and self.lower <= self.nominal <= self.upper and self.scale > 0.0):

@@ -42,3 +42,12 @@ def test_model_error_widens_intervals_as_repeated_errors():
     repeated = 0.2 * np.std(found.simulated) * np.sqrt(TIME.size / INDEPENDENT_ERRORS)
     # The error of the stamps widens it a little more.
     assert width(0.2, "level") >= width(0.0, "level") * np.sqrt(1.0 + repeated**2) * 0.99
+
+
+def test_interval_covers_values_that_look_alike():
+    problem, found = fitted(0.0)
+    level = replace(problem.model.nuisance[0], equivalents=(-3.0, 7.0))
+    named = {parameter.name: parameter for parameter in found.parameters} | {level.name: level}
+    low, high = parameter_intervals(problem, replace(found, parameters=tuple(named.values())))[level.name]
+    assert low <= max(-3.0, level.lower)
+    assert high >= min(7.0, level.upper)

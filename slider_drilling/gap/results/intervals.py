@@ -28,7 +28,9 @@ def parameter_intervals(problem: Problem, found: Fit) -> dict[str, tuple[float, 
     for name, parameter in user_parameters(problem, found).items():
         slope = _slope(problem, found, name)
         half = _NORMAL_95 * float(np.sqrt(max(float(slope @ covariance @ slope), 0.0)))
-        intervals[name] = max(values[name] - half, parameter.lower), min(values[name] + half, parameter.upper)
+        low, high = values[name] - half, values[name] + half
+        low, high = min(low, *parameter.equivalents, high), max(high, *parameter.equivalents, low)
+        intervals[name] = max(low, parameter.lower), min(high, parameter.upper)
     return intervals
 
 
