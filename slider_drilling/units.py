@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -95,6 +96,7 @@ KINDS: dict[str, dict[str, float]] = {
         "ft lbf/psi": _FOOT * (_FOOT / 12.0) ** 2,
     },
     "angular acceleration": {"rad/s2": 1.0, "rpm/s": _TURN / 60.0},
+    "dog leg": {"rad/m": 1.0, "deg/30 m": math.pi / 180.0 / 30.0, "deg/100 ft": math.pi / 180.0 / (100.0 * _FOOT)},
     "frequency": {"Hz": 1.0, "1/s": 1.0, "1/min": 1.0 / 60.0},
     "stiffness": {"N/m": 1.0, "kN/m": 1e3, "MN/m": 1e6, "lbf/in": 12.0 * _POUND_FORCE / _FOOT},
     "stress": {"Pa": 1.0, "MPa": 1e6, "GPa": 1e9, "psi": _POUND_FORCE / (_FOOT / 12.0) ** 2},
@@ -108,7 +110,7 @@ FIELD_UNITS = {
     "Pa": "psi", "kPa": "psi", "bar": "psi", "MPa": "psi",
     "rad": "turns", "rad/s": "rev/min", "rev/s": "rev/min",
     "m3/s": "gal/min", "L/s": "gal/min", "L/min": "gal/min",
-    "J": "ft lbf", "kJ": "ft lbf", "kg/m3": "lb/gal", "N/m": "lbf/ft", "kN/m": "lbf/ft",
+    "J": "ft lbf", "kJ": "ft lbf", "kg/m3": "lb/gal", "N/m": "lbf/ft", "kN/m": "lbf/ft", "deg/30 m": "deg/100 ft",
 }  # fmt: skip
 """Oilfield display unit for each SI unit."""
 
@@ -158,7 +160,7 @@ class Units:
     def convert_label(self, label: str) -> str:
         """A heading or axis label, "name, unit", with the display unit."""
         name, unit = split_label(label)
-        return f"{name}, {self.display_unit(unit)}" if unit else label
+        return ", ".join(part for part in (name, self.display_unit(unit)) if part) if unit else label
 
 
 @dataclass(frozen=True)
@@ -252,6 +254,23 @@ def unit_factor(unit: str, kind: str) -> float | None:
     size, spelling = written_plainly(unit)
     name = unit_of_spelling(spelling, kind, tuple(KINDS[kind]))
     return None if name is None else size * KINDS[kind][name]
+
+
+def format_alike(values: Sequence[float], digits: int = 3) -> list[str]:
+    """Numbers with the same decimals: so many digits for the largest; each its own if the smallest would lose all."""
+    places = shared_decimals(values, digits)
+    if places is None:
+        return [format_number(value, digits) for value in values]
+    return [f"{value + 0.0:.{places}f}" if math.isfinite(value) else format_number(value) for value in values]
+
+
+def shared_decimals(values: Sequence[float], digits: int = 3) -> int | None:
+    """Decimals that show so many digits of the largest value; None if the smallest would lose its last digit."""
+    sizes = [abs(value) for value in values if math.isfinite(value) and abs(value) > 1e-12]
+    if not sizes:
+        return None
+    places = max(digits - 1 - math.floor(math.log10(max(sizes))), 0)
+    return places if min(sizes) >= 10.0**-places and max(sizes) < 1e7 else None
 
 
 def si_factor(unit: str, kind: str, where: str) -> float:

@@ -297,8 +297,12 @@ def test_interval_of_the_answer_lies_on_the_axis():
 
 def test_bar_below_the_null_threshold_is_explained():
     gap = worn_motor().gap
-    assert "below the dotted line" in waterfall(gap).caption
-    assert waterfall(replace(gap, with_effect=None)).caption == ""
+    assert gap.threshold is not None
+    within = replace(gap, tuned=0.9 * gap.threshold)
+    assert "E does not decide" in waterfall(within, named=True).caption
+    assert "E does not decide" not in waterfall(within).caption
+    assert "E does not decide" not in waterfall(replace(gap, tuned=1.1 * gap.threshold), named=True).caption
+    assert waterfall(replace(gap, threshold=None)).caption == ""
 
 
 def test_errors_of_fitted_and_unfitted_parts_are_separate():

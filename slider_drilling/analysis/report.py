@@ -150,7 +150,7 @@ def analysis_study(analysis: Analysis, units: Units = SI) -> Study:
     return Study(
         name="analysis",
         about="Friction",
-        title=log_title(analysis.log, units),
+        title=log_title(analysis.log),
         settings={
             "log": Path(analysis.log.source).name,
             "samples": analysis.time.size,

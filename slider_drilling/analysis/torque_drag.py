@@ -128,7 +128,7 @@ def torque_drag_page(
     facts = (("string", units.format(rig.string.length, "m", 4)),
              ("mud", units.format(rig.mud.density, "kg/m3", 4)))  # fmt: skip
     remarks = (*notes, *(() if calibration is None else calibration.notes))
-    return Page("Torque and drag", well_name(rig, units), sections, facts, notes=remarks)
+    return Page("Torque and drag", well_name(rig), sections, facts, notes=remarks)
 
 
 def _named(stick: Broomstick) -> str:
@@ -223,7 +223,7 @@ def path_charts(rig: Rig) -> tuple[Chart, ...]:
     dog_leg = np.append(turned / np.diff(depth) * 30.0, np.nan)
     side = Panel("true vertical depth, m", (Line("well path", away, positions[:, 2], colour=BLUE),), inverted=True)
     above = Panel("north, m", (Line("well path", positions[:, 1], positions[:, 0], colour=BLUE),))
-    bends = Panel("dog leg, deg in 30 m", (Line("dog leg", depth, dog_leg, colour=AMBER),))
+    bends = Panel("dog leg, deg/30 m", (Line("dog leg", depth, dog_leg, colour=AMBER),))
     return (
         Chart("From the side", "horizontal distance along the well path, m", (side,)),
         Chart("From above", "east, m", (above,), x_limits=_east_limits(positions)),

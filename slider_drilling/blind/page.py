@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -30,8 +30,6 @@ _NOTES = (
     "correct. A diagnosis that failed counts as wrong.",
     "An effect counts as named if the diagnosis names it, or cannot distinguish it from an effect that it names.",
     "Intervals are exact binomial 95 % intervals.",
-    "The oracle fits the true effects, and no other candidates, to three or more repeats of the run. It shows what "
-    "such a log can reveal at best.",
     "Size is the change that the effect alone makes to the channel that it changes most: RMS in units of the declared "
     "noise, before calibration. What calibration compensates leaves nothing to name.",
 )
@@ -59,7 +57,7 @@ def write_blind_page(path: Path, cases: Sequence[ScoredCase], tree: dict[str, An
         headline=Headline(f"Effects named: {totals.named}. False alarms without effect: {totals.false_alarms}."),
         sections=(
             Section("Totals", (Table(("", "count, share, 95 % interval"), tuple(total_rows(totals))),
-                               BulletList(_NOTES))),
+                               BulletList((*_NOTES, *_oracle_note(tree["options"]))))),
             Section("Detection by size", (_size_table(totals), _size_chart(totals))),
             Section("Confusion", (_confusion_table(totals),)),
             Section("Every case", (_case_table(cases),), collapsed=True),
@@ -68,18 +66,28 @@ def write_blind_page(path: Path, cases: Sequence[ScoredCase], tree: dict[str, An
     write_page(path, page, units)
 
 
+def _oracle_note(options: Mapping[str, Any]) -> tuple[str, ...]:
+    """What the oracle was fitted to; nothing if it did not run."""
+    if not options.get("oracle"):
+        return ()
+    repeats = int(options["repeats"])
+    runs = "one repeat" if repeats == 1 else f"{repeats} repeats"
+    return (f"The oracle fits the true effects, and no other candidates, to {runs} of the run. It shows what such a "
+            "log can reveal at best.",)  # fmt: skip
+
+
 def total_rows(totals: BlindTotals) -> list[tuple[str, Text]]:
     """Returns each figure with its name."""
     rows: list[tuple[str, Text]] = [(f"{_KINDS[kind]}: correct", str(count)) for kind, count in totals.correct.items()]
     rows += [
         ("one effect: named", str(totals.named)),
-        (f"  of {CLEAR_SIZE:g} noise floors or more", str(totals.named_from_size_1_5)),
-        (f"  where calibration leaves E of {REMAINING_GAP:g} or more", str(totals.named_where_gap_remains)),
-        ("  where the oracle names it", str(totals.named_where_identifiable)),
-        (f"  of {CLEAR_SIZE:g} noise floors or more: named, or reported as masked", str(totals.named_or_masked)),
+        (f"\u2003of {CLEAR_SIZE:g} noise floors or more", str(totals.named_from_size_1_5)),
+        (f"\u2003where calibration leaves E of {REMAINING_GAP:g} or more", str(totals.named_where_gap_remains)),
+        ("\u2003where the oracle names it", str(totals.named_where_identifiable)),
+        (f"\u2003of {CLEAR_SIZE:g} noise floors or more: named, or reported as masked", str(totals.named_or_masked)),
         ("two effects: both named", str(totals.both_named)),
-        (f"  each of {CLEAR_SIZE:g} noise floors or more", str(totals.both_from_size_1_5)),
-        ("  where the oracle names both", str(totals.both_where_identifiable)),
+        (f"\u2003each of {CLEAR_SIZE:g} noise floors or more", str(totals.both_from_size_1_5)),
+        ("\u2003where the oracle names both", str(totals.both_where_identifiable)),
         ("no effect: false alarms", str(totals.false_alarms)),
         ("law outside the catalogue: false name", str(totals.false_names)),
         ("law outside the catalogue, noticed: site correct", str(totals.outside_site_correct)),

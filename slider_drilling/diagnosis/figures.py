@@ -24,19 +24,37 @@ _LOG_AXIS_ABOVE = 8.0  # E
 _DOTS_BELOW = 200  # samples
 
 
-def waterfall(gap: Gap) -> Chart:
-    """E by stage, against the null threshold."""
-    stages = [(name, getattr(gap, stage), _COLOURS[stage]) for stage, name in STAGE_NAMES.items()]
-    known = [(name, value, colour) for name, value, colour in stages if value is not None]
-    values = np.array([value for _, value, _ in known])
-    # The value is in the name: above the bar it would lie on the dotted line if the two are close.
-    names = tuple(f"{name}: {value:.2f}" for name, value, _ in known)
-    bars = Bars("", names, values, tuple(colour for _, _, colour in known))
-    level = None if gap.threshold is None else (gap.threshold, "exceeded by noise alone in 1 of 100 logs")
-    below = gap.threshold is not None and bool(np.any(values < gap.threshold))
-    caption = "A bar below the dotted line is within the noise: a perfect model gives about 1." if below else ""
-    panel = Panel("E, multiples of the noise", (bars,), level, y_log=bool(np.any(values > _LOG_AXIS_ABOVE)))
-    return Chart("From the rig file as given to the final model", "", (panel,), caption)
+def waterfall(gap: Gap, named: bool = False) -> Chart:
+    """E by stage, against the null threshold.
+
+    Args:
+        gap: How large the gap is.
+        named: Whether the verdict names an effect.
+    """
+    stages = [(stage, name, getattr(gap, stage)) for stage, name in STAGE_NAMES.items()]
+    known = [(stage, name, value) for stage, name, value in stages if value is not None]
+    values = np.array([value for *_, value in known])
+    bars = Bars("", tuple(f"{name}: {value:.2f}" for _, name, value in known), values,
+                tuple(_COLOURS[stage] for stage, *_ in known), horizontal=True)  # fmt: skip
+    highest = float(max([*values, gap.threshold or 0.0], default=1.0))
+    log = bool(np.any(values > _LOG_AXIS_ABOVE))
+    lowest = 0.5 * float(min([*values, gap.threshold or 1.0])) if log else 0.0
+    level = () if gap.threshold is None else ((gap.threshold, ""),)
+    return Chart("From the rig file as given to the final model", "E, multiples of the noise",
+                 (Panel("", (bars,), height=0.25 + 0.15 * len(known)),), _waterfall_caption(gap, named), level,
+                 (lowest, 1.1 * highest), log, wide=True)  # fmt: skip
+
+
+def _waterfall_caption(gap: Gap, named: bool) -> str:
+    if gap.threshold is None:
+        return ""
+    caption = "Dotted: E that noise alone exceeds in 1 of 100 logs; a perfect model gives about 1."
+    if named and gap.tuned is not None and gap.tuned < gap.threshold:
+        caption += (
+            " Calibration alone also stays below it: E does not decide here. The effect is named because it predicts "
+            "parts of the log that were not fitted better than any calibration; see its row in the ranking."
+        )
+    return caption
 
 
 def where_charts(where: GapBreakdown) -> list[Chart]:
@@ -49,7 +67,8 @@ def where_charts(where: GapBreakdown) -> list[Chart]:
     ):
         if shares:
             names, values = tuple(plain_name(name) for name in shares), np.array(list(shares.values()))
-            charts.append(Chart(title, "", (Panel("share", (Bars("", names, values, (BLUE,)),)),)))
+            bars = Bars("", names, values, (BLUE,), horizontal=True)
+            charts.append(Chart(title, "share", (Panel("", (bars,), height=0.25 + 0.13 * len(names)),)))
     for title, label, rows in (
         ("By time", "time, s", where.time),
         ("Along the hole", "measured depth, m", where.depth),

@@ -14,7 +14,7 @@ from slider_drilling.log.run_page import log_title
 from slider_drilling.pages import BulletList, Chart, Headline, Page, Section, Table, Tag
 from slider_drilling.pages.page import Cell, Tone
 from slider_drilling.pages.titles import well_name
-from slider_drilling.units import SI, Text, displayed, sentence
+from slider_drilling.units import Text, displayed, sentence
 
 _TONES: dict[str, Tone] = {"none": "good", "parameters": "good", "effect": "plain"}
 
@@ -33,11 +33,11 @@ def report_page(diagnosis: Diagnosis) -> Page:
     )  # fmt: skip
 
 
-def _title(diagnosis: Diagnosis) -> str:
+def _title(diagnosis: Diagnosis) -> Text:
     logs = [checked.log for checked in diagnosis.log_checks]
     if not logs:
-        return well_name(diagnosis.rig, SI)
-    return log_title(logs[0], rig=diagnosis.rig) + (f", and {len(logs) - 1} more" if len(logs) > 1 else "")
+        return well_name(diagnosis.rig)
+    return sentence(log_title(logs[0], diagnosis.rig), f", and {len(logs) - 1} more" if len(logs) > 1 else "")
 
 
 def _facts(diagnosis: Diagnosis) -> tuple[tuple[str, str], ...]:
@@ -62,7 +62,8 @@ def _how_large(diagnosis: Diagnosis) -> list[Section]:
         "E is the RMS of measured minus simulated, relative to the noise: 1 is a perfect model. Every stretch of the "
         "log is scored with parameters that were fitted without it."
     )
-    items: list[Text | Chart | Table] = [about, waterfall(gap), _channels(gap), *_whole_runs(diagnosis)]
+    stages = waterfall(gap, bool(diagnosis.effects))
+    items: list[Text | Chart | Table] = [about, stages, _channels(gap), *_whole_runs(diagnosis)]
     return [Section("How large the gap is", (*items, *prediction_horizon(diagnosis)))]
 
 

@@ -37,7 +37,7 @@ def replay_page(log: RigLog, run: Replay, units: Units, notes: Iterable[Text] = 
         Section("", (Chart("Measured and simulated", "time, s", panels, wide=True),)),
     )
     facts = (("log", Path(log.source).name),)
-    return Page("Replay", log_title(log, units), sections, facts, notes=tuple(notes))
+    return Page("Replay", log_title(log), sections, facts, notes=tuple(notes))
 
 
 def _panels(name: str, comparison: ChannelComparison) -> tuple[Panel, Panel]:

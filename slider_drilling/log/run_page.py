@@ -19,7 +19,7 @@ from slider_drilling.pages.figures import wrap_degrees
 from slider_drilling.pages.png import render_png
 from slider_drilling.pages.titles import target_text, utc_time, well_name
 from slider_drilling.rig import Rig
-from slider_drilling.units import SI, Units
+from slider_drilling.units import SI, Text, Units, sentence
 
 
 def log_panels(log: LogContents) -> tuple[Panel, ...]:
@@ -97,20 +97,19 @@ def log_chart(log: LogContents) -> Chart:
     return Chart("Over time", "time, s", log_panels(log), wide=True)
 
 
-def log_title(log: LogContents, units: Units = SI, rig: Rig | None = None) -> str:
+def log_title(log: LogContents, rig: Rig | None = None) -> Text:
     """Well, time and target of a log.
 
     Args:
         log: The log.
-        units: Of the well's figures.
         rig: The rig file that names the well; the log's own if not given.
     """
     if rig is None and log.rig_text is not None:
         rig = log.rig()
     targets = () if log.tool_face_target is None else log.tool_face_target.position
     steps = [angle for k, angle in enumerate(targets) if k == 0 or abs(angle - targets[k - 1]) > 1e-6]
-    parts = (well_name(rig, units), utc_time(log.start, log.metadata.get("start_time", "")), target_text(steps))
-    return ", ".join(part for part in parts if part)
+    parts = (utc_time(log.start, log.metadata.get("start_time", "")), target_text(steps))
+    return sentence(well_name(rig), *(f", {part}" for part in parts if part))
 
 
 def run_page(log: LogContents, summary: RunSummary, more: tuple[tuple[str, str], ...] = (), units: Units = SI) -> Page:
@@ -135,7 +134,7 @@ def run_page(log: LogContents, summary: RunSummary, more: tuple[tuple[str, str],
     facts = [("log", Path(log.source).name)]
     facts += [(key.replace("_", " "), log.metadata[key]) for key in ("recorded_by", "version") if log.metadata.get(key)]
     notes = (*((log.metadata["notes"],) if log.metadata.get("notes") else ()), *log.notes)
-    return Page("Run", log_title(log, units), tuple(sections), tuple(facts), _headline(summary, units), notes)
+    return Page("Run", log_title(log), tuple(sections), tuple(facts), _headline(summary, units), notes)
 
 
 def _headline(summary: RunSummary, units: Units) -> Headline | None:
@@ -163,4 +162,4 @@ def write_run_page(
 
 def write_run_picture(path: Path, log: LogContents, units: Units = SI) -> None:
     """Write the panels over time as PNG. Raises InputError."""
-    write_atomically(path, render_png((log_chart(log),), units, log_title(log, units)))
+    write_atomically(path, render_png((log_chart(log),), units, log_title(log)))

@@ -15,6 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from slider_drilling.units import Text
 
 Array = NDArray[np.float64]
+ROUNDING_NOISE = 1e-9
+"""In the unit of a figure: no quantity that pages show is that small, so a curve of such values is zero."""
 Style = Literal["line", "dashed", "dotted", "dots", "steps"]
 
 
@@ -165,6 +167,26 @@ def wrap_degrees(degrees: Array) -> Array:
     with np.errstate(invalid="ignore"):
         value[1:][np.abs(np.diff(value)) > 180.0] = np.nan
     return value
+
+
+def without_rounding_noise(values: Array) -> Array:
+    """The values; zeros if all are smaller than any quantity that pages show in its unit."""
+    there = np.abs(values[np.isfinite(values)])
+    if there.size and there.max() < ROUNDING_NOISE:
+        return np.where(np.isfinite(values), 0.0, values)
+    return values
+
+
+def bar_limits(panel: Panel) -> tuple[float, float] | None:
+    """Limits of the value axis: those of the panel; on a logarithmic axis room below the smallest bar."""
+    upright = [mark for mark in panel.marks if isinstance(mark, Bars) and not mark.horizontal]
+    if panel.limits is not None or not panel.y_log or not upright:
+        return panel.limits
+    ends = np.concatenate([mark.y for mark in upright])
+    if panel.reference_line is not None:
+        ends = np.append(ends, panel.reference_line[0])
+    ends = ends[np.isfinite(ends) & (ends > 0.0)]
+    return (0.5 * float(ends.min()), 1.3 * float(ends.max())) if ends.size else None
 
 
 def decimate(x: Array, y: Array, points: int = 2000) -> tuple[Array, Array]:

@@ -1,7 +1,7 @@
 "use strict";
 // Draws the page's figures in the theme the reader has, and once more for paper.
 (async () => {
-  const PAPER = { width: 700, height: 900, scale: 0.82 };  // px within the margins of A4 and of letter
+  const PAPER = { width: 700, half: 340, height: 900, scale: 0.82 };  // px within the margins of A4 and of letter
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const touch = matchMedia("(pointer: coarse)").matches;
   const plots = [...document.querySelectorAll(".plot")];
@@ -49,21 +49,28 @@
       above = 46;
     }
     return Object.assign(layout, {
-      width, height: paper ? Math.min(figure.height * PAPER.scale, PAPER.height) : figure.height, autosize: false, showlegend: false, paper_bgcolor: "rgba(0,0,0,0)",
+      width, height: paper ? Math.min(figure.height * (width > PAPER.half ? PAPER.scale : PAPER.scale * PAPER.scale), PAPER.height) : figure.height, autosize: false, showlegend: false, paper_bgcolor: "rgba(0,0,0,0)",
       plot_bgcolor: "rgba(0,0,0,0)", font: { color: ink, size: width < 460 ? 11 : 12.5, family: "system-ui, sans-serif" },
       margin: { l: 46, r: 12, t: above, b: 40 }, hoverlabel: { bgcolor: name === "dark" ? "#1d242c" : "#ffffff", font: { color: ink } }, separators: ".\u2009", dragmode: touch ? false : "zoom",
     });
   }
 
+  // Two narrow figures stand side by side on paper.
+  function paperWidth(plot) {
+    const figure = plot.closest("figure");
+    const narrow = [...figure.parentElement.children].filter(one => !one.classList.contains("wide"));
+    return narrow.includes(figure) && narrow.length > 1 ? PAPER.half : PAPER.width;
+  }
+
   function draw(name, paper) {
     const figures = themed(name);
     for (const plot of plots) {
-      if (!paper && plot.closest("details:not([open])")) continue;  // folded away
+      if (plot.closest("details:not([open])")) continue;  // folded away, on paper too
       const place = plot.dataset.place, figure = figures[place];
       for (const trace of figure.data) {
         if (hidden[place].has(trace.name)) trace.visible = hidden[place].get(trace.name) ? "legendonly" : true;
       }
-      Plotly.react(plot, figure.data, laidOut(figure, name, paper ? PAPER.width : plot.clientWidth, paper), {
+      Plotly.react(plot, figure.data, laidOut(figure, name, paper ? paperWidth(plot) : plot.clientWidth, paper), {
         displaylogo: false, displayModeBar: touch ? false : "hover",
         modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d", "zoomIn2d", "zoomOut2d"],
       });
@@ -78,10 +85,7 @@
     waiting = setTimeout(() => { if (innerWidth !== last) { last = innerWidth; screen(); } }, 120);
   });
   dark.addEventListener("change", screen);
-  addEventListener("beforeprint", () => {
-    for (const part of document.querySelectorAll("details")) part.open = true;
-    draw("light", true);
-  });
+  addEventListener("beforeprint", () => draw("light", true));
   addEventListener("afterprint", screen);
   for (const part of document.querySelectorAll("details")) part.addEventListener("toggle", screen);
   for (const legend of document.querySelectorAll(".legend")) {

@@ -18,12 +18,13 @@ from slider_drilling.files.output_files import write_atomically
 from slider_drilling.pages.colours import DARK, LIGHT
 from slider_drilling.pages.figures import Chart, HeatMap
 from slider_drilling.pages.plotly_js import plotly_spec
-from slider_drilling.units import Quantity, Sentence, Text, Units, format_number, split_label
+from slider_drilling.units import Quantity, Sentence, Text, Units, format_number, shared_decimals, split_label
 
 Tone = Literal["good", "plain", "bad"]
 SCRIPT = "plotly-cartesian.min.js.gz"
 """plotly.js 4.1.1 with its cartesian traces: `npm pack plotly.js-cartesian-dist-min`, then `gzip -9n`."""
 _PROSE = 40  # characters: a table with longer cells is shown as a list on a narrow screen
+_NARROW = 4  # columns: more are shown as a card for each row on a narrow screen
 _NUMERIC = re.compile(r"^(never|-|[-+]?[\d.]+(e-?\d+)?( (to|of) [-+]?[\d.]+)?( [%\w/]{1,7}( lbf| m)?)?)$")
 
 
@@ -39,7 +40,7 @@ class Tag:
 class Link:
     """Another page, in a cell; href is relative to this one."""
 
-    text: str
+    text: Text
     href: str
 
 
@@ -108,7 +109,7 @@ class Page:
     """
 
     kind: str
-    title: str
+    title: Text
     sections: tuple[Section, ...]
     facts: tuple[tuple[str, str], ...] = ()
     headline: Headline | None = None
@@ -141,7 +142,8 @@ def page_html(page: Page, units: Units) -> str:
     ]  # fmt: skip
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     headline = None if page.headline is None else replace(page.headline, text=units.convert_text(page.headline.text))
-    converted = replace(page, headline=headline, notes=tuple(units.convert_text(note) for note in page.notes))
+    converted = replace(page, title=units.convert_text(page.title), headline=headline,
+                        notes=tuple(units.convert_text(note) for note in page.notes))  # fmt: skip
     return environment.from_string(_file("page.html").decode()).render(
         page=converted, sections=sections, style=_file("page.css").decode(), behaviour=_file("page.js").decode(),
         light=LIGHT, dark=DARK, themes=json.dumps({"light": LIGHT, "dark": DARK}), version=__version__,
@@ -201,7 +203,8 @@ def converted_table(table: Table, units: Units) -> dict[str, Any]:
              and any(k < len(row) and _plain(row[k]) for row in rows) for k in range(len(column_units))]  # fmt: skip
     longest = max((len(_plain(cell)) for row in rows for cell in row), default=0)
     return {"header": [units.convert_label(label) for label in table.header], "rows": rows, "right": right,
-            "prose": len(table.header) > 2 and longest > _PROSE}  # fmt: skip
+            "prose": len(table.header) > 2 and longest > _PROSE,
+            "cards": len(table.header) > _NARROW and any(table.header)}  # fmt: skip
 
 
 def _plain(parts: list[dict[str, str]]) -> str:
@@ -213,12 +216,8 @@ def _decimals(cells: Sequence[Cell], unit: str, units: Units, digits: int) -> in
 
     None if a smaller number would lose its last digit.
     """
-    sizes = [abs(units.convert(float(cell), unit)) for cell in cells if isinstance(cell, (int, float))]
-    sizes = [size for size in sizes if math.isfinite(size) and size > 1e-12]
-    if not sizes:
-        return None
-    places = max(digits - 1 - math.floor(math.log10(max(sizes))), 0)
-    return places if min(sizes) >= 10.0**-places and max(sizes) < 1e7 else None
+    numbers = [units.convert(float(cell), unit) for cell in cells if isinstance(cell, (int, float))]
+    return shared_decimals(numbers, digits)
 
 
 def _cell(cell: Cell, unit: str, units: Units, digits: int, decimals: int | None = None) -> list[dict[str, str]]:
@@ -228,7 +227,7 @@ def _cell(cell: Cell, unit: str, units: Units, digits: int, decimals: int | None
     if isinstance(cell, Tag):
         return [{"text": units.convert_text(cell.text), "tone": cell.tone}]
     if isinstance(cell, Link):
-        return [{"text": cell.text, "href": cell.href}]
+        return [{"text": units.convert_text(cell.text), "href": cell.href}]
     if isinstance(cell, Quantity):
         return [{"text": units.format(cell.value, cell.unit, cell.digits)}]
     if cell is None:

@@ -7,7 +7,18 @@ from typing import Any
 import numpy as np
 
 from slider_drilling.pages.colours import AMBER, BLUE, GREEN, GREY, ORDER, SKY
-from slider_drilling.pages.figures import Array, Bars, Chart, Figure, HeatMap, Line, Panel, decimate
+from slider_drilling.pages.figures import (
+    Array,
+    Bars,
+    Chart,
+    Figure,
+    HeatMap,
+    Line,
+    Panel,
+    bar_limits,
+    decimate,
+    without_rounding_noise,
+)
 from slider_drilling.units import Units, split_label
 
 KINDS = (SKY, AMBER, GREEN, GREY, BLUE)  # colours of a map of categories
@@ -41,7 +52,7 @@ def _chart(chart: Chart, units: Units) -> dict[str, Any]:
             if name:
                 legend.setdefault(name, {"name": name, **_entry(mark, colour)})
         layout[f"yaxis{axis[1:]}"] = _axis(
-            panel.marks, panel.limits, panel.y_label, units, panel.y_log, panel.inverted, flat=True
+            panel.marks, bar_limits(panel), panel.y_label, units, panel.y_log, panel.inverted, flat=True
         )
         layout[f"yaxis{axis[1:]}"] |= {"domain": domain}
         reference = panel.reference_line
@@ -107,6 +118,7 @@ def _traces(mark: Line | Bars, chart: Chart, panel: Panel, units: Units, colour:
 def _line(mark: Line, chart: Chart, panel: Panel, units: Units, colour: str) -> list[dict[str, Any]]:
     x_unit, y_unit = split_label(chart.x_label)[1], split_label(panel.y_label)[1]
     x, y = (mark.x, mark.y) if mark.low is not None else decimate(mark.x, mark.y, chart.max_points)
+    y = without_rounding_noise(y)
     trace: dict[str, Any] = {
         "type": "scatter",
         "x": rounded_numbers(units.convert(x, x_unit)), "y": rounded_numbers(units.convert(y, y_unit)),

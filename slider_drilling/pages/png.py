@@ -11,10 +11,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from slider_drilling.pages.colours import LIGHT, ORDER
-from slider_drilling.pages.figures import Bars, Chart, Figure, HeatMap, Line, Panel, decimate
+from slider_drilling.pages.figures import (
+    Bars,
+    Chart,
+    Figure,
+    HeatMap,
+    Line,
+    Panel,
+    bar_limits,
+    decimate,
+    without_rounding_noise,
+)
 from slider_drilling.pages.plotly_js import KINDS
 from slider_drilling.process.shutdown import defer_signals
-from slider_drilling.units import Units, split_label
+from slider_drilling.units import Text, Units, split_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,10 +40,10 @@ _STYLES: dict[str, dict[str, Any]] = {
 }
 
 
-def render_png(figures: tuple[Figure, ...], units: Units, title: str = "") -> bytes:
+def render_png(figures: tuple[Figure, ...], units: Units, title: Text = "") -> bytes:
     """One PNG of all figures: a single figure takes the full width, several stand two in a row."""
     with defer_signals():
-        return _png(figures, units, title)
+        return _png(figures, units, units.convert_text(title))
 
 
 @contextmanager
@@ -105,8 +115,9 @@ def _panel(axes: Axes, chart: Chart, panel: Panel, units: Units) -> None:
         axes.axhline(units.convert(value, unit), color=LIGHT["grey"], lw=0.9, ls=":", label=name)
     if panel.y_log:
         axes.set_yscale("log")
-    if panel.limits is not None:
-        axes.set_ylim(*(units.convert(end, unit) for end in panel.limits))
+    limits = bar_limits(panel)
+    if limits is not None:
+        axes.set_ylim(*(units.convert(end, unit) for end in limits))
     if panel.inverted or any(isinstance(mark, Bars) and mark.horizontal for mark in panel.marks):
         axes.invert_yaxis()
     axes.set_title(units.convert_label(panel.y_label), loc="left", fontsize=9)
@@ -122,6 +133,7 @@ def _panel(axes: Axes, chart: Chart, panel: Panel, units: Units) -> None:
 
 def _line(axes: Axes, mark: Line, x_unit: str, y_unit: str, colour: str, units: Units) -> None:
     x, y = (mark.x, mark.y) if mark.low is not None else decimate(mark.x, mark.y)
+    y = without_rounding_noise(y)
     x_values = units.convert(x, x_unit)
     if mark.low is not None and mark.high is not None:
         low, high, middle = (units.convert(values, y_unit) for values in (mark.low, mark.high, mark.y))

@@ -7,12 +7,12 @@ import math
 from collections.abc import Sequence
 
 from slider_drilling.rig import Rig
-from slider_drilling.units import Units
+from slider_drilling.units import Quantity, Text, sentence
 
 _FIRST_REAL = 946684800.0  # 2000-01-01: earlier stamps count from the start of a simulation
 
 
-def well_name(rig: Rig | None, units: Units) -> str:
+def well_name(rig: Rig | None) -> Text:
     """The rig file's name for the well; otherwise its depth and inclination at the bit."""
     if rig is None:
         return "Well without a rig file"
@@ -20,7 +20,7 @@ def well_name(rig: Rig | None, units: Units) -> str:
         return rig.well.name
     depth = rig.string.length
     inclination = next((row[1] for row in rig.well.survey if row[0] >= depth - 1e-6), rig.well.survey[-1][1])
-    return f"Well of {units.format(depth, 'm', 4)}, {inclination:.0f} deg at the bit"
+    return sentence("Well of ", Quantity(depth, "m", 4), f", {inclination:.0f} deg at the bit")
 
 
 def utc_time(start: float, recorded: str = "") -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 from slider_drilling.pages import Headline, Link, Page, Section, Table, Tag
 from slider_drilling.paper_studies.study import Claim, Study, display_name
-from slider_drilling.units import SI, Units
+from slider_drilling.units import SI, Units, format_alike, format_number
 
 # Endings of names of settings and measurements, and their units; longer endings first.
 _UNIT_SUFFIXES = {
@@ -48,8 +48,17 @@ def _verdict(claim: Claim) -> tuple[Tag | str, ...]:
 
 
 def _measured(measured: dict[str, Any], units: Units) -> tuple[str, ...]:
-    named = (_named(name, value, units) for name, value in measured.items())
-    return tuple(f"{name}, {unit}: {value}" if unit else f"{name}: {value}" for name, unit, value in named)
+    lines = []
+    for name, value in measured.items():
+        bare, unit, text = _named(name, value, units)
+        head = f"{bare}, {unit}" if unit else bare
+        if isinstance(value, dict):  # one line a case
+            _, si_unit = _unit_of(name)
+            lines += [f"{head}:", *(f"\u2003{display_name(str(case))}: {_as_text(item, si_unit, units)}"
+                                   for case, item in value.items())]  # fmt: skip
+        else:
+            lines.append(f"{head}: {text}")
+    return tuple(lines)
 
 
 def _fact(name: str, value: Any, units: Units) -> tuple[str, str]:
@@ -59,16 +68,24 @@ def _fact(name: str, value: Any, units: Units) -> tuple[str, str]:
 
 def _named(name: str, value: Any, units: Units) -> tuple[str, str, str]:
     """Name, unit and value as text: ("axial friction", "kN", "1.20, 3.40")."""
-    suffix = next((suffix for suffix in _UNIT_SUFFIXES if name.endswith(suffix)), "")
-    unit = _UNIT_SUFFIXES.get(suffix, "")
+    bare, unit = _unit_of(name)
     shown_unit = unit if isinstance(value, str) else units.display_unit(unit)
-    return display_name(name.removesuffix(suffix)), shown_unit, _as_text(value, unit, units)
+    return display_name(bare), shown_unit, _as_text(value, unit, units)
+
+
+def _unit_of(name: str) -> tuple[str, str]:
+    """A name without its ending, and the unit that this stands for."""
+    suffix = next((suffix for suffix in _UNIT_SUFFIXES if name.endswith(suffix)), "")
+    return name.removesuffix(suffix), _UNIT_SUFFIXES.get(suffix, "")
 
 
 def _as_text(value: Any, unit: str, units: Units) -> str:
     if isinstance(value, dict):
         return "; ".join(f"{display_name(str(name))} {_as_text(item, unit, units)}" for name, item in value.items())
     if isinstance(value, (list, tuple)):
+        numbers = [item for item in value if isinstance(item, (int, float)) and not isinstance(item, bool)]
+        if len(numbers) == len(value):
+            return ", ".join(format_alike([units.convert(float(item), unit) for item in numbers]))
         return ", ".join(_as_text(item, unit, units) for item in value)
     if isinstance(value, bool):
         return "yes" if value else "no"
@@ -76,8 +93,7 @@ def _as_text(value: Any, unit: str, units: Units) -> str:
         return str(value)
     if not isinstance(value, (int, float)):
         return display_name(str(value))
-    converted = units.convert(float(value), unit)
-    return "0" if abs(converted) < 1e-12 else f"{converted:.4g}"
+    return format_number(units.convert(float(value), unit))
 
 
 def index_page(studies: Sequence[Study]) -> Page:

@@ -54,7 +54,7 @@ class Study:
     """
 
     name: str
-    title: str
+    title: Text
     settings: dict[str, Any]
     figures: tuple[Chart | HeatMap, ...]
     claims: tuple[Claim, ...]

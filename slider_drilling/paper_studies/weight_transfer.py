@@ -15,14 +15,14 @@ import numpy as np
 from slider_drilling.contact import PAPER
 from slider_drilling.drillstring import Commands, Modifiers, Plant, simulate
 from slider_drilling.effects import AxialOscillationTool
-from slider_drilling.pages import Chart, Table
+from slider_drilling.pages import Chart, Panel, Table
 from slider_drilling.paper_studies.pipe import Pipe
 from slider_drilling.paper_studies.settled_cycle import settled_cycle
 from slider_drilling.paper_studies.study import Claim, Study, curve, curve_chart, rounded
 from slider_drilling.paper_studies.tool_motions import ToolMotion, radial, three_d, torsional
 from slider_drilling.paper_studies.whole_well import ELEMENTS, HOUR, example_rig, longer, slide
 from slider_drilling.rig import Rig
-from slider_drilling.units import Quantity
+from slider_drilling.units import Quantity, Text, sentence
 
 RATE = 9.0
 DURATION = 900.0
@@ -71,12 +71,13 @@ def study() -> Study:
     return Study(
         name="weight_transfer",
         title="Weight transfer in the slide of a whole well",
-        settings={"rig": "example, 4000 m", "rate_m_per_h": RATE, "duration_s": DURATION, "elements": ELEMENTS,
-                  "tool_depth_m": TOOL_DEPTH},
+        settings={"rig": "example", "string_m": rig.string.length, "rate_m_per_h": RATE, "duration_s": DURATION,
+                  "elements": ELEMENTS, "tool_depth_m": TOOL_DEPTH},
         figures=(
-            *_charts("Rocking amplitude, period 24 s", "amplitude, rad", amplitudes, by_amplitude),
-            *_charts("Rocking period, amplitude 15 rad", "period, s", periods, by_period),
-            *_charts("Depth of the axial tool, 20 kN at 15 Hz", "measured depth, m", depths, by_depth),
+            _chart("Rocking amplitude, period 24 s", "amplitude, rad", amplitudes, by_amplitude),
+            _chart(sentence("Rocking period, amplitude ", Quantity(15.0, "rad", 2)), "period, s", periods, by_period),
+            _chart(sentence("Depth of the axial tool, ", Quantity(TOOL_FORCE / 1e3, "kN", 2), " at 15 Hz"),
+                   "measured depth, m", depths, by_depth),
             _reach_chart(rig, reach),
         ),
         claims=(_transfers(outcomes), _best(outcomes), _amplitude(amplitudes, by_amplitude), _further(rig, reach)),
@@ -154,16 +155,14 @@ def _hanging(rig: Rig) -> float:
     return float(simulate(rig, slide(rig, 1.0, 0.0), ELEMENTS).hook_load[0])
 
 
-def _charts(title: str, label: str, x: tuple[float, ...], runs: list[SlideResult]) -> tuple[Chart, Chart]:
-    loads = (
-        curve("hook load", x, [o.hook_load / 1e3 for o in runs]),
-        curve("weight on bit", x, [o.weight_on_bit / 1e3 for o in runs]),
+def _chart(title: Text, label: str, x: tuple[float, ...], runs: list[SlideResult]) -> Chart:
+    panels = (
+        ("hook load, kN", [result.hook_load / 1e3 for result in runs]),
+        ("weight on bit, kN", [result.weight_on_bit / 1e3 for result in runs]),
+        ("spread of weight on bit, kN", [result.spread / 1e3 for result in runs]),
+        ("rate of penetration, m/h", [result.rate_of_penetration * HOUR for result in runs]),
     )
-    rates = (
-        curve("spread of weight on bit, kN", x, [o.spread / 1e3 for o in runs]),
-        curve("rate of penetration, m/h", x, [o.rate_of_penetration * HOUR for o in runs]),
-    )
-    return curve_chart(title, label, "kN", loads), curve_chart(title, label, "kN or m/h", rates)
+    return Chart(title, label, tuple(Panel(name, (curve("", x, values),)) for name, values in panels))
 
 
 def _table(outcomes: dict[str, SlideResult]) -> Table:
@@ -177,13 +176,14 @@ def _table(outcomes: dict[str, SlideResult]) -> Table:
 
 
 def _transfers(outcomes: dict[str, SlideResult]) -> Claim:
-    measured = {name: [round(o.weight_on_bit / 1e3, 2), round(o.share, 3)] for name, o in outcomes.items()}
+    measured = {"weight_on_bit_kn": {name: round(o.weight_on_bit / 1e3, 2) for name, o in outcomes.items()},
+                "share_let_down_that_arrives": {name: round(o.share, 3) for name, o in outcomes.items()}}
     base = outcomes["without"]
     better = {name: o.share > base.share for name, o in outcomes.items() if name != "without"}
     return Claim(
         "Every technology improves the transfer of weight to the bit.",
         "not in the paper for a whole well; conclusions",
-        {"weight_on_bit_kn_and_share_let_down_that_arrives": measured}, all(better.values()),
+        measured, all(better.values()),
         "" if all(better.values()) else "Not better than without: "
         + ", ".join(n for n, ok in better.items() if not ok),
     )  # fmt: skip
@@ -219,14 +219,15 @@ def _further(rig: Rig, reach: dict[str, list[SlideResult]]) -> Claim:
         lengths = rig.string.length + np.array(EXTRA)
         below = np.flatnonzero(hook < least)
         if not below.size:
-            limits[name] = f"beyond {lengths[-1]:.0f} m"
+            limits[f"{name}, at least"] = float(lengths[-1])
         elif below[0] == 0:
-            limits[name] = f"short of {lengths[0]:.0f} m"
+            limits[f"{name}, at most"] = float(lengths[0])
         else:
             k = int(below[0])
-            limits[name] = f"{np.interp(least, [hook[k], hook[k - 1]], [lengths[k], lengths[k - 1]]):.0f} m"
+            reach_m = np.interp(least, [hook[k], hook[k - 1]], [lengths[k], lengths[k - 1]])
+            limits[name] = round(float(reach_m), 0)
     better = reach["rocking 20 rad"][-1].hook_load > reach["without"][-1].hook_load
     return Claim("Rocking makes longer slides possible.", "not in the paper",
-                 {"how_far": limits,
+                 {"how_far_m": limits,
                   "hook_load_kn": {name: rounded((o.hook_load / 1e3 for o in row), 1) for name, row in reach.items()}},
                  bool(better))  # fmt: skip
