@@ -210,7 +210,7 @@ class TestOtherMakers:
         with pytest.raises(InputError, match=r"other_run\.mcap and third_run\.mcap overlap in time"):
             read_log(tmp_path)
         (tmp_path / "empty").mkdir()
-        with pytest.raises(InputError, match=r"holds no \.mcap files"):
+        with pytest.raises(InputError, match=r"holds no logs"):
             read_log(tmp_path / "empty")
 
 

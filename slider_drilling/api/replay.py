@@ -83,6 +83,7 @@ def replay(
     *,
     elements: int = ELEMENTS,
     namespace: str | None = None,
+    topics: str | os.PathLike[str] | None = None,
 ) -> ReplayResult:
     """Drive the plant with a log's commands from its first sample, and compare each channel.
 
@@ -91,17 +92,22 @@ def replay(
         rig: The rig to simulate; the log's own rig file if None.
         elements: Elements of the string.
         namespace: Namespace of the topics, if ``log`` is a path to a log of several rigs.
+        topics: Topics file, if ``log`` is a path to a log whose topics have other names.
 
     Raises:
         InputError: The log cannot be read or replayed.
     """
-    record = as_log(log, namespace)
+    record = as_log(log, namespace, topics)
     simulated = record.rig() if rig is None else rig
     return ReplayResult(record, simulated, engine.replay(record, simulated, elements))
 
 
-def as_log(log: str | os.PathLike[str] | RigLog | Run, namespace: str | None = None) -> RigLog:
+def as_log(
+    log: str | os.PathLike[str] | RigLog | Run,
+    namespace: str | None = None,
+    topics: str | os.PathLike[str] | None = None,
+) -> RigLog:
     """The log itself, the log of a run, or the log at a path. Raises InputError."""
     if isinstance(log, Run):
         return log.log
-    return log if isinstance(log, RigLog) else read_log(log, namespace=namespace)
+    return log if isinstance(log, RigLog) else read_log(log, namespace=namespace, topics=topics)

@@ -14,6 +14,7 @@ from slider_drilling.campaign.job import Job
 from slider_drilling.campaign.results import JobResult
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import make_subfolder, write_atomically
+from slider_drilling.log.log_files import logs_below
 from slider_drilling.pages import Link, Page, Section, Table, Tag
 from slider_drilling.pages.page import Tone
 from slider_drilling.user_code import source_files
@@ -31,6 +32,7 @@ class DiagnoseOptions:
     Attributes:
         rig: Rig file; None for the one in the log.
         namespace: Of the log's topics.
+        topics: File that says which topic is which; None where they have the names of a rig's.
         seed: Of the diagnosis.
         only: Effects that are considered; all if empty.
         effects: User effects, ``module:Class``.
@@ -40,6 +42,7 @@ class DiagnoseOptions:
 
     rig: Path | None = None
     namespace: str | None = None
+    topics: Path | None = None
     seed: int = 0
     only: tuple[str, ...] = ()
     effects: tuple[str, ...] = ()
@@ -79,7 +82,7 @@ class LogRow:
 
 
 def find_logs(paths: Sequence[Path]) -> list[Path]:
-    """Returns the logs among the paths, and all ``*.mcap`` below the folders among them.
+    """Returns the logs among the paths, and all logs and bags in and below the folders among them.
 
     Raises:
         InputError: A folder holds no log.
@@ -89,9 +92,9 @@ def find_logs(paths: Sequence[Path]) -> list[Path]:
         if not path.is_dir():
             logs.append(path)
             continue
-        inside = sorted(file for file in path.rglob("*.mcap") if not file.name.startswith("."))
+        inside = logs_below(path)
         if not inside:
-            raise InputError(f"{path}: holds no logs (*.mcap)")
+            raise InputError(f"{path}: holds no logs (.mcap, .db3, .bag)")
         logs += inside
     return logs
 
@@ -138,6 +141,8 @@ def log_job(log: Path, options: DiagnoseOptions) -> Job:
     inputs = {"log": str(log)}
     if options.rig is not None:
         inputs["rig"] = str(options.rig)
+    if options.topics is not None:
+        inputs["topics"] = str(options.topics)
     inputs |= user_effect_files(options.effects)
     tree = {
         "namespace": options.namespace,
@@ -160,7 +165,7 @@ def diagnose_log(job: Job) -> dict[str, Any]:
 
     options, rig_path = job.options, job.inputs.get("rig")
     user_effects = [*installed_effects(), *(load_effect(reference) for reference in options["effects"])]
-    log = read_log(job.inputs["log"], rig_path, options["namespace"])
+    log = read_log(job.inputs["log"], rig_path, options["namespace"], job.inputs.get("topics"))
     rig = load_rig(rig_path) if rig_path is not None else log.rig()
     diagnosis = diagnose(
         [log], rig, seed=job.seed, user_effects=user_effects, only=options["only"], until=options["until"]

@@ -49,7 +49,7 @@ class Job:
         """
         return {
             "call": self.call,
-            "inputs": {name: _hash_of_file(path) for name, path in sorted(self.inputs.items())},
+            "inputs": {name: _hash_of_path(path) for name, path in sorted(self.inputs.items())},
             "options": dict(self.options),
             "seed": self.seed,
             "code": code_version(),
@@ -68,6 +68,14 @@ class Job:
         module, _, name = self.call.partition(":")
         function: Callable[[Job], dict[str, Any]] = getattr(importlib.import_module(module), name)
         return function
+
+
+def _hash_of_path(path: str) -> str:
+    """Hash of a file, or of the names and contents of the files in a folder, such as a bag. Raises InputError."""
+    if not Path(path).is_dir():
+        return _hash_of_file(path)
+    files = sorted(file for file in Path(path).iterdir() if file.is_file())
+    return hashlib.sha256(json.dumps([[file.name, _hash_of_file(str(file))] for file in files]).encode()).hexdigest()
 
 
 def _hash_of_file(path: str) -> str:

@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from slider_drilling.commands.options import json_option, units_option, write_and_print
+from slider_drilling.commands.options import (
+    json_option,
+    namespace_option,
+    topics_option,
+    units_option,
+    write_and_print,
+)
 from slider_drilling.commands.weight_options import read_weights, weight_options
 
 if TYPE_CHECKING:
@@ -24,11 +30,14 @@ if TYPE_CHECKING:
     "--elements", default=100, show_default=True, type=click.IntRange(10, 5000), help="Elements of the string."
 )
 @weight_options
+@namespace_option
+@topics_option
 @units_option
 @json_option
 def command(
-    log: Path, output: Path, rig_path: Path | None, elements: int, units: Units, as_json: bool, **weights: Any
-) -> None:
+    log: Path, output: Path, rig_path: Path | None, elements: int, namespace: str | None, topics_path: Path | None,
+    units: Units, as_json: bool, **weights: Any,
+) -> None:  # fmt: skip
     """Find the friction in LOG: by hole interval, at breakover, along the hole, and what it does to the weight.
 
     Pick-up, slack-off and rotating weights and the free torque, typed in, from a table or found in the log, give the
@@ -40,8 +49,8 @@ def command(
     from slider_drilling.log import read_log
     from slider_drilling.paper_studies.render import study_files
 
-    check_outputs(study_files("analysis", output), (log, rig_path, weights["weights_path"]))
-    record = read_log(log, rig_path)
+    check_outputs(study_files("analysis", output), (log, rig_path, topics_path, weights["weights_path"]))
+    record = read_log(log, rig_path, namespace, topics_path)
     rig = None if record.rig_text is None else record.rig()
     readings = read_weights(None if rig is None else rig.string.length, weights)
     with progress_stages() as report:

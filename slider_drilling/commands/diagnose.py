@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING
 import click
 
 from slider_drilling.commands.campaign_options import jobs_option, scheduler_option
-from slider_drilling.commands.options import SEED, json_option, namespace_option, units_option, write_and_print
+from slider_drilling.commands.options import (
+    SEED,
+    json_option,
+    namespace_option,
+    topics_option,
+    units_option,
+    write_and_print,
+)
 
 if TYPE_CHECKING:
     from slider_drilling.diagnosis.result import Diagnosis, RankedEffect
@@ -33,6 +40,7 @@ Examples:
               help="Folder for diagnosis.json, report.html and rig.tuned.yaml; a folder each for several "
                    "logs.")  # fmt: skip
 @namespace_option
+@topics_option
 @click.option("--seed", default=0, show_default=True, type=SEED,
               help="Seed of the bootstrap; the same seed gives the same answer.")  # fmt: skip
 @click.option("--only", multiple=True, metavar="NAME", help="Consider only this effect; repeatable. [default: all]")
@@ -55,6 +63,7 @@ def command(
     rig_path: Path | None,
     output: Path,
     namespace: str | None,
+    topics_path: Path | None,
     seed: int,
     only: tuple[str, ...],
     effects: tuple[str, ...],
@@ -85,12 +94,12 @@ def command(
     logs = tuple(find_logs(logs))
     check_distinct(logs)
     if len(logs) > 1 and not together:
-        options = DiagnoseOptions(rig_path, namespace, seed, only, effects, until, units.name)
+        options = DiagnoseOptions(rig_path, namespace, topics_path, seed, only, effects, until, units.name)
         return diagnose_each(logs, options, WorkerSettings(jobs, scheduler), output, as_json, units)
     make_folder(output)
-    check_outputs([output / name for name in FILES], (*logs, rig_path))
+    check_outputs([output / name for name in FILES], (*logs, rig_path, topics_path))
     own = [*installed_effects(), *(load_effect(reference) for reference in effects)]
-    records = [read_log(path, rig_path, namespace) for path in logs]
+    records = [read_log(path, rig_path, namespace, topics_path) for path in logs]
     rig = None if rig_path is None else load_rig(rig_path)
     with progress_stages() as progress:
         diagnosed = diagnose(records, rig, only=only, effects=own, until=until, seed=seed, progress=progress)

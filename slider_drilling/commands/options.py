@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 namespace_option = click.option(
     "--namespace", help="Namespace of the topics to read, if the log holds several rigs; / for none."
 )
+topics_option = click.option(
+    "--topics", "topics_path", type=click.Path(path_type=Path),
+    help="YAML file that says which topic and joint of the log is which channel, where they have other names.",
+)  # fmt: skip
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout: SI units, rad.")
 SEED = click.IntRange(0, 2**31 - 1)
 

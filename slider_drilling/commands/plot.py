@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, namespace_option, units_option, write_and_print
+from slider_drilling.commands.options import (
+    json_option,
+    namespace_option,
+    topics_option,
+    units_option,
+    write_and_print,
+)
 
 if TYPE_CHECKING:
     from slider_drilling.units import Units
@@ -18,9 +24,12 @@ if TYPE_CHECKING:
 @click.argument("log", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for both; that of the log if not given.")
 @namespace_option
+@topics_option
 @units_option
 @json_option
-def command(log: Path, output: Path | None, namespace: str | None, units: Units, as_json: bool) -> None:
+def command(
+    log: Path, output: Path | None, namespace: str | None, topics_path: Path | None, units: Units, as_json: bool
+) -> None:
     """Print a summary of LOG, and plot it as a self-contained HTML page and as PNG."""
     from slider_drilling.console.streams import stderr, stdout
     from slider_drilling.files.output_files import check_outputs, make_folder
@@ -30,9 +39,9 @@ def command(log: Path, output: Path | None, namespace: str | None, units: Units,
 
     folder = log.resolve().parent if output is None else output
     page, picture = (folder / f"{log.stem}{suffix}" for suffix in (".html", ".png"))
-    record = read_log(log, namespace=namespace)
+    record = read_log(log, namespace=namespace, topics=topics_path)
     make_folder(folder)
-    check_outputs((page, picture), (log,))
+    check_outputs((page, picture), (log, topics_path))
     summary = summarise_run(record)
     for note in record.notes:
         stderr().print(f"{log.name}: {note}")

@@ -28,10 +28,10 @@ def command(log: Path, output: Path, as_json: bool) -> None:
     """
     from slider_drilling.console.streams import stderr, stdout
     from slider_drilling.files.output_files import check_outputs
-    from slider_drilling.log.read import log_files
+    from slider_drilling.log.log_files import find_log_files
     from slider_drilling.log.recover import recover
 
-    check_outputs([output], log_files(log))
+    check_outputs([output], find_log_files(log).files)
     written, notes = recover(log, output)
     if as_json:
         rows = [{"path": log.path, "messages": log.messages, "seconds": log.seconds} for log in written]

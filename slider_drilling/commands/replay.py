@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from slider_drilling.commands.options import json_option, namespace_option, units_option, write_and_print
+from slider_drilling.commands.options import (
+    json_option,
+    namespace_option,
+    topics_option,
+    units_option,
+    write_and_print,
+)
 
 if TYPE_CHECKING:
     from slider_drilling.diagnosis.replay import Replay
@@ -22,11 +28,12 @@ if TYPE_CHECKING:
               help="Write a page with measured and simulated channels to this file.")  # fmt: skip
 @click.option("--elements", default=200, show_default=True, help="Elements of the string, 10 to 5000.")
 @namespace_option
+@topics_option
 @json_option
 @units_option
 def command(
     log: Path, rig_path: Path | None, output: Path | None, page: Path | None, elements: int, namespace: str | None,
-    as_json: bool, units: Units,
+    topics_path: Path | None, as_json: bool, units: Units,
 ) -> None:
     """Simulate LOG's commands from its first sample and print the difference of each channel."""
     from slider_drilling.api.replay import replay
@@ -40,8 +47,8 @@ def command(
     if not 10 <= elements <= 5000:
         raise InputError(f"--elements = {elements}: must be within 10 to 5000")
     written = [path for path in (output, page) if path is not None]
-    check_outputs(written, (log, rig_path))
-    record = read_log(log, rig_path, namespace)
+    check_outputs(written, (log, rig_path, topics_path))
+    record = read_log(log, rig_path, namespace, topics_path)
     replayed = replay(record, elements=elements)
     run = replayed.replay
 

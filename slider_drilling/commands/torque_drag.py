@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from slider_drilling.commands.options import json_option, namespace_option, units_option, write_and_print
+from slider_drilling.commands.options import (
+    json_option,
+    namespace_option,
+    topics_option,
+    units_option,
+    write_and_print,
+)
 from slider_drilling.commands.weight_options import read_weights, weight_options
 
 if TYPE_CHECKING:
@@ -43,11 +49,12 @@ Examples:
               help="Elements of the string.")  # fmt: skip
 @weight_options
 @namespace_option
+@topics_option
 @units_option
 @json_option
 def command(
     rig_path: Path | None, log_path: Path | None, survey_path: Path | None, frictions: tuple[float, ...], output: Path,
-    elements: int, namespace: str | None, units: Units, as_json: bool, **weights: Any,
+    elements: int, namespace: str | None, topics_path: Path | None, units: Units, as_json: bool, **weights: Any,
 ) -> None:  # fmt: skip
     """Draw hook load and torque against depth for several friction coefficients, and loads along the string.
 
@@ -61,8 +68,8 @@ def command(
 
     make_folder(output)
     written = [output / f"torque_drag.{suffix}" for suffix in ("html", "png", "csv", "rig.yaml")]
-    check_outputs(written, (rig_path, log_path, survey_path, weights["weights_path"]))
-    log = None if log_path is None else read_log(log_path, rig_path, namespace)
+    check_outputs(written, (rig_path, log_path, survey_path, topics_path, weights["weights_path"]))
+    log = None if log_path is None else read_log(log_path, rig_path, namespace, topics_path)
     rig = _rig(rig_path, log, survey_path)
     result = torque_drag(
         rig, log=log, weights=read_weights(rig.string.length, weights), block_weight=weights["block_weight"],

@@ -11,13 +11,16 @@ import numpy as np
 from mcap.records import Channel
 
 from slider_drilling.console.printable import printable
-from slider_drilling.log.mcap_reader import McapReader
-from slider_drilling.log.read import log_files, series_of_topic
+from slider_drilling.log.log_files import find_log_files, open_reader
+from slider_drilling.log.log_reader import LogReader
 from slider_drilling.log.timestamps import MAX_STEP_BACK, SECOND
-from slider_drilling.messages.decoder import Array, Integers, TopicDecoder
-from slider_drilling.messages.topics import TOPICS, canonical_type
+from slider_drilling.log.topic_map import NO_TOPICS, TopicMap
+from slider_drilling.log.topic_samples import FILE_CHANNEL, match_series
+from slider_drilling.messages.decoder import ENCODINGS, Array, Integers, header_stamps
+from slider_drilling.messages.topics import canonical_type
 
 NAN = float("nan")
+_NONE = np.empty(0, dtype=np.int64)
 # A gap is longer than so many usual steps, and than so many s.
 GAP_STEPS = 5.0
 MIN_GAP_S = 1.0
@@ -40,6 +43,7 @@ class TopicInfo:
         stamp_steps_back: How often stamps of a rig's topic step back by more than a second.
         largest_step_back: s.
         lag: Median delay from the stamp to the log time, s; NaN where there is no stamp.
+        channels: Ids of its channels in the file: one for each publisher, as some recorders write them.
     """
 
     topic: str
@@ -54,6 +58,7 @@ class TopicInfo:
     stamp_steps_back: int
     largest_step_back: float
     lag: float
+    channels: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -82,40 +87,59 @@ class LogInfo:
 
 
 @dataclass
-class TopicMessages:
-    """The messages of one topic, block by block; `decoder` is None for one that is not a rig's."""
+class ChannelMessages:
+    """Columns of the messages of one channel, block by block; stamps of those that have a header, ns."""
 
-    kind: str
-    decoder: TopicDecoder | None
     logged: list[Integers] = field(default_factory=list)
     sequence: list[Integers] = field(default_factory=list)
     stamp: list[Integers] = field(default_factory=list)
     stamp_logged: list[Integers] = field(default_factory=list)
 
 
-def log_info(path: Path) -> LogInfo:
-    """Statistics of a log, or of the folder of a bag. Raises InputError where it cannot be read."""
-    files = log_files(path)
-    readers = [McapReader(file) for file in files]
+@dataclass
+class TopicMessages:
+    """The messages of one topic, by the ids of its channels; `has_stamp`: its type begins with a header."""
+
+    kind: str
+    has_stamp: bool
+    channels: dict[int, ChannelMessages] = field(default_factory=dict)
+
+    def column(self, name: str) -> Integers:
+        """One column of all channels."""
+        return np.concatenate([*(part for own in self.channels.values() for part in getattr(own, name)), _NONE])
+
+
+def log_info(path: Path, topics: TopicMap = NO_TOPICS) -> LogInfo:
+    """Statistics of a log, or of the folder of a bag; `topics`: of a topics file.
+
+    Raises:
+        InputError: It cannot be read.
+    """
+    found = find_log_files(path)
+    files = found.files
+    readers = [open_reader(file) for file in files]
     by_topic: dict[str, TopicMessages] = {}
     for reader in readers:
-        _collect(reader, by_topic)
+        _collect(reader, by_topic, topics)
     # Channels without a message count as topics, too.
     for reader in readers:
         for channel in reader.channels.values():
-            by_topic.setdefault(printable(channel.topic), _topic_messages(reader, channel))
-    filled = [np.concatenate(messages.logged) for messages in by_topic.values() if messages.logged]
+            by_topic.setdefault(printable(channel.topic), _topic_messages(reader, channel, topics))
+    filled = [logged for messages in by_topic.values() if len(logged := messages.column("logged"))]
     start = min((int(logged.min()) for logged in filled), default=0)
     end = max((int(logged.max()) for logged in filled), default=0)
     return LogInfo(
-        files=tuple(files),
+        files=files,
         bytes=sum(file.stat().st_size for file in files),
         start_ns=start,
         seconds=(end - start) / SECOND,
         topics=tuple(_topic_info(topic, messages, start) for topic, messages in sorted(by_topic.items())),
         attachments=_names(attachment.name for reader in readers for attachment in reader.attachments),
         metadata=_names(record.name for reader in readers for record in reader.metadata),
-        notes=tuple(printable(f"{reader.path.name}: {note}") for reader in readers for note in reader.notes),
+        notes=tuple(
+            printable(note)
+            for note in (*found.notes, *(f"{reader.path.name}: {note}" for reader in readers for note in reader.notes))
+        ),
     )
 
 
@@ -124,44 +148,43 @@ def _names(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(printable(name) for name in dict.fromkeys(names))
 
 
-def _topic_messages(reader: McapReader, channel: Channel) -> TopicMessages:
-    schema = reader.schemas.get(channel.schema_id)
-    key = series_of_topic(channel.topic, schema.name if schema else None)
-    kind = canonical_type(schema.name) if schema and schema.name else "unknown"
-    is_decoded = key and channel.message_encoding == "cdr"
-    return TopicMessages(printable(kind), TopicDecoder(TOPICS[key]) if is_decoded else None)
+def _topic_messages(reader: LogReader, channel: Channel, topics: TopicMap) -> TopicMessages:
+    kind = reader.type_of(channel)
+    matches = match_series(channel.topic, kind, topics)
+    is_stamped = isinstance(matches, list) and bool(matches) and channel.message_encoding in ENCODINGS
+    return TopicMessages(printable(canonical_type(kind)) if kind else "unknown", is_stamped)
 
 
-def _collect(reader: McapReader, by_topic: dict[str, TopicMessages]) -> None:
-    """Sort the messages of a file by topic."""
+def _collect(reader: LogReader, by_topic: dict[str, TopicMessages], topics: TopicMap) -> None:
+    """Sort the messages of a file by topic and channel."""
     for block in reader.blocks():
         for number in np.unique(block.channel).tolist():
             channel = reader.channels[number]
             topic = printable(channel.topic)
             if topic not in by_topic:
-                by_topic[topic] = _topic_messages(reader, channel)
+                by_topic[topic] = _topic_messages(reader, channel, topics)
             messages, own = by_topic[topic], block.select(block.channel == number)
-            messages.logged.append(own.log_time.astype(np.int64))
-            messages.sequence.append(own.sequence)
-            if messages.decoder is not None:
-                readable, stamp, _ = messages.decoder.decode(own.data, own.start, own.end)
-                messages.stamp.append(stamp)
-                messages.stamp_logged.append(messages.logged[-1][readable])
+            columns = messages.channels.setdefault(number & FILE_CHANNEL, ChannelMessages())
+            columns.logged.append(own.log_time.astype(np.int64))
+            columns.sequence.append(own.sequence)
+            if messages.has_stamp:
+                stamped, stamp = header_stamps(own.data, own.start, own.end, channel.message_encoding)
+                columns.stamp.append(stamp)
+                columns.stamp_logged.append(columns.logged[-1][stamped])
 
 
 def _topic_info(topic: str, messages: TopicMessages, start: int) -> TopicInfo:
-    if not messages.logged:
-        return TopicInfo(topic, messages.kind, 0, NAN, NAN, NAN, 0.0, 0, 0, 0, 0.0, NAN)
-    logged = np.concatenate(messages.logged)
+    logged = messages.column("logged")
+    if not len(logged):
+        return TopicInfo(topic, messages.kind, 0, NAN, NAN, NAN, 0.0, 0, 0, 0, 0.0, NAN, ())
     steps: Array = np.diff(np.sort(logged)).astype(np.float64) / SECOND
     usual = _median_step(steps)
-    back, furthest, lag = 0, 0.0, NAN
-    if messages.stamp and sum(map(len, messages.stamp)):
-        stamp = np.concatenate(messages.stamp)
-        falls: Array = -np.diff(stamp.astype(np.float64))
-        back = int(np.count_nonzero(falls > MAX_STEP_BACK))
-        furthest = float(falls.max(initial=0.0)) / SECOND if back else 0.0
-        lag = float(np.median(np.concatenate(messages.stamp_logged).astype(np.float64) - stamp)) / SECOND
+    stamp = messages.column("stamp")
+    lags: Array = messages.column("stamp_logged").astype(np.float64) - stamp
+    falls = np.concatenate([
+        -np.diff(np.concatenate(own.stamp).astype(np.float64)) for own in messages.channels.values() if own.stamp
+    ] or [np.empty(0)])  # fmt: skip
+    back = int(np.count_nonzero(falls > MAX_STEP_BACK))
     return TopicInfo(
         topic=topic,
         message_type=messages.kind,
@@ -171,10 +194,11 @@ def _topic_info(topic: str, messages: TopicMessages, start: int) -> TopicInfo:
         rate=1.0 / usual if usual > 0.0 else NAN,
         longest_gap=float(steps.max(initial=0.0)),
         gaps=int(np.count_nonzero(steps > max(GAP_STEPS * usual, MIN_GAP_S))),
-        lost=_lost_count(messages.sequence),
+        lost=_lost_of_topic(messages),
         stamp_steps_back=back,
-        largest_step_back=furthest,
-        lag=lag,
+        largest_step_back=float(falls.max(initial=0.0)) / SECOND if back else 0.0,
+        lag=float(np.median(lags)) / SECOND if len(lags) else NAN,
+        channels=tuple(sorted(messages.channels)),
     )
 
 
@@ -182,6 +206,15 @@ def _median_step(steps: Array) -> float:
     """The median of the steps between messages that do not come at the same time; NaN where there is none."""
     apart = steps[steps > 0.0]
     return float(np.median(apart)) if apart.size else NAN
+
+
+def _lost_of_topic(messages: TopicMessages) -> int:
+    """Number of lost messages. Recorders number the messages of each channel, or those of all channels of a topic."""
+    order = np.argsort(messages.column("logged"), kind="stable")
+    together = messages.column("sequence")[order]
+    if (np.diff(together) > 0).all():
+        return _lost_count([together])
+    return sum(_lost_count(own.sequence) for own in messages.channels.values())
 
 
 def _lost_count(parts: list[Integers]) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import lz4.frame
@@ -198,6 +198,17 @@ def message_block(data: bytes, offsets: list[int]) -> MessageBlock:
     return MessageBlock(
         data, fixed["channel"].astype(np.int64), fixed["sequence"].astype(np.int64), fixed["log_time"],
         fixed["publish_time"], offset + _FIXED.itemsize, offset + length,
+    )  # fmt: skip
+
+
+def block_of_rows(rows: Sequence[tuple[int, int, bytes]]) -> MessageBlock:
+    """The block of messages given as channel, log time, ns, and data; they have no sequence numbers."""
+    channel, time, data = zip(*rows, strict=True)
+    end = np.cumsum([len(part) for part in data], dtype=np.int64)
+    logged = np.array(time, dtype=np.int64).astype(np.uint64)
+    return MessageBlock(
+        b"".join(data), np.array(channel, dtype=np.int64), np.zeros(len(rows), dtype=np.int64), logged, logged,
+        np.concatenate([[0], end[:-1]]), end,
     )  # fmt: skip
 
 

@@ -8,21 +8,21 @@ import zlib
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Message, Metadata, Schema, Statistics
+from mcap.records import Attachment, Channel, Header, Metadata, Schema, Statistics
 
 from slider_drilling.errors import InputError
+from slider_drilling.log.being_written import is_being_written
+from slider_drilling.log.log_reader import LogReader
 from slider_drilling.log.mcap_chunk import (
     PARSE_ERRORS,
     MessageBlock,
     UnknownCompression,
     UnreadableChunk,
     chunk_header,
-    iterate_messages,
     message_block,
     unpack_chunk,
 )
@@ -34,15 +34,21 @@ from slider_drilling.log.mcap_records import (
     FileBytes,
     RecordSpan,
     find_next_record,
+    is_cut_record,
     iterate_records,
     record_at,
 )
 from slider_drilling.log.mcap_summary import McapSummary, read_mcap_summary
+from slider_drilling.log.unpack_file import unpacked_file
+from slider_drilling.log.unpack_messages import unpack_messages
 
 # Largest record, apart from chunks and messages, that is read: rig files and notes have some kB.
 MAX_RECORD_BYTES = 64 * 1024 * 1024
 # Small chunks are gathered into blocks of about this many bytes.
 _BLOCK_BYTES = 1 << 20
+_KEPT = (
+    Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.ATTACHMENT, Opcode.METADATA, Opcode.STATISTICS
+)  # fmt: skip
 _READ_TO_THE_END = "recovered up to the last complete chunk"
 
 
@@ -67,36 +73,14 @@ class LostContent:
 
 
 @dataclass
-class McapReader:
-    """One MCAP file. Its attributes are filled while its messages are read.
+class McapReader(LogReader):
+    """One MCAP file.
 
     Attributes:
-        path: The file.
-        schemas: By id. Ids are unique over all logs that the file holds one after another.
-        channels: By id, unique likewise.
-        attachments: Those that are whole.
-        metadata: Metadata records.
-        notes: What is damaged or lost, one sentence each.
-        chunks_out_of_order: Whether chunks are not where the index says.
         sections: Number of logs in the file.
     """
 
-    path: Path
-    schemas: dict[int, Schema] = field(default_factory=dict)
-    channels: dict[int, Channel] = field(default_factory=dict)
-    attachments: list[Attachment] = field(default_factory=list)
-    metadata: list[Metadata] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-    chunks_out_of_order: bool = False
     sections: int = 0
-
-    def messages(self) -> Iterator[tuple[Channel, Message]]:
-        """Every message in the order of the file. Raises InputError where it is no MCAP file."""
-        for block in self.blocks():
-            for channel, sequence, logged, published, data in iterate_messages(block):
-                yield self.channels[channel], Message(
-                    channel_id=channel, sequence=sequence, log_time=logged, publish_time=published, data=data
-                )
 
     def blocks(self) -> Iterator[MessageBlock]:
         """Messages in blocks, in the order of the file.
@@ -107,24 +91,25 @@ class McapReader:
             InputError: The file cannot be read or is no MCAP file.
         """
         try:
-            # Reading a pipe could block for ever, and a device has no end.
-            if self.path.exists() and not (self.path.is_file() or self.path.is_dir()):
-                raise InputError(f"{self.path}: is a pipe or a device; give a file")
-            with self.path.open("rb") as file:
-                source = FileBytes(file)
-                if source.size == 0:
-                    raise InputError(f"{self.path}: is empty; expected an MCAP file")
-                self._check_beginning(source)
-                begin: int | None = len(MAGIC)
-                while begin is not None:
-                    section = McapSection(self, source, begin)
-                    self.sections += 1
-                    yield from section.blocks()
-                    begin = section.next_begin
+            with unpacked_file(self.path, self.notes) as path, path.open("rb") as file:
+                yield from self._read(FileBytes(file))
         except FileNotFoundError:
             raise InputError(f"{self.path}: no such log; check the path") from None
         except OSError as error:
             raise InputError(f"{self.path}: cannot read this log: {error.strerror}") from None
+
+    def _read(self, source: FileBytes) -> Iterator[MessageBlock]:
+        """Yield the messages of every log in the file."""
+        if source.size == 0:
+            raise InputError(f"{self.path}: is empty; expected an MCAP file")
+        self._check_beginning(source)
+        begin: int | None = len(MAGIC)
+        while begin is not None:
+            section = McapSection(self, source, begin)
+            self.sections += 1
+            for block in section.blocks():
+                yield unpack_messages(block)
+            begin = section.next_begin
         if self.sections > 1:
             self.notes.append(f"holds {self.sections} logs one after another; all were read")
 
@@ -197,7 +182,7 @@ class McapSection:
             self._check_data(record)
         elif record.opcode == Opcode.FOOTER:
             self._footer_names_summary = any(self._source.read(record.content_start, 8))
-        elif record.opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.ATTACHMENT, Opcode.METADATA, Opcode.STATISTICS):
+        elif record.opcode in _KEPT:
             self._keep_record(record)
 
     def _read_chunk(self, record: RecordSpan) -> None:
@@ -265,7 +250,9 @@ class McapSection:
         content = self._content(record)
         stream = ReadDataStream(io.BytesIO(content))
         try:
-            if record.opcode == Opcode.SCHEMA:
+            if record.opcode == Opcode.HEADER:
+                self._reader.profile = Header.read(stream).profile
+            elif record.opcode == Opcode.SCHEMA:
                 self._keep_schema(Schema.read(stream))
             elif record.opcode == Opcode.CHANNEL:
                 self._keep_channel(Channel.read(stream))
@@ -341,7 +328,12 @@ class McapSection:
         """Note a damaged range of bytes."""
         size = self._source.size
         self._is_damaged = True
-        if damage.at_end:
+        if damage.at_end and is_cut_record(self._source, damage.start):
+            why = f"breaks off at byte {damage.start} of {size}: its recording was ended early, or it is a partial copy"
+            if is_being_written(self._reader.path):
+                why = "is still being recorded"
+            self._reader.notes.append(f"{why}; {_READ_TO_THE_END}")
+        elif damage.at_end:
             self._reader.notes.append(f"breaks off or is damaged at byte {damage.start} of {size}; {_READ_TO_THE_END}")
         else:
             self._reader.notes.append(

@@ -108,6 +108,15 @@ def record_at(source: FileBytes, at: int) -> RecordSpan | None:
     return RecordSpan(opcode, at, at + HEAD + length)
 
 
+def is_cut_record(source: FileBytes, at: int) -> bool:
+    """Whether the file ends here, or within a record that starts here: what is there is whole as far as it goes."""
+    head = source.read(at, HEAD)
+    if len(head) < HEAD:
+        return not head or head[0] in _MIN_BYTES or head[0] >= _PRIVATE
+    opcode, length = _HEAD.unpack(head)
+    return (opcode in _MIN_BYTES or opcode >= _PRIVATE) and source.size < at + HEAD + length < at + (1 << 32)
+
+
 def _fits_chunk(source: FileBytes, at: int, length: int, max_padding: int) -> bool:
     """Whether the lengths inside a record (of the compression's name, of the data) are those of a chunk."""
     if length < _MIN_BYTES[Opcode.CHUNK]:

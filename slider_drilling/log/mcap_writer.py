@@ -118,7 +118,9 @@ class McapWriter:
         until: Highest log time in the file, ns.
     """
 
-    def __init__(self, descriptor: int, library: str, chunk_bytes: int = CHUNK_BYTES) -> None:
+    def __init__(
+        self, descriptor: int, library: str, chunk_bytes: int = CHUNK_BYTES, profile: str = "ros2"
+    ) -> None:
         self._chunk_bytes = chunk_bytes
         self._file = AppendOnlyFile(descriptor)
         self._compress = zstandard.ZstdCompressor().compress
@@ -132,7 +134,7 @@ class McapWriter:
         self.messages = 0
         self.first, self.until = 0, 0
         try:
-            self._file.append(MAGIC + encoded(Header(profile="ros2", library=library)))
+            self._file.append(MAGIC + encoded(Header(profile=profile, library=library)))
         except BaseException:
             self._file.close()
             raise

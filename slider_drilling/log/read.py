@@ -1,115 +1,82 @@
-"""Reads MCAP files of any recorder into a RigLog."""
+"""Reads the log of any recorder into a RigLog."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import yaml
 
 from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import read_text
 from slider_drilling.log.import_record import RECORD, ImportRecord
-from slider_drilling.log.mcap_chunk import MessageBlock
-from slider_drilling.log.mcap_reader import McapReader
+from slider_drilling.log.log_files import find_log_files, open_reader
+from slider_drilling.log.log_reader import LogReader
+from slider_drilling.log.publishers import keep_one_publisher
 from slider_drilling.log.rig_log import RigLog
 from slider_drilling.log.series import build_series
 from slider_drilling.log.timestamps import MAX_CLOCK_OFFSET, SECOND, StampedSamples, drop_foreign_stamps, sort_by_stamp
+from slider_drilling.log.topic_map import NO_TOPICS, TopicMap, read_topic_map
+from slider_drilling.log.topic_samples import SampleCollector, TopicSamples
 from slider_drilling.log.value_limits import mask_impossible_values
-from slider_drilling.messages.decoder import Array, Integers, TopicDecoder
-from slider_drilling.messages.topics import CLOCK_TOPICS, TOPICS, canonical_type, namespace_of
-
-# Approximate limit of samples: a week at 10 Hz, in a bit more than 1 GB of memory.
-MAX_SAMPLES = 25_000_000
-
-
-@dataclass
-class TopicSamples:
-    """Samples of one topic as they are read.
-
-    Attributes:
-        key: Its key in the registry of topics.
-        topic: Its name in the log.
-        decoder: Reads its messages.
-        parts: The samples, block by block.
-        count: Number of samples so far.
-        ends: Number of samples after each file.
-    """
-
-    key: str
-    topic: str
-    decoder: TopicDecoder
-    parts: list[StampedSamples] = field(default_factory=list)
-    count: int = 0
-    ends: dict[Path, int] = field(default_factory=dict)
-
-    def add(self, block: MessageBlock, file: Path) -> None:
-        """Read a block of messages of this topic."""
-        readable, stamp, values = self.decoder.decode(block.data, block.start, block.end)
-        self.parts.append(StampedSamples(stamp, block.log_time[readable].astype(np.int64), values))
-        self.count += len(stamp)
-        self.ends[file] = self.count
-
-    def track(self) -> StampedSamples:
-        """All samples, in the order of the files."""
-        parts = self.parts
-        return StampedSamples(
-            np.concatenate([part.stamp for part in parts]),
-            np.concatenate([part.logged for part in parts]),
-            np.concatenate([part.values for part in parts]),
-        )
+from slider_drilling.messages.decoder import Array, Integers
+from slider_drilling.messages.topics import CLOCK_TOPICS, TOPICS
 
 
 def read_log(
-    path: str | os.PathLike[str], rig_path: str | os.PathLike[str] | None = None, namespace: str | None = None
+    path: str | os.PathLike[str],
+    rig_path: str | os.PathLike[str] | None = None,
+    namespace: str | None = None,
+    topics: str | os.PathLike[str] | None = None,
 ) -> RigLog:
-    """Read a log: an MCAP file, or the folder of a bag that `ros2 bag record` writes.
+    """Read a log: an MCAP or sqlite3 file, a bag of ROS 1, or the folder of a bag that `ros2 bag record` writes.
 
     Truncated and damaged files are read as far as possible; `RigLog.notes` tells what is lost.
 
     Args:
-        path: The file or folder.
+        path: The file or folder; compressed or not.
         rig_path: A rig file that replaces the log's own.
         namespace: The rig whose topics to read, where a log holds several.
+        topics: A topics file, which says which topic and joint is which series, where the log has other names.
 
     Returns:
         The log in memory.
 
     Raises:
-        InputError: The file is missing, is no MCAP file, has no topic of a rig, or holds two runs.
+        InputError: The file is missing, is no log, has no topic of a rig, or holds two runs or two publishers.
     """
     source = printable(str(path))
     try:
-        return _read(Path(path), source, rig_path, namespace)
+        return _read(Path(path), source, rig_path, namespace, NO_TOPICS if topics is None else read_topic_map(topics))
     except InputError as error:
         # The message may hold names of topics and types of any log.
         raise InputError(printable(str(error))) from None
 
 
-def _read(path: Path, source: str, rig_path: str | os.PathLike[str] | None, namespace: str | None) -> RigLog:
-    readers = [McapReader(file) for file in log_files(path)]
-    sampled: dict[str, TopicSamples] = {}
-    ignored: dict[str, str] = {}
+def _read(
+    path: Path, source: str, rig_path: str | os.PathLike[str] | None, namespace: str | None, topics: TopicMap
+) -> RigLog:
+    found = find_log_files(path)
+    readers = [open_reader(file) for file in found.files]
+    collector = SampleCollector(topics)
     for reader in readers:
-        _collect(reader, sampled, ignored)
-    notes = [f"{reader.path.name}: {note}" for reader in readers for note in reader.notes]
-    notes += [f"{topic}: ignored, {why}" for topic, why in sorted(ignored.items())]
-    chosen = _choose([samples for samples in sampled.values() if samples.count], namespace, source)
-    for samples in sampled.values():
-        notes += [f"{samples.topic}: {n} unreadable messages: {why}" for why, n in samples.decoder.unreadable.items()]
+        collector.collect(reader)
+    notes = [*found.notes, *(f"{reader.path.name}: {note}" for reader in readers for note in reader.notes)]
+    notes += [f"{topic}: ignored, {why}" for topic, why in sorted(collector.ignored.items())]
+    chosen = collector.choose(namespace, source)
+    notes += collector.remarks(chosen)
     if not chosen:
         raise InputError(_nothing_found(source, readers, notes, namespace))
     moved = any(reader.chunks_out_of_order for reader in readers)
     tracks = {}
     for key, samples in chosen.items():
-        track = samples.track()
-        if TOPICS[key].is_surface:
-            _check_one_run(samples, track, source)
-        tracks[key] = sort_by_stamp(track, samples.topic, TOPICS[key].is_surface, moved, source, notes)
+        track = _one_publisher(samples, source, notes)
+        if track is not None:
+            tracks[key] = sort_by_stamp(track, samples.match.topic, TOPICS[key].is_surface, moved, source, notes)
+    if not tracks:
+        raise InputError(_nothing_found(source, readers, notes, namespace))
     _drop_foreign_stamps(tracks, chosen, notes)
     rig_text, rig_source = _rig(source, rig_path, readers, notes)
     log = _assemble(source, tracks, notes, rig_text, rig_source, _metadata(readers, "slider_drilling"))
@@ -117,109 +84,30 @@ def _read(path: Path, source: str, rig_path: str | os.PathLike[str] | None, name
     return mask_impossible_values(replace(log, imported=ImportRecord.from_metadata(record) if record else None))
 
 
+def _one_publisher(samples: TopicSamples, source: str, notes: list[str]) -> StampedSamples | None:
+    """Samples of one run and one publisher; None for a setpoint whose publishers differ. Raises InputError."""
+    topic, track = TOPICS[samples.match.key], samples.track()
+    if topic.is_surface:
+        _check_one_run(samples, track, source)
+    try:
+        return keep_one_publisher(track, samples.match.topic, source, notes)
+    except InputError as error:
+        # Setpoints may come from several programs in turn, and no plant is driven by them.
+        if topic.is_measured:
+            raise
+        notes.append(f"{str(error).removeprefix(source + ': ')}; left out")
+        return None
+
+
 def _drop_foreign_stamps(tracks: dict[str, StampedSamples], chosen: dict[str, TopicSamples], notes: list[str]) -> None:
     """Keep the samples of each series that are stamped within the time of the log's clock."""
     clock = next(key for key in CLOCK_TOPICS if key in tracks)
     for key in [key for key in tracks if key != clock]:
-        kept = drop_foreign_stamps(tracks[key], tracks[clock], chosen[key].topic, TOPICS[key].is_surface, notes)
+        kept = drop_foreign_stamps(tracks[key], tracks[clock], chosen[key].match.topic, TOPICS[key].is_surface, notes)
         if kept is None:
             del tracks[key]
         else:
             tracks[key] = kept
-
-
-def log_files(path: Path) -> list[Path]:
-    """The files of a log: itself, those that a bag lists, or all MCAP files in a folder. Raises InputError for none."""
-    if not path.is_dir():
-        return [path]
-    listed = _listed(path / "metadata.yaml")
-    files = [file for file in listed if file.is_file()] or sorted(
-        path.glob("*.mcap"), key=lambda file: (len(file.name), file.name)
-    )
-    if not files:
-        raise InputError(f"{path}: holds no .mcap files; give a log, or the folder of an MCAP bag")
-    return files
-
-
-def _listed(metadata: Path) -> list[Path]:
-    """The files that a bag's metadata.yaml lists; none where it is missing or invalid."""
-    try:
-        content = yaml.safe_load(metadata.read_text(encoding="utf-8"))
-        names = content["rosbag2_bagfile_information"]["relative_file_paths"]
-        return [metadata.parent / Path(str(name)).name for name in names if str(name).endswith(".mcap")]
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, TypeError, KeyError, RecursionError):
-        return []
-
-
-def _collect(reader: McapReader, sampled: dict[str, TopicSamples], ignored: dict[str, str]) -> None:
-    """Decode the messages of a rig's topics. Raises InputError for more than MAX_SAMPLES."""
-    by_channel: dict[int, TopicSamples | None] = {}
-    for block in reader.blocks():
-        for number in np.unique(block.channel).tolist():
-            if number not in by_channel:
-                by_channel[number] = _samples_of(reader, number, sampled, ignored)
-            samples = by_channel[number]
-            if samples is not None:
-                samples.add(block.select(block.channel == number), reader.path)
-        if sum(samples.count for samples in sampled.values()) > MAX_SAMPLES:
-            raise InputError(
-                f"{reader.path}: holds more than {MAX_SAMPLES:,} samples of a rig's channels; "
-                "split it with another tool, such as `mcap filter`"
-            )
-
-
-def _samples_of(
-    reader: McapReader, number: int, sampled: dict[str, TopicSamples], ignored: dict[str, str]
-) -> TopicSamples | None:
-    """The samples that a channel's messages belong to; None where it is not read."""
-    channel = reader.channels[number]
-    schema = reader.schemas.get(channel.schema_id)
-    matched = _match(channel.topic, schema.name if schema is not None else None)
-    if isinstance(matched, TopicSamples) and channel.message_encoding != "cdr":
-        matched = f"its messages are encoded as {channel.message_encoding!r}, not cdr"
-    if isinstance(matched, str):
-        ignored[channel.topic] = matched
-        return None
-    return sampled.setdefault(channel.topic, matched) if matched is not None else None
-
-
-def series_of_topic(topic: str, type_name: str | None) -> str:
-    """Key of the registered topic that a topic of a log is; empty where there is none, or its type differs.
-
-    Args:
-        topic: Name in the log, with any namespace.
-        type_name: Its message type in any spelling; None where the log does not say.
-    """
-    matched = _match(topic, type_name)
-    return matched.key if isinstance(matched, TopicSamples) else ""
-
-
-def _match(topic: str, type_name: str | None) -> TopicSamples | str | None:
-    """New samples for a registered topic; the reason where only its name fits; None for any other topic."""
-    for key, known in TOPICS.items():
-        if namespace_of(topic, known.name) is None:
-            continue
-        if type_name is not None and canonical_type(type_name) != known.type:
-            return f"its type is {type_name}, not {known.type}"
-        return TopicSamples(key, topic, TopicDecoder(known))
-    return None
-
-
-def _choose(candidates: Iterable[TopicSamples], namespace: str | None, source: str) -> dict[str, TopicSamples]:
-    """One topic for each series. Raises InputError where topics of two rigs fit."""
-    chosen: dict[str, TopicSamples] = {}
-    wanted = None if namespace is None else f"/{namespace.strip('/')}".rstrip("/")
-    for samples in candidates:
-        own = namespace_of(samples.topic, TOPICS[samples.key].name)
-        if wanted is not None and own != wanted:
-            continue
-        if samples.key in chosen:
-            raise InputError(
-                f"{source}: holds both {chosen[samples.key].topic} and {samples.topic}; "
-                "choose one with --namespace"
-            )
-        chosen[samples.key] = samples
-    return chosen
 
 
 def _check_one_run(samples: TopicSamples, track: StampedSamples, source: str) -> None:
@@ -238,7 +126,7 @@ def _check_one_run(samples: TopicSamples, track: StampedSamples, source: str) ->
         before, last, first = path.name, high, end
 
 
-def _nothing_found(source: str, readers: list[McapReader], notes: list[str], namespace: str | None) -> str:
+def _nothing_found(source: str, readers: list[LogReader], notes: list[str], namespace: str | None) -> str:
     topics = sorted({channel.topic for reader in readers for channel in reader.channels.values()})
     held = f"it holds {', '.join(topics)}" if topics else "it holds no topics"
     where = "" if namespace is None else f" in namespace {namespace!r}"
@@ -297,7 +185,7 @@ def _assemble(
 
 
 def _rig(
-    source: str, rig_path: str | os.PathLike[str] | None, readers: list[McapReader], notes: list[str]
+    source: str, rig_path: str | os.PathLike[str] | None, readers: list[LogReader], notes: list[str]
 ) -> tuple[str | None, str | None]:
     """Text and origin of the rig file: of the given one, else of the first such attachment."""
     if rig_path is not None:
@@ -312,7 +200,7 @@ def _rig(
     return None, None
 
 
-def _metadata(readers: list[McapReader], name: str) -> dict[str, str]:
+def _metadata(readers: list[LogReader], name: str) -> dict[str, str]:
     """The first metadata record of that name; empty where there is none."""
     records = [record for reader in readers for record in reader.metadata]
     return next((dict(record.metadata) for record in records if record.name == name), {})

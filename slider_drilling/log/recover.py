@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,13 +16,20 @@ from slider_drilling import __version__
 from slider_drilling.console.printable import printable
 from slider_drilling.errors import InputError
 from slider_drilling.files.output_files import commit_part_file, create_part_file
-from slider_drilling.log.mcap_chunk import MessageBlock
-from slider_drilling.log.mcap_reader import McapReader
+from slider_drilling.log.log_files import find_log_files, open_reader
+from slider_drilling.log.log_reader import LogReader
 from slider_drilling.log.mcap_writer import McapWriter
-from slider_drilling.log.read import log_files, series_of_topic
-from slider_drilling.log.timestamps import MAX_LEAP, MAX_STEP_BACK, SECOND, stamp_outliers
-from slider_drilling.messages.decoder import TopicDecoder
-from slider_drilling.messages.topics import CLOCK_TOPICS, TOPICS
+from slider_drilling.log.publishers import split_signals
+from slider_drilling.log.timestamps import (
+    MAX_LEAP,
+    MAX_STEP_BACK,
+    SECOND,
+    StampedSamples,
+    largest_step_back,
+    stamp_outliers,
+)
+from slider_drilling.log.topic_samples import SampleCollector
+from slider_drilling.messages.topics import CLOCK_TOPICS
 
 RECOVERED = "slider_drilling_recovered"
 # Messages that must be sorted by time are held in memory, up to this many bytes.
@@ -42,23 +50,6 @@ class RecoveredLog:
     path: Path
     messages: int
     seconds: float
-
-
-@dataclass
-class _ClockSamples:
-    """The topic that separates runs.
-
-    Attributes:
-        topic: Its name.
-        stamp: Stamp of each sample, ns.
-        logged: Log time of each sample, ns.
-        index: Number of messages in the log before each sample.
-    """
-
-    topic: str
-    stamp: list[Integers] = field(default_factory=list)
-    logged: list[Integers] = field(default_factory=list)
-    index: list[Integers] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -92,9 +83,10 @@ def recover(path: Path, output: Path) -> tuple[list[RecoveredLog], list[str]]:
     Raises:
         InputError: Nothing can be recovered, or a file cannot be written; that file is removed then.
     """
-    files = log_files(path)
+    found = find_log_files(path)
+    files = found.files
     survey = _survey(files)
-    notes = survey.notes
+    notes = [*found.notes, *survey.notes]
     if survey.count == 0:
         reasons = "".join(f"; {note}" for note in notes)
         raise InputError(f"{path}: holds no message that can be recovered{printable(reasons)}")
@@ -104,23 +96,21 @@ def recover(path: Path, output: Path) -> tuple[list[RecoveredLog], list[str]]:
     ]  # fmt: skip
     if len(ends) > 1:
         notes.append(f"held {len(ends)} runs; each is a log of its own now")
-    readers = [McapReader(file) for file in files]
+    readers = [open_reader(file) for file in files]
     messages = enumerate(_messages(readers, survey.is_sorted))
     written = [_write(name, path, messages, end, notes, readers) for name, end in zip(names, ends, strict=True)]
     return written, [printable(note) for note in notes]
 
 
-def _survey(files: list[Path]) -> _LogSurvey:
+def _survey(files: Sequence[Path]) -> _LogSurvey:
     """Go through a log once. Raises InputError where it must be sorted and is too large for that."""
-    readers = [McapReader(file) for file in files]
-    clocks: dict[str, _ClockSamples] = {}
-    decoders: dict[str, TopicDecoder] = {}
+    readers = [open_reader(file) for file in files]
+    collector = SampleCollector()
     times: list[Integers] = []
-    count = size = 0
+    size = 0
     for reader in readers:
         for block in reader.blocks():
-            _collect_clocks(reader, block, count, clocks, decoders)
-            count += len(block.channel)
+            collector.add(reader, block)
             size += len(block.data)
             times.append(block.log_time.astype(np.int64))
     notes = [f"{reader.path.name}: {note}" for reader in readers for note in reader.notes]
@@ -129,70 +119,74 @@ def _survey(files: list[Path]) -> _LogSurvey:
         raise InputError(
             f"{files[0]}: chunks are out of order, and {size / 1e9:.1f} GB are too much to sort; use `mcap sort`"
         )
-    clock_key = next((key for key in CLOCK_TOPICS if key in clocks), None)
+    filled = {samples.match.key: samples for samples in reversed(collector.samples.values()) if samples.count}
+    clock_key = next((key for key in CLOCK_TOPICS if key in filled), None)
     if clock_key is None or not is_sorted:
-        return _LogSurvey([], notes, count, is_sorted)
-    return _LogSurvey(_run_starts(clocks[clock_key], np.concatenate(times)), notes, count, is_sorted)
+        return _LogSurvey([], notes, collector.count, is_sorted)
+    starts = _run_starts(filled[clock_key].track(), filled[clock_key].positions(), np.concatenate(times))
+    return _LogSurvey(starts, notes, collector.count, is_sorted)
 
 
-def _collect_clocks(
-    reader: McapReader, block: MessageBlock, count: int, clocks: dict[str, _ClockSamples],
-    decoders: dict[str, TopicDecoder],
-) -> None:  # fmt: skip
-    """Add the block's samples of a rig's topics; count: messages before it."""
-    index = np.arange(count, count + len(block.channel))
-    for number in np.unique(block.channel).tolist():
-        channel = reader.channels[number]
-        schema = reader.schemas.get(channel.schema_id)
-        key = series_of_topic(channel.topic, schema.name if schema else None)
-        if key not in CLOCK_TOPICS:
-            continue
-        clock = clocks.setdefault(key, _ClockSamples(channel.topic))
-        if clock.topic != channel.topic:
-            continue
-        chosen = block.channel == number
-        own = block.select(chosen)
-        decoder = decoders.setdefault(key, TopicDecoder(TOPICS[key]))
-        readable, stamp, _ = decoder.decode(own.data, own.start, own.end)
-        clock.stamp.append(stamp)
-        clock.logged.append(own.log_time[readable].astype(np.int64))
-        clock.index.append(index[chosen][readable])
+def _run_starts(clock: StampedSamples, index: Integers, times: Integers) -> list[int]:
+    """Index of the first message of every run but the first.
 
-
-def _run_starts(clock: _ClockSamples, times: Integers) -> list[int]:
-    """Index of the first message of every run but the first; `times`: log times of all messages, ns."""
-    stamp, logged, index = (np.concatenate(parts) for parts in (clock.stamp, clock.logged, clock.index))
-    right = ~stamp_outliers(stamp, logged) if stamp.any() else np.ones(len(stamp), dtype=np.bool_)
-    stamp, index = (stamp if stamp.any() else logged)[right], index[right]
+    Args:
+        clock: Samples of the topic that separates runs, in the order of the log.
+        index: Number of messages in the log before each of them.
+        times: Log times of all messages, ns.
+    """
+    signals = split_signals(clock)
+    main, own = clock.select(signals[0]), index[signals[0]]
+    if largest_step_back(main) <= MAX_STEP_BACK:
+        # Channels of one signal may be in the log one after another.
+        order = np.argsort(main.logged, kind="stable")
+        main, own = main.select(order), own[order]
+    stamp = main.stamp if main.stamp.any() else main.logged
+    if main.stamp.any():
+        right = ~stamp_outliers(stamp, main.logged)
+        stamp, own = stamp[right], own[right]
     steps = np.diff(stamp.astype(np.float64))
-    starts = []
-    for at in np.flatnonzero((steps < -MAX_STEP_BACK) | (steps > MAX_LEAP)).tolist():
-        last, first = int(index[at]), int(index[at + 1])
-        # Other messages of the new run may come before its clock's. Their log times tell, if these step, too.
-        lag = times[last + 1 : first + 1] - times[last]
-        stepped = np.flatnonzero((lag < -MAX_STEP_BACK) | (lag > MAX_LEAP))
-        starts.append(last + 1 + int(stepped[0]) if stepped.size else first)
-    return starts
+    pairs = [(int(own[at]), int(own[at + 1])) for at in np.flatnonzero((steps < -MAX_STEP_BACK) | (steps > MAX_LEAP))]
+    # A run whose channel is another one follows, or went before.
+    for other in signals[1:]:
+        first, last = index[other][[0, -1]].tolist()
+        if first > own[-1]:
+            pairs.append((int(own[-1]), first))
+        elif last < own[0]:
+            pairs.append((last, int(own[0])))
+    return sorted({_first_of_run(last, first, times) for last, first in pairs})
 
 
-def _messages(readers: list[McapReader], is_sorted: bool) -> Iterator[tuple[McapReader, Channel, Message]]:
+def _first_of_run(last: int, first: int, times: Integers) -> int:
+    """Index of the first message of a run: after the last sample of the clock before it, up to its first.
+
+    Other messages of the new run may come before its clock's. Their log times tell, if these step, too.
+    """
+    lag = times[last + 1 : first + 1] - times[last]
+    stepped = np.flatnonzero((lag < -MAX_STEP_BACK) | (lag > MAX_LEAP))
+    return last + 1 + int(stepped[0]) if stepped.size else first
+
+
+def _messages(readers: list[LogReader], is_sorted: bool) -> Iterator[tuple[LogReader, Channel, Message]]:
     """All messages in the order of the files, or sorted by log time where that is not the order of recording."""
     messages = ((reader, *pair) for reader in readers for pair in reader.messages())
     yield from messages if is_sorted else sorted(messages, key=lambda entry: entry[2].log_time)
 
 
 def _write(
-    output: Path, origin: Path, messages: Iterator[tuple[int, tuple[McapReader, Channel, Message]]], end: int,
-    notes: list[str], readers: list[McapReader],
+    output: Path, origin: Path, messages: Iterator[tuple[int, tuple[LogReader, Channel, Message]]], end: int,
+    notes: list[str], readers: list[LogReader],
 ) -> RecoveredLog:  # fmt: skip
     """Write the messages up to index `end`, completely or not at all."""
+    first = next(messages)
+    profile = first[1][0].profile
     try:
         descriptor, part = create_part_file(output)
         try:
-            file = McapWriter(descriptor, f"slider_drilling {__version__}")
+            file = McapWriter(descriptor, f"slider_drilling {__version__}", profile=profile)
             with contextlib.closing(file):
                 copy = _LogCopier(file)
-                for number, (reader, channel, message) in messages:
+                for number, (reader, channel, message) in itertools.chain([first], messages):
                     copy.message(reader, channel, message)
                     if number + 1 == end:
                         break
@@ -220,14 +214,14 @@ class _LogCopier:
         self._numbers: dict[tuple[Path, int], int] = {}
         self._seen: set[tuple[str, ...]] = set()
 
-    def message(self, reader: McapReader, channel: Channel, message: Message) -> None:
+    def message(self, reader: LogReader, channel: Channel, message: Message) -> None:
         """Copy a message. Raises OSError."""
         number = self._numbers.get((reader.path, channel.id))
         if number is None:
             number = self._numbers[reader.path, channel.id] = self._channel(reader, channel)
         self._file.message(number, message.sequence, message.log_time, message.publish_time, message.data)
 
-    def rest(self, reader: McapReader) -> None:
+    def rest(self, reader: LogReader) -> None:
         """Copy attachments and metadata that the reader has met so far. Raises OSError."""
         for attachment in reader.attachments:
             key = ("attachment", attachment.name, str(hash(attachment.data)))
@@ -243,7 +237,7 @@ class _LogCopier:
                 self._seen.add(key)
                 self._file.metadata(metadata.name, metadata.metadata)
 
-    def _channel(self, reader: McapReader, channel: Channel) -> int:
+    def _channel(self, reader: LogReader, channel: Channel) -> int:
         schema = reader.schemas.get(channel.schema_id)
         schema_id = 0
         if schema is not None:

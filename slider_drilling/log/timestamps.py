@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -37,15 +38,26 @@ class StampedSamples:
         stamp: When each was measured, ns, (n,).
         logged: When each was logged, ns, (n,).
         values: Logged numbers of the topic's type, (n, fields).
+        channel: Id of the channel in its file, (n,).
+        layout: Number of the message's layout, (n,): of texts and array lengths.
+        sequence: Sequence number, (n,); 0 from many recorders.
     """
 
     stamp: Integers
     logged: Integers
     values: Array
+    channel: Integers
+    layout: Integers
+    sequence: Integers
 
     def select(self, chosen: Mask | Integers) -> StampedSamples:
         """The chosen samples, by a mask (n,) or by indices in their order."""
-        return StampedSamples(self.stamp[chosen], self.logged[chosen], self.values[chosen])
+        return StampedSamples(*(getattr(self, part.name)[chosen] for part in fields(self)))
+
+    @classmethod
+    def join(cls, parts: Sequence[StampedSamples]) -> StampedSamples:
+        """The samples of all parts, one after another."""
+        return cls(*(np.concatenate([getattr(part, name.name) for part in parts]) for name in fields(cls)))
 
 
 def sort_by_stamp(
@@ -64,20 +76,35 @@ def sort_by_stamp(
     Raises:
         InputError: The log holds two runs.
     """
-    back = -np.diff(track.logged, prepend=track.logged[:1])
-    if moved or (back.size and back.max() <= MAX_STEP_BACK):
+    if moved or largest_step_back(track) <= MAX_STEP_BACK:
         track = track.select(np.argsort(track.logged, kind="stable"))
     if not track.stamp.any() and track.logged.any():
         notes.append(f"{topic}: no stamps in its headers; log times taken instead")
-        track = StampedSamples(track.logged.copy(), track.logged, track.values)
+        track = replace(track, stamp=track.logged.copy())
     track = _without_outliers(_with_stamps(track, topic, notes), topic, notes)
     if is_surface:
         _check_one_run(track, topic, source)
     track = track.select(np.argsort(track.stamp, kind="stable"))
     last = np.append(np.diff(track.stamp) > 0, True)
-    if not last.all():
-        notes.append(f"{topic}: {np.count_nonzero(~last)} repeated stamps; the last message of each was kept")
-    return track.select(last)
+    if last.all():
+        return track
+    notes.append(f"{topic}: {np.count_nonzero(~last)} repeated stamps; the last message of each was kept")
+    return replace(track.select(last), values=_last_given(track.values, last))
+
+
+def _last_given(values: Array, last: Mask) -> Array:
+    """The last value that is given of each run of samples that ends at a `last` one; NaN where none is."""
+    start = np.concatenate([[0], np.flatnonzero(last)[:-1] + 1])
+    given = np.where(np.isnan(values), -1, np.arange(len(values))[:, None])
+    index = np.maximum.reduceat(given, start, axis=0)
+    return np.where(index < 0, np.nan, np.take_along_axis(values, np.maximum(index, 0), axis=0))
+
+
+def largest_step_back(track: StampedSamples) -> int:
+    """The largest step back of the log times within one channel, ns."""
+    order = np.argsort(track.channel, kind="stable")
+    steps = np.diff(track.logged[order])[np.diff(track.channel[order]) == 0]
+    return int(-steps.min(initial=0))
 
 
 def drop_foreign_stamps(

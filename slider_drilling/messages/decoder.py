@@ -1,4 +1,4 @@
-"""Stamp and numbers of CDR messages, one message or many at a time, by the descriptions of their types.
+"""Stamp and numbers of CDR and ROS 1 messages, one message or many at a time, by the descriptions of their types.
 
 Where a message's numbers stand depends on its frame, its joints and its array lengths, which are the same in most
 messages of a topic. So a message is walked through once; the layout found then reads all messages that share it.
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from slider_drilling.errors import InputError
 from slider_drilling.messages.message_types import FIELDS
-from slider_drilling.messages.topics import Topic
+from slider_drilling.messages.topics import TOPICS, Topic
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -30,7 +30,10 @@ NAN = float("nan")
 NANO = 1_000_000_000
 LITTLE_ENDIAN = b"\x00\x01\x00\x00"  # encapsulation header
 PRIMITIVES = {"byte": ("B", 1), "int32": ("i", 4), "uint32": ("I", 4), "float64": ("d", 8)}
-_STAMP = 4  # where the stamp of a header begins
+ENCODINGS = ("cdr", "ros1")  # that are decoded
+# Where the stamp of a header begins: behind the encapsulation header of CDR, behind the sequence number in ROS 1.
+_STAMP = 4
+_JOINTS = frozenset(topic.joint for topic in TOPICS.values() if topic.joint)
 # A recorder writes one layout a topic, or a few; what fits none of so many a length is read a message at a time.
 _MAX_LAYOUTS = 8
 _MAX_LENGTHS = 256
@@ -47,7 +50,7 @@ class CdrReader:
     Attributes:
         order: "<" or ">".
         at: Where the next value begins, before any padding.
-        gaps: (first, last) of the padding so far.
+        gaps: (first, last) of the bytes so far that mean nothing.
     """
 
     def __init__(self, data: bytes) -> None:
@@ -61,7 +64,7 @@ class CdrReader:
     def skip(self, size: int, count: int = 1) -> int:
         """Go over values of this size; where the first one is."""
         if count:
-            gap = padding(self.at, size)
+            gap = self._padding(size)
             if gap:
                 self.gaps.append((self.at, self.at + gap))
                 self.at += gap
@@ -70,6 +73,13 @@ class CdrReader:
             raise struct.error("it breaks off")
         self.at += size * count
         return first
+
+    def _padding(self, size: int) -> int:
+        """Bytes before a value of this size."""
+        return padding(self.at, size)
+
+    def begin_header(self) -> None:
+        """Go over what stands before the fields of a header."""
 
     def count(self, min_size: int) -> int:
         """The length of a sequence whose elements have at least so many bytes: no more than the message can hold."""
@@ -90,6 +100,41 @@ class CdrReader:
         return int(sec) * NANO + int(nanosec)
 
 
+class Ros1Reader(CdrReader):
+    """Reads one message of ROS 1: little-endian, without padding, with a sequence number before the header's fields."""
+
+    def __init__(self, data: bytes) -> None:
+        self._data = data
+        self.order = "<"
+        self.at = 0
+        self.gaps = []
+
+    def _padding(self, size: int) -> int:
+        return 0
+
+    def begin_header(self) -> None:
+        """Go over the sequence number."""
+        first = self.skip(4)
+        self.gaps.append((first, first + 4))
+
+
+@dataclass(frozen=True)
+class DecodedMessages:
+    """What was read of n messages, m of them readable.
+
+    Attributes:
+        readable: Which of them are readable, (n,).
+        stamp: ns, (m,).
+        values: The logged numbers, (m, fields); NaN where one is not given or unknown.
+        layout: Number of each message's layout, (m,): the same for messages whose texts and array lengths are the same.
+    """
+
+    readable: Mask
+    stamp: Integers
+    values: Array
+    layout: Integers
+
+
 @dataclass
 class _FieldPlaces:
     """Where a message's fields are, by their paths: (first byte, count) of numbers, texts of string sequences."""
@@ -99,6 +144,8 @@ class _FieldPlaces:
 
     def find(self, reader: CdrReader, kind: str, prefix: str = "") -> None:
         """Walk through the fields of a type. Raises struct.error where the message breaks off."""
+        if kind == "std_msgs/Header":
+            reader.begin_header()
         for part in FIELDS[kind]:
             path = prefix + part.name
             if part.type in PRIMITIVES:
@@ -117,10 +164,14 @@ class MessageLayout:
 
     Attributes:
         values: First byte of each logged number; -1 for one that is not given.
+        number: Of the layout, in the order in which a decoder met them.
     """
 
-    def __init__(self, reader: CdrReader, data: bytes, places: _FieldPlaces, values: tuple[int, ...]) -> None:
+    def __init__(
+        self, reader: CdrReader, data: bytes, places: _FieldPlaces, values: tuple[int, ...], number: int
+    ) -> None:
         self.values = values
+        self.number = number
         self._order = reader.order
         fixed = np.ones(len(data), dtype=np.bool_)
         fixed[_STAMP : _STAMP + 8] = False
@@ -180,8 +231,36 @@ class MessageLayout:
         return np.ascontiguousarray(rows[:, at : at + size]).view(self._order + kind).reshape(-1)
 
 
+def header_stamps(data: bytes, start: Integers, end: Integers, encoding: str) -> tuple[Mask, Integers]:
+    """Stamps of messages of any types that begin with a header.
+
+    Args:
+        data: Bytes that hold them.
+        start: First byte of each message, (n,).
+        end: Behind the last byte of each, (n,).
+        encoding: One of ENCODINGS.
+
+    Returns:
+        Which of them are long enough, (n,), and the stamps of those, ns, (m,).
+    """
+    stamped = end - start >= _STAMP + 8
+    if not stamped.any():
+        return stamped, np.empty(0, dtype=np.int64)
+    rows = sliding_window_view(np.frombuffer(data, dtype=np.uint8), _STAMP + 8)[start[stamped]]
+    times = np.ascontiguousarray(rows[:, _STAMP:])
+    little, big = (times.view(np.dtype([("sec", f"{order}i4"), ("nanosec", f"{order}u4")]))[:, 0] for order in "<>")
+    is_big = np.zeros(len(rows), dtype=np.bool_) if encoding == "ros1" else rows[:, 1] == 0
+    sec, nanosec = (np.where(is_big, big[name], little[name]).astype(np.int64) for name in ("sec", "nanosec"))
+    return stamped, sec * NANO + nanosec
+
+
 class TopicDecoder:
     """Reads the messages of one topic.
+
+    Args:
+        topic: Its entry in the registry.
+        joint: Name or index of its joint in a JointState; the registry's name if not given.
+        encoding: One of ENCODINGS.
 
     Attributes:
         unreadable: Number of messages that could not be read, by the reason.
@@ -190,10 +269,13 @@ class TopicDecoder:
         InputError: The topic's type is not one whose numbers a log keeps.
     """
 
-    def __init__(self, topic: Topic) -> None:
-        self._topic = topic
+    def __init__(self, topic: Topic, joint: str | int | None = None, encoding: str = "cdr") -> None:
+        self._joint = topic.joint if joint is None else joint
+        self._is_given = joint is not None
+        self._reader = Ros1Reader if encoding == "ros1" else CdrReader
         self._type = topic.message_type()
         self._layouts: dict[int, list[MessageLayout]] = {}
+        self._count = 0
         self.unreadable: Counter[str] = Counter()
 
     def decode_one(self, data: bytes) -> tuple[int, tuple[float, ...]]:
@@ -207,22 +289,19 @@ class TopicDecoder:
         assert read is not None  # the layout is this message's own
         return read
 
-    def decode(self, data: bytes, start: Integers, end: Integers) -> tuple[Mask, Integers, Array]:
+    def decode(self, data: bytes, start: Integers, end: Integers) -> DecodedMessages:
         """Read many messages.
 
         Args:
             data: Bytes that hold them.
             start: First byte of each message, (n,).
             end: Behind the last byte of each, (n,).
-
-        Returns:
-            Which of them are readable, (n,); of those the stamps, ns, (m,), and the logged numbers, (m, fields): NaN
-            where one is not given or unknown.
         """
         raw = np.frombuffer(data, dtype=np.uint8)
         readable = np.zeros(len(start), dtype=np.bool_)
         stamp = np.zeros(len(start), dtype=np.int64)
         values = np.full((len(start), len(self._type.logged)), NAN)
+        numbers = np.zeros(len(start), dtype=np.int64)
 
         def fill(layout: MessageLayout, left: Integers, rows: Bytes) -> tuple[Integers, Bytes]:
             """Read the rows that have the layout; what is left."""
@@ -230,6 +309,7 @@ class TopicDecoder:
             at = left[fits]
             stamp[at], values[at] = layout.read(rows[fits])
             readable[at] = True
+            numbers[at] = layout.number
             return left[~fits], rows[~fits]
 
         lengths = end - start
@@ -249,7 +329,7 @@ class TopicDecoder:
         for column, logged in enumerate(self._type.logged):
             if logged.zero_is_unknown:
                 values[~(values[:, column] > 0.0), column] = NAN
-        return readable, stamp[readable], values[readable]
+        return DecodedMessages(readable, stamp[readable], values[readable], numbers[readable])
 
     def _try_learn(self, data: bytes) -> tuple[MessageLayout | None, bool]:
         """As `_learn`; None, and counted, where the message is unreadable."""
@@ -261,28 +341,57 @@ class TopicDecoder:
 
     def _learn(self, data: bytes) -> tuple[MessageLayout, bool]:
         """The layout of a message that fits none that is known, and whether it is kept. Raises InputError."""
-        reader, places = CdrReader(data), _FieldPlaces()
+        places = _FieldPlaces()
         try:
+            reader = self._reader(data)
             places.find(reader, self._type.name.replace("/msg/", "/"))
             values = self._value_places(places)
         except struct.error as error:
             raise InputError(f"no {self._type.short_name} in a message of {len(data)} bytes: {error}") from None
-        layout = MessageLayout(reader, data, places, values)
+        self._count += 1
+        layout = MessageLayout(reader, data, places, values, self._count)
         if len(self._layouts) >= _MAX_LENGTHS:
             self._layouts.clear()
         known = self._layouts.setdefault(len(data), [])
         if len(known) >= _MAX_LAYOUTS:
+            layout.number = 0
             return layout, False
         known.append(layout)
         return layout, True
 
     def _value_places(self, places: _FieldPlaces) -> tuple[int, ...]:
         """First byte of each logged number, -1 for one that is not given. Raises InputError for another joint."""
-        names = places.texts.get("name", [])
-        index = 0
-        if self._topic.joint in names:
-            index = names.index(self._topic.joint)
-        elif len(names) > 1:
-            raise InputError(f"joints {', '.join(names)}, none named {self._topic.joint}")
         found: Sequence[tuple[int, int]] = [places.numbers[logged.path] for logged in self._type.logged]
-        return tuple(first + 8 * index if index < count else -1 for first, count in found)
+        if "name" not in places.texts:
+            return tuple(first if count else -1 for first, count in found)
+        names, counts = places.texts["name"], {count for _, count in found if count}
+        joints = len(names) or max(counts, default=0)
+        index = self._joint_index(names, joints)
+        if counts and joints not in counts:
+            lengths = " and ".join(map(str, sorted(counts)))
+            raise InputError(f"{joints} joint names ({', '.join(names)}) for {lengths} values")
+        # In an array of another length it is not known which value is whose.
+        return tuple(first + 8 * index if count == joints else -1 for first, count in found)
+
+    def _joint_index(self, names: list[str], joints: int) -> int:
+        """Which joint of a message is the topic's. Raises InputError where that cannot be told.
+
+        Args:
+            names: Of the joints; may be empty.
+            joints: Number of joints.
+        """
+        wanted = self._joint
+        if isinstance(wanted, int):
+            if not 0 <= wanted < joints:
+                raise InputError(f"{joints} joints, none with index {wanted}")
+            return wanted
+        if names.count(wanted) == 1:
+            return names.index(wanted)
+        if not names and (joints > 1 or self._is_given):
+            raise InputError(f"{joints} joints without names: which is {wanted} cannot be told")
+        if len(names) > 1:
+            several = "several" if wanted in names else "none"
+            raise InputError(f"joints {', '.join(names)}, {several} named {wanted}")
+        if names and (self._is_given or names[0] in _JOINTS):
+            raise InputError(f"joint {names[0]}, not {wanted}")
+        return 0

@@ -54,6 +54,7 @@ class Topic:
         content: What its messages hold, as the documents say it.
         is_simulated_only: Whether only a simulation publishes it; no controller reads it.
         is_surface: Whether its messages are stamped in the order in which they arrive.
+        is_measured: Whether it is what one sensor of a rig reads.
     """
 
     name: str
@@ -63,6 +64,7 @@ class Topic:
     content: str = ""
     is_simulated_only: bool = False
     is_surface: bool = False
+    is_measured: bool = False
 
     def message_type(self) -> MessageType:
         """The description of its messages. Raises InputError for a type whose numbers a log does not keep."""
@@ -82,7 +84,7 @@ TOPICS: dict[str, Topic] = {
             TopicQuantity("velocity", "top_drive_speed", "rad/s", "top drive speed", "top_drive_speed", 1e5),
             TopicQuantity("effort", "surface_torque", "N m", "surface torque", "surface_torque", 1e9),
         ),
-        "angle rad, speed rad/s, effort = surface torque N m", is_surface=True,
+        "angle rad, speed rad/s, effort = surface torque N m", is_surface=True, is_measured=True,
     ),
     "top_drive_command": Topic(
         "top_drive/command", JOINT_STATE, "top_drive",
@@ -103,6 +105,7 @@ TOPICS: dict[str, Topic] = {
             TopicQuantity("effort", "hook_load", "N", "hook load", "hook_load", 1e11),
         ),
         "block position m, lowered since the start; speed m/s; effort = hook load N", is_surface=True,
+        is_measured=True,
     ),
     "draw_works_command": Topic(
         "draw_works/command", JOINT_STATE, "block",
@@ -116,7 +119,7 @@ TOPICS: dict[str, Topic] = {
     "standpipe_pressure": Topic(
         "standpipe_pressure", FLUID_PRESSURE, "",
         (TopicQuantity("value", "standpipe_pressure", "Pa", "standpipe pressure", "standpipe_pressure", 1e11),),
-        "pressure Pa with its variance Pa2; 0 is unknown", is_surface=True,
+        "pressure Pa with its variance Pa2; 0 is unknown", is_surface=True, is_measured=True,
     ),
     "mud_pump": Topic(
         "mud_pump/joint_states", JOINT_STATE, "mud_pump",
@@ -126,6 +129,7 @@ TOPICS: dict[str, Topic] = {
             TopicQuantity("effort", "pump_torque", "N m", "pump torque", "", 1e11),
         ),
         "crank speed rad/s; flow = speed times the rig file's `mud_pump.displacement`", is_surface=True,
+        is_measured=True,
     ),
     "mwd_tool_face": Topic(
         "mwd/tool_face", JOINT_STATE, "tool_face",
@@ -134,7 +138,7 @@ TOPICS: dict[str, Topic] = {
             TopicQuantity("velocity", "mwd_tool_face_rate", "rad/s", "MWD toolface rate"),
             TopicQuantity("effort", "mwd_torque", "N m", "MWD torque"),
         ),
-        "toolface rad in (-pi, pi]; stamped when measured downhole, logged when decoded at surface",
+        "toolface rad in (-pi, pi]; stamped when measured downhole, logged when decoded at surface", is_measured=True,
     ),
     "tool_face_target": Topic(
         "tool_face/target", JOINT_STATE, "tool_face",

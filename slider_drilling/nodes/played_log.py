@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from slider_drilling.errors import InputError
-from slider_drilling.log.mcap_reader import McapReader
-from slider_drilling.log.read import log_files
+from slider_drilling.log.log_files import find_log_files, open_reader
 from slider_drilling.messages.topics import TOPICS, canonical_type, namespace_of
 from slider_drilling.nodes import raw_topics
 
@@ -70,7 +69,9 @@ def load(path: Path, topics: Iterable[str]) -> PlayedLog:
     """
     wanted = {name.strip("/") for name in topics if name}
     played = PlayedLog()
-    for file in log_files(path):
+    found = find_log_files(path)
+    played.notes += [f"{path}: {note}" for note in found.notes]
+    for file in found.files:
         _read(file, wanted, played)
     absent = wanted - {message.topic for message in played.messages}
     if absent:
@@ -82,7 +83,7 @@ def load(path: Path, topics: Iterable[str]) -> PlayedLog:
 
 
 def _read(path: Path, wanted: set[str], played: PlayedLog) -> None:
-    container = McapReader(path)
+    container = open_reader(path)
     messages = [(channel.id, message.log_time, message.data) for channel, message in container.messages()]
     own = _namespace(channel.topic for channel in container.channels.values())
     names: dict[int, str] = {}
